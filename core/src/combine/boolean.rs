@@ -1,0 +1,86 @@
+use nalgebra::Vector3;
+
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
+
+/// What lies in either: min(a, b).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Union<A, B>(pub A, pub B);
+
+/// What lies in both: max(a, b).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intersection<A, B>(pub A, pub B);
+
+/// What lies in the first and not in the second: max(a, −b).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference<A, B>(pub A, pub B);
+
+impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        lower(self.0.evaluate(point), self.1.evaluate(point))
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.0.value(point).min(self.1.value(point))
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.0.bounds(level).union(&self.1.bounds(level))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.0.slope_bound().max(self.1.slope_bound())
+    }
+}
+
+impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        lower(self.0.evaluate(point).negate(), self.1.evaluate(point).negate()).negate()
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        -(-self.0.value(point)).min(-self.1.value(point))
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        let (a, b) = (self.0.bounds(level), self.1.bounds(level));
+        a.intersection(&b).unwrap_or(a)
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.0.slope_bound().max(self.1.slope_bound())
+    }
+}
+
+impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        lower(self.0.evaluate(point).negate(), self.1.evaluate(point)).negate()
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        -(-self.0.value(point)).min(self.1.value(point))
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.0.bounds(level)
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.0.slope_bound().max(self.1.slope_bound())
+    }
+}
+
+/// The sample with the lower value. Of two equal ones the first, and its gradient a choice.
+#[inline]
+pub fn lower<R: Real>(a: Sample<R>, b: Sample<R>) -> Sample<R> {
+    let mut sample = Sample::select(b.value.lt(a.value), b, a);
+    let tie = a.value.le(b.value) & b.value.le(a.value);
+    sample.status.degenerate_gradient = sample.status.degenerate_gradient | tie;
+    sample
+}

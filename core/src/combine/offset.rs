@@ -1,0 +1,38 @@
+use nalgebra::Vector3;
+
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
+
+/// The shape grown by `distance`, or shrunk where it is negative: φ − distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Offset<F> {
+    field: F,
+    distance: f64,
+}
+
+impl<F> Offset<F> {
+    pub fn new(field: F, distance: f64) -> Option<Self> {
+        distance.is_finite().then_some(Self { field, distance })
+    }
+}
+
+impl<F: Sdf> Sdf for Offset<F> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let sample = self.field.evaluate(point);
+        Sample { value: sample.value - R::lift(self.distance), ..sample }
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.field.value(point) - R::lift(self.distance)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.field.bounds(level + self.distance)
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.field.slope_bound()
+    }
+}

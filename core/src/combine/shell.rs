@@ -1,0 +1,41 @@
+use nalgebra::Vector3;
+
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
+
+/// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
+/// the wall, the gradient is a choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shell<F> {
+    field: F,
+    thickness: f64,
+}
+
+impl<F> Shell<F> {
+    pub fn new(field: F, thickness: f64) -> Option<Self> {
+        (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness })
+    }
+}
+
+impl<F: Sdf> Sdf for Shell<F> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let sample = self.field.evaluate(point);
+        let mut wall = Sample::select(sample.value.lt(R::zero()), sample.negate(), sample);
+        wall.status.degenerate_gradient = wall.status.degenerate_gradient | sample.value.is_zero();
+        Sample { value: wall.value - R::lift(0.5 * self.thickness), ..wall }
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.field.value(point).abs() - R::lift(0.5 * self.thickness)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.field.bounds(level + 0.5 * self.thickness)
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.field.slope_bound()
+    }
+}

@@ -1,0 +1,194 @@
+//! From an element of a mesh to its contact with a field.
+
+use nalgebra::Vector3;
+
+use crate::minimize::{Minimizer, Minimum};
+use crate::real::{Float, Real};
+use crate::vector::norm;
+use crate::{Sdf, Simplex};
+
+/// What a simplex is in its mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ElementKind {
+    Vertex,
+    Edge,
+    Face,
+}
+
+impl ElementKind {
+    /// The kind of an element with `corners` corners; a tetrahedron is none.
+    fn of(corners: usize) -> Option<Self> {
+        [Self::Vertex, Self::Edge, Self::Face].get(corners.wrapping_sub(1)).copied()
+    }
+}
+
+/// A vertex, edge or face of a mesh, `N` corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Element<R: Real, const N: usize> {
+    /// Counts elements of this kind.
+    pub id: u32,
+    /// The mesh's vertices at its corners.
+    pub vertices: [u32; N],
+    pub simplex: Simplex<R, N>,
+}
+
+/// The part of an element that a point lies on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Feature {
+    /// A vertex of the mesh.
+    Vertex(u32),
+    /// An edge, by its vertices, the lower first.
+    Edge([u32; 2]),
+    /// The inside of a face, by the face's id.
+    Face(u32),
+}
+
+/// How far to trust a contact. Where several apply, the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ContactStatus {
+    /// The field has no gradient at the point: the normal is a choice, or zero.
+    DegenerateGradient,
+    /// The point lies outside the grid: the distance is a lower bound.
+    OutsideGrid,
+    /// The minimizer stopped before its own condition was met.
+    BudgetSpent,
+    /// The minimizer's condition for a local minimum holds.
+    Converged,
+}
+
+/// Where an element comes nearest to a surface, or deepest into it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact<R: Float, const N: usize> {
+    pub kind: ElementKind,
+    pub element: u32,
+    pub feature: Feature,
+    /// Barycentric, in the order of the element's vertices.
+    pub weights: [R; N],
+    /// On the element.
+    pub point: Vector3<R>,
+    /// Near the surface: the point less φ ∇φ / |∇φ|², exact for a true distance, else a first step.
+    pub surface_point: Vector3<R>,
+    /// ∇φ / |∇φ|, out of the shape; zero where the gradient is.
+    pub normal: Vector3<R>,
+    /// φ at the point, negative inside.
+    pub distance: R,
+    /// No point of the element is deeper than this.
+    pub lower_bound: R,
+    /// How many times the field was asked, the cull included.
+    pub evaluations: u32,
+    pub status: ContactStatus,
+}
+
+impl<R: Float, const N: usize> Contact<R, N> {
+    /// Names the contact among all of its mesh, the same from frame to frame as long as the mesh's connectivity is: bits
+    /// 0 to 31 the element's id, 32 to 38 the corners that the feature spans, 40 to 41 the kind.
+    pub fn key(&self) -> u64 {
+        let spanned = spanned_corners(self.weights);
+        let mask = (0..N).fold(0, |mask, corner| mask | (u64::from(spanned[corner]) << corner));
+        (self.kind as u64) << 40 | mask << 32 | u64::from(self.element)
+    }
+}
+
+/// What became of an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome<R: Float, const N: usize> {
+    /// A corner is not finite, or beyond [`Real::REACH`]: nothing was asked.
+    NotFinite,
+    /// No point of it can be within the margin: no search was made.
+    Culled,
+    /// The least value found is above the margin.
+    Apart(Minimum<R, N>),
+    Contact(Contact<R, N>),
+}
+
+/// A weight of a corner below which a point counts as lying off it, on the opposite side. Frank-Wolfe never brings a
+/// weight to zero, so smaller ones would call its edges faces; larger ones call a point near an edge one on it.
+pub const FEATURE_WEIGHT: f64 = 1e-3;
+
+/// The contact of one element with a field: culled, else minimized, then reported where φ ≤ `margin`.
+///
+/// An element with a value of at most `margin` anywhere is never culled: see [`may_touch`].
+pub fn contact<R, F, M, const N: usize>(field: &F, minimizer: &M, margin: R, element: &Element<R, N>) -> Outcome<R, N>
+where
+    R: Float,
+    F: Sdf,
+    M: Minimizer<N>,
+{
+    let (simplex, kind) = (&element.simplex, ElementKind::of(N));
+    let Some(kind) = kind.filter(|_| simplex.is_in_reach()) else {
+        return Outcome::NotFinite;
+    };
+    let cull = may_touch(field, simplex, margin);
+    if !cull.may_touch {
+        return Outcome::Culled;
+    }
+    let minimum = minimizer.minimize(field, simplex);
+    if margin < minimum.sample.value {
+        return Outcome::Apart(minimum);
+    }
+    let gradient = minimum.sample.gradient;
+    let length = norm(gradient);
+    let has_normal = R::zero() < length;
+    let normal = if has_normal { gradient / length } else { Vector3::zeros() };
+    let to_surface = if has_normal { normal * (minimum.sample.value / length) } else { Vector3::zeros() };
+    let status = match () {
+        () if minimum.sample.status.degenerate_gradient || !has_normal => ContactStatus::DegenerateGradient,
+        () if minimum.sample.status.outside_grid => ContactStatus::OutsideGrid,
+        () if !minimum.converged => ContactStatus::BudgetSpent,
+        () => ContactStatus::Converged,
+    };
+    Outcome::Contact(Contact {
+        kind,
+        element: element.id,
+        feature: feature(element, minimum.weights),
+        weights: minimum.weights,
+        point: minimum.point,
+        surface_point: minimum.point - to_surface,
+        normal,
+        distance: minimum.sample.value,
+        lower_bound: Real::max(minimum.lower_bound, cull.lower_bound),
+        evaluations: minimum.evaluations.to_f64() as u32 + 1,
+        status,
+    })
+}
+
+/// What one look at an element's centroid tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cull<R: Real> {
+    /// False only if no point of the element has a value of at most the margin.
+    pub may_touch: R::Mask,
+    /// No point of the element has a value below this.
+    pub lower_bound: R,
+}
+
+/// How many roundings of the largest number in the cull its comparison may be off. An evaluation takes some thirty
+/// operations, few of which round at the size of the coordinates.
+const CULL_ROUNDINGS: f64 = 32.0;
+
+/// The honest cull. §3.3 of the paper rejects where φ(centroid) ≥ reach; a contact is made where φ ≤ margin and a field
+/// may be steeper than one, so here it takes φ(centroid) > margin + slope bound · reach, rounding included.
+#[inline]
+pub fn may_touch<R: Real, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
+    let centroid = simplex.centroid();
+    let reach = simplex.reach(centroid);
+    let value = field.value(centroid);
+    let slope_bound = R::lift(field.slope_bound());
+    let largest = centroid.iter().fold(reach.max(value.abs()), |largest, x| largest.max(x.abs()));
+    let rounding = largest * slope_bound.max(R::one()) * R::lift(CULL_ROUNDINGS * R::EPSILON);
+    let lower_bound = value - reach * slope_bound - rounding;
+    Cull { may_touch: lower_bound.le(margin), lower_bound }
+}
+
+fn spanned_corners<R: Float, const N: usize>(weights: [R; N]) -> [bool; N] {
+    weights.map(|weight| R::lift(FEATURE_WEIGHT) < weight)
+}
+
+fn feature<R: Float, const N: usize>(element: &Element<R, N>, weights: [R; N]) -> Feature {
+    let spanned = spanned_corners(weights);
+    let mut vertices = element.vertices.iter().zip(spanned).filter(|(_, spanned)| *spanned).map(|(vertex, _)| *vertex);
+    match (vertices.next(), vertices.next(), vertices.next()) {
+        (Some(vertex), None, _) => Feature::Vertex(vertex),
+        (Some(a), Some(b), None) => Feature::Edge([a.min(b), a.max(b)]),
+        _ => Feature::Face(element.id),
+    }
+}

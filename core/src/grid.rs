@@ -1,0 +1,131 @@
+//! Fields that are stored as samples on a regular grid and interpolated trilinearly.
+
+mod dense;
+mod lattice;
+mod trilinear;
+
+use nalgebra::Vector3;
+
+pub use dense::Dense;
+pub use lattice::Lattice;
+
+use crate::real::Real;
+use crate::vector::{lift, norm};
+use crate::{Aabb, Sample, Sdf, Status};
+
+/// Where a grid's samples come from.
+pub trait Storage {
+    /// The samples at the eight nodes of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices
+    /// are below [`Lattice::cells`].
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8];
+}
+
+/// A field of samples. Inside its box the value is the trilinear interpolant and the gradient the derivative of that
+/// very interpolant, one-sided on the faces between cells.
+///
+/// Outside, with P the nearest point of the box and d the distance to it, the value is hypot(d, φ(P)): continuous, and
+/// no more than the distance to a surface that lies inside the box (`outside_grid` is set). The paper's §6 proposes
+/// φ(P) + d, which is no less, and a cull by it drops contacts. Where φ(P) is negative, so that the inside reaches the
+/// box, nothing is known beyond, and the value is φ(P) + d for continuity's sake.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid<S> {
+    lattice: Lattice,
+    storage: S,
+    slope_bound: f64,
+}
+
+impl<S: Storage> Grid<S> {
+    /// `slope_bound` is what [`slope_bound`] measures, or more. `None` unless it is finite and not negative.
+    pub fn new(lattice: Lattice, storage: S, slope_bound: f64) -> Option<Self> {
+        (slope_bound.is_finite() && slope_bound >= 0.0).then_some(Self { lattice, storage, slope_bound })
+    }
+
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+}
+
+/// The most that the trilinear interpolant changes over a unit of distance, inside the box and out: over all cells the
+/// length of the largest differences along each axis, over the spacing. One pass over all samples.
+pub fn slope_bound<S: Storage>(lattice: &Lattice, storage: &S) -> f64 {
+    let [cells_x, cells_y, cells_z] = lattice.cells();
+    let mut largest_sq = 0.0_f64;
+    for z in 0..cells_z {
+        for y in 0..cells_y {
+            for x in 0..cells_x {
+                largest_sq = largest_sq.max(cell_slope_sq(storage.corners([x, y, z])));
+            }
+        }
+    }
+    // Outside the box the value rises with the distance to it, at a slope of one.
+    (libm::sqrt(largest_sq) / lattice.spacing()).max(1.0)
+}
+
+fn cell_slope_sq(corners: [f32; 8]) -> f64 {
+    let c = corners.map(f64::from);
+    let steepest =
+        |edges: [(usize, usize); 4]| edges.iter().fold(0.0_f64, |most, (a, b)| most.max((c[*b] - c[*a]).abs()));
+    let along_x = steepest([(0, 1), (2, 3), (4, 5), (6, 7)]);
+    let along_y = steepest([(0, 2), (1, 3), (4, 6), (5, 7)]);
+    let along_z = steepest([(0, 4), (1, 5), (2, 6), (3, 7)]);
+    along_x * along_x + along_y * along_y + along_z * along_z
+}
+
+/// A point of the grid's box: the cell it lies in and how far along each side.
+struct Located<R: Real> {
+    cell: Vector3<R>,
+    share: Vector3<R>,
+    /// The nearest point of the box.
+    nearest: Vector3<R>,
+    /// 1 along axes where the point is within the box, else 0.
+    within: Vector3<R>,
+}
+
+impl<S: Storage> Grid<S> {
+    #[inline]
+    fn locate<R: Real>(&self, point: Vector3<R>) -> Located<R> {
+        let (origin, spacing) = (lift::<R>(self.lattice.origin()), R::lift(self.lattice.spacing()));
+        let per_spacing = R::lift(1.0 / self.lattice.spacing());
+        let last = lift::<R>(self.lattice.cells().map(f64::from));
+        let steps = (point - origin) * per_spacing;
+        let clamped = steps.zip_map(&last, |steps, last| steps.clamp(R::zero(), last));
+        let cell = clamped.zip_map(&last, |steps, last| steps.trunc().min(last - R::one()));
+        let is_within = |steps: R, clamped: R| R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
+        let within = steps.zip_map(&clamped, is_within);
+        let on_box = origin + clamped * spacing;
+        let nearest = Vector3::from_fn(|axis, _| R::select(within[axis].is_zero(), on_box[axis], point[axis]));
+        Located { cell, share: clamped - cell, nearest, within }
+    }
+}
+
+impl<S: Storage> Sdf for Grid<S> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let located = self.locate(point);
+        let corners = R::gather(located.cell.into(), |cell| self.storage.corners(cell));
+        let (value, by_share) = trilinear::interpolate(corners, located.share);
+        let gradient = by_share * R::lift(1.0 / self.lattice.spacing());
+
+        let from_box = point - located.nearest;
+        let distance = norm(from_box);
+        let is_outside = R::zero().lt(distance);
+        let along_box = gradient.component_mul(&located.within);
+        let rising = R::zero().le(value);
+        let hypotenuse = (distance * distance + value * value).sqrt();
+        let divisor = R::select(is_outside & rising, hypotenuse, R::select(is_outside, distance, R::one()));
+        let outside = Sample {
+            value: R::select(rising, hypotenuse, value + distance),
+            gradient: from_box / divisor + along_box * R::select(rising, value / divisor, R::one()),
+            status: Status { outside_grid: is_outside, ..Status::GOOD },
+        };
+        Sample::select(is_outside, outside, Sample::new(value, gradient))
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.lattice.bounds().inflate(level.max(0.0))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.slope_bound
+    }
+}

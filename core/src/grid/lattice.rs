@@ -1,0 +1,69 @@
+use crate::Aabb;
+
+/// Where the nodes of a regular grid stand: node (i, j, k) at `origin + spacing · (i, j, k)`.
+///
+/// Samples belong to nodes. A grid of n nodes along an axis has n − 1 cells there. In memory x runs fastest:
+/// `index = (k · ny + j) · nx + i`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    origin: [f64; 3],
+    spacing: f64,
+    nodes: [u32; 3],
+}
+
+impl Lattice {
+    /// The most nodes along an axis: f32 counts no further without gaps.
+    pub const MOST_NODES: u32 = 1 << 24;
+
+    /// `None` unless the origin is finite, the spacing positive and finite, every axis has 2 to
+    /// [`Self::MOST_NODES`] nodes, and their number fits `usize`.
+    pub fn new(origin: [f64; 3], spacing: f64, nodes: [u32; 3]) -> Option<Self> {
+        let far_corner = core::array::from_fn(|k| origin[k] + spacing * f64::from(nodes[k]));
+        let finite = [origin, far_corner].iter().flatten().all(|x: &f64| x.is_finite());
+        let counts_fit = nodes.iter().all(|n| (2..=Self::MOST_NODES).contains(n));
+        let total = nodes.iter().try_fold(1_usize, |total, n| total.checked_mul(*n as usize));
+        (finite && spacing > 0.0 && counts_fit && total.is_some()).then_some(Self { origin, spacing, nodes })
+    }
+
+    /// The position of node (0, 0, 0).
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// The distance between neighbouring nodes, the same along every axis.
+    pub fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// The number of nodes along x, y and z.
+    pub fn nodes(&self) -> [u32; 3] {
+        self.nodes
+    }
+
+    /// The number of cells along x, y and z.
+    pub fn cells(&self) -> [u32; 3] {
+        self.nodes.map(|n| n - 1)
+    }
+
+    /// The number of nodes in all.
+    pub fn node_count(&self) -> usize {
+        self.nodes.iter().map(|n| *n as usize).product()
+    }
+
+    /// Where in memory the node's sample stands.
+    #[inline]
+    pub fn index(&self, [i, j, k]: [u32; 3]) -> usize {
+        (k as usize * self.nodes[1] as usize + j as usize) * self.nodes[0] as usize + i as usize
+    }
+
+    /// The position of a node.
+    #[inline]
+    pub fn node(&self, index: [u32; 3]) -> [f64; 3] {
+        core::array::from_fn(|axis| self.origin[axis] + self.spacing * f64::from(index[axis]))
+    }
+
+    /// The box from the first node to the last.
+    pub fn bounds(&self) -> Aabb {
+        Aabb { min: self.origin, max: self.node(self.cells()) }
+    }
+}

@@ -1,0 +1,34 @@
+//! Signed distance fields, and the contacts of points, segments and triangles with them.
+//!
+//! A field ([`Sdf`]) answers φ and ∇φ at a point: a [shape](shapes), a [combination](combine) of fields, a
+//! [grid](grid) of samples, or one of them [put into the world](placed). A [minimizer](minimize) finds where on a
+//! simplex φ is least, and [`contact`](contact::contact) makes that a contact.
+//!
+//! Distances are negative inside and in the unit of the points; gradients are the derivative of the value and point
+//! outward. Nothing here allocates, recurses or panics.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(any(feature = "std", test))]
+extern crate std;
+
+mod aabb;
+pub mod combine;
+pub mod contact;
+pub mod grid;
+mod lanes;
+pub mod minimize;
+pub mod placed;
+mod real;
+mod sdf;
+pub mod shapes;
+mod simplex;
+mod vector;
+
+pub use aabb::Aabb;
+pub use lanes::{LaneMask, Lanes};
+pub use nalgebra;
+pub use real::{Float, Mask, Real};
+pub use sdf::{Sample, Sdf, Status};
+pub use simplex::{Simplex, project_weights};

@@ -1,0 +1,49 @@
+//! Where on a simplex a field is least: the local optimization of Macklin et al. 2020, §3 and §4.
+//!
+//! Every method starts at the corner with the least value, keeps the best point it has seen, and stops by itself or
+//! when its budget is spent. None knows whether another, lower minimum exists.
+
+mod frank_wolfe;
+mod golden_section;
+mod point_sampling;
+mod projected_gradient;
+mod search;
+
+pub use frank_wolfe::FrankWolfe;
+pub use golden_section::GoldenSection;
+pub use point_sampling::PointSampling;
+pub use projected_gradient::ProjectedGradient;
+
+use nalgebra::Vector3;
+
+use crate::real::Real;
+use crate::{Sample, Sdf, Simplex};
+
+/// A method that looks for the least value of a field on simplices of `N` corners.
+///
+/// ```
+/// use sdf_core::minimize::{FrankWolfe, Minimizer};
+/// use sdf_core::{Simplex, nalgebra::Vector3, shapes::Sphere};
+/// let segment = Simplex { corners: [Vector3::new(-2.0, 0.0, 3.0), Vector3::new(2.0, 0.0, 3.0)] };
+/// let least = FrankWolfe::default().minimize(&Sphere::new(1.0).unwrap(), &segment);
+/// assert!((least.sample.value - 2.0_f64).abs() < 1e-2);
+/// ```
+pub trait Minimizer<const N: usize> {
+    /// All corners must be finite and within ±[`Real::REACH`].
+    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
+}
+
+/// The least value that was seen, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Minimum<R: Real, const N: usize> {
+    /// Barycentric: none negative, their sum one.
+    pub weights: [R; N],
+    pub point: Vector3<R>,
+    pub sample: Sample<R>,
+    /// No point of the simplex has a value below this, by the field's slope bound and the sample.
+    pub lower_bound: R,
+    /// How many times the field was asked; a whole number.
+    pub evaluations: R,
+    /// The method's own condition for a local minimum was met before its budget was spent.
+    pub converged: R::Mask,
+}

@@ -1,0 +1,68 @@
+//! Fields put into the world. A placement says where a world point lies in the field's own frame; the chain rule that
+//! turns the answer back stands here once.
+
+mod rigid;
+mod similarity;
+
+use nalgebra::{Matrix3, Vector3};
+
+pub use rigid::Rigid;
+pub use similarity::Similarity;
+
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
+
+/// A map from the world into a field's own frame.
+pub trait Placement {
+    fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R>;
+
+    /// A box in the world around all that is in `local`, a box in the field's frame.
+    fn push_bounds(&self, local: Aabb) -> Aabb;
+
+    /// The most that `scale · |jacobian|` can be: 1 for a rigid motion or a similarity.
+    fn slope_factor(&self) -> f64;
+
+    /// World lengths for one length of the field's own frame, the `scale` of [`Pulled`].
+    fn scale(&self) -> f64;
+}
+
+/// A world point in a field's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulled<R: Real> {
+    pub point: Vector3<R>,
+    /// The derivative of `point` by the world point.
+    pub jacobian: Matrix3<R>,
+    /// What a distance of the field's own frame is multiplied by in the world.
+    pub scale: R,
+}
+
+/// A field put into the world by a placement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed<F, P> {
+    pub field: F,
+    pub placement: P,
+}
+
+impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let pulled = self.placement.pull(point);
+        let local = self.field.evaluate(pulled.point);
+        let gradient = pulled.jacobian.tr_mul(&local.gradient) * pulled.scale;
+        Sample { value: local.value * pulled.scale, gradient, status: local.status }
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        let pulled = self.placement.pull(point);
+        self.field.value(pulled.point) * pulled.scale
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.placement.push_bounds(self.field.bounds(level / self.placement.scale()))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.field.slope_bound() * self.placement.slope_factor()
+    }
+}

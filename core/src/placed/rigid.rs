@@ -1,0 +1,40 @@
+use nalgebra::Vector3;
+
+use super::{Placement, Pulled, Similarity};
+use crate::Aabb;
+use crate::real::Real;
+
+/// A turn, then a shift: world = translation + rotation · local.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rigid(Similarity);
+
+impl Rigid {
+    /// `rotation` is a quaternion x, y, z, w of any length but zero. `None` unless all is finite.
+    pub fn new(translation: [f64; 3], rotation: [f64; 4]) -> Option<Self> {
+        Similarity::new(translation, rotation, 1.0).map(Self)
+    }
+
+    /// The world point of a point in the field's own frame.
+    pub fn push(&self, local: Vector3<f64>) -> Vector3<f64> {
+        self.0.push(local)
+    }
+}
+
+impl Placement for Rigid {
+    #[inline]
+    fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
+        Pulled { scale: R::one(), ..self.0.pull(world_point) }
+    }
+
+    fn push_bounds(&self, local: Aabb) -> Aabb {
+        self.0.push_bounds(local)
+    }
+
+    fn slope_factor(&self) -> f64 {
+        1.0
+    }
+
+    fn scale(&self) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,163 @@
+//! The number a query is asked in.
+//!
+//! A field stores plain floats and is written once, over [`Real`]. Asked in `f32` or `f64` it answers one point, in
+//! [`Lanes`](crate::Lanes) several side by side, in a dual number its derivative. So that lanes can take both sides of a
+//! condition, generic code chooses with [`Real::select`] and not with `if`.
+
+use core::ops::{BitAnd, BitOr, Neg, Not};
+
+use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
+use num_traits::{One, Zero};
+
+/// What a comparison of two [`Real`]s answers: `bool`, or one for each lane.
+pub trait Mask:
+    Copy + core::fmt::Debug + PartialEq + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static
+{
+    const NONE: Self;
+    fn any(self) -> bool;
+}
+
+impl Mask for bool {
+    const NONE: Self = false;
+    #[inline]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+/// A number: `f32`, `f64`, several lanes of one, or a dual number.
+pub trait Real:
+    Scalar + Copy + Zero + One + ClosedAddAssign + ClosedSubAssign + ClosedMulAssign + ClosedDivAssign + Neg<Output = Self>
+{
+    type Mask: Mask;
+
+    /// The distance from 1 to the next larger number.
+    const EPSILON: f64;
+
+    /// The largest coordinate that a field is asked at: sums of its squares stay finite. Lengths below its reciprocal
+    /// square to zero.
+    const REACH: f64;
+
+    /// The nearest number to a constant or a parameter of a field.
+    fn lift(x: f64) -> Self;
+
+    fn sqrt(self) -> Self;
+
+    /// Towards zero, for 0 ≤ self < 2³¹.
+    fn trunc(self) -> Self;
+
+    fn lt(self, other: Self) -> Self::Mask;
+
+    fn le(self, other: Self) -> Self::Mask;
+
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// Fetches `N` stored floats for each lane's three whole numbers, which must lie in 0 ≤ at < 2³¹.
+    fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N];
+
+    #[inline]
+    fn abs(self) -> Self {
+        Self::select(self.lt(Self::zero()), -self, self)
+    }
+
+    #[inline]
+    fn min(self, other: Self) -> Self {
+        Self::select(other.lt(self), other, self)
+    }
+
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.lt(other), other, self)
+    }
+
+    #[inline]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+
+    /// −1 below zero, else 1.
+    #[inline]
+    fn sign(self) -> Self {
+        Self::select(self.lt(Self::zero()), -Self::one(), Self::one())
+    }
+
+    #[inline]
+    fn is_zero(self) -> Self::Mask {
+        self.le(Self::zero()) & Self::zero().le(self)
+    }
+
+    /// Within ±[`Self::REACH`], which NaN and the infinities are not.
+    #[inline]
+    fn is_in_reach(self) -> Self::Mask {
+        self.abs().le(Self::lift(Self::REACH))
+    }
+}
+
+/// A number with one lane, which can branch and leave the query.
+pub trait Float: Real<Mask = bool> + PartialOrd {
+    fn to_f64(self) -> f64;
+}
+
+macro_rules! float {
+    ($float:ident, $sqrt:path, $reach:literal) => {
+        impl Real for $float {
+            type Mask = bool;
+            const EPSILON: f64 = $float::EPSILON as f64;
+            const REACH: f64 = $reach;
+
+            #[inline]
+            fn lift(x: f64) -> Self {
+                x as $float
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline]
+            fn trunc(self) -> Self {
+                self as i32 as $float
+            }
+            #[inline]
+            fn lt(self, other: Self) -> bool {
+                self < other
+            }
+            #[inline]
+            fn le(self, other: Self) -> bool {
+                self <= other
+            }
+            #[inline]
+            fn select(mask: bool, yes: Self, no: Self) -> Self {
+                if mask { yes } else { no }
+            }
+            #[inline]
+            fn gather<const N: usize>([x, y, z]: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {
+                fetch([x as u32, y as u32, z as u32]).map(|value| value as $float)
+            }
+        }
+
+        impl Float for $float {
+            #[inline]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+        }
+    };
+}
+
+float!(f32, math::sqrtf, 1e18);
+float!(f64, math::sqrt, 1e150);
+
+#[cfg(feature = "std")]
+mod math {
+    #[inline]
+    pub fn sqrtf(x: f32) -> f32 {
+        x.sqrt()
+    }
+    #[inline]
+    pub fn sqrt(x: f64) -> f64 {
+        x.sqrt()
+    }
+}
+
+#[cfg(not(feature = "std"))]
+use libm as math;

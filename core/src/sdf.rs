@@ -1,0 +1,139 @@
+use nalgebra::Vector3;
+
+use crate::Aabb;
+use crate::real::{Mask, Real};
+
+/// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
+///
+/// One method makes a field, [`evaluate`](Self::evaluate). It is generic over the number type, so one `impl` answers
+/// scalars, lanes and dual numbers.
+///
+/// ```
+/// use sdf_core::{Sdf, nalgebra::Vector3, shapes::Sphere};
+/// let sphere = Sphere::new(0.5).unwrap();
+/// let sample = sphere.sample(Vector3::new(0.0_f32, 2.0, 0.0));
+/// assert_eq!(sample.value, 1.5);
+/// assert_eq!(sample.gradient, Vector3::new(0.0, 1.0, 0.0));
+/// ```
+pub trait Sdf {
+    /// φ and ∇φ at a point whose coordinates are finite and within ±[`Real::REACH`]. Any other point may give NaN;
+    /// [`sample`](Self::sample) takes those too.
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R>;
+
+    /// A box that holds every point with φ ≤ level.
+    fn bounds(&self, level: f64) -> Aabb;
+
+    /// The most that the value changes over a unit of distance: 1 for a true distance.
+    fn slope_bound(&self) -> f64;
+
+    /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.evaluate(point).value
+    }
+
+    /// φ and ∇φ at any point. One that is not finite, or beyond [`Real::REACH`], is answered with the status
+    /// [`not_finite`](Status::not_finite), the value REACH and a zero gradient.
+    fn sample<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let [x, y, z] = [point.x, point.y, point.z].map(Real::is_in_reach);
+        let in_reach = x & y & z;
+        let sample = self.evaluate(point.map(|x| R::select(in_reach, x, R::zero())));
+        let refusal = Sample {
+            value: R::lift(R::REACH),
+            gradient: Vector3::zeros(),
+            status: Status { not_finite: !R::Mask::NONE, ..Status::GOOD },
+        };
+        Sample::select(in_reach, sample, refusal)
+    }
+}
+
+impl<F: Sdf> Sdf for &F {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        (**self).evaluate(point)
+    }
+    fn bounds(&self, level: f64) -> Aabb {
+        (**self).bounds(level)
+    }
+    fn slope_bound(&self) -> f64 {
+        (**self).slope_bound()
+    }
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        (**self).value(point)
+    }
+}
+
+/// What a field answers at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<R: Real> {
+    /// Signed distance: negative inside, zero on the surface, positive outside.
+    pub value: R,
+    /// The derivative of the value along x, y and z. It points outward and is not normalized.
+    pub gradient: Vector3<R>,
+    pub status: Status<R::Mask>,
+}
+
+impl<R: Real> Sample<R> {
+    #[inline]
+    pub fn new(value: R, gradient: Vector3<R>) -> Self {
+        Self { value, gradient, status: Status::GOOD }
+    }
+
+    /// With a gradient that is a choice where `degenerate` holds.
+    #[inline]
+    pub fn with_degenerate(value: R, gradient: Vector3<R>, degenerate: R::Mask) -> Self {
+        Self { value, gradient, status: Status { degenerate_gradient: degenerate, ..Status::GOOD } }
+    }
+
+    #[inline]
+    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            value: R::select(mask, yes.value, no.value),
+            gradient: yes.gradient.zip_map(&no.gradient, |yes, no| R::select(mask, yes, no)),
+            status: Status::select(mask, yes.status, no.status),
+        }
+    }
+
+    /// The sample of −φ.
+    #[inline]
+    pub fn negate(self) -> Self {
+        Self { value: -self.value, gradient: -self.gradient, ..self }
+    }
+}
+
+/// What to know of a sample before trusting it. All false for an ordinary one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Status<M> {
+    /// φ has no derivative here (a centre, an axis, an edge, a medial surface): the gradient is one of its one-sided
+    /// limits.
+    pub degenerate_gradient: M,
+    /// The point lies outside the grid: the value is a lower bound of the distance, not the distance.
+    pub outside_grid: M,
+    /// The point was not finite, or beyond [`Real::REACH`]: value and gradient say nothing.
+    pub not_finite: M,
+}
+
+impl<M: Mask> Status<M> {
+    pub const GOOD: Self = Self { degenerate_gradient: M::NONE, outside_grid: M::NONE, not_finite: M::NONE };
+
+    #[inline]
+    fn select(mask: M, yes: Self, no: Self) -> Self {
+        let pick = |yes: M, no: M| (mask & yes) | (!mask & no);
+        Self {
+            degenerate_gradient: pick(yes.degenerate_gradient, no.degenerate_gradient),
+            outside_grid: pick(yes.outside_grid, no.outside_grid),
+            not_finite: pick(yes.not_finite, no.not_finite),
+        }
+    }
+
+    /// Every doubt of either.
+    #[inline]
+    pub fn merge(self, other: Self) -> Self {
+        Self {
+            degenerate_gradient: self.degenerate_gradient | other.degenerate_gradient,
+            outside_grid: self.outside_grid | other.outside_grid,
+            not_finite: self.not_finite | other.not_finite,
+        }
+    }
+}

@@ -1,0 +1,46 @@
+use nalgebra::Vector3;
+
+use super::is_length;
+use crate::real::Real;
+use crate::vector::{direction, lift};
+use crate::{Aabb, Sample, Sdf};
+
+/// All points within `radius` of the segment from `a` to `b`. Exact. The gradient on the segment is a choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    a: [f64; 3],
+    b: [f64; 3],
+    radius: f64,
+    /// (b − a) / |b − a|², or zero where the ends coincide: a point's share of the way is its product with this.
+    share: [f64; 3],
+}
+
+impl Capsule {
+    pub fn new(a: [f64; 3], b: [f64; 3], radius: f64) -> Option<Self> {
+        let along = Vector3::from(b) - Vector3::from(a);
+        let length_sq = along.dot(&along);
+        let share = if length_sq > 0.0 { along / length_sq } else { Vector3::zeros() };
+        let sound = [a, b, share.into()].iter().flatten().all(|x: &f64| x.is_finite()) && is_length(radius);
+        sound.then_some(Self { a, b, radius, share: share.into() })
+    }
+}
+
+impl Sdf for Capsule {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let (a, b) = (lift::<R>(self.a), lift::<R>(self.b));
+        let from_a = point - a;
+        let share = lift::<R>(self.share).dot(&from_a).clamp(R::zero(), R::one());
+        let from_axis = direction(from_a - (b - a) * share);
+        Sample::with_degenerate(from_axis.length - R::lift(self.radius), from_axis.unit, from_axis.is_zero)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        let ends = Aabb { min: self.a, max: self.a }.union(&Aabb { min: self.b, max: self.b });
+        ends.inflate(self.radius + level.max(0.0))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,37 @@
+use nalgebra::Vector3;
+
+use super::fold::unfold;
+use super::is_length;
+use super::profile::corner;
+use crate::real::Real;
+use crate::vector::lift;
+use crate::{Aabb, Sample, Sdf};
+
+/// A box around the origin with its sides along the axes. Exact. The gradient is a choice on the edges and, inside,
+/// where two walls are equally near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cuboid {
+    half_extents: [f64; 3],
+}
+
+impl Cuboid {
+    pub fn new(half_extents: [f64; 3]) -> Option<Self> {
+        half_extents.into_iter().all(is_length).then_some(Self { half_extents })
+    }
+}
+
+impl Sdf for Cuboid {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let corner = corner((point.map(R::abs) - lift(self.half_extents)).into());
+        unfold(Sample::with_degenerate(corner.value, corner.gradient.into(), corner.degenerate), point)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        Aabb::centered(self.half_extents).inflate(level.max(0.0))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,41 @@
+use nalgebra::Vector3;
+
+use crate::real::Real;
+use crate::vector::lift;
+use crate::{Aabb, Sample, Sdf};
+
+/// All points with n·x ≤ offset: φ = n·x − offset. Exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfSpace {
+    normal: [f64; 3],
+    offset: f64,
+}
+
+impl HalfSpace {
+    /// `normal` points outward, of any length but zero; `offset` is the surface's distance from the origin along it.
+    pub fn new(normal: [f64; 3], offset: f64) -> Option<Self> {
+        let largest = normal.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let sound = normal.iter().all(|x| x.is_finite()) && largest > 0.0 && offset.is_finite();
+        sound.then(|| {
+            // Scaled first, so that the squares of neither 1e-200 nor 1e200 are lost.
+            let scaled = Vector3::from(normal) / largest;
+            Self { normal: (scaled / libm::sqrt(scaled.dot(&scaled))).into(), offset }
+        })
+    }
+}
+
+impl Sdf for HalfSpace {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let normal = lift(self.normal);
+        Sample::new(normal.dot(&point) - R::lift(self.offset), normal)
+    }
+
+    fn bounds(&self, _level: f64) -> Aabb {
+        Aabb::EVERYWHERE
+    }
+
+    fn slope_bound(&self) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,35 @@
+use nalgebra::Vector3;
+
+use super::Cuboid;
+use crate::combine::Offset;
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
+
+/// A box with `radius` added around it. Exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundedBox {
+    inflated: Offset<Cuboid>,
+}
+
+impl RoundedBox {
+    /// `half_extents` are those of the box within, `radius` that of its edges and corners.
+    pub fn new(half_extents: [f64; 3], radius: f64) -> Option<Self> {
+        let sharp = Cuboid::new(half_extents)?;
+        (radius >= 0.0).then_some(Self { inflated: Offset::new(sharp, radius)? })
+    }
+}
+
+impl Sdf for RoundedBox {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.inflated.evaluate(point)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.inflated.bounds(level)
+    }
+
+    fn slope_bound(&self) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,40 @@
+use nalgebra::Vector3;
+
+use super::is_length;
+use super::profile::{Profile, revolve};
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
+
+/// A ring around z in the plane z = 0. Exact. The gradient is a choice on the ring's core circle and on the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Torus {
+    major_radius: f64,
+    minor_radius: f64,
+}
+
+impl Torus {
+    /// `major_radius` runs from the axis to the middle of the tube, `minor_radius` is the tube's own and no larger.
+    pub fn new(major_radius: f64, minor_radius: f64) -> Option<Self> {
+        let sound = is_length(major_radius) && is_length(minor_radius) && minor_radius <= major_radius;
+        sound.then_some(Self { major_radius, minor_radius })
+    }
+}
+
+impl Sdf for Torus {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        revolve(point, |[from_axis, z]| {
+            let from_core = Profile::from_point([from_axis - R::lift(self.major_radius), z]);
+            Profile { value: from_core.value - R::lift(self.minor_radius), ..from_core }
+        })
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        let outer = self.major_radius + self.minor_radius;
+        Aabb::centered([outer, outer, self.minor_radius]).inflate(level.max(0.0))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        1.0
+    }
+}

@@ -1,0 +1,31 @@
+use nalgebra::Vector3;
+
+use crate::real::Real;
+
+/// A length and the direction it was measured in.
+pub(crate) struct Direction<R: Real> {
+    pub length: R,
+    /// Of unit length; +x where the length is zero.
+    pub unit: Vector3<R>,
+    /// The length is zero, or too small for its square to be told from zero.
+    pub is_zero: R::Mask,
+}
+
+#[inline]
+pub(crate) fn direction<R: Real>(vector: Vector3<R>) -> Direction<R> {
+    let length = norm(vector);
+    let is_zero = length.is_zero();
+    let divisor = R::select(is_zero, R::one(), length);
+    let unit = (vector / divisor).zip_map(&Vector3::x(), |unit, x| R::select(is_zero, x, unit));
+    Direction { length, unit, is_zero }
+}
+
+#[inline]
+pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
+    vector.dot(&vector).sqrt()
+}
+
+#[inline]
+pub(crate) fn lift<R: Real>(vector: [f64; 3]) -> Vector3<R> {
+    Vector3::from(vector.map(R::lift))
+}

@@ -1,0 +1,1 @@
+//! Files: meshes in, grids in and out.
