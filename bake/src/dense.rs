@@ -1,0 +1,178 @@
+//! A distance at every node of a grid.
+
+use rayon::prelude::*;
+use sdf_core::Aabb;
+use sdf_core::grid::{Dense, Lattice, slope_bound};
+use sdf_core::nalgebra::Vector3;
+
+use crate::{MeshDistance, SignMethod};
+
+/// The samples of a baked grid, and what is certain of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenseGrid {
+    /// By node, x fastest, in the mesh's unit, negative inside.
+    pub distances: Vec<f32>,
+    /// The most that the interpolant changes over a unit of distance.
+    pub slope_bound: f64,
+    /// The most by which the interpolant differs from the signed distance anywhere in the grid's box.
+    pub error_bound: f64,
+}
+
+/// A grid of cubic cells with sides `spacing` around a box, at least `padding` cells wider on each side, the box in the
+/// middle. `None` where that is no [`Lattice`].
+pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Lattice> {
+    // A side that is a whole number of cells but for rounding gets that number.
+    const ROUNDING: f64 = 1e-9;
+    let cells = bounds.extents().map(|extent| (extent / spacing - ROUNDING).ceil().max(0.0) + 2.0 * f64::from(padding));
+    let in_range = cells.iter().all(|cells| *cells < f64::from(Lattice::MOST_NODES));
+    let origin =
+        std::array::from_fn(|axis| 0.5 * bounds.min[axis] + 0.5 * bounds.max[axis] - 0.5 * cells[axis] * spacing);
+    in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells.max(1.0) as u32 + 1)))?
+}
+
+/// Layers of nodes in a slab. Slabs are baked side by side.
+const SLAB: usize = 16;
+
+/// The exact distance at every node, rounded once to f32. `on_nodes_done` is told, from any thread, how many nodes more
+/// are done. The result does not depend on the number of threads.
+pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usize) + Sync)) -> DenseGrid {
+    let [row, rows, _] = lattice.nodes().map(|n| n as usize);
+    let layer = row * rows;
+    let mut distances = vec![0.0_f32; lattice.node_count()];
+    distances.par_chunks_mut(layer).enumerate().for_each(|(z, layer)| {
+        let mut guess = 0;
+        for (y, row) in layer.chunks_mut(row).enumerate() {
+            // To and fro, so that the next node is always a neighbour and its nearest triangle a good guess.
+            let mut measure = |x: usize| {
+                let nearest = mesh.nearest(node(lattice, [x, y, z]), guess);
+                guess = nearest.guess;
+                row[x] = (if nearest.is_inside { -nearest.distance } else { nearest.distance }) as f32;
+            };
+            let nodes = 0..lattice.nodes()[0] as usize;
+            if y % 2 == 0 {
+                nodes.for_each(&mut measure)
+            } else {
+                nodes.rev().for_each(&mut measure)
+            }
+            on_nodes_done(row.len());
+        }
+    });
+    if mesh.sign_method() == SignMethod::Winding {
+        let slabs = distances.par_chunks_mut(layer * SLAB).enumerate();
+        slabs.for_each(|(slab, distances)| sign_slab(mesh, lattice, slab * SLAB, distances));
+    }
+    let slope_bound = match Dense::new(lattice, &distances) {
+        Some(storage) => slope_bound(lattice, &storage),
+        None => unreachable!("there are as many samples as nodes"),
+    };
+    let error_bound = error_bound(mesh, lattice, &distances);
+    DenseGrid { distances, slope_bound, error_bound }
+}
+
+fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
+    lattice.node(index.map(|i| i as u32)).into()
+}
+
+/// Negates the distances of all nodes inside, in layers `first_layer` and up.
+///
+/// Between two neighbours whose distances sum to more than a spacing there is no triangle, and the winding number changes
+/// as slowly as the mesh's rim allows. So a node takes the side of a neighbour that is sure enough of its own, and the
+/// winding number is asked where none is.
+fn sign_slab(mesh: &MeshDistance, lattice: &Lattice, first_layer: usize, distances: &mut [f32]) {
+    let [row, rows, _] = lattice.nodes().map(|n| n as usize);
+    let layer = row * rows;
+    let spacing = lattice.spacing();
+    let free_way = (spacing * (1.0 + 1e-6)) as f32;
+    let loss = Blocks::new([row, rows, distances.len() / layer], |[first, last]| {
+        let [low, high] = [first, last].map(|[x, y, z]| node(lattice, [x, y, z + first_layer]));
+        let radius = 0.5 * (high - low).norm() + spacing;
+        spacing * mesh.winding_slope((low + high) * 0.5, radius)
+    });
+    // How much a node's winding number may yet change without a change of side.
+    let mut sureness = vec![0.0_f64; distances.len()];
+    for index in 0..distances.len() {
+        let [x, y, z] = [index % row, index / row % rows, index / layer];
+        let loss = loss.at([x, y, z]);
+        let mut surest = (0.0, 0);
+        for (is_there, step) in [(x > 0, 1), (y > 0, row), (z > 0, layer)] {
+            if is_there && distances[index].abs() + distances[index - step].abs() > free_way {
+                let remaining = sureness[index - step] - loss;
+                if remaining > surest.0 {
+                    surest = (remaining, index - step);
+                }
+            }
+        }
+        let is_inside = if surest.0 > 0.0 {
+            sureness[index] = surest.0;
+            distances[surest.1].is_sign_negative()
+        } else {
+            let winding = mesh.winding_number(node(lattice, [x, y, z + first_layer]).into()).abs();
+            sureness[index] = (winding - 0.5).abs() - WINDING_ERROR;
+            winding >= 0.5
+        };
+        if is_inside {
+            distances[index] = -distances[index];
+        }
+    }
+}
+
+/// A number for each block of nodes of a slab.
+struct Blocks {
+    counts: [usize; 3],
+    values: Vec<f64>,
+}
+
+impl Blocks {
+    /// Nodes along each side of a block.
+    const SIDE: usize = 8;
+
+    /// `value` is given the first and the last node of each block.
+    fn new(nodes: [usize; 3], value: impl Fn([[usize; 3]; 2]) -> f64) -> Self {
+        let counts = nodes.map(|n| n.div_ceil(Self::SIDE));
+        let of_block = |block: usize| {
+            let first = [block % counts[0], block / counts[0] % counts[1], block / counts[0] / counts[1]]
+                .map(|block| block * Self::SIDE);
+            value([first, std::array::from_fn(|axis| (first[axis] + Self::SIDE).min(nodes[axis]) - 1)])
+        };
+        Self { counts, values: (0..counts.iter().product()).map(of_block).collect() }
+    }
+
+    fn at(&self, node: [usize; 3]) -> f64 {
+        let [x, y, z] = node.map(|n| n / Self::SIDE);
+        self.values[(z * self.counts[1] + y) * self.counts[0] + x]
+    }
+}
+
+/// How far the far nodes' expansion may be off; measured errors are a tenth of it.
+const WINDING_ERROR: f64 = 0.02;
+
+/// A true signed distance changes by at most the way, so the interpolant of exact nodes is off by at most
+/// Σ wᵢ |xᵢ − x| ≤ √3/2 of a spacing, half a cell's diagonal; and a node by its rounding to f32.
+///
+/// Where a mesh is open the sign changes away from it, across the surface that closes its holes by a winding number of
+/// one half. In a cell there the interpolant is off by as much as the distance and its own value. A patch of that surface
+/// so small that it cuts no edge of a cell goes unseen.
+fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
+    let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
+    let largest = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);
+    let rounding = f64::from(largest) * f64::from(f32::EPSILON);
+    let torn = if mesh.topology().is_closed() { 0.0 } else { largest_at_sign_change(lattice, distances) };
+    let smooth = half_diagonal + rounding;
+    if torn > 2.0 * half_diagonal { smooth + 2.0 * torn } else { smooth }
+}
+
+/// The largest distance at a corner of a cell with corners of both signs.
+fn largest_at_sign_change(lattice: &Lattice, distances: &[f32]) -> f64 {
+    use sdf_core::grid::Storage;
+    let Some(storage) = Dense::new(lattice, distances) else { return 0.0 };
+    let [cells_x, cells_y, cells_z] = lattice.cells();
+    let of_layer = |z: u32| {
+        let cells = (0..cells_y).flat_map(|y| (0..cells_x).map(move |x| [x, y, z]));
+        cells.fold(0.0_f32, |largest, cell| {
+            let corners = storage.corners(cell);
+            let inside = corners.iter().filter(|corner| **corner < 0.0).count();
+            if inside % 8 == 0 { largest } else { corners.iter().fold(largest, |most, corner| most.max(corner.abs())) }
+        })
+    };
+    f64::from((0..cells_z).into_par_iter().map(of_layer).reduce(|| 0.0, f32::max))
+}

@@ -1,0 +1,122 @@
+use std::fmt;
+
+use sdf_core::nalgebra::Vector3;
+
+use crate::TriangleMesh;
+use crate::intersections::intersecting_pairs;
+use crate::pseudo_normals::PseudoNormals;
+use crate::topology::{Topology, orient};
+use crate::tree::{NearestTriangle, Tree};
+use crate::winding::{Rim, WindingNumbers};
+
+/// How inside is told from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignMethod {
+    /// By the nearest feature's angle-weighted pseudo-normal: for one closed surface.
+    PseudoNormal,
+    /// By the generalized winding number: inside is where its magnitude is at least a half.
+    Winding,
+}
+
+impl fmt::Display for SignMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PseudoNormal => "pseudo-normal",
+            Self::Winding => "winding",
+        })
+    }
+}
+
+/// The exact signed distance to a mesh, by any method, at any point.
+pub struct MeshDistance<'a> {
+    mesh: &'a TriangleMesh,
+    tree: Tree,
+    topology: Topology,
+    winding: WindingNumbers,
+    rim: Rim,
+    pseudo_normals: Option<PseudoNormals>,
+    verdict: String,
+}
+
+/// The nearest triangle's unsigned distance, and where to look for a neighbouring point's.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    pub distance: f64,
+    pub guess: usize,
+    /// By the pseudo-normal, where that is the method.
+    pub is_inside: bool,
+}
+
+impl<'a> MeshDistance<'a> {
+    /// `sign`: `None` looks at the mesh and takes the pseudo-normals where they are sure.
+    pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
+        let tree = Tree::new(mesh);
+        let mut oriented = orient(mesh);
+        let senses: Vec<f64> = tree.triangles.iter().map(|triangle| oriented.senses[*triangle as usize]).collect();
+        if oriented.topology.bounds_one_solid() {
+            oriented.topology.intersecting_pairs = intersecting_pairs(mesh, &tree, &senses);
+        }
+        let topology = oriented.topology;
+        let sound = topology.bounds_one_solid();
+        let method = sign.unwrap_or(if sound { SignMethod::PseudoNormal } else { SignMethod::Winding });
+        let verdict = verdict(sign, method, &topology);
+        let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
+        let rim = Rim::new(oriented.rim().map(|(points, times)| (points.map(|p| mesh.points[p as usize]), times)));
+        Self { mesh, winding: WindingNumbers::new(&tree, senses), rim, tree, topology, pseudo_normals, verdict }
+    }
+
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    pub fn sign_method(&self) -> SignMethod {
+        if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
+    }
+
+    /// What the mesh looks like and which method that made, in words.
+    pub fn verdict(&self) -> &str {
+        &self.verdict
+    }
+
+    /// Negative inside. Exact but for f64's own rounding.
+    pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
+        let nearest = self.nearest(point.into(), 0);
+        let is_inside = match self.pseudo_normals {
+            Some(_) => nearest.is_inside,
+            None => self.winding_number(point).abs() >= 0.5,
+        };
+        if is_inside { -nearest.distance } else { nearest.distance }
+    }
+
+    /// The generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole.
+    pub fn winding_number(&self, point: [f64; 3]) -> f64 {
+        self.winding.at(&self.tree, point.into())
+    }
+
+    /// `guess` is a triangle to begin with: any will do, a near one saves time.
+    pub(crate) fn nearest(&self, point: Vector3<f64>, guess: usize) -> Nearest {
+        let NearestTriangle { slot, on_triangle } = self.tree.nearest(point, guess);
+        let is_inside = self.pseudo_normals.as_ref().is_some_and(|normals| {
+            let normal = normals.of(self.mesh, self.tree.triangles[slot], on_triangle.feature);
+            normal.dot(&(point - on_triangle.point)) < 0.0
+        });
+        Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
+    }
+
+    /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.
+    pub(crate) fn winding_slope(&self, center: Vector3<f64>, radius: f64) -> f64 {
+        self.rim.winding_slope(center, radius)
+    }
+}
+
+fn verdict(asked: Option<SignMethod>, method: SignMethod, topology: &Topology) -> String {
+    let found = match topology.to_string() {
+        found if found.is_empty() => "closed, consistently wound, one shell".to_owned(),
+        found if topology.bounds_one_solid() => format!("closed, one shell ({found}: turned)"),
+        found => found,
+    };
+    match asked {
+        Some(_) => format!("{method}, as asked; the mesh: {found}"),
+        None => format!("{method}: {found}"),
+    }
+}

@@ -1,0 +1,181 @@
+use rayon::prelude::*;
+use sdf_core::nalgebra::Vector3;
+
+use crate::TriangleMesh;
+use crate::hilbert::{BITS, hilbert_index};
+use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
+
+/// How many children a node has. Their boxes are tested together.
+pub(crate) const FAN: usize = 8;
+
+/// Triangles in Hilbert order under an implicit tree: each level groups [`FAN`] neighbours of the one below.
+pub(crate) struct Tree {
+    /// Corners, in the order of the tree.
+    pub corners: Vec<[Vector3<f64>; 3]>,
+    /// For each of them its triangle in the mesh.
+    pub triangles: Vec<u32>,
+    /// From the triangles up: `levels[0][i]` holds the boxes of triangles 8i to 8i + 7, `levels[1][i]` those of the
+    /// groups 8i to 8i + 7 of level 0. The last level is the root alone.
+    levels: Vec<Vec<Boxes>>,
+}
+
+/// The boxes of a node's children, side by side. A place without a child holds a box that nothing is near to.
+#[derive(Clone)]
+struct Boxes {
+    min: [[f64; FAN]; 3],
+    max: [[f64; FAN]; 3],
+}
+
+/// A triangle of the tree and the point of it that is nearest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearestTriangle {
+    /// In the order of the tree.
+    pub slot: usize,
+    pub on_triangle: NearestOnTriangle,
+}
+
+/// Boxes farther than this times the best distance so far are passed over. The excess over one is more than all
+/// rounding of both: so the answer does not depend on where the search began.
+const PRUNE_SLACK: f64 = 1.0 + 1e-12;
+
+/// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
+const STACK: usize = 11 * FAN;
+
+impl Tree {
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let bounds = mesh.bounds();
+        let cells_per_length = f64::from((1_u32 << BITS) - 1) / bounds.longest_side();
+        let mut order: Vec<(u64, u32)> = (0..mesh.triangle_count() as u32)
+            .into_par_iter()
+            .map(|triangle| {
+                let [a, b, c] = mesh.corner_points(mesh.triangles[triangle as usize]);
+                let from_corner = a / 3.0 + b / 3.0 + c / 3.0 - Vector3::from(bounds.min);
+                (hilbert_index((from_corner * cells_per_length).map(|x| x as u32).into()), triangle)
+            })
+            .collect();
+        order.par_sort_unstable();
+        let triangles: Vec<u32> = order.into_iter().map(|(_, triangle)| triangle).collect();
+        let corners: Vec<_> =
+            triangles.iter().map(|triangle| mesh.corner_points(mesh.triangles[*triangle as usize])).collect();
+
+        let mut levels = vec![group(corners.iter().map(box_around))];
+        while levels[levels.len() - 1].len() > 1 {
+            levels.push(group(levels[levels.len() - 1].iter().map(Boxes::outer)));
+        }
+        Self { corners, triangles, levels }
+    }
+
+    /// The triangle nearest to `point`, the first in the tree's order where several are equally near. `guess` is any
+    /// triangle; the search is the shorter, the nearer it is.
+    pub fn nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
+        let mut best = NearestTriangle { slot: guess, on_triangle: nearest_on_triangle(point, self.corners[guess]) };
+        let mut stack = [(0.0, 0, 0); STACK];
+        let mut waiting = 1;
+        stack[0] = (0.0, self.levels.len() - 1, 0);
+        while waiting > 0 {
+            waiting -= 1;
+            let (distance_sq, level, node) = stack[waiting];
+            if distance_sq > best.on_triangle.distance_sq * PRUNE_SLACK {
+                continue;
+            }
+            let distances_sq = self.levels[level][node].distances_sq(point);
+            let first_waiting = waiting;
+            for (child, distance_sq) in distances_sq.into_iter().enumerate() {
+                if distance_sq > best.on_triangle.distance_sq * PRUNE_SLACK {
+                    continue;
+                }
+                let index = node * FAN + child;
+                if level == 0 {
+                    let on_triangle = nearest_on_triangle(point, self.corners[index]);
+                    let found = (on_triangle.distance_sq, index);
+                    if found < (best.on_triangle.distance_sq, best.slot) {
+                        best = NearestTriangle { slot: index, on_triangle };
+                    }
+                    continue;
+                }
+                // The nearest child goes last, to be taken first.
+                let mut place = waiting;
+                while place > first_waiting && stack[place - 1].0 < distance_sq {
+                    stack[place] = stack[place - 1];
+                    place -= 1;
+                }
+                stack[place] = (distance_sq, level - 1, index);
+                waiting += 1;
+            }
+        }
+        best
+    }
+
+    /// Calls `visit` with every triangle whose box meets the box from `min` to `max`.
+    pub fn overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, mut visit: impl FnMut(usize)) {
+        let mut stack = [(0, 0); STACK];
+        let mut waiting = 1;
+        stack[0] = (self.levels.len() - 1, 0);
+        while waiting > 0 {
+            waiting -= 1;
+            let (level, node) = stack[waiting];
+            let boxes = &self.levels[level][node];
+            for child in 0..FAN {
+                if (0..3).any(|axis| boxes.max[axis][child] < min[axis] || max[axis] < boxes.min[axis][child]) {
+                    continue;
+                }
+                if level == 0 {
+                    visit(node * FAN + child);
+                } else {
+                    stack[waiting] = (level - 1, node * FAN + child);
+                    waiting += 1;
+                }
+            }
+        }
+    }
+
+    /// How many nodes each level has, from the triangles' own up.
+    pub fn level_sizes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.levels.iter().map(Vec::len)
+    }
+}
+
+impl Boxes {
+    const NOTHING: Self = Self { min: [[f64::INFINITY; FAN]; 3], max: [[f64::NEG_INFINITY; FAN]; 3] };
+
+    #[inline]
+    fn distances_sq(&self, point: Vector3<f64>) -> [f64; FAN] {
+        let mut distances_sq = [0.0; FAN];
+        for axis in 0..3 {
+            for child in 0..FAN {
+                let below = self.min[axis][child] - point[axis];
+                let above = point[axis] - self.max[axis][child];
+                let outside = below.max(above).max(0.0);
+                distances_sq[child] += outside * outside;
+            }
+        }
+        distances_sq
+    }
+
+    /// The box around all children.
+    fn outer(&self) -> [Vector3<f64>; 2] {
+        let least = |of: &[f64; FAN]| of.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = |of: &[f64; FAN]| of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        [Vector3::from_fn(|axis, _| least(&self.min[axis])), Vector3::from_fn(|axis, _| most(&self.max[axis]))]
+    }
+}
+
+fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 2] {
+    [a.inf(b).inf(c), a.sup(b).sup(c)]
+}
+
+fn group(children: impl Iterator<Item = [Vector3<f64>; 2]>) -> Vec<Boxes> {
+    let mut groups: Vec<Boxes> = Vec::new();
+    for (index, [min, max]) in children.enumerate() {
+        let place = index % FAN;
+        if place == 0 {
+            groups.push(Boxes::NOTHING);
+        }
+        let Some(group) = groups.last_mut() else { continue };
+        for axis in 0..3 {
+            group.min[axis][place] = min[axis];
+            group.max[axis][place] = max[axis];
+        }
+    }
+    groups
+}
