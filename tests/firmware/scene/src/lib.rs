@@ -1,0 +1,78 @@
+//! One contact of a triangle with a grid in read-only memory, found in f32, and the lines that tell it.
+//!
+//! Host and board print the same bytes, or one of them does not compute what the other does. The lines are written
+//! without `core::fmt`, which can panic: so a panic linked into the board's program comes from the contact.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod page;
+
+use core::hint::black_box;
+
+use page::Page;
+use sdf_core::Simplex;
+use sdf_core::contact::{Contact, ContactStatus, Element, Feature, Outcome, contact};
+use sdf_core::grid::{Dense, Grid, Lattice};
+use sdf_core::minimize::FrankWolfe;
+use sdf_core::nalgebra::Vector3;
+
+include!(concat!(env!("OUT_DIR"), "/grid.rs"));
+
+/// √3, rounded up: along each axis a true distance rises by at most the spacing from node to node, and so no interpolant
+/// of it is steeper.
+const SLOPE_BOUND: f64 = 1.7321;
+
+/// One corner is outside the grid, two are near the shape, and the deepest point lies on the face between.
+const TRIANGLE: [[f32; 3]; 3] = [[0.7, 0.05, 0.3], [-0.35, 0.45, 0.1], [-0.2, -0.4, 0.15]];
+
+/// Writes what became of the triangle, byte by byte.
+pub fn report(out: impl FnMut(u8)) {
+    let mut page = Page(out);
+    match triangle_contact() {
+        None => page.text("the grid was refused\n"),
+        Some(Outcome::NotFinite) => page.text("not finite\n"),
+        Some(Outcome::Culled) => page.text("culled\n"),
+        Some(Outcome::Apart(minimum)) => page.numbers("apart", &[minimum.sample.value]),
+        Some(Outcome::Contact(contact)) => write_contact(&mut page, &contact),
+    }
+}
+
+fn triangle_contact() -> Option<Outcome<f32, 3>> {
+    let lattice = Lattice::new(ORIGIN, SPACING, [NODES; 3])?;
+    let grid = Grid::new(lattice, Dense::new(&lattice, &SAMPLES)?, SLOPE_BOUND)?;
+    // The compiler must not know the corners, or it may find the contact itself.
+    let corners = black_box(TRIANGLE).map(Vector3::from);
+    let element = Element { id: 17, vertices: [3, 5, 8], simplex: Simplex { corners } };
+    Some(contact(&grid, &FrankWolfe::default(), 0.0, &element))
+}
+
+fn write_contact(page: &mut Page<impl FnMut(u8)>, contact: &Contact<f32, 3>) {
+    page.text(match contact.status {
+        ContactStatus::Converged => "converged",
+        ContactStatus::BudgetSpent => "budget spent",
+        ContactStatus::OutsideGrid => "outside the grid",
+        ContactStatus::DegenerateGradient => "degenerate gradient",
+    });
+    page.whole(" after", contact.evaluations);
+    page.text(" evaluations\n");
+    match contact.feature {
+        Feature::Vertex(vertex) => page.whole("vertex", vertex),
+        Feature::Edge([a, b]) => {
+            page.whole("edge", a);
+            page.whole("", b);
+        }
+        Feature::Face(face) => page.whole("face", face),
+    }
+    page.whole(" of element", contact.element);
+    page.text(" key ");
+    page.bits((contact.key() >> 32) as u32);
+    page.bits(contact.key() as u32);
+    page.text("\n");
+    page.numbers("distance", &[contact.distance]);
+    page.numbers("lower bound", &[contact.lower_bound]);
+    page.numbers("weights", &contact.weights);
+    page.numbers("point", contact.point.as_slice());
+    page.numbers("surface point", contact.surface_point.as_slice());
+    page.numbers("normal", contact.normal.as_slice());
+}
