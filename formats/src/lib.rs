@@ -1,1 +1,6 @@
 //! Files: meshes in, grids in and out.
+
+pub mod contact_file;
+pub mod field_file;
+pub mod grid_file;
+pub mod mesh;

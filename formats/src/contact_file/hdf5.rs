@@ -1,0 +1,67 @@
+use std::io;
+use std::path::Path;
+
+use rust_hdf5::{H5File, H5Group, H5Type, Hdf5Error, LibverBound};
+
+use super::ContactRecord;
+
+/// A group `/contacts` with one dataset a column, all of as many rows as there are contacts. Words are numbered: element
+/// and feature 0 vertex, 1 edge, 2 face; status as the attribute `status_names` lists them. What does not exist, such
+/// as the third weight of an edge, is 0; `feature_id` has 4294967295 for a second vertex that is none.
+pub(super) fn write(path: &Path, contacts: &[ContactRecord]) -> io::Result<()> {
+    into_file(path, contacts).map_err(|error| match error {
+        Hdf5Error::Io(error) => error,
+        error => io::Error::other(error.to_string()),
+    })
+}
+
+const KINDS: [&str; 3] = ["vertex", "edge", "face"];
+const STATUSES: [&str; 4] = ["converged", "budget_spent", "outside_grid", "degenerate_gradient"];
+
+fn into_file(path: &Path, contacts: &[ContactRecord]) -> Result<(), Hdf5Error> {
+    let file = H5File::options().libver(LibverBound::Earliest).track_times(false).no_locking().create(path)?;
+    let group = file.create_group("contacts")?;
+    group.set_attr_numeric("count", &(contacts.len() as u64))?;
+    group.set_attr_string("kind_names", &KINDS.join(" "))?;
+    group.set_attr_string("status_names", &STATUSES.join(" "))?;
+
+    let table = Table { group: &group, contacts };
+    let number = |names: &[&str], name: &str| names.iter().position(|known| *known == name).unwrap_or(0) as u8;
+    table.column("element", |contact| [number(&KINDS, contact.element)])?;
+    table.column("id", |contact| [contact.id])?;
+    table.column("polygon", |contact| [contact.polygon.unwrap_or(0)])?;
+    table.column("feature", |contact| [number(&KINDS, contact.feature)])?;
+    table.column("feature_id", |contact| {
+        [0, 1].map(|place| contact.feature_id.get(place).copied().unwrap_or(u32::MAX))
+    })?;
+    table.column("weights", |contact| [0, 1, 2].map(|corner| contact.weights.get(corner).copied().unwrap_or(0.0)))?;
+    table.column("point", |contact| contact.point)?;
+    table.column("surface_point", |contact| contact.surface_point)?;
+    table.column("normal", |contact| contact.normal)?;
+    table.column("distance", |contact| [contact.distance])?;
+    table.column("lower_bound", |contact| [contact.lower_bound])?;
+    table.column("evaluations", |contact| [contact.evaluations])?;
+    table.column("status", |contact| [number(&STATUSES, contact.status)])?;
+    table.column("key", |contact| [contact.key])?;
+    // `atomic_write` syncs.
+    file.close_no_sync()
+}
+
+struct Table<'a> {
+    group: &'a H5Group,
+    contacts: &'a [ContactRecord],
+}
+
+impl Table<'_> {
+    fn column<T: H5Type, const N: usize>(
+        &self,
+        name: &str,
+        of: impl Fn(&ContactRecord) -> [T; N],
+    ) -> Result<(), Hdf5Error> {
+        let values: Vec<T> = self.contacts.iter().flat_map(of).collect();
+        let rows = self.contacts.len();
+        let dataset = self.group.new_dataset::<T>();
+        let dataset = if N == 1 { dataset.shape([rows]) } else { dataset.shape([rows, N]) };
+        dataset.create(name)?.write_raw(&values)
+    }
+}

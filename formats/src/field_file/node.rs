@@ -1,0 +1,82 @@
+use std::sync::Arc;
+
+use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placed, Similarity};
+use sdf_core::shapes::{
+    Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
+};
+use sdf_core::{Aabb, Real, Sample, Sdf};
+
+use super::OwnedGrid;
+
+/// A field whose making is known only at run time: a tree of shapes.
+#[derive(Clone, Debug)]
+pub enum Node {
+    Sphere(Sphere),
+    HalfSpace(HalfSpace),
+    Cuboid(Cuboid),
+    RoundedBox(RoundedBox),
+    Capsule(Capsule),
+    Cylinder(Cylinder),
+    Cone(Cone),
+    Torus(Torus),
+    Octahedron(Octahedron),
+    Ellipsoid(Ellipsoid),
+    Bowl(Bowl),
+    Horseshoe(Horseshoe),
+    Grid(Arc<OwnedGrid>),
+    Union(Box<Union<Node, Node>>),
+    Intersection(Box<Intersection<Node, Node>>),
+    Difference(Box<Difference<Node, Node>>),
+    SmoothUnion(Box<SmoothUnion<Node, Node>>),
+    Offset(Box<Offset<Node>>),
+    Shell(Box<Shell<Node>>),
+    Placed(Box<Placed<Node, Similarity>>),
+}
+
+/// Calls the same method of whatever the node holds.
+macro_rules! delegate {
+    ($node:expr, $field:ident => $call:expr) => {
+        match $node {
+            Node::Sphere($field) => $call,
+            Node::HalfSpace($field) => $call,
+            Node::Cuboid($field) => $call,
+            Node::RoundedBox($field) => $call,
+            Node::Capsule($field) => $call,
+            Node::Cylinder($field) => $call,
+            Node::Cone($field) => $call,
+            Node::Torus($field) => $call,
+            Node::Octahedron($field) => $call,
+            Node::Ellipsoid($field) => $call,
+            Node::Bowl($field) => $call,
+            Node::Horseshoe($field) => $call,
+            Node::Grid($field) => $call,
+            Node::Union($field) => $call,
+            Node::Intersection($field) => $call,
+            Node::Difference($field) => $call,
+            Node::SmoothUnion($field) => $call,
+            Node::Offset($field) => $call,
+            Node::Shell($field) => $call,
+            Node::Placed($field) => $call,
+        }
+    };
+}
+
+impl Sdf for Node {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        delegate!(self, field => field.evaluate(point))
+    }
+
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        delegate!(self, field => field.value(point))
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        delegate!(self, field => field.bounds(level))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        delegate!(self, field => field.slope_bound())
+    }
+}

@@ -1,0 +1,128 @@
+//! From a table of the file to the shape that it describes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::placed::{Placed, Similarity};
+use sdf_core::shapes::{
+    Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
+};
+
+use super::table::Table;
+use super::{FieldError, Node};
+
+const SHAPES: &str = "sphere, half_space, box, rounded_box, capsule, cylinder, cone, torus, octahedron, ellipsoid, bowl, \
+    horseshoe, grid, union, intersection, difference, smooth_union, offset or shell";
+
+/// The shape of a table, placed by its `pose`. `may_nest`: how many levels deeper it may go.
+pub(super) fn node(mut table: Table, may_nest: usize) -> Result<Node, FieldError> {
+    let Some(may_nest) = may_nest.checked_sub(1) else {
+        return Err(table.refuse("is nested too deep"));
+    };
+    let pose = table.table_if_there("pose")?.map(pose).transpose()?;
+    let shape = table.text("shape")?;
+    let node = match shape {
+        "sphere" => Sphere::new(table.number("radius")?).map(Node::Sphere),
+        "half_space" => HalfSpace::new(table.numbers("normal")?, table.number("offset")?).map(Node::HalfSpace),
+        "box" => Cuboid::new(table.numbers("half_extents")?).map(Node::Cuboid),
+        "rounded_box" => RoundedBox::new(table.numbers("half_extents")?, table.number("radius")?).map(Node::RoundedBox),
+        "capsule" => Capsule::new(table.numbers("a")?, table.numbers("b")?, table.number("radius")?).map(Node::Capsule),
+        "cylinder" => Cylinder::new(table.number("radius")?, table.number("half_height")?).map(Node::Cylinder),
+        "cone" => Cone::new(table.number("half_angle_deg")?.to_radians(), table.number("height")?).map(Node::Cone),
+        "torus" => Torus::new(table.number("major_radius")?, table.number("minor_radius")?).map(Node::Torus),
+        "octahedron" => Octahedron::new(table.number("size")?).map(Node::Octahedron),
+        "ellipsoid" => Ellipsoid::new(table.numbers("radii")?).map(Node::Ellipsoid),
+        "bowl" => {
+            Bowl::new(table.number("radius")?, table.number("cut_height")?, table.number("thickness")?).map(Node::Bowl)
+        }
+        "horseshoe" => Horseshoe::new(
+            table.number("radius")?,
+            table.number("thickness")?,
+            table.number("bend_deg")?.to_radians(),
+            table.number("leg")?,
+            table.number("half_depth")?,
+        )
+        .map(Node::Horseshoe),
+        "grid" => Some(Node::Grid(Arc::new(grid(&mut table)?))),
+        "union" => joined(&mut table, may_nest, |a, b| Some(Node::Union(Box::new(Union(a, b)))))?,
+        "intersection" => joined(&mut table, may_nest, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))?,
+        "difference" => difference(&mut table, may_nest)?,
+        "smooth_union" => {
+            let blend = table.number("blend")?;
+            let blended = |a, b| SmoothUnion::new(a, b, blend).map(|union| Node::SmoothUnion(Box::new(union)));
+            joined(&mut table, may_nest, blended)?
+        }
+        "offset" => {
+            let of = node(table.table("of")?, may_nest)?;
+            Offset::new(of, table.number("distance")?).map(|offset| Node::Offset(Box::new(offset)))
+        }
+        "shell" => {
+            let of = node(table.table("of")?, may_nest)?;
+            Shell::new(of, table.number("thickness")?).map(|shell| Node::Shell(Box::new(shell)))
+        }
+        unknown => return Err(table.refuse(format!("shape {unknown:.40?} is unknown; take {SHAPES}"))),
+    };
+    let node = node.ok_or_else(|| table.refuse(format!("these numbers make no {shape}")))?;
+    table.finish()?;
+    Ok(match pose {
+        Some(placement) => Node::Placed(Box::new(Placed { field: node, placement })),
+        None => node,
+    })
+}
+
+fn pose(mut table: Table) -> Result<Similarity, FieldError> {
+    let translation = table.numbers_if_there("translation")?.unwrap_or([0.0; 3]);
+    let rotation = table.numbers_if_there("rotation")?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let scale = table.number_if_there("scale")?.unwrap_or(1.0);
+    let pose = Similarity::new(translation, rotation, scale);
+    let pose = pose.ok_or_else(|| table.refuse("rotation must not be zero and scale must be positive"))?;
+    table.finish()?;
+    Ok(pose)
+}
+
+/// The file is named as seen from the folder of this one.
+fn grid(table: &mut Table) -> Result<super::OwnedGrid, FieldError> {
+    let folder = table.file.parent().unwrap_or(Path::new("."));
+    Ok(super::read_grid(&folder.join(table.text("file")?))?.0)
+}
+
+fn parts(table: &mut Table, may_nest: usize) -> Result<Vec<Node>, FieldError> {
+    table.tables("of")?.into_iter().map(|part| node(part, may_nest)).collect()
+}
+
+/// All of `of`, joined by pairs of neighbours, pairs of pairs and so on, so that many parts nest but little.
+fn joined(
+    table: &mut Table,
+    may_nest: usize,
+    join: impl Fn(Node, Node) -> Option<Node>,
+) -> Result<Option<Node>, FieldError> {
+    Ok(join_all(parts(table, may_nest)?, join))
+}
+
+fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> Option<Node> {
+    while parts.len() > 1 {
+        let mut halved = Vec::with_capacity(parts.len().div_ceil(2));
+        let mut rest = parts.into_iter();
+        while let Some(first) = rest.next() {
+            halved.push(match rest.next() {
+                Some(second) => join(first, second)?,
+                None => first,
+            });
+        }
+        parts = halved;
+    }
+    parts.pop()
+}
+
+/// The first of `of` without all the others.
+fn difference(table: &mut Table, may_nest: usize) -> Result<Option<Node>, FieldError> {
+    let mut parts = parts(table, may_nest)?;
+    let others = parts.split_off(1);
+    let taken = join_all(others, |a, b| Some(Node::Union(Box::new(Union(a, b)))));
+    let first = parts.pop();
+    Ok(match (first, taken) {
+        (Some(first), Some(taken)) => Some(Node::Difference(Box::new(Difference(first, taken)))),
+        (first, _) => first,
+    })
+}

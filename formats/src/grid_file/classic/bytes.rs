@@ -1,0 +1,85 @@
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use crate::grid_file::Fault;
+
+/// A file that is read by address.
+pub(super) struct Bytes {
+    file: File,
+    length: u64,
+}
+
+impl Bytes {
+    pub(super) fn open(path: &Path) -> Result<Self, Fault> {
+        // Before opening, for a pipe would wait for its writer.
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file").into());
+        }
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Self { file, length })
+    }
+
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    pub(super) fn holds(&self, address: u64, count: u64) -> bool {
+        address.checked_add(count).is_some_and(|end| end <= self.length)
+    }
+
+    /// Takes memory only for what the file holds.
+    pub(super) fn at(&mut self, address: u64, count: usize) -> Result<Vec<u8>, Fault> {
+        if !self.holds(address, count as u64) {
+            return Err(Fault::damaged(format!("{count} bytes at {address} lie outside its {} bytes", self.length)));
+        }
+        let mut bytes = vec![0; count];
+        self.file.seek(SeekFrom::Start(address))?;
+        self.file.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// What is left of a record: little-endian fields, one after the other.
+pub(super) struct Fields<'a>(pub(super) &'a [u8]);
+
+impl<'a> Fields<'a> {
+    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], Fault> {
+        let (taken, rest) = self.0.split_at_checked(count).ok_or_else(|| Fault::damaged("a record is cut short"))?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    pub(super) fn skip(&mut self, count: usize) -> Result<(), Fault> {
+        self.take(count).map(drop)
+    }
+
+    pub(super) fn array<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        self.take(N).map(|taken| taken.try_into().expect("N were taken"))
+    }
+
+    pub(super) fn u8(&mut self) -> Result<u8, Fault> {
+        self.array().map(u8::from_le_bytes)
+    }
+
+    pub(super) fn u16(&mut self) -> Result<u16, Fault> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub(super) fn u32(&mut self) -> Result<u32, Fault> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub(super) fn u64(&mut self) -> Result<u64, Fault> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    /// The four letters that a block begins with.
+    pub(super) fn expect(&mut self, signature: &[u8; 4]) -> Result<(), Fault> {
+        if self.array::<4>()? == *signature {
+            return Ok(());
+        }
+        Err(Fault::damaged(format!("no {} block where one should be", String::from_utf8_lossy(signature))))
+    }
+}

@@ -1,0 +1,323 @@
+//! A file that is not as it was written is refused, at once and with little memory, or reads as it was written.
+
+mod grid_samples;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::fs::{self, File, OpenOptions};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use grid_samples::{Random, about, lumpy_sphere};
+use sdf_formats::grid_file::{self, Fault, GridFile};
+use tempfile::TempDir;
+
+/// For a reading thread: the samples and chunks of a file here are less than three times its size.
+fn most_memory(file_bytes: usize) -> usize {
+    (1 << 20) + 4 * file_bytes
+}
+
+/// Notes the most memory that the thread had in use.
+struct Watched;
+
+thread_local! {
+    static IN_USE: Cell<isize> = const { Cell::new(0) };
+    static MOST: Cell<isize> = const { Cell::new(0) };
+}
+
+fn note(change: isize) {
+    let in_use = IN_USE.get() + change;
+    IN_USE.set(in_use);
+    MOST.set(MOST.get().max(in_use));
+}
+
+// SAFETY: System does the work.
+unsafe impl GlobalAlloc for Watched {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        note(layout.size() as isize);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        note(-(layout.size() as isize));
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static MEMORY: Watched = Watched;
+
+/// A file on disk, and what it holds while it is sound.
+struct Sample {
+    _folder: TempDir,
+    path: PathBuf,
+    bytes: Vec<u8>,
+    grid: GridFile,
+}
+
+impl Sample {
+    fn new(nodes: [u32; 3]) -> Self {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("grid.sdf.h5");
+        let (lattice, distances) = lumpy_sphere(nodes);
+        grid_file::write(&path, &lattice, &distances, &about()).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        Self { _folder: folder, path, bytes, grid: GridFile { lattice, distances, about: about() } }
+    }
+
+    /// What reading says to these bytes in place of the file's own; it is the same grid or none.
+    fn read_with(&self, at: usize, bytes: &[u8]) -> Option<Fault> {
+        overwrite(&self.path, at, bytes);
+        let before = IN_USE.get();
+        MOST.set(before);
+        let summary = grid_file::read_summary(&self.path);
+        let answer = grid_file::read(&self.path);
+        let memory = (MOST.get() - before) as usize;
+        assert!(memory < most_memory(self.bytes.len()), "{memory} bytes with {bytes:?} at {at}");
+        overwrite(&self.path, at, &self.bytes[at..at + bytes.len()]);
+        if let Ok(summary) = summary {
+            assert_eq!((summary.lattice, &summary.about), (self.grid.lattice, &self.grid.about), "at {at}: {bytes:?}");
+        }
+        match answer {
+            Ok(grid) => assert!(grid == self.grid, "another grid with {bytes:?} at {at}"),
+            Err(error) => {
+                assert_eq!(error.to_string().lines().count(), 1, "{error}");
+                return Some(error.fault);
+            }
+        }
+        None
+    }
+
+    /// Where the only occurrence of these bytes begins.
+    fn find(&self, wanted: &[u8]) -> usize {
+        let mut found = (0..self.bytes.len()).filter(|at| self.bytes[*at..].starts_with(wanted));
+        let at = found.next().expect("is somewhere");
+        assert_eq!(found.next(), None, "is there twice");
+        at
+    }
+
+    /// Where the tree of chunks begins: the only one of type 1.
+    fn chunk_tree(&self) -> usize {
+        (0..self.bytes.len()).find(|at| self.bytes[*at..].starts_with(b"TREE\x01")).unwrap()
+    }
+}
+
+fn overwrite(path: &Path, at: usize, bytes: &[u8]) {
+    let mut file = OpenOptions::new().write(true).open(path).unwrap();
+    file.seek(SeekFrom::Start(at as u64)).unwrap();
+    file.write_all(bytes).unwrap();
+}
+
+#[test]
+fn a_file_cut_short_anywhere_is_refused() {
+    for nodes in [[2, 3, 5], [40, 33, 2]] {
+        let sample = Sample::new(nodes);
+        let file = OpenOptions::new().write(true).open(&sample.path).unwrap();
+        for length in (0..sample.bytes.len()).rev() {
+            file.set_len(length as u64).unwrap();
+            let error = grid_file::read(&sample.path).expect_err("is cut short").to_string();
+            assert!(error.lines().count() == 1 && error.contains("; "), "{error}");
+            assert!(grid_file::read_summary(&sample.path).is_err());
+        }
+    }
+}
+
+#[test]
+fn a_byte_that_changed_never_goes_unnoticed() {
+    let sample = Sample::new([2, 3, 5]);
+    let mut random = Random::told();
+    let mut noticed = 0;
+    for at in 0..sample.bytes.len() {
+        for change in [1 << random.below(8), 0xff, 1 + random.below(255) as u8] {
+            noticed += usize::from(sample.read_with(at, &[sample.bytes[at] ^ change]).is_some());
+        }
+    }
+    // The rest is room that HDF5 keeps and nobody reads.
+    assert!(noticed > 3000, "{noticed}");
+}
+
+#[test]
+fn many_bytes_that_changed_never_go_unnoticed() {
+    let mut random = Random::told();
+    // Eight chunks, and 70 chunks, which take a tree of two levels.
+    for nodes in [[33, 33, 33], [2, 2, 2240]] {
+        let sample = Sample::new(nodes);
+        for _ in 0..3000 {
+            let length = [1, 2, 4, 8, 100][random.below(5)];
+            let at = random.below(sample.bytes.len() - length);
+            let flood = [0, 0xff, random.below(256) as u8][random.below(3)];
+            let noise = (0..length).map(|_| random.below(256) as u8).collect();
+            sample.read_with(at, &[vec![flood; length], noise][random.below(2)]);
+        }
+    }
+}
+
+/// Where a changed byte tells most: all but the room that HDF5 keeps.
+#[test]
+fn changed_structure_never_goes_unnoticed() {
+    let mut random = Random::told();
+    let sample = Sample::new([33, 33, 33]);
+    let places: Vec<usize> = (0..sample.bytes.len() - 8)
+        .filter(|at| [&b"TREE"[..], b"SNOD", b"HEAP", b"GCOL"].contains(&&sample.bytes[*at..at + 4]))
+        .chain([0, sample.find(b"WholeExtent") - 100, sample.find(b"format_version")])
+        .collect();
+    for _ in 0..10_000 {
+        let at = places[random.below(places.len())] + random.below(200);
+        let value = [0, 1, 255, 24, 96, 65536, sample.bytes.len() - 1, usize::MAX, random.below(usize::MAX)];
+        let width = [1, 2, 4, 8][random.below(4)].min(sample.bytes.len() - at.min(sample.bytes.len() - 1));
+        if at + width <= sample.bytes.len() {
+            sample.read_with(at, &value[random.below(value.len())].to_le_bytes()[..width]);
+        }
+    }
+}
+
+#[test]
+fn more_than_the_file_holds_is_refused_before_memory_is_taken() {
+    let sample = Sample::new([2, 3, 5]);
+    let shape: Vec<u8> = [5_u64, 3, 2].iter().flat_map(|n| n.to_le_bytes()).collect();
+    // Twice: the shape and the most it may grow to. The first is asked.
+    let at = (0..sample.bytes.len()).find(|at| sample.bytes[*at..].starts_with(&shape)).unwrap();
+    let chunk = sample.find(&[5, 0, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0]);
+    for huge in [[8192; 3], [1 << 24; 3], [u64::MAX; 3], [1 << 63, 2, 2], [0, 3, 2]] {
+        let huge_shape: Vec<u8> = huge.iter().flat_map(|n| n.to_le_bytes()).collect();
+        let fault = sample.read_with(at, &huge_shape).expect("too many chunks");
+        assert!(fault.to_string().contains("declared"), "{fault}");
+        // With as large a chunk.
+        overwrite(&sample.path, at, &huge_shape);
+        let huge_chunk: Vec<u8> = huge.iter().flat_map(|n| (*n as u32).to_le_bytes()).collect();
+        let fault = sample.read_with(chunk, &huge_chunk).expect("too large a chunk");
+        assert!(fault.to_string().contains("declared"), "{fault}");
+        overwrite(&sample.path, at, &shape);
+    }
+    assert!(sample.read_with(0, &[]).is_none());
+}
+
+#[test]
+fn a_chunk_that_inflates_without_end_is_stopped() {
+    use flate2::{Compression, write::ZlibEncoder};
+    let mut sample = Sample::new([40, 40, 40]);
+    let mut bomb = ZlibEncoder::new(Vec::new(), Compression::best());
+    bomb.write_all(&vec![0; 16 << 20]).unwrap();
+    let bomb = bomb.finish().unwrap();
+    // In place of the first chunk: at the end of the file, and the size in the first key of the tree.
+    let tree = sample.chunk_tree();
+    let end = sample.bytes.len();
+    sample.bytes.extend(&bomb);
+    sample.bytes[tree + 24..][..4].copy_from_slice(&(bomb.len() as u32).to_le_bytes());
+    sample.bytes[tree + 64..][..8].copy_from_slice(&(end as u64).to_le_bytes());
+    fs::write(&sample.path, &sample.bytes).unwrap();
+    let fault = sample.read_with(0, &[]).unwrap();
+    assert!(fault.to_string().contains("does not inflate to its size"), "{fault}");
+}
+
+#[test]
+fn a_tree_that_bites_its_tail_is_refused() {
+    let sample = Sample::new([33, 33, 33]);
+    let tree = sample.chunk_tree();
+    let count = sample.bytes[tree + 6] as usize;
+    for level in [1, 2, 5, 6, 255] {
+        let mut node = sample.bytes[tree..tree + 24 + 48 * count].to_vec();
+        node[5] = level;
+        for entry in 0..count {
+            node[24 + entry * 48 + 40..][..8].copy_from_slice(&(tree as u64).to_le_bytes());
+        }
+        assert!(sample.read_with(tree, &node).is_some());
+    }
+}
+
+/// Each of them inflates as it should.
+#[test]
+fn chunks_that_changed_places_are_noticed() {
+    let sample = Sample::new([40, 40, 40]);
+    let entries = sample.chunk_tree() + 24;
+    // Their stored sizes, and 40 bytes on their addresses.
+    let [first, second] = [0, 48].map(|at| sample.bytes[entries + at..][..48].to_vec());
+    let mut swapped = [first.clone(), second.clone()].concat();
+    for (at, length) in [(0, 4), (40, 8)] {
+        swapped[at..at + length].copy_from_slice(&second[at..at + length]);
+        swapped[48 + at..48 + at + length].copy_from_slice(&first[at..at + length]);
+    }
+    let fault = sample.read_with(entries, &swapped).unwrap();
+    assert!(fault.to_string().starts_with("checksum of the samples does not match"), "{fault}");
+}
+
+/// 22 KB that stand for 64⁶ chunks.
+#[test]
+fn a_tree_of_shared_nodes_is_refused_at_once() {
+    let mut sample = Sample::new([33, 33, 33]);
+    let tree = sample.chunk_tree();
+    let entry = sample.bytes[tree + 24..][..48].to_vec();
+    let head = [&sample.bytes[tree..][..5], &[0, 64, 0], &sample.bytes[tree + 8..][..16]].concat();
+    for level in 0..=5 {
+        // A last key stands after the last child.
+        let mut node = [head.clone(), entry.repeat(64), vec![0; 40]].concat();
+        node[5] = level;
+        let below = sample.bytes.len() - node.len();
+        for child in node[24..].chunks_exact_mut(48).filter(|_| level > 0) {
+            child[40..].copy_from_slice(&(below as u64).to_le_bytes());
+        }
+        match level {
+            5 => sample.bytes[tree..][..node.len()].copy_from_slice(&node),
+            _ => sample.bytes.extend(node),
+        }
+    }
+    fs::write(&sample.path, &sample.bytes).unwrap();
+    let fault = sample.read_with(0, &[]).unwrap();
+    assert!(fault.to_string().starts_with("a chunk of samples is there twice"), "{fault}");
+    if let Some(path) = std::env::var_os("KEEP") {
+        fs::copy(&sample.path, path).unwrap();
+    }
+}
+
+#[test]
+fn a_later_version_is_refused_by_its_name() {
+    let sample = Sample::new([2, 3, 5]);
+    // After the name (15 bytes and a NUL), the type and the space.
+    let at = sample.find(b"format_version\0") + 16 + 16 + 8;
+    assert_eq!(sample.bytes[at], 1);
+    let fault = sample.read_with(at, &[2]).unwrap();
+    assert_eq!(fault.to_string(), "format version 2, and this program reads up to 1; update sdftool");
+}
+
+#[test]
+fn refusals_say_what_it_is() {
+    let sample = Sample::new([33, 33, 33]);
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("dragon.sdf.h5");
+    let message = || {
+        let error = grid_file::read(&path).unwrap_err().to_string();
+        error.strip_prefix(&format!("{}: ", path.display())).unwrap().to_owned()
+    };
+
+    assert!(message().contains("No such file"));
+    File::create(&path).unwrap();
+    assert!(message().starts_with("not an HDF5 file; "));
+    fs::write(&path, b"# OBJ\nv 0 0 0\n").unwrap();
+    assert!(message().starts_with("not an HDF5 file; "));
+    rust_hdf5::H5File::options().libver(rust_hdf5::LibverBound::Earliest).create(&path).unwrap().close().unwrap();
+    assert!(message().starts_with("an HDF5 file, but not an sdftool grid: it has no sdf; "));
+    rust_hdf5::H5File::create(&path).unwrap().close().unwrap();
+    assert!(message().starts_with("an HDF5 file, but not an sdftool grid: its superblock"));
+
+    fs::write(&path, &sample.bytes).unwrap();
+    // In the middle of the first chunk, which comes first in the file.
+    overwrite(&path, 5000, &[!sample.bytes[5000]]);
+    assert!(message().ends_with(": the file is damaged; bake it again"));
+
+    fs::remove_file(&path).unwrap();
+    fs::create_dir(&path).unwrap();
+    assert_eq!(message(), "not a regular file");
+}
+
+/// Both checksums hold, but what they vouch for is not a grid: as a program could write that never heard of ours.
+#[test]
+fn groups_that_do_not_agree_are_refused() {
+    let sample = Sample::new([2, 3, 5]);
+    // The padded name, the padded type, and 24 bytes of space come before the value.
+    for (name, head) in [("Origin", 8 + 24), ("Spacing", 8 + 24), ("WholeExtent", 16 + 16), ("Direction", 16 + 24)] {
+        let at = sample.find(name.as_bytes()) + head + 24;
+        let before = sample.bytes[at + 6];
+        let fault = sample.read_with(at + 6, &[before ^ 0x11]).unwrap();
+        assert!(fault.to_string().starts_with("/VTKHDF and /sdf do not agree"), "{name}: {fault}");
+    }
+}

@@ -1,0 +1,292 @@
+mod mesh_common;
+
+use mesh_common::{Model, Random, area, shared_meshes, simple_polygon, turn};
+use sdf_formats::mesh::{Mesh, parse, read};
+
+fn obj(text: impl AsRef<[u8]>) -> Mesh {
+    parse(text.as_ref(), "test.obj").unwrap()
+}
+
+fn refusal(text: impl AsRef<[u8]>) -> String {
+    parse(text.as_ref(), "bunny.obj").unwrap_err().to_string()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+#[test]
+fn all_spellings_of_a_face_are_the_same_face() {
+    for face in [
+        "f 1 2 3 4",
+        "f 1/1 2/2 3/3 4/4",
+        "f 1//9 2//9 3//9 4//9",
+        "f 1/1/1 2/2/2 3/3/3 4/4/4",
+        "f -4 -3 -2 -1",
+        "f -4/-1/-1 -3/-1/-1 -2 4",
+        "\tf  1\t2 3 4 \t",
+        "f 1 2 \\\n 3 4",
+        "f 1 2 \\\r\n 3 4\r",
+        "f 1 2 3 4#comment",
+        "f 1 2 3 4 # 5 6",
+        "f +1 02 3 4",
+        "f 1//6148914691236517206 2//1 3 4",
+    ] {
+        let mesh = obj(format!("{SQUARE}{face}"));
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{face:?}");
+        assert_eq!(mesh.polygons, [0, 0]);
+    }
+}
+
+#[test]
+fn line_ends_marks_and_foreign_words_change_nothing() {
+    let text = "# \\\nmtllib a.mtl\no thing\n# C:\\\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 0.5 0.5 0.5\nvn 0 0 1\nvt 0 0\nusemtl m\ns off\np 1\nf 1 2 3\n";
+    let plain = obj(text);
+    assert_eq!((plain.points.len(), plain.triangles.len()), (3, 1));
+    for other in [
+        text.replace('\n', "\r\n"),
+        text.replace('\n', "\r"),
+        text.replace('\n', "\n\n"),
+        text.replace('\n', " \t\n"),
+        text.replace(' ', "\t"),
+        format!("\u{feff}{text}"),
+        text.trim_end().to_string(),
+    ] {
+        assert_eq!(obj(&other), plain, "{other:?}");
+    }
+    let mut latin = b"# caf\xe9\no \xff\xfe\n".to_vec();
+    latin.extend(text.bytes());
+    assert_eq!(obj(&latin), plain);
+}
+
+#[test]
+fn numbers_are_those_of_the_standard_library() {
+    let mut random = Random::new(1);
+    for _ in 0..20_000 {
+        let digits = |random: &mut Random, most: usize| -> String {
+            (0..random.below(most)).map(|_| random.pick(&["0", "1", "2", "3", "5", "7", "9"])).collect()
+        };
+        let number = format!(
+            "{}{}{}{}{}",
+            random.pick(&["", "-", "+"]),
+            digits(&mut random, 22),
+            random.pick(&["", "."]),
+            digits(&mut random, 25),
+            random.pick(&["", "", "", "e5", "E-7", "e+022", "e-320"]),
+        );
+        let text = format!("v {number} 0 0");
+        match number.parse::<f64>() {
+            Ok(value) if value.is_finite() => assert_eq!(obj(text).points[0][0].to_bits(), value.to_bits(), "{number}"),
+            _ => assert!(parse(text.as_bytes(), "").is_err(), "{number}"),
+        }
+    }
+    // 2^64 + 1, which is 1 in 64 bits.
+    assert_eq!(obj("v 18446744073709551617 0 0").points[0][0], 18446744073709551616.0);
+    let mesh = obj("v 1.e5 +1.0 -.5\nv -0 1e-400 9007199254740993");
+    assert_eq!(mesh.points, [[1e5, 1.0, -0.5], [0.0, 0.0, 9007199254740992.0]]);
+}
+
+#[test]
+fn polylines_become_segments_and_groups_with_faces_are_counted() {
+    let mesh = obj(format!("{SQUARE}g empty\nl 1 2 3\nl -1/1 -4/2\no a\ng b\nf 1 2 3\nf 1 3 4\ng c\nf 1 2 4"));
+    assert_eq!(mesh.segments, [[0, 1], [1, 2], [3, 0]]);
+    assert_eq!(mesh.objects, 2);
+    assert_eq!(obj("v 0 0 0").objects, 1);
+    let error = obj("v 0 0 0\nv 1 1 1\nl 1 2").require_triangles("rope.obj").unwrap_err();
+    assert_eq!(error.to_string(), "no triangles in rope.obj");
+}
+
+#[test]
+fn points_may_follow_the_faces_that_use_them() {
+    assert_eq!(obj(format!("f 1 2 3\nf 1 3 4\nl 4 1\n{SQUARE}")).triangles, [[0, 1, 2], [0, 2, 3]]);
+    let text = format!("f 1 2 3\nf 1 2 5\nf 1 2 7\n{SQUARE}");
+    assert_eq!(refusal(text), "bunny.obj, line 2: expected an index up to 4, the number of points, found 5");
+    // Relative ones count back from where they stand.
+    assert!(refusal(format!("f -1 -2 -3\n{SQUARE}")).starts_with("bunny.obj, line 1: expected an index back to"));
+}
+
+#[test]
+fn refusals_name_the_line_and_what_was_wanted() {
+    for (text, message) in [
+        ("v 1 2", "line 1: expected 3 coordinates, found 2"),
+        ("v 1 2 3\n\nv 1 2 nan", "line 3: expected a finite number, found `nan`"),
+        ("v 1 -inf 3", "line 1: expected a finite number, found `-inf`"),
+        ("v 1 2 1e999", "line 1: expected a finite number, found `1e999`"),
+        ("v 1,5 2 3", "line 1: expected a number, found `1,5`"),
+        ("v 1 2 3\rf 0 1 1", "line 2: expected an index that is not 0 (they count from 1), found `0`"),
+        ("v 1 2 3\r\nf 1 1 2", "line 2: expected an index up to 1, the number of points, found 2"),
+        ("v 1 2 3\nf 1 1 -2", "line 2: expected an index back to one of 1 points so far, found `-2`"),
+        ("v 1 2 3\n# a \\\n\nf 1 \\\n 1", "line 5: expected at least 3 corners, found 2"),
+        ("v 1 2 3\nl 1", "line 2: expected at least 2 points, found 1"),
+        ("v 1 2 3\nf 1 1 1.5", "line 2: expected a whole number, found `1.5`"),
+        ("v 1 2 3\nf 1 1 1/x", "line 2: expected an index such as `7`, `7/1`, `7//1` or `7/1/1`, found `1/x`"),
+        (
+            "v 1 2 3\nf 1 1 99999999999999999999",
+            "line 2: expected an index up to 4294967295, found `99999999999999999999`",
+        ),
+        ("v 1 2 \x1b[31m", "line 1: expected a number, found `\\x1b[31m`"),
+    ] {
+        assert_eq!(refusal(text), format!("bunny.obj, {message}"));
+    }
+    let long = refusal(format!("v {} 2 3", "x\u{7}".repeat(1000)));
+    assert!(long.chars().count() < 100 && !long.contains('\u{7}'), "{long}");
+    assert_eq!(refusal("l 1 2"), "bunny.obj, line 1: expected an index up to 0, the number of points, found 1");
+}
+
+#[test]
+fn a_convex_polygon_is_a_fan_from_its_first_corner() {
+    let mut text = String::new();
+    for i in 0..12 {
+        let angle = f64::from(i) * std::f64::consts::TAU / 12.0;
+        text += &format!("v {} {} {}\n", 3.0 * angle.cos(), angle.sin(), angle.sin() - angle.cos());
+    }
+    let mesh = obj(text + "f 3 4 5 6 7 8 9 10 11 12 1 2");
+    let corner = |i: u32| (i + 2) % 12;
+    assert_eq!(mesh.triangles, (1..11).map(|i| [corner(0), corner(i), corner(i + 1)]).collect::<Vec<_>>());
+    assert_eq!((mesh.polygon_counts.larger, mesh.polygon_counts.clipped, mesh.polygon_counts.blind), (1, 0, 0));
+}
+
+/// The polygon in the plane `z = x / 2 - y`, with its axes turned by `axis`, so that nothing is rounded.
+fn tilted(polygon: &[[f64; 2]], axis: usize) -> Model {
+    let point = |&[x, y]: &[f64; 2]| {
+        let mut point = [x, y, x / 2.0 - y];
+        point.rotate_right(axis);
+        point
+    };
+    Model { points: polygon.iter().map(point).collect(), polygons: vec![(0..polygon.len() as u32).collect()] }
+}
+
+/// The triangles tile the polygon: they keep its turn, and add up to its area.
+fn assert_tiles(polygon: &[[f64; 2]], mesh: &Mesh) {
+    assert_eq!(mesh.triangles.len(), polygon.len() - 2);
+    let total = area(polygon);
+    let areas = mesh.triangles.iter().map(|t| t.map(|i| polygon[i as usize])).map(|[a, b, c]| turn(a, b, c));
+    assert!(areas.clone().all(|area| area * total > 0.0), "a triangle is turned over or flat: {polygon:?}");
+    assert!((areas.sum::<f64>() - total).abs() < 1e-12, "{polygon:?}");
+    assert_eq!(mesh.polygon_counts.blind, 0);
+}
+
+#[test]
+fn triangles_tile_every_simple_polygon() {
+    let mut random = Random::new(2);
+    let mut clipped = 0;
+    for round in 0..600 {
+        let corners = 4 + random.below(40);
+        let polygon = simple_polygon(&mut random, corners);
+        let mesh = obj(tilted(&polygon, round % 3).obj());
+        assert_tiles(&polygon, &mesh);
+        clipped += mesh.polygon_counts.clipped;
+    }
+    assert!(clipped > 400, "{clipped}");
+}
+
+#[test]
+fn corners_along_straight_edges_make_no_flat_triangle() {
+    // A comb of unit squares, all of its lattice corners given.
+    let teeth = 9;
+    let mut polygon: Vec<_> = (0..2 * teeth).map(|x| [f64::from(x), 0.0]).collect();
+    for tooth in (0..teeth).rev() {
+        let x = f64::from(2 * tooth);
+        polygon.extend([[x + 1.0, 1.0], [x + 1.0, 2.0], [x, 2.0], [x, 1.0]]);
+    }
+    for start in 0..polygon.len() {
+        polygon.rotate_left(start);
+        assert_tiles(&polygon, &obj(tilted(&polygon, start % 3).obj()));
+    }
+}
+
+#[test]
+fn a_hole_joined_to_the_outline_stays_open() {
+    let polygon = [
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 4.0],
+        [0.0, 4.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 3.0],
+        [3.0, 3.0],
+        [3.0, 1.0],
+        [1.0, 1.0],
+    ];
+    for start in 0..polygon.len() {
+        let mut polygon = polygon.to_vec();
+        polygon.rotate_left(start);
+        let mesh = obj(tilted(&polygon, 0).obj());
+        assert_eq!((mesh.triangles.len(), mesh.polygon_counts.clipped), (8, 1));
+        let corners = mesh.triangles.iter().map(|t| t.map(|i| polygon[i as usize]));
+        let areas: Vec<_> = corners.map(|[a, b, c]| turn(a, b, c)).collect();
+        assert!(areas.iter().all(|&area| area >= 0.0) && areas.iter().sum::<f64>() == 24.0, "{areas:?}");
+    }
+}
+
+#[test]
+fn every_polygon_gives_two_triangles_less_than_corners() {
+    let mut random = Random::new(3);
+    let model = Model::random(&mut random, 9, 3000, 12);
+    let mesh = obj(model.obj());
+    assert_eq!(mesh.polygon_counts.all, model.polygons.len());
+    let mut given = mesh.polygons.iter().zip(&mesh.triangles);
+    for (i, polygon) in model.polygons.iter().enumerate() {
+        for _ in 2..polygon.len() {
+            let (&source, triangle) = given.next().unwrap();
+            assert_eq!(source as usize, i);
+            assert!(triangle.iter().all(|corner| polygon.contains(corner)));
+        }
+    }
+    assert!(given.next().is_none());
+    for (face, blind) in [("f 1 1 2", 0), ("f 1 1 1 1", 1), ("f 1 2 1 2 1", 1), ("f 1 2 2 3", 0), ("f 1 1 2 3", 0)] {
+        let mesh = obj(format!("{SQUARE}{face}"));
+        assert_eq!(mesh.triangles.len(), face.split(' ').count() - 3, "{face}");
+        assert_eq!(mesh.polygon_counts.blind, blind, "{face}");
+    }
+}
+
+fn triangle_corners(mesh: &Mesh) -> Vec<[[f64; 3]; 3]> {
+    mesh.triangles.iter().map(|t| t.map(|i| mesh.points[i as usize])).collect()
+}
+
+fn by_tobj(bytes: &[u8]) -> Vec<[[f64; 3]; 3]> {
+    let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
+    let (models, _) = tobj::load_obj_buf(&mut &bytes[..], &options, |_| Ok(Default::default())).unwrap();
+    let mut triangles = Vec::new();
+    for tobj::Model { mesh, .. } in models {
+        let point = |&i: &u32| *mesh.positions[3 * i as usize..].first_chunk().unwrap();
+        triangles.extend(mesh.indices.chunks_exact(3).map(|t| [point(&t[0]), point(&t[1]), point(&t[2])]));
+    }
+    triangles
+}
+
+#[test]
+fn tobj_reads_the_same_triangles_from_the_shared_meshes() {
+    for path in shared_meshes("obj") {
+        let mesh = read(&path).unwrap();
+        assert!(triangle_corners(&mesh) == by_tobj(&std::fs::read(&path).unwrap()), "{}", path.display());
+    }
+}
+
+#[test]
+fn tobj_reads_the_same_triangles_from_chance_text() {
+    let mut random = Random::new(4);
+    for _ in 0..200 {
+        let (mut text, mut points) = (String::new(), 0i64);
+        for line in 0..60 {
+            match random.below(if points < 3 { 1 } else { 4 }) {
+                0 => {
+                    let spelled: Vec<_> = (0..3).map(|_| format!("{:e}", random.unit() - 0.5)).collect();
+                    text += &format!("v {}", spelled.join(random.pick(&[" ", "  ", "\t"])));
+                    points += 1;
+                }
+                1 => text += random.pick(&["# words", "s 1", "g part", "o whole", ""]),
+                _ => {
+                    text += "f";
+                    for _ in 0..3 {
+                        let index = 1 + random.below(points as usize) as i64;
+                        let index = if random.below(2) == 0 { index } else { index - points - 1 };
+                        text += &format!(" {index}");
+                    }
+                }
+            }
+            text += if line == 59 { "" } else { random.pick(&["\n", "\r\n", "\n\n", " \n"]) };
+        }
+        assert_eq!(triangle_corners(&obj(&text)), by_tobj(text.as_bytes()), "{text}");
+    }
+}
