@@ -1,1 +1,55 @@
-fn main() {}
+//! `sdftool`: arguments, progress, tables and pictures. What is computed is computed in sdf-core, sdf-bake and
+//! sdf-formats.
+
+#![forbid(unsafe_code)]
+
+mod args;
+mod commands;
+mod csv_points;
+mod memory;
+mod mesh_input;
+mod pictures;
+mod progress;
+mod report;
+
+use std::io::ErrorKind;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+
+/// What a program that Ctrl-C ended answers: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
+
+fn main() -> ExitCode {
+    let Args { command } = Args::parse();
+    let handled = ctrlc::set_handler(|| {
+        sdf_formats::grid_file::remove_temporaries();
+        std::process::exit(INTERRUPTED);
+    });
+    let result = handled.map_err(anyhow::Error::from).and_then(|()| match command {
+        Command::Bake(args) => commands::bake::run(&args),
+        Command::Contacts(args) => commands::contacts::run(&args),
+        Command::Eval(args) => commands::eval::run(&args),
+        Command::Info(args) => commands::info::run(&args),
+        Command::Verify(args) => commands::verify::run(&args),
+        Command::Slice(args) => commands::slice::run(&args),
+        Command::Surface(args) => commands::surface::run(&args),
+        Command::Demo(args) => commands::demo::run(&args),
+    });
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // The reader of our output has seen enough, as `head` does.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("sdftool: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let io = error.chain().find_map(|cause| cause.downcast_ref::<std::io::Error>());
+    io.is_some_and(|io| io.kind() == ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,270 @@
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
+
+/// Signed distance fields of meshes, and the contacts of other meshes with them.
+///
+/// MESH is an OBJ, PLY or STL file. SDF is a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml). Distances are
+/// negative inside and in the mesh's own unit.
+///
+/// Exit status: 0 done, 1 the input or the disk is at fault, 2 wrong usage.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 110)]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Bake(BakeArgs),
+    Contacts(ContactsArgs),
+    Eval(EvalArgs),
+    Info(InfoArgs),
+    Verify(VerifyArgs),
+    Slice(SliceArgs),
+    Surface(SurfaceArgs),
+    Demo(DemoArgs),
+}
+
+/// Bake a mesh into a grid of exact signed distances.
+#[derive(Debug, Parser)]
+#[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size"])))]
+pub struct BakeArgs {
+    /// The mesh to bake.
+    pub mesh: PathBuf,
+    /// Where to write the grid [default: the mesh's name with .sdf.h5, in the current folder].
+    #[arg(short, long, value_name = "OUT.sdf.h5")]
+    pub output: Option<PathBuf>,
+    /// Cells along the longest side of the mesh's box, padding not counted.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub res: Option<u32>,
+    /// The side of a cell, in the mesh's unit.
+    #[arg(long, value_name = "H", value_parser = positive)]
+    pub voxel_size: Option<f64>,
+    /// Cells around the mesh's box, on each side.
+    #[arg(long, value_name = "VOXELS", default_value_t = 4)]
+    pub padding: u32,
+    /// How inside is told from outside.
+    #[arg(long, value_enum, default_value_t = Sign::Auto)]
+    pub sign: Sign,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Sign {
+    /// Looks at the mesh: pseudo-normal where they are sure, else winding.
+    Auto,
+    /// Angle-weighted pseudo-normals, for one closed surface.
+    PseudoNormal,
+    /// Generalized winding numbers, for open, doubled or self-intersecting meshes.
+    Winding,
+}
+
+/// Find where a mesh touches a field.
+#[derive(Debug, Parser)]
+pub struct ContactsArgs {
+    /// The mesh, in the world.
+    pub mesh: PathBuf,
+    /// The field, moved by --rotate and then --translate.
+    pub sdf: PathBuf,
+    /// What of the mesh is tested. Edges are those of the triangles, then the file's own line elements.
+    #[arg(long, value_enum, default_value_t = Elements::Faces)]
+    pub elements: Elements,
+    /// How the least distance of an element is found.
+    #[arg(long, value_enum, default_value_t = Method::Auto)]
+    pub method: Method,
+    /// Steps of the method at most.
+    #[arg(long, value_name = "N", default_value_t = 32)]
+    pub iterations: u32,
+    /// Report elements that come within this distance.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    pub margin: f64,
+    /// Shift the field by this.
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
+    pub translate: Numbers<3>,
+    /// Turn the field by this quaternion, of any length.
+    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true)]
+    pub rotate: Numbers<4>,
+    /// Where to write the contacts: .csv, .json, .ply or .h5.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Elements {
+    Faces,
+    Edges,
+    Vertices,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Golden section on edges, Frank-Wolfe on faces.
+    Auto,
+    /// Projected gradient descent.
+    Pgd,
+    /// Frank-Wolfe.
+    Fw,
+    /// Golden-section search, on edges alone.
+    Gss,
+    /// The least of 4 fixed points, to compare with.
+    Sample4,
+    /// The least of 16 fixed points, to compare with.
+    Sample16,
+    /// The least of 64 fixed points, to compare with.
+    Sample64,
+}
+
+/// Print distances and gradients at points.
+#[derive(Debug, Parser)]
+pub struct EvalArgs {
+    pub sdf: PathBuf,
+    /// Lines of x,y,z; a first line of names is passed over. A dash reads standard input.
+    #[arg(long, value_name = "FILE.csv")]
+    pub points: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Say what a field file holds.
+#[derive(Debug, Parser)]
+pub struct InfoArgs {
+    pub sdf: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Compare a field with the mesh it is said to be of; exit status 1 where it is not.
+#[derive(Debug, Parser)]
+pub struct VerifyArgs {
+    pub sdf: PathBuf,
+    pub mesh: PathBuf,
+    /// How many random points, and how many random nodes of a grid.
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub points: u32,
+    /// Check every node of the grid.
+    #[arg(long)]
+    pub all_nodes: bool,
+    /// Where the random points begin.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Draw a plane through a field: blue inside, orange outside, the surface black.
+#[derive(Debug, Parser)]
+pub struct SliceArgs {
+    pub sdf: PathBuf,
+    /// Where to write the picture.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// The axis that the plane stands across.
+    #[arg(long, value_enum, default_value_t = Axis::Z)]
+    pub axis: Axis,
+    /// Where on the axis [default: the middle of the field's box].
+    #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
+    pub at: Option<f64>,
+    /// Pixels along the picture's longer side.
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=16384))]
+    pub pixels: u32,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// Extract the surface of a field as a mesh.
+#[derive(Debug, Parser)]
+pub struct SurfaceArgs {
+    pub sdf: PathBuf,
+    /// Where to write the mesh: .obj, .ply or .stl.
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub output: PathBuf,
+    /// Cells along the longest side [default: the grid's own; 128 for shapes in closed form].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub res: Option<u32>,
+    /// Extract where the distance is this.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    pub level: f64,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Make a spiky body and a cloth over it, bake, find contacts and draw them.
+#[derive(Debug, Parser)]
+pub struct DemoArgs {
+    /// The folder to write into.
+    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+#[derive(Clone, Copy, Debug, Parser)]
+pub struct Threads {
+    /// Threads to work with [default: as many as the machine has].
+    #[arg(long = "threads", value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub count: Option<u16>,
+}
+
+#[derive(Clone, Copy, Debug, Parser)]
+pub struct Json {
+    /// Print one JSON object, alone, on standard output.
+    #[arg(long = "json")]
+    pub wanted: bool,
+}
+
+/// Numbers in a row with commas between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> FromStr for Numbers<N> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, String> = text.split(',').map(|word| finite(word.trim())).collect();
+        let numbers = numbers?;
+        let found = numbers.len();
+        numbers.try_into().map(Self).map_err(|_| format!("expected {N} numbers with commas between, found {found}"))
+    }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("{text:?} is not a finite number")),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|number| if number > 0.0 { Ok(number) } else { Err("must be more than 0".to_owned()) })
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+    }
+}

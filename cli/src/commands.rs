@@ -1,0 +1,8 @@
+pub mod bake;
+pub mod contacts;
+pub mod demo;
+pub mod eval;
+pub mod info;
+pub mod slice;
+pub mod surface;
+pub mod verify;

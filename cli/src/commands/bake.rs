@@ -1,0 +1,164 @@
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use sdf_bake::{DenseGrid, MeshDistance, MeshReport, SignMethod, TriangleMesh, dense, lattice_around};
+use sdf_core::Aabb;
+use sdf_core::grid::Lattice;
+use sdf_formats::grid_file::{self, About, Source};
+use sdf_formats::mesh::Mesh;
+use serde_json::json;
+
+use crate::args::{BakeArgs, Sign};
+use crate::mesh_input::{self, MeshInput, at};
+use crate::report::{self, Report, counts, number, seconds};
+use crate::{memory, progress};
+
+pub fn run(args: &BakeArgs) -> Result<()> {
+    let started = Instant::now();
+    let input = mesh_input::read(&args.mesh)?;
+    let read = started.elapsed().as_secs_f64();
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.mesh));
+    let baked = progress::on_threads(args.threads, || bake(args, &input))??;
+    let bake = started.elapsed().as_secs_f64() - read;
+    let about = about(args, &input, &baked);
+    grid_file::write(&output, &baked.lattice, &baked.grid.distances, &about)?;
+    let write = started.elapsed().as_secs_f64() - read - bake;
+    let bytes = std::fs::metadata(&output).map(|file| file.len()).unwrap_or(0);
+
+    let [nodes, file] = [baked.grid.distances.len() as u64, bytes];
+    let mesh = baked.mesh_report;
+    Report {
+        rows: vec![
+            ("mesh", mesh_row(&input.mesh, &mesh)),
+            ("sign", about.sign_verdict.clone()),
+            ("grid", format!("{} nodes, spacing {}", counts(baked.lattice.nodes()), number(baked.lattice.spacing()))),
+            ("error", format!("at most {} between the nodes, by proof", number(about.error_bound))),
+            ("time", format!("{} to read, {} to bake, {} to write", seconds(read), seconds(bake), seconds(write))),
+            ("file", format!("{}, {file} bytes", output.display())),
+        ],
+        json: json!({
+            "schema": "sdftool.bake/1",
+            "output": output.display().to_string(),
+            "triangles": input.mesh.triangles.len(),
+            "objects": input.mesh.objects,
+            "polygons": input.mesh.polygon_counts.all,
+            "polygons_cut_blindly": input.mesh.polygon_counts.blind,
+            "degenerate_triangles": mesh.degenerate_triangles,
+            "repeated_triangles": mesh.repeated_triangles,
+            "unreferenced_points": mesh.unreferenced_points,
+            "welded_points": mesh.welded_points,
+            "boundary_edges": baked.topology.boundary_edges,
+            "non_manifold_edges": baked.topology.non_manifold_edges,
+            "wrongly_wound": baked.topology.wrongly_wound,
+            "shells": baked.topology.shells,
+            "intersecting_pairs": baked.topology.intersecting_pairs,
+            "sign_method": about.sign_method,
+            "sign_verdict": about.sign_verdict,
+            "nodes": nodes,
+            "counts": baked.lattice.nodes(),
+            "origin": baked.lattice.origin(),
+            "spacing": baked.lattice.spacing(),
+            "slope_bound": about.slope_bound,
+            "error_bound": about.error_bound,
+            "file_bytes": file,
+            "seconds": {"read": read, "bake": bake, "write": write},
+        }),
+    }
+    .print(args.json)
+}
+
+/// What came of a bake.
+pub struct Baked {
+    pub lattice: Lattice,
+    pub grid: DenseGrid,
+    pub method: SignMethod,
+    pub verdict: String,
+    pub topology: sdf_bake::Topology,
+    pub mesh_report: MeshReport,
+}
+
+pub fn bake(args: &BakeArgs, input: &MeshInput) -> Result<Baked> {
+    input.mesh.require_triangles(&args.mesh.display().to_string())?;
+    let mesh = at(&args.mesh, TriangleMesh::new(&input.mesh.points, &input.mesh.triangles))?;
+    let lattice = lattice(args, &mesh.bounds())?;
+    let distance = MeshDistance::new(&mesh, method(args.sign));
+    let bar = progress::bar("baking", lattice.node_count() as u64);
+    let grid = dense::bake(&distance, &lattice, &|nodes| bar.inc(nodes as u64));
+    bar.finish_and_clear();
+    Ok(Baked {
+        lattice,
+        grid,
+        method: distance.sign_method(),
+        verdict: distance.verdict().to_owned(),
+        topology: *distance.topology(),
+        mesh_report: mesh.report(),
+    })
+}
+
+fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
+    let (spacing, asked) = match (args.res, args.voxel_size) {
+        (Some(res), _) => (bounds.longest_side() / f64::from(res), format!("--res {res}")),
+        (None, Some(size)) => (size, format!("--voxel-size {size}")),
+        (None, None) => bail!("--res or --voxel-size is needed"),
+    };
+    let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 2.0 * f64::from(args.padding) + 1.0);
+    let bytes = nodes.iter().product::<f64>() * size_of::<f32>() as f64;
+    let [x, y, z] = nodes;
+    let what = format!("{asked}: a grid of {x} × {y} × {z} nodes");
+    let smaller = if args.res.is_some() { "take a smaller --res" } else { "take a larger --voxel-size" };
+    memory::require(bytes, &what, smaller)?;
+    lattice_around(bounds, spacing, args.padding).with_context(|| format!("{what} is no grid: {smaller}"))
+}
+
+fn method(sign: Sign) -> Option<SignMethod> {
+    match sign {
+        Sign::Auto => None,
+        Sign::PseudoNormal => Some(SignMethod::PseudoNormal),
+        Sign::Winding => Some(SignMethod::Winding),
+    }
+}
+
+pub fn about(args: &BakeArgs, input: &MeshInput, baked: &Baked) -> About {
+    let size = match (args.res, args.voxel_size) {
+        (Some(res), _) => format!("--res {res}"),
+        (None, size) => format!("--voxel-size {}", size.unwrap_or_default()),
+    };
+    let sign = match args.sign {
+        Sign::Auto => "auto",
+        Sign::PseudoNormal => "pseudo-normal",
+        Sign::Winding => "winding",
+    };
+    About {
+        sign_method: baked.method.to_string(),
+        sign_verdict: baked.verdict.clone(),
+        slope_bound: baked.grid.slope_bound,
+        error_bound: baked.grid.error_bound,
+        source: Source { name: input.name.clone(), sha256: input.sha256, triangles: input.mesh.triangles.len() as u64 },
+        tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
+        options: format!("{size} --padding {} --sign {sign}", args.padding),
+    }
+}
+
+/// The mesh's stem with .sdf.h5, in the current folder.
+fn default_output(mesh: &Path) -> PathBuf {
+    let mut name = mesh.file_stem().unwrap_or_default().to_owned();
+    name.push(".sdf.h5");
+    name.into()
+}
+
+fn mesh_row(mesh: &Mesh, found: &MeshReport) -> String {
+    let mut row = format!("{} points, {} triangles", mesh.points.len(), mesh.triangles.len());
+    let rest = [
+        (mesh.objects, "objects", 2),
+        (found.welded_points, "points at the place of another", 1),
+        (found.unreferenced_points, "points unused", 1),
+        (found.degenerate_triangles, "triangles without area", 1),
+        (found.repeated_triangles, "triangles repeated", 1),
+        (mesh.polygon_counts.blind, "polygons cut blindly", 1),
+    ];
+    for (count, what, _) in rest.into_iter().filter(|(count, _, least)| count >= least) {
+        row.push_str(&format!(", {}", report::count(count, what)));
+    }
+    row
+}

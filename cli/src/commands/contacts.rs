@@ -1,0 +1,181 @@
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use rayon::prelude::*;
+use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, PointSampling, ProjectedGradient};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placed, Rigid};
+use sdf_core::{Sdf, Simplex};
+use sdf_formats::contact_file::{self, ContactFormat, ContactRecord};
+use sdf_formats::field_file::{self, Field};
+use sdf_formats::mesh::Mesh;
+use serde::Serialize;
+
+use crate::args::{ContactsArgs, Elements, Method};
+use crate::report::{Report, number, seconds};
+use crate::{mesh_input, progress};
+
+pub fn run(args: &ContactsArgs) -> Result<()> {
+    check(args)?;
+    let format = match &args.output {
+        None => None,
+        Some(path) => Some((
+            path,
+            ContactFormat::of(path)
+                .with_context(|| format!("{}: take a name that ends in .csv, .json, .ply or .h5", path.display()))?,
+        )),
+    };
+    let started = Instant::now();
+    let mesh = mesh_input::read(&args.mesh)?.mesh;
+    let field = field_file::read(&args.sdf)?;
+    let read = started.elapsed().as_secs_f64();
+    let found = progress::on_threads(args.threads, || find(args, &mesh, &field))??;
+    let query = started.elapsed().as_secs_f64() - read;
+
+    let document = Document {
+        schema: "sdftool.contacts/1",
+        elements: found.elements,
+        passed_cull: found.passed_cull,
+        contacts: &found.contacts,
+        seconds: Seconds { read, query },
+    };
+    if let Some((path, format)) = format {
+        let json = || {
+            let mut text = serde_json::to_vec(&document).unwrap_or_default();
+            text.push(b'\n');
+            text
+        };
+        mesh_input::at(path, contact_file::write(path, format, &found.contacts, json))?;
+    }
+    let deepest = found.contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
+    let mut rows = vec![
+        ("elements", found.elements.to_string()),
+        ("passed the cull", found.passed_cull.to_string()),
+        ("contacts", found.contacts.len().to_string()),
+        ("inside", found.contacts.iter().filter(|contact| contact.distance < 0.0).count().to_string()),
+        ("deepest", deepest.map_or("none".to_owned(), |deepest| describe(deepest))),
+        ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
+    ];
+    if let Some((path, _)) = format {
+        rows.push(("file", path.display().to_string()));
+    }
+    Report { rows, json: document }.print(args.json)
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    elements: usize,
+    passed_cull: usize,
+    contacts: &'a [ContactRecord],
+    seconds: Seconds,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    read: f64,
+    query: f64,
+}
+
+fn describe(contact: &ContactRecord) -> String {
+    let [x, y, z] = contact.point.map(number);
+    format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element, contact.id)
+}
+
+/// All contacts of a mesh, in the order of its elements.
+pub struct Found {
+    pub elements: usize,
+    pub passed_cull: usize,
+    pub contacts: Vec<ContactRecord>,
+}
+
+fn check(args: &ContactsArgs) -> Result<()> {
+    if args.method == Method::Gss && args.elements != Elements::Edges {
+        bail!("--method gss searches along edges: add --elements edges, or take another method");
+    }
+    Ok(())
+}
+
+/// Puts the field into the world, at no cost where it stays where it is.
+pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
+    let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate must not be zero")?;
+    let stays = args.translate.0 == [0.0; 3] && args.rotate.0 == [0.0, 0.0, 0.0, 1.0];
+    match (field, stays) {
+        (Field::Grid { grid, .. }, true) => of_elements(args, mesh, grid),
+        (Field::Grid { grid, .. }, false) => of_elements(args, mesh, &Placed { field: grid, placement: pose }),
+        (Field::Analytic(node), true) => of_elements(args, mesh, node),
+        (Field::Analytic(node), false) => of_elements(args, mesh, &Placed { field: node, placement: pose }),
+    }
+}
+
+fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {
+    let mut found = match args.elements {
+        Elements::Faces => by_method(args, mesh, field, &mesh.triangles)?,
+        Elements::Vertices => {
+            let vertices: Vec<[u32; 1]> = (0..mesh.points.len() as u32).map(|vertex| [vertex]).collect();
+            by_method(args, mesh, field, &vertices)?
+        }
+        Elements::Edges => match args.method {
+            Method::Auto | Method::Gss => {
+                let search = GoldenSection { iterations: args.iterations, ..GoldenSection::default() };
+                of_each(args, mesh, field, &mesh.edges(), &search)
+            }
+            _ => by_method(args, mesh, field, &mesh.edges())?,
+        },
+    };
+    if args.elements == Elements::Faces {
+        found.contacts.iter_mut().for_each(|contact| contact.polygon = Some(mesh.polygons[contact.id as usize]));
+    }
+    Ok(found)
+}
+
+fn by_method<F: Sdf + Sync, const N: usize>(
+    args: &ContactsArgs,
+    mesh: &Mesh,
+    field: &F,
+    elements: &[[u32; N]],
+) -> Result<Found>
+where
+    PointSampling: Minimizer<N>,
+{
+    let iterations = args.iterations;
+    let samples = |samples| of_each(args, mesh, field, elements, &PointSampling { samples });
+    Ok(match args.method {
+        Method::Pgd => {
+            let descent = ProjectedGradient { iterations, ..ProjectedGradient::default() };
+            of_each(args, mesh, field, elements, &descent)
+        }
+        Method::Auto | Method::Fw => {
+            of_each(args, mesh, field, elements, &FrankWolfe { iterations, ..FrankWolfe::default() })
+        }
+        Method::Sample4 => samples(4),
+        Method::Sample16 => samples(16),
+        Method::Sample64 => samples(64),
+        Method::Gss => bail!("--method gss searches along edges"),
+    })
+}
+
+fn of_each<F, M, const N: usize>(
+    args: &ContactsArgs,
+    mesh: &Mesh,
+    field: &F,
+    elements: &[[u32; N]],
+    minimizer: &M,
+) -> Found
+where
+    F: Sdf + Sync,
+    M: Minimizer<N> + Sync,
+{
+    let outcome = |(id, vertices): (usize, &[u32; N])| {
+        let corners = vertices.map(|vertex| Vector3::from(mesh.points[vertex as usize]));
+        let element = Element { id: id as u32, vertices: *vertices, simplex: Simplex { corners } };
+        match contact(field, minimizer, args.margin, &element) {
+            Outcome::NotFinite | Outcome::Culled => None,
+            Outcome::Apart(_) => Some(None),
+            Outcome::Contact(contact) => Some(Some(ContactRecord::from(&contact))),
+        }
+    };
+    let passed: Vec<Option<ContactRecord>> = elements.par_iter().enumerate().filter_map(outcome).collect();
+    Found { elements: elements.len(), passed_cull: passed.len(), contacts: passed.into_iter().flatten().collect() }
+}

@@ -1,0 +1,49 @@
+use std::io::{BufWriter, Write, stdout};
+
+use anyhow::Result;
+use sdf_core::Sdf;
+use sdf_core::nalgebra::Vector3;
+use sdf_formats::field_file::{self, Field};
+use serde_json::json;
+
+use crate::args::EvalArgs;
+use crate::csv_points;
+
+pub fn run(args: &EvalArgs) -> Result<()> {
+    let field = field_file::read(&args.sdf)?;
+    let points = csv_points::read(&args.points)?;
+    match &field {
+        Field::Grid { grid, .. } => print(args, grid, &points),
+        Field::Analytic(node) => print(args, node, &points),
+    }
+}
+
+fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]]) -> Result<()> {
+    let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
+    let mut out = BufWriter::new(stdout().lock());
+    if args.json.wanted {
+        let samples: Vec<_> = samples
+            .map(|(point, sample)| {
+                json!({
+                    "point": point,
+                    "distance": sample.value,
+                    "gradient": <[f64; 3]>::from(sample.gradient),
+                    "degenerate_gradient": sample.status.degenerate_gradient,
+                    "outside_grid": sample.status.outside_grid,
+                    "not_finite": sample.status.not_finite,
+                })
+            })
+            .collect();
+        serde_json::to_writer(&mut out, &json!({"schema": "sdftool.eval/1", "samples": samples}))?;
+        writeln!(out)?;
+    } else {
+        writeln!(out, "x,y,z,distance,gx,gy,gz")?;
+        for ([x, y, z], sample) in samples {
+            let [gx, gy, gz]: [f64; 3] = sample.gradient.into();
+            // As short as reads back the same, with an exponent where the plain digits would be many.
+            writeln!(out, "{x:?},{y:?},{z:?},{:?},{gx:?},{gy:?},{gz:?}", sample.value)?;
+        }
+    }
+    out.flush()?;
+    Ok(())
+}

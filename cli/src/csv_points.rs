@@ -1,0 +1,34 @@
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+/// Reads lines of x,y,z. The first line may name columns; empty lines are passed over; columns after the third too.
+pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
+    let shown = path.display();
+    let source: Box<dyn Read> = if path == Path::new("-") {
+        Box::new(std::io::stdin())
+    } else {
+        Box::new(std::fs::File::open(path).with_context(|| shown.to_string())?)
+    };
+    let mut points = Vec::new();
+    for (number, line) in (1..).zip(BufReader::new(source).lines()) {
+        let line = line.with_context(|| format!("{shown}, line {number}"))?;
+        let line = line.trim().trim_start_matches('\u{feff}');
+        if line.is_empty() {
+            continue;
+        }
+        let words: Vec<&str> = line.split(',').map(str::trim).take(3).collect();
+        let numbers: Result<Vec<f64>, _> = words.iter().map(|word| word.parse::<f64>()).collect();
+        match numbers.map(<[f64; 3]>::try_from) {
+            Ok(Ok(point)) if point.iter().any(|x| !x.is_finite()) => {
+                bail!("{shown}, line {number}: expected finite numbers, found {line:.60?}")
+            }
+            Ok(Ok(point)) => points.push(point),
+            Ok(Err(found)) => bail!("{shown}, line {number}: expected 3 numbers, found {}", found.len()),
+            Err(_) if number == 1 => {}
+            Err(_) => bail!("{shown}, line {number}: expected x,y,z, found {line:.60?}"),
+        }
+    }
+    Ok(points)
+}
