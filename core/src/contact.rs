@@ -92,7 +92,7 @@ impl<R: Float, const N: usize> Contact<R, N> {
 /// What became of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<R: Float, const N: usize> {
-    /// A corner is not finite, or beyond [`Real::REACH`]: nothing was asked.
+    /// A corner, the margin or what the field answers is no number, or a corner beyond [`Real::REACH`].
     NotFinite,
     /// No point of it can be within the margin: no search was made.
     Culled,
@@ -122,9 +122,16 @@ where
     if !cull.may_touch {
         return Outcome::Culled;
     }
+    // Neither above nor within: one of the two is no number.
+    if !cull.lower_bound.le(margin) {
+        return Outcome::NotFinite;
+    }
     let minimum = minimizer.minimize(field, simplex);
     if margin < minimum.sample.value {
         return Outcome::Apart(minimum);
+    }
+    if !minimum.sample.value.is_finite() {
+        return Outcome::NotFinite;
     }
     let gradient = minimum.sample.gradient;
     let length = norm(gradient);
@@ -147,7 +154,7 @@ where
         normal,
         distance: minimum.sample.value,
         lower_bound: Real::max(minimum.lower_bound, cull.lower_bound),
-        evaluations: minimum.evaluations.to_f64() as u32 + 1,
+        evaluations: (minimum.evaluations.to_f64() as u32).saturating_add(1),
         status,
     })
 }
@@ -155,28 +162,22 @@ where
 /// What one look at an element's centroid tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cull<R: Real> {
-    /// False only if no point of the element has a value of at most the margin.
+    /// False only if no point of the element has a value of at most the margin; true where either is no number.
     pub may_touch: R::Mask,
     /// No point of the element has a value below this.
     pub lower_bound: R,
 }
 
-/// How many roundings of the largest number in the cull its comparison may be off. An evaluation takes some thirty
-/// operations, few of which round at the size of the coordinates.
-const CULL_ROUNDINGS: f64 = 32.0;
-
 /// The honest cull. §3.3 of the paper rejects where φ(centroid) ≥ reach; a contact is made where φ ≤ margin and a field
 /// may be steeper than one, so here it takes φ(centroid) > margin + slope bound · reach, rounding included.
+///
+/// That is the rounding of the element's own coordinates. A field whose numbers are far larger (a small element on a box
+/// of a thousand times its size) rounds its values coarser, and a margin below their steps culls what is within them.
 #[inline]
 pub fn may_touch<R: Real, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
     let centroid = simplex.centroid();
-    let reach = simplex.reach(centroid);
-    let value = field.value(centroid);
-    let slope_bound = R::lift(field.slope_bound());
-    let largest = centroid.iter().fold(reach.max(value.abs()), |largest, x| largest.max(x.abs()));
-    let rounding = largest * slope_bound.max(R::one()) * R::lift(CULL_ROUNDINGS * R::EPSILON);
-    let lower_bound = value - reach * slope_bound - rounding;
-    Cull { may_touch: lower_bound.le(margin), lower_bound }
+    let lower_bound = simplex.lower_bound(field, centroid, field.value(centroid));
+    Cull { may_touch: !margin.lt(lower_bound), lower_bound }
 }
 
 fn spanned_corners<R: Float, const N: usize>(weights: [R; N]) -> [bool; N] {

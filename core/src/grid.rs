@@ -43,6 +43,10 @@ impl<S: Storage> Grid<S> {
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
+
+    pub fn storage(&self) -> &S {
+        &self.storage
+    }
 }
 
 /// The most that the trilinear interpolant changes over a unit of distance, inside the box and out: over all cells the
@@ -57,8 +61,30 @@ pub fn slope_bound<S: Storage>(lattice: &Lattice, storage: &S) -> f64 {
             }
         }
     }
-    // Outside the box the value rises with the distance to it, at a slope of one.
-    (libm::sqrt(largest_sq) / lattice.spacing()).max(1.0)
+    let inside = libm::sqrt(largest_sq) / lattice.spacing();
+    // Outside the box the value rises with the distance to it, at a slope of one. Where that is added to what the
+    // nearest point's value changes, and not taken together with it as a hypotenuse, the slopes are at right angles.
+    if lowest_on_box(lattice, storage) < 0.0 { libm::sqrt(1.0 + inside * inside) } else { inside.max(1.0) }
+}
+
+/// The least sample on the faces of the box.
+fn lowest_on_box<S: Storage>(lattice: &Lattice, storage: &S) -> f64 {
+    let cells = lattice.cells();
+    let mut lowest = f64::INFINITY;
+    for (axis, beside, above) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+        for (face, layer) in [(0, 0), (1, cells[axis].wrapping_sub(1))] {
+            for i in 0..cells[beside] {
+                for j in 0..cells[above] {
+                    let mut cell = [layer; 3];
+                    (cell[beside], cell[above]) = (i, j);
+                    let corners = storage.corners(cell);
+                    let on_face = corners.iter().enumerate().filter(|(corner, _)| corner >> axis & 1 == face);
+                    lowest = on_face.fold(lowest, |lowest, (_, sample)| lowest.min(f64::from(*sample)));
+                }
+            }
+        }
+    }
+    lowest
 }
 
 fn cell_slope_sq(corners: [f32; 8]) -> f64 {
@@ -85,7 +111,7 @@ impl<S: Storage> Grid<S> {
     #[inline]
     fn locate<R: Real>(&self, point: Vector3<R>) -> Located<R> {
         let (origin, spacing) = (lift::<R>(self.lattice.origin()), R::lift(self.lattice.spacing()));
-        let per_spacing = R::lift(1.0 / self.lattice.spacing());
+        let per_spacing = R::lift(self.lattice.per_spacing());
         let last = lift::<R>(self.lattice.cells().map(f64::from));
         let steps = (point - origin) * per_spacing;
         let clamped = steps.zip_map(&last, |steps, last| steps.clamp(R::zero(), last));
@@ -104,7 +130,7 @@ impl<S: Storage> Sdf for Grid<S> {
         let located = self.locate(point);
         let corners = R::gather(located.cell.into(), |cell| self.storage.corners(cell));
         let (value, by_share) = trilinear::interpolate(corners, located.share);
-        let gradient = by_share * R::lift(1.0 / self.lattice.spacing());
+        let gradient = by_share * R::lift(self.lattice.per_spacing());
 
         let from_box = point - located.nearest;
         let distance = norm(from_box);
@@ -121,8 +147,10 @@ impl<S: Storage> Sdf for Grid<S> {
         Sample::select(is_outside, outside, Sample::new(value, gradient))
     }
 
+    /// Reads the samples on the faces of the box: where one is negative, the field is so for as far beyond.
     fn bounds(&self, level: f64) -> Aabb {
-        self.lattice.bounds().inflate(level.max(0.0))
+        let depth = -lowest_on_box(&self.lattice, &self.storage).min(0.0);
+        self.lattice.bounds().inflate((level + depth).max(0.0))
     }
 
     fn slope_bound(&self) -> f64 {

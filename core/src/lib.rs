@@ -9,6 +9,7 @@
 
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg_attr(all(feature = "core-math", not(feature = "std")), feature(core_float_math))]
 
 #[cfg(any(feature = "std", test))]
 extern crate std;

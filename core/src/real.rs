@@ -35,7 +35,7 @@ pub trait Real:
     const EPSILON: f64;
 
     /// The largest coordinate that a field is asked at: sums of its squares stay finite. Lengths below its reciprocal
-    /// square to zero.
+    /// count as zero where a direction is wanted: their squares have lost digits.
     const REACH: f64;
 
     /// The nearest number to a constant or a parameter of a field.
@@ -84,6 +84,17 @@ pub trait Real:
     #[inline]
     fn is_zero(self) -> Self::Mask {
         self.le(Self::zero()) & Self::zero().le(self)
+    }
+
+    /// A length below the reciprocal of [`Self::REACH`].
+    #[inline]
+    fn is_negligible(self) -> Self::Mask {
+        self.lt(Self::lift(1.0 / Self::REACH))
+    }
+
+    #[inline]
+    fn is_finite(self) -> Self::Mask {
+        Real::is_zero(self * Self::zero())
     }
 
     /// Within ±[`Self::REACH`], which NaN and the infinities are not.
@@ -159,5 +170,11 @@ mod math {
     }
 }
 
-#[cfg(not(feature = "std"))]
+#[cfg(all(feature = "core-math", not(feature = "std")))]
+mod math {
+    pub use core::f32::math::sqrt as sqrtf;
+    pub use core::f64::math::sqrt;
+}
+
+#[cfg(not(any(feature = "core-math", feature = "std")))]
 use libm as math;

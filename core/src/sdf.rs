@@ -32,18 +32,20 @@ pub trait Sdf {
         self.evaluate(point).value
     }
 
-    /// φ and ∇φ at any point. One that is not finite, or beyond [`Real::REACH`], is answered with the status
-    /// [`not_finite`](Status::not_finite), the value REACH and a zero gradient.
+    /// φ and ∇φ at any point. One that is not finite, or beyond [`Real::REACH`], here or in a frame that the field is
+    /// placed in, is answered with the status [`not_finite`](Status::not_finite), the value REACH and a zero gradient; so
+    /// is one where stored samples are not finite.
     fn sample<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let [x, y, z] = [point.x, point.y, point.z].map(Real::is_in_reach);
         let in_reach = x & y & z;
         let sample = self.evaluate(point.map(|x| R::select(in_reach, x, R::zero())));
+        let is_sound = sample.gradient.iter().fold(sample.value.is_finite(), |all, slope| all & slope.is_finite());
         let refusal = Sample {
             value: R::lift(R::REACH),
             gradient: Vector3::zeros(),
             status: Status { not_finite: !R::Mask::NONE, ..Status::GOOD },
         };
-        Sample::select(in_reach, sample, refusal)
+        Sample::select(in_reach & is_sound, sample, refusal)
     }
 }
 
@@ -110,7 +112,7 @@ pub struct Status<M> {
     pub degenerate_gradient: M,
     /// The point lies outside the grid: the value is a lower bound of the distance, not the distance.
     pub outside_grid: M,
-    /// The point was not finite, or beyond [`Real::REACH`]: value and gradient say nothing.
+    /// The point was not finite, or beyond [`Real::REACH`], or the answer was: value and gradient say nothing.
     pub not_finite: M,
 }
 

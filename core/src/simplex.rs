@@ -2,8 +2,13 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
+use crate::Sdf;
 use crate::real::Real;
 use crate::vector::norm;
+
+/// How many roundings of the largest number in it a lower bound may be off. An evaluation takes some thirty operations,
+/// few of which round at the size of the coordinates.
+const ROUNDINGS: f64 = 32.0;
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +43,17 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     #[inline]
     pub fn longest_edge(&self) -> R {
         self.corners.iter().fold(R::zero(), |longest, corner| longest.max(self.reach(*corner)))
+    }
+
+    /// What no value of the field on the simplex is below, by the slope bound and its value at a point of the simplex,
+    /// rounding included.
+    #[inline]
+    pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, point: Vector3<R>, value: R) -> R {
+        let reach = self.reach(point);
+        let slope_bound = R::lift(field.slope_bound());
+        let largest = point.iter().fold(reach.max(value.abs()), |largest, x| largest.max(x.abs()));
+        let rounding = largest * slope_bound.max(R::one()) * R::lift(ROUNDINGS * R::EPSILON);
+        value - reach * slope_bound - rounding
     }
 
     /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the

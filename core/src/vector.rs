@@ -7,14 +7,14 @@ pub(crate) struct Direction<R: Real> {
     pub length: R,
     /// Of unit length; +x where the length is zero.
     pub unit: Vector3<R>,
-    /// The length is zero, or too small for its square to be told from zero.
+    /// The length is zero, or so small that its square has lost digits.
     pub is_zero: R::Mask,
 }
 
 #[inline]
 pub(crate) fn direction<R: Real>(vector: Vector3<R>) -> Direction<R> {
     let length = norm(vector);
-    let is_zero = length.is_zero();
+    let is_zero = length.is_negligible();
     let divisor = R::select(is_zero, R::one(), length);
     let unit = (vector / divisor).zip_map(&Vector3::x(), |unit, x| R::select(is_zero, x, unit));
     Direction { length, unit, is_zero }

@@ -1,1 +1,10 @@
-//! To come.
+//! What the tests of several crates share: oracles, random numbers, and a table of fields to run every law over.
+
+pub mod any_field;
+pub mod dual;
+pub mod extremes;
+pub mod lanes;
+pub mod methods;
+pub mod oracle;
+pub mod random;
+pub mod scenes;

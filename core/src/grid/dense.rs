@@ -1,31 +1,34 @@
 use super::{Lattice, Storage};
 
-/// Every node's sample in one borrowed slice, x fastest: from memory, a file or flash.
+/// Every node's sample in one slice, x fastest: lent from memory or flash (`&[f32]`), or held by anything that lends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dense<'a> {
-    samples: &'a [f32],
+pub struct Dense<S> {
+    samples: S,
     row: usize,
     layer: usize,
 }
 
-impl<'a> Dense<'a> {
+impl<S: AsRef<[f32]>> Dense<S> {
     /// `None` unless there are as many samples as nodes.
-    pub fn new(lattice: &Lattice, samples: &'a [f32]) -> Option<Self> {
+    pub fn new(lattice: &Lattice, samples: S) -> Option<Self> {
         let [x, y, _] = lattice.nodes().map(|n| n as usize);
-        (samples.len() == lattice.node_count()).then_some(Self { samples, row: x, layer: x * y })
+        (samples.as_ref().len() == lattice.node_count()).then_some(Self { samples, row: x, layer: x.wrapping_mul(y) })
     }
 }
 
-impl Storage for Dense<'_> {
+impl<S: AsRef<[f32]>> Storage for Dense<S> {
     #[inline]
     fn corners(&self, [x, y, z]: [u32; 3]) -> [f32; 8] {
-        let first = z as usize * self.layer + y as usize * self.row + x as usize;
-        let pair = |start: usize| match self.samples.get(start..start + 2) {
-            Some(&[a, b]) => [a, b],
+        // Every index is one of a sample; said so that neither a bounds check nor an overflow check can panic.
+        let samples = self.samples.as_ref();
+        let first = (z as usize).wrapping_mul(self.layer).wrapping_add((y as usize).wrapping_mul(self.row));
+        let pair = |row: usize| match samples.get(row.wrapping_add(x as usize)..) {
+            Some(&[a, b, ..]) => [a, b],
             _ => [0.0; 2],
         };
-        let [[a, b], [c, d]] = [pair(first), pair(first + self.row)];
-        let [[e, f], [g, h]] = [pair(first + self.layer), pair(first + self.layer + self.row)];
+        let above = first.wrapping_add(self.layer);
+        let [[a, b], [c, d]] = [pair(first), pair(first.wrapping_add(self.row))];
+        let [[e, f], [g, h]] = [pair(above), pair(above.wrapping_add(self.row))];
         [a, b, c, d, e, f, g, h]
     }
 }

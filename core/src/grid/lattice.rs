@@ -8,6 +8,7 @@ use crate::Aabb;
 pub struct Lattice {
     origin: [f64; 3],
     spacing: f64,
+    per_spacing: f64,
     nodes: [u32; 3],
 }
 
@@ -15,14 +16,20 @@ impl Lattice {
     /// The most nodes along an axis: f32 counts no further without gaps.
     pub const MOST_NODES: u32 = 1 << 24;
 
-    /// `None` unless the origin is finite, the spacing positive and finite, every axis has 2 to
+    /// `None` unless the origin is finite, the spacing and its reciprocal positive and finite, every axis has 2 to
     /// [`Self::MOST_NODES`] nodes, and their number fits `usize`.
     pub fn new(origin: [f64; 3], spacing: f64, nodes: [u32; 3]) -> Option<Self> {
         let far_corner = core::array::from_fn(|k| origin[k] + spacing * f64::from(nodes[k]));
         let finite = [origin, far_corner].iter().flatten().all(|x: &f64| x.is_finite());
         let counts_fit = nodes.iter().all(|n| (2..=Self::MOST_NODES).contains(n));
         let total = nodes.iter().try_fold(1_usize, |total, n| total.checked_mul(*n as usize));
-        (finite && spacing > 0.0 && counts_fit && total.is_some()).then_some(Self { origin, spacing, nodes })
+        let per_spacing = 1.0 / spacing;
+        (finite && spacing > 0.0 && per_spacing.is_finite() && counts_fit && total.is_some()).then_some(Self {
+            origin,
+            spacing,
+            per_spacing,
+            nodes,
+        })
     }
 
     /// The position of node (0, 0, 0).
@@ -35,6 +42,12 @@ impl Lattice {
         self.spacing
     }
 
+    /// One over the spacing, kept because firmware divides slowly.
+    #[inline]
+    pub fn per_spacing(&self) -> f64 {
+        self.per_spacing
+    }
+
     /// The number of nodes along x, y and z.
     pub fn nodes(&self) -> [u32; 3] {
         self.nodes
@@ -42,12 +55,12 @@ impl Lattice {
 
     /// The number of cells along x, y and z.
     pub fn cells(&self) -> [u32; 3] {
-        self.nodes.map(|n| n - 1)
+        self.nodes.map(|n| n.wrapping_sub(1))
     }
 
     /// The number of nodes in all.
     pub fn node_count(&self) -> usize {
-        self.nodes.iter().map(|n| *n as usize).product()
+        self.nodes.iter().fold(1, |count: usize, n| count.wrapping_mul(*n as usize))
     }
 
     /// Where in memory the node's sample stands.

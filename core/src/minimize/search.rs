@@ -68,7 +68,7 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
 
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let Visit { weights, point, sample } = self.best;
-        let slack = R::lift(self.field.slope_bound()) * self.simplex.reach(point);
-        Minimum { weights, point, sample, lower_bound: sample.value - slack, evaluations: self.evaluations, converged }
+        let lower_bound = self.simplex.lower_bound(self.field, point, sample.value);
+        Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
     }
 }

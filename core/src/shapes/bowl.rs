@@ -5,7 +5,8 @@ use super::profile::{Profile, revolve};
 use crate::real::Real;
 use crate::{Aabb, Sample, Sdf};
 
-/// A hollow sphere around the origin, cut open above z = `cut_height`, with a wall that is rounded at the rim. Exact.
+/// A hollow sphere around the origin, cut open above z = `cut_height`, with a wall that is rounded at the rim. Exact
+/// outside, and inside as long as the wall does not fill the hollow; else a bound there.
 /// The gradient is a choice in the middle of the wall, at the centre and, above the cut, on the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bowl {
@@ -29,7 +30,10 @@ impl Sdf for Bowl {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (rim_radius, cut_height) = (R::lift(self.rim_radius), R::lift(self.cut_height));
         revolve(point, |[from_axis, z]| {
-            let from_center = Profile::from_point([from_axis, z]);
+            let away = Profile::from_point([from_axis, z]);
+            // At the centre the wall's lowest point is as near as any, whatever the cut.
+            let down = Profile { gradient: [R::zero(), -R::one()], ..away };
+            let from_center = Profile::select(away.degenerate, down, away);
             let from_wall = from_center.value - R::lift(self.radius);
             let wall = Profile {
                 value: from_wall.abs(),

@@ -13,6 +13,8 @@ pub struct Capsule {
     radius: f64,
     /// (b − a) / |b − a|², or zero where the ends coincide: a point's share of the way is its product with this.
     share: [f64; 3],
+    /// The gradient on the segment, of unit length: across it.
+    across: [f64; 3],
 }
 
 impl Capsule {
@@ -20,8 +22,11 @@ impl Capsule {
         let along = Vector3::from(b) - Vector3::from(a);
         let length_sq = along.dot(&along);
         let share = if length_sq > 0.0 { along / length_sq } else { Vector3::zeros() };
-        let sound = [a, b, share.into()].iter().flatten().all(|x: &f64| x.is_finite()) && is_length(radius);
-        sound.then_some(Self { a, b, radius, share: share.into() })
+        let side = along.cross(&Vector3::ith(along.iamin(), 1.0));
+        let across = if length_sq > 0.0 { side / libm::sqrt(side.dot(&side)) } else { Vector3::x() };
+        let (share, across) = (share.into(), across.into());
+        let sound = [a, b, share, across, [length_sq; 3]].iter().flatten().all(|x: &f64| x.is_finite());
+        (sound && is_length(radius)).then_some(Self { a, b, radius, share, across })
     }
 }
 
@@ -32,7 +37,9 @@ impl Sdf for Capsule {
         let from_a = point - a;
         let share = lift::<R>(self.share).dot(&from_a).clamp(R::zero(), R::one());
         let from_axis = direction(from_a - (b - a) * share);
-        Sample::with_degenerate(from_axis.length - R::lift(self.radius), from_axis.unit, from_axis.is_zero)
+        let outward =
+            from_axis.unit.zip_map(&lift(self.across), |unit, across| R::select(from_axis.is_zero, across, unit));
+        Sample::with_degenerate(from_axis.length - R::lift(self.radius), outward, from_axis.is_zero)
     }
 
     fn bounds(&self, level: f64) -> Aabb {

@@ -29,9 +29,13 @@ impl<R: Real> Profile<R> {
     #[inline]
     pub fn from_point([a, b]: [R; 2]) -> Self {
         let length = (a * a + b * b).sqrt();
-        let degenerate = length.is_zero();
+        let degenerate = length.is_negligible();
         let divisor = R::select(degenerate, R::one(), length);
-        Self { value: length, gradient: [R::select(degenerate, R::one(), a / divisor), b / divisor], degenerate }
+        Self {
+            value: length,
+            gradient: [R::select(degenerate, R::one(), a / divisor), R::select(degenerate, R::zero(), b / divisor)],
+            degenerate,
+        }
     }
 }
 
@@ -71,7 +75,7 @@ pub(super) struct Corner<R: Real, const N: usize> {
 pub(super) fn corner<R: Real, const N: usize>(walls: [R; N]) -> Corner<R, N> {
     let legs = walls.map(|wall| wall.max(R::zero()));
     let outside = legs.iter().fold(R::zero(), |sum, leg| sum + *leg * *leg).sqrt();
-    let is_inside = outside.is_zero();
+    let is_inside = outside.is_negligible();
     let divisor = R::select(is_inside, R::one(), outside);
 
     let (mut nearest, mut nearest_gradient, mut tie) = (walls[0], [R::zero(); N], R::Mask::NONE);

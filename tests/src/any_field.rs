@@ -1,0 +1,87 @@
+//! A field behind a pointer, so that one table can hold fields of every type and one loop run over them.
+
+use std::any::Any;
+
+use nalgebra::Vector3;
+use sdf_core::{Aabb, Lanes, Real, Sample, Sdf};
+
+use crate::dual::Dual;
+
+/// Answers in one number type.
+pub trait Answers<R: Real> {
+    fn answer(&self, point: Vector3<R>) -> Sample<R>;
+    fn answer_value(&self, point: Vector3<R>) -> R;
+}
+
+impl<R: Real, F: Sdf> Answers<R> for F {
+    fn answer(&self, point: Vector3<R>) -> Sample<R> {
+        self.evaluate(point)
+    }
+    fn answer_value(&self, point: Vector3<R>) -> R {
+        self.value(point)
+    }
+}
+
+/// What a field knows whatever it is asked in.
+pub trait Limits {
+    fn bounds_at(&self, level: f64) -> Aabb;
+    fn steepest(&self) -> f64;
+}
+
+impl<F: Sdf> Limits for F {
+    fn bounds_at(&self, level: f64) -> Aabb {
+        self.bounds(level)
+    }
+    fn steepest(&self) -> f64 {
+        self.slope_bound()
+    }
+}
+
+macro_rules! any_field {
+    ($($number:ty),*) => {
+        trait Inner: Limits $(+ Answers<$number>)* {}
+        impl<F: Sdf> Inner for F {}
+
+        /// A field of any type. It panics when asked in a number type that no test uses.
+        pub struct AnyField(Box<dyn Inner>);
+
+        impl Sdf for AnyField {
+            fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+                $(if let Some(point) = same::<_, Vector3<$number>>(point) {
+                    let sample: Sample<$number> = self.0.answer(point);
+                    return same(sample).unwrap();
+                })*
+                panic!("AnyField answers in {}", stringify!($($number),*))
+            }
+
+            fn value<R: Real>(&self, point: Vector3<R>) -> R {
+                $(if let Some(point) = same::<_, Vector3<$number>>(point) {
+                    let value: $number = self.0.answer_value(point);
+                    return same(value).unwrap();
+                })*
+                panic!("AnyField answers in {}", stringify!($($number),*))
+            }
+
+            fn bounds(&self, level: f64) -> Aabb {
+                self.0.bounds_at(level)
+            }
+
+            fn slope_bound(&self) -> f64 {
+                self.0.steepest()
+            }
+        }
+    };
+}
+
+any_field!(f32, f64, Lanes<f32, 8>, Lanes<f64, 4>, Dual<f32>, Dual<f64>);
+
+impl AnyField {
+    pub fn new(field: impl Sdf + 'static) -> Self {
+        Self(Box::new(field))
+    }
+}
+
+/// The same value, if its type is the one that is asked for.
+pub fn same<A: Copy + 'static, B: Copy + 'static>(a: A) -> Option<B> {
+    (&a as &dyn Any).downcast_ref::<B>().copied()
+}

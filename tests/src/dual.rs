@@ -1,0 +1,108 @@
+//! Forward-mode dual numbers: the oracle for gradients written by hand.
+
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use nalgebra::Vector3;
+use num_traits::{One, Zero};
+use sdf_core::{Float, Real};
+
+/// A number and its derivatives by x, y and z. Comparisons and choices go by the value, so the derivative is that of the
+/// branch that was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<T> {
+    pub value: T,
+    pub slope: [T; 3],
+}
+
+impl<T: Float> Dual<T> {
+    pub fn constant(value: T) -> Self {
+        Self { value, slope: [T::zero(); 3] }
+    }
+
+    /// A point that knows its coordinates to be the variables.
+    pub fn variables(point: Vector3<T>) -> Vector3<Self> {
+        Vector3::from_fn(|axis, _| Self {
+            value: point[axis],
+            slope: std::array::from_fn(|k| if k == axis { T::one() } else { T::zero() }),
+        })
+    }
+
+    /// With the derivatives of a function of two numbers, by the chain rule.
+    fn chain(value: T, [by_a, by_b]: [T; 2], a: Self, b: Self) -> Self {
+        Self { value, slope: std::array::from_fn(|k| by_a * a.slope[k] + by_b * b.slope[k]) }
+    }
+}
+
+macro_rules! operator {
+    ($operator:ident, $method:ident, $assign:ident, $assign_method:ident, |$a:ident, $b:ident| $derivatives:expr) => {
+        impl<T: Float> $operator for Dual<T> {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                let ($a, $b) = (self.value, other.value);
+                Self::chain($a.$method($b), $derivatives, self, other)
+            }
+        }
+
+        impl<T: Float> $assign for Dual<T> {
+            fn $assign_method(&mut self, other: Self) {
+                *self = $operator::$method(*self, other);
+            }
+        }
+    };
+}
+
+operator!(Add, add, AddAssign, add_assign, |_a, _b| [T::one(), T::one()]);
+operator!(Sub, sub, SubAssign, sub_assign, |_a, _b| [T::one(), -T::one()]);
+operator!(Mul, mul, MulAssign, mul_assign, |a, b| [b, a]);
+operator!(Div, div, DivAssign, div_assign, |a, b| [T::one() / b, -a / (b * b)]);
+
+impl<T: Float> Neg for Dual<T> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { value: -self.value, slope: self.slope.map(|slope| -slope) }
+    }
+}
+
+impl<T: Float> Zero for Dual<T> {
+    fn zero() -> Self {
+        Self::constant(T::zero())
+    }
+    fn is_zero(&self) -> bool {
+        self.value == T::zero()
+    }
+}
+
+impl<T: Float> One for Dual<T> {
+    fn one() -> Self {
+        Self::constant(T::one())
+    }
+}
+
+impl<T: Float> Real for Dual<T> {
+    type Mask = bool;
+    const EPSILON: f64 = T::EPSILON;
+    const REACH: f64 = T::REACH;
+
+    fn lift(x: f64) -> Self {
+        Self::constant(T::lift(x))
+    }
+    fn sqrt(self) -> Self {
+        let root = Real::sqrt(self.value);
+        Self { value: root, slope: self.slope.map(|slope| slope / (root + root)) }
+    }
+    fn trunc(self) -> Self {
+        Self::constant(Real::trunc(self.value))
+    }
+    fn lt(self, other: Self) -> bool {
+        self.value < other.value
+    }
+    fn le(self, other: Self) -> bool {
+        self.value <= other.value
+    }
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {
+        T::gather(at.map(|axis| axis.value), fetch).map(Self::constant)
+    }
+}

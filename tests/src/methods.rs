@@ -1,0 +1,55 @@
+//! Every minimizer, in one type, so that a law is written once and asked of all of them.
+
+use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, Minimum, PointSampling, ProjectedGradient};
+use sdf_core::{Real, Sdf, Simplex};
+
+#[derive(Clone, Copy, Debug)]
+pub enum Method {
+    FrankWolfe(FrankWolfe),
+    ProjectedGradient(ProjectedGradient),
+    PointSampling(PointSampling),
+    /// On segments alone.
+    GoldenSection(GoldenSection),
+}
+
+/// Those that there are for simplices of `corners` corners, with a budget of steps, or one sample more.
+pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
+    let mut methods = vec![
+        Method::FrankWolfe(FrankWolfe { iterations: budget, ..FrankWolfe::default() }),
+        Method::ProjectedGradient(ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }),
+        Method::PointSampling(PointSampling { samples: budget + 1 }),
+    ];
+    if corners == 2 {
+        methods.push(Method::GoldenSection(GoldenSection { iterations: budget, ..GoldenSection::default() }));
+    }
+    methods
+}
+
+impl Minimizer<2> for Method {
+    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
+        match self {
+            Self::FrankWolfe(method) => method.minimize(field, simplex),
+            Self::ProjectedGradient(method) => method.minimize(field, simplex),
+            Self::PointSampling(method) => method.minimize(field, simplex),
+            Self::GoldenSection(method) => method.minimize(field, simplex),
+        }
+    }
+}
+
+macro_rules! all_but_golden_section {
+    ($corners:literal) => {
+        impl Minimizer<$corners> for Method {
+            fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
+                match self {
+                    Self::FrankWolfe(method) => method.minimize(field, simplex),
+                    Self::ProjectedGradient(method) => method.minimize(field, simplex),
+                    Self::PointSampling(method) => method.minimize(field, simplex),
+                    Self::GoldenSection(_) => panic!("golden section is for segments"),
+                }
+            }
+        }
+    };
+}
+
+all_but_golden_section!(1);
+all_but_golden_section!(3);

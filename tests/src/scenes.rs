@@ -1,0 +1,406 @@
+//! Every field: one table of named fields, so that a law is written once and asked of all of them.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{Vector2, Vector3};
+use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::grid::{Dense, Grid, Lattice, slope_bound};
+use sdf_core::placed::{Placed, Rigid, Similarity};
+use sdf_core::shapes::{
+    Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
+};
+use sdf_core::{Aabb, Real, Sample, Sdf};
+
+use crate::any_field::AnyField;
+use crate::random::Random;
+
+type Point = Vector3<f64>;
+
+/// How φ relates to the true distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// It is the distance, everywhere.
+    Exact,
+    /// It has the distance's sign and at most its magnitude.
+    Bound,
+    /// An interpolant of samples: neither.
+    Samples,
+}
+
+/// A field, and what is known of it from elsewhere.
+pub struct Scene {
+    pub name: &'static str,
+    field: AnyField,
+    pub meaning: Meaning,
+    /// φ is a convex function.
+    pub convex: bool,
+    /// Membership of the solid, written down without φ: the oracle of sign and magnitude. None for samples.
+    inside: Option<Box<dyn Fn(Point) -> bool>>,
+    /// The surface, where bounded, lies in the cube around the origin that reaches this far.
+    pub size: f64,
+    /// Coordinates where the shape has centres, axes, faces and corners, as far as they are exact in floating point.
+    pub creases: Vec<f64>,
+}
+
+impl Sdf for Scene {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.field.evaluate(point)
+    }
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.field.value(point)
+    }
+    fn bounds(&self, level: f64) -> Aabb {
+        self.field.bounds(level)
+    }
+    fn slope_bound(&self) -> f64 {
+        self.field.slope_bound()
+    }
+}
+
+impl Scene {
+    fn new(name: &'static str, size: f64, meaning: Meaning, field: Option<impl Sdf + 'static>) -> Self {
+        let field = AnyField::new(field.unwrap_or_else(|| panic!("the parameters of {name} make no field")));
+        Self { name, field, meaning, convex: false, inside: None, size, creases: vec![] }
+    }
+
+    fn convex(self) -> Self {
+        Self { convex: true, ..self }
+    }
+
+    fn inside(self, inside: impl Fn(Point) -> bool + 'static) -> Self {
+        Self { inside: Some(Box::new(inside)), ..self }
+    }
+
+    /// `magnitudes` are mirrored, and zero belongs to them.
+    fn creases(self, magnitudes: &[f64]) -> Self {
+        let creases = magnitudes.iter().flat_map(|x| [-x, *x]).chain([0.0]).collect();
+        Self { creases, ..self }
+    }
+
+    /// Whether the solid holds the point; `None` where there is no oracle.
+    pub fn holds(&self, point: Point) -> Option<bool> {
+        self.inside.as_ref().map(|inside| inside(point))
+    }
+
+    /// Points all around, most near the shape, a few far away.
+    pub fn random_points(&self, random: &mut Random, count: usize) -> Vec<Point> {
+        (0..count).map(|i| random.in_cube(self.size * if i % 8 == 0 { 20.0 } else { 1.5 })).collect()
+    }
+
+    /// Every point whose coordinates are creases.
+    pub fn crease_points(&self) -> Vec<Point> {
+        let at = &self.creases;
+        at.iter().flat_map(|x| at.iter().flat_map(|y| at.iter().map(|z| Vector3::new(*x, *y, *z)))).collect()
+    }
+}
+
+/// A field whose value is `steepness` times another's: a slope above one that no cull may ignore.
+#[derive(Clone, Copy)]
+pub struct Steep<F> {
+    pub field: F,
+    pub steepness: f64,
+}
+
+impl<F: Sdf> Sdf for Steep<F> {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let sample = self.field.evaluate(point);
+        let steepness = R::lift(self.steepness);
+        Sample { value: sample.value * steepness, gradient: sample.gradient * steepness, ..sample }
+    }
+    fn bounds(&self, level: f64) -> Aabb {
+        self.field.bounds(level / self.steepness)
+    }
+    fn slope_bound(&self) -> f64 {
+        self.field.slope_bound() * self.steepness
+    }
+}
+
+/// The samples of a field on a lattice, `steepness` times as large.
+pub fn sampled(field: &impl Sdf, lattice: Lattice, steepness: f64) -> Grid<Dense<Vec<f32>>> {
+    let mut samples = vec![0.0; lattice.node_count()];
+    let [x, y, z] = lattice.nodes();
+    for (i, j, k) in (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (i, j, k)))) {
+        let node = Vector3::from(lattice.node([i, j, k]));
+        samples[lattice.index([i, j, k])] = (field.value(node) * steepness) as f32;
+    }
+    let storage = Dense::new(&lattice, samples).unwrap();
+    let steepest = slope_bound(&lattice, &storage);
+    Grid::new(lattice, storage, steepest).unwrap()
+}
+
+/// A lattice that spans the cube around the origin that reaches `half` to either side.
+pub fn cube_lattice(half: f64, cells: u32) -> Lattice {
+    Lattice::new([-half; 3], 2.0 * half / f64::from(cells), [cells + 1; 3]).unwrap()
+}
+
+/// Every field, with all its lengths multiplied by `scale`.
+pub fn scenes(scale: f64) -> Vec<Scene> {
+    [shapes(scale), bent_shapes(scale), combinations(scale), placements(scale), grids(scale)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn shapes(s: f64) -> Vec<Scene> {
+    use Meaning::{Bound, Exact};
+    let half_extents = [0.5 * s, 0.75 * s, 0.875 * s];
+    let rounded = [0.375 * s, 0.5 * s, 0.25 * s];
+    let (a, b) = (Vector3::new(-0.5, 0.125, 0.25) * s, Vector3::new(0.5, -0.25, 0.625) * s);
+    let upright = Vector3::new(0.0, 0.0, 0.5) * s;
+    let normal = Vector3::new(1.0, -2.0, 2.0) / 3.0;
+    let radii = [0.25 * s, 0.5 * s, 1.0 * s];
+
+    let mut scenes = vec![
+        Scene::new("sphere", s, Exact, Sphere::new(0.75 * s))
+            .convex()
+            .inside(move |p| p.norm() <= 0.75 * s)
+            .creases(&[0.75 * s]),
+        Scene::new("half-space", s, Exact, HalfSpace::new([2.0, -4.0, 4.0], 0.25 * s))
+            .convex()
+            .inside(move |p| normal.dot(&p) <= 0.25 * s)
+            .creases(&[0.25 * s]),
+        Scene::new("cuboid", s, Exact, Cuboid::new(half_extents))
+            .convex()
+            .inside(move |p| (0..3).all(|k| p[k].abs() <= half_extents[k]))
+            .creases(&half_extents),
+        Scene::new("rounded box", s, Exact, RoundedBox::new(rounded, 0.25 * s))
+            .convex()
+            .inside(move |p| distance_to_box(p, rounded) <= 0.25 * s)
+            .creases(&[0.375 * s, 0.5 * s, 0.25 * s, 0.625 * s]),
+        Scene::new("capsule", s, Exact, Capsule::new(a.into(), b.into(), 0.25 * s))
+            .convex()
+            .inside(move |p| distance_to_segment(p, a, b) <= 0.25 * s)
+            .creases(&[0.5 * s, 0.125 * s, 0.25 * s, 0.625 * s]),
+        Scene::new("upright capsule", s, Exact, Capsule::new((-upright).into(), upright.into(), 0.375 * s))
+            .convex()
+            .inside(move |p| distance_to_segment(p, -upright, upright) <= 0.375 * s)
+            .creases(&[0.5 * s, 0.375 * s]),
+        Scene::new("capsule with coinciding ends", s, Exact, Capsule::new(a.into(), a.into(), 0.375 * s))
+            .convex()
+            .inside(move |p| (p - a).norm() <= 0.375 * s)
+            .creases(&[0.5 * s, 0.125 * s, 0.25 * s]),
+        Scene::new("cylinder", s, Exact, Cylinder::new(0.5 * s, 0.75 * s))
+            .convex()
+            .inside(move |p| p.xy().norm() <= 0.5 * s && p.z.abs() <= 0.75 * s)
+            .creases(&[0.5 * s, 0.75 * s, 0.25 * s]),
+        Scene::new("octahedron", s, Exact, Octahedron::new(0.875 * s))
+            .convex()
+            .inside(move |p| p.abs().sum() <= 0.875 * s)
+            .creases(&[0.875 * s, 0.4375 * s, 0.25 * s]),
+        Scene::new("ellipsoid", s, Bound, Ellipsoid::new(radii))
+            .convex()
+            .inside(move |p| (0..3).map(|k| (p[k] / radii[k]).powi(2)).sum::<f64>() <= 1.0)
+            .creases(&radii),
+        Scene::new("torus", s, Exact, Torus::new(0.625 * s, 0.25 * s))
+            .inside(move |p| distance_to_ring(p, 0.625 * s) <= 0.25 * s)
+            .creases(&[0.625 * s, 0.25 * s, 0.375 * s, 0.875 * s]),
+        Scene::new("torus without a hole", s, Exact, Torus::new(0.5 * s, 0.5 * s))
+            .inside(move |p| distance_to_ring(p, 0.5 * s) <= 0.5 * s)
+            .creases(&[0.5 * s]),
+    ];
+    for (name, degrees) in [("cone of 1°", 1.0_f64), ("cone of 10°", 10.0), ("cone of 60°", 60.0)] {
+        let (angle, height) = (degrees.to_radians(), if degrees > 45.0 { 0.5 * s } else { s });
+        scenes.push(
+            Scene::new(name, s, Exact, Cone::new(angle, height))
+                .convex()
+                .inside(move |p| p.z >= -height && p.xy().norm() <= -p.z * angle.tan())
+                .creases(&[height, 0.5 * height]),
+        );
+    }
+    scenes
+}
+
+fn bent_shapes(s: f64) -> Vec<Scene> {
+    let mut scenes = vec![];
+    for (name, cut) in [("bowl cut above its centre", 0.25), ("bowl cut below its centre", -0.25), ("half bowl", 0.0)] {
+        let (radius, cut, thickness) = (0.75 * s, cut * s, 0.1875 * s);
+        scenes.push(
+            Scene::new(name, s, Meaning::Exact, Bowl::new(radius, cut, thickness))
+                .inside(move |p| distance_to_bowl(p, radius, (cut / radius).acos()) <= 0.5 * thickness)
+                .creases(&[radius, 0.25 * s]),
+        );
+    }
+    for (name, degrees, leg) in [
+        ("horseshoe bent by 60° with legs", 60.0_f64, 0.25),
+        ("horseshoe bent by 60° without legs", 60.0, 0.0),
+        ("horseshoe bent by 90° with legs", 90.0, 0.25),
+        ("horseshoe bent by 90° without legs", 90.0, 0.0),
+        ("horseshoe bent by 150° with legs", 150.0, 0.125),
+        ("horseshoe bent by 150° without legs", 150.0, 0.0),
+        // From the far side of the arc the plane of its own end is nearer than the wall, and must not be seen.
+        ("nearly closed horseshoe", 170.0, 0.0),
+    ] {
+        let (radius, thickness, leg, half_depth) = (0.5 * s, 0.25 * s, leg * s, 0.3125 * s);
+        let bend = degrees.to_radians();
+        // Only a right angle has walls at exact coordinates, and cos(π/2) is not quite zero where the legs end.
+        let creases = match degrees == 90.0 {
+            true if leg > 0.0 => vec![half_depth, 0.625 * s, radius],
+            true => vec![half_depth],
+            false if degrees > 90.0 => vec![half_depth, 0.25 * s, radius],
+            false => vec![half_depth, 0.25 * s, 0.125 * s],
+        };
+        scenes.push(
+            Scene::new(name, s, Meaning::Exact, Horseshoe::new(radius, thickness, bend, leg, half_depth))
+                .inside(move |p| p.z.abs() <= half_depth && in_horseshoe(p.xy(), radius, thickness, bend, leg))
+                .creases(&creases),
+        );
+    }
+    scenes
+}
+
+fn combinations(s: f64) -> Vec<Scene> {
+    use Meaning::Bound;
+    let (ball, block) = (Sphere::new(0.625 * s).unwrap(), Cuboid::new([0.375 * s, 0.75 * s, 0.5 * s]).unwrap());
+    let in_ball = move |p: Point| p.norm() <= 0.625 * s;
+    let in_block = move |p: Point| p.x.abs() <= 0.375 * s && p.y.abs() <= 0.75 * s && p.z.abs() <= 0.5 * s;
+    let lifted = Placed { field: ball, placement: Rigid::new([0.0, 0.0, 0.5 * s], [0.0, 0.0, 0.0, 1.0]).unwrap() };
+    let up = Vector3::new(0.0, 0.0, 0.5) * s;
+    let creases = [0.375 * s, 0.75 * s, 0.5 * s, 0.625 * s];
+    vec![
+        Scene::new("union", s, Bound, Some(Union(ball, block)))
+            .inside(move |p| in_ball(p) || in_block(p))
+            .creases(&creases),
+        Scene::new("intersection", s, Bound, Some(Intersection(ball, block)))
+            .convex()
+            .inside(move |p| in_ball(p) && in_block(p))
+            .creases(&creases),
+        Scene::new("difference", s, Bound, Some(Difference(block, ball)))
+            .inside(move |p| in_block(p) && !in_ball(p))
+            .creases(&creases),
+        Scene::new("smooth union", 1.25 * s, Bound, SmoothUnion::new(ball, lifted, 0.25 * s))
+            .inside(move |p| {
+                let (a, b) = (p.norm() - 0.625 * s, (p - up).norm() - 0.625 * s);
+                let nearness = (1.0 - (a - b).abs() / (0.25 * s)).max(0.0);
+                a.min(b) <= nearness * nearness * 0.0625 * s
+            })
+            .creases(&[0.5 * s, 0.25 * s, 0.625 * s]),
+        Scene::new("grown cuboid", 1.25 * s, Bound, Offset::new(block, 0.25 * s))
+            .convex()
+            .inside(move |p| distance_to_box(p, [0.375 * s, 0.75 * s, 0.5 * s]) <= 0.25 * s)
+            .creases(&creases),
+        Scene::new("shrunk cuboid", s, Bound, Offset::new(block, -0.125 * s))
+            .convex()
+            .inside(move |p| p.x.abs() <= 0.25 * s && p.y.abs() <= 0.625 * s && p.z.abs() <= 0.375 * s)
+            .creases(&[0.25 * s, 0.625 * s, 0.375 * s]),
+        Scene::new("shell of a cuboid", s, Bound, Shell::new(block, 0.25 * s))
+            .inside(move |p| {
+                let within = p.x.abs() < 0.25 * s && p.y.abs() < 0.625 * s && p.z.abs() < 0.375 * s;
+                !within && distance_to_box(p, [0.375 * s, 0.75 * s, 0.5 * s]) <= 0.125 * s
+            })
+            .creases(&creases),
+        Scene::new(
+            "shell of an ellipsoid",
+            s,
+            Bound,
+            Shell::new(Ellipsoid::new([0.5 * s, 0.5 * s, s]).unwrap(), 0.25 * s),
+        )
+        .inside(move |p| {
+            let relative = Vector3::new(2.0 * p.x, 2.0 * p.y, p.z).norm() / s;
+            (0.75..=1.25).contains(&relative)
+        })
+        .creases(&[0.5 * s, s]),
+    ]
+}
+
+fn placements(s: f64) -> Vec<Scene> {
+    use Meaning::Exact;
+    let shift = Vector3::new(0.25, -0.125, 0.0625) * s;
+    let turn = [0.1, -0.5, 0.3, 0.8];
+    let quarter = [0.0, 0.0, 1.0, 1.0];
+    let half_extents = [0.25 * s, 0.5 * s, 0.375 * s];
+    let cuboid = Cuboid::new(half_extents).unwrap();
+    let cone = Cone::new(PI / 6.0, 2.0 * s).unwrap();
+    let in_cone = move |p: Point| p.z >= -2.0 * s && p.xy().norm() <= -p.z * (PI / 6.0).tan();
+    let bar = Horseshoe::new(s, 0.5 * s, FRAC_PI_2, 0.5 * s, 0.5 * s).unwrap();
+    let in_bar = move |p: Point| p.z.abs() <= 0.5 * s && in_horseshoe(p.xy(), s, 0.5 * s, FRAC_PI_2, 0.5 * s);
+    let in_cuboid = move |p: Point| (0..3).all(|k| p[k].abs() <= half_extents[k]);
+    let rigid = Rigid::new(shift.into(), turn);
+    let half = Similarity::new(shift.into(), turn, 0.5).unwrap();
+    let big = Similarity::new([0.0; 3], [0.3, 0.1, 0.0, -0.9], 3.0).unwrap();
+    vec![
+        Scene::new("turned cuboid", s, Exact, rigid.map(|placement| Placed { field: cuboid, placement }))
+            .convex()
+            .inside(move |p| in_cuboid(turn_back(p - shift, turn)))
+            .creases(&[0.25 * s, 0.0625 * s]),
+        Scene::new("small turned cone", 1.5 * s, Exact, Some(Placed { field: cone, placement: half }))
+            .convex()
+            .inside(move |p| in_cone(turn_back(p - shift, turn) / 0.5))
+            .creases(&[0.25 * s, 0.0625 * s]),
+        Scene::new("large cuboid", 3.0 * s, Exact, Some(Placed { field: cuboid, placement: big }))
+            .convex()
+            .inside(move |p| in_cuboid(turn_back(p, [0.3, 0.1, 0.0, -0.9]) / 3.0))
+            .creases(&[0.75 * s]),
+        Scene::new(
+            "horseshoe placed twice",
+            1.5 * s,
+            Exact,
+            Rigid::new([0.0, 0.25 * s, 0.0], quarter)
+                .map(|placement| Placed { field: Placed { field: bar, placement: half }, placement }),
+        )
+        .inside(move |p| {
+            let outer = turn_back(p - Vector3::new(0.0, 0.25, 0.0) * s, quarter);
+            in_bar(turn_back(outer - shift, turn) / 0.5)
+        })
+        .creases(&[0.25 * s, 0.5 * s]),
+    ]
+}
+
+fn grids(s: f64) -> Vec<Scene> {
+    use Meaning::Samples;
+    let ball = Sphere::new(0.5 * s).unwrap();
+    let block = Cuboid::new([0.25 * s, 0.5 * s, 0.375 * s]).unwrap();
+    let turned = Placed {
+        field: sampled(&block, cube_lattice(0.75 * s, 12), 1.0),
+        placement: Similarity::new([0.125 * s, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5], 1.5).unwrap(),
+    };
+    let creases = [0.75 * s, 0.5 * s, 0.625 * s, s];
+    vec![
+        Scene::new("grid of a sphere", s, Samples, Some(sampled(&ball, cube_lattice(0.75 * s, 24), 1.0)))
+            .creases(&creases),
+        Scene::new("grid of a cuboid", s, Samples, Some(sampled(&block, cube_lattice(0.75 * s, 12), 1.0)))
+            .creases(&creases),
+        Scene::new("steep grid", s, Samples, Some(sampled(&ball, cube_lattice(0.75 * s, 12), 3.0))).creases(&creases),
+        Scene::new("flat grid", s, Samples, Some(sampled(&ball, cube_lattice(0.75 * s, 12), 0.25))).creases(&creases),
+        // Its inside reaches the box.
+        Scene::new("grid of a piece of a cuboid", s, Samples, Some(sampled(&block, cube_lattice(0.4375 * s, 7), 1.0)))
+            .creases(&[0.4375 * s, 0.375 * s, s]),
+        Scene::new("turned grid", 1.5 * s, Samples, Some(turned)).creases(&[0.125 * s, 1.125 * s]),
+    ]
+}
+
+fn distance_to_box(p: Point, half_extents: [f64; 3]) -> f64 {
+    (p - Vector3::from_fn(|k, _| p[k].clamp(-half_extents[k], half_extents[k]))).norm()
+}
+
+fn distance_to_segment(p: Point, a: Point, b: Point) -> f64 {
+    let share = ((p - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
+    (p - (a + (b - a) * share)).norm()
+}
+
+fn distance_to_ring(p: Point, radius: f64) -> f64 {
+    (p.xy().norm() - radius).hypot(p.z)
+}
+
+/// To the middle of a bowl's wall, which covers the polar angles from `rim` to π.
+pub fn distance_to_bowl(p: Point, radius: f64, rim: f64) -> f64 {
+    let angle = p.xy().norm().atan2(p.z).max(rim);
+    Vector2::new(p.xy().norm() - radius * angle.sin(), p.z - radius * angle.cos()).norm()
+}
+
+/// Whether a bar bent as [`Horseshoe::new`] says holds a point of its plane.
+pub fn in_horseshoe(p: Vector2<f64>, radius: f64, thickness: f64, bend: f64, leg: f64) -> bool {
+    let angle = p.x.abs().atan2(-p.y);
+    if angle <= bend && (p.norm() - radius).abs() <= 0.5 * thickness {
+        return true;
+    }
+    let (outward, along) = (Vector2::new(bend.sin(), -bend.cos()), Vector2::new(bend.cos(), bend.sin()));
+    let folded = Vector2::new(p.x.abs(), p.y);
+    (0.0..=leg).contains(&folded.dot(&along)) && (folded.dot(&outward) - radius).abs() <= 0.5 * thickness
+}
+
+/// By the inverse of the rotation of a quaternion x, y, z, w of any length.
+fn turn_back(p: Point, [x, y, z, w]: [f64; 4]) -> Point {
+    let length = (x * x + y * y + z * z + w * w).sqrt();
+    let (axis, w) = (-Vector3::new(x, y, z) / length, w / length);
+    p + axis.cross(&(axis.cross(&p) + p * w)) * 2.0
+}

@@ -1,0 +1,202 @@
+//! Laws of grids: what is stored, what is between, and what may be said outside.
+
+use nalgebra::Vector3;
+use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::grid::{Dense, Grid, slope_bound};
+use sdf_core::minimize::{FrankWolfe, ProjectedGradient};
+use sdf_core::shapes::Sphere;
+use sdf_core::{Aabb, Float, Sdf, Simplex};
+use sdf_tests::random::Random;
+use sdf_tests::scenes::{Meaning, cube_lattice, sampled, scenes};
+
+fn nearest_of(bounds: &Aabb, point: Vector3<f64>) -> Vector3<f64> {
+    Vector3::from_fn(|k, _| point[k].clamp(bounds.min[k], bounds.max[k]))
+}
+
+#[test]
+fn at_a_node_the_value_is_the_sample() {
+    let mut random = Random::of_test();
+    let lattice = cube_lattice(1.0, 8);
+    let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
+    let grid = Grid::new(lattice, Dense::new(&lattice, &samples).unwrap(), 100.0).unwrap();
+    for index in 0..lattice.node_count() as u32 {
+        let node = [index % 9, index / 9 % 9, index / 81];
+        let sample = grid.evaluate(Vector3::from(lattice.node(node)));
+        assert_eq!(sample.value, f64::from(samples[lattice.index(node)]), "{node:?}");
+        assert!(!sample.status.outside_grid, "{node:?}");
+    }
+}
+
+/// On every axis alone a trilinear interpolant is linear: one with the coefficients of 1, x, y, z, xy, yz, zx, xyz is met
+/// exactly, gradient and all.
+#[test]
+fn a_trilinear_function_is_interpolated_as_itself() {
+    let mut random = Random::of_test();
+    let c: [f64; 8] = std::array::from_fn(|_| random.between(-1.0, 1.0));
+    let value = |p: Vector3<f64>| {
+        c[0] + c[1] * p.x
+            + c[2] * p.y
+            + c[3] * p.z
+            + c[4] * p.x * p.y
+            + c[5] * p.y * p.z
+            + c[6] * p.z * p.x
+            + c[7] * p.x * p.y * p.z
+    };
+    let gradient = |p: Vector3<f64>| {
+        Vector3::new(
+            c[1] + c[4] * p.y + c[6] * p.z + c[7] * p.y * p.z,
+            c[2] + c[4] * p.x + c[5] * p.z + c[7] * p.x * p.z,
+            c[3] + c[5] * p.y + c[6] * p.x + c[7] * p.x * p.y,
+        )
+    };
+    let lattice = sdf_core::grid::Lattice::new([-0.5, 0.25, -1.0], 0.25, [6, 4, 9]).unwrap();
+    let [x, y, z] = lattice.nodes();
+    let mut samples = vec![];
+    for (k, j, i) in (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (k, j, i)))) {
+        samples.push(value(Vector3::from(lattice.node([i, j, k]))) as f32);
+    }
+    let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 100.0).unwrap();
+    let bounds = lattice.bounds();
+    for _ in 0..2000 {
+        let point = Vector3::from_fn(|axis, _| random.between(bounds.min[axis], bounds.max[axis]));
+        let sample = grid.evaluate(point);
+        // Samples are rounded to f32, of at most 8, and differences of them are divided by the spacing.
+        assert!((sample.value - value(point)).abs() < 1e-6, "{point:?}: {sample:?}");
+        assert!((sample.gradient - gradient(point)).norm() < 1e-5, "{point:?}: {sample:?}");
+    }
+}
+
+#[test]
+fn across_the_box_the_value_is_continuous_and_outside_the_status_says_so() {
+    let mut random = Random::of_test();
+    const STEP: f64 = 1e-9;
+    for scene in scenes(1.0).iter().filter(|scene| scene.meaning == Meaning::Samples && scene.name != "turned grid") {
+        let half = if scene.name == "grid of a piece of a cuboid" { 0.4375 } else { 0.75 };
+        for _ in 0..3000 {
+            let mut on_box = random.in_cube(half);
+            for _ in 0..=random.below(3) {
+                on_box[random.below(3)] = random.pick(&[-half, half]);
+            }
+            let inward = on_box * (1.0 - STEP);
+            let outward = on_box * (1.0 + STEP);
+            let (within, beyond) = (scene.evaluate(inward), scene.evaluate(outward));
+            let most = scene.slope_bound() * (outward - inward).norm() + 1e-14;
+            assert!((within.value - beyond.value).abs() <= most, "{} at {on_box:?}: {within:?} {beyond:?}", scene.name);
+            assert!(!within.status.outside_grid && beyond.status.outside_grid, "{} at {on_box:?}", scene.name);
+        }
+    }
+}
+
+/// The surface lies in the box, so hypot(d, φ(P)) is no more than the distance but for the interpolation's own error: a
+/// sphere's distance is convex along each axis, with a curvature of at most 1/|x|, so its interpolant is above it by at
+/// most 3·spacing²/8 over the radius at the box.
+#[test]
+fn outside_the_value_is_never_more_than_the_distance() {
+    let mut random = Random::of_test();
+    let sphere = Sphere::new(0.5).unwrap();
+    for (half, cells) in [(0.55, 11), (0.75, 24), (0.51, 32)] {
+        let grid = sampled(&sphere, cube_lattice(half, cells), 1.0);
+        let spacing = grid.lattice().spacing();
+        let above = 3.0 / 8.0 * spacing * spacing / half + 1e-6;
+        let mut farthest_below: f64 = 0.0;
+        for _ in 0..20_000 {
+            let reach = random.pick(&[1.0, 3.0, 30.0]);
+            let point = random.in_cube(reach);
+            let sample = grid.evaluate(point);
+            let outside = point.amax() > half;
+            assert_eq!(sample.status.outside_grid, outside, "{point:?}");
+            if outside {
+                let distance = sphere.value(point);
+                assert!(sample.value <= distance + above, "{point:?}: {} of {distance}", sample.value);
+                farthest_below = farthest_below.max((distance - sample.value) / distance);
+                let box_distance = (point - nearest_of(&grid.lattice().bounds(), point)).norm();
+                assert!(sample.value >= box_distance, "{point:?}: {} is less than to the box", sample.value);
+            }
+        }
+        // It is of use: far away it is nearly the distance.
+        assert!(farthest_below < 0.6, "{farthest_below}");
+    }
+}
+
+/// A slope bound is a promise to the cull. Straight outward from where the inside reaches the box it was once broken: the
+/// value rises by the distance and, along the box, by the samples' own slope.
+#[test]
+fn where_the_inside_reaches_the_box_the_slope_bound_holds_beyond_it() {
+    let mut random = Random::of_test();
+    let plane = sdf_core::shapes::HalfSpace::new([1.0, 0.0, 0.0], 0.5).unwrap();
+    let grid = sampled(&plane, cube_lattice(1.0, 4), 1.0);
+    for _ in 0..10_000 {
+        let point = random.in_cube(2.0);
+        let gradient = grid.evaluate(point).gradient;
+        assert!(gradient.norm() <= grid.slope_bound() + 1e-12, "{point:?}: {}", gradient.norm());
+    }
+    let below = grid.bounds(0.0);
+    assert!(grid.value(Vector3::new(-0.5, 0.0, 1.75)) < 0.0 && below.max[2] >= 1.75, "{below:?}");
+}
+
+#[test]
+fn the_measured_slope_bound_is_met_and_not_exceeded() {
+    let mut random = Random::of_test();
+    for scene in scenes(1.0).iter().filter(|scene| scene.meaning == Meaning::Samples) {
+        let mut steepest: f64 = 0.0;
+        for point in scene.random_points(&mut random, 20_000) {
+            steepest = steepest.max(scene.evaluate(point).gradient.norm());
+        }
+        // Rounding of the samples to f32 is in both, that of the interpolation in one.
+        assert!(steepest <= scene.slope_bound() * (1.0 + 1e-12), "{}: {steepest}", scene.name);
+        assert!(steepest > 0.5 * scene.slope_bound(), "{}: {steepest} of {}", scene.name, scene.slope_bound());
+    }
+}
+
+/// A sphere in a box that it nearly fills, and a triangle with one corner 0.1 deep and two far outside: an upper bound
+/// of the distance outside the box culls it.
+#[test]
+fn a_triangle_far_outside_with_one_corner_inside_is_found() {
+    fn check<R: Float>() {
+        let grid = sampled(&Sphere::new(0.5).unwrap(), cube_lattice(0.55, 44), 1.0);
+        let corners = [[0.37280, 0.10252, 0.10252], [2.81360, 1.12729, 0.42019], [2.81360, 0.42019, 1.12729]];
+        let corners = corners.map(|corner| Vector3::from(corner).map(R::lift));
+        let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
+        let depth = |outcome: Outcome<R, 3>| match outcome {
+            Outcome::Contact(contact) => contact.distance.to_f64(),
+            other => panic!("{other:?}"),
+        };
+        for margin in [0.0, -0.05] {
+            let margin = R::lift(margin);
+            // The corner is 0.1 deep; the grid is off by less than spacing²/8 over the corner's radius of 0.4, thrice.
+            assert!((depth(contact(&grid, &FrankWolfe::default(), margin, &element)) + 0.1).abs() < 2e-3);
+            assert!((depth(contact(&grid, &ProjectedGradient::default(), margin, &element)) + 0.1).abs() < 2e-3);
+        }
+    }
+    check::<f32>();
+    check::<f64>();
+}
+
+#[test]
+fn samples_that_are_not_finite_come_back_as_a_status() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let lattice = cube_lattice(1.0, 4);
+        let mut samples = vec![0.5; lattice.node_count()];
+        samples[lattice.index([2, 2, 2])] = bad;
+        let storage = Dense::new(&lattice, samples).unwrap();
+        let grid = Grid::new(lattice, storage, 1.0).unwrap();
+        for point in [[0.0, 0.0, 0.0], [0.1, -0.2, 0.3]] {
+            let sample = grid.sample(Vector3::<f64>::from(point));
+            assert!(sample.status.not_finite && sample.value.is_finite(), "{sample:?}");
+        }
+        let beside = grid.sample(Vector3::<f64>::repeat(0.9));
+        assert!(!beside.status.not_finite && beside.value == 0.5, "{beside:?}");
+    }
+}
+
+#[test]
+fn a_slope_bound_that_is_no_number_makes_no_grid() {
+    let lattice = cube_lattice(1.0, 2);
+    let samples = vec![0.0_f32; lattice.node_count()];
+    let storage = Dense::new(&lattice, &samples[..]).unwrap();
+    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        assert!(Grid::new(lattice, storage, bad).is_none());
+    }
+    assert_eq!(slope_bound(&lattice, &storage), 1.0);
+    assert!(Dense::new(&lattice, &samples[1..]).is_none());
+}
