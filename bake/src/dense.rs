@@ -5,6 +5,7 @@ use sdf_core::Aabb;
 use sdf_core::grid::{Dense, Lattice, slope_bound};
 use sdf_core::nalgebra::Vector3;
 
+use crate::winding::WINDING_ERROR;
 use crate::{MeshDistance, SignMethod};
 
 /// The samples of a baked grid, and what is certain of it.
@@ -23,11 +24,12 @@ pub struct DenseGrid {
 pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Lattice> {
     // A side that is a whole number of cells but for rounding gets that number.
     const ROUNDING: f64 = 1e-9;
-    let cells = bounds.extents().map(|extent| (extent / spacing - ROUNDING).ceil().max(0.0) + 2.0 * f64::from(padding));
+    let covering = |extent: f64| (extent / spacing - ROUNDING).ceil().max(0.0) + 2.0 * f64::from(padding);
+    let cells = bounds.extents().map(|extent| covering(extent).max(1.0));
     let in_range = cells.iter().all(|cells| *cells < f64::from(Lattice::MOST_NODES));
     let origin =
         std::array::from_fn(|axis| 0.5 * bounds.min[axis] + 0.5 * bounds.max[axis] - 0.5 * cells[axis] * spacing);
-    in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells.max(1.0) as u32 + 1)))?
+    in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells as u32 + 1)))?
 }
 
 /// Layers of nodes in a slab. Slabs are baked side by side.
@@ -143,22 +145,18 @@ impl Blocks {
     }
 }
 
-/// How far the far nodes' expansion may be off; measured errors are a tenth of it.
-const WINDING_ERROR: f64 = 0.02;
-
 /// A true signed distance changes by at most the way, so the interpolant of exact nodes is off by at most
 /// Σ wᵢ |xᵢ − x| ≤ √3/2 of a spacing, half a cell's diagonal; and a node by its rounding to f32.
 ///
 /// Where a mesh is open the sign changes away from it, across the surface that closes its holes by a winding number of
-/// one half. In a cell there the interpolant is off by as much as the distance and its own value. A patch of that surface
-/// so small that it cuts no edge of a cell goes unseen.
+/// one half. In a cell there the interpolant is off by as much as the distance, at most half a diagonal more than at the
+/// corners, and its own value. A patch of that surface so small that it cuts no edge of a cell goes unseen.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let largest = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);
     let rounding = f64::from(largest) * f64::from(f32::EPSILON);
     let torn = if mesh.topology().is_closed() { 0.0 } else { largest_at_sign_change(lattice, distances) };
-    let smooth = half_diagonal + rounding;
-    if torn > 2.0 * half_diagonal { smooth + 2.0 * torn } else { smooth }
+    half_diagonal + rounding + 2.0 * torn
 }
 
 /// The largest distance at a corner of a cell with corners of both signs.

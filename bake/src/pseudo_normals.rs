@@ -5,9 +5,11 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::topology::{Oriented, same_edge};
-use crate::triangle::TriangleFeature;
+use crate::triangle::{TriangleFeature, is_sliver};
+use crate::winding::area_vector;
 
-/// Outward, of any length. By triangles of the mesh.
+/// Outward, of any length; zero where a triangle without a normal of its own has a share in it: a sliver, or one that does
+/// not count. By triangles of the mesh.
 pub(crate) struct PseudoNormals {
     inside: Vec<Vector3<f64>>,
     edges: Vec<[Vector3<f64>; 3]>,
@@ -17,14 +19,17 @@ pub(crate) struct PseudoNormals {
 impl PseudoNormals {
     pub fn new(mesh: &TriangleMesh, oriented: &Oriented) -> Self {
         let unit = |(corners, sense): (&[u32; 3], &f64)| {
-            let [a, b, c] = mesh.corner_points(*corners);
-            (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default() * *sense
+            let corners = mesh.corner_points(*corners);
+            let normal = area_vector(corners).try_normalize(0.0).filter(|_| !is_sliver(corners));
+            normal.unwrap_or_default() * *sense
         };
         let inside: Vec<_> = mesh.triangles.iter().zip(&oriented.senses).map(unit).collect();
 
         let mut edges = vec![[Vector3::zeros(); 3]; inside.len()];
         for edge in oriented.half_edges.chunk_by(same_edge) {
-            let sum = edge.iter().map(|half| inside[half.triangle as usize]).sum();
+            let normals = || edge.iter().map(|half| inside[half.triangle as usize]);
+            let is_known = normals().all(|normal| normal != Vector3::zeros());
+            let sum = if is_known { normals().sum() } else { Vector3::zeros() };
             edge.iter().for_each(|half| edges[half.triangle as usize][usize::from(half.corner)] = sum);
         }
 
@@ -36,9 +41,12 @@ impl PseudoNormals {
                 points[corners[corner] as usize] += *normal * (next - here).angle(&(last - here));
             }
         }
+        let slivers = mesh.triangles.iter().filter(|corners| is_sliver(mesh.corner_points(**corners)));
+        slivers.flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
         Self { inside, edges, points }
     }
 
+    /// Zero where the side is not known by the normal.
     pub fn of(&self, mesh: &TriangleMesh, triangle: u32, feature: TriangleFeature) -> Vector3<f64> {
         let triangle = triangle as usize;
         match feature {

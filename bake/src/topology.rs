@@ -22,7 +22,7 @@ pub struct Topology {
     pub shells: usize,
     /// Triangles that stand twice with opposite windings.
     pub doubled: usize,
-    /// Pairs of triangles that pass through each other. Counted only where all else is in order.
+    /// Pairs of triangles that pass through each other or lie on each other. Counted only where all else is in order.
     pub intersecting_pairs: usize,
     /// The one closed shell was wound inside out, and is turned as a whole.
     pub inside_out: bool,
@@ -52,6 +52,9 @@ impl fmt::Display for Topology {
             (self.intersecting_pairs, "pair of intersecting faces", "pairs of intersecting faces"),
             (if self.shells > 1 { self.shells } else { 0 }, "shell", "shells"),
         ];
+        if self.shells == 0 {
+            return f.write_str("no face with an area");
+        }
         let mut separator = "";
         for (count, one, several) in counts.into_iter().filter(|(count, ..)| *count > 0) {
             write!(f, "{separator}{count} {}", if count == 1 { one } else { several })?;
@@ -102,8 +105,8 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> Oriented {
     let doubles = back_to_back(mesh, &counts);
     doubles.iter().for_each(|[_, second]| counts[*second as usize] = false);
     let mut half_edges = half_edges(mesh, &counts);
-    if !doubles.is_empty() && half_edges.chunk_by(same_edge).any(|edge| edge.len() == 1) {
-        // A sheet with two sides: both count, and cancel.
+    if !doubles.is_empty() && half_edges.chunk_by(same_edge).any(|edge| edge.len() % 2 == 1) {
+        // A sheet with two sides, or a wall between two solids: both count, and cancel.
         doubles.iter().for_each(|[_, second]| counts[*second as usize] = true);
         half_edges = self::half_edges(mesh, &counts);
     }

@@ -179,3 +179,95 @@ fn group(children: impl Iterator<Item = [Vector3<f64>; 2]>) -> Vec<Boxes> {
     }
     groups
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// SplitMix64, from −1 to 1.
+    fn random(state: &mut u64) -> f64 {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 * 0.5_f64.powi(52) - 1.0
+    }
+
+    /// `cells` by `cells` squares in the x-y plane cut in two, their corners moved by up to `height` along z.
+    fn sheet(cells: u32, height: f64, state: &mut u64) -> TriangleMesh {
+        let (mut points, mut triangles) = (vec![], vec![]);
+        for index in 0..(cells + 1) * (cells + 1) {
+            let [x, y] = [index % (cells + 1), index / (cells + 1)];
+            points.push([f64::from(x), f64::from(y), height * random(state)]);
+            if x < cells && y < cells {
+                triangles
+                    .extend([[index, index + 1, index + cells + 2], [index, index + cells + 2, index + cells + 1]]);
+            }
+        }
+        TriangleMesh::new(&points, &triangles).unwrap()
+    }
+
+    fn soup(triangles: u32, thickness: f64, state: &mut u64) -> TriangleMesh {
+        let mut points = vec![];
+        for _ in 0..triangles {
+            let [a, b] = [0, 1].map(|_| Vector3::from_fn(|_, _| random(state)));
+            let c = a + (b - a) * random(state) + Vector3::from_fn(|_, _| thickness * random(state));
+            points.extend([a, b, c].map(<[f64; 3]>::from));
+        }
+        let triangles: Vec<[u32; 3]> = (0..triangles).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        TriangleMesh::new(&points, &triangles).unwrap()
+    }
+
+    #[test]
+    fn the_nearest_triangle_is_the_first_of_the_equally_near_whatever_the_guess() {
+        let mut state = 7;
+        for mesh in [
+            sheet(9, 0.0, &mut state),
+            sheet(9, 0.4, &mut state),
+            soup(150, 0.5, &mut state),
+            soup(150, 1e-4, &mut state),
+            soup(1, 0.5, &mut state),
+        ] {
+            let tree = Tree::new(&mesh);
+            let bounds = mesh.bounds();
+            for round in 0..200 {
+                // Half of the points stand where many triangles are equally near: on corners and above them.
+                let corner = tree.corners[round % tree.corners.len()][0];
+                let point = match round % 4 {
+                    0 => corner,
+                    1 => corner + Vector3::z(),
+                    _ => Vector3::from_fn(|axis, _| {
+                        let share = 0.7 * random(&mut state) + 0.5;
+                        bounds.min[axis] + share * (bounds.max[axis] - bounds.min[axis]) + 0.1 * random(&mut state)
+                    }),
+                };
+                let all = tree.corners.iter().map(|corners| nearest_on_triangle(point, *corners).distance_sq);
+                let (first, least) = all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+                for guess in 0..tree.corners.len() {
+                    let found = tree.nearest(point, guess);
+                    assert_eq!((found.slot, found.on_triangle.distance_sq), (first, least), "{point:?} from {guess}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_meets_the_triangles_whose_boxes_it_meets() {
+        let mut state = 11;
+        let mesh = soup(200, 0.3, &mut state);
+        let tree = Tree::new(&mesh);
+        for _ in 0..200 {
+            let [a, b] = [0, 1].map(|_| Vector3::from_fn(|_, _| random(&mut state)));
+            let (min, max) = (a.inf(&b), a.sup(&b));
+            let mut found = vec![];
+            tree.overlapping(min, max, |slot| found.push(slot));
+            found.sort_unstable();
+            let meets = |corners: &[Vector3<f64>; 3]| {
+                let [low, high] = box_around(corners);
+                (0..3).all(|axis| low[axis] <= max[axis] && min[axis] <= high[axis])
+            };
+            let wanted: Vec<usize> = (0..tree.corners.len()).filter(|slot| meets(&tree.corners[*slot])).collect();
+            assert_eq!(found, wanted);
+        }
+    }
+}

@@ -20,13 +20,19 @@ pub(crate) struct NearestOnTriangle {
 /// inside it have lost their digits, and its width is less than 1e-7 of its length.
 const SLIVER_SINE_SQ: f64 = 1e-14;
 
+/// So thin that its normal means nothing.
+#[inline]
+pub(crate) fn is_sliver([a, b, c]: [Vector3<f64>; 3]) -> bool {
+    let (ab, ac) = (b - a, c - a);
+    ab.cross(&ac).norm_squared() <= SLIVER_SINE_SQ * ab.norm_squared() * ac.norm_squared()
+}
+
 /// The Voronoi regions of the triangle's features (Ericson 2004, "Real-Time Collision Detection", §5.1.5).
 #[inline]
 pub(crate) fn nearest_on_triangle(point: Vector3<f64>, corners: [Vector3<f64>; 3]) -> NearestOnTriangle {
     let [a, b, c] = corners;
     let (ab, ac) = (b - a, c - a);
-    let normal = ab.cross(&ac);
-    if normal.norm_squared() <= SLIVER_SINE_SQ * ab.norm_squared() * ac.norm_squared() {
+    if is_sliver(corners) {
         return nearest_on_edges(point, corners);
     }
     let at = |nearest: Vector3<f64>, feature| NearestOnTriangle {
@@ -63,6 +69,7 @@ pub(crate) fn nearest_on_triangle(point: Vector3<f64>, corners: [Vector3<f64>; 3
         return at(b + (c - b) * (from_b_on / (from_b_on + to_c_on)), TriangleFeature::Edge(1));
     }
     // The way to the plane, and not to a point composed of weights, keeps its digits near the surface.
+    let normal = ab.cross(&ac);
     let way = normal * (normal.dot(&from_a) / normal.norm_squared());
     NearestOnTriangle { point: point - way, distance_sq: way.norm_squared(), feature: TriangleFeature::Inside }
 }

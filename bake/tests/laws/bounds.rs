@@ -1,0 +1,133 @@
+//! The bounds that a baked grid states of itself.
+
+use sdf_core::grid::{Dense, Grid};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::{Aabb, Sdf};
+
+use crate::meshes::{self, Mesh};
+use crate::oracle::{self, Baked};
+use crate::random::Random;
+
+/// Of f64 sums of numbers of the mesh's size.
+const F64_ROUNDING: f64 = 1e-13;
+
+fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+    let turn = random.rotation();
+    vec![
+        ("sphere", meshes::icosphere(2)),
+        ("cube", meshes::cube()),
+        ("turned cube", meshes::cube().turned(&turn)),
+        ("L", meshes::l_solid().turned(&turn)),
+        ("star", meshes::star(1, 3, 1.5)),
+        ("thin plate", meshes::block([1.0, 0.7, 0.01]).turned(&turn)),
+        ("overlapping", meshes::icosphere(1).and(meshes::icosphere(1).moved(1.0, 0.3, 0.0))),
+        ("cavity", meshes::icosphere(1).and(meshes::icosphere(1).flipped().scaled(0.6))),
+        ("tiny torus", meshes::torus(1.0, 0.3, 16, 8).scaled(1e-12)),
+        ("far sphere", meshes::icosphere(1).moved(1e4, 0.0, -1e4)),
+    ]
+}
+
+fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+    let sphere = meshes::icosphere(2);
+    let bowl: Vec<usize> = (0..sphere.triangles.len()).filter(|t| sphere.corners()[*t][0].z > 0.1).collect();
+    vec![
+        ("bowl", sphere.clone().without(&bowl)),
+        ("sphere with a hole", sphere.without(&[0, 1, 2, 3])),
+        ("cube without half a side", meshes::cube().without(&[5])),
+        ("one-sided sheet", meshes::sheet(3)),
+        ("wavy sheet", meshes::sheet(8).mapped(|p| p + Vector3::new(0.0, 0.0, 0.3 * (4.0 * p.x).sin()))),
+        ("soup", meshes::soup(60, 0.7, random)),
+        ("fin", meshes::cube().and(meshes::sheet(2).moved(2.0, 0.0, 0.1))),
+    ]
+}
+
+#[test]
+fn the_interpolant_changes_no_faster_than_its_slope_bound() {
+    let mut random = Random::of_test();
+    for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
+        let baked = Baked::of(&mesh, None, 12);
+        let storage = Dense::new(&baked.lattice, &baked.grid.distances).unwrap();
+        let field = Grid::new(baked.lattice, storage, baked.grid.slope_bound).unwrap();
+        let bounds = baked.lattice.bounds().inflate(2.0 * baked.lattice.spacing());
+        let rounding = F64_ROUNDING * largest_coordinate(&bounds);
+        for _ in 0..20_000 {
+            let from = random.in_box(bounds.min, bounds.max);
+            let reach = baked.lattice.spacing() * 10.0_f64.powf(random.between(-3.0, 1.0));
+            let to = from + random.in_cube(reach);
+            let change = (field.value(to) - field.value(from)).abs();
+            let most = baked.grid.slope_bound * (to - from).norm() + rounding * baked.grid.slope_bound;
+            assert!(change <= most, "{name}: {change} from {from:?} to {to:?}, at most {most}");
+        }
+    }
+}
+
+fn largest_coordinate(bounds: &Aabb) -> f64 {
+    bounds.min.iter().chain(&bounds.max).fold(0.0, |most, x| most.max(x.abs()))
+}
+
+#[test]
+fn the_interpolant_of_a_closed_mesh_is_off_by_no_more_than_its_error_bound() {
+    let mut random = Random::of_test();
+    for (name, mesh) in closed_meshes(&mut random) {
+        for cells in [3, 8, 20] {
+            let baked = Baked::of(&mesh, None, cells);
+            let (worst, unseen) = worst_error(name, &mesh, &baked, &mut random);
+            assert_eq!(unseen, 0, "{name}");
+            // Along each axis a distance changes by no more than the way.
+            assert!(baked.grid.slope_bound <= 1.000_01 * 3.0_f64.sqrt(), "{name}: {}", baked.grid.slope_bound);
+            let half_diagonal = 0.75_f64.sqrt() * baked.lattice.spacing();
+            assert!(baked.grid.error_bound <= 1.000_01 * half_diagonal, "{name}: the bound is wider than it need be");
+            println!("{name}: {:.2} of the bound", worst / baked.grid.error_bound);
+        }
+    }
+}
+
+/// Where the surface that closes a hole cuts no edge of a cell, the grid cannot know of it; all else is bounded.
+#[test]
+fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound_but_where_it_sees_no_change_of_sign() {
+    let mut random = Random::of_test();
+    for (name, mesh) in open_meshes(&mut random) {
+        for cells in [3, 8, 20] {
+            let baked = Baked::of(&mesh, None, cells);
+            let (worst, unseen) = worst_error(name, &mesh, &baked, &mut random);
+            println!("{name}: {:.2} of the bound, {unseen} unseen", worst / baked.grid.error_bound);
+            assert!(unseen <= 30, "{name}: {unseen} of 3000 points");
+        }
+    }
+}
+
+/// The largest error at random points and how many points have another sign than all corners of their cell have.
+fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (f64, usize) {
+    let storage = Dense::new(&baked.lattice, &baked.grid.distances).unwrap();
+    let field = Grid::new(baked.lattice, storage, baked.grid.slope_bound).unwrap();
+    let corners = mesh.corners();
+    let bounds = baked.lattice.bounds();
+    let rounding = F64_ROUNDING * largest_coordinate(&bounds);
+    let (mut worst, mut unseen) = (0.0_f64, 0);
+    for _ in 0..3000 {
+        let point = random.in_box(bounds.min, bounds.max);
+        let exact = oracle::signed_distance(&corners, point);
+        let error = (field.value(point) - exact).abs();
+        let bound = baked.grid.error_bound + rounding;
+        if error > bound && sign_of_cell(baked, point).is_some_and(|sign| sign != exact.signum()) {
+            unseen += 1;
+            continue;
+        }
+        assert!(error <= bound, "{name}: {error} at {point:?}, at most {bound}");
+        worst = worst.max(error);
+    }
+    (worst, unseen)
+}
+
+/// Of all corners of the cell around a point, where they have the same.
+fn sign_of_cell(baked: &Baked, point: Vector3<f64>) -> Option<f64> {
+    let steps = (point - Vector3::from(baked.lattice.origin())) / baked.lattice.spacing();
+    let signs: Vec<f64> = (0..8)
+        .map(|corner| {
+            let node =
+                [0, 1, 2].map(|axis| (steps[axis] as u32 + (corner >> axis & 1)).min(baked.lattice.cells()[axis]));
+            f64::from(baked.grid.distances[baked.lattice.index(node)].signum())
+        })
+        .collect();
+    signs.iter().all(|sign| *sign == signs[0]).then_some(signs[0])
+}

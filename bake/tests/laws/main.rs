@@ -1,0 +1,14 @@
+//! What holds of every baked grid.
+
+mod bounds;
+mod distances;
+mod lattices;
+mod meshes;
+mod oracle;
+mod random;
+mod repeatable;
+mod scanned_meshes;
+mod signs;
+mod topologies;
+mod triangle_meshes;
+mod winding_numbers;

@@ -1,0 +1,146 @@
+//! The same mesh bakes to the same bytes; a mesh that is the same but for its writing or its unit, to the same grid.
+
+use sdf_bake::{DenseGrid, MeshDistance, SignMethod, TriangleMesh, dense, lattice_around};
+use sdf_core::grid::Lattice;
+use sdf_core::nalgebra::Vector3;
+
+use crate::meshes::{self, Mesh};
+use crate::oracle::{self, Baked};
+use crate::random::Random;
+
+fn samples(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+    let turn = random.rotation();
+    let sphere = meshes::icosphere(3);
+    vec![
+        ("star", meshes::star(3, 7, 1.5).turned(&turn)),
+        ("cube", meshes::cube().refined().refined()),
+        ("open sphere", sphere.clone().without(&[1, 2, 3, 500])),
+        ("nested", sphere.clone().and(sphere.scaled(0.5))),
+        ("soup", meshes::soup(700, 0.3, random)),
+        ("needles", meshes::needles(200, 1e-6, random)),
+        ("degenerate", meshes::degenerate_soup(100, random)),
+    ]
+}
+
+fn assert_same_bits(name: &str, a: &DenseGrid, b: &DenseGrid) {
+    let differing = a.distances.iter().zip(&b.distances).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+    assert_eq!(differing, 0, "{name}: of {} samples", a.distances.len());
+    assert_eq!(a.slope_bound.to_bits(), b.slope_bound.to_bits(), "{name}");
+    assert_eq!(a.error_bound.to_bits(), b.error_bound.to_bits(), "{name}");
+}
+
+#[test]
+fn any_number_of_threads_bakes_the_same_bytes() {
+    let mut random = Random::of_test();
+    for (name, mesh) in samples(&mut random) {
+        let bake_on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Baked::of(&mesh, None, 28).grid)
+        };
+        let alone = bake_on(1);
+        for threads in [2, 3, 7] {
+            assert_same_bits(name, &alone, &bake_on(threads));
+        }
+    }
+}
+
+#[test]
+fn progress_counts_every_node_once() {
+    let mesh = meshes::icosphere(1).baked();
+    let lattice = lattice_around(&mesh.bounds(), 0.07, 3).unwrap();
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let count = |nodes| {
+        done.fetch_add(nodes, std::sync::atomic::Ordering::Relaxed);
+    };
+    dense::bake(&MeshDistance::new(&mesh, None), &lattice, &count);
+    assert_eq!(done.into_inner(), lattice.node_count());
+}
+
+/// The nearest of the same triangles is the same, whatever their order; and so is, bit for bit, its distance.
+#[test]
+fn any_order_of_triangles_and_points_bakes_the_same_samples() {
+    let mut random = Random::of_test();
+    for (name, mesh) in samples(&mut random) {
+        let baked = Baked::of(&mesh, None, 24);
+        for _ in 0..3 {
+            let mut shuffled = mesh.clone();
+            random.shuffle(&mut shuffled.triangles);
+            let mut places: Vec<u32> = (0..mesh.points.len() as u32).collect();
+            random.shuffle(&mut places);
+            for (point, place) in mesh.points.iter().zip(&places) {
+                shuffled.points[*place as usize] = *point;
+            }
+            shuffled.triangles.iter_mut().flatten().for_each(|index| *index = places[*index as usize]);
+            assert_same_bits(name, &baked.grid, &Baked::of(&shuffled, None, 24).grid);
+        }
+    }
+}
+
+/// Which corner comes first changes how a distance is rounded, once in f64 and at times then in f32: by a unit in the
+/// last place of that.
+#[test]
+fn any_order_of_corners_bakes_the_same_samples_but_for_rounding() {
+    let mut random = Random::of_test();
+    for (name, mesh) in samples(&mut random) {
+        let baked = Baked::of(&mesh, None, 24);
+        let mut turned = mesh.clone();
+        turned.triangles.iter_mut().for_each(|corners| corners.rotate_left(random.below(3)));
+        let again = Baked::of(&turned, None, 24);
+        let on_surface = 1e-9 * oracle::diagonal(&mesh);
+        let mut differing = 0;
+        for ((node, first), (_, second)) in baked.nodes().zip(again.nodes()) {
+            differing += usize::from(first != second);
+            if first.abs() > on_surface || second.abs() > on_surface {
+                assert!(
+                    (first - second).abs() <= f64::from(f32::EPSILON) * first.abs(),
+                    "{name}: {first} {second} at {node:?}"
+                );
+            }
+        }
+        println!("{name}: {differing} samples differ in the last place");
+    }
+}
+
+/// Promise 8: nothing depends on the unit. A power of two changes no digit.
+#[test]
+fn a_mesh_scaled_by_a_power_of_two_bakes_to_the_samples_scaled() {
+    let mut random = Random::of_test();
+    for (name, mesh) in samples(&mut random) {
+        for method in [SignMethod::PseudoNormal, SignMethod::Winding] {
+            let baked = Baked::of(&mesh, Some(method), 16);
+            for exponent in [-80, -10, -1, 1, 7, 80] {
+                let scale = 2.0_f64.powi(exponent);
+                let scaled = Baked::of(&mesh.clone().scaled(scale), Some(method), 16);
+                let mut wanted = baked.grid.clone();
+                wanted.distances.iter_mut().for_each(|distance| *distance *= scale as f32);
+                wanted.error_bound *= scale;
+                assert_same_bits(name, &wanted, &scaled.grid);
+            }
+        }
+    }
+}
+
+/// All coordinates, of mesh and nodes, are multiples of 2⁻²⁰ below 2²⁰, before and after: only the distances' own
+/// rounding is left, which far out is that of coordinates of 2¹⁰.
+#[test]
+fn a_mesh_moved_exactly_bakes_to_the_same_samples_but_for_rounding() {
+    let mut random = Random::of_test();
+    let snap = |p: Vector3<f64>| (p * 1_048_576.0).map(f64::round) / 1_048_576.0;
+    for (name, mesh) in samples(&mut random).into_iter().filter(|(name, _)| *name != "needles") {
+        let mesh = mesh.mapped(snap);
+        let bake_moved = |by: f64| {
+            let moved: Vec<[f64; 3]> = mesh.points.iter().map(|p| p.add_scalar(by).into()).collect();
+            let moved = TriangleMesh::new(&moved, &mesh.triangles).unwrap();
+            let lattice = Lattice::new([by - 1.75; 3], 0.125, [29; 3]).unwrap();
+            dense::bake(&MeshDistance::new(&moved, None), &lattice, &|_| ())
+        };
+        let baked = bake_moved(0.0);
+        for by in [1.0, -64.0, 1024.0] {
+            for (here, there) in baked.distances.iter().zip(&bake_moved(by).distances) {
+                let rounding = f32::EPSILON * here.abs() + 1e-12;
+                assert!((here.abs() - there.abs()).abs() <= rounding, "{name}: {here} {there}");
+                assert!(here.abs() < 1e-6 || (*here < 0.0) == (*there < 0.0), "{name}: {here} {there}");
+            }
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What a mesh is checked for before it is baked.
+
+use sdf_bake::{MeshError, MeshReport, TriangleMesh};
+
+use crate::meshes;
+
+const CORNERS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn report(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> MeshReport {
+    TriangleMesh::new(points, triangles).unwrap().report()
+}
+
+#[test]
+fn a_clean_mesh_has_nothing_to_report() {
+    for mesh in [meshes::cube(), meshes::icosphere(2), meshes::torus(1.0, 0.3, 12, 6), meshes::sheet(5)] {
+        let baked = mesh.baked();
+        assert_eq!(baked.report(), MeshReport::default());
+        assert_eq!(baked.triangle_count(), mesh.triangles.len());
+        for (triangle, corners) in mesh.corners().into_iter().enumerate() {
+            assert_eq!(baked.corners(triangle), corners.map(<[f64; 3]>::from));
+        }
+    }
+}
+
+#[test]
+fn points_at_one_place_are_one() {
+    let mut points = CORNERS.to_vec();
+    points.extend([CORNERS[1], [-0.0, 1.0, -0.0], [1.0, 0.0, f64::MIN_POSITIVE]]);
+    let found = report(&points, &[[0, 1, 2], [0, 4, 3], [0, 5, 3], [6, 2, 3]]);
+    assert_eq!(found, MeshReport { welded_points: 2, ..MeshReport::default() });
+    let apart = meshes::cube();
+    let corners: Vec<[f64; 3]> = apart.corners().into_iter().flatten().map(<[f64; 3]>::from).collect();
+    let triangles: Vec<[u32; 3]> = (0..12).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let welded = TriangleMesh::new(&corners, &triangles).unwrap();
+    assert_eq!(welded.report(), MeshReport { welded_points: 28, ..MeshReport::default() });
+    let verdict = sdf_bake::MeshDistance::new(&welded, None).verdict().to_owned();
+    assert_eq!(verdict, "pseudo-normal: closed, consistently wound, one shell");
+}
+
+#[test]
+fn points_that_no_triangle_uses_are_counted_and_do_not_widen_the_box() {
+    let mut points = CORNERS.to_vec();
+    points.extend([[9.0; 3], [-9.0; 3]]);
+    let mesh = TriangleMesh::new(&points, &[[0, 1, 2]]).unwrap();
+    assert_eq!(mesh.report(), MeshReport { unreferenced_points: 3, ..MeshReport::default() });
+    assert_eq!((mesh.bounds().min, mesh.bounds().max), ([0.0; 3], [1.0, 1.0, 0.0]));
+}
+
+#[test]
+fn triangles_without_area_are_counted_and_kept() {
+    let mut points = CORNERS.to_vec();
+    points.push([0.5, 0.0, 0.0]);
+    let mesh = TriangleMesh::new(&points, &[[0, 1, 2], [0, 1, 4], [1, 1, 3], [2, 2, 2], [0, 2, 3]]).unwrap();
+    assert_eq!(mesh.report(), MeshReport { degenerate_triangles: 3, ..MeshReport::default() });
+    assert_eq!(mesh.triangle_count(), 5);
+}
+
+#[test]
+fn triangles_that_stand_twice_are_counted_and_left_out() {
+    let mut points = CORNERS.to_vec();
+    points.push(CORNERS[2]);
+    let triangles = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 4], [0, 2, 1], [1, 2, 3], [3, 1, 2]];
+    let mesh = TriangleMesh::new(&points, &triangles).unwrap();
+    assert_eq!(mesh.report(), MeshReport { welded_points: 1, repeated_triangles: 4, ..MeshReport::default() });
+    assert_eq!(mesh.triangle_count(), 3);
+}
+
+#[test]
+fn what_cannot_be_baked_is_refused_with_its_place() {
+    let refusal = |points: &[[f64; 3]], triangles: &[[u32; 3]]| TriangleMesh::new(points, triangles).unwrap_err();
+    assert_eq!(refusal(&CORNERS, &[]), MeshError::NoTriangles);
+    assert_eq!(refusal(&[], &[]), MeshError::NoTriangles);
+    let too_high = MeshError::IndexOutOfRange { triangle: 1, index: 4, points: 4 };
+    assert_eq!(refusal(&CORNERS, &[[0, 1, 2], [0, 4, 9]]), too_high);
+    assert_eq!(too_high.to_string(), "triangle 1 names point 4, but there are 4");
+    assert_eq!(refusal(&[], &[[0, 0, 0]]), MeshError::IndexOutOfRange { triangle: 0, index: 0, points: 0 });
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut points = CORNERS;
+        points[2][1] = bad;
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), MeshError::NotFinite { point: 2 });
+    }
+    for far in [1.000_001e30, -1e31, f64::MAX] {
+        let mut points = CORNERS;
+        points[3][2] = far;
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), MeshError::TooFarOut { point: 3 });
+    }
+    assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), MeshError::NoExtent { side: 0.0 });
+    let tiny = CORNERS.map(|p| p.map(|x| x * 0.99e-30));
+    assert_eq!(refusal(&tiny, &[[0, 1, 2]]), MeshError::NoExtent { side: 0.99e-30 });
+}
+
+#[test]
+fn the_largest_and_the_smallest_that_are_allowed_bake() {
+    for size in [1e30, 1e-30] {
+        let points = CORNERS.map(|p| p.map(|x| x * size));
+        let mesh = TriangleMesh::new(&points, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap();
+        let distance = sdf_bake::MeshDistance::new(&mesh, None);
+        let found = distance.signed_distance([0.1 * size; 3]);
+        assert!((found / size + 0.1).abs() < 1e-15, "{found}");
+    }
+}
