@@ -5,7 +5,7 @@ use sdf_core::Aabb;
 use sdf_core::grid::{Dense, Lattice, slope_bound};
 use sdf_core::nalgebra::Vector3;
 
-use crate::winding::WINDING_ERROR;
+use crate::signs::sign_block;
 use crate::{MeshDistance, SignMethod};
 
 /// The samples of a baked grid, and what is certain of it.
@@ -48,7 +48,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
             let mut measure = |x: usize| {
                 let nearest = mesh.nearest(node(lattice, [x, y, z]), guess);
                 guess = nearest.guess;
-                row[x] = (if nearest.is_inside { -nearest.distance } else { nearest.distance }) as f32;
+                row[x] = nearest.signed() as f32;
             };
             let nodes = 0..lattice.nodes()[0] as usize;
             if y % 2 == 0 {
@@ -61,7 +61,10 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     });
     if mesh.sign_method() == SignMethod::Winding {
         let slabs = distances.par_chunks_mut(layer * SLAB).enumerate();
-        slabs.for_each(|(slab, distances)| sign_slab(mesh, lattice, slab * SLAB, distances));
+        slabs.for_each(|(slab, distances)| {
+            let position = |[x, y, z]: [usize; 3]| node(lattice, [x, y, z + slab * SLAB]);
+            sign_block(mesh, lattice.spacing(), [row, rows, distances.len() / layer], position, distances);
+        });
     }
     let slope_bound = match Dense::new(lattice, &distances) {
         Some(storage) => slope_bound(lattice, &storage),
@@ -73,76 +76,6 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
 
 fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
     lattice.node(index.map(|i| i as u32)).into()
-}
-
-/// Negates the distances of all nodes inside, in layers `first_layer` and up.
-///
-/// Between two neighbours whose distances sum to more than a spacing there is no triangle, and the winding number changes
-/// as slowly as the mesh's rim allows. So a node takes the side of a neighbour that is sure enough of its own, and the
-/// winding number is asked where none is.
-fn sign_slab(mesh: &MeshDistance, lattice: &Lattice, first_layer: usize, distances: &mut [f32]) {
-    let [row, rows, _] = lattice.nodes().map(|n| n as usize);
-    let layer = row * rows;
-    let spacing = lattice.spacing();
-    let free_way = (spacing * (1.0 + 1e-6)) as f32;
-    let loss = Blocks::new([row, rows, distances.len() / layer], |[first, last]| {
-        let [low, high] = [first, last].map(|[x, y, z]| node(lattice, [x, y, z + first_layer]));
-        let radius = 0.5 * (high - low).norm() + spacing;
-        spacing * mesh.winding_slope((low + high) * 0.5, radius)
-    });
-    // How much a node's winding number may yet change without a change of side.
-    let mut sureness = vec![0.0_f64; distances.len()];
-    for index in 0..distances.len() {
-        let [x, y, z] = [index % row, index / row % rows, index / layer];
-        let loss = loss.at([x, y, z]);
-        let mut surest = (0.0, 0);
-        for (is_there, step) in [(x > 0, 1), (y > 0, row), (z > 0, layer)] {
-            if is_there && distances[index].abs() + distances[index - step].abs() > free_way {
-                let remaining = sureness[index - step] - loss;
-                if remaining > surest.0 {
-                    surest = (remaining, index - step);
-                }
-            }
-        }
-        let is_inside = if surest.0 > 0.0 {
-            sureness[index] = surest.0;
-            distances[surest.1].is_sign_negative()
-        } else {
-            let winding = mesh.winding_number(node(lattice, [x, y, z + first_layer]).into()).abs();
-            sureness[index] = (winding - 0.5).abs() - WINDING_ERROR;
-            winding >= 0.5
-        };
-        if is_inside {
-            distances[index] = -distances[index];
-        }
-    }
-}
-
-/// A number for each block of nodes of a slab.
-struct Blocks {
-    counts: [usize; 3],
-    values: Vec<f64>,
-}
-
-impl Blocks {
-    /// Nodes along each side of a block.
-    const SIDE: usize = 8;
-
-    /// `value` is given the first and the last node of each block.
-    fn new(nodes: [usize; 3], value: impl Fn([[usize; 3]; 2]) -> f64) -> Self {
-        let counts = nodes.map(|n| n.div_ceil(Self::SIDE));
-        let of_block = |block: usize| {
-            let first = [block % counts[0], block / counts[0] % counts[1], block / counts[0] / counts[1]]
-                .map(|block| block * Self::SIDE);
-            value([first, std::array::from_fn(|axis| (first[axis] + Self::SIDE).min(nodes[axis]) - 1)])
-        };
-        Self { counts, values: (0..counts.iter().product()).map(of_block).collect() }
-    }
-
-    fn at(&self, node: [usize; 3]) -> f64 {
-        let [x, y, z] = node.map(|n| n / Self::SIDE);
-        self.values[(z * self.counts[1] + y) * self.counts[0] + x]
-    }
 }
 
 /// A true signed distance changes by at most the way, so the interpolant of exact nodes is off by at most

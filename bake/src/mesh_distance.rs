@@ -47,6 +47,13 @@ pub(crate) struct Nearest {
     pub is_inside: bool,
 }
 
+impl Nearest {
+    /// Negative inside; positive where the sign is yet to come.
+    pub fn signed(&self) -> f64 {
+        if self.is_inside { -self.distance } else { self.distance }
+    }
+}
+
 impl<'a> MeshDistance<'a> {
     /// `sign`: `None` looks at the mesh and takes the pseudo-normals where they are sure.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {

@@ -2,6 +2,7 @@
 
 mod dense;
 mod lattice;
+pub mod sparse;
 mod trilinear;
 
 use nalgebra::Vector3;
@@ -53,18 +54,24 @@ impl<S: Storage> Grid<S> {
 /// length of the largest differences along each axis, over the spacing. One pass over all samples.
 pub fn slope_bound<S: Storage>(lattice: &Lattice, storage: &S) -> f64 {
     let [cells_x, cells_y, cells_z] = lattice.cells();
-    let mut largest_sq = 0.0_f64;
+    let mut inside = 0.0_f64;
     for z in 0..cells_z {
         for y in 0..cells_y {
             for x in 0..cells_x {
-                largest_sq = largest_sq.max(cell_slope_sq(storage.corners([x, y, z])));
+                inside = inside.max(cell_slope(storage.corners([x, y, z]), lattice.spacing()));
             }
         }
     }
-    let inside = libm::sqrt(largest_sq) / lattice.spacing();
-    // Outside the box the value rises with the distance to it, at a slope of one. Where that is added to what the
-    // nearest point's value changes, and not taken together with it as a hypotenuse, the slopes are at right angles.
-    if lowest_on_box(lattice, storage) < 0.0 { libm::sqrt(1.0 + inside * inside) } else { inside.max(1.0) }
+    slope_bound_with_outside(inside, lowest_on_box(lattice, storage) < 0.0)
+}
+
+/// The slope bound of a grid from that of its cells.
+///
+/// Outside the box the value rises with the distance to it, at a slope of one. Where that is added to what the nearest
+/// point's value changes, as it is where the inside reaches the box, and not taken together with it as a hypotenuse, the
+/// slopes are at right angles.
+pub fn slope_bound_with_outside(of_cells: f64, inside_reaches_box: bool) -> f64 {
+    if inside_reaches_box { libm::sqrt(1.0 + of_cells * of_cells) } else { of_cells.max(1.0) }
 }
 
 /// The least sample on the faces of the box.
@@ -87,14 +94,16 @@ fn lowest_on_box<S: Storage>(lattice: &Lattice, storage: &S) -> f64 {
     lowest
 }
 
-fn cell_slope_sq(corners: [f32; 8]) -> f64 {
+/// The most that the interpolant of a cell's corners changes over a unit of distance: the length of the largest
+/// differences along each axis, over the spacing.
+pub fn cell_slope(corners: [f32; 8], spacing: f64) -> f64 {
     let c = corners.map(f64::from);
     let steepest =
         |edges: [(usize, usize); 4]| edges.iter().fold(0.0_f64, |most, (a, b)| most.max((c[*b] - c[*a]).abs()));
     let along_x = steepest([(0, 1), (2, 3), (4, 5), (6, 7)]);
     let along_y = steepest([(0, 2), (1, 3), (4, 6), (5, 7)]);
     let along_z = steepest([(0, 4), (1, 5), (2, 6), (3, 7)]);
-    along_x * along_x + along_y * along_y + along_z * along_z
+    libm::sqrt(along_x * along_x + along_y * along_y + along_z * along_z) / spacing
 }
 
 /// A point of the grid's box: the cell it lies in and how far along each side.

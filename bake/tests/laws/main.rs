@@ -9,6 +9,7 @@ mod random;
 mod repeatable;
 mod scanned_meshes;
 mod signs;
+mod sparse;
 mod topologies;
 mod triangle_meshes;
 mod winding_numbers;

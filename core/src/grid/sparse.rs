@@ -1,0 +1,143 @@
+use nalgebra::Vector3;
+
+use super::{Lattice, Storage, trilinear};
+
+/// Nodes along a brick's side.
+pub const BRICK: u32 = 8;
+
+/// Samples in a brick.
+pub const BRICK_SAMPLES: usize = (BRICK * BRICK * BRICK) as usize;
+
+/// Stands in the table of a [`Sparse`] where there is no brick.
+pub const NO_BRICK: u32 = u32::MAX;
+
+/// How a sample is kept.
+pub trait Code: Copy {
+    fn decode(self, scale: Scale) -> f32;
+}
+
+/// What a brick's codes are multiplied by, and where they begin. `f32` samples need neither.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    pub base: f32,
+    pub step: f32,
+}
+
+impl Code for f32 {
+    #[inline]
+    fn decode(self, _scale: Scale) -> f32 {
+        self
+    }
+}
+
+impl Code for u16 {
+    #[inline]
+    fn decode(self, scale: Scale) -> f32 {
+        scale.base + scale.step * f32::from(self)
+    }
+}
+
+impl Code for u8 {
+    #[inline]
+    fn decode(self, scale: Scale) -> f32 {
+        scale.base + scale.step * f32::from(self)
+    }
+}
+
+/// How many bricks the nodes of a lattice fall into along each axis.
+pub fn brick_counts(lattice: &Lattice) -> [u32; 3] {
+    lattice.nodes().map(|nodes| nodes.div_ceil(BRICK))
+}
+
+/// Samples in bricks of 8 × 8 × 8 nodes where the field is needed in detail, and a coarse grid of every eighth node for
+/// the rest.
+///
+/// Every node has one value: its brick's sample where its brick is there, else what the coarse grid's cell around it
+/// interpolates. So the field is continuous across the borders of bricks and from fine to coarse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sparse<'a, C> {
+    bricks: [u32; 3],
+    /// For each place of a brick, x fastest, which of the bricks it is.
+    table: &'a [u32],
+    scales: &'a [Scale],
+    /// By brick, then by node, x fastest.
+    samples: &'a [C],
+    /// One more along each axis than there are places of bricks, x fastest.
+    coarse: &'a [f32],
+}
+
+impl<'a, C: Code> Sparse<'a, C> {
+    /// `None` unless the table has a place for each brick of the lattice and the coarse grid one node more along each
+    /// axis, every entry is [`NO_BRICK`] or a brick's number, and there are as many scales as bricks of samples.
+    pub fn new(
+        lattice: &Lattice,
+        table: &'a [u32],
+        scales: &'a [Scale],
+        samples: &'a [C],
+        coarse: &'a [f32],
+    ) -> Option<Self> {
+        let bricks = brick_counts(lattice);
+        let count = |more: usize| bricks.iter().fold(1, |count, bricks| count * (*bricks as usize + more));
+        let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales.len();
+        let fits = table.len() == count(0)
+            && coarse.len() == count(1)
+            && scales.len().checked_mul(BRICK_SAMPLES) == Some(samples.len())
+            && table.iter().all(in_range);
+        fits.then_some(Self { bricks, table, scales, samples, coarse })
+    }
+
+    /// The brick that a node falls into: its number, if it is there.
+    #[inline]
+    fn brick(&self, [x, y, z]: [u32; 3]) -> Option<usize> {
+        let [along_x, along_y, _] = self.bricks;
+        let place = ((z / BRICK) * along_y + y / BRICK) * along_x + x / BRICK;
+        let brick = self.table.get(place as usize).copied().unwrap_or(NO_BRICK);
+        (brick != NO_BRICK).then_some(brick as usize)
+    }
+
+    #[inline]
+    fn sample(&self, brick: usize, [x, y, z]: [u32; 3]) -> f32 {
+        let within = ((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK;
+        match (self.samples.get(brick * BRICK_SAMPLES + within as usize), self.scales.get(brick)) {
+            (Some(code), Some(scale)) => code.decode(*scale),
+            _ => 0.0,
+        }
+    }
+
+    /// The coarse grid's corners around the place of a brick, in the order of [`Storage::corners`].
+    pub fn coarse_corners(&self, place: [u32; 3]) -> [f32; 8] {
+        let [along_x, along_y, _] = self.bricks.map(|bricks| bricks as usize + 1);
+        let [x, y, z] = place.map(|index| index as usize);
+        core::array::from_fn(|corner| {
+            let [x, y, z] = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
+            self.coarse.get((z * along_y + y) * along_x + x).copied().unwrap_or(0.0)
+        })
+    }
+
+    /// What the coarse cell around a node interpolates there.
+    fn coarse(&self, node: [u32; 3]) -> f32 {
+        let share = node.map(|index| (index % BRICK) as f32 / BRICK as f32);
+        trilinear::interpolate(self.coarse_corners(node.map(|index| index / BRICK)), Vector3::from(share)).0
+    }
+
+    /// The value at a node.
+    #[inline]
+    pub fn node(&self, node: [u32; 3]) -> f32 {
+        match self.brick(node) {
+            Some(brick) => self.sample(brick, node),
+            None => self.coarse(node),
+        }
+    }
+}
+
+impl<C: Code> Storage for Sparse<'_, C> {
+    #[inline]
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
+        let in_one_brick = cell.iter().all(|index| index % BRICK != BRICK - 1);
+        match self.brick(cell) {
+            Some(brick) if in_one_brick => core::array::from_fn(|index| self.sample(brick, corner(index as u32))),
+            _ => core::array::from_fn(|index| self.node(corner(index as u32))),
+        }
+    }
+}
