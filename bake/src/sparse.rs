@@ -203,7 +203,7 @@ impl Places {
         })
     }
 
-    fn coarse_nodes(&self) -> impl ParallelIterator<Item = [u32; 3]> + IndexedParallelIterator + use<> {
+    fn coarse_nodes(&self) -> impl IndexedParallelIterator<Item = [u32; 3]> + use<> {
         let [row, rows, layers] = self.counts.map(|n| n as usize + 1);
         let node = move |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
         (0..row * rows * layers).into_par_iter().map(node)
