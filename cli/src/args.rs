@@ -1,7 +1,10 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
+use sdf_formats::contact_file::ContactFormat;
+use sdf_formats::mesh::MeshFormat;
 
 /// Signed distance fields of meshes, and the contacts of other meshes with them.
 ///
@@ -28,22 +31,37 @@ pub enum Command {
     Demo(DemoArgs),
 }
 
+impl Command {
+    /// What no single argument shows to be wrong.
+    pub fn check(&self) -> Result<(), &'static str> {
+        match self {
+            Self::Contacts(args) if args.method == Method::Gss && args.elements != Elements::Edges => {
+                Err("--method gss searches along edges: add --elements edges, or take another method")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Bake a mesh into a grid of exact signed distances.
+///
+/// Takes the mesh and how fine the grid is to be: --res or --voxel-size. Says how inside was told from outside, and how
+/// far the values between the nodes may be off.
 #[derive(Debug, Parser)]
 #[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size"])))]
 pub struct BakeArgs {
-    /// The mesh to bake.
+    /// The mesh to bake: OBJ, PLY or STL.
     pub mesh: PathBuf,
     /// Where to write the grid [default: the mesh's name with .sdf.h5, in the current folder].
     #[arg(short, long, value_name = "OUT.sdf.h5")]
     pub output: Option<PathBuf>,
-    /// Cells along the longest side of the mesh's box, padding not counted.
+    /// How many cells along the longest side of the mesh's box, padding not counted.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub res: Option<u32>,
     /// The side of a cell, in the mesh's unit.
-    #[arg(long, value_name = "H", value_parser = positive)]
+    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     pub voxel_size: Option<f64>,
-    /// Cells around the mesh's box, on each side.
+    /// How many cells more around the mesh's box, on each side.
     #[arg(long, value_name = "VOXELS", default_value_t = 4)]
     pub padding: u32,
     /// How inside is told from outside.
@@ -66,13 +84,16 @@ pub enum Sign {
 }
 
 /// Find where a mesh touches a field.
+///
+/// Of each element of the mesh that comes within --margin of the surface, or into it, one contact: where it comes
+/// nearest or deepest, as far as a local search tells. Elements that cannot are culled without a search.
 #[derive(Debug, Parser)]
 pub struct ContactsArgs {
-    /// The mesh, in the world.
+    /// The mesh, in the world: OBJ, PLY or STL.
     pub mesh: PathBuf,
-    /// The field, moved by --rotate and then --translate.
+    /// The field that it may touch: a baked grid or shapes in TOML. Put into the world by --rotate, then --translate.
     pub sdf: PathBuf,
-    /// What of the mesh is tested. Edges are those of the triangles, then the file's own line elements.
+    /// What of the mesh is tested. Edges are those of the triangles, each once, then the file's own line elements.
     #[arg(long, value_enum, default_value_t = Elements::Faces)]
     pub elements: Elements,
     /// How the least distance of an element is found.
@@ -81,22 +102,29 @@ pub struct ContactsArgs {
     /// Steps of the method at most.
     #[arg(long, value_name = "N", default_value_t = 32)]
     pub iterations: u32,
-    /// Report elements that come within this distance.
+    /// Report elements that come within this distance of the surface, in the mesh's unit; less than 0: only so deep.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     pub margin: f64,
     /// Shift the field by this.
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
     pub translate: Numbers<3>,
-    /// Turn the field by this quaternion, of any length.
-    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true)]
+    /// Turn the field about its origin by this quaternion, of any length but zero.
+    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true, value_parser = turn)]
     pub rotate: Numbers<4>,
-    /// Where to write the contacts: .csv, .json, .ply or .h5.
-    #[arg(short, long, value_name = "OUT")]
+    /// Where to write the contacts, as the name's end says: .csv, .json, .ply or .h5 [default: nowhere].
+    #[arg(short, long, value_name = "OUT", value_parser = PathBufValueParser::new().try_map(contact_file))]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
+}
+
+impl ContactsArgs {
+    /// Of the output.
+    pub fn format(&self) -> Option<ContactFormat> {
+        self.output.as_deref().and_then(ContactFormat::of)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -124,11 +152,15 @@ pub enum Method {
     Sample64,
 }
 
-/// Print distances and gradients at points.
+/// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz.
+///
+/// The gradient is the derivative of the distance and not normalized. Outside of a grid the distance is a lower bound;
+/// --json says of each point whether it is.
 #[derive(Debug, Parser)]
 pub struct EvalArgs {
+    /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Lines of x,y,z; a first line of names is passed over. A dash reads standard input.
+    /// Lines of x,y,z; a first line of names is passed over, and columns after the third. A dash reads standard input.
     #[arg(long, value_name = "FILE.csv")]
     pub points: PathBuf,
     #[command(flatten)]
@@ -138,23 +170,29 @@ pub struct EvalArgs {
 /// Say what a field file holds.
 #[derive(Debug, Parser)]
 pub struct InfoArgs {
+    /// The field: a baked grid, whose samples are not read, or shapes in TOML.
     pub sdf: PathBuf,
     #[command(flatten)]
     pub json: Json,
 }
 
-/// Compare a field with the mesh it is said to be of; exit status 1 where it is not.
+/// Compare a field with the mesh it is said to be of; exit status 1 where a grid is not.
+///
+/// A grid is right when no node asked is off by more than 1e-6 of the mesh's diagonal and its rounding to f32, no point by more than the file
+/// certifies, and no sign is wrong. Of shapes in TOML, which certify nothing, the errors are only printed.
 #[derive(Debug, Parser)]
 pub struct VerifyArgs {
+    /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
+    /// The mesh: OBJ, PLY or STL.
     pub mesh: PathBuf,
-    /// How many random points, and how many random nodes of a grid.
+    /// How many random points, and how many random nodes of a grid, are asked.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub points: u32,
-    /// Check every node of the grid.
+    /// Ask every node of the grid.
     #[arg(long)]
     pub all_nodes: bool,
-    /// Where the random points begin.
+    /// Other points and nodes for another number.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     #[command(flatten)]
@@ -166,11 +204,12 @@ pub struct VerifyArgs {
 /// Draw a plane through a field: blue inside, orange outside, the surface black.
 #[derive(Debug, Parser)]
 pub struct SliceArgs {
+    /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Where to write the picture.
+    /// Where to write the picture, a PNG.
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
-    /// The axis that the plane stands across.
+    /// The axis that the plane stands across. The other two run to the right and up.
     #[arg(long, value_enum, default_value_t = Axis::Z)]
     pub axis: Axis,
     /// Where on the axis [default: the middle of the field's box].
@@ -193,11 +232,12 @@ pub enum Axis {
 /// Extract the surface of a field as a mesh.
 #[derive(Debug, Parser)]
 pub struct SurfaceArgs {
+    /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Where to write the mesh: .obj, .ply or .stl.
-    #[arg(short, long, value_name = "OUT.obj")]
+    /// Where to write the mesh, as the name's end says: .obj, .ply or .stl.
+    #[arg(short, long, value_name = "OUT.obj", value_parser = PathBufValueParser::new().try_map(mesh_file))]
     pub output: PathBuf,
-    /// Cells along the longest side [default: the grid's own; 128 for shapes in closed form].
+    /// How many cells along the longest side [default: the grid's own; 128 for shapes in closed form].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub res: Option<u32>,
     /// Extract where the distance is this.
@@ -210,7 +250,7 @@ pub struct SurfaceArgs {
 /// Make a spiky body and a cloth over it, bake, find contacts and draw them.
 #[derive(Debug, Parser)]
 pub struct DemoArgs {
-    /// The folder to write into.
+    /// The folder to write into; it is made where it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -219,7 +259,7 @@ pub struct DemoArgs {
 
 #[derive(Clone, Copy, Debug, Parser)]
 pub struct Threads {
-    /// Threads to work with [default: as many as the machine has].
+    /// Threads to work with; the result does not depend on it [default: as many as the machine has].
     #[arg(long = "threads", value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub count: Option<u16>,
 }
@@ -251,6 +291,19 @@ fn finite(text: &str) -> Result<f64, String> {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err(format!("{text:?} is not a finite number")),
     }
+}
+
+fn turn(text: &str) -> Result<Numbers<4>, String> {
+    let numbers: Numbers<4> = text.parse()?;
+    if numbers.0 == [0.0; 4] { Err("all zero is no turn; 0,0,0,1 turns nothing".to_owned()) } else { Ok(numbers) }
+}
+
+fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    ContactFormat::of(&path).map(|_| path).ok_or("take a name that ends in .csv, .json, .ply or .h5")
+}
+
+fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    MeshFormat::of(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -3,7 +3,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-/// Reads lines of x,y,z. The first line may name columns; empty lines are passed over; columns after the third too.
+/// Reads lines of x,y,z. The first line may name columns, none of them a number; empty lines are passed over, and
+/// columns after the third.
 pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     let shown = path.display();
     let source: Box<dyn Read> = if path == Path::new("-") {
@@ -26,9 +27,14 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
             }
             Ok(Ok(point)) => points.push(point),
             Ok(Err(found)) => bail!("{shown}, line {number}: expected 3 numbers, found {}", found.len()),
-            Err(_) if number == 1 => {}
+            Err(_) if number == 1 && is_header(line) => {}
             Err(_) => bail!("{shown}, line {number}: expected x,y,z, found {line:.60?}"),
         }
     }
     Ok(points)
+}
+
+/// Numbers with the wrong thing between them are no names.
+fn is_header(line: &str) -> bool {
+    line.split(|c: char| c == ',' || c == ';' || c.is_whitespace()).all(|word| word.parse::<f64>().is_err())
 }

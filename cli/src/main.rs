@@ -8,23 +8,33 @@ mod commands;
 mod csv_points;
 mod memory;
 mod mesh_input;
+mod output;
 mod pictures;
 mod progress;
 mod report;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 
-use clap::Parser;
+use clap::error::ErrorKind as Usage;
+use clap::{CommandFactory, Parser};
 
 use args::{Args, Command};
 
 /// What a program that Ctrl-C ended answers: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
 
+/// Held by whoever ends the program: after Ctrl-C nothing more is said, of the file that is gone least of all.
+static ENDING: Mutex<()> = Mutex::new(());
+
 fn main() -> ExitCode {
     let Args { command } = Args::parse();
+    if let Err(what) = command.check() {
+        Args::command().error(Usage::ArgumentConflict, what).exit();
+    }
     let handled = ctrlc::set_handler(|| {
+        let _ending = ENDING.lock().unwrap_or_else(PoisonError::into_inner);
         sdf_formats::grid_file::remove_temporaries();
         std::process::exit(INTERRUPTED);
     });
@@ -38,15 +48,22 @@ fn main() -> ExitCode {
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
     });
+    // Never given back.
+    std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         // The reader of our output has seen enough, as `head` does.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("sdftool: {error:#}");
+            eprintln!("sdftool: {}", on_one_line(&format!("{error:#}")));
             ExitCode::FAILURE
         }
     }
+}
+
+/// A file's name may hold line feeds, and what a terminal would act on.
+fn on_one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

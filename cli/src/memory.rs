@@ -25,6 +25,9 @@ fn available() -> Option<f64> {
 }
 
 fn in_words(bytes: f64) -> String {
+    if bytes >= 1e18 {
+        return format!("{bytes:.1e} bytes");
+    }
     let units = [(1e15, "PB"), (1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
     let (size, unit) = units.into_iter().find(|(size, _)| bytes >= *size).unwrap_or((1e3, "kB"));
     format!("{bytes:.0} bytes ({:.1} {unit})", bytes / size)

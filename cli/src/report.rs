@@ -1,6 +1,6 @@
-use std::io::{Write, stdout};
+use std::io::{self, BufWriter, Write, stdout};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use serde::Serialize;
 
 use crate::args::Json;
@@ -13,12 +13,13 @@ pub struct Report<J> {
 
 impl<J: Serialize> Report<J> {
     pub fn print(&self, json: Json) -> Result<()> {
-        let mut out = stdout().lock();
         if json.wanted {
-            serde_json::to_writer(&mut out, &self.json)?;
-            writeln!(out)?;
-            return Ok(());
+            return print_json(&self.json);
         }
+        to_stdout(|out| self.print_rows(out))
+    }
+
+    fn print_rows(&self, out: &mut impl Write) -> io::Result<()> {
         let widest = self.rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
         for (name, value) in &self.rows {
             writeln!(out, "{name:>widest$}  {value}")?;
@@ -30,6 +31,25 @@ impl<J: Serialize> Report<J> {
 pub fn counts(counts: [u32; 3]) -> String {
     let [x, y, z] = counts;
     format!("{x} × {y} × {z}")
+}
+
+/// A count that may be past all integers: never hundreds of digits.
+pub fn many(count: f64) -> String {
+    if count < 1e15 { format!("{count:.0}") } else { format!("{count:.1e}") }
+}
+
+/// One object, alone on its line.
+pub fn print_json(json: &impl Serialize) -> Result<()> {
+    to_stdout(|out| {
+        // As an io::Error it still says where the reader went away.
+        serde_json::to_writer(&mut *out, json).map_err(io::Error::from)?;
+        writeln!(out)
+    })
+}
+
+pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Result<()>) -> Result<()> {
+    let mut out = BufWriter::new(stdout().lock());
+    write(&mut out).and_then(|()| out.flush()).context("standard output")
 }
 
 /// As many digits as tell it apart, few zeros.

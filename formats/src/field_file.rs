@@ -5,8 +5,12 @@ mod node;
 mod shapes;
 mod table;
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fs;
-use std::path::Path;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use sdf_core::grid::{Dense, Grid};
 
@@ -59,7 +63,6 @@ pub fn read_summary(path: &Path) -> Result<FieldSummary, FieldError> {
 }
 
 fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
-    use std::io::Read;
     let mut start = Vec::new();
     fs::File::open(path)?.take(8).read_to_end(&mut start)?;
     Ok(start == b"\x89HDF\r\n\x1a\n")
@@ -80,19 +83,39 @@ fn read_grid(path: &Path) -> Result<(OwnedGrid, grid_file::About), FieldError> {
 fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
     let refused = |what: String| FieldError::Refused { path: path.to_owned(), place: String::new(), what };
-    if fs::metadata(path).map_err(unreadable)?.len() > MOST_TOML_BYTES {
-        return Err(refused(format!("is larger than the {MOST_TOML_BYTES} bytes that a .sdf.toml may have")));
+    let not_a_field =
+        |what: &str| refused(format!("{what}; give a baked grid (.sdf.h5) or shapes in TOML (.sdf.toml)"));
+    // A device says that it has no bytes and goes on for ever.
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(MOST_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.is_empty() {
+        return Err(not_a_field("an empty file"));
     }
-    let bytes = fs::read(path).map_err(unreadable)?;
-    let not_a_field = || refused("is neither a baked grid (HDF5) nor a field in TOML".to_owned());
-    let text = std::str::from_utf8(&bytes).map_err(|_| not_a_field())?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| not_a_field("neither HDF5 nor TOML"))?;
+    if text.len() as u64 > MOST_TOML_BYTES {
+        return Err(not_a_field(&format!("not HDF5, and larger than the {MOST_TOML_BYTES} bytes that TOML may have")));
+    }
     let document: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-        let place = line.map(|line| format!("line {line}: ")).unwrap_or_default();
-        refused(format!("{place}{}", error.message().lines().next().unwrap_or("is not TOML")))
+        let place = line.map(|line| format!(" from line {line} on")).unwrap_or_default();
+        refused(format!("not TOML{place}: {}", error.message().lines().next().unwrap_or("cannot be parsed")))
     })?;
     let mut root = Table::new(path, String::new(), &document);
     let field = root.table("field")?;
     root.finish()?;
-    shapes::node(field, may_nest)
+    shapes::node(field, &mut Grids::default(), may_nest)
+}
+
+/// The grids that one file names, each read once however often it is named: so many hold no more than their files.
+#[derive(Default)]
+struct Grids(HashMap<PathBuf, Arc<OwnedGrid>>);
+
+impl Grids {
+    fn read(&mut self, path: &Path) -> Result<Arc<OwnedGrid>, FieldError> {
+        let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
+        Ok(match self.0.entry(fs::canonicalize(path).map_err(unreadable)?) {
+            Entry::Occupied(known) => known.get().clone(),
+            Entry::Vacant(new) => new.insert(Arc::new(read_grid(path)?.0)).clone(),
+        })
+    }
 }

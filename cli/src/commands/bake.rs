@@ -11,14 +11,15 @@ use serde_json::json;
 
 use crate::args::{BakeArgs, Sign};
 use crate::mesh_input::{self, MeshInput, at};
-use crate::report::{self, Report, counts, number, seconds};
-use crate::{memory, progress};
+use crate::report::{self, Report, counts, many, number, seconds};
+use crate::{memory, output, progress};
 
 pub fn run(args: &BakeArgs) -> Result<()> {
     let started = Instant::now();
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.mesh));
+    output::require(&output, &[&args.mesh])?;
     let input = mesh_input::read(&args.mesh)?;
     let read = started.elapsed().as_secs_f64();
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.mesh));
     let baked = progress::on_threads(args.threads, || bake(args, &input))??;
     let bake = started.elapsed().as_secs_f64() - read;
     let about = about(args, &input, &baked);
@@ -97,19 +98,30 @@ pub fn bake(args: &BakeArgs, input: &MeshInput) -> Result<Baked> {
 }
 
 fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
-    let (spacing, asked) = match (args.res, args.voxel_size) {
-        (Some(res), _) => (bounds.longest_side() / f64::from(res), format!("--res {res}")),
-        (None, Some(size)) => (size, format!("--voxel-size {size}")),
+    let (spacing, asked, smaller) = match (args.res, args.voxel_size) {
+        (Some(res), _) => (bounds.longest_side() / f64::from(res), format!("--res {res}"), "take a smaller --res"),
+        (None, Some(size)) => (size, format!("--voxel-size {size:?}"), "take a larger --voxel-size"),
         (None, None) => bail!("--res or --voxel-size is needed"),
     };
-    let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 2.0 * f64::from(args.padding) + 1.0);
-    let bytes = nodes.iter().product::<f64>() * size_of::<f32>() as f64;
-    let [x, y, z] = nodes;
-    let what = format!("{asked}: a grid of {x} × {y} × {z} nodes");
-    let smaller = if args.res.is_some() { "take a smaller --res" } else { "take a larger --voxel-size" };
-    memory::require(bytes, &what, smaller)?;
+    let side = bounds.longest_side();
+    if spacing > MOST_SIDES * side {
+        bail!("{asked}: the whole mesh is {} long: take a smaller --voxel-size", number(side));
+    }
+    let padding = 2.0 * f64::from(args.padding);
+    let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + padding + 1.0);
+    let (smaller, asked) = if padding > side / spacing {
+        ("take a smaller --padding", format!("{asked} --padding {}", args.padding))
+    } else {
+        (smaller, asked)
+    };
+    let what = format!("{asked}: a grid of {} nodes", nodes.map(many).join(" × "));
+    memory::require(nodes.iter().product::<f64>() * size_of::<f32>() as f64, &what, smaller)?;
     lattice_around(bounds, spacing, args.padding).with_context(|| format!("{what} is no grid: {smaller}"))
 }
+
+/// A cell's side in those of the mesh's box, at most. One says nothing of the mesh already; from 1e16 on, its nodes are
+/// so far away that all of the mesh is one point.
+const MOST_SIDES: f64 = 1e3;
 
 fn method(sign: Sign) -> Option<SignMethod> {
     match sign {

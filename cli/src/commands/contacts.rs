@@ -7,27 +7,25 @@ use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, PointSampling, Pr
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::{Sdf, Simplex};
-use sdf_formats::contact_file::{self, ContactFormat, ContactRecord};
+use sdf_formats::contact_file::{self, ContactRecord};
 use sdf_formats::field_file::{self, Field};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
 use crate::args::{ContactsArgs, Elements, Method};
 use crate::report::{Report, number, seconds};
-use crate::{mesh_input, progress};
+use crate::{mesh_input, output, progress};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
-    check(args)?;
-    let format = match &args.output {
-        None => None,
-        Some(path) => Some((
-            path,
-            ContactFormat::of(path)
-                .with_context(|| format!("{}: take a name that ends in .csv, .json, .ply or .h5", path.display()))?,
-        )),
-    };
+    if let Some(path) = &args.output {
+        output::require(path, &[&args.mesh, &args.sdf])?;
+    }
     let started = Instant::now();
     let mesh = mesh_input::read(&args.mesh)?.mesh;
+    if args.elements == Elements::Faces {
+        let name = args.mesh.display().to_string();
+        mesh.require_triangles(&name).context("take --elements vertices or edges")?;
+    }
     let field = field_file::read(&args.sdf)?;
     let read = started.elapsed().as_secs_f64();
     let found = progress::on_threads(args.threads, || find(args, &mesh, &field))??;
@@ -37,10 +35,11 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         schema: "sdftool.contacts/1",
         elements: found.elements,
         passed_cull: found.passed_cull,
+        not_finite: found.not_finite,
         contacts: &found.contacts,
         seconds: Seconds { read, query },
     };
-    if let Some((path, format)) = format {
+    if let (Some(path), Some(format)) = (&args.output, args.format()) {
         let json = || {
             let mut text = serde_json::to_vec(&document).unwrap_or_default();
             text.push(b'\n');
@@ -54,10 +53,13 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         ("passed the cull", found.passed_cull.to_string()),
         ("contacts", found.contacts.len().to_string()),
         ("inside", found.contacts.iter().filter(|contact| contact.distance < 0.0).count().to_string()),
-        ("deepest", deepest.map_or("none".to_owned(), |deepest| describe(deepest))),
+        ("deepest", deepest.map_or("none".to_owned(), describe)),
         ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
     ];
-    if let Some((path, _)) = format {
+    if found.not_finite > 0 {
+        rows.push(("too far out", format!("{} elements were passed over: no number holds them", found.not_finite)));
+    }
+    if let Some(path) = &args.output {
         rows.push(("file", path.display().to_string()));
     }
     Report { rows, json: document }.print(args.json)
@@ -68,6 +70,7 @@ struct Document<'a> {
     schema: &'static str,
     elements: usize,
     passed_cull: usize,
+    not_finite: usize,
     contacts: &'a [ContactRecord],
     seconds: Seconds,
 }
@@ -87,19 +90,14 @@ fn describe(contact: &ContactRecord) -> String {
 pub struct Found {
     pub elements: usize,
     pub passed_cull: usize,
+    /// Elements with a corner, or an answer of the field, beyond what can be reckoned with.
+    pub not_finite: usize,
     pub contacts: Vec<ContactRecord>,
-}
-
-fn check(args: &ContactsArgs) -> Result<()> {
-    if args.method == Method::Gss && args.elements != Elements::Edges {
-        bail!("--method gss searches along edges: add --elements edges, or take another method");
-    }
-    Ok(())
 }
 
 /// Puts the field into the world, at no cost where it stays where it is.
 pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
-    let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate must not be zero")?;
+    let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate is no turn")?;
     let stays = args.translate.0 == [0.0; 3] && args.rotate.0 == [0.0, 0.0, 0.0, 1.0];
     match (field, stays) {
         (Field::Grid { grid, .. }, true) => of_elements(args, mesh, grid),
@@ -171,11 +169,25 @@ where
         let corners = vertices.map(|vertex| Vector3::from(mesh.points[vertex as usize]));
         let element = Element { id: id as u32, vertices: *vertices, simplex: Simplex { corners } };
         match contact(field, minimizer, args.margin, &element) {
-            Outcome::NotFinite | Outcome::Culled => None,
-            Outcome::Apart(_) => Some(None),
-            Outcome::Contact(contact) => Some(Some(ContactRecord::from(&contact))),
+            Outcome::NotFinite => Some(Passed::NotFinite),
+            Outcome::Culled => None,
+            Outcome::Apart(_) => Some(Passed::Apart),
+            Outcome::Contact(contact) => Some(Passed::Touches(Box::new(ContactRecord::from(&contact)))),
         }
     };
-    let passed: Vec<Option<ContactRecord>> = elements.par_iter().enumerate().filter_map(outcome).collect();
-    Found { elements: elements.len(), passed_cull: passed.len(), contacts: passed.into_iter().flatten().collect() }
+    let passed: Vec<Passed> = elements.par_iter().enumerate().filter_map(outcome).collect();
+    let not_finite = passed.iter().filter(|passed| matches!(passed, Passed::NotFinite)).count();
+    let passed_cull = passed.len() - not_finite;
+    let contacts = passed.into_iter().filter_map(|passed| match passed {
+        Passed::Touches(contact) => Some(*contact),
+        Passed::NotFinite | Passed::Apart => None,
+    });
+    Found { elements: elements.len(), passed_cull, not_finite, contacts: contacts.collect() }
+}
+
+/// What became of an element that was not culled.
+enum Passed {
+    NotFinite,
+    Apart,
+    Touches(Box<ContactRecord>),
 }

@@ -1,4 +1,4 @@
-use std::io::{BufWriter, Write, stdout};
+use std::io::Write;
 
 use anyhow::Result;
 use sdf_core::Sdf;
@@ -8,6 +8,7 @@ use serde_json::json;
 
 use crate::args::EvalArgs;
 use crate::csv_points;
+use crate::report::{print_json, to_stdout};
 
 pub fn run(args: &EvalArgs) -> Result<()> {
     let field = field_file::read(&args.sdf)?;
@@ -20,7 +21,6 @@ pub fn run(args: &EvalArgs) -> Result<()> {
 
 fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]]) -> Result<()> {
     let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
-    let mut out = BufWriter::new(stdout().lock());
     if args.json.wanted {
         let samples: Vec<_> = samples
             .map(|(point, sample)| {
@@ -34,16 +34,15 @@ fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]]) -> Result<()> 
                 })
             })
             .collect();
-        serde_json::to_writer(&mut out, &json!({"schema": "sdftool.eval/1", "samples": samples}))?;
-        writeln!(out)?;
-    } else {
+        return print_json(&json!({"schema": "sdftool.eval/1", "samples": samples}));
+    }
+    to_stdout(|out| {
         writeln!(out, "x,y,z,distance,gx,gy,gz")?;
         for ([x, y, z], sample) in samples {
             let [gx, gy, gz]: [f64; 3] = sample.gradient.into();
             // As short as reads back the same, with an exponent where the plain digits would be many.
             writeln!(out, "{x:?},{y:?},{z:?},{:?},{gx:?},{gy:?},{gz:?}", sample.value)?;
         }
-    }
-    out.flush()?;
-    Ok(())
+        Ok(())
+    })
 }

@@ -4,10 +4,12 @@ use sdf_formats::field_file::{self, Field};
 use serde_json::json;
 
 use crate::args::{Axis, SliceArgs};
+use crate::output;
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
+    output::require(&args.output, &[&args.sdf])?;
     match field_file::read(&args.sdf)? {
         Field::Grid { grid, .. } => draw(args, &grid, grid.lattice().bounds()),
         Field::Analytic(node) => {

@@ -10,28 +10,31 @@ use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
 use crate::args::SurfaceArgs;
-use crate::memory;
 use crate::mesh_input::at;
 use crate::report::Report;
+use crate::{memory, output};
 
 /// For shapes in closed form, which have no cells of their own.
 const DEFAULT_RES: u32 = 128;
 
 pub fn run(args: &SurfaceArgs) -> Result<()> {
-    let format = MeshFormat::of(&args.output)
-        .with_context(|| format!("{}: take a name that ends in .obj, .ply or .stl", args.output.display()))?;
+    let format = MeshFormat::of(&args.output).context("--output has no ending that is known")?;
+    output::require(&args.output, &[&args.sdf])?;
     let surface = match field_file::read(&args.sdf)? {
         Field::Grid { grid, .. } => {
             let own = *grid.lattice();
-            let lattice = args.res.map_or(Ok(own), |res| lattice(args, &own.bounds(), res))?;
-            extract(args, &grid, &lattice)
+            let lattice = match args.res {
+                Some(res) => lattice(args, &own.bounds(), res)?,
+                None => own,
+            };
+            extract(args, &grid, &lattice)?
         }
         Field::Analytic(node) => {
             let bounds = node.bounds(args.level);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
                 bail!("{}: the field has no end: intersect it with a box", args.sdf.display());
             }
-            extract(args, &node, &lattice(args, &bounds, args.res.unwrap_or(DEFAULT_RES))?)
+            extract(args, &node, &lattice(args, &bounds, args.res.unwrap_or(DEFAULT_RES))?)?
         }
     };
     if surface.triangles.is_empty() {
@@ -58,9 +61,13 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
 fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32) -> Result<Lattice> {
     let spacing = bounds.longest_side() / f64::from(res);
     let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 5.0);
-    let bytes = nodes.iter().product::<f64>() * size_of::<f32>() as f64;
-    memory::require(bytes, &format!("--res {res}"), "take a smaller --res")?;
+    require_memory(nodes.iter().product(), &format!("--res {res}"))?;
     lattice_around(bounds, spacing, 2).with_context(|| format!("{}: the box is no grid", args.sdf.display()))
+}
+
+/// For a sample of each node, and the number of the point near it.
+fn require_memory(nodes: f64, what: &str) -> Result<()> {
+    memory::require(nodes * (size_of::<f32>() + size_of::<u32>()) as f64, what, "take a smaller --res")
 }
 
 struct Surface {
@@ -69,8 +76,13 @@ struct Surface {
 }
 
 /// Naive surface nets over the lattice's samples.
-fn extract<F: Sdf>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Surface {
+fn extract<F: Sdf>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Result<Surface> {
     let nodes = lattice.nodes();
+    require_memory(lattice.node_count() as f64, "the grid's surface")?;
+    // The crate counts nodes in u32.
+    if lattice.node_count() >= u32::MAX as usize {
+        bail!("{}: {} nodes are too many: take a --res of 1500 or less", args.sdf.display(), lattice.node_count());
+    }
     let mut samples = Vec::with_capacity(lattice.node_count());
     for z in 0..nodes[2] {
         for y in 0..nodes[1] {
@@ -87,8 +99,8 @@ fn extract<F: Sdf>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Surface 
     let origin = lattice.origin();
     let in_space =
         |steps: &[f32; 3]| std::array::from_fn(|axis| origin[axis] + lattice.spacing() * f64::from(steps[axis]));
-    Surface {
+    Ok(Surface {
         points: buffer.positions.iter().map(in_space).collect(),
         triangles: buffer.indices.as_chunks::<3>().0.to_vec(),
-    }
+    })
 }

@@ -1,25 +1,22 @@
 use std::io;
 use std::path::Path;
 
-use rust_hdf5::{H5File, H5Group, H5Type, Hdf5Error, LibverBound};
+use rust_hdf5::{H5File, H5Group, H5Type, Hdf5Error};
 
 use super::ContactRecord;
+use crate::hdf5;
 
 /// A group `/contacts` with one dataset a column, all of as many rows as there are contacts. Words are numbered: element
 /// and feature 0 vertex, 1 edge, 2 face; status as the attribute `status_names` lists them. What does not exist, such
 /// as the third weight of an edge, is 0; `feature_id` has 4294967295 for a second vertex that is none.
 pub(super) fn write(path: &Path, contacts: &[ContactRecord]) -> io::Result<()> {
-    into_file(path, contacts).map_err(|error| match error {
-        Hdf5Error::Io(error) => error,
-        error => io::Error::other(error.to_string()),
-    })
+    hdf5::create(path, |file| fill(file, contacts))
 }
 
 const KINDS: [&str; 3] = ["vertex", "edge", "face"];
 const STATUSES: [&str; 4] = ["converged", "budget_spent", "outside_grid", "degenerate_gradient"];
 
-fn into_file(path: &Path, contacts: &[ContactRecord]) -> Result<(), Hdf5Error> {
-    let file = H5File::options().libver(LibverBound::Earliest).track_times(false).no_locking().create(path)?;
+fn fill(file: &H5File, contacts: &[ContactRecord]) -> Result<(), Hdf5Error> {
     let group = file.create_group("contacts")?;
     group.set_attr_numeric("count", &(contacts.len() as u64))?;
     group.set_attr_string("kind_names", &KINDS.join(" "))?;
@@ -42,9 +39,7 @@ fn into_file(path: &Path, contacts: &[ContactRecord]) -> Result<(), Hdf5Error> {
     table.column("lower_bound", |contact| [contact.lower_bound])?;
     table.column("evaluations", |contact| [contact.evaluations])?;
     table.column("status", |contact| [number(&STATUSES, contact.status)])?;
-    table.column("key", |contact| [contact.key])?;
-    // `atomic_write` syncs.
-    file.close_no_sync()
+    table.column("key", |contact| [contact.key])
 }
 
 struct Table<'a> {
@@ -62,6 +57,8 @@ impl Table<'_> {
         let rows = self.contacts.len();
         let dataset = self.group.new_dataset::<T>();
         let dataset = if N == 1 { dataset.shape([rows]) } else { dataset.shape([rows, N]) };
-        dataset.create(name)?.write_raw(&values)
+        let dataset = dataset.create(name)?;
+        // Of no rows there is nothing to write, and rust-hdf5 refuses to.
+        if rows == 0 { Ok(()) } else { dataset.write_raw(&values) }
     }
 }

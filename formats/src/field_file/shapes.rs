@@ -10,13 +10,13 @@ use sdf_core::shapes::{
 };
 
 use super::table::Table;
-use super::{FieldError, Node};
+use super::{FieldError, Grids, Node, OwnedGrid};
 
 const SHAPES: &str = "sphere, half_space, box, rounded_box, capsule, cylinder, cone, torus, octahedron, ellipsoid, bowl, \
     horseshoe, grid, union, intersection, difference, smooth_union, offset or shell";
 
 /// The shape of a table, placed by its `pose`. `may_nest`: how many levels deeper it may go.
-pub(super) fn node(mut table: Table, may_nest: usize) -> Result<Node, FieldError> {
+pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Result<Node, FieldError> {
     let Some(may_nest) = may_nest.checked_sub(1) else {
         return Err(table.refuse("is nested too deep"));
     };
@@ -44,31 +44,49 @@ pub(super) fn node(mut table: Table, may_nest: usize) -> Result<Node, FieldError
             table.number("half_depth")?,
         )
         .map(Node::Horseshoe),
-        "grid" => Some(Node::Grid(Arc::new(grid(&mut table)?))),
-        "union" => joined(&mut table, may_nest, |a, b| Some(Node::Union(Box::new(Union(a, b)))))?,
-        "intersection" => joined(&mut table, may_nest, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))?,
-        "difference" => difference(&mut table, may_nest)?,
+        "grid" => Some(Node::Grid(grid(&mut table, grids)?)),
+        "union" => joined(&mut table, grids, may_nest, |a, b| Some(Node::Union(Box::new(Union(a, b)))))?,
+        "intersection" => {
+            joined(&mut table, grids, may_nest, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))?
+        }
+        "difference" => difference(&mut table, grids, may_nest)?,
         "smooth_union" => {
             let blend = table.number("blend")?;
             let blended = |a, b| SmoothUnion::new(a, b, blend).map(|union| Node::SmoothUnion(Box::new(union)));
-            joined(&mut table, may_nest, blended)?
+            joined(&mut table, grids, may_nest, blended)?
         }
         "offset" => {
-            let of = node(table.table("of")?, may_nest)?;
+            let of = node(table.table("of")?, grids, may_nest)?;
             Offset::new(of, table.number("distance")?).map(|offset| Node::Offset(Box::new(offset)))
         }
         "shell" => {
-            let of = node(table.table("of")?, may_nest)?;
+            let of = node(table.table("of")?, grids, may_nest)?;
             Shell::new(of, table.number("thickness")?).map(|shell| Node::Shell(Box::new(shell)))
         }
         unknown => return Err(table.refuse(format!("shape {unknown:.40?} is unknown; take {SHAPES}"))),
     };
-    let node = node.ok_or_else(|| table.refuse(format!("these numbers make no {shape}")))?;
+    let node = node.ok_or_else(|| table.refuse(format!("these numbers make no {shape}: {}", wanted(shape))))?;
     table.finish()?;
     Ok(match pose {
         Some(placement) => Node::Placed(Box::new(Placed { field: node, placement })),
         None => node,
     })
+}
+
+/// Of the numbers of a shape that is not made of just any.
+fn wanted(shape: &str) -> &'static str {
+    match shape {
+        "half_space" => "normal must not be zero",
+        "rounded_box" => "half_extents must be more than 0, radius 0 or more",
+        "cone" => "half_angle_deg must be between 0 and 90, height more than 0",
+        "torus" => "minor_radius must be more than 0, major_radius no less than minor_radius",
+        "bowl" => "all but cut_height must be more than 0, and cut_height between -radius and radius",
+        "horseshoe" => {
+            "radius, thickness and half_depth must be more than 0, bend_deg between 0 and 180, leg 0 or more, thickness \
+             less than twice the radius, and the legs must not meet"
+        }
+        _ => "lengths must be more than 0",
+    }
 }
 
 fn pose(mut table: Table) -> Result<Similarity, FieldError> {
@@ -82,22 +100,24 @@ fn pose(mut table: Table) -> Result<Similarity, FieldError> {
 }
 
 /// The file is named as seen from the folder of this one.
-fn grid(table: &mut Table) -> Result<super::OwnedGrid, FieldError> {
+fn grid(table: &mut Table, grids: &mut Grids) -> Result<Arc<OwnedGrid>, FieldError> {
     let folder = table.file.parent().unwrap_or(Path::new("."));
-    Ok(super::read_grid(&folder.join(table.text("file")?))?.0)
+    let file = folder.join(table.text("file")?);
+    grids.read(&file).map_err(|error| table.refuse(error.to_string()))
 }
 
-fn parts(table: &mut Table, may_nest: usize) -> Result<Vec<Node>, FieldError> {
-    table.tables("of")?.into_iter().map(|part| node(part, may_nest)).collect()
+fn parts(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Vec<Node>, FieldError> {
+    table.tables("of")?.into_iter().map(|part| node(part, grids, may_nest)).collect()
 }
 
 /// All of `of`, joined by pairs of neighbours, pairs of pairs and so on, so that many parts nest but little.
 fn joined(
     table: &mut Table,
+    grids: &mut Grids,
     may_nest: usize,
     join: impl Fn(Node, Node) -> Option<Node>,
 ) -> Result<Option<Node>, FieldError> {
-    Ok(join_all(parts(table, may_nest)?, join))
+    Ok(join_all(parts(table, grids, may_nest)?, join))
 }
 
 fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> Option<Node> {
@@ -116,8 +136,8 @@ fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> 
 }
 
 /// The first of `of` without all the others.
-fn difference(table: &mut Table, may_nest: usize) -> Result<Option<Node>, FieldError> {
-    let mut parts = parts(table, may_nest)?;
+fn difference(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Option<Node>, FieldError> {
+    let mut parts = parts(table, grids, may_nest)?;
     let others = parts.split_off(1);
     let taken = join_all(others, |a, b| Some(Node::Union(Box::new(Union(a, b)))));
     let first = parts.pop();

@@ -1,29 +1,22 @@
-//! The only place that names rust-hdf5.
+//! What the file holds, put there by rust-hdf5.
 //!
-//! The file is written as HDF5 1.6 had it (`Earliest`): every reader knows that form, h5py and VTK write it unless
+//! It is written as HDF5 1.6 had it (`Earliest`): every reader knows that form, h5py and VTK write it unless
 //! told otherwise, its object headers hold any number of attributes, and [`super::classic`] can check all of it.
 
 use std::path::Path;
 
-use rust_hdf5::{DatatypeMessage, H5File, H5Group, Hdf5Error, LibverBound};
+use rust_hdf5::{DatatypeMessage, H5Group, Hdf5Error};
 use sdf_core::grid::Lattice;
 
 use super::{About, Fault, layout};
+use crate::hdf5;
 
 pub(super) fn write(path: &Path, lattice: &Lattice, distances: &[f32], about: &About) -> Result<(), Fault> {
-    into_file(path, lattice, distances, about).map_err(|error| match error {
-        Hdf5Error::Io(error) => Fault::Io(error),
-        error => Fault::Io(std::io::Error::other(error.to_string())),
-    })
-}
-
-fn into_file(path: &Path, lattice: &Lattice, distances: &[f32], about: &About) -> Result<(), Hdf5Error> {
-    // Nobody else knows the temporary file, and some network disks have no locks.
-    let file = H5File::options().libver(LibverBound::Earliest).track_times(false).no_locking().create(path)?;
-    vtkhdf(&file.create_group("VTKHDF")?, lattice, distances)?;
-    sdf(&file.create_group("sdf")?, lattice, distances, about)?;
-    // `atomic_write` syncs.
-    file.close_no_sync()
+    let filled = hdf5::create(path, |file| {
+        vtkhdf(&file.create_group("VTKHDF")?, lattice, distances)?;
+        sdf(&file.create_group("sdf")?, lattice, distances, about)
+    });
+    filled.map_err(Fault::Io)
 }
 
 fn vtkhdf(group: &H5Group, lattice: &Lattice, distances: &[f32]) -> Result<(), Hdf5Error> {

@@ -1,0 +1,80 @@
+//! What a new user is told.
+
+use crate::folder::{Folder, says};
+
+const COMMANDS: [&str; 8] = ["bake", "contacts", "eval", "info", "verify", "slice", "surface", "demo"];
+
+#[test]
+fn help_names_every_command_and_what_the_exit_status_means() {
+    let folder = Folder::new();
+    let help = folder.done("--help");
+    says(
+        &help,
+        &["OBJ, PLY or STL", ".sdf.h5", ".sdf.toml", "negative inside", "Exit status: 0 done, 1 ", "2 wrong usage"],
+    );
+    says(&help, &COMMANDS.map(|command| format!("\n  {command} ")).each_ref().map(String::as_str));
+    says(&folder.done("--version"), &["sdftool 0."]);
+}
+
+#[test]
+fn every_command_says_what_it_does_and_what_each_argument_is() {
+    let folder = Folder::new();
+    for command in COMMANDS {
+        let help = folder.done(&format!("{command} --help"));
+        says(&help, &["Usage: sdftool ", "--json", "one JSON object"]);
+        // No argument stands there without a word.
+        let mut lines =
+            help.lines().skip_while(|line| !line.starts_with("Arguments:") && !line.starts_with("Options:"));
+        while let Some(line) = lines.next() {
+            if ["  <", "  -", "      --"].iter().any(|start| line.starts_with(start)) {
+                let name = line.trim_start();
+                let told = name.split_once("  ").is_some_and(|(_, words)| !words.trim().is_empty());
+                let told = told
+                    || lines.clone().next().is_some_and(|next| next.starts_with("        ") && !next.trim().is_empty());
+                assert!(told, "{command}: {name} says nothing:\n{help}");
+            }
+        }
+        assert!(help.lines().all(|line| line.chars().count() <= 120), "{command}: {help}");
+    }
+}
+
+#[test]
+fn a_wrong_command_line_is_told_from_a_wrong_file() {
+    let folder = Folder::new();
+    for words in [
+        "",
+        "bakes",
+        "bake",
+        "bake a.obj b.obj --res 8",
+        "bake a.obj --res many",
+        "bake a.obj --res 0",
+        "bake a.obj --res -1",
+        "bake a.obj --res 4294967296",
+        "bake a.obj --voxel-size 0",
+        "bake a.obj --voxel-size nan",
+        "bake a.obj --voxel-size inf",
+        "bake a.obj --res 8 --padding -1",
+        "bake a.obj --res 8 --threads 0",
+        "bake a.obj --res 8 --threads 4000000000",
+        "bake a.obj --res 8 --sign guess",
+        "bake a.obj --res 8 --layout sparse --colour",
+        "contacts a.obj",
+        "contacts a.obj b.toml --elements tetrahedra",
+        "contacts a.obj b.toml --margin nan",
+        "contacts a.obj b.toml --translate 1,2,inf",
+        "contacts a.obj b.toml --rotate 1,2,3",
+        "eval b.toml",
+        "verify b.toml",
+        "verify b.toml a.obj --points 0",
+        "slice b.toml -o c.png --axis w",
+        "slice b.toml -o c.png --at nan",
+        "slice b.toml -o c.png --pixels 1000000000",
+        "surface b.toml",
+    ] {
+        let output = folder.sdftool(words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stdout.is_empty(), "{words}");
+    }
+    says(&folder.wrong_usage("bake a.obj --voxel-size -1"), &["--voxel-size", "more than 0"]);
+    assert_eq!(folder.names(), [] as [&str; 0]);
+}

@@ -1,0 +1,216 @@
+//! Promise 12: a write that fails or is killed leaves the old file as it was, and Ctrl-C leaves nothing behind.
+
+#![cfg(unix)]
+
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::folder::{Folder, SDFTOOL, says};
+use crate::meshes::Model;
+
+const OLD: &[u8] = b"what was there before";
+
+/// Each command that writes, and what.
+const WRITERS: [(&str, &str); 7] = [
+    ("bake ball.obj --res 64", "ball.sdf.h5"),
+    ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.csv", "list.csv"),
+    ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.json", "list.json"),
+    ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.ply", "list.ply"),
+    ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.h5", "list.h5"),
+    ("slice small.sdf.h5 -o slice.png --pixels 2048", "slice.png"),
+    ("surface small.sdf.h5 -o surface.stl --res 80", "surface.stl"),
+];
+
+fn scene() -> Folder {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.write("sheet.obj", Model::hills(20).obj());
+    folder.done("bake ball.obj --res 10 -o small.sdf.h5");
+    folder
+}
+
+/// Runs the program where no file may grow beyond 4 KiB; `before` is told to the shell first.
+fn with_small_files(folder: &Folder, before: &str, words: &str) -> Output {
+    let script = format!("{before} ulimit -f 8; exec {SDFTOOL} {words}");
+    Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap()
+}
+
+#[test]
+fn a_disk_that_is_full_leaves_the_old_file_and_no_other() {
+    let folder = scene();
+    for (words, name) in WRITERS {
+        folder.write(name, OLD);
+        let before = folder.names();
+        let output = with_small_files(&folder, "trap '' XFSZ;", words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{words}: {said}");
+        // The library that writes grids has a line of its own first.
+        let lines: Vec<&str> = said.lines().filter(|line| !line.starts_with("rust-hdf5: ")).collect();
+        assert_eq!(lines.len(), 1, "{words}: {said}");
+        says(lines[0], &["sdftool: ", name, "File too large"]);
+        assert!(output.stdout.is_empty(), "{words}: said that it was done");
+        assert!(folder.read(name) == OLD && folder.names() == before, "{words}");
+    }
+    let output = with_small_files(&folder, "trap '' XFSZ;", "demo -o demo");
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(std::fs::read_dir(folder.at("demo")).unwrap().count(), 0);
+}
+
+#[test]
+fn a_program_killed_in_the_middle_of_a_write_leaves_the_old_file() {
+    let folder = scene();
+    for (words, name) in WRITERS {
+        folder.write(name, OLD);
+        // The signal of the system for a file grown too large comes in the middle of a write, and is not caught.
+        let output = with_small_files(&folder, "", words);
+        assert!(output.status.signal().is_some(), "{words}: {}", output.status);
+        assert!(folder.read(name) == OLD, "{words}");
+        // What was left does not stand in the way of the next.
+        folder.done(words);
+        assert!(folder.read(name) != OLD, "{words}");
+    }
+}
+
+#[test]
+fn a_target_that_cannot_be_replaced_is_refused_before_any_work() {
+    let folder = scene();
+    for (words, name) in WRITERS {
+        std::fs::create_dir(folder.at(name)).unwrap();
+        says(&folder.refused(words), &[name, "is a folder"]);
+        std::fs::remove_dir(folder.at(name)).unwrap();
+        let words = format!("{} -o missing/{name}", words.split(" -o ").next().unwrap());
+        says(&folder.refused(&words), &["missing", "No such file or directory"]);
+        let words = words.replace("missing/", "ball.obj/");
+        says(&folder.refused(&words), &["ball.obj", "folder"]);
+    }
+    says(&folder.refused("demo -o ball.obj"), &["ball.obj"]);
+    says(&folder.refused("slice small.sdf.h5 -o /dev/null"), &["/dev/null", "not a regular file"]);
+}
+
+/// A bake under way over an old file.
+struct Baking {
+    child: Child,
+    folder: Folder,
+    before: Vec<String>,
+}
+
+impl Baking {
+    fn start(model: &Model, res: u32, words: &str) -> Self {
+        let folder = Folder::new();
+        folder.write("mesh.obj", model.obj());
+        folder.write("mesh.sdf.h5", OLD);
+        let before = folder.names();
+        let mut command = Command::new(SDFTOOL);
+        command.args(format!("bake mesh.obj --padding 0 --res {res} {words}").split_whitespace());
+        command.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self { child: command.spawn().unwrap(), folder, before }
+    }
+
+    /// Until the temporary file is there, or the bake has ended.
+    fn wait_for_write(&mut self) {
+        let deadline = Instant::now() + Duration::from_secs(120);
+        while self.folder.names() == self.before && self.child.try_wait().unwrap().is_none() {
+            assert!(Instant::now() < deadline, "wrote nothing");
+            sleep(Duration::from_micros(200));
+        }
+    }
+
+    /// Unless it has ended.
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let _ = Command::new("kill").args([&format!("-{name}"), &id]).stderr(Stdio::null()).status().unwrap();
+    }
+
+    fn end(self) -> (Output, Folder, Vec<String>) {
+        (self.child.wait_with_output().unwrap(), self.folder, self.before)
+    }
+
+    fn ends_as_interrupted(self) {
+        let (output, folder, before) = self.end();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!((output.status.code(), said.as_str()), (Some(130), ""));
+        assert!(output.stdout.is_empty());
+        assert!(folder.read("mesh.sdf.h5") == OLD, "the old file is gone");
+        assert_eq!(folder.names(), before);
+    }
+}
+
+/// Until the program has said that it takes the signal itself.
+#[cfg(target_os = "linux")]
+fn wait_for_handler(child: &Child) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    let catches = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).map(str::trim).unwrap_or("0");
+        u64::from_str_radix(caught, 16).unwrap() >> 1 & 1 == 1
+    };
+    while !catches() {
+        assert!(Instant::now() < deadline);
+        sleep(Duration::from_millis(1));
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn wait_for_handler(_: &Child) {
+    sleep(Duration::from_millis(500));
+}
+
+#[test]
+fn ctrl_c_during_a_bake_leaves_nothing_behind() {
+    for words in ["--threads 1", "--sign winding"] {
+        let baking = Baking::start(&Model::ball([0.0; 3], 1.0, 5), 300, words);
+        wait_for_handler(&baking.child);
+        sleep(Duration::from_millis(100));
+        baking.signal("INT");
+        baking.ends_as_interrupted();
+    }
+}
+
+/// How long after its beginning a write is interrupted, in milliseconds. It takes about 60; some come too late, and then
+/// the new file must be whole.
+const DELAYS: [u64; 8] = [0, 0, 3, 7, 12, 20, 35, 60];
+
+#[test]
+fn ctrl_c_during_a_write_leaves_one_file_whole_and_no_other() {
+    let mut in_time = 0;
+    for delay in DELAYS {
+        let mut baking = Baking::start(&Model::cube(), 120, "");
+        baking.wait_for_write();
+        sleep(Duration::from_millis(delay));
+        baking.signal("INT");
+        let (output, folder, before) = baking.end();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!((said.as_str(), folder.names()), ("", before), "after {delay} ms");
+        if folder.read("mesh.sdf.h5") == OLD {
+            assert_eq!(output.status.code(), Some(130), "after {delay} ms");
+            assert!(output.stdout.is_empty(), "said that it was done");
+            in_time += 1;
+        } else {
+            assert!(matches!(output.status.code(), Some(0 | 130)), "after {delay} ms");
+            folder.done("verify mesh.sdf.h5 mesh.obj --points 100");
+        }
+    }
+    assert!(in_time >= 2, "{in_time}: the write is too short to be interrupted");
+}
+
+#[test]
+fn a_kill_during_a_write_leaves_one_file_whole() {
+    let mut in_time = 0;
+    for delay in DELAYS {
+        let mut baking = Baking::start(&Model::cube(), 120, "");
+        baking.wait_for_write();
+        sleep(Duration::from_millis(delay));
+        baking.signal("KILL");
+        let (output, folder, _) = baking.end();
+        if folder.read("mesh.sdf.h5") == OLD {
+            assert_eq!(output.status.signal(), Some(9));
+            in_time += 1;
+        } else {
+            folder.done("verify mesh.sdf.h5 mesh.obj --points 100");
+        }
+        folder.done("bake mesh.obj --res 8");
+    }
+    assert!(in_time >= 2, "{in_time}: the write is too short to be killed");
+}

@@ -1,0 +1,18 @@
+//! The program as its user meets it: what it prints, what it writes, what it refuses, and how it ends.
+
+mod folder;
+mod meshes;
+
+mod commands;
+mod contact_files;
+mod elements;
+mod fields;
+mod help;
+mod hostile;
+mod interrupted;
+mod pictures;
+mod poses;
+mod progress;
+mod repeatable;
+mod shared_meshes;
+mod surfaces;
