@@ -8,3 +8,8 @@ pub mod methods;
 pub mod oracle;
 pub mod random;
 pub mod scenes;
+
+/// The README's example is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

@@ -2,7 +2,7 @@
 
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
 use sdf_core::Sdf;
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Sparse, brick_counts};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Dense, Grid, Lattice, Storage, slope_bound};
 use sdf_core::nalgebra::Vector3;
 

@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# Bakes the demo's body and has h5py and VTK read the file, and compare what they read with what `sdftool eval` says.
+# Needs Python 3.11 or newer with venv, and PyPI; as root on Debian it installs Python where there is none.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+if ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
+    [ "$(id -u)" = 0 ] || { echo "readers: needs python3 with venv" >&2; exit 1; }
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get update && apt-get install --yes --no-install-recommends python3 python3-venv; } >/dev/null
+fi
+cargo build --release --locked --quiet -p sdftool
+sdftool=${CARGO_TARGET_DIR:-target}/release/sdftool
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+"$sdftool" demo -o "$folder/demo"
+sh tests/readers/run.sh "$folder/demo/body.sdf.h5" "$(realpath "$sdftool")"

@@ -1,0 +1,40 @@
+//! What the documents say of the code is so.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn sources(folder: &Path, found: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && !path.ends_with("target") {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(fs::read_to_string(path).unwrap());
+        }
+    }
+}
+
+#[test]
+fn every_test_that_a_promise_names_exists() {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let promises = text.split("## Promises").nth(1).unwrap();
+    // Test names are sentences of several words.
+    let names: BTreeSet<&str> =
+        promises.split('`').skip(1).step_by(2).filter(|name| name.matches('_').count() > 2).collect();
+    let mut code = Vec::new();
+    ["core", "bake", "formats", "cli", "tests"].iter().for_each(|folder| sources(&root().join(folder), &mut code));
+    let missing: Vec<&&str> =
+        names.iter().filter(|name| !code.iter().any(|source| source.contains(&format!("fn {name}(")))).collect();
+    assert!(names.len() > 20 && missing.is_empty(), "{} named, missing: {missing:?}", names.len());
+}
+
+#[test]
+fn every_promise_has_its_number() {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    assert!((1..=13).all(|number| text.contains(&format!("\n{number}. "))));
+}
