@@ -1,7 +1,7 @@
 //! Signed distance fields, and the contacts of points, segments and triangles with them.
 //!
 //! A field ([`Sdf`]) answers φ and ∇φ at a point: a [shape](shapes), a [combination](combine) of fields, a
-//! [grid](grid) of samples, or one of them [put into the world](placed). A [minimizer](minimize) finds where on a
+//! [grid] of samples, or one of them [put into the world](placed). A [minimizer](minimize) finds where on a
 //! simplex φ is least, and [`contact`](contact::contact) makes that a contact.
 //!
 //! Distances are negative inside and in the unit of the points; gradients are the derivative of the value and point
