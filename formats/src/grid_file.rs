@@ -17,7 +17,7 @@ use std::path::Path;
 
 use sdf_core::grid::Lattice;
 
-pub use atomic_write::{atomic_write, remove_temporaries};
+pub use atomic_write::{Removed, atomic_write, remove_temporaries};
 pub use error::{Fault, GridFileError};
 pub use reader::{read, read_summary};
 

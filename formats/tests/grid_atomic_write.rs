@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use grid_samples::{about, lumpy_sphere};
-use sdf_formats::grid_file::{self, atomic_write, remove_temporaries};
+use sdf_formats::grid_file::{self, atomic_write};
 use tempfile::TempDir;
 
 /// A folder with nothing but an old file in it.
@@ -38,7 +38,7 @@ impl Old {
 fn the_new_file_takes_the_place_of_the_old() {
     let old = Old::new();
     let written: io::Result<usize> = atomic_write(&old.path, |temporary| {
-        assert_eq!(temporary.parent(), old.path.parent());
+        assert_eq!(temporary.parent().unwrap().parent(), old.path.parent());
         fs::write(temporary, "new")?;
         assert_eq!(fs::read(&old.path)?, b"old");
         Ok(3)
@@ -69,20 +69,6 @@ fn a_write_that_panics_leaves_the_old_file() {
             panic!("on purpose")
         })
     });
-    assert!(answer.is_err());
-    assert!(old.is_as_it_was());
-}
-
-#[test]
-fn interrupted_writes_are_cleared_away() {
-    let old = Old::new();
-    let answer: io::Result<()> = atomic_write(&old.path, |temporary| {
-        fs::write(temporary, "half of the n")?;
-        remove_temporaries();
-        assert!(!temporary.exists());
-        Ok(())
-    });
-    // Had the process not ended, it would notice.
     assert!(answer.is_err());
     assert!(old.is_as_it_was());
 }

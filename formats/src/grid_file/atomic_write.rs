@@ -5,14 +5,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The temporaries of writes under way in this process.
+/// The temporary folders of writes under way in this process.
 static UNDER_WAY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Writes a file whole or not at all.
 ///
-/// `write` is given the path of an empty file in the folder of `target`. If it returns `Ok`, that file is flushed to
-/// the disk and takes the name of `target` in one step; if it fails or panics, the file is removed and `target` is as
-/// it was. A link is followed: what it points at is replaced. A `target` that exists and is no regular file (a folder,
+/// `write` is given the path of an empty file, in a temporary folder beside `target`. If it returns `Ok`, that file is
+/// flushed to the disk and takes the name of `target` in one step; if it fails or panics, the file is removed and `target`
+/// is as it was. A link is followed: what it points at is replaced. A `target` that exists and is no regular file (a folder,
 /// a device, a pipe) is refused, for a rename would take its place.
 ///
 /// One process writes one target once at a time; the second is refused.
@@ -30,13 +30,26 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
-/// Removes what unfinished [`atomic_write`]s of this process have written so far: for a handler of Ctrl-C, just before
-/// it ends the process.
-pub fn remove_temporaries() {
-    for path in under_way().iter() {
-        // Nobody is left to be told, and the others are to go too.
-        let _ = fs::remove_file(path);
+/// Removes what unfinished [`atomic_write`]s of this process have written so far, for a handler of Ctrl-C. None begins as
+/// long as the answer is held, so hold it until the process has ended; none goes on, for its folder is gone.
+pub fn remove_temporaries() -> Removed {
+    let under_way = under_way();
+    for folder in under_way.iter() {
+        // A file may be made in it meanwhile, but not for ever: each attempt takes what is there.
+        for _ in 0..1000 {
+            let left = fs::remove_dir_all(folder);
+            if left.is_ok() || left.is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
+                break;
+            }
+        }
     }
+    Removed { _under_way: under_way }
+}
+
+/// Keeps new temporaries from being made.
+#[must_use = "as soon as it is dropped, writes begin again"]
+pub struct Removed {
+    _under_way: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 
 fn under_way() -> MutexGuard<'static, BTreeSet<PathBuf>> {
@@ -64,20 +77,28 @@ fn temporary_name(target: &Path) -> String {
     format!(".sdftool-{}-{:016x}.tmp", std::process::id(), hasher.finish())
 }
 
-/// An empty file that is gone when this is dropped, unless it was renamed.
+/// An empty file in a folder of its own, both gone when this is dropped. The folder is what makes an end final: once it is
+/// removed, nobody who still has the file's name can make it again.
 struct Temporary {
+    folder: PathBuf,
     path: PathBuf,
 }
 
 impl Temporary {
-    fn create(path: PathBuf) -> io::Result<Self> {
-        if !under_way().insert(path.clone()) {
+    fn create(folder: PathBuf) -> io::Result<Self> {
+        let mut under_way = under_way();
+        if !under_way.insert(folder.clone()) {
             return Err(io::Error::new(io::ErrorKind::ResourceBusy, "is being written already"));
         }
-        let temporary = Self { path };
         // Of a process with the same number that was killed.
-        let _ = fs::remove_file(&temporary.path);
+        let _ = fs::remove_dir_all(&folder);
         // Never through a link that someone else laid there.
+        if let Err(error) = fs::create_dir(&folder) {
+            under_way.remove(&folder);
+            return Err(error);
+        }
+        drop(under_way);
+        let temporary = Self { path: folder.join("file"), folder };
         File::create_new(&temporary.path)?;
         Ok(temporary)
     }
@@ -85,7 +106,7 @@ impl Temporary {
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        let _ = fs::remove_file(&self.path);
-        under_way().remove(&self.path);
+        let _ = fs::remove_dir_all(&self.folder);
+        under_way().remove(&self.folder);
     }
 }
