@@ -145,7 +145,7 @@ impl Boxes {
             for child in 0..FAN {
                 let below = self.min[axis][child] - point[axis];
                 let above = point[axis] - self.max[axis][child];
-                let outside = below.max(above).max(0.0);
+                let outside = larger(larger(below, above), 0.0);
                 distances_sq[child] += outside * outside;
             }
         }
@@ -158,6 +158,12 @@ impl Boxes {
         let most = |of: &[f64; FAN]| of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         [Vector3::from_fn(|axis, _| least(&self.min[axis])), Vector3::from_fn(|axis, _| most(&self.max[axis]))]
     }
+}
+
+/// One instruction, as `f64::max` is not: it minds NaN, which no distance to a box is.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 2] {
