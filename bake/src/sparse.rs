@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, Sparse, brick_counts};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{Lattice, Storage, cell_slope, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
@@ -19,6 +19,8 @@ use crate::{MeshDistance, SignMethod};
 /// A baked sparse grid, and what is certain of it. Bricks stand in the order of a Hilbert curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseGrid<C> {
+    /// For each place of a brick, x fastest, which of the bricks it is.
+    pub table: Vec<u32>,
     /// Of each brick its place, counted in bricks from the first node.
     pub places: Vec<[u32; 3]>,
     pub scales: Vec<Scale>,
@@ -31,6 +33,22 @@ pub struct SparseGrid<C> {
     pub slope_bound: f64,
     /// The most by which the interpolant differs from the signed distance where that is within the band.
     pub error_bound: f64,
+}
+
+impl<C: Code> Bricks for SparseGrid<C> {
+    type Code = C;
+    fn table(&self) -> &[u32] {
+        &self.table
+    }
+    fn scales(&self) -> &[Scale] {
+        &self.scales
+    }
+    fn samples(&self) -> &[C] {
+        &self.samples
+    }
+    fn coarse(&self) -> &[f32] {
+        &self.coarse
+    }
 }
 
 /// What the interpolant stays within in a brick's cells.
@@ -116,14 +134,13 @@ pub fn bake<C: Quantize>(
     // One by one, so that at no time both copies are whole.
     bricks.into_iter().for_each(|brick| samples.extend(brick.samples));
 
-    let Some(storage) = Sparse::new(lattice, &table, &scales, &samples, &coarse) else {
-        unreachable!("the table names the bricks that there are")
-    };
+    let slices = BrickSlices { table: &table, scales: &scales, samples: &samples, coarse: &coarse };
+    let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table names the bricks that there are") };
     let cells: Vec<CellBounds> = brick_places.par_iter().map(|place| cell_bounds(lattice, &storage, *place)).collect();
     let slope_bound = slope_bound(lattice, &storage, &places, &table, &cells);
     // A signed distance changes by at most the way: see `dense`.
     let error_bound = 0.75_f64.sqrt() * lattice.spacing() + error;
-    SparseGrid { places: brick_places, scales, samples, coarse, cells, slope_bound, error_bound }
+    SparseGrid { table, places: brick_places, scales, samples, coarse, cells, slope_bound, error_bound }
 }
 
 /// The places of bricks, each with the signed distance at its middle.
@@ -315,7 +332,7 @@ fn cell_bounds<S: Storage>(lattice: &Lattice, storage: &S, place: [u32; 3]) -> C
 /// that reach over into a brick.
 fn slope_bound<C: Quantize>(
     lattice: &Lattice,
-    storage: &Sparse<C>,
+    storage: &Sparse<BrickSlices<C>>,
     places: &Places,
     table: &[u32],
     bricks: &[CellBounds],
@@ -339,7 +356,7 @@ fn slope_bound<C: Quantize>(
 }
 
 /// A node on a face of the box is negative.
-fn inside_reaches_box<C: Quantize>(lattice: &Lattice, storage: &Sparse<C>) -> bool {
+fn inside_reaches_box<C: Quantize>(lattice: &Lattice, storage: &Sparse<BrickSlices<C>>) -> bool {
     let nodes = lattice.nodes();
     let on_face = |axis: usize, layer: u32| {
         let [beside, above] = [(axis + 1) % 3, (axis + 2) % 3];

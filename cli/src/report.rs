@@ -60,7 +60,3 @@ pub fn number(x: f64) -> String {
 pub fn seconds(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.1} ms", seconds * 1e3) } else { format!("{seconds:.2} s") }
 }
-
-pub fn count(count: usize, what: &str) -> String {
-    format!("{count} {what}")
-}

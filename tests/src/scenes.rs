@@ -3,7 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Vector2, Vector3};
+use sdf_bake::SparseGrid;
+use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Dense, Grid, Lattice, slope_bound};
 use sdf_core::placed::{Placed, Rigid, Similarity};
 use sdf_core::shapes::{
@@ -124,6 +127,45 @@ pub fn sampled(field: &impl Sdf, lattice: Lattice, steepness: f64) -> Grid<Dense
         samples[lattice.index([i, j, k])] = (field.value(node) * steepness) as f32;
     }
     let storage = Dense::new(&lattice, samples).unwrap();
+    let steepest = slope_bound(&lattice, &storage);
+    Grid::new(lattice, storage, steepest).unwrap()
+}
+
+/// The same in bricks: those whose nodes come `within` of the surface, and every eighth node for the rest.
+pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within: f64) -> Grid<Sparse<SparseGrid<C>>> {
+    let places = brick_counts(&lattice);
+    let mut grid = SparseGrid::<C> {
+        table: vec![],
+        places: vec![],
+        scales: vec![],
+        samples: vec![],
+        coarse: vec![],
+        cells: vec![],
+        slope_bound: 0.0,
+        error_bound: 0.0,
+    };
+    let all = |counts: [u32; 3]| {
+        let [x, y, z] = counts;
+        (0..z).flat_map(move |k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k])))
+    };
+    let value = |node: [u32; 3]| field.value(Vector3::from(lattice.node(node))) as f32;
+    for place in all(places) {
+        let node = |step: [u32; 3]| std::array::from_fn(|axis| place[axis] * BRICK + step[axis]);
+        let values: Vec<f32> = all([BRICK; 3]).map(|step| value(node(step))).collect();
+        let is_near = values.iter().any(|value| f64::from(value.abs()) < within);
+        grid.table.push(if is_near { grid.places.len() as u32 } else { NO_BRICK });
+        if is_near {
+            let least = values.iter().copied().fold(f32::INFINITY, f32::min);
+            let greatest = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            let scale = C::scale(least, greatest);
+            grid.places.push(place);
+            grid.scales.push(scale);
+            grid.samples.extend(values.iter().map(|value| C::encode(*value, scale)));
+        }
+    }
+    grid.coarse = all(places.map(|count| count + 1)).map(|node| value(node.map(|n| n * BRICK))).collect();
+    assert!(grid.table.contains(&NO_BRICK) && !grid.places.is_empty(), "the scene has places of both kinds");
+    let storage = Sparse::new(&lattice, grid).unwrap();
     let steepest = slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }
@@ -354,6 +396,7 @@ fn grids(s: f64) -> Vec<Scene> {
         placement: Similarity::new([0.125 * s, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5], 1.5).unwrap(),
     };
     let creases = [0.75 * s, 0.5 * s, 0.625 * s, s];
+    let fine = cube_lattice(0.75 * s, 48);
     vec![
         Scene::new("grid of a sphere", s, Samples, Some(sampled(&ball, cube_lattice(0.75 * s, 24), 1.0)))
             .creases(&creases),
@@ -364,6 +407,17 @@ fn grids(s: f64) -> Vec<Scene> {
         // Its inside reaches the box.
         Scene::new("grid of a piece of a cuboid", s, Samples, Some(sampled(&block, cube_lattice(0.4375 * s, 7), 1.0)))
             .creases(&[0.4375 * s, 0.375 * s, s]),
+        Scene::new("sparse grid of a sphere", s, Samples, Some(sampled_in_bricks::<f32>(&ball, fine, 0.0625 * s)))
+            .creases(&creases),
+        Scene::new(
+            "sparse grid of a cuboid in u16",
+            s,
+            Samples,
+            Some(sampled_in_bricks::<u16>(&block, fine, 0.03125 * s)),
+        )
+        .creases(&creases),
+        Scene::new("sparse grid of a sphere in u8", s, Samples, Some(sampled_in_bricks::<u8>(&ball, fine, 0.0625 * s)))
+            .creases(&creases),
         Scene::new("turned grid", 1.5 * s, Samples, Some(turned)).creases(&[0.125 * s, 1.125 * s]),
     ]
 }

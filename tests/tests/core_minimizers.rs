@@ -366,8 +366,14 @@ fn scaling_by_any_factor_multiplies_distances() {
             for ((told, was), (_, is)) in plain.iter().zip(minima_at::<f64, N>(scale)) {
                 let error = (was.sample.value - is.sample.value / scale).abs();
                 let moved = (0..N).map(|k| (was.weights[k] - is.weights[k]).abs()).fold(0.0, f64::max);
-                // Samples are stored in f32: at another scale they are other numbers, by 6e-8 of themselves.
-                let precision = if told.contains("grid") { 1e-6 } else { 1e-9 };
+                // Samples are stored in f32: at another scale they are other numbers, by 6e-8 of themselves, and may get
+                // another code: a brick's values range over at most 0.43.
+                let precision = match () {
+                    () if told.contains("in u8") => 0.43 / 255.0,
+                    () if told.contains("in u16") => 0.43 / 65_535.0,
+                    () if told.contains("grid") => 1e-6,
+                    () => 1e-9,
+                };
                 if error > precision || moved > 1e3 * precision {
                     apart += 1;
                 }
@@ -412,16 +418,22 @@ fn far_from_the_origin_the_first_step_is_bit_for_bit_the_same() {
         let placement = Rigid::new([away, -away, away], [0.0, 0.0, 0.0, 1.0]).unwrap();
         let far = Placed { field: sphere, placement };
         let once = ProjectedGradient { iterations: 1, ..ProjectedGradient::default() };
-        let mut steps = 0;
+        let (mut steps, mut parted) = (0, 0);
         for _ in 0..500 {
             let corners = [(); 3].map(|()| random.in_cube(2.0).map(|x| (x * parts).round() / parts));
             let moved = corners.map(|corner| corner + Vector3::new(away, -away, away));
             let was = once.minimize(&sphere, &cast::<R, 3>(&Simplex { corners }));
             let is = once.minimize(&far, &cast::<R, 3>(&Simplex { corners: moved }));
+            let stays = [was.weights, is.weights].map(|weights| weights.contains(&R::one()));
+            if stays[0] != stays[1] {
+                // Start and step are as low but for the rounding of their values, and the other one is the best.
+                parted += 1;
+                continue;
+            }
             assert_eq!(was.weights, is.weights, "{corners:?}");
-            steps += usize::from(!was.weights.contains(&R::one()));
+            steps += usize::from(!stays[0]);
         }
-        assert!(steps > 100, "{steps} steps");
+        assert!(steps > 100 && parted < 5, "{steps} steps, {parted} parted");
     }
     check::<f32>(1024.0, 256.0);
     check::<f64>(1048576.0, 1024.0);

@@ -69,8 +69,8 @@ fn within_the_band_it_has_the_dense_grids_samples_bit_for_bit() {
     for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
         let dense = Baked::of(&mesh, None, 40);
         let grid = bake::<f32>(&mesh, &dense.lattice);
-        let table = table(&dense.lattice, &grid);
-        let storage = Sparse::new(&dense.lattice, &table, &grid.scales, &grid.samples, &grid.coarse).unwrap();
+        assert_eq!(grid.table, table(&dense.lattice, &grid), "{name}");
+        let storage = Sparse::new(&dense.lattice, &grid).unwrap();
         let dense_storage = Dense::new(&dense.lattice, &dense.grid.distances).unwrap();
         let corners = mesh.corners();
         let bounds = dense.lattice.bounds();
@@ -98,7 +98,11 @@ fn within_the_band_it_has_the_dense_grids_samples_bit_for_bit() {
             for node in nodes_of(cell) {
                 let [row, rows, _] = brick_counts(&dense.lattice).map(|n| n as usize);
                 let [x, y, z] = node.map(|n| (n / BRICK) as usize);
-                assert_ne!(table[(z * rows + y) * row + x], NO_BRICK, "{name}: node {node:?} of the band is not there");
+                assert_ne!(
+                    grid.table[(z * rows + y) * row + x],
+                    NO_BRICK,
+                    "{name}: node {node:?} of the band is not there"
+                );
             }
             assert_eq!(storage.corners(cell), dense_storage.corners(cell), "{name}: cell {cell:?}");
         }
@@ -111,8 +115,7 @@ fn it_is_continuous_and_no_steeper_than_its_slope_bound_everywhere() {
     fn check<C: Quantize>(name: &str, mesh: &Mesh, random: &mut Random) {
         let lattice = Baked::of(mesh, None, 40).lattice;
         let grid = bake::<C>(mesh, &lattice);
-        let table = table(&lattice, &grid);
-        let storage = Sparse::new(&lattice, &table, &grid.scales, &grid.samples, &grid.coarse).unwrap();
+        let storage = Sparse::new(&lattice, &grid).unwrap();
         // Asked of every cell, as of a dense grid.
         let of_all_cells = slope_bound(&lattice, &storage);
         assert!(of_all_cells <= grid.slope_bound * (1.0 + 1e-6), "{name}: {of_all_cells} > {}", grid.slope_bound);
@@ -142,8 +145,7 @@ fn in_the_band_it_is_within_its_error_bound_and_beyond_it_claims_no_more_than_th
     fn check<C: Quantize>(name: &str, mesh: &Mesh, random: &mut Random) -> f64 {
         let lattice = Baked::of(mesh, None, 40).lattice;
         let grid = bake::<C>(mesh, &lattice);
-        let table = table(&lattice, &grid);
-        let storage = Sparse::new(&lattice, &table, &grid.scales, &grid.samples, &grid.coarse).unwrap();
+        let storage = Sparse::new(&lattice, &grid).unwrap();
         let field = Grid::new(lattice, storage, grid.slope_bound).unwrap();
         let corners = mesh.corners();
         let bounds = lattice.bounds();
@@ -209,8 +211,7 @@ fn what_it_says_of_each_brick_holds_in_the_bricks_cells() {
     for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
         let lattice = Baked::of(&mesh, None, 24).lattice;
         let grid = bake::<u16>(&mesh, &lattice);
-        let table = table(&lattice, &grid);
-        let storage = Sparse::new(&lattice, &table, &grid.scales, &grid.samples, &grid.coarse).unwrap();
+        let storage = Sparse::new(&lattice, &grid).unwrap();
         let field = Grid::new(lattice, storage, grid.slope_bound).unwrap();
         assert_eq!(grid.samples.len(), grid.places.len() * BRICK_SAMPLES);
         for (place, cells) in grid.places.iter().zip(&grid.cells) {

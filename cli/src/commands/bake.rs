@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::args::{BakeArgs, Sign};
 use crate::mesh_input::{self, MeshInput, at};
-use crate::report::{self, Report, counts, many, number, seconds};
+use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 
 pub fn run(args: &BakeArgs) -> Result<()> {
@@ -161,16 +161,17 @@ fn default_output(mesh: &Path) -> PathBuf {
 
 fn mesh_row(mesh: &Mesh, found: &MeshReport) -> String {
     let mut row = format!("{} points, {} triangles", mesh.points.len(), mesh.triangles.len());
+    let objects = if mesh.objects > 1 { mesh.objects } else { 0 };
     let rest = [
-        (mesh.objects, "objects", 2),
-        (found.welded_points, "points at the place of another", 1),
-        (found.unreferenced_points, "points unused", 1),
-        (found.degenerate_triangles, "triangles without area", 1),
-        (found.repeated_triangles, "triangles repeated", 1),
-        (mesh.polygon_counts.blind, "polygons cut blindly", 1),
+        (objects, "object", "objects"),
+        (found.welded_points, "point at the place of another", "points at the place of another"),
+        (found.unreferenced_points, "point unused", "points unused"),
+        (found.degenerate_triangles, "triangle without area", "triangles without area"),
+        (found.repeated_triangles, "triangle repeated", "triangles repeated"),
+        (mesh.polygon_counts.blind, "polygon cut blindly", "polygons cut blindly"),
     ];
-    for (count, what, _) in rest.into_iter().filter(|(count, _, least)| count >= least) {
-        row.push_str(&format!(", {}", report::count(count, what)));
+    for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {
+        row.push_str(&format!(", {count} {}", if count == 1 { one } else { several }));
     }
     row
 }

@@ -49,56 +49,100 @@ pub fn brick_counts(lattice: &Lattice) -> [u32; 3] {
     lattice.nodes().map(|nodes| nodes.div_ceil(BRICK))
 }
 
+/// What a [`Sparse`] grid is made of, lent or held.
+pub trait Bricks {
+    type Code: Code;
+    /// For each place of a brick, x fastest, which of the bricks it is, or [`NO_BRICK`].
+    fn table(&self) -> &[u32];
+    /// One for each brick.
+    fn scales(&self) -> &[Scale];
+    /// By brick, then by node, x fastest.
+    fn samples(&self) -> &[Self::Code];
+    /// One more along each axis than there are places of bricks, x fastest.
+    fn coarse(&self) -> &[f32];
+}
+
+/// Bricks in borrowed slices, from memory or flash.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrickSlices<'a, C> {
+    pub table: &'a [u32],
+    pub scales: &'a [Scale],
+    pub samples: &'a [C],
+    pub coarse: &'a [f32],
+}
+
+impl<C: Code> Bricks for BrickSlices<'_, C> {
+    type Code = C;
+    fn table(&self) -> &[u32] {
+        self.table
+    }
+    fn scales(&self) -> &[Scale] {
+        self.scales
+    }
+    fn samples(&self) -> &[C] {
+        self.samples
+    }
+    fn coarse(&self) -> &[f32] {
+        self.coarse
+    }
+}
+
+impl<B: Bricks> Bricks for &B {
+    type Code = B::Code;
+    fn table(&self) -> &[u32] {
+        (**self).table()
+    }
+    fn scales(&self) -> &[Scale] {
+        (**self).scales()
+    }
+    fn samples(&self) -> &[B::Code] {
+        (**self).samples()
+    }
+    fn coarse(&self) -> &[f32] {
+        (**self).coarse()
+    }
+}
+
 /// Samples in bricks of 8 × 8 × 8 nodes where the field is needed in detail, and a coarse grid of every eighth node for
 /// the rest.
 ///
 /// Every node has one value: its brick's sample where its brick is there, else what the coarse grid's cell around it
 /// interpolates. So the field is continuous across the borders of bricks and from fine to coarse.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sparse<'a, C> {
-    bricks: [u32; 3],
-    /// For each place of a brick, x fastest, which of the bricks it is.
-    table: &'a [u32],
-    scales: &'a [Scale],
-    /// By brick, then by node, x fastest.
-    samples: &'a [C],
-    /// One more along each axis than there are places of bricks, x fastest.
-    coarse: &'a [f32],
+pub struct Sparse<B> {
+    /// Places along each axis.
+    places: [u32; 3],
+    bricks: B,
 }
 
-impl<'a, C: Code> Sparse<'a, C> {
+impl<B: Bricks> Sparse<B> {
     /// `None` unless the table has a place for each brick of the lattice and the coarse grid one node more along each
     /// axis, every entry is [`NO_BRICK`] or a brick's number, and there are as many scales as bricks of samples.
-    pub fn new(
-        lattice: &Lattice,
-        table: &'a [u32],
-        scales: &'a [Scale],
-        samples: &'a [C],
-        coarse: &'a [f32],
-    ) -> Option<Self> {
-        let bricks = brick_counts(lattice);
-        let count = |more: usize| bricks.iter().fold(1, |count, bricks| count * (*bricks as usize + more));
-        let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales.len();
-        let fits = table.len() == count(0)
-            && coarse.len() == count(1)
-            && scales.len().checked_mul(BRICK_SAMPLES) == Some(samples.len())
-            && table.iter().all(in_range);
-        fits.then_some(Self { bricks, table, scales, samples, coarse })
+    pub fn new(lattice: &Lattice, bricks: B) -> Option<Self> {
+        let places = brick_counts(lattice);
+        let count = |more: usize| places.iter().try_fold(1, |n: usize, places| n.checked_mul(*places as usize + more));
+        let scales = bricks.scales().len();
+        let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales;
+        let fits = Some(bricks.table().len()) == count(0)
+            && Some(bricks.coarse().len()) == count(1)
+            && scales.checked_mul(BRICK_SAMPLES) == Some(bricks.samples().len())
+            && bricks.table().iter().all(in_range);
+        fits.then_some(Self { places, bricks })
     }
 
     /// The brick that a node falls into: its number, if it is there.
     #[inline]
     fn brick(&self, [x, y, z]: [u32; 3]) -> Option<usize> {
-        let [along_x, along_y, _] = self.bricks;
-        let place = ((z / BRICK) * along_y + y / BRICK) * along_x + x / BRICK;
-        let brick = self.table.get(place as usize).copied().unwrap_or(NO_BRICK);
+        let [along_x, along_y, _] = self.places.map(|n| n as usize);
+        let [x, y, z] = [x, y, z].map(|index| (index / BRICK) as usize);
+        let brick = self.bricks.table().get((z * along_y + y) * along_x + x).copied().unwrap_or(NO_BRICK);
         (brick != NO_BRICK).then_some(brick as usize)
     }
 
     #[inline]
     fn sample(&self, brick: usize, [x, y, z]: [u32; 3]) -> f32 {
         let within = ((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK;
-        match (self.samples.get(brick * BRICK_SAMPLES + within as usize), self.scales.get(brick)) {
+        match (self.bricks.samples().get(brick * BRICK_SAMPLES + within as usize), self.bricks.scales().get(brick)) {
             (Some(code), Some(scale)) => code.decode(*scale),
             _ => 0.0,
         }
@@ -106,11 +150,11 @@ impl<'a, C: Code> Sparse<'a, C> {
 
     /// The coarse grid's corners around the place of a brick, in the order of [`Storage::corners`].
     pub fn coarse_corners(&self, place: [u32; 3]) -> [f32; 8] {
-        let [along_x, along_y, _] = self.bricks.map(|bricks| bricks as usize + 1);
+        let [along_x, along_y, _] = self.places.map(|n| n as usize + 1);
         let [x, y, z] = place.map(|index| index as usize);
         core::array::from_fn(|corner| {
             let [x, y, z] = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
-            self.coarse.get((z * along_y + y) * along_x + x).copied().unwrap_or(0.0)
+            self.bricks.coarse().get((z * along_y + y) * along_x + x).copied().unwrap_or(0.0)
         })
     }
 
@@ -130,7 +174,7 @@ impl<'a, C: Code> Sparse<'a, C> {
     }
 }
 
-impl<C: Code> Storage for Sparse<'_, C> {
+impl<B: Bricks> Storage for Sparse<B> {
     #[inline]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
