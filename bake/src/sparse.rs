@@ -30,8 +30,11 @@ pub struct SparseGrid<C> {
     pub coarse: Vec<f32>,
     /// Of each brick, over the cells whose first corner it holds.
     pub cells: Vec<CellBounds>,
+    /// Of all cells the steepest: those at the edge of the bricks, where the value steps down to the coarse grid's, have
+    /// slopes of twenty and more. [`Self::cells`] says more of a place.
     pub slope_bound: f64,
-    /// The most by which the interpolant differs from the signed distance where that is within the band.
+    /// Of a closed mesh: the most by which the interpolant differs from the signed distance where that is within the band.
+    /// Not proven yet across the surface that closes the holes of an open one.
     pub error_bound: f64,
 }
 
