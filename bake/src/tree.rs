@@ -39,7 +39,7 @@ pub(crate) struct NearestTriangle {
 const PRUNE_SLACK: f64 = 1.0 + 1e-12;
 
 /// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
-const STACK: usize = 11 * FAN;
+pub(crate) const STACK: usize = 11 * FAN;
 
 impl Tree {
     pub fn new(mesh: &TriangleMesh) -> Self {

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use sdf_core::nalgebra::{Matrix3, Vector3};
 
-use crate::tree::{FAN, Tree};
+use crate::tree::{FAN, STACK, Tree};
 
 /// A node is far when it is farther than this many of its radii, the paper's own choice. More costs time, less precision.
 const FAR_RADII: f64 = 2.0;
@@ -62,7 +62,7 @@ impl WindingNumbers {
 
     fn sum(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> f64 {
         let mut sum = 0.0;
-        let mut stack = [(0, 0); 11 * FAN];
+        let mut stack = [(0, 0); STACK];
         let mut waiting = 1;
         stack[0] = (self.levels.len() - 1, 0);
         while waiting > 0 {

@@ -29,12 +29,14 @@ pub fn run(args: &BakeArgs) -> Result<()> {
 
     let [nodes, file] = [baked.grid.distances.len() as u64, bytes];
     let mesh = baked.mesh_report;
+    // See `error_bound` of the baker: what closes a hole may hide in a cell.
+    let certainty = if baked.topology.is_closed() { "by proof" } else { "but where a hole is smaller than a cell" };
     Report {
         rows: vec![
             ("mesh", mesh_row(&input.mesh, &mesh)),
             ("sign", about.sign_verdict.clone()),
             ("grid", format!("{} nodes, spacing {}", counts(baked.lattice.nodes()), number(baked.lattice.spacing()))),
-            ("error", format!("at most {} between the nodes, by proof", number(about.error_bound))),
+            ("error", format!("at most {} between the nodes, {certainty}", number(about.error_bound))),
             ("time", format!("{} to read, {} to bake, {} to write", seconds(read), seconds(bake), seconds(write))),
             ("file", format!("{}, {file} bytes", output.display())),
         ],

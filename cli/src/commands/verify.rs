@@ -25,7 +25,9 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let mesh = at(&args.mesh, TriangleMesh::new(&input.mesh.points, &input.mesh.triangles))?;
     let field = field_file::read(&args.sdf)?;
     let findings = progress::on_threads(args.threads, || {
-        // By winding numbers, whatever the file was signed by: two methods must agree.
+        // By winding numbers, asked at every point: so a file signed by pseudo-normals is judged by another method, and
+        // one signed by winding numbers by what its signs were spread from. The distances come from the baker's own tree;
+        // what judges that are the brute force and parry3d of bake's tests.
         let truth = MeshDistance::new(&mesh, Some(sdf_bake::SignMethod::Winding));
         match &field {
             Field::Grid { grid, about } => {
