@@ -82,13 +82,13 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 /// Σ wᵢ |xᵢ − x| ≤ √3/2 of a spacing, half a cell's diagonal; and a node by its rounding to f32.
 ///
 /// Where a mesh is open the sign changes away from it, across the surface that closes its holes by a winding number of
-/// one half. In a cell there the interpolant is off by as much as the distance, at most half a diagonal more than at the
+/// one half; or elsewhere, by pseudo-normals that are no answer there. In a cell there the interpolant is off by as much as the distance, at most half a diagonal more than at the
 /// corners, and its own value. A patch of that surface so small that it cuts no edge of a cell goes unseen.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let largest = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);
     let rounding = f64::from(largest) * f64::from(f32::EPSILON);
-    let torn = if mesh.topology().is_closed() { 0.0 } else { largest_at_sign_change(lattice, distances) };
+    let torn = if mesh.is_continuous() { 0.0 } else { largest_at_sign_change(lattice, distances) };
     half_diagonal + rounding + 2.0 * torn
 }
 

@@ -80,6 +80,13 @@ impl<'a> MeshDistance<'a> {
         if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
     }
 
+    /// The signed distance has no jump: its sign changes at triangles alone. Not so around the holes of an open mesh, nor
+    /// where pseudo-normals were asked for though shells lie within each other.
+    pub fn is_continuous(&self) -> bool {
+        let signs_agree = self.sign_method() == SignMethod::Winding || self.topology.bounds_one_solid();
+        self.topology.is_closed() && signs_agree
+    }
+
     /// What the mesh looks like and which method that made, in words.
     pub fn verdict(&self) -> &str {
         &self.verdict

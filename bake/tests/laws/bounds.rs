@@ -131,3 +131,14 @@ fn sign_of_cell(baked: &Baked, point: Vector3<f64>) -> Option<f64> {
         .collect();
     signs.iter().all(|sign| *sign == signs[0]).then_some(signs[0])
 }
+
+/// Their signs jump where the inner shell's own say outside.
+#[test]
+fn pseudo_normals_asked_of_shells_within_shells_widen_the_error_bound() {
+    let nested = meshes::icosphere(1).and(meshes::icosphere(1).scaled(0.6));
+    let widened = Baked::of(&nested, Some(sdf_bake::SignMethod::PseudoNormal), 12);
+    let proven = Baked::of(&nested, None, 12);
+    let half_diagonal = 0.75_f64.sqrt() * proven.lattice.spacing();
+    assert!(proven.grid.error_bound <= 1.000_01 * half_diagonal, "{}", proven.grid.error_bound);
+    assert!(widened.grid.error_bound > 1.5 * half_diagonal, "{}", widened.grid.error_bound);
+}

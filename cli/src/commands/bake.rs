@@ -29,8 +29,8 @@ pub fn run(args: &BakeArgs) -> Result<()> {
 
     let [nodes, file] = [baked.grid.distances.len() as u64, bytes];
     let mesh = baked.mesh_report;
-    // See `error_bound` of the baker: what closes a hole may hide in a cell.
-    let certainty = if baked.topology.is_closed() { "by proof" } else { "but where a hole is smaller than a cell" };
+    // See `error_bound` of the baker: where the sign changes away from triangles, it may do so within a cell.
+    let certainty = if baked.is_continuous { "by proof" } else { "but where the sign changes unseen within a cell" };
     Report {
         rows: vec![
             ("mesh", mesh_row(&input.mesh, &mesh)),
@@ -78,6 +78,8 @@ pub struct Baked {
     pub method: SignMethod,
     pub verdict: String,
     pub topology: sdf_bake::Topology,
+    /// The error bound is proven.
+    pub is_continuous: bool,
     pub mesh_report: MeshReport,
 }
 
@@ -95,6 +97,7 @@ pub fn bake(args: &BakeArgs, input: &MeshInput) -> Result<Baked> {
         method: distance.sign_method(),
         verdict: distance.verdict().to_owned(),
         topology: *distance.topology(),
+        is_continuous: distance.is_continuous(),
         mesh_report: mesh.report(),
     })
 }
