@@ -107,7 +107,8 @@ pub const FEATURE_WEIGHT: f64 = 1e-3;
 
 /// The contact of one element with a field: culled, else minimized, then reported where φ ≤ `margin`.
 ///
-/// An element with a value of at most `margin` anywhere is never culled: see [`may_touch`].
+/// An element with a value of at most `margin` anywhere is never culled: by what the field knows of the element's box
+/// ([`Sdf::local_bounds`]) before it is asked, then as [`may_touch`] with the slope bound in that box.
 pub fn contact<R, F, M, const N: usize>(field: &F, minimizer: &M, margin: R, element: &Element<R, N>) -> Outcome<R, N>
 where
     R: Float,
@@ -118,7 +119,18 @@ where
     let Some(kind) = kind.filter(|_| simplex.is_in_reach()) else {
         return Outcome::NotFinite;
     };
-    let cull = may_touch(field, simplex, margin);
+    let local = field.local_bounds(&simplex.bounds());
+    let centroid = simplex.centroid();
+    let reach = simplex.reach(centroid);
+    let rounding = simplex.rounding(field.slope_bound(), centroid, reach, margin);
+    let least = R::lift(local.least) - rounding;
+    if margin < least {
+        return Outcome::Culled;
+    }
+    let value = field.value(centroid);
+    let rounding = simplex.rounding(field.slope_bound(), centroid, reach, value);
+    let by_slope = value - reach * R::lift(local.slope_bound) - rounding;
+    let cull = Cull { may_touch: !margin.lt(by_slope), lower_bound: Real::max(by_slope, least) };
     if !cull.may_touch {
         return Outcome::Culled;
     }

@@ -1,5 +1,6 @@
 //! Fields that are stored as samples on a regular grid and interpolated trilinearly.
 
+mod bounded;
 mod dense;
 mod lattice;
 pub mod sparse;
@@ -7,18 +8,46 @@ mod trilinear;
 
 use nalgebra::Vector3;
 
+pub use bounded::Bounded;
 pub use dense::Dense;
 pub use lattice::Lattice;
 
 use crate::real::Real;
 use crate::vector::{lift, norm};
-use crate::{Aabb, Sample, Sdf, Status};
+use crate::{Aabb, LocalBounds, Sample, Sdf, Status};
 
 /// Where a grid's samples come from.
 pub trait Storage {
     /// The samples at the eight nodes of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices
     /// are below [`Lattice::cells`].
     fn corners(&self, cell: [u32; 3]) -> [f32; 8];
+
+    /// What is certain of the nodes from `first` to `last`, where the storage knows it without looking at each.
+    fn bounds_of_nodes(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<NodeBounds> {
+        None
+    }
+}
+
+/// What is certain of a block of nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeBounds {
+    /// No sample is below this.
+    pub least: f32,
+    /// No sample is above this.
+    pub greatest: f32,
+    /// The most that the interpolant changes over a unit of distance in any cell with a corner in the block.
+    pub slope: f32,
+}
+
+impl NodeBounds {
+    /// Those of two blocks together.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            greatest: self.greatest.max(other.greatest),
+            slope: self.slope.max(other.slope),
+        }
+    }
 }
 
 /// A field of samples. Inside its box the value is the trilinear interpolant and the gradient the derivative of that
@@ -164,5 +193,23 @@ impl<S: Storage> Sdf for Grid<S> {
 
     fn slope_bound(&self) -> f64 {
         self.slope_bound
+    }
+
+    /// By what the storage knows of the nodes of all cells that the box meets, or comes nearest to.
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        let global = LocalBounds { slope_bound: self.slope_bound, ..LocalBounds::ANYTHING };
+        let Some([first, last]) = self.lattice.nodes_around(region) else { return global };
+        let Some(nodes) = self.storage.bounds_of_nodes(first, last) else { return global };
+        let [least, greatest, slope] = [nodes.least, nodes.greatest, nodes.slope].map(f64::from);
+        let bounds = self.lattice.bounds();
+        let sticks_out = (0..3).any(|k| region.min[k] < bounds.min[k] || bounds.max[k] < region.max[k]);
+        // Outside, the way to the grid is added to the value there, or makes a right angle with it: see `Grid`.
+        let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]).max(0.0);
+        let away = libm::hypot(libm::hypot(gap(0), gap(1)), gap(2));
+        let least = if least < 0.0 { least + away } else { libm::hypot(least, away) };
+        let reaches_in = nodes.least < 0.0;
+        let slope_bound = if sticks_out { slope_bound_with_outside(slope, reaches_in) } else { slope };
+        let greatest = if sticks_out { f64::INFINITY } else { greatest };
+        LocalBounds { least, greatest, slope_bound: slope_bound.min(self.slope_bound) }
     }
 }

@@ -31,5 +31,5 @@ pub use aabb::Aabb;
 pub use lanes::{LaneMask, Lanes};
 pub use nalgebra;
 pub use real::{Float, Mask, Real};
-pub use sdf::{Sample, Sdf, Status};
+pub use sdf::{LocalBounds, Sample, Sdf, Status};
 pub use simplex::{Simplex, project_weights};

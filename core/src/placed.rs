@@ -10,7 +10,7 @@ pub use rigid::Rigid;
 pub use similarity::Similarity;
 
 use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, LocalBounds, Sample, Sdf};
 
 /// A map from the world into a field's own frame.
 pub trait Placement {
@@ -18,6 +18,9 @@ pub trait Placement {
 
     /// A box in the world around all that is in `local`, a box in the field's frame.
     fn push_bounds(&self, local: Aabb) -> Aabb;
+
+    /// A box in the field's frame around all that is in `world`, a box in the world.
+    fn pull_bounds(&self, world: Aabb) -> Aabb;
 
     /// The most that `scale · |jacobian|` can be: 1 for a rigid motion or a similarity.
     fn slope_factor(&self) -> f64;
@@ -64,5 +67,15 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
 
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.placement.slope_factor()
+    }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        let of_field = self.field.local_bounds(&self.placement.pull_bounds(*region));
+        let scale = self.placement.scale();
+        LocalBounds {
+            least: of_field.least * scale,
+            greatest: of_field.greatest * scale,
+            slope_bound: of_field.slope_bound * self.placement.slope_factor(),
+        }
     }
 }

@@ -26,6 +26,11 @@ pub trait Sdf {
     /// The most that the value changes over a unit of distance: 1 for a true distance.
     fn slope_bound(&self) -> f64;
 
+    /// What is certain of φ in a box. By default only that it changes no faster than anywhere.
+    fn local_bounds(&self, _region: &Aabb) -> LocalBounds {
+        LocalBounds { slope_bound: self.slope_bound(), ..LocalBounds::ANYTHING }
+    }
+
     /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
@@ -60,9 +65,47 @@ impl<F: Sdf> Sdf for &F {
     fn slope_bound(&self) -> f64 {
         (**self).slope_bound()
     }
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        (**self).local_bounds(region)
+    }
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         (**self).value(point)
+    }
+}
+
+/// What is certain of a field in a box, before it is asked at any point of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalBounds {
+    /// No value in the box is below this.
+    pub least: f64,
+    /// No value in the box is above this.
+    pub greatest: f64,
+    /// The most that the value changes over a unit of distance between points of the box.
+    pub slope_bound: f64,
+}
+
+impl LocalBounds {
+    /// Nothing is certain.
+    pub const ANYTHING: Self = Self { least: f64::NEG_INFINITY, greatest: f64::INFINITY, slope_bound: f64::INFINITY };
+
+    /// Those of −φ.
+    pub fn negate(self) -> Self {
+        Self { least: -self.greatest, greatest: -self.least, ..self }
+    }
+
+    /// Those of the lower of two fields.
+    pub fn lower(self, other: Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            greatest: self.greatest.min(other.greatest),
+            slope_bound: self.slope_bound.max(other.slope_bound),
+        }
+    }
+
+    /// Those of φ + `distance`.
+    pub fn raise(self, distance: f64) -> Self {
+        Self { least: self.least + distance, greatest: self.greatest + distance, ..self }
     }
 }
 

@@ -2,9 +2,9 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::Sdf;
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::vector::norm;
+use crate::{Aabb, Sdf};
 
 /// How many roundings of the largest number in it a lower bound may be off. An evaluation takes some thirty operations,
 /// few of which round at the size of the coordinates.
@@ -50,10 +50,16 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     #[inline]
     pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, point: Vector3<R>, value: R) -> R {
         let reach = self.reach(point);
-        let slope_bound = R::lift(field.slope_bound());
+        let slope_bound = field.slope_bound();
+        value - reach * R::lift(slope_bound) - self.rounding(slope_bound, point, reach, value)
+    }
+
+    /// More than a value of the field on the simplex, and `value` in size or less, may be off by rounding: `point` is on
+    /// the simplex and `reach` from it.
+    #[inline]
+    pub(crate) fn rounding(&self, slope_bound: f64, point: Vector3<R>, reach: R, value: R) -> R {
         let largest = point.iter().fold(reach.max(value.abs()), |largest, x| largest.max(x.abs()));
-        let rounding = largest * slope_bound.max(R::one()) * R::lift(ROUNDINGS * R::EPSILON);
-        value - reach * slope_bound - rounding
+        largest * R::lift(slope_bound.max(1.0) * ROUNDINGS * R::EPSILON)
     }
 
     /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the
@@ -66,6 +72,18 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     pub fn is_in_reach(&self) -> R::Mask {
         use crate::real::Mask;
         self.corners.iter().flat_map(|corner| corner.iter()).fold(!R::Mask::NONE, |all, x| all & x.is_in_reach())
+    }
+}
+
+impl<R: Float, const N: usize> Simplex<R, N> {
+    /// The smallest box around it.
+    #[inline]
+    pub fn bounds(&self) -> Aabb {
+        let nothing = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+        self.corners.iter().fold(nothing, |bounds, corner| {
+            let corner = corner.map(R::to_f64).into();
+            bounds.union(&Aabb { min: corner, max: corner })
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, LocalBounds, Sample, Sdf};
 
 /// What lies in either: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,10 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        self.0.local_bounds(region).lower(self.1.local_bounds(region))
+    }
 }
 
 impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
@@ -54,6 +58,11 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        let (a, b) = (self.0.local_bounds(region).negate(), self.1.local_bounds(region).negate());
+        a.lower(b).negate()
+    }
 }
 
 impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
@@ -73,6 +82,10 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
+    }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        self.0.local_bounds(region).negate().lower(self.1.local_bounds(region)).negate()
     }
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, LocalBounds, Sample, Sdf};
 
 /// The shape grown by `distance`, or shrunk where it is negative: φ − distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,5 +34,9 @@ impl<F: Sdf> Sdf for Offset<F> {
 
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
+    }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        self.field.local_bounds(region).raise(-self.distance)
     }
 }

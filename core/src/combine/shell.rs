@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, LocalBounds, Sample, Sdf};
 
 /// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
 /// the wall, the gradient is a choice.
@@ -37,5 +37,12 @@ impl<F: Sdf> Sdf for Shell<F> {
 
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
+    }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        let of_field = self.field.local_bounds(region);
+        let least = of_field.least.max(-of_field.greatest).max(0.0);
+        let greatest = of_field.greatest.max(-of_field.least);
+        LocalBounds { least, greatest, ..of_field }.raise(-0.5 * self.thickness)
     }
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, LocalBounds, Sample, Sdf};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
 ///
@@ -60,5 +60,10 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
 
     fn slope_bound(&self) -> f64 {
         self.a.slope_bound().max(self.b.slope_bound())
+    }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        let sharp = self.a.local_bounds(region).lower(self.b.local_bounds(region));
+        LocalBounds { least: sharp.least - 0.25 * self.blend, ..sharp }
     }
 }

@@ -75,6 +75,21 @@ impl Lattice {
         core::array::from_fn(|axis| self.origin[axis] + self.spacing * f64::from(index[axis]))
     }
 
+    /// The first and the last node of the cells that a box meets, or comes nearest to where it lies outside. `None` unless
+    /// the box is finite and not empty.
+    pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
+        let is_sound = (0..3).all(|axis| region.min[axis] <= region.max[axis] && region.extents()[axis].is_finite());
+        let cell = |corner: [f64; 3]| {
+            core::array::from_fn(|axis| {
+                let steps = (corner[axis] - self.origin[axis]) * self.per_spacing;
+                // Towards zero, and zero below it.
+                (steps as u32).min(self.cells()[axis].wrapping_sub(1))
+            })
+        };
+        let [first, last]: [[u32; 3]; 2] = [cell(region.min), cell(region.max)];
+        is_sound.then_some([first, last.map(|n| n.wrapping_add(1))])
+    }
+
     /// The box from the first node to the last.
     pub fn bounds(&self) -> Aabb {
         Aabb { min: self.origin, max: self.node(self.cells()) }

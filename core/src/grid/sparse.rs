@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
-use super::{Lattice, Storage, trilinear};
+use super::bounded::bounds_of_places;
+use super::{Lattice, NodeBounds, Storage, cell_slope, trilinear};
 
 /// Nodes along a brick's side.
 pub const BRICK: u32 = 8;
@@ -58,6 +59,8 @@ pub trait Bricks {
     fn scales(&self) -> &[Scale];
     /// By brick, then by node, x fastest.
     fn samples(&self) -> &[Self::Code];
+    /// One for each brick, nodes beyond the lattice not counted.
+    fn bounds(&self) -> &[NodeBounds];
     /// One more along each axis than there are places of bricks, x fastest.
     fn coarse(&self) -> &[f32];
 }
@@ -68,6 +71,7 @@ pub struct BrickSlices<'a, C> {
     pub table: &'a [u32],
     pub scales: &'a [Scale],
     pub samples: &'a [C],
+    pub bounds: &'a [NodeBounds],
     pub coarse: &'a [f32],
 }
 
@@ -81,6 +85,9 @@ impl<C: Code> Bricks for BrickSlices<'_, C> {
     }
     fn samples(&self) -> &[C] {
         self.samples
+    }
+    fn bounds(&self) -> &[NodeBounds] {
+        self.bounds
     }
     fn coarse(&self) -> &[f32] {
         self.coarse
@@ -98,6 +105,9 @@ impl<B: Bricks> Bricks for &B {
     fn samples(&self) -> &[B::Code] {
         (**self).samples()
     }
+    fn bounds(&self) -> &[NodeBounds] {
+        (**self).bounds()
+    }
     fn coarse(&self) -> &[f32] {
         (**self).coarse()
     }
@@ -112,12 +122,14 @@ impl<B: Bricks> Bricks for &B {
 pub struct Sparse<B> {
     /// Places along each axis.
     places: [u32; 3],
+    coarse_spacing: f64,
     bricks: B,
 }
 
 impl<B: Bricks> Sparse<B> {
     /// `None` unless the table has a place for each brick of the lattice and the coarse grid one node more along each
-    /// axis, every entry is [`NO_BRICK`] or a brick's number, and there are as many scales as bricks of samples.
+    /// axis, every entry is [`NO_BRICK`] or a brick's number, and there are as many scales and bounds as bricks of
+    /// samples.
     pub fn new(lattice: &Lattice, bricks: B) -> Option<Self> {
         let places = brick_counts(lattice);
         let count = |more: usize| places.iter().try_fold(1, |n: usize, places| n.checked_mul(*places as usize + more));
@@ -125,16 +137,34 @@ impl<B: Bricks> Sparse<B> {
         let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales;
         let fits = Some(bricks.table().len()) == count(0)
             && Some(bricks.coarse().len()) == count(1)
+            && bricks.bounds().len() == scales
             && scales.checked_mul(BRICK_SAMPLES) == Some(bricks.samples().len())
             && bricks.table().iter().all(in_range);
-        fits.then_some(Self { places, bricks })
+        let coarse_spacing = lattice.spacing() * f64::from(BRICK);
+        fits.then_some(Self { places, coarse_spacing, bricks })
+    }
+
+    /// What it is made of.
+    pub fn bricks(&self) -> &B {
+        &self.bricks
     }
 
     /// The brick that a node falls into: its number, if it is there.
     #[inline]
-    fn brick(&self, [x, y, z]: [u32; 3]) -> Option<usize> {
+    fn brick(&self, node: [u32; 3]) -> Option<usize> {
+        self.brick_in(node.map(|index| index / BRICK))
+    }
+
+    /// The number of the brick at a place, if it is there.
+    pub fn brick_at(&self, place: [u32; 3]) -> Option<usize> {
+        let is_place = (0..3).all(|axis| place[axis] < self.places[axis]);
+        if is_place { self.brick_in(place) } else { None }
+    }
+
+    #[inline]
+    fn brick_in(&self, place: [u32; 3]) -> Option<usize> {
         let [along_x, along_y, _] = self.places.map(|n| n as usize);
-        let [x, y, z] = [x, y, z].map(|index| (index / BRICK) as usize);
+        let [x, y, z] = place.map(|index| index as usize);
         let brick = self.bricks.table().get((z * along_y + y) * along_x + x).copied().unwrap_or(NO_BRICK);
         (brick != NO_BRICK).then_some(brick as usize)
     }
@@ -174,6 +204,22 @@ impl<B: Bricks> Sparse<B> {
     }
 }
 
+impl<B: Bricks> Sparse<B> {
+    /// Of the nodes of a place. A cell with all its corners in places without bricks lies in one cell of the coarse grid;
+    /// any other has a corner in a brick.
+    fn bounds_of_place(&self, place: [u32; 3]) -> NodeBounds {
+        let of_brick = self.brick_in(place).and_then(|brick| self.bricks.bounds().get(brick));
+        of_brick.copied().unwrap_or_else(|| {
+            let corners = self.coarse_corners(place);
+            NodeBounds {
+                least: corners.into_iter().fold(f32::INFINITY, f32::min),
+                greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
+                slope: cell_slope(corners, self.coarse_spacing) as f32 * (1.0 + f32::EPSILON),
+            }
+        })
+    }
+}
+
 impl<B: Bricks> Storage for Sparse<B> {
     #[inline]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
@@ -183,5 +229,9 @@ impl<B: Bricks> Storage for Sparse<B> {
             Some(brick) if in_one_brick => core::array::from_fn(|index| self.sample(brick, corner(index as u32))),
             _ => core::array::from_fn(|index| self.node(corner(index as u32))),
         }
+    }
+
+    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
+        bounds_of_places(first, last, |place| Some(self.bounds_of_place(place)))
     }
 }

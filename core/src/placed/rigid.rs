@@ -30,6 +30,10 @@ impl Placement for Rigid {
         self.0.push_bounds(local)
     }
 
+    fn pull_bounds(&self, world: Aabb) -> Aabb {
+        self.0.pull_bounds(world)
+    }
+
     fn slope_factor(&self) -> f64 {
         1.0
     }

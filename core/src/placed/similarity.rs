@@ -54,12 +54,11 @@ impl Placement for Similarity {
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {
-        let [min, max] = [local.min, local.max].map(Vector3::from);
-        let center = self.push((min + max) * 0.5);
-        let reach = self.world_from_local.abs() * ((max - min) * 0.5);
-        let bounds = Aabb { min: (center - reach).into(), max: (center + reach).into() };
-        let is_bounded = bounds.min.iter().chain(&bounds.max).all(|x| x.is_finite());
-        if is_bounded { bounds } else { Aabb::EVERYWHERE }
+        map_bounds(local, &self.world_from_local, |center| self.push(center))
+    }
+
+    fn pull_bounds(&self, world: Aabb) -> Aabb {
+        map_bounds(world, &self.local_from_world, |center| self.pull(center).point)
     }
 
     fn slope_factor(&self) -> f64 {
@@ -69,4 +68,14 @@ impl Placement for Similarity {
     fn scale(&self) -> f64 {
         self.scale
     }
+}
+
+/// A box around the image of a box by a linear map and a shift, which together are `map`.
+fn map_bounds(bounds: Aabb, linear: &Matrix3<f64>, map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Aabb {
+    let [min, max] = [bounds.min, bounds.max].map(Vector3::from);
+    let center = map((min + max) * 0.5);
+    let reach = linear.abs() * ((max - min) * 0.5);
+    let mapped = Aabb { min: (center - reach).into(), max: (center + reach).into() };
+    let is_bounded = mapped.min.iter().chain(&mapped.max).all(|x| x.is_finite());
+    if is_bounded { mapped } else { Aabb::EVERYWHERE }
 }

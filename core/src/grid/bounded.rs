@@ -1,0 +1,69 @@
+use super::sparse::{BRICK, brick_counts};
+use super::{Lattice, NodeBounds, Storage};
+
+/// A storage beside which stands what is certain of each place of 8 × 8 × 8 nodes, so that culls can go by what is near an
+/// element and not by the steepest cell of all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounded<S, B> {
+    storage: S,
+    bounds: B,
+    /// Along each axis.
+    places: [u32; 3],
+}
+
+impl<S: Storage, B: AsRef<[NodeBounds]>> Bounded<S, B> {
+    /// `bounds` has one for each place, x fastest, as many as [`brick_counts`] says; else `None`.
+    pub fn new(lattice: &Lattice, storage: S, bounds: B) -> Option<Self> {
+        let places = brick_counts(lattice);
+        let count = places.iter().try_fold(1, |n: usize, along| n.checked_mul(*along as usize));
+        (count == Some(bounds.as_ref().len())).then_some(Self { storage, bounds, places })
+    }
+
+    pub fn storage(&self) -> &S {
+        &self.storage
+    }
+
+    pub fn bounds(&self) -> &[NodeBounds] {
+        self.bounds.as_ref()
+    }
+}
+
+impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
+    #[inline]
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        self.storage.corners(cell)
+    }
+
+    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
+        let [along_x, along_y, _] = self.places.map(|n| n as usize);
+        bounds_of_places(first, last, |place| {
+            let [x, y, z] = place.map(|index| index as usize);
+            self.bounds.as_ref().get((z * along_y + y) * along_x + x).copied()
+        })
+    }
+}
+
+/// How many places are looked at before it is given up: an element as large as this gains little from what is known of
+/// places.
+const MOST_PLACES: usize = 64;
+
+/// Of all nodes in the places of the nodes from `first` to `last`.
+pub(super) fn bounds_of_places(
+    first: [u32; 3],
+    last: [u32; 3],
+    of_place: impl Fn([u32; 3]) -> Option<NodeBounds>,
+) -> Option<NodeBounds> {
+    let [first, last] = [first, last].map(|node| node.map(|index| index / BRICK));
+    let counts: [usize; 3] = core::array::from_fn(|axis| last[axis].saturating_sub(first[axis]) as usize + 1);
+    let count = counts.iter().try_fold(1, |n: usize, along| n.checked_mul(*along))?;
+    if count > MOST_PLACES {
+        return None;
+    }
+    let [along_x, along_y, _] = counts;
+    let nothing = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    (0..count).try_fold(nothing, |bounds, index| {
+        let step = [index % along_x, index / along_x % along_y, index / along_x / along_y];
+        let place = core::array::from_fn(|axis| first[axis] + step[axis] as u32);
+        Some(bounds.union(of_place(place)?))
+    })
+}
