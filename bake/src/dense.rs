@@ -2,9 +2,11 @@
 
 use rayon::prelude::*;
 use sdf_core::Aabb;
-use sdf_core::grid::{Dense, Lattice, slope_bound};
+use sdf_core::grid::sparse::brick_counts;
+use sdf_core::grid::{Dense, Lattice, NodeBounds, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
+use crate::node_bounds::{inside_reaches_box, node_bounds};
 use crate::signs::sign_block;
 use crate::{MeshDistance, SignMethod};
 
@@ -13,6 +15,9 @@ use crate::{MeshDistance, SignMethod};
 pub struct DenseGrid {
     /// By node, x fastest, in the mesh's unit, negative inside.
     pub distances: Vec<f32>,
+    /// Of each place of 8 × 8 × 8 nodes, x fastest, as [`Bounded`](sdf_core::grid::Bounded) wants them: an open mesh is
+    /// steep only around the surface that closes its holes.
+    pub bounds: Vec<NodeBounds>,
     /// The most that the interpolant changes over a unit of distance.
     pub slope_bound: f64,
     /// The most by which the interpolant differs from the signed distance anywhere in the grid's box.
@@ -66,12 +71,16 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
             sign_block(mesh, lattice.spacing(), [row, rows, distances.len() / layer], position, distances);
         });
     }
-    let slope_bound = match Dense::new(lattice, &distances) {
-        Some(storage) => slope_bound(lattice, &storage),
-        None => unreachable!("there are as many samples as nodes"),
-    };
+    let value = |node: [u32; 3]| distances[lattice.index(node)];
+    let [along_x, along_y, along_z] = brick_counts(lattice).map(|n| n as usize);
+    let place =
+        |index: usize| [index % along_x, index / along_x % along_y, index / along_x / along_y].map(|n| n as u32);
+    let places = (0..along_x * along_y * along_z).into_par_iter().map(place);
+    let bounds: Vec<NodeBounds> = places.map(|place| node_bounds(lattice, place, value)).collect();
+    let steepest = bounds.iter().map(|nodes| nodes.slope).fold(0.0, f32::max);
+    let slope_bound = slope_bound_with_outside(steepest.into(), inside_reaches_box(lattice, value));
     let error_bound = error_bound(mesh, lattice, &distances);
-    DenseGrid { distances, slope_bound, error_bound }
+    DenseGrid { distances, bounds, slope_bound, error_bound }
 }
 
 fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
@@ -82,8 +91,8 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 /// Σ wᵢ |xᵢ − x| ≤ √3/2 of a spacing, half a cell's diagonal; and a node by its rounding to f32.
 ///
 /// Where a mesh is open the sign changes away from it, across the surface that closes its holes by a winding number of
-/// one half; or elsewhere, by pseudo-normals that are no answer there. In a cell there the interpolant is off by as much as the distance, at most half a diagonal more than at the
-/// corners, and its own value. A patch of that surface so small that it cuts no edge of a cell goes unseen.
+/// one half; or elsewhere, by pseudo-normals that are no answer there. In a cell there the interpolant is off by as much
+/// as the distance, at most half a diagonal more than at the corners, and its own value. A patch of that surface so small that it cuts no edge of a cell goes unseen.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let largest = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);

@@ -16,11 +16,15 @@
 
 #![forbid(unsafe_code)]
 
+pub mod budget;
 pub mod dense;
+mod gradient_spread;
 mod hilbert;
+mod interpolation;
 mod intersections;
 mod mesh;
 mod mesh_distance;
+mod node_bounds;
 mod pseudo_normals;
 mod signs;
 pub mod sparse;

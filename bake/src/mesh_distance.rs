@@ -1,5 +1,6 @@
 use std::fmt;
 
+use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
@@ -72,6 +73,11 @@ impl<'a> MeshDistance<'a> {
         Self { mesh, winding: WindingNumbers::new(&tree, senses), rim, tree, topology, pseudo_normals, verdict }
     }
 
+    /// The box around the mesh.
+    pub fn bounds(&self) -> Aabb {
+        self.mesh.bounds()
+    }
+
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
@@ -119,6 +125,20 @@ impl<'a> MeshDistance<'a> {
             normal.dot(&(point - on_triangle.point)) < 0.0
         });
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
+    }
+
+    pub(crate) fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The normals of all faces, where these bound one solid and every side is told by them.
+    pub(crate) fn normals_of_one_solid(&self) -> Option<&PseudoNormals> {
+        self.pseudo_normals.as_ref().filter(|_| self.topology.bounds_one_solid())
+    }
+
+    /// The corners of a triangle of the tree, by their numbers.
+    pub(crate) fn points_of(&self, slot: usize) -> [u32; 3] {
+        self.mesh.triangles[self.tree.triangles[slot] as usize]
     }
 
     /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.

@@ -46,6 +46,11 @@ impl PseudoNormals {
         Self { inside, edges, points }
     }
 
+    /// A triangle's own, of length one; zero where it has none.
+    pub fn inside(&self, triangle: u32) -> Vector3<f64> {
+        self.inside[triangle as usize]
+    }
+
     /// Zero where the side is not known by the normal.
     pub fn of(&self, mesh: &TriangleMesh, triangle: u32, feature: TriangleFeature) -> Vector3<f64> {
         let triangle = triangle as usize;

@@ -1,22 +1,37 @@
 //! Distances in bricks near the surface, and a coarse grid elsewhere.
 //!
-//! A brick is kept when one of its nodes lies within band + √3 · spacing of the surface: a cell that the band enters has
-//! all its corners within that. So every such cell has all its corners in bricks, and interpolates what a dense grid
-//! would. A place without a brick is farther than the band from the surface as a whole, and the coarse grid's value there
-//! is no more than the distance in magnitude: at each of its nodes the least of the bounds of the places around it.
+//! With h the spacing and B the band: nodes within W = B + √3 h of the surface hold their exact distance, as do all corners
+//! of a cell that the band enters, and such a cell interpolates what a dense grid would. All other nodes hold the distance
+//! or what the coarse grid interpolates there, whichever is less; and those farther than W + √3/2 h that share no brick with
+//! a nearer one are not kept: the coarse grid stands for them.
+//!
+//! The coarse grid's magnitude at a node is the least bound of the places around it, or a value that rises slowly with the
+//! node's distance, whichever is more ([`places`]). A place's bound is the distance at its middle less the way to its corners,
+//! and no less than W. So at nodes without a brick the coarse grid is no more than the distance; it changes by no more than
+//! the way along each axis, as the distance does; and so does the lesser of both.
+//! A point x beyond the band whose nearest of the surface is q claims no more than Σ wᵢ |xᵢ − q| ≤ |x − q| + 3h²/(8B), with
+//! |xᵢ − q| ≤ (|xᵢ − q|² + r²)/(2r) at r = |x − q|.
 
-use std::collections::BTreeSet;
+mod places;
+mod quantize;
 
 use rayon::prelude::*;
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse, brick_counts};
-use sdf_core::grid::{Lattice, Storage, cell_slope, slope_bound_with_outside};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::{Lattice, NodeBounds, Storage, cell_slope, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
+pub use quantize::Quantize;
+
+use crate::gradient_spread::MOST_ERROR;
 use crate::hilbert::hilbert_index;
+use crate::interpolation::Block;
+use crate::node_bounds::{inside_reaches_box, node_bounds, round_up};
 use crate::signs::sign_block;
 use crate::{MeshDistance, SignMethod};
+use places::{Places, middle};
 
-/// A baked sparse grid, and what is certain of it. Bricks stand in the order of a Hilbert curve.
+/// A baked sparse grid, and what is certain of it. Bricks stand in the order of a Hilbert curve; after them, in the same
+/// order, those that only close an open mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseGrid<C> {
     /// For each place of a brick, x fastest, which of the bricks it is.
@@ -26,15 +41,17 @@ pub struct SparseGrid<C> {
     pub scales: Vec<Scale>,
     /// By brick, then by node, x fastest.
     pub samples: Vec<C>,
+    /// Of each brick's nodes.
+    pub bounds: Vec<NodeBounds>,
+    /// Of each brick, over the cells whose first corner it holds: the most by which the interpolant differs from the signed
+    /// distance where that is within the band. Proven of closed meshes. Of an open one, a patch of the surface that closes
+    /// its holes, so small that it cuts no edge of a cell, goes unseen.
+    pub errors: Vec<f32>,
     /// Every eighth node and one more along each axis, x fastest. Zero where only bricks are around.
     pub coarse: Vec<f32>,
-    /// Of each brick, over the cells whose first corner it holds.
-    pub cells: Vec<CellBounds>,
-    /// Of all cells the steepest: those at the edge of the bricks, where the value steps down to the coarse grid's, have
-    /// slopes of twenty and more. [`Self::cells`] says more of a place.
+    /// Of all cells the steepest. [`Self::bounds`] says more of a place.
     pub slope_bound: f64,
-    /// Of a closed mesh: the most by which the interpolant differs from the signed distance where that is within the band.
-    /// Not proven yet across the surface that closes the holes of an open one.
+    /// The largest of [`Self::errors`].
     pub error_bound: f64,
 }
 
@@ -49,258 +66,297 @@ impl<C: Code> Bricks for SparseGrid<C> {
     fn samples(&self) -> &[C] {
         &self.samples
     }
+    fn bounds(&self) -> &[NodeBounds] {
+        &self.bounds
+    }
     fn coarse(&self) -> &[f32] {
         &self.coarse
     }
 }
 
-/// What the interpolant stays within in a brick's cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellBounds {
-    pub least: f32,
-    pub greatest: f32,
-    /// The most that it changes over a unit of distance.
-    pub slope: f32,
-}
-
-/// How samples are kept.
-pub trait Quantize: Code + Send + Sync {
-    /// The scale for a brick's samples.
-    fn scale(least: f32, greatest: f32) -> Scale;
-    /// The code that decodes nearest to the sample.
-    fn encode(sample: f32, scale: Scale) -> Self;
-}
-
-impl Quantize for f32 {
-    fn scale(_least: f32, _greatest: f32) -> Scale {
-        Scale { base: 0.0, step: 1.0 }
-    }
-    fn encode(sample: f32, _scale: Scale) -> Self {
-        sample
-    }
-}
-
-macro_rules! quantize {
-    ($code:ident) => {
-        impl Quantize for $code {
-            fn scale(least: f32, greatest: f32) -> Scale {
-                Scale { base: least, step: (greatest - least) / f32::from($code::MAX) }
-            }
-            fn encode(sample: f32, scale: Scale) -> Self {
-                if scale.step > 0.0 { ((sample - scale.base) / scale.step).round() as $code } else { 0 }
-            }
-        }
-    };
-}
-
-quantize!(u16);
-quantize!(u8);
-
-/// One brick under way.
-struct Brick<C> {
-    place: [u32; 3],
-    scale: Scale,
-    samples: Vec<C>,
-    /// The most by which a sample is off from the exact distance.
-    error: f64,
-}
-
-/// Bakes to bricks; a dense grid never exists. `band` is a length: wherever the surface is no farther than that, the grid
-/// interpolates the same samples as a dense one of the same lattice. `on_places_done` is told, from any thread, how many
-/// more of the places for bricks are done, of which there are as many as [`brick_counts`] says. The result does not depend
-/// on the number of threads.
+/// Bakes to bricks: [`Plan::new`] and [`Plan::bake`] in one.
 pub fn bake<C: Quantize>(
     mesh: &MeshDistance,
     lattice: &Lattice,
     band: f64,
     on_places_done: &(dyn Fn(usize) + Sync),
 ) -> SparseGrid<C> {
-    let places = Places::measure(mesh, lattice, band);
-    let mut bricks: Vec<Brick<C>> = (0..places.distances.len())
-        .into_par_iter()
-        .filter_map(|index| {
-            on_places_done(1);
-            let may_need = places.may_need_brick(index);
-            may_need.then(|| brick(mesh, lattice, places.place(index), places.wanted_within()))?
-        })
-        .collect();
-    let torn = places.torn(&places.table(&bricks));
-    let closing = torn.par_iter().filter_map(|index| brick(mesh, lattice, places.place(*index), f64::INFINITY));
-    bricks.extend(closing.collect::<Vec<_>>());
-    bricks.par_sort_unstable_by_key(|brick| hilbert_index(brick.place));
-    let table = places.table(&bricks);
-    let coarse = places.coarse(&table);
-    let error = bricks.iter().map(|brick| brick.error).fold(0.0, f64::max);
-    let scales: Vec<Scale> = bricks.iter().map(|brick| brick.scale).collect();
-    let brick_places: Vec<[u32; 3]> = bricks.iter().map(|brick| brick.place).collect();
-    let mut samples = Vec::with_capacity(bricks.len() * BRICK_SAMPLES);
-    // One by one, so that at no time both copies are whole.
-    bricks.into_iter().for_each(|brick| samples.extend(brick.samples));
-
-    let slices = BrickSlices { table: &table, scales: &scales, samples: &samples, coarse: &coarse };
-    let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table names the bricks that there are") };
-    let cells: Vec<CellBounds> = brick_places.par_iter().map(|place| cell_bounds(lattice, &storage, *place)).collect();
-    let slope_bound = slope_bound(lattice, &storage, &places, &table, &cells);
-    // A signed distance changes by at most the way: see `dense`.
-    let error_bound = 0.75_f64.sqrt() * lattice.spacing() + error;
-    SparseGrid { table, places: brick_places, scales, samples, coarse, cells, slope_bound, error_bound }
+    Plan::new(mesh, lattice, band).bake(on_places_done)
 }
 
-/// The places of bricks, each with the signed distance at its middle.
-struct Places {
-    counts: [u32; 3],
-    distances: Vec<f32>,
-    spacing: f64,
-    band: f64,
+/// What a sparse grid will be, as far as that is known without baking it.
+pub struct Plan<'a> {
+    mesh: &'a MeshDistance<'a>,
+    lattice: Lattice,
+    places: Places,
 }
 
-impl Places {
-    fn measure(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
-        let counts = brick_counts(lattice);
-        let [row, rows, layers] = counts.map(|n| n as usize);
-        let mut distances = vec![0.0_f32; row * rows * layers];
-        distances.par_chunks_mut(row * rows).enumerate().for_each(|(z, layer)| {
-            let mut guess = 0;
-            for (index, distance) in layer.iter_mut().enumerate() {
-                let nearest = mesh.nearest(middle(lattice, [index % row, index / row, z]), guess);
-                guess = nearest.guess;
-                *distance = nearest.signed() as f32;
-            }
-        });
-        if mesh.sign_method() == SignMethod::Winding {
-            let spacing = lattice.spacing() * f64::from(BRICK);
-            sign_block(mesh, spacing, [row, rows, layers], |place| middle(lattice, place), &mut distances);
+/// Places whose bricks are made side by side before they join the rest: so many that threads seldom wait, so few that the
+/// samples hardly ever stand in memory twice.
+const PLACES_AT_A_TIME: usize = 1024;
+
+/// A bound this many times as wide as that of cells already looked at is not worth a closer look. From 1 to this, a tenth of
+/// the time is saved.
+const NEARLY: f64 = 1.05;
+
+/// One brick under way.
+struct Brick<C> {
+    place: [u32; 3],
+    scale: Scale,
+    samples: Vec<C>,
+    /// The most by which a sample is off from what it is to hold.
+    rounding: f64,
+    /// The most by which the interpolant of exact distances is off within the band, but for jumps of the sign.
+    interpolation: f64,
+}
+
+/// The bricks so far, each field by brick.
+struct Parts<C> {
+    places: Vec<[u32; 3]>,
+    scales: Vec<Scale>,
+    samples: Vec<C>,
+    roundings: Vec<f64>,
+    interpolations: Vec<f64>,
+}
+
+impl<'a> Plan<'a> {
+    /// Measures the distance at the middle of each place of a brick. `band` is a length.
+    pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
+        Self { mesh, lattice: *lattice, places: Places::measure(mesh, lattice, band) }
+    }
+
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// How many places of bricks there are.
+    pub fn places(&self) -> usize {
+        self.places.count()
+    }
+
+    /// There will be no more bricks than this.
+    pub fn most_bricks(&self) -> usize {
+        self.places.most_bricks()
+    }
+
+    /// About the most bytes that will be in memory while it is baked, beside the mesh's own.
+    pub fn most_bytes<C>(&self) -> usize {
+        let of_brick = BRICK_SAMPLES * size_of::<C>() + size_of::<([u32; 3], Scale, [f64; 2], [NodeBounds; 2], f32)>();
+        let under_way = self.places().min(PLACES_AT_A_TIME) * (BRICK_SAMPLES * size_of::<C>() + size_of::<Brick<C>>());
+        let bricks = self.most_bricks().saturating_mul(of_brick);
+        bricks.saturating_add(under_way).saturating_add(self.places.bytes())
+    }
+
+    /// The most by which the interpolant of exact distances is off within the band, in the grid that [`Self::bake`] makes.
+    /// `None` where that is more than `most`, which is found sooner; or where the sign jumps.
+    pub fn interpolation_error(&self, most: f64) -> Option<f64> {
+        if !self.mesh.is_continuous() {
+            return None;
         }
-        Self { counts, distances, spacing: lattice.spacing(), band }
+        let of_place = |index: usize| {
+            let place = self.places.place(index);
+            let mut guess = 0;
+            let error = self.interpolation_error_in(place, |step| {
+                let node = std::array::from_fn(|axis| place[axis] * BRICK + step[axis] as u32);
+                let nearest = self.mesh.nearest(self.lattice.node(node).into(), guess);
+                guess = nearest.guess;
+                nearest.distance
+            });
+            (error <= most).then_some(error)
+        };
+        let wanted = (0..self.places.count()).into_par_iter().filter(|index| self.places.may_need_brick(*index));
+        wanted.map(of_place).try_reduce(|| 0.0, |a, b| Some(a.max(b)))
     }
 
-    fn index(&self, [x, y, z]: [u32; 3]) -> usize {
-        (z as usize * self.counts[1] as usize + y as usize) * self.counts[0] as usize + x as usize
+    /// Wherever the surface is no farther than the band, the grid interpolates the same samples as a dense one of the same
+    /// lattice, which never exists. `on_places_done` is told, from any thread, how many more of [`Self::places`] are done.
+    /// The result does not depend on the number of threads. Beside the result there is little in memory.
+    pub fn bake<C: Quantize>(&self, on_places_done: &(dyn Fn(usize) + Sync)) -> SparseGrid<C> {
+        let Self { mesh, lattice, places } = self;
+        let mut wanted: Vec<usize> = (0..places.count()).filter(|index| places.may_need_brick(*index)).collect();
+        wanted.par_sort_unstable_by_key(|index| hilbert_index(places.place(*index)));
+        on_places_done(places.count() - wanted.len());
+        let mut parts = Parts::with_room_for(self.most_bricks());
+        for some in wanted.chunks(PLACES_AT_A_TIME) {
+            parts.extend(some, |index| {
+                on_places_done(1);
+                self.brick(places.place(index), places.kept_within())
+            });
+        }
+        let mut torn: Vec<usize> = places.torn(&parts.table(places)).into_iter().collect();
+        torn.sort_unstable_by_key(|index| hilbert_index(places.place(*index)));
+        for some in torn.chunks(PLACES_AT_A_TIME) {
+            parts.extend(some, |index| self.brick(places.place(index), f64::INFINITY));
+        }
+        parts.samples.shrink_to_fit();
+        let table = parts.table(places);
+        let coarse = places.coarse(&table);
+
+        let Parts { places: brick_places, scales, samples, roundings, interpolations } = parts;
+        // Not asked for until they are there.
+        let no_bounds = vec![NodeBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; scales.len()];
+        let slices =
+            BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
+        let Some(storage) = Sparse::new(lattice, slices) else {
+            unreachable!("the table names the bricks that there are")
+        };
+        let node = |node: [u32; 3]| storage.node(node);
+        let bounds: Vec<NodeBounds> = brick_places.par_iter().map(|place| node_bounds(lattice, *place, node)).collect();
+        let slope_bound = slope_bound(lattice, &storage, places, &table, &bounds);
+        let error = |(brick, place): (usize, &[u32; 3])| {
+            let upper = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
+            let roundings = upper.filter_map(|place| storage.brick_at(place)).map(|brick| roundings[brick]);
+            let rounding = roundings.fold(0.0, f64::max);
+            let torn = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&storage, *place, rounding) };
+            // As in `dense`.
+            round_up(interpolations[brick] + rounding + 2.0 * torn)
+        };
+        let errors: Vec<f32> = brick_places.par_iter().enumerate().map(error).collect();
+        let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
+        SparseGrid { table, places: brick_places, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
     }
 
-    fn place(&self, index: usize) -> [u32; 3] {
-        let [row, rows, _] = self.counts.map(|n| n as usize);
-        [index % row, index / row % rows, index / row / rows].map(|n| n as u32)
+    /// The brick at a place, if one of its nodes lies `within` so much of the surface.
+    fn brick<C: Quantize>(&self, place: [u32; 3], within: f64) -> Option<Brick<C>> {
+        const SIDE: usize = BRICK as usize;
+        let Self { mesh, lattice, places } = self;
+        let node = |[x, y, z]: [usize; 3]| {
+            let step = [x, y, z].map(|n| n as u32);
+            Vector3::from(lattice.node(std::array::from_fn(|axis| place[axis] * BRICK + step[axis])))
+        };
+        let coarse = places.magnitudes(place);
+        let exact_within = places.exact_within();
+        // Farther than this, it only matters that it is.
+        let far = coarse.iter().copied().fold(places.kept_within(), f64::max);
+        let mut exact = [f64::INFINITY; BRICK_SAMPLES];
+        let mut wanted = [0.0_f64; BRICK_SAMPLES];
+        let mut last = mesh.nearest(middle(lattice, place.map(|n| n as usize)), 0);
+        let mut last_at = middle(lattice, place.map(|n| n as usize));
+        for row in 0..SIDE * SIDE {
+            for x in 0..SIDE {
+                // To and fro, so that the next node is a neighbour and its nearest triangle a good guess.
+                let x = if row % 2 == 0 { x } else { SIDE - 1 - x };
+                let step = [x, row % SIDE, row / SIDE];
+                let index = row * SIDE + x;
+                let at = node(step);
+                let mut magnitude = f64::INFINITY;
+                // The surface lies no nearer than that, so the node is on the same side.
+                if last.distance - (at - last_at).norm() <= far {
+                    last = mesh.nearest(at, last.guess);
+                    last_at = at;
+                    exact[index] = last.distance;
+                    magnitude = last.distance;
+                }
+                if magnitude > exact_within {
+                    magnitude = magnitude.min(interpolate(coarse, step).max(exact_within));
+                }
+                wanted[index] = if last.is_inside { -magnitude } else { magnitude };
+            }
+        }
+        if !exact.iter().any(|distance| *distance <= within) && within < f64::INFINITY {
+            return None;
+        }
+        let mut rounded = wanted.map(|distance| distance as f32);
+        if mesh.sign_method() == SignMethod::Winding {
+            sign_block(mesh, lattice.spacing(), [SIDE; 3], node, &mut rounded);
+        }
+        let least = rounded.iter().copied().fold(f32::INFINITY, f32::min);
+        let greatest = rounded.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let scale = C::scale(least, greatest);
+        let samples: Vec<C> = rounded.iter().map(|sample| C::encode(*sample, scale)).collect();
+        let off = |(code, (wanted, rounded)): (&C, (&f64, &f32))| {
+            (f64::from(code.decode(scale)) - wanted.abs().copysign(f64::from(*rounded))).abs()
+        };
+        let rounding = samples.iter().zip(wanted.iter().zip(&rounded)).map(off).fold(0.0, f64::max);
+        let interpolation = self.interpolation_error_in(place, |[x, y, z]| exact[(z * SIDE + y) * SIDE + x]);
+        Some(Brick { place, scale, samples, rounding, interpolation })
     }
 
-    /// From the middle of a place to its corners.
-    fn reach(&self) -> f64 {
-        0.5 * f64::from(BRICK) * 3.0_f64.sqrt() * self.spacing
+    /// In the cells of a place, as far as the band reaches. `distance` is asked of nodes in the middle of 2 × 2 × 2 cells,
+    /// and may answer anything more than the band and a cell's diagonal where it is that.
+    fn interpolation_error_in(&self, place: [u32; 3], mut distance: impl FnMut([usize; 3]) -> f64) -> f64 {
+        let spacing = self.lattice.spacing();
+        if self.mesh.normals_of_one_solid().is_none() {
+            return MOST_ERROR * spacing;
+        }
+        let mut blocks = vec![];
+        for step in (0..64).map(|index| [index % 4, index / 4 % 4, index / 16].map(|n: usize| 2 * n + 1)) {
+            let node: [u32; 3] = std::array::from_fn(|axis| place[axis] * BRICK + step[axis] as u32);
+            // Blocks beyond the last node hold no cell.
+            let is_there = (0..3).all(|axis| node[axis] < self.lattice.nodes()[axis]);
+            let distance = distance(step);
+            if is_there && distance <= self.places.exact_within() {
+                let block = Block { center: Vector3::from(self.lattice.node(node)), half_side: spacing };
+                let candidates = self.mesh.candidates(block, distance);
+                blocks.push((self.mesh.error_among(&candidates), block, candidates));
+            }
+        }
+        // The worst first, until it is hardly worse than cells that were looked at one by one.
+        blocks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut of_cells = 0.0_f64;
+        for (of_block, block, candidates) in blocks {
+            if of_block <= NEARLY * of_cells {
+                return spacing * of_block.max(of_cells);
+            }
+            of_cells = of_cells.max(self.mesh.error_in_cells(block, &candidates, self.places.band()));
+        }
+        spacing * of_cells
     }
 
-    /// Nodes within this of the surface are wanted.
-    fn wanted_within(&self) -> f64 {
-        self.band + 3.0_f64.sqrt() * self.spacing
+    /// The largest distance at a corner of a cell that the band may enter and that may have corners of both signs, of the
+    /// cells whose first corner is in a place. Samples are off by `rounding` at most.
+    fn largest_at_sign_change<S: Storage>(&self, storage: &S, place: [u32; 3], rounding: f64) -> f64 {
+        let rounding = round_up(rounding);
+        let exact_within = round_up(self.places.exact_within()) + rounding;
+        let largest = cells_of(&self.lattice, place).fold(0.0_f32, |largest, cell| {
+            let corners = storage.corners(cell);
+            let least = corners.iter().copied().fold(f32::INFINITY, f32::min);
+            let greatest = corners.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            let of_cell = greatest.max(-least);
+            let is_torn = least <= rounding && greatest >= -rounding && of_cell <= exact_within.next_up();
+            if is_torn { largest.max(of_cell) } else { largest }
+        });
+        f64::from(largest)
+    }
+}
+
+impl<C: Quantize> Parts<C> {
+    fn with_room_for(bricks: usize) -> Self {
+        Self {
+            places: Vec::with_capacity(bricks),
+            scales: Vec::with_capacity(bricks),
+            samples: Vec::with_capacity(bricks * BRICK_SAMPLES),
+            roundings: Vec::with_capacity(bricks),
+            interpolations: Vec::with_capacity(bricks),
+        }
     }
 
-    fn may_need_brick(&self, index: usize) -> bool {
-        f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) <= self.wanted_within() + self.reach()
-    }
-
-    /// No point of a place without a brick is nearer to the surface than this.
-    fn bound(&self, index: usize) -> f64 {
-        (f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) - self.reach()).max(self.band)
+    fn extend(&mut self, places: &[usize], brick: impl Fn(usize) -> Option<Brick<C>> + Sync) {
+        let bricks: Vec<Brick<C>> = places.par_iter().filter_map(|index| brick(*index)).collect();
+        for brick in bricks {
+            self.places.push(brick.place);
+            self.scales.push(brick.scale);
+            self.samples.extend(brick.samples);
+            self.roundings.push(brick.rounding);
+            self.interpolations.push(brick.interpolation);
+        }
     }
 
     /// For each place which of the bricks it is.
-    fn table<C>(&self, bricks: &[Brick<C>]) -> Vec<u32> {
-        let mut table = vec![NO_BRICK; self.distances.len()];
-        for (number, brick) in (0..).zip(bricks) {
-            table[self.index(brick.place)] = number;
+    fn table(&self, places: &Places) -> Vec<u32> {
+        let mut table = vec![NO_BRICK; places.count()];
+        for (number, place) in (0..).zip(&self.places) {
+            table[places.index(*place)] = number;
         }
         table
     }
-
-    /// The places around a node of the coarse grid, at most eight.
-    fn around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
-        (0..8_u32).filter_map(move |corner| {
-            let place: [Option<u32>; 3] = std::array::from_fn(|axis| {
-                let place = node[axis].checked_sub(corner >> axis & 1)?;
-                (place < self.counts[axis]).then_some(place)
-            });
-            let [Some(x), Some(y), Some(z)] = place else { return None };
-            Some(self.index([x, y, z]))
-        })
-    }
-
-    fn coarse_nodes(&self) -> impl IndexedParallelIterator<Item = [u32; 3]> + use<> {
-        let [row, rows, layers] = self.counts.map(|n| n as usize + 1);
-        let node = move |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-        (0..row * rows * layers).into_par_iter().map(node)
-    }
-
-    /// Places without a brick that touch another one on the other side. Between them lies no triangle, so the mesh is open
-    /// there: the surface that closes it needs bricks too.
-    fn torn(&self, table: &[u32]) -> BTreeSet<usize> {
-        let torn_at = |node: [u32; 3]| {
-            let absent: Vec<usize> = self.around(node).filter(|index| table[*index] == NO_BRICK).collect();
-            let inside = absent.iter().filter(|index| self.is_inside(**index)).count();
-            if inside % absent.len().max(1) == 0 { Vec::new() } else { absent }
-        };
-        self.coarse_nodes().flat_map_iter(torn_at).collect()
-    }
-
-    fn is_inside(&self, index: usize) -> bool {
-        self.distances[index].is_sign_negative()
-    }
-
-    /// At each node the least bound of the places around it that have no brick, so that what is interpolated in such a
-    /// place is nowhere more than its own.
-    fn coarse(&self, table: &[u32]) -> Vec<f32> {
-        let value = |node: [u32; 3]| {
-            let absent = self.around(node).filter(|index| table[*index] == NO_BRICK);
-            let signed = |index: usize| (self.bound(index), self.is_inside(index));
-            let least = absent.map(signed).min_by(|a, b| a.0.total_cmp(&b.0));
-            let (bound, is_inside) = least.unwrap_or((0.0, false));
-            // Towards zero, whatever the rounding.
-            let bound = (bound * (1.0 - ROUNDING)) as f32;
-            if is_inside { -bound } else { bound }
-        };
-        self.coarse_nodes().map(value).collect()
-    }
 }
 
-/// More than f32's own rounding, twice.
-const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
-
-/// The middle of a place: of the cells whose first corners it holds.
-fn middle(lattice: &Lattice, place: [usize; 3]) -> Vector3<f64> {
-    let steps = |axis: usize| f64::from(BRICK) * (place[axis] as f64 + 0.5);
-    Vector3::from_fn(|axis, _| lattice.origin()[axis] + lattice.spacing() * steps(axis))
-}
-
-/// The brick at a place, if one of its nodes lies `within` so much of the surface.
-fn brick<C: Quantize>(mesh: &MeshDistance, lattice: &Lattice, place: [u32; 3], within: f64) -> Option<Brick<C>> {
-    const SIDE: usize = BRICK as usize;
-    let node = |[x, y, z]: [usize; 3]| {
-        let step = [x, y, z].map(|n| n as u32);
-        Vector3::from(lattice.node(std::array::from_fn(|axis| place[axis] * BRICK + step[axis])))
-    };
-    let mut exact = [0.0_f64; BRICK_SAMPLES];
-    let mut guess = mesh.nearest(middle(lattice, place.map(|n| n as usize)), 0).guess;
-    for (index, distance) in exact.iter_mut().enumerate() {
-        // To and fro, so that the next node is a neighbour and its nearest triangle a good guess.
-        let [x, y, z] = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
-        let nearest = mesh.nearest(node([x, y, z]), guess);
-        guess = nearest.guess;
-        *distance = nearest.signed();
-    }
-    if !exact.iter().any(|distance| distance.abs() <= within) {
-        return None;
-    }
-    let mut rounded = exact.map(|distance| distance as f32);
-    if mesh.sign_method() == SignMethod::Winding {
-        sign_block(mesh, lattice.spacing(), [SIDE; 3], node, &mut rounded);
-    }
-    let least = rounded.iter().copied().fold(f32::INFINITY, f32::min);
-    let greatest = rounded.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let scale = C::scale(least, greatest);
-    let samples: Vec<C> = rounded.iter().map(|sample| C::encode(*sample, scale)).collect();
-    let off = |(code, (exact, rounded)): (&C, (&f64, &f32))| {
-        (f64::from(code.decode(scale)) - exact.abs().copysign(f64::from(*rounded))).abs()
-    };
-    let error = samples.iter().zip(exact.iter().zip(&rounded)).map(off).fold(0.0, f64::max);
-    Some(Brick { place, scale, samples, error })
+/// What the coarse grid gives at a node of a place.
+fn interpolate(corners: [f64; 8], step: [usize; 3]) -> f64 {
+    let mix = |a: f64, b: f64, axis: usize| a + (b - a) * (step[axis] as f64 / f64::from(BRICK));
+    let along_x: [f64; 4] = std::array::from_fn(|edge| mix(corners[2 * edge], corners[2 * edge + 1], 0));
+    mix(mix(along_x[0], along_x[1], 1), mix(along_x[2], along_x[3], 1), 2)
 }
 
 /// The cells whose first corner is in a place.
@@ -314,66 +370,25 @@ fn cells_of(lattice: &Lattice, place: [u32; 3]) -> impl Iterator<Item = [u32; 3]
     (0..BRICK * BRICK * BRICK).map(cell).filter(move |cell: &[u32; 3]| (0..3).all(|axis| cell[axis] < last[axis]))
 }
 
-fn cell_bounds<S: Storage>(lattice: &Lattice, storage: &S, place: [u32; 3]) -> CellBounds {
-    let nothing = CellBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
-    let mut bounds: CellBounds = cells_of(lattice, place).fold(nothing, |bounds, cell| {
-        let corners = storage.corners(cell);
-        CellBounds {
-            least: corners.into_iter().fold(bounds.least, f32::min),
-            greatest: corners.into_iter().fold(bounds.greatest, f32::max),
-            slope: bounds.slope.max(round_up(cell_slope(corners, lattice.spacing()))),
-        }
-    });
-    if bounds.least > bounds.greatest {
-        // Nodes of the box's last face alone: no cell begins at them.
-        bounds = CellBounds { least: 0.0, greatest: 0.0, slope: 0.0 };
-    }
-    bounds
-}
-
-/// Over all cells. Those of a place without a brick lie in one cell of the coarse grid and are no steeper, but for those
-/// that reach over into a brick.
+/// Over all cells: those with a corner in a brick, and those that lie in one cell of the coarse grid and are no steeper, but
+/// for the rounding of what is interpolated there in f32.
 fn slope_bound<C: Quantize>(
     lattice: &Lattice,
     storage: &Sparse<BrickSlices<C>>,
     places: &Places,
     table: &[u32],
-    bricks: &[CellBounds],
+    bricks: &[NodeBounds],
 ) -> f64 {
-    let coarse_spacing = lattice.spacing() * f64::from(BRICK);
-    let of_place = |index: usize| {
-        let place = places.place(index);
-        if table[index] != NO_BRICK {
-            return 0.0;
-        }
-        let reaches_a_brick = places.around(place.map(|n| n + 1)).any(|index| table[index] != NO_BRICK);
-        if reaches_a_brick {
-            f64::from(cell_bounds(lattice, storage, place).slope)
-        } else {
-            cell_slope(storage.coarse_corners(place), coarse_spacing)
-        }
+    /// Of seven interpolations, each of a product and two sums, at both ends of a cell's edge.
+    const ROUNDINGS: f64 = 16.0;
+    let of_absent = |index: usize| {
+        let corners = storage.coarse_corners(places.place(index));
+        let largest = corners.iter().fold(0.0_f32, |most, corner| most.max(corner.abs()));
+        let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(largest) / lattice.spacing();
+        cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
     };
-    let of_absent = (0..table.len()).into_par_iter().map(of_place).reduce(|| 0.0, f64::max);
-    let inside = bricks.iter().map(|cells| f64::from(cells.slope)).fold(of_absent, f64::max);
-    slope_bound_with_outside(inside, inside_reaches_box(lattice, storage))
-}
-
-/// A node on a face of the box is negative.
-fn inside_reaches_box<C: Quantize>(lattice: &Lattice, storage: &Sparse<BrickSlices<C>>) -> bool {
-    let nodes = lattice.nodes();
-    let on_face = |axis: usize, layer: u32| {
-        let [beside, above] = [(axis + 1) % 3, (axis + 2) % 3];
-        let is_negative = |index: u32| {
-            let mut node = [layer; 3];
-            (node[beside], node[above]) = (index % nodes[beside], index / nodes[beside]);
-            storage.node(node) < 0.0
-        };
-        (0..nodes[beside] * nodes[above]).into_par_iter().any(is_negative)
-    };
-    (0..3).any(|axis| on_face(axis, 0) || on_face(axis, nodes[axis] - 1))
-}
-
-fn round_up(x: f64) -> f32 {
-    let rounded = x as f32;
-    if f64::from(rounded) < x { rounded.next_up() } else { rounded }
+    let absent = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);
+    let of_absent = absent.map(of_absent).reduce(|| 0.0, f64::max);
+    let inside = bricks.iter().map(|nodes| f64::from(nodes.slope)).fold(of_absent, f64::max);
+    slope_bound_with_outside(inside, inside_reaches_box(lattice, |node| storage.node(node)))
 }

@@ -106,6 +106,33 @@ impl Tree {
         best
     }
 
+    /// Calls `visit` with every triangle that is no farther from `point` than the root of `distance_sq`.
+    pub fn within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize, NearestOnTriangle)) {
+        let mut stack = [(0, 0); STACK];
+        let mut waiting = 1;
+        stack[0] = (self.levels.len() - 1, 0);
+        while waiting > 0 {
+            waiting -= 1;
+            let (level, node) = stack[waiting];
+            let distances_sq = self.levels[level][node].distances_sq(point);
+            for (child, box_distance_sq) in distances_sq.into_iter().enumerate() {
+                if box_distance_sq > distance_sq * PRUNE_SLACK {
+                    continue;
+                }
+                let index = node * FAN + child;
+                if level > 0 {
+                    stack[waiting] = (level - 1, index);
+                    waiting += 1;
+                    continue;
+                }
+                let on_triangle = nearest_on_triangle(point, self.corners[index]);
+                if on_triangle.distance_sq <= distance_sq {
+                    visit(index, on_triangle);
+                }
+            }
+        }
+    }
+
     /// Calls `visit` with every triangle whose box meets the box from `min` to `max`.
     pub fn overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, mut visit: impl FnMut(usize)) {
         let mut stack = [(0, 0); STACK];

@@ -1,6 +1,8 @@
 //! What holds of every baked grid.
 
 mod bounds;
+mod budgets;
+mod certified_errors;
 mod distances;
 mod lattices;
 mod meshes;

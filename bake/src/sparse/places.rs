@@ -1,0 +1,183 @@
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+use sdf_core::grid::Lattice;
+use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
+use sdf_core::nalgebra::Vector3;
+
+use crate::signs::sign_block;
+use crate::{MeshDistance, SignMethod};
+
+/// The places of bricks, each with the signed distance at its middle, and what follows from that before any brick is made.
+pub(super) struct Places {
+    counts: [u32; 3],
+    distances: Vec<f32>,
+    /// At each node of the coarse grid the least bound of all places around it, with a brick or without, or
+    /// [`Self::tilted`], whichever is more. From node to node both change by no more than the way.
+    magnitudes: Vec<f32>,
+    spacing: f64,
+    band: f64,
+}
+
+/// How fast the coarse grid rises at least, away from the surface, so that a search beyond the band sees which way it is.
+/// With more, more bricks are kept: a sixteenth costs 0.87 voxels around the band.
+const TILT: f64 = 1.0 / 16.0;
+
+/// More than f32's own rounding, twice.
+const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+
+impl Places {
+    pub fn measure(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
+        let counts = brick_counts(lattice);
+        let [row, rows, layers] = counts.map(|n| n as usize);
+        let mut distances = vec![0.0_f32; row * rows * layers];
+        distances.par_chunks_mut(row * rows).enumerate().for_each(|(z, layer)| {
+            let mut guess = 0;
+            for (index, distance) in layer.iter_mut().enumerate() {
+                let nearest = mesh.nearest(middle(lattice, [index % row, index / row, z]), guess);
+                guess = nearest.guess;
+                *distance = nearest.signed() as f32;
+            }
+        });
+        if mesh.sign_method() == SignMethod::Winding {
+            let spacing = lattice.spacing() * f64::from(BRICK);
+            sign_block(mesh, spacing, [row, rows, layers], |place| middle(lattice, place), &mut distances);
+        }
+        let mut places = Self { counts, distances, magnitudes: vec![], spacing: lattice.spacing(), band };
+        let least = |node| places.around(node).map(|index| places.bound(index)).fold(f64::INFINITY, f64::min);
+        let magnitude = |node: [u32; 3]| {
+            let distance = mesh.nearest(lattice.node(node.map(|n| n * BRICK)).into(), 0).distance;
+            // Towards zero, whatever the rounding.
+            (least(node).max(places.tilted(distance)) * (1.0 - ROUNDING)) as f32
+        };
+        places.magnitudes = places.coarse_nodes().map(magnitude).collect();
+        places
+    }
+
+    pub fn count(&self) -> usize {
+        self.distances.len()
+    }
+
+    /// Of its own numbers, a table, a list of places and a coarse grid.
+    pub fn bytes(&self) -> usize {
+        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 2]>()
+    }
+
+    pub fn band(&self) -> f64 {
+        self.band
+    }
+
+    pub fn index(&self, [x, y, z]: [u32; 3]) -> usize {
+        (z as usize * self.counts[1] as usize + y as usize) * self.counts[0] as usize + x as usize
+    }
+
+    pub fn place(&self, index: usize) -> [u32; 3] {
+        let [row, rows, _] = self.counts.map(|n| n as usize);
+        [index % row, index / row % rows, index / row / rows].map(|n| n as u32)
+    }
+
+    /// From the middle of a place to its corners.
+    fn reach(&self) -> f64 {
+        0.5 * f64::from(BRICK) * 3.0_f64.sqrt() * self.spacing
+    }
+
+    /// Nodes within this of the surface hold their exact distances: the corners of all cells that the band enters do.
+    pub fn exact_within(&self) -> f64 {
+        self.band + 3.0_f64.sqrt() * self.spacing
+    }
+
+    /// A node within this of the surface has a brick. It is more than [`Self::exact_within`] by as much as
+    /// [`Self::tilted`] may claim too much at other distances from a node of the coarse grid.
+    pub fn kept_within(&self) -> f64 {
+        self.exact_within() + TILT * 2.0 * self.reach()
+    }
+
+    /// At a node of the coarse grid, a value that rises with its distance from the surface. Interpolated at a node that has
+    /// no brick, at a distance d ≥ K = [`Self::kept_within`] in a place of diagonal D = 2 · reach, it is at most
+    /// W + [`TILT`] (d + D − K) = d − (1 − TILT) (d − K), so no more than d.
+    fn tilted(&self, distance: f64) -> f64 {
+        self.exact_within() + TILT * (distance - self.kept_within())
+    }
+
+    pub fn may_need_brick(&self, index: usize) -> bool {
+        f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) <= self.kept_within() + self.reach()
+    }
+
+    /// No node of a place without a brick is nearer to the surface than this.
+    fn bound(&self, index: usize) -> f64 {
+        (f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) - self.reach()).max(self.exact_within())
+    }
+
+    /// How many bricks there can be: those of places that may need one, and those that may have to close a mesh.
+    pub fn most_bricks(&self) -> usize {
+        // The middle of a place is one of its nodes.
+        let may_be_absent =
+            |index: usize| f64::from(self.distances[index].abs()) * (1.0 + ROUNDING) >= self.kept_within();
+        let may_be_torn = |index: usize| {
+            let place = self.place(index);
+            let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
+            nodes
+                .flat_map(|node| self.around(node))
+                .any(|other| self.is_inside(other) != self.is_inside(index) && may_be_absent(other))
+        };
+        let all = (0..self.count()).into_par_iter();
+        all.filter(|index| self.may_need_brick(*index) || may_be_torn(*index)).count()
+    }
+
+    /// The places around a node of the coarse grid, at most eight.
+    pub fn around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
+        (0..8_u32).filter_map(move |corner| {
+            let place: [Option<u32>; 3] = std::array::from_fn(|axis| {
+                let place = node[axis].checked_sub(corner >> axis & 1)?;
+                (place < self.counts[axis]).then_some(place)
+            });
+            let [Some(x), Some(y), Some(z)] = place else { return None };
+            Some(self.index([x, y, z]))
+        })
+    }
+
+    fn coarse_nodes(&self) -> impl IndexedParallelIterator<Item = [u32; 3]> + use<> {
+        let [row, rows, layers] = self.counts.map(|n| n as usize + 1);
+        let node = move |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        (0..row * rows * layers).into_par_iter().map(node)
+    }
+
+    /// The coarse grid's magnitudes at the corners of a place, x fastest.
+    pub fn magnitudes(&self, place: [u32; 3]) -> [f64; 8] {
+        let [row, rows, _] = self.counts.map(|n| n as usize + 1);
+        std::array::from_fn(|corner| {
+            let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| place[axis] as usize + (corner >> axis & 1));
+            f64::from(self.magnitudes[(z * rows + y) * row + x])
+        })
+    }
+
+    /// Places without a brick that touch another one on the other side. Between them lies no triangle, so the mesh is open
+    /// there: the surface that closes it needs bricks too.
+    pub fn torn(&self, table: &[u32]) -> BTreeSet<usize> {
+        let torn_at = |node: [u32; 3]| {
+            let absent: Vec<usize> = self.around(node).filter(|index| table[*index] == NO_BRICK).collect();
+            let inside = absent.iter().filter(|index| self.is_inside(**index)).count();
+            if inside % absent.len().max(1) == 0 { Vec::new() } else { absent }
+        };
+        self.coarse_nodes().flat_map_iter(torn_at).collect()
+    }
+
+    fn is_inside(&self, index: usize) -> bool {
+        self.distances[index].is_sign_negative()
+    }
+
+    /// Each node on the side of the places around it that have no brick.
+    pub fn coarse(&self, table: &[u32]) -> Vec<f32> {
+        let value = |(node, magnitude): ([u32; 3], &f32)| {
+            let absent = self.around(node).find(|index| table[*index] == NO_BRICK);
+            absent.map_or(0.0, |index| if self.is_inside(index) { -magnitude } else { *magnitude })
+        };
+        self.coarse_nodes().zip(&self.magnitudes).map(value).collect()
+    }
+}
+
+/// The middle of a place: of the cells whose first corners it holds.
+pub(super) fn middle(lattice: &Lattice, place: [usize; 3]) -> Vector3<f64> {
+    let steps = |axis: usize| f64::from(BRICK) * (place[axis] as f64 + 0.5);
+    Vector3::from_fn(|axis, _| lattice.origin()[axis] + lattice.spacing() * steps(axis))
+}

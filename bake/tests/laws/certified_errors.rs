@@ -1,0 +1,146 @@
+//! What a sparse grid says of the error in each of its bricks. Distances are the baker's own, of which `distances` and
+//! `signs` judge.
+
+use sdf_bake::sparse::{self, Quantize, SparseGrid};
+use sdf_bake::{MeshDistance, lattice_around};
+use sdf_core::Sdf;
+use sdf_core::grid::sparse::{BRICK, Sparse, brick_counts};
+use sdf_core::grid::{Grid, Lattice};
+use sdf_core::nalgebra::Vector3;
+
+use crate::meshes::{self, Mesh};
+use crate::random::Random;
+
+fn solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+    let mut turned = |mesh: Mesh| mesh.turned(&random.rotation());
+    vec![
+        ("tetrahedron", meshes::tetrahedron()),
+        ("turned tetrahedron", turned(meshes::tetrahedron())),
+        ("cube", meshes::cube()),
+        ("turned cube", turned(meshes::cube())),
+        ("refined cube", turned(meshes::cube().refined().refined())),
+        ("L", turned(meshes::l_solid())),
+        ("thin plate", meshes::block([1.0, 0.7, 0.02])),
+        ("turned thin plate", turned(meshes::block([1.0, 0.7, 0.05]))),
+        ("rod", turned(meshes::block([1.0, 0.06, 0.04]))),
+        ("icosahedron", turned(meshes::icosphere(0))),
+        ("coarse sphere", turned(meshes::icosphere(1))),
+        ("sphere", turned(meshes::icosphere(2))),
+        ("fine sphere", turned(meshes::icosphere(4))),
+        ("star", turned(meshes::star(1, 3, 1.5))),
+        ("fine star", turned(meshes::star(2, 5, 1.2))),
+        ("spike", turned(meshes::leaning_spike(0.2))),
+        ("torus", turned(meshes::torus(1.0, 0.3, 12, 7))),
+        ("fine torus", turned(meshes::torus(1.0, 0.4, 60, 30))),
+        ("thin torus", turned(meshes::torus(1.0, 0.07, 30, 6))),
+        ("sphere with wrongly wound faces", turned(meshes::icosphere(2).with_flipped(&[3, 70, 71, 200]))),
+        ("cube inside out", turned(meshes::cube().flipped())),
+        ("torus of slivers", turned(meshes::torus(1.0, 0.4, 300, 5))),
+    ]
+}
+
+/// Point by point, the error over what its brick says: 1 is all of it.
+fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, band: f64, random: &mut Random) -> (f64, Vec<f64>) {
+    let triangles = mesh.baked();
+    let distance = MeshDistance::new(&triangles, None);
+    let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 2).unwrap();
+    let spacing = lattice.spacing();
+    let grid: SparseGrid<C> = sparse::bake(&distance, &lattice, band * spacing, &|_| ());
+    assert_eq!(grid.errors.len(), grid.places.len());
+    assert_eq!(grid.error_bound, f64::from(grid.errors.iter().copied().fold(0.0, f32::max)), "{name}");
+    let field = Grid::new(lattice, Sparse::new(&lattice, &grid).unwrap(), grid.slope_bound).unwrap();
+    let mut worst = 0.0_f64;
+    let mut seen = 0;
+    for round in 0..60_000 {
+        let (cell, point) = point_of_cell(&lattice, &triangles, spacing * band, round, random);
+        if !(0..3).all(|axis| cell[axis] < lattice.cells()[axis]) {
+            continue;
+        }
+        let exact = distance.signed_distance(point.into());
+        if exact.abs() > band * spacing {
+            continue;
+        }
+        let [row, rows, _] = brick_counts(&lattice).map(|n| n as usize);
+        let [x, y, z] = cell.map(|n| (n / BRICK) as usize);
+        let error = (field.value(point) - exact).abs();
+        let bound = f64::from(grid.errors[grid.table[(z * rows + y) * row + x] as usize]);
+        // Of f64, and of the points' own coordinates.
+        let rounding = 1e-12 * (1.0 + point.norm());
+        assert!(
+            error <= bound + rounding,
+            "{name} of {cells} cells: off by {} of a spacing at {point:?}, at most {}",
+            error / spacing,
+            bound / spacing
+        );
+        worst = worst.max(error / (bound + rounding));
+        seen += 1;
+    }
+    assert!(seen > 1000, "{name}: {seen} points in the band");
+    (worst, grid.errors.iter().map(|error| f64::from(*error) / spacing).collect())
+}
+
+/// A point near the surface and its cell: a node, the middle of an edge, of a face or of the cell, or any.
+fn point_of_cell(
+    lattice: &Lattice,
+    mesh: &sdf_bake::TriangleMesh,
+    band: f64,
+    round: usize,
+    random: &mut Random,
+) -> ([u32; 3], Vector3<f64>) {
+    let [a, b, c] = mesh.corners(random.below(mesh.triangle_count())).map(Vector3::from);
+    let (u, v) = (random.unit(), random.unit());
+    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+    // Half of them over edges and corners, where the gradient turns.
+    let (u, v) = match round % 4 {
+        0 => (0.0, v),
+        1 => (0.0, 0.0),
+        _ => (u, v),
+    };
+    let near = a + (b - a) * u + (c - a) * v + random.in_cube(band);
+    let steps = (near - Vector3::from(lattice.origin())) / lattice.spacing();
+    let cell: [u32; 3] = std::array::from_fn(|axis| steps[axis] as u32);
+    let share =
+        Vector3::from_fn(|_, _| if random.below(3) == 0 { random.unit() } else { 0.5 * random.below(2) as f64 });
+    let point = (Vector3::from(cell.map(f64::from)) + share) * lattice.spacing() + Vector3::from(lattice.origin());
+    (cell, point)
+}
+
+#[test]
+fn no_point_of_the_band_is_off_by_more_than_its_brick_says() {
+    let mut random = Random::of_test();
+    for (name, mesh) in solids(&mut random) {
+        for cells in [5, 17, 40] {
+            let (worst, _) = check::<f32>(name, &mesh, cells, 3.0, &mut random);
+            let (wide, _) = check::<u16>(name, &mesh, cells, 6.0, &mut random);
+            let (coarse, _) = check::<u8>(name, &mesh, cells, 1.5, &mut random);
+            println!("{name} of {cells} cells: {worst:.2}, {wide:.2}, {coarse:.2} of the bound");
+        }
+    }
+}
+
+#[test]
+fn a_meshs_smooth_parts_have_small_errors() {
+    let mut random = Random::of_test();
+    let quantile = |mut errors: Vec<f64>, share: f64| {
+        errors.sort_by(f64::total_cmp);
+        errors[(share * (errors.len() - 1) as f64) as usize]
+    };
+    let sphere = meshes::icosphere(5).turned(&random.rotation());
+    let (_, errors) = check::<f32>("sphere", &sphere, 100, 3.0, &mut random);
+    assert!(quantile(errors.clone(), 0.5) < 0.15, "sphere: {} in the middle", quantile(errors, 0.5));
+    let cube = meshes::cube().turned(&random.rotation());
+    let (_, errors) = check::<f32>("cube", &cube, 80, 3.0, &mut random);
+    // An edge of 90° between flat faces: half its spread across it, and an eighth of a spacing's half along.
+    let flat = errors.iter().filter(|error| **error < 1e-4).count();
+    assert!(flat * 2 > errors.len(), "cube: {flat} of {} bricks are flat", errors.len());
+    assert!(quantile(errors.clone(), 0.9) < 0.43, "cube: {} at its edges", quantile(errors, 0.9));
+}
+
+/// No normals, no bound on how the gradient turns.
+#[test]
+fn what_is_not_one_solid_has_the_error_of_any_distance() {
+    let mut random = Random::of_test();
+    let two = meshes::cube().and(meshes::cube().scaled(0.3).moved(3.0, 0.0, 0.0));
+    let (_, errors) = check::<f32>("two cubes", &two, 30, 3.0, &mut random);
+    assert!(errors.iter().all(|error| (0.866..0.8661).contains(error)));
+}
