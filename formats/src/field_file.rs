@@ -12,28 +12,24 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sdf_core::grid::{Dense, Grid};
-
 pub use error::FieldError;
 pub use node::Node;
 
-use crate::grid_file;
+use crate::grid_file::{self, GridReader, OwnedGrid, StoredGrid};
 use table::Table;
-
-/// A grid that holds its samples.
-pub type OwnedGrid = Grid<Dense<Vec<f32>>>;
 
 /// What a field file holds.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum Field {
-    Grid { grid: OwnedGrid, about: grid_file::About },
+    Grid(StoredGrid),
     Analytic(Node),
 }
 
-/// What a field file says of itself.
-#[derive(Clone, Debug)]
-pub enum FieldSummary {
-    Grid(grid_file::Summary),
+/// What a field file holds, of a grid not yet the samples.
+#[expect(clippy::large_enum_variant, reason = "a program has one or two")]
+pub enum OpenField {
+    Grid(GridReader),
     Analytic(Node),
 }
 
@@ -45,39 +41,26 @@ const MOST_TOML_BYTES: u64 = 16 << 20;
 
 /// Reads a baked grid or an analytic field, by content: HDF5 has a signature, all else is taken for TOML.
 pub fn read(path: &Path) -> Result<Field, FieldError> {
-    let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
-    if starts_with_hdf5_signature(path).map_err(unreadable)? {
-        let (grid, about) = read_grid(path)?;
-        return Ok(Field::Grid { grid, about });
-    }
-    read_toml(path, MOST_NESTED).map(Field::Analytic)
+    Ok(match open(path)? {
+        OpenField::Grid(reader) => Field::Grid(reader.read()?),
+        OpenField::Analytic(node) => Field::Analytic(node),
+    })
 }
 
-/// What a field file holds, without the samples of a grid.
-pub fn read_summary(path: &Path) -> Result<FieldSummary, FieldError> {
+/// Like [`read`], but leaves the samples of a grid, or those of them that are needed, for its reader to read. Grids that an
+/// analytic field names are read whole.
+pub fn open(path: &Path) -> Result<OpenField, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
     if starts_with_hdf5_signature(path).map_err(unreadable)? {
-        return Ok(FieldSummary::Grid(grid_file::read_summary(path)?));
+        return Ok(OpenField::Grid(grid_file::open(path)?));
     }
-    read_toml(path, MOST_NESTED).map(FieldSummary::Analytic)
+    read_toml(path, MOST_NESTED).map(OpenField::Analytic)
 }
 
 fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
     let mut start = Vec::new();
     fs::File::open(path)?.take(8).read_to_end(&mut start)?;
     Ok(start == b"\x89HDF\r\n\x1a\n")
-}
-
-fn read_grid(path: &Path) -> Result<(OwnedGrid, grid_file::About), FieldError> {
-    let file = grid_file::read(path)?;
-    let storage = Dense::new(&file.lattice, file.distances);
-    let grid = storage.and_then(|storage| Grid::new(file.lattice, storage, file.about.slope_bound));
-    // The reader has checked both the count and the bound.
-    grid.map(|grid| (grid, file.about)).ok_or_else(|| FieldError::Refused {
-        path: path.to_owned(),
-        place: String::new(),
-        what: "the grid's samples do not fit its lattice".to_owned(),
-    })
 }
 
 fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
@@ -115,7 +98,7 @@ impl Grids {
         let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
         Ok(match self.0.entry(fs::canonicalize(path).map_err(unreadable)?) {
             Entry::Occupied(known) => known.get().clone(),
-            Entry::Vacant(new) => new.insert(Arc::new(read_grid(path)?.0)).clone(),
+            Entry::Vacant(new) => new.insert(Arc::new(grid_file::read(path)?.grid)).clone(),
         })
     }
 }

@@ -1,45 +1,114 @@
-//! Baked grids on disk: HDF5 that ParaView, VTK, h5py and h5dump open as it is. docs/format.md describes the file.
+//! Baked grids on disk: HDF5 that h5py and h5dump open as it is, and ParaView and VTK where it is dense. docs/format.md
+//! describes the file.
 //!
 //! ```no_run
-//! let grid = sdf_formats::grid_file::read("dragon.sdf.h5".as_ref())?;
-//! println!("{:?} nodes, within {} of the mesh", grid.lattice.nodes(), grid.about.error_bound);
+//! let stored = sdf_formats::grid_file::read("dragon.sdf.h5".as_ref())?;
+//! println!("{:?} nodes, within {} of the mesh", stored.grid.lattice().nodes(), stored.about.error_bound);
 //! # Ok::<(), sdf_formats::grid_file::GridFileError>(())
 //! ```
 
 mod atomic_write;
+mod check;
 mod classic;
+mod differences;
+mod element;
 mod error;
 mod hdf5_writer;
+mod head;
 mod layout;
+mod owned;
+mod reached;
 mod reader;
+mod tiling;
 
 use std::path::Path;
 
-use sdf_core::grid::Lattice;
+use sdf_core::grid::sparse::Scale;
+use sdf_core::grid::{Lattice, NodeBounds};
 
 pub use atomic_write::{Removed, atomic_write, remove_temporaries};
 pub use error::{Fault, GridFileError};
-pub use reader::{read, read_summary};
+pub use owned::{OwnedBricks, OwnedGrid, OwnedSamples};
+pub use reader::{GridReader, open, read};
 
-/// A baked dense grid and what is known of it.
+/// A grid from a file, and what is known of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GridFile {
-    pub lattice: Lattice,
-    /// One for every node, x fastest: negative inside, in the unit of the mesh, all finite.
-    pub distances: Vec<f32>,
+pub struct StoredGrid {
+    pub grid: OwnedGrid,
+    pub layout: Layout,
     pub about: About,
+    pub read: ReadCount,
+}
+
+/// What was read of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReadCount {
+    /// All told, of attributes, tables and samples; what is read twice counts twice.
+    pub bytes: u64,
+    /// How many bricks of a sparse grid, or chunks of a dense one, have their samples.
+    pub blocks: usize,
+    pub of_blocks: usize,
+}
+
+/// How a grid keeps its samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Layout {
+    /// One for every node.
+    Dense,
+    /// In bricks near the surface, over a coarse grid.
+    Sparse {
+        /// Wherever the surface is no farther than this, the grid interpolates samples of bricks alone.
+        band: f64,
+        precision: Precision,
+        bricks: usize,
+    },
+}
+
+/// What number a sample is stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    F32,
+    U16,
+    U8,
+}
+
+impl Precision {
+    const ALL: [Self; 3] = [Self::F32, Self::U16, Self::U8];
+
+    /// `f32`, `u16` or `u8`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::U16 => "u16",
+            Self::U8 => "u8",
+        }
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|precision| precision.name() == name)
+    }
 }
 
 /// What the file says without its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     pub lattice: Lattice,
+    pub layout: Layout,
     pub about: About,
-    /// The size of the file. Its samples alone, not packed, are `4 · lattice.node_count()`.
+    /// The samples first, then what stands beside them.
+    pub parts: Vec<Part>,
     pub file_bytes: u64,
 }
 
-/// All that the file says beside the samples.
+/// A dataset of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    pub name: &'static str,
+    /// Packed.
+    pub stored_bytes: u64,
+}
+
+/// All that the file says of a grid of either layout beside the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
     /// `pseudo-normal` or `winding`.
@@ -48,8 +117,11 @@ pub struct About {
     pub sign_verdict: String,
     /// The most that the interpolated value changes over a unit of distance.
     pub slope_bound: f64,
-    /// Certified: the interpolated value is nowhere in the box further from the true distance. In the unit of the mesh.
+    /// Certified: the interpolated value is no further from the true distance, in a dense grid nowhere in the box, in a
+    /// sparse one nowhere in the band. In the unit of the mesh.
     pub error_bound: f64,
+    /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.
+    pub padding: f64,
     pub source: Source,
     /// The program and its version, `sdftool 0.1.0`.
     pub tool: String,
@@ -66,42 +138,63 @@ pub struct Source {
     pub triangles: u64,
 }
 
+/// The samples of a grid that is to be written.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    Dense {
+        /// One for every node, x fastest: negative inside, in the unit of the mesh.
+        distances: &'a [f32],
+        /// One for each place of 8 × 8 × 8 nodes, x fastest.
+        bounds: &'a [NodeBounds],
+    },
+    F32(SparseSamples<'a, f32>),
+    U16(SparseSamples<'a, u16>),
+    U8(SparseSamples<'a, u8>),
+}
+
+/// Bricks and a coarse grid: what [`OwnedBricks`] holds, but for the table, which follows from the places.
+#[derive(Clone, Copy, Debug)]
+pub struct SparseSamples<'a, C> {
+    /// See [`Layout::Sparse`].
+    pub band: f64,
+    pub places: &'a [[u32; 3]],
+    pub scales: &'a [Scale],
+    pub samples: &'a [C],
+    pub bounds: &'a [NodeBounds],
+    pub errors: &'a [f32],
+    pub coarse: &'a [f32],
+}
+
+impl<'a> From<SparseSamples<'a, f32>> for Samples<'a> {
+    fn from(samples: SparseSamples<'a, f32>) -> Self {
+        Self::F32(samples)
+    }
+}
+
+impl<'a> From<SparseSamples<'a, u16>> for Samples<'a> {
+    fn from(samples: SparseSamples<'a, u16>) -> Self {
+        Self::U16(samples)
+    }
+}
+
+impl<'a> From<SparseSamples<'a, u8>> for Samples<'a> {
+    fn from(samples: SparseSamples<'a, u8>) -> Self {
+        Self::U8(samples)
+    }
+}
+
 /// Writes a grid whole or not at all, see [`atomic_write`]. The same input gives the same bytes.
 ///
-/// What [`read`] would refuse is refused here: a number of distances that is not the number of nodes, a value that is
-/// not finite, a bound below zero, an unknown sign method, a text with a NUL or of more than 64 KiB.
-pub fn write(path: &Path, lattice: &Lattice, distances: &[f32], about: &About) -> Result<(), GridFileError> {
-    check(lattice, distances, about).map_err(|fault| fault.at(path))?;
-    atomic_write(path, |temporary| hdf5_writer::write(temporary, lattice, distances, about))
-        .map_err(|fault| fault.at(path))
-}
-
-fn check(lattice: &Lattice, distances: &[f32], about: &About) -> Result<(), Fault> {
-    let refuse = |what: String| Err(Fault::Refused(what));
-    if distances.len() != lattice.node_count() {
-        return refuse(format!("{} distances for {} nodes", distances.len(), lattice.node_count()));
-    }
-    if let Some(at) = distances.iter().position(|distance| !distance.is_finite()) {
-        return refuse(format!("sample {at} is {}", distances[at]));
-    }
-    if let Some(what) = about.flaw() {
-        return refuse(what);
-    }
-    let texts = [&about.sign_verdict, &about.source.name, &about.tool, &about.options];
-    if let Some(text) = texts.iter().find(|text| text.len() > layout::MOST_TEXT || text.contains('\0')) {
-        return refuse(format!("a text of {} bytes is longer than 65536 or holds a NUL", text.len()));
-    }
-    Ok(())
-}
-
-impl About {
-    /// What no file may say.
-    fn flaw(&self) -> Option<String> {
-        if !layout::SIGN_METHODS.contains(&self.sign_method.as_str()) {
-            return Some(format!("sign_method is none of {:?}", layout::SIGN_METHODS));
-        }
-        let bounds = [("slope_bound", self.slope_bound), ("error_bound", self.error_bound)];
-        let bad = bounds.into_iter().find(|(_, bound)| !(bound.is_finite() && *bound >= 0.0));
-        bad.map(|(name, bound)| format!("{name} is {bound}"))
-    }
+/// What [`read`] would refuse is refused here: counts that do not fit, a number that is not finite, a bound below zero, a
+/// brick outside of the lattice or in the place of another, no brick at all, an unknown sign method, a text with a NUL or
+/// of more than 64 KiB.
+pub fn write<'a>(
+    path: &Path,
+    lattice: &Lattice,
+    samples: impl Into<Samples<'a>>,
+    about: &About,
+) -> Result<(), GridFileError> {
+    let samples = samples.into();
+    let head = check::head(lattice, &samples, about).map_err(|flaw| Fault::Refused(flaw).at(path))?;
+    atomic_write(path, |temporary| hdf5_writer::write(temporary, &samples, head)).map_err(|fault| fault.at(path))
 }

@@ -7,7 +7,7 @@ use std::io::{self, Error};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use grid_samples::{about, lumpy_sphere};
+use grid_samples::{Made, about};
 use sdf_formats::grid_file::{self, atomic_write};
 use tempfile::TempDir;
 
@@ -116,9 +116,9 @@ const TARGET: &str = "GRID_ATOMIC_WRITE_TARGET";
 #[ignore = "is started by other tests"]
 fn victim() {
     let Some(target) = std::env::var_os(TARGET) else { return };
-    let (lattice, distances) = lumpy_sphere([64, 64, 64]);
+    let made = Made::new([64, 64, 64], None);
     if std::env::var_os("ABORT").is_none() {
-        let error = grid_file::write(Path::new(&target), &lattice, &distances, &about()).unwrap_err();
+        let error = grid_file::write(Path::new(&target), &made.lattice, made.samples(), &about()).unwrap_err();
         assert_eq!(error.to_string().lines().count(), 1);
         return;
     }

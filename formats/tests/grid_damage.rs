@@ -8,13 +8,15 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use grid_samples::{Random, about, lumpy_sphere};
-use sdf_formats::grid_file::{self, Fault, GridFile};
+use grid_samples::{KINDS, Made, Random, about};
+use sdf_core::Aabb;
+use sdf_core::grid::Storage;
+use sdf_formats::grid_file::{self, Fault, OwnedGrid, Precision};
 use tempfile::TempDir;
 
-/// For a reading thread: the samples and chunks of a file here are less than three times its size.
+/// For a reading thread: the samples, tables and chunks of a file here are less than four times its size.
 fn most_memory(file_bytes: usize) -> usize {
-    (1 << 20) + 4 * file_bytes
+    (1 << 20) + 5 * file_bytes
 }
 
 /// Notes the most memory that the thread had in use.
@@ -52,17 +54,20 @@ struct Sample {
     _folder: TempDir,
     path: PathBuf,
     bytes: Vec<u8>,
-    grid: GridFile,
+    grid: OwnedGrid,
 }
 
 impl Sample {
     fn new(nodes: [u32; 3]) -> Self {
+        Self::of(&Made::new(nodes, None))
+    }
+
+    fn of(made: &Made) -> Self {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("grid.sdf.h5");
-        let (lattice, distances) = lumpy_sphere(nodes);
-        grid_file::write(&path, &lattice, &distances, &about()).unwrap();
+        made.write(&path);
         let bytes = fs::read(&path).unwrap();
-        Self { _folder: folder, path, bytes, grid: GridFile { lattice, distances, about: about() } }
+        Self { _folder: folder, path, bytes, grid: made.grid() }
     }
 
     /// What reading says to these bytes in place of the file's own; it is the same grid or none.
@@ -70,16 +75,27 @@ impl Sample {
         overwrite(&self.path, at, bytes);
         let before = IN_USE.get();
         MOST.set(before);
-        let summary = grid_file::read_summary(&self.path);
         let answer = grid_file::read(&self.path);
         let memory = (MOST.get() - before) as usize;
         assert!(memory < most_memory(self.bytes.len()), "{memory} bytes with {bytes:?} at {at}");
+        // Of a part, no more and no less is noticed than is read.
+        let lattice = self.grid.lattice();
+        let corner = Aabb { min: lattice.origin(), max: lattice.origin() };
+        let part = grid_file::open(&self.path).and_then(|reader| reader.read_reached([corner], f64::MAX));
         overwrite(&self.path, at, &self.bytes[at..at + bytes.len()]);
-        if let Ok(summary) = summary {
-            assert_eq!((summary.lattice, &summary.about), (self.grid.lattice, &self.grid.about), "at {at}: {bytes:?}");
+        if let Ok(part) = part {
+            assert_eq!((part.grid.lattice(), &part.about), (lattice, &about()), "at {at}: {bytes:?}");
+            let corners = |grid: &OwnedGrid| grid.storage().corners([0; 3]).map(f32::to_bits);
+            assert_eq!(corners(&part.grid), corners(&self.grid), "another part with {bytes:?} at {at}");
+            let bounds = |grid: &OwnedGrid| grid.storage().bounds_of_nodes([0; 3], [1; 3]);
+            assert_eq!(bounds(&part.grid), bounds(&self.grid), "other bounds with {bytes:?} at {at}");
+        } else {
+            assert!(answer.is_err());
         }
         match answer {
-            Ok(grid) => assert!(grid == self.grid, "another grid with {bytes:?} at {at}"),
+            Ok(stored) => {
+                assert!(stored.grid == self.grid && stored.about == about(), "another grid with {bytes:?} at {at}");
+            }
             Err(error) => {
                 assert_eq!(error.to_string().lines().count(), 1, "{error}");
                 return Some(error.fault);
@@ -110,39 +126,44 @@ fn overwrite(path: &Path, at: usize, bytes: &[u8]) {
 
 #[test]
 fn a_file_cut_short_anywhere_is_refused() {
-    for nodes in [[2, 3, 5], [40, 33, 2]] {
-        let sample = Sample::new(nodes);
+    for (nodes, kind) in [([2, 3, 5], None), ([40, 33, 2], None), ([9, 9, 30], Some(Precision::U8))] {
+        let sample = Sample::of(&Made::new(nodes, kind));
         let file = OpenOptions::new().write(true).open(&sample.path).unwrap();
         for length in (0..sample.bytes.len()).rev() {
             file.set_len(length as u64).unwrap();
             let error = grid_file::read(&sample.path).expect_err("is cut short").to_string();
             assert!(error.lines().count() == 1 && error.contains("; "), "{error}");
-            assert!(grid_file::read_summary(&sample.path).is_err());
+            assert!(grid_file::open(&sample.path).is_err());
         }
     }
 }
 
 #[test]
 fn a_byte_that_changed_never_goes_unnoticed() {
-    let sample = Sample::new([2, 3, 5]);
     let mut random = Random::told();
-    let mut noticed = 0;
-    for at in 0..sample.bytes.len() {
-        for change in [1 << random.below(8), 0xff, 1 + random.below(255) as u8] {
-            noticed += usize::from(sample.read_with(at, &[sample.bytes[at] ^ change]).is_some());
+    for (made, changes) in [(Made::new([2, 3, 5], None), 3), (Made::new([9, 9, 9], Some(Precision::U16)), 1)] {
+        let sample = Sample::of(&made);
+        let mut noticed = 0;
+        for at in 0..sample.bytes.len() {
+            let all = [1 << random.below(8), 0xff, 1 + random.below(255) as u8];
+            for change in &all[..changes] {
+                noticed += usize::from(sample.read_with(at, &[sample.bytes[at] ^ change]).is_some());
+            }
         }
+        // The rest is room that HDF5 keeps and nobody reads.
+        println!("{noticed} of {}", changes * sample.bytes.len());
+        assert!(noticed > 3000, "{noticed}");
     }
-    // The rest is room that HDF5 keeps and nobody reads.
-    assert!(noticed > 3000, "{noticed}");
 }
 
 #[test]
 fn many_bytes_that_changed_never_go_unnoticed() {
     let mut random = Random::told();
-    // Eight chunks, and 70 chunks, which take a tree of two levels.
-    for nodes in [[33, 33, 33], [2, 2, 2240]] {
-        let sample = Sample::new(nodes);
-        for _ in 0..3000 {
+    // Eight chunks, and 70 chunks, which take a tree of two levels; some 90 bricks.
+    let sparse = KINDS.map(|kind| ([44, 44, 44], kind));
+    for (nodes, kind) in [([33, 33, 33], None), ([2, 2, 2240], None)].into_iter().chain(sparse) {
+        let sample = Sample::of(&Made::new(nodes, kind));
+        for _ in 0..1500 {
             let length = [1, 2, 4, 8, 100][random.below(5)];
             let at = random.below(sample.bytes.len() - length);
             let flood = [0, 0xff, random.below(256) as u8][random.below(3)];
@@ -155,13 +176,19 @@ fn many_bytes_that_changed_never_go_unnoticed() {
 /// Where a changed byte tells most: all but the room that HDF5 keeps.
 #[test]
 fn changed_structure_never_goes_unnoticed() {
+    for kind in [None, Some(Precision::U16)] {
+        change_structure(&Sample::of(&Made::new([33, 33, 33], kind)));
+    }
+}
+
+fn change_structure(sample: &Sample) {
     let mut random = Random::told();
-    let sample = Sample::new([33, 33, 33]);
-    let places: Vec<usize> = (0..sample.bytes.len() - 8)
-        .filter(|at| [&b"TREE"[..], b"SNOD", b"HEAP", b"GCOL"].contains(&&sample.bytes[*at..at + 4]))
-        .chain([0, sample.find(b"WholeExtent") - 100, sample.find(b"format_version")])
+    let marks = [&b"TREE"[..], b"SNOD", b"HEAP", b"GCOL", b"WholeExtent", b"format_version"];
+    let places: Vec<usize> = (0..sample.bytes.len() - 16)
+        .filter(|at| marks.iter().any(|mark| sample.bytes[*at..].starts_with(mark)))
+        .chain([0])
         .collect();
-    for _ in 0..10_000 {
+    for _ in 0..6_000 {
         let at = places[random.below(places.len())] + random.below(200);
         let value = [0, 1, 255, 24, 96, 65536, sample.bytes.len() - 1, usize::MAX, random.below(usize::MAX)];
         let width = [1, 2, 4, 8][random.below(4)].min(sample.bytes.len() - at.min(sample.bytes.len() - 1));
@@ -238,7 +265,7 @@ fn chunks_that_changed_places_are_noticed() {
         swapped[48 + at..48 + at + length].copy_from_slice(&first[at..at + length]);
     }
     let fault = sample.read_with(entries, &swapped).unwrap();
-    assert!(fault.to_string().starts_with("checksum of the samples does not match"), "{fault}");
+    assert!(fault.to_string().starts_with("checksum of a chunk of distance does not match"), "{fault}");
 }
 
 /// 22 KB that stand for 64⁶ chunks.
@@ -263,20 +290,22 @@ fn a_tree_of_shared_nodes_is_refused_at_once() {
     }
     fs::write(&sample.path, &sample.bytes).unwrap();
     let fault = sample.read_with(0, &[]).unwrap();
-    assert!(fault.to_string().starts_with("a chunk of samples is there twice"), "{fault}");
+    assert!(fault.to_string().starts_with("a chunk of distance is there twice"), "{fault}");
     if let Some(path) = std::env::var_os("KEEP") {
         fs::copy(&sample.path, path).unwrap();
     }
 }
 
 #[test]
-fn a_later_version_is_refused_by_its_name() {
+fn another_version_is_refused_by_its_name() {
     let sample = Sample::new([2, 3, 5]);
     // After the name (15 bytes and a NUL), the type and the space.
     let at = sample.find(b"format_version\0") + 16 + 16 + 8;
-    assert_eq!(sample.bytes[at], 1);
-    let fault = sample.read_with(at, &[2]).unwrap();
-    assert_eq!(fault.to_string(), "format version 2, and this program reads up to 1; update sdftool");
+    assert_eq!(sample.bytes[at], 2);
+    let fault = sample.read_with(at, &[3]).unwrap();
+    assert_eq!(fault.to_string(), "format version 3, and this program reads up to 2; update sdftool");
+    let fault = sample.read_with(at, &[1]).unwrap();
+    assert_eq!(fault.to_string(), "format version 1, and this program reads version 2; bake it again");
 }
 
 #[test]

@@ -1,10 +1,11 @@
-"""Reads a grid by the example of docs/format.md and with VTK, and compares them and sdftool. See run.sh."""
+"""Reads grids by the example of docs/format.md and with VTK, and compares them and sdftool. See run.sh."""
 
 import csv
 import hashlib
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,18 +29,46 @@ def documented():
     return names
 
 
-def check_documented_names(path):
-    """The file holds what docs/format.md lists, no less and no more."""
-    listing = re.search(r"^```text\n(.*?)^```$", FORMAT.read_text(encoding="utf-8"), re.M | re.S)[1]
-    vtkhdf, sdf = listing.split("\n/sdf")
+def check_documented_names(path, layout):
+    """The file holds what docs/format.md lists for its layout, no less and no more."""
+    lists = re.findall(r"^```text\n(.*?)^```$", FORMAT.read_text(encoding="utf-8"), re.M | re.S)
+    dense, sparse, attributes = lists
+    vtkhdf, beside = dense.split("\n/sdf")
+    only_sparse = set(re.findall(r"^    (\w+) .*sparse only", attributes, re.M))
+    attributes = set(re.findall(r"^    (\w+) ", attributes, re.M))
+    datasets = re.findall(r"^    (\w+) .*dataset,", beside if layout == "dense" else sparse, re.M)
     with h5py.File(path, "r") as file:
-        assert set(file) == {"VTKHDF", "sdf"} and not file.attrs
+        assert set(file["sdf"].attrs) == (attributes - only_sparse if layout == "dense" else attributes)
+        assert list(file["sdf"]) == sorted(datasets) and not file.attrs
+        if layout == "sparse":
+            assert set(file) == {"sdf"}
+            return
+        assert set(file) == {"VTKHDF", "sdf"}
         assert set(file["VTKHDF"]) == {"PointData"} and set(file["VTKHDF/PointData"]) == {"distance"}
         assert list(file["VTKHDF"].attrs) == sorted(re.findall(r"^    (\w+) ", vtkhdf, re.M))
         assert list(file["VTKHDF/PointData"].attrs) == ["Scalars"]
         assert list(file["VTKHDF/PointData/distance"].attrs) == ["Attribute"]
-        assert list(file["sdf"].attrs) == sorted(re.findall(r"^    (\w+) ", sdf, re.M))
-        assert len(file["sdf"]) == 0
+
+
+def check_damage(path, names):
+    """The example notices a number that changed, in any dataset."""
+    with h5py.File(path, "r") as file:
+        datasets = []
+        file.visititems(lambda name, item: datasets.append(name) if isinstance(item, h5py.Dataset) else None)
+    for name in datasets:
+        with tempfile.TemporaryDirectory() as folder:
+            bent = pathlib.Path(folder, "bent.h5")
+            shutil.copy(path, bent)
+            with h5py.File(bent, "r+") as file:
+                at = tuple(np.array(file[name].shape) - 1)
+                file[name][at] = file[name][at] == 0
+            try:
+                names["read_grid"](bent)
+            except ValueError as error:
+                assert "checksum" in str(error)
+            else:
+                raise AssertionError(f"{name} was bent and nobody noticed")
+    return len(datasets)
 
 
 def check_vtk(path, sdf, distance):
@@ -96,18 +125,41 @@ def evaluate(sdftool, path, points):
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def check_eval(printed, sdf, distance, interpolate):
+def table_of(printed):
     rows = list(csv.DictReader(printed.splitlines()))
     assert rows and list(rows[0]) == ["x", "y", "z", "distance", "gx", "gy", "gz"], "the header of eval"
-    table = np.array([[float(row[name]) for name in row] for row in rows])
+    return np.array([[float(row[name]) for name in row] for row in rows])
+
+
+def check_eval(printed, sdf, grid, interpolate):
+    table = table_of(printed)
     points, values = table[:, :3], table[:, 3]
-    expected = interpolate(sdf, distance, points)
+    expected = interpolate(sdf, grid, points)
     # sdftool may be asked in f32: 24 bits of the coordinates, of the size of the box, times the slope.
-    size = np.abs(points).max() + sdf["spacing"] * sdf["counts"].max() + np.abs(distance).max()
+    size = np.abs(points).max() + sdf["spacing"] * sdf["counts"].max() + np.abs(expected).max()
     tolerance = 16 * 2.0**-24 * size * max(1.0, sdf["slope_bound"])
     worst = np.abs(values - expected).max()
     assert worst <= tolerance, f"eval is off by {worst}, which is more than {tolerance}"
-    return len(rows), worst
+    return len(table), worst
+
+
+def check_nodes(sdftool, names, sdf, grid):
+    """At nodes whose coordinates are exact, `sdftool eval` says the samples bit for bit. The file is one that h5py wrote."""
+    sdf = sdf | {"origin": np.zeros(3), "spacing": 2.0**-6}
+    seed = np.random.default_rng(1)
+    nodes = seed.integers(0, sdf["counts"].astype(int), (2000, 3))
+    expected = names["samples"](sdf, grid, nodes)
+    if sdf["layout"] == "sparse":
+        near = grid["table"][tuple(nodes.T[::-1] // 8)] >= 0
+        assert 0 < near.sum() < len(nodes)
+        # What the coarse grid interpolates may be rounded otherwise.
+        nodes, expected = nodes[near], expected[near]
+    with tempfile.TemporaryDirectory() as folder:
+        ours = pathlib.Path(folder, "by-h5py.sdf.h5")
+        write_by_h5py(ours, names, sdf, grid)
+        values = table_of(evaluate(sdftool, ours, sdf["spacing"] * nodes))[:, 3]
+    assert (values.astype("f4") == expected).all() and (values == expected.astype(float)).all()
+    return len(nodes)
 
 
 def sheet(low, high):
@@ -164,37 +216,140 @@ def check_contact_list(path, contacts):
         assert table["weights"][row].tolist() == (contact["weights"] + [0, 0])[:3]
 
 
-def write_by_h5py(path, names, sdf, distance):
+def write_by_h5py(path, names, sdf, grid):
     """The same grid, written by h5py as the end of docs/format.md tells."""
     with h5py.File(path, "w") as file:
-        group = file.create_group("VTKHDF")
-        group.attrs["Version"] = [2, 6]
-        group.attrs["Type"] = np.bytes_("ImageData")
-        group.attrs["WholeExtent"] = np.column_stack([np.zeros(3, int), sdf["counts"].astype(int) - 1]).ravel()
-        group.attrs["Origin"] = sdf["origin"]
-        group.attrs["Spacing"] = np.full(3, sdf["spacing"])
-        group.attrs["Direction"] = np.eye(3).ravel()
-        points = group.create_group("PointData")
-        points.attrs["Scalars"] = np.bytes_("distance")
-        chunks = tuple(np.minimum(distance.shape, 32))
-        options = {"chunks": chunks, "shuffle": True, "compression": "gzip"}
-        points.create_dataset("distance", data=distance, **options).attrs["Attribute"] = np.bytes_("Scalars")
-        attrs = file.create_group("sdf").attrs
-        for name, value in (sdf | {"tool": "h5py"}).items():
-            attrs[name] = value
-        attrs["attributes_sha256"] = hashlib.sha256(names["canonical"](dict(attrs)).encode()).hexdigest()
+        group = file.create_group("sdf")
+        digests = []
+
+        def put(group, name, side):
+            data = grid[name]
+            chunks = tuple(np.minimum(data.shape, side))
+            dataset = group.create_dataset(name, data=data, chunks=chunks, shuffle=True, compression="gzip")
+            digests.extend(hashlib.sha256(data[chunk].tobytes()).digest() for chunk in dataset.iter_chunks())
+            return dataset
+
+        if sdf["layout"] == "dense":
+            vtkhdf = file.create_group("VTKHDF")
+            vtkhdf.attrs["Version"] = [2, 6]
+            vtkhdf.attrs["Type"] = np.bytes_("ImageData")
+            vtkhdf.attrs["WholeExtent"] = np.column_stack([np.zeros(3, int), sdf["counts"].astype(int) - 1]).ravel()
+            vtkhdf.attrs["Origin"] = sdf["origin"]
+            vtkhdf.attrs["Spacing"] = np.full(3, sdf["spacing"])
+            vtkhdf.attrs["Direction"] = np.eye(3).ravel()
+            points = vtkhdf.create_group("PointData")
+            points.attrs["Scalars"] = np.bytes_("distance")
+            put(points, "distance", 32).attrs["Attribute"] = np.bytes_("Scalars")
+            put(group, "bounds", 1000)
+        else:
+            # Other chunks than sdftool's.
+            put(group, "samples", (48, 512))
+            for name in "bounds places scales errors".split():
+                put(group, name, 1000)
+            put(group, "coarse", (7, 8, 9))
+        rows = np.frombuffer(b"".join(digests), "u1").reshape(-1, 32)
+        group.create_dataset("digests", data=rows, chunks=rows.shape, compression="gzip")
+        checksum = hashlib.sha256(rows.tobytes()).hexdigest()
+        for name, value in (sdf | {"tool": "h5py", "digests_sha256": checksum}).items():
+            group.attrs[name] = value
+        checksum = hashlib.sha256(names["canonical"](dict(group.attrs)).encode()).hexdigest()
+        group.attrs["attributes_sha256"] = checksum
+
+
+def torus():
+    """An OBJ of a closed torus of 60 x 24 squares, its axis along z, its radii 1 and 0.4."""
+    around, across = np.meshgrid(np.arange(60) * np.pi / 30, np.arange(24) * np.pi / 12, indexing="ij")
+    from_axis = 1 + 0.4 * np.cos(across)
+    points = np.stack([from_axis * np.cos(around), from_axis * np.sin(around), 0.4 * np.sin(across)], axis=-1)
+    lines = ["v " + " ".join(repr(float(x)) for x in point) for point in points.reshape(-1, 3)]
+    number = lambda i, j: i % 60 * 24 + j % 24 + 1
+    for i, j in np.ndindex(60, 24):
+        lines.append(f"f {number(i, j)} {number(i + 1, j)} {number(i + 1, j + 1)} {number(i, j + 1)}")
+    return "\n".join(lines) + "\n"
+
+
+def check_sparse(sdftool, precision, seed):
+    """What `sdftool bake --layout sparse` writes, read by the example; and against a dense one of the same mesh."""
+    names = documented()
+    with tempfile.TemporaryDirectory() as folder:
+        mesh, path, dense_path = (pathlib.Path(folder, name) for name in ["torus.obj", "sparse.h5", "dense.h5"])
+        mesh.write_text(torus())
+        bake = [sdftool, "bake", mesh, "--res", "96"]
+        sparse = ["--layout", "sparse", "--precision", precision, "--band", "3"]
+        subprocess.run([*bake, *sparse, "-o", path], check=True, capture_output=True)
+        subprocess.run([*bake, "-o", dense_path], check=True, capture_output=True)
+        sdf, grid = check_file(path, names)
+        points = random_points(sdf, 1000, seed)
+        printed = evaluate(sdftool, path, points)
+        ours = pathlib.Path(folder, "by-h5py.sdf.h5")
+        write_by_h5py(ours, names, sdf, grid)
+        assert evaluate(sdftool, ours, points) == printed
+        _, worst = check_eval(printed, sdf, grid, names["interpolate"])
+        print(f"sdftool eval: {len(points)} points, off by {worst:.2g} at most; {check_nodes(sdftool, names, sdf, grid)} "
+              "nodes the same bit for bit; the same of a grid that h5py wrote")
+        check_band(sdf, grid, *names["read_grid"](dense_path), names)
+
+
+def check_band(sdf, grid, dense_sdf, dense_grid, names):
+    """In the band a sparse grid says what the dense one does, but for the bricks' errors."""
+    low, high = dense_sdf["origin"], dense_sdf["origin"] + dense_sdf["spacing"] * (dense_sdf["counts"] - 1.0)
+    points = np.random.default_rng(1).uniform(low, high, (20000, 3))
+    expected = names["interpolate"](dense_sdf, dense_grid, points)
+    near = np.abs(expected) + dense_sdf["error_bound"] < sdf["band"]
+    off = np.abs(names["interpolate"](sdf, grid, points[near]) - expected[near]).max()
+    # The two lattices may lie otherwise.
+    allowed = sdf["error_bound"] + dense_sdf["error_bound"]
+    assert near.sum() > 50 and off <= allowed, f"off by {off}, more than {allowed}, of {near.sum()}"
+    print(f"the dense grid: apart by {off:.2g} at most at {near.sum()} points of the band")
+
+
+def check_file(path, names):
+    """What the file says of itself."""
+    sdf, grid = names["read_grid"](path)
+    check_documented_names(path, sdf["layout"])
+    if sdf["layout"] == "dense":
+        types = {"distance": "<f4", "bounds": "<f4"}
+        assert grid["distance"].shape == tuple(sdf["counts"][::-1])
+    else:
+        types = {"samples": {"f32": "<f4", "u16": "<u2", "u8": "|u1"}[sdf["precision"]], "places": "<u4"}
+        types |= dict.fromkeys(["bounds", "scales", "errors", "coarse"], "<f4")
+        assert len(grid["samples"]) == sdf["bricks"] and sdf["brick_side"] == 8
+    assert all(grid[name].dtype == np.dtype(kind) for name, kind in types.items())
+    check_bounds(sdf, grid, names)
+    print(f"h5py: {sdf['layout']}, checksums hold, and a number bent in any of {check_damage(path, names)} datasets is noticed")
+    return sdf, grid
+
+
+def check_bounds(sdf, grid, names):
+    """No sample of a place is beyond its bounds, and no cell of it steeper."""
+    counts = sdf["counts"].astype(int)
+    places = -(-counts // 8)
+    for row in np.random.default_rng(1).integers(0, len(grid["bounds"]), 100):
+        sparse = sdf["layout"] == "sparse"
+        place = grid["places"][row] if sparse else np.array(np.unravel_index(row, places[::-1]))[::-1]
+        first, last = place.astype(int) * 8, np.minimum(place.astype(int) * 8 + 8, counts)
+        nodes = np.stack(np.meshgrid(*map(np.arange, first, last), indexing="ij"), axis=-1).reshape(-1, 3)
+        found = names["samples"](sdf, grid, nodes)
+        least, greatest, slope = grid["bounds"][row]
+        assert least <= found.min() and found.max() <= greatest
+        cells = nodes[(nodes < counts - 1).all(axis=1)]
+        corners = np.array([names["samples"](sdf, grid, cells + corner) for corner in np.ndindex(2, 2, 2)], float)
+        corners = corners.reshape(2, 2, 2, -1)
+        along = [np.abs(np.diff(corners, axis=axis)).reshape(4, -1).max(axis=0) for axis in range(3)]
+        steepest = np.linalg.norm(along, axis=0).max(initial=0) / sdf["spacing"]
+        assert steepest <= slope * (1 + 1e-5)
 
 
 def main(path, sdftool_or_csv=None, seed="1"):
     names = documented()
-    check_documented_names(path)
-    sdf, distance = names["read_grid"](path)
-    assert distance.dtype == np.dtype("<f4") and distance.shape == tuple(sdf["counts"][::-1])
-    nodes = np.argwhere(np.ones_like(distance, bool))[:: max(1, distance.size // 1000)]
-    at_nodes = names["interpolate"](sdf, distance, sdf["origin"] + sdf["spacing"] * nodes[:, ::-1])
-    assert np.allclose(at_nodes, distance[tuple(nodes.T)], atol=1e-6 * np.abs(distance).max())
-    print(f"h5py: {distance.size} samples, both checksums hold")
-    image = check_vtk(path, sdf, distance)
+    sdf, grid = check_file(path, names)
+    nodes = np.argwhere(np.ones(sdf["counts"].astype(int), bool))[:: max(1, int(np.prod(sdf["counts"])) // 1000)]
+    at_nodes = names["interpolate"](sdf, grid, sdf["origin"] + sdf["spacing"] * nodes)
+    values = names["samples"](sdf, grid, nodes)
+    assert np.allclose(at_nodes, values, atol=1e-5 * sdf["slope_bound"] * np.abs(values).max())
+    if sdf["layout"] == "sparse":
+        return
+    image = check_vtk(path, sdf, grid["distance"])
     print("VTK: the same, bit for bit")
     if sdftool_or_csv is None:
         return
@@ -206,15 +361,19 @@ def main(path, sdftool_or_csv=None, seed="1"):
         printed = evaluate(sdftool_or_csv, path, points)
         with tempfile.TemporaryDirectory() as folder:
             ours = pathlib.Path(folder, "by-h5py.sdf.h5")
-            write_by_h5py(ours, names, sdf, distance)
+            write_by_h5py(ours, names, sdf, grid)
             assert evaluate(sdftool_or_csv, ours, points) == printed
-        print("sdftool eval: the same of a grid that h5py wrote")
-    count, worst = check_eval(printed, sdf, distance, names["interpolate"])
+        print(f"sdftool eval: the same of a grid that h5py wrote, {check_nodes(sdftool_or_csv, names, sdf, grid)} nodes "
+              "bit for bit")
+    count, worst = check_eval(printed, sdf, grid, names["interpolate"])
     print(f"sdftool eval: {count} points, off by {worst:.2g} at most")
     count, worst = check_probe(image, printed, sdf)
     print(f"VTK's vtkProbeFilter: {count} points, apart by {worst:.2g} at most")
     if not sdftool_or_csv.endswith(".csv"):
         print(f"sdftool contacts: {check_contacts(sdftool_or_csv, path, sdf)} contacts in HDF5, the same with h5py")
+        for precision in ["f32", "u16", "u8"]:
+            print(f"sparse, {precision}:")
+            check_sparse(sdftool_or_csv, precision, int(seed))
 
 
 if __name__ == "__main__":

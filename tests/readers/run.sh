@@ -3,8 +3,8 @@
 #
 #   run.sh FILE.sdf.h5 [SDFTOOL | EVAL.csv]
 #
-# With the program SDFTOOL, or with what its `eval` printed, interpolated values are compared too; with the program, also
-# its lists of contacts.
+# With the program SDFTOOL, or with what its `eval` printed, interpolated values of a dense grid are compared too; with the
+# program, also its lists of contacts, and sparse grids that it bakes.
 # PYTHON is a Python 3.11 or newer; the packages go to target/readers-venv, once.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)

@@ -6,9 +6,9 @@ use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, Real, Sample, Sdf};
+use sdf_core::{Aabb, LocalBounds, Real, Sample, Sdf};
 
-use super::OwnedGrid;
+use crate::grid_file::OwnedGrid;
 
 /// A field whose making is known only at run time: a tree of shapes.
 #[derive(Clone, Debug)]
@@ -78,5 +78,9 @@ impl Sdf for Node {
 
     fn slope_bound(&self) -> f64 {
         delegate!(self, field => field.slope_bound())
+    }
+
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        delegate!(self, field => field.local_bounds(region))
     }
 }

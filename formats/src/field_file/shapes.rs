@@ -10,7 +10,8 @@ use sdf_core::shapes::{
 };
 
 use super::table::Table;
-use super::{FieldError, Grids, Node, OwnedGrid};
+use super::{FieldError, Grids, Node};
+use crate::grid_file::OwnedGrid;
 
 const SHAPES: &str = "sphere, half_space, box, rounded_box, capsule, cylinder, cone, torus, octahedron, ellipsoid, bowl, \
     horseshoe, grid, union, intersection, difference, smooth_union, offset or shell";

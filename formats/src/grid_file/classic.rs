@@ -23,6 +23,7 @@ pub(super) use chunks::Dataset;
 pub(super) use object::Object;
 
 use super::Fault;
+use super::element::Element;
 
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 const SUPERBLOCK_BYTES: usize = 96;
@@ -45,6 +46,11 @@ impl Classic {
         self.bytes.length()
     }
 
+    /// What has been read of the file so far.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.bytes.taken()
+    }
+
     /// Of the root where no group is given.
     pub(super) fn member(&mut self, group: Option<&Object>, name: &str) -> Result<Object, Fault> {
         group::member(&mut self.bytes, group.unwrap_or(&self.root), name)
@@ -54,12 +60,24 @@ impl Classic {
         attribute::read(&mut self.bytes, object, name)
     }
 
-    pub(super) fn dataset(&mut self, object: &Object) -> Result<Dataset, Fault> {
-        Dataset::open(&mut self.bytes, object)
+    /// Refused unless it is of this type and shape.
+    pub(super) fn dataset<T: Element>(
+        &mut self,
+        object: &Object,
+        name: &'static str,
+        shape: &[usize],
+    ) -> Result<Dataset<T>, Fault> {
+        Dataset::open(&mut self.bytes, object, name, shape)
     }
 
-    pub(super) fn samples(&mut self, dataset: &Dataset) -> Result<Vec<f32>, Fault> {
-        dataset.read(&mut self.bytes)
+    /// See [`Dataset::read`].
+    pub(super) fn elements<T: Element>(
+        &mut self,
+        dataset: &Dataset<T>,
+        is_wanted: impl Fn(usize) -> bool,
+        check: impl Fn(usize, &[u8]) -> Result<(), Fault>,
+    ) -> Result<Vec<T>, Fault> {
+        dataset.read(&mut self.bytes, is_wanted, check)
     }
 }
 

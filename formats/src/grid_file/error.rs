@@ -20,6 +20,8 @@ pub enum Fault {
     NotAGrid(String),
     #[error("format version {found}, and this program reads up to {known}; update sdftool")]
     LaterVersion { found: i128, known: i128 },
+    #[error("format version {found}, and this program reads version {known}; bake it again")]
+    EarlierVersion { found: i128, known: i128 },
     #[error("{0}: the file is damaged; bake it again")]
     Damaged(String),
     /// What was asked to be written would be refused by [`super::read`].

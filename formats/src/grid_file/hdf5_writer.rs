@@ -5,21 +5,49 @@
 
 use std::path::Path;
 
-use rust_hdf5::{DatatypeMessage, H5Group, Hdf5Error};
-use sdf_core::grid::Lattice;
+use rust_hdf5::{DatatypeMessage, H5Dataset, H5Group, Hdf5Error};
+use sdf_core::grid::{Lattice, NodeBounds};
+use sha2::{Digest, Sha256};
 
-use super::{About, Fault, layout};
+use super::classic::Value;
+use super::differences::Differences;
+use super::element::Element;
+use super::head::{Attributes, CHECKSUM, Head};
+use super::tiling::Tiling;
+use super::{Fault, Samples, SparseSamples, layout};
 use crate::hdf5;
 
-pub(super) fn write(path: &Path, lattice: &Lattice, distances: &[f32], about: &About) -> Result<(), Fault> {
+/// The head's checksum of the digests is yet to be found.
+pub(super) fn write(path: &Path, samples: &Samples, mut head: Head) -> Result<(), Fault> {
     let filled = hdf5::create(path, |file| {
-        vtkhdf(&file.create_group("VTKHDF")?, lattice, distances)?;
-        sdf(&file.create_group("sdf")?, lattice, distances, about)
+        let mut digests = Vec::new();
+        let vtkhdf = match samples {
+            Samples::Dense { .. } => Some(file.create_group("VTKHDF")?),
+            _ => None,
+        };
+        let sdf = file.create_group("sdf")?;
+        match samples {
+            Samples::Dense { distances, bounds } => {
+                if let Some(group) = vtkhdf {
+                    fill_vtkhdf(&group, &head.lattice, distances, &mut digests)?;
+                }
+                put(&sdf, "bounds", &[bounds.len(), 3], &flat(bounds), &mut digests)?;
+            }
+            Samples::F32(bricks) => fill_sparse(&sdf, &head.lattice, bricks, &mut digests)?,
+            Samples::U16(bricks) => fill_sparse(&sdf, &head.lattice, bricks, &mut digests)?,
+            Samples::U8(bricks) => fill_sparse(&sdf, &head.lattice, bricks, &mut digests)?,
+        }
+        let shape = [digests.len() / layout::DIGEST_BYTES, layout::DIGEST_BYTES];
+        put(&sdf, "digests", &shape, &digests, &mut Vec::new())?;
+        head.digests_sha256 = layout::hex(&Sha256::digest(&digests));
+        let attributes = head.attributes();
+        set_attributes(&sdf, &attributes)?;
+        sdf.set_attr_string(CHECKSUM, &attributes.checksum())
     });
     filled.map_err(Fault::Io)
 }
 
-fn vtkhdf(group: &H5Group, lattice: &Lattice, distances: &[f32]) -> Result<(), Hdf5Error> {
+fn fill_vtkhdf(group: &H5Group, lattice: &Lattice, distances: &[f32], digests: &mut Vec<u8>) -> Result<(), Hdf5Error> {
     group.set_attr_array_numeric("Version", &layout::VTKHDF_VERSION)?;
     set_ascii(group, "Type", "ImageData")?;
     group.set_attr_array_numeric("WholeExtent", &layout::whole_extent(lattice))?;
@@ -28,34 +56,69 @@ fn vtkhdf(group: &H5Group, lattice: &Lattice, distances: &[f32]) -> Result<(), H
     group.set_attr_array_numeric("Direction", &layout::IDENTITY)?;
     let points = group.create_group("PointData")?;
     set_ascii(&points, "Scalars", "distance")?;
-    let dataset = points
-        .new_dataset::<f32>()
-        .shape(layout::shape(lattice))
-        .chunk(&layout::chunk_shape(lattice))
-        .shuffle_deflate(layout::DEFLATE_LEVEL)
-        .create("distance")?;
-    dataset.set_attr_typed("Attribute", ascii_type("Scalars"), "Scalars".into())?;
-    dataset.write_raw(distances)
+    let dataset = put(&points, "distance", &layout::shape(lattice), distances, digests)?;
+    dataset.set_attr_typed("Attribute", ascii_type("Scalars"), "Scalars".into())
 }
 
-fn sdf(group: &H5Group, lattice: &Lattice, distances: &[f32], about: &About) -> Result<(), Hdf5Error> {
-    let samples_sha256 = layout::samples_sha256(distances);
-    group.set_attr_numeric("format_version", &(layout::FORMAT_VERSION as i64))?;
-    group.set_attr_string("layout", "dense")?;
-    group.set_attr_array_numeric("origin", &lattice.origin())?;
-    group.set_attr_numeric("spacing", &lattice.spacing())?;
-    group.set_attr_array_numeric("counts", &lattice.nodes())?;
-    group.set_attr_string("sign_method", &about.sign_method)?;
-    group.set_attr_string("sign_verdict", &about.sign_verdict)?;
-    group.set_attr_numeric("slope_bound", &about.slope_bound)?;
-    group.set_attr_numeric("error_bound", &about.error_bound)?;
-    group.set_attr_string("source_name", &about.source.name)?;
-    group.set_attr_string("source_sha256", &layout::hex(&about.source.sha256))?;
-    group.set_attr_numeric("source_triangles", &about.source.triangles)?;
-    group.set_attr_string("tool", &about.tool)?;
-    group.set_attr_string("options", &about.options)?;
-    group.set_attr_string("samples_sha256", &samples_sha256)?;
-    group.set_attr_string("attributes_sha256", &layout::attributes_sha256(lattice, about, &samples_sha256))
+fn fill_sparse<C: Differences>(
+    sdf: &H5Group,
+    lattice: &Lattice,
+    bricks: &SparseSamples<C>,
+    digests: &mut Vec<u8>,
+) -> Result<(), Hdf5Error> {
+    let count = bricks.places.len();
+    let scales: Vec<f32> = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
+    put(sdf, "samples", &layout::bricks_shape(count), &C::differences(bricks.samples), digests)?;
+    put(sdf, "bounds", &[count, 3], &flat(bricks.bounds), digests)?;
+    put(sdf, "places", &[count, 3], bricks.places.as_flattened(), digests)?;
+    put(sdf, "scales", &[count, 2], &scales, digests)?;
+    put(sdf, "errors", &[count], bricks.errors, digests)?;
+    put(sdf, "coarse", &layout::coarse_shape(lattice), bricks.coarse, digests)?;
+    Ok(())
+}
+
+/// Adds a dataset to the group, and its chunks' digests to `digests`.
+fn put<T: Element>(
+    group: &H5Group,
+    name: &str,
+    shape: &[usize],
+    elements: &[T],
+    digests: &mut Vec<u8>,
+) -> Result<H5Dataset, Hdf5Error> {
+    let sides = layout::chunk_shape(shape);
+    let dataset = group.new_dataset::<T>().shape(shape).chunk(&sides);
+    let dataset = match T::BYTES {
+        1 => dataset.deflate(layout::DEFLATE_LEVEL),
+        _ => dataset.shuffle_deflate(layout::DEFLATE_LEVEL),
+    };
+    let dataset = dataset.create(name)?;
+    dataset.write_raw(elements)?;
+    digests.extend(layout::digests(elements, &Tiling::new(shape, &sides)));
+    Ok(dataset)
+}
+
+fn flat(bounds: &[NodeBounds]) -> Vec<f32> {
+    bounds.iter().flat_map(|bounds| [bounds.least, bounds.greatest, bounds.slope]).collect()
+}
+
+fn set_attributes(group: &H5Group, attributes: &Attributes) -> Result<(), Hdf5Error> {
+    for (name, value) in &attributes.0 {
+        match value {
+            Value::Text(text) => group.set_attr_string(name, text)?,
+            Value::Numbers(numbers) => match numbers[..] {
+                [number] => group.set_attr_numeric(name, &number)?,
+                _ => group.set_attr_array_numeric(name, numbers)?,
+            },
+            Value::Integers(integers) => {
+                let integers: Vec<u64> = integers.iter().map(|integer| *integer as u64).collect();
+                match integers[..] {
+                    [integer] => group.set_attr_numeric(name, &integer)?,
+                    _ => group.set_attr_array_numeric(name, &integers)?,
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 fn set_ascii(group: &H5Group, name: &str, text: &str) -> Result<(), Hdf5Error> {

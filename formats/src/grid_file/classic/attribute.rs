@@ -11,7 +11,7 @@ const MOST_NUMBERS: u64 = 64;
 const MOST_HEAP_BYTES: u64 = 16 * MOST_TEXT as u64 + 4096;
 
 /// What an attribute holds.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(in crate::grid_file) enum Value {
     /// Every integer type fits.
     Integers(Vec<i128>),

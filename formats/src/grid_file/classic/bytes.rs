@@ -8,6 +8,7 @@ use crate::grid_file::Fault;
 pub(super) struct Bytes {
     file: File,
     length: u64,
+    taken: u64,
 }
 
 impl Bytes {
@@ -18,11 +19,16 @@ impl Bytes {
         }
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { file, length })
+        Ok(Self { file, length, taken: 0 })
     }
 
     pub(super) fn length(&self) -> u64 {
         self.length
+    }
+
+    /// How many bytes have been read, some twice perhaps.
+    pub(super) fn taken(&self) -> u64 {
+        self.taken
     }
 
     pub(super) fn holds(&self, address: u64, count: u64) -> bool {
@@ -37,6 +43,7 @@ impl Bytes {
         let mut bytes = vec![0; count];
         self.file.seek(SeekFrom::Start(address))?;
         self.file.read_exact(&mut bytes)?;
+        self.taken += count as u64;
         Ok(bytes)
     }
 }

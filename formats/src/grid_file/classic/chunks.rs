@@ -1,8 +1,12 @@
+use std::marker::PhantomData;
+
 use flate2::{Decompress, FlushDecompress, Status};
 
 use super::bytes::{Bytes, Fields};
 use super::object::Object;
 use crate::grid_file::Fault;
+use crate::grid_file::element::Element;
+use crate::grid_file::tiling::Tiling;
 
 const DATASPACE: u16 = 0x01;
 const DATATYPE: u16 = 0x03;
@@ -20,19 +24,15 @@ const MOST_EXPANSION: u64 = 1032;
 /// A tree of HDF5's default rank, half filled, has 10⁹ chunks at this level.
 const MOST_LEVEL: u8 = 5;
 
-/// The bytes of an entry in the chunk tree: stored size, filter mask, four offsets; then the address.
-const KEY_BYTES: usize = 40;
-const ENTRY_BYTES: usize = KEY_BYTES + 8;
-
-/// A three-dimensional dataset of f32, chunked, shuffled and deflated, all its chunks known to lie in the file.
-pub(in crate::grid_file) struct Dataset {
-    /// Along z, y and x.
-    shape: [usize; 3],
-    chunk_shape: [usize; 3],
-    /// Chunks along z, y and x.
-    chunk_counts: [usize; 3],
-    /// The chunk along x runs fastest.
+/// A dataset of one to three axes, chunked and deflated, all its chunks known to lie in the file.
+pub(in crate::grid_file) struct Dataset<T> {
+    name: &'static str,
+    tiling: Tiling,
+    shuffled: bool,
+    /// As [`Tiling::tile`] counts them.
     chunks: Vec<Chunk>,
+    stored_bytes: u64,
+    of: PhantomData<T>,
 }
 
 #[derive(Clone, Copy)]
@@ -41,9 +41,9 @@ struct Chunk {
     stored_bytes: usize,
 }
 
-impl Dataset {
+impl<T: Element> Dataset<T> {
     /// Reads where the chunks are. Whatever is declared, the file has stored at least 1/1032 of it.
-    pub(super) fn open(bytes: &mut Bytes, object: &Object) -> Result<Self, Fault> {
+    pub(super) fn open(bytes: &mut Bytes, object: &Object, name: &'static str, shape: &[usize]) -> Result<Self, Fault> {
         let (Some(space), Some(kind), Some(layout), Some(filters), None) = (
             object.only(DATASPACE),
             object.only(DATATYPE),
@@ -51,75 +51,125 @@ impl Dataset {
             object.only(FILTERS),
             object.all(EXTERNAL_FILES).next(),
         ) else {
-            return Err(Fault::not_a_grid("its samples are not a chunked, shuffled and deflated dataset"));
+            return Err(Fault::not_a_grid(format!("its {name} is not a chunked and deflated dataset")));
         };
-        expect_f32(kind)?;
-        expect_filters(filters)?;
-        let shape = shape(space)?;
-        let (chunk_shape, tree) = layout_of(layout, shape)?;
-        let chunk_counts = std::array::from_fn(|axis| shape[axis].div_ceil(chunk_shape[axis]));
-        let declared = chunk_counts.iter().try_fold(1_usize, |total, count| total.checked_mul(*count));
-        let room = usize::try_from(bytes.length()).unwrap_or(usize::MAX) / ENTRY_BYTES;
-        let count = declared.filter(|count| *count <= room).ok_or_else(|| more_than_it_holds(shape))?;
-        let mut index = Index { shape, chunk_shape, chunk_counts, chunks: vec![None; count] };
+        expect_type::<T>(kind, name)?;
+        expect_shape(space, name, shape)?;
+        let shuffled = is_shuffled::<T>(filters, name)?;
+        let (tiling, tree) = tiling::<T>(layout, name, shape)?;
+        let room = usize::try_from(bytes.length()).unwrap_or(usize::MAX) / entry_bytes(shape.len());
+        let count = tiling.count().filter(|count| *count <= room).ok_or_else(|| more_than_it_holds(name))?;
+        let mut index = Index { name, tiling, rank: shape.len(), element_bytes: T::BYTES, chunks: vec![None; count] };
         index.visit(bytes, tree, None)?;
-        let chunks = index.finish(bytes.length())?;
-        Ok(Self { shape, chunk_shape, chunk_counts, chunks })
+        let (chunks, stored_bytes) = index.finish(bytes.length())?;
+        Ok(Self { name, tiling, shuffled, chunks, stored_bytes, of: PhantomData })
     }
 
-    pub(in crate::grid_file) fn shape(&self) -> [usize; 3] {
-        self.shape
+    pub(in crate::grid_file) fn name(&self) -> &'static str {
+        self.name
     }
 
-    /// x runs fastest.
-    pub(super) fn read(&self, bytes: &mut Bytes) -> Result<Vec<f32>, Fault> {
-        let [nz, ny, nx] = self.shape;
-        let [sz, sy, sx] = self.chunk_shape;
-        let [_, cy, cx] = self.chunk_counts;
-        let mut samples = Vec::new();
-        samples.try_reserve_exact(nz * ny * nx).map_err(|_| more_than_it_holds(self.shape))?;
-        samples.resize(nz * ny * nx, 0.0);
-        let per_chunk = sz * sy * sx;
-        let mut shuffled = vec![0; per_chunk * 4];
+    pub(in crate::grid_file) fn tiling(&self) -> &Tiling {
+        &self.tiling
+    }
+
+    pub(in crate::grid_file) fn chunk_count(&self) -> usize {
+        self.chunks.len()
+    }
+
+    /// Of all chunks.
+    pub(in crate::grid_file) fn stored_bytes(&self) -> u64 {
+        self.stored_bytes
+    }
+
+    /// All elements, the last axis fastest. Chunks that are not wanted are not read: their elements are zero, in memory
+    /// that the system need not provide before it is written to.
+    ///
+    /// `check` is given each chunk that is read, packing undone and cut to the dataset.
+    pub(super) fn read(
+        &self,
+        bytes: &mut Bytes,
+        is_wanted: impl Fn(usize) -> bool,
+        check: impl Fn(usize, &[u8]) -> Result<(), Fault>,
+    ) -> Result<Vec<T>, Fault> {
+        let mut elements = zeros(self.tiling.shape(), self.name)?;
+        let [_, sy, sx] = self.tiling.sides();
+        let chunk_elements: usize = self.tiling.sides().iter().product();
+        let mut packed = vec![0; chunk_elements * T::BYTES];
+        let mut unpacked = packed.clone();
+        let mut cut = Vec::new();
         let mut inflater = Decompress::new(true);
-        for (at, chunk) in self.chunks.iter().enumerate() {
+        for (at, chunk) in self.chunks.iter().enumerate().filter(|(at, _)| is_wanted(*at)) {
             let stored = bytes.at(chunk.address, chunk.stored_bytes)?;
-            inflate(&mut inflater, &stored, &mut shuffled)?;
-            // Shuffled: all first bytes, then all second bytes.
-            let planes: [&[u8]; 4] = std::array::from_fn(|plane| &shuffled[plane * per_chunk..][..per_chunk]);
-            let [z0, y0, x0] = [at / cx / cy * sz, at / cx % cy * sy, at % cx * sx];
-            let width = sx.min(nx - x0);
-            for z in z0..nz.min(z0 + sz) {
-                for y in y0..ny.min(y0 + sy) {
-                    let row = &mut samples[(z * ny + y) * nx + x0..][..width];
-                    let from = ((z - z0) * sy + (y - y0)) * sx;
-                    let [a, b, c, d] = planes.map(|plane| &plane[from..][..width]);
-                    for (x, sample) in row.iter_mut().enumerate() {
-                        *sample = f32::from_le_bytes([a[x], b[x], c[x], d[x]]);
-                    }
+            if self.shuffled {
+                self.inflate(&mut inflater, &stored, &mut packed)?;
+                unshuffle::<T>(&packed, &mut unpacked);
+            } else {
+                self.inflate(&mut inflater, &stored, &mut unpacked)?;
+            }
+            let tile = self.tiling.tile(at);
+            cut.clear();
+            for z in 0..tile.size[0] {
+                for y in 0..tile.size[1] {
+                    cut.extend_from_slice(&unpacked[(z * sy + y) * sx * T::BYTES..][..tile.size[2] * T::BYTES]);
                 }
             }
+            check(at, &cut)?;
+            let mut sound = true;
+            for (row, stored) in self.tiling.rows(tile).zip(cut.chunks_exact(tile.size[2] * T::BYTES)) {
+                for (element, stored) in elements[row..].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
+                    *element = T::from_le(stored);
+                    sound &= element.is_sound();
+                }
+            }
+            if !sound {
+                return Err(Fault::damaged(format!("a number of {} is not finite", self.name)));
+            }
         }
-        Ok(samples)
+        Ok(elements)
+    }
+
+    /// Fills `out` or fails: nothing is written past it, whatever the stream would unfold to.
+    fn inflate(&self, inflater: &mut Decompress, stored: &[u8], out: &mut [u8]) -> Result<(), Fault> {
+        inflater.reset(true);
+        let status = inflater.decompress(stored, out, FlushDecompress::Finish);
+        let full = inflater.total_out() == out.len() as u64;
+        match status {
+            Ok(Status::StreamEnd) if full => Ok(()),
+            _ => Err(Fault::damaged(format!("a chunk of {} does not inflate to its size", self.name))),
+        }
     }
 }
 
-/// Fills `out` or fails: nothing is written past it, whatever the stream would unfold to.
-fn inflate(inflater: &mut Decompress, stored: &[u8], out: &mut [u8]) -> Result<(), Fault> {
-    inflater.reset(true);
-    let status = inflater.decompress(stored, out, FlushDecompress::Finish);
-    let full = inflater.total_out() == out.len() as u64;
-    match status {
-        Ok(Status::StreamEnd) if full => Ok(()),
-        _ => Err(Fault::damaged("a chunk of samples does not inflate to its size")),
+fn zeros<T: Element>(shape: [usize; 3], name: &str) -> Result<Vec<T>, Fault> {
+    let count = shape.iter().product();
+    // Tried first, for `vec!` would abort; it alone takes zeroed memory from the system.
+    Vec::<T>::new().try_reserve_exact(count).map_err(|_| more_than_it_holds(name))?;
+    Ok(vec![T::default(); count])
+}
+
+/// From all first bytes, all second bytes and so on.
+fn unshuffle<T: Element>(shuffled: &[u8], out: &mut [u8]) {
+    let count = out.len() / T::BYTES;
+    for (byte, plane) in shuffled.chunks_exact(count).enumerate() {
+        for (element, value) in out.chunks_exact_mut(T::BYTES).zip(plane) {
+            element[byte] = *value;
+        }
     }
+}
+
+/// The bytes of an entry in the chunk tree: stored size, filter mask, an offset for each axis and one for bytes within the
+/// element; then the address.
+fn entry_bytes(rank: usize) -> usize {
+    8 + 8 * (rank + 1) + 8
 }
 
 /// The chunks found so far.
 struct Index {
-    shape: [usize; 3],
-    chunk_shape: [usize; 3],
-    chunk_counts: [usize; 3],
+    name: &'static str,
+    tiling: Tiling,
+    rank: usize,
+    element_bytes: usize,
     chunks: Vec<Option<Chunk>>,
 }
 
@@ -136,10 +186,11 @@ impl Index {
         if kind != 1 || level > MOST_LEVEL || !falls || count == 0 {
             return Err(Fault::damaged("the tree of chunks is no tree"));
         }
-        let entries = bytes.at(node + 24, count * ENTRY_BYTES)?;
-        for entry in entries.chunks_exact(ENTRY_BYTES) {
+        let entry_bytes = entry_bytes(self.rank);
+        let entries = bytes.at(node + 24, count * entry_bytes)?;
+        for entry in entries.chunks_exact(entry_bytes) {
             if level > 0 {
-                self.visit(bytes, Fields(&entry[KEY_BYTES..]).u64()?, Some(level))?;
+                self.visit(bytes, Fields(&entry[entry_bytes - 8..]).u64()?, Some(level))?;
             } else {
                 self.add(bytes, Fields(entry))?;
             }
@@ -150,108 +201,122 @@ impl Index {
     fn add(&mut self, bytes: &Bytes, mut entry: Fields) -> Result<(), Fault> {
         let stored_bytes = entry.u32()?;
         let filter_mask = entry.u32()?;
-        let offsets = [entry.u64()?, entry.u64()?, entry.u64()?, entry.u64()?];
-        let address = entry.u64()?;
+        let (shape, sides, counts) = (self.tiling.shape(), self.tiling.sides(), self.tiling.counts());
         let mut at = 0;
-        for axis in 0..3 {
-            let offset = usize::try_from(offsets[axis]).unwrap_or(usize::MAX);
-            let side = self.chunk_shape[axis];
-            if offset >= self.shape[axis] || !offset.is_multiple_of(side) {
-                return Err(Fault::damaged("a chunk of samples lies outside the grid"));
+        for axis in 3 - self.rank..3 {
+            let offset = usize::try_from(entry.u64()?).unwrap_or(usize::MAX);
+            if offset >= shape[axis] || !offset.is_multiple_of(sides[axis]) {
+                return Err(Fault::damaged(format!("a chunk of {} lies outside of it", self.name)));
             }
-            at = at * self.chunk_counts[axis] + offset / side;
+            at = at * counts[axis] + offset / sides[axis];
         }
-        let unpacked = self.chunk_shape.iter().map(|side| *side as u64).product::<u64>() * 4;
-        if filter_mask != 0 || offsets[3] != 0 || !bytes.holds(address, u64::from(stored_bytes)) {
-            return Err(Fault::damaged("a chunk of samples lies outside the file"));
+        let within_element = entry.u64()?;
+        let address = entry.u64()?;
+        let unpacked = sides.iter().map(|side| *side as u64).product::<u64>() * self.element_bytes as u64;
+        if filter_mask != 0 || within_element != 0 || !bytes.holds(address, u64::from(stored_bytes)) {
+            return Err(Fault::damaged(format!("a chunk of {} lies outside the file", self.name)));
         }
         if unpacked.div_ceil(MOST_EXPANSION) > u64::from(stored_bytes) {
-            return Err(more_than_it_holds(self.shape));
+            return Err(more_than_it_holds(self.name));
         }
         let chunk = Chunk { address, stored_bytes: stored_bytes as usize };
         match self.chunks[at].replace(chunk) {
             None => Ok(()),
-            Some(_) => Err(Fault::damaged("a chunk of samples is there twice")),
+            Some(_) => Err(Fault::damaged(format!("a chunk of {} is there twice", self.name))),
         }
     }
 
-    fn finish(self, file_bytes: u64) -> Result<Vec<Chunk>, Fault> {
+    /// All chunks, and the bytes that they take in the file.
+    fn finish(self, file_bytes: u64) -> Result<(Vec<Chunk>, u64), Fault> {
         let all: Option<Vec<Chunk>> = self.chunks.into_iter().collect();
-        let chunks = all.ok_or_else(|| Fault::damaged("a chunk of samples is missing"))?;
+        let chunks = all.ok_or_else(|| Fault::damaged(format!("a chunk of {} is missing", self.name)))?;
+        let stored_bytes = chunks.iter().map(|chunk| chunk.stored_bytes as u64).sum::<u64>();
         // Chunks that share their bytes would unfold to more than the file could hold.
-        if chunks.iter().map(|chunk| chunk.stored_bytes as u64).sum::<u64>() > file_bytes {
-            return Err(more_than_it_holds(self.shape));
+        if stored_bytes > file_bytes {
+            return Err(more_than_it_holds(self.name));
         }
-        Ok(chunks)
+        Ok((chunks, stored_bytes))
     }
 }
 
-fn more_than_it_holds([nz, ny, nx]: [usize; 3]) -> Fault {
-    Fault::damaged(format!("{nx} × {ny} × {nz} samples are declared, which is more than it holds"))
+fn more_than_it_holds(name: &str) -> Fault {
+    Fault::damaged(format!("more of {name} is declared than it holds"))
 }
 
 /// Section IV.A.2.d.
-fn expect_f32(body: &[u8]) -> Result<(), Fault> {
+fn expect_type<T: Element>(body: &[u8], name: &str) -> Result<(), Fault> {
+    let (class, rest) = T::DATATYPE;
     let mut fields = Fields(body);
-    let class = fields.u8()? & 0xf;
-    let rest = [0x20, 0x1f, 0, 4, 0, 0, 0, 0, 0, 32, 0, 23, 8, 0, 23, 127, 0, 0, 0];
-    if class == 1 && fields.0.starts_with(&rest) {
+    if fields.u8()? & 0xf == class && fields.0.starts_with(rest) {
         return Ok(());
     }
-    Err(Fault::not_a_grid("its samples are not little-endian f32"))
+    Err(Fault::not_a_grid(format!("its {name} is not little-endian {}", T::NAME)))
 }
 
 /// Section IV.A.2.b.
-fn shape(body: &[u8]) -> Result<[usize; 3], Fault> {
+fn expect_shape(body: &[u8], name: &str, wanted: &[usize]) -> Result<(), Fault> {
     let mut fields = Fields(body);
     let [version, rank] = [fields.u8()?, fields.u8()?];
-    if [version, rank] != [1, 3] {
-        return Err(Fault::not_a_grid("its samples do not have three axes"));
+    if version != 1 || usize::from(rank) != wanted.len() {
+        return Err(Fault::not_a_grid(format!("its {name} does not have {} axes", wanted.len())));
     }
     fields.skip(6)?;
-    let shape = [fields.u64()?, fields.u64()?, fields.u64()?];
-    let whole = shape.iter().try_fold(4_usize, |bytes, n| bytes.checked_mul(usize::try_from(*n).ok()?));
-    match whole {
-        Some(1..) => Ok(shape.map(|n| n as usize)),
-        _ => Err(Fault::damaged(format!("a shape of {shape:?} is declared"))),
+    let mut whole = Some(1_usize);
+    for wanted in wanted {
+        let found = fields.u64()?;
+        if found != *wanted as u64 {
+            return Err(Fault::damaged(format!("{name} has {found} where {wanted} are declared")));
+        }
+        whole = whole.and_then(|whole| whole.checked_mul(*wanted));
+    }
+    // Of bytes too, however wide the element.
+    match whole.and_then(|whole| whole.checked_mul(8)) {
+        Some(1..) => Ok(()),
+        _ => Err(more_than_it_holds(name)),
     }
 }
 
 /// Section IV.A.2.i, version 3: the shape of a chunk and the address of the tree.
-fn layout_of(body: &[u8], shape: [usize; 3]) -> Result<([usize; 3], u64), Fault> {
+fn tiling<T: Element>(body: &[u8], name: &str, shape: &[usize]) -> Result<(Tiling, u64), Fault> {
     let mut fields = Fields(body);
-    if fields.array()? != [3, 2, 4] {
-        return Err(Fault::not_a_grid("its samples are not in chunks of the classic form"));
+    if fields.array()? != [3, 2, shape.len() as u8 + 1] {
+        return Err(Fault::not_a_grid(format!("its {name} is not in chunks of the classic form")));
     }
     let tree = fields.u64()?;
-    let sides = [fields.u32()?, fields.u32()?, fields.u32()?].map(|side| side as usize);
+    let sides = shape.iter().map(|_| fields.u32().map(|side| side as usize)).collect::<Result<Vec<_>, _>>()?;
     let element_bytes = fields.u32()?;
-    // Within the grid, so that a chunk takes no more memory than the grid does.
-    let within = sides.iter().zip(shape).all(|(side, n)| (1..=n).contains(side));
-    if !within || element_bytes != 4 {
-        return Err(Fault::damaged(format!("chunks of {sides:?} are declared")));
+    // Within the dataset, so that a chunk takes no more memory than that does.
+    let within = sides.iter().zip(shape).all(|(side, n)| (1..=*n).contains(side));
+    if !within || element_bytes as usize != T::BYTES {
+        return Err(Fault::damaged(format!("chunks of {sides:?} are declared for {name}")));
     }
-    Ok((sides, tree))
+    Ok((Tiling::new(shape, &sides), tree))
 }
 
-/// Section IV.A.2.l, version 1.
-fn expect_filters(body: &[u8]) -> Result<(), Fault> {
-    let other = || Fault::not_a_grid("its samples are not shuffled and deflated");
+/// Section IV.A.2.l, version 1: deflated last, and nothing but shuffled before.
+fn is_shuffled<T: Element>(body: &[u8], name: &str) -> Result<bool, Fault> {
+    let other = || Fault::not_a_grid(format!("its {name} is not shuffled and deflated"));
     let mut fields = Fields(body);
-    if [fields.u8()?, fields.u8()?] != [1, 2] {
+    let [version, count] = [fields.u8()?, fields.u8()?];
+    let wanted = match count {
+        1 => &[DEFLATE][..],
+        2 => &[SHUFFLE, DEFLATE],
+        _ => return Err(other()),
+    };
+    if version != 1 {
         return Err(other());
     }
     fields.skip(6)?;
-    for wanted in [SHUFFLE, DEFLATE] {
+    for wanted in wanted {
         let id = fields.u16()?;
         let name_bytes = usize::from(fields.u16()?);
         fields.skip(2)?;
         let values = usize::from(fields.u16()?);
         fields.skip(name_bytes.next_multiple_of(8))?;
-        let first = Fields(fields.take(values.next_multiple_of(2) * 4)?).u32()?;
-        if id != wanted || (id == SHUFFLE && first != 4) {
+        let values = fields.take(values.next_multiple_of(2) * 4)?;
+        if id != *wanted || (id == SHUFFLE && Fields(values).u32()? as usize != T::BYTES) {
             return Err(other());
         }
     }
-    Ok(())
+    Ok(count == 2)
 }

@@ -1,0 +1,79 @@
+use sdf_core::grid::sparse::{Bricks, Code, Scale, Sparse};
+use sdf_core::grid::{Bounded, Dense, Grid, NodeBounds, Storage};
+
+/// A grid as it is read from a file.
+pub type OwnedGrid = Grid<OwnedSamples>;
+
+/// Samples of either layout and any precision.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OwnedSamples {
+    Dense(Bounded<Dense<Vec<f32>>, Vec<NodeBounds>>),
+    SparseF32(Sparse<OwnedBricks<f32>>),
+    SparseU16(Sparse<OwnedBricks<u16>>),
+    SparseU8(Sparse<OwnedBricks<u8>>),
+}
+
+impl Storage for OwnedSamples {
+    #[inline]
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        match self {
+            Self::Dense(samples) => samples.corners(cell),
+            Self::SparseF32(samples) => samples.corners(cell),
+            Self::SparseU16(samples) => samples.corners(cell),
+            Self::SparseU8(samples) => samples.corners(cell),
+        }
+    }
+
+    #[inline]
+    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
+        match self {
+            Self::Dense(samples) => samples.bounds_of_nodes(first, last),
+            Self::SparseF32(samples) => samples.bounds_of_nodes(first, last),
+            Self::SparseU16(samples) => samples.bounds_of_nodes(first, last),
+            Self::SparseU8(samples) => samples.bounds_of_nodes(first, last),
+        }
+    }
+}
+
+/// The bricks of a sparse grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnedBricks<C> {
+    /// For each place of a brick, x fastest, which of the bricks it is, or [`sdf_core::grid::sparse::NO_BRICK`].
+    pub table: Vec<u32>,
+    /// Of each brick its place, counted in bricks from the first node.
+    pub places: Vec<[u32; 3]>,
+    pub scales: Vec<Scale>,
+    /// By brick, then by node, x fastest.
+    pub samples: Vec<C>,
+    /// One for each brick.
+    pub bounds: Vec<NodeBounds>,
+    /// Of each brick, over the cells whose first corner it holds: the most by which the interpolant differs from the signed
+    /// distance where that is within the band.
+    pub errors: Vec<f32>,
+    /// One more along each axis than there are places of bricks, x fastest.
+    pub coarse: Vec<f32>,
+}
+
+impl<C: Code> Bricks for OwnedBricks<C> {
+    type Code = C;
+    #[inline]
+    fn table(&self) -> &[u32] {
+        &self.table
+    }
+    #[inline]
+    fn scales(&self) -> &[Scale] {
+        &self.scales
+    }
+    #[inline]
+    fn samples(&self) -> &[C] {
+        &self.samples
+    }
+    #[inline]
+    fn bounds(&self) -> &[NodeBounds] {
+        &self.bounds
+    }
+    #[inline]
+    fn coarse(&self) -> &[f32] {
+        &self.coarse
+    }
+}

@@ -1,0 +1,62 @@
+/// A dataset cut into chunks. One of fewer than three axes counts as having one layer, and one row, of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tiling {
+    /// The last runs fastest in memory.
+    shape: [usize; 3],
+    /// Of a chunk.
+    sides: [usize; 3],
+}
+
+/// Where a chunk lies, as far as the dataset reaches.
+#[derive(Clone, Copy)]
+pub(super) struct Tile {
+    pub first: [usize; 3],
+    pub size: [usize; 3],
+}
+
+impl Tiling {
+    /// Of at most three axes, each with at least one element in a chunk.
+    pub(super) fn new(shape: &[usize], sides: &[usize]) -> Self {
+        Self { shape: with_leading_ones(shape), sides: with_leading_ones(sides) }
+    }
+
+    pub(super) fn sides(&self) -> [usize; 3] {
+        self.sides
+    }
+
+    pub(super) fn shape(&self) -> [usize; 3] {
+        self.shape
+    }
+
+    /// Chunks along each axis.
+    pub(super) fn counts(&self) -> [usize; 3] {
+        std::array::from_fn(|axis| self.shape[axis].div_ceil(self.sides[axis]))
+    }
+
+    /// Chunks in all. `None` where that is beyond all numbers.
+    pub(super) fn count(&self) -> Option<usize> {
+        self.counts().iter().try_fold(1_usize, |total, count| total.checked_mul(*count))
+    }
+
+    /// The chunk along the last axis runs fastest.
+    pub(super) fn tile(&self, at: usize) -> Tile {
+        let [_, rows, columns] = self.counts();
+        let place = [at / columns / rows, at / columns % rows, at % columns];
+        let first: [usize; 3] = std::array::from_fn(|axis| place[axis] * self.sides[axis]);
+        Tile { first, size: std::array::from_fn(|axis| self.sides[axis].min(self.shape[axis] - first[axis])) }
+    }
+
+    /// Where in the dataset the rows of a tile begin, each of `size[2]` elements.
+    pub(super) fn rows(&self, tile: Tile) -> impl Iterator<Item = usize> {
+        let [_, ny, nx] = self.shape;
+        let layers = tile.first[0]..tile.first[0] + tile.size[0];
+        let rows = tile.first[1]..tile.first[1] + tile.size[1];
+        layers.flat_map(move |z| rows.clone().map(move |y| (z * ny + y) * nx + tile.first[2]))
+    }
+}
+
+fn with_leading_ones(shape: &[usize]) -> [usize; 3] {
+    let mut padded = [1; 3];
+    padded[3 - shape.len()..].copy_from_slice(shape);
+    padded
+}
