@@ -35,6 +35,20 @@ impl Command {
     /// What no single argument shows to be wrong.
     pub fn check(&self) -> Result<(), &'static str> {
         match self {
+            Self::Bake(args)
+                if args.layout() == Layout::Dense && args.precision.is_some_and(|kept| kept != Precision::F32) =>
+            {
+                Err("a dense grid keeps f32 alone: add --layout sparse, or leave --precision out")
+            }
+            Self::Bake(args) if args.layout() == Layout::Dense && args.band.is_some() => {
+                Err("a dense grid has no band: add --layout sparse, or leave --band out")
+            }
+            Self::Bake(args) if args.max_error.is_some() && args.layout() == Layout::Dense => {
+                Err("--max-error picks a sparse grid: leave --layout dense out")
+            }
+            Self::Bake(args) if args.max_error.is_some() && args.precision.is_some() => {
+                Err("--max-error picks the precision: leave --precision out")
+            }
             Self::Contacts(args) if args.method == Method::Gss && args.elements != Elements::Edges => {
                 Err("--method gss searches along edges: add --elements edges, or take another method")
             }
@@ -45,10 +59,10 @@ impl Command {
 
 /// Bake a mesh into a grid of exact signed distances.
 ///
-/// Takes the mesh and how fine the grid is to be: --res or --voxel-size. Says how inside was told from outside, and how
-/// far the values between the nodes may be off.
+/// Takes the mesh and how fine the grid is to be: --res, --voxel-size, or --max-error, which picks the rest by the error
+/// that is certified. Says how inside was told from outside, and how far the values between the nodes may be off.
 #[derive(Debug, Parser)]
-#[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size"])))]
+#[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size", "max_error"])))]
 pub struct BakeArgs {
     /// The mesh to bake: OBJ, PLY or STL.
     pub mesh: PathBuf,
@@ -61,7 +75,21 @@ pub struct BakeArgs {
     /// The side of a cell, in the mesh's unit.
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     pub voxel_size: Option<f64>,
-    /// How many cells more around the mesh's box, on each side.
+    /// The most that the grid may be off within its band, in the mesh's unit, or as 0.1% of the diagonal of its box: picks
+    /// the side of a cell and the precision of a sparse grid.
+    #[arg(long, value_name = "E", value_parser = tolerance, allow_hyphen_values = true)]
+    pub max_error: Option<Tolerance>,
+    /// Every node, or bricks near the surface and a coarse grid for the rest [default: dense; sparse with --max-error].
+    #[arg(long, value_enum)]
+    pub layout: Option<Layout>,
+    /// How far from the surface a sparse grid keeps distances exactly, in cells; farther away it has lower bounds
+    /// [default: 3].
+    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub band: Option<u32>,
+    /// How a sparse grid keeps its samples [default: u16; --max-error picks u16 or u8, whichever takes less].
+    #[arg(long, value_enum)]
+    pub precision: Option<Precision>,
+    /// How many cells more around the mesh's box, on each side; contacts are found within this --margin.
     #[arg(long, value_name = "VOXELS", default_value_t = 4)]
     pub padding: u32,
     /// How inside is told from outside.
@@ -71,6 +99,43 @@ pub struct BakeArgs {
     pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
+}
+
+impl BakeArgs {
+    pub fn layout(&self) -> Layout {
+        self.layout.unwrap_or(if self.max_error.is_some() { Layout::Sparse } else { Layout::Dense })
+    }
+
+    /// In cells.
+    pub fn band(&self) -> u32 {
+        self.band.unwrap_or(3)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Layout {
+    /// A sample at every node of the box.
+    Dense,
+    /// Bricks of 8 × 8 × 8 samples near the surface, and every eighth node elsewhere.
+    Sparse,
+}
+
+/// How a sample is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Precision {
+    F32,
+    /// In 65,536 steps between the least and the greatest sample of a brick.
+    U16,
+    /// In 256 steps.
+    U8,
+}
+
+/// A length, or a share of the mesh's size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    Length(f64),
+    /// Of the diagonal of the mesh's box.
+    Share(f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -178,8 +243,10 @@ pub struct InfoArgs {
 
 /// Compare a field with the mesh it is said to be of; exit status 1 where a grid is not.
 ///
-/// A grid is right when no node asked is off by more than 1e-6 of the mesh's diagonal and its rounding to f32, no point by more than the file
-/// certifies, and no sign is wrong. Of shapes in TOML, which certify nothing, the errors are only printed.
+/// A grid is right when no node asked is off by more than 1e-6 of the mesh's diagonal and what its precision rounds, no
+/// point by more than the file certifies, and no sign is wrong. Points are asked in all of a dense grid's box, and of a
+/// sparse grid within its band and, as many again, in all of the box: there it may say less than the distance and never
+/// more. No cell may be missing on the surface. Of shapes in TOML, which certify nothing, the errors are only printed.
 #[derive(Debug, Parser)]
 pub struct VerifyArgs {
     /// The field: a baked grid or shapes in TOML.
@@ -189,9 +256,12 @@ pub struct VerifyArgs {
     /// How many random points, and how many random nodes of a grid, are asked.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub points: u32,
-    /// Ask every node of the grid.
+    /// Ask every node of the grid, of a sparse one those in bricks.
     #[arg(long)]
     pub all_nodes: bool,
+    /// Where to draw how many points are off by how much, an SVG [default: nowhere].
+    #[arg(long, value_name = "OUT.svg")]
+    pub histogram: Option<PathBuf>,
     /// Other points and nodes for another number.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -202,6 +272,8 @@ pub struct VerifyArgs {
 }
 
 /// Draw a plane through a field: blue inside, orange outside, the surface black.
+///
+/// Of a sparse grid the bricks are outlined in grey, the ends of the band are green, and what lies in no brick is pale.
 #[derive(Debug, Parser)]
 pub struct SliceArgs {
     /// The field: a baked grid or shapes in TOML.
@@ -304,6 +376,13 @@ fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
 
 fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     MeshFormat::of(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
+}
+
+fn tolerance(text: &str) -> Result<Tolerance, String> {
+    match text.strip_suffix('%') {
+        Some(percent) => positive(percent.trim_end()).map(|percent| Tolerance::Share(percent / 100.0)),
+        None => positive(text).map(Tolerance::Length),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -4,8 +4,11 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod baked_grid;
 mod commands;
 mod csv_points;
+mod from_file;
+mod histogram;
 mod memory;
 mod mesh_input;
 mod output;

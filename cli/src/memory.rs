@@ -14,14 +14,22 @@ pub fn require(bytes: f64, what: &str, smaller: &str) -> Result<()> {
 }
 
 /// Where the system does not say what is free.
-const ASSUMED: f64 = 64e9;
+pub const ASSUMED: f64 = 64e9;
 
 /// Linux says so in a file; elsewhere it is not known.
-fn available() -> Option<f64> {
+pub fn available() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kibibytes: f64 = line.split_whitespace().next()?.parse().ok()?;
     Some(kibibytes * 1024.0)
+}
+
+/// The most memory that this process has held at a time, where the system says it.
+pub fn peak() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(kibibytes * 1024)
 }
 
 fn in_words(bytes: f64) -> String {

@@ -34,12 +34,15 @@ pub struct Picture {
 }
 
 const SURFACE: [u8; 3] = [0, 0, 0];
+const BAND: [u8; 3] = [24, 128, 72];
+const BRICK_EDGE: [u8; 3] = [120, 120, 120];
 const INSIDE: [[f64; 3]; 2] = [[198.0, 222.0, 241.0], [33.0, 92.0, 152.0]];
 const OUTSIDE: [[f64; 3]; 2] = [[253.0, 236.0, 214.0], [214.0, 118.0, 40.0]];
 
 impl Picture {
-    /// The field's values in a plane, in shades with a line at equal steps; `longer` pixels along the longer side.
-    pub fn of<F: Sdf>(field: &F, plane: Plane, longer: u32) -> Self {
+    /// The field's values in a plane, in shades with a line at equal steps; `longer` pixels along the longer side. Where a
+    /// `band` is given, lines stand where it ends.
+    pub fn of<F: Sdf>(field: &F, plane: Plane, longer: u32, band: Option<f64>) -> Self {
         let [right, up] = plane.across();
         let extents = plane.window.extents();
         let pixel = extents[right].max(extents[up]) / f64::from(longer);
@@ -51,8 +54,11 @@ impl Picture {
                 let point = picture.point(column, row);
                 let sample = field.sample(Vector3::from(point));
                 // The gradient's part in the plane says how far away the surface's line is drawn.
-                let slope = sample.gradient[right].hypot(sample.gradient[up]).max(0.1);
-                picture.pixels[row * width + column] = shade(sample.value, slope, pixel, reach);
+                let slope = sample.gradient[right].hypot(sample.gradient[up]);
+                let color = shade(sample.value, slope, pixel, reach);
+                let slope = slope.max(FLAT);
+                let off_band = band.map_or(f64::INFINITY, |band| (sample.value.abs() - band).abs() / (slope * pixel));
+                picture.pixels[row * width + column] = ink(color, BAND, 1.5 - off_band);
             }
         }
         picture
@@ -71,6 +77,33 @@ impl Picture {
         let [right, up] = self.plane.across();
         let column = (point[right] - self.plane.window.min[right]) / self.pixel;
         [column, self.height as f64 - (point[up] - self.plane.window.min[up]) / self.pixel]
+    }
+
+    /// Outlines the bricks that the plane passes, and pales what lies in none. `has_brick` is asked at places along x, y
+    /// and z, which begin at a point and have sides of one length.
+    pub fn bricks(&mut self, from: [f64; 3], side: f64, has_brick: impl Fn([u32; 3]) -> bool) {
+        let across = self.plane.across();
+        for row in 0..self.height {
+            for column in 0..self.width {
+                let steps = self.point(column, row);
+                let steps: [f64; 3] = std::array::from_fn(|axis| (steps[axis] - from[axis]) / side);
+                let place = steps.map(|steps| steps as u32);
+                let pixel = &mut self.pixels[row * self.width + column];
+                if !has_brick(place) {
+                    *pixel = pixel.map(|part| 255 - (255 - part) / 3);
+                }
+                // Whose edge it is does not matter: one to the left or below that has a brick draws it too.
+                for axis in across {
+                    let pixels_off = (steps[axis] - steps[axis].round()).abs() * side / self.pixel;
+                    let mut beyond = place;
+                    beyond[axis] =
+                        if steps[axis].fract() < 0.5 { place[axis].saturating_sub(1) } else { place[axis] + 1 };
+                    if has_brick(place) || has_brick(beyond) {
+                        *pixel = ink(*pixel, BRICK_EDGE, 1.0 - pixels_off);
+                    }
+                }
+            }
+        }
     }
 
     /// A filled circle with a white rim.
@@ -106,6 +139,10 @@ impl Picture {
         }
     }
 
+    pub fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
@@ -125,16 +162,26 @@ impl Picture {
     }
 }
 
+/// A slope within the plane below which lines of equal distance have no place.
+const FLAT: f64 = 0.1;
+
 /// Twenty lines of equal distance over `reach`, and the surface thick.
 fn shade(value: f64, slope: f64, pixel: f64, reach: f64) -> [u8; 3] {
+    // Where nothing changes, no line runs, even if the value is that of one.
+    let is_flat = slope < FLAT;
+    let slope = slope.max(FLAT);
     let pixels_off = value.abs() / (slope * pixel);
     let [near, far] = if value < 0.0 { INSIDE } else { OUTSIDE };
     let depth = (value.abs() / reach).min(1.0).sqrt();
     let step = reach / 20.0;
     let off_line = (value / step - (value / step).round()).abs() * step / (slope * pixel);
-    let line = if off_line < 0.6 { 0.88 } else { 1.0 };
+    let line = if off_line < 0.6 && !is_flat { 0.88 } else { 1.0 };
     let color: [f64; 3] = std::array::from_fn(|k| (near[k] + (far[k] - near[k]) * depth) * line);
-    // The surface's line fades over a pixel.
-    let ink = (2.0 - pixels_off).clamp(0.0, 1.0);
-    std::array::from_fn(|k| (color[k] + (f64::from(SURFACE[k]) - color[k]) * ink) as u8)
+    ink(color.map(|part| part as u8), SURFACE, 2.0 - pixels_off)
+}
+
+/// A line's color over another, so much of it: lines fade over a pixel.
+fn ink(under: [u8; 3], line: [u8; 3], share: f64) -> [u8; 3] {
+    let share = share.clamp(0.0, 1.0);
+    std::array::from_fn(|k| (f64::from(under[k]) + (f64::from(line[k]) - f64::from(under[k])) * share) as u8)
 }

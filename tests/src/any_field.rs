@@ -3,7 +3,7 @@
 use std::any::Any;
 
 use nalgebra::Vector3;
-use sdf_core::{Aabb, Lanes, Real, Sample, Sdf};
+use sdf_core::{Aabb, Lanes, LocalBounds, Real, Sample, Sdf};
 
 use crate::dual::Dual;
 
@@ -26,6 +26,7 @@ impl<R: Real, F: Sdf> Answers<R> for F {
 pub trait Limits {
     fn bounds_at(&self, level: f64) -> Aabb;
     fn steepest(&self) -> f64;
+    fn limits_in(&self, region: &Aabb) -> LocalBounds;
 }
 
 impl<F: Sdf> Limits for F {
@@ -34,6 +35,9 @@ impl<F: Sdf> Limits for F {
     }
     fn steepest(&self) -> f64 {
         self.slope_bound()
+    }
+    fn limits_in(&self, region: &Aabb) -> LocalBounds {
+        self.local_bounds(region)
     }
 }
 
@@ -68,6 +72,10 @@ macro_rules! any_field {
 
             fn slope_bound(&self) -> f64 {
                 self.0.steepest()
+            }
+
+            fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+                self.0.limits_in(region)
             }
         }
     };

@@ -7,12 +7,12 @@ use sdf_bake::SparseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{Dense, Grid, Lattice, slope_bound};
+use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, Storage, cell_slope, slope_bound};
 use sdf_core::placed::{Placed, Rigid, Similarity};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, Real, Sample, Sdf};
+use sdf_core::{Aabb, LocalBounds, Real, Sample, Sdf};
 
 use crate::any_field::AnyField;
 use crate::random::Random;
@@ -57,6 +57,9 @@ impl Sdf for Scene {
     }
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
+    }
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        self.field.local_bounds(region)
     }
 }
 
@@ -116,6 +119,11 @@ impl<F: Sdf> Sdf for Steep<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.steepness
     }
+    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+        let LocalBounds { least, greatest, slope_bound } = self.field.local_bounds(region);
+        let steepness = self.steepness;
+        LocalBounds { least: least * steepness, greatest: greatest * steepness, slope_bound: slope_bound * steepness }
+    }
 }
 
 /// The samples of a field on a lattice, `steepness` times as large.
@@ -131,6 +139,34 @@ pub fn sampled(field: &impl Sdf, lattice: Lattice, steepness: f64) -> Grid<Dense
     Grid::new(lattice, storage, steepest).unwrap()
 }
 
+/// With what is certain of each place of 8 × 8 × 8 nodes beside it.
+pub fn bounded(grid: Grid<Dense<Vec<f32>>>) -> Grid<Bounded<Dense<Vec<f32>>, Vec<NodeBounds>>> {
+    let lattice = *grid.lattice();
+    let cells = lattice.cells();
+    let [along_x, along_y, along_z] = brick_counts(&lattice);
+    let mut bounds = vec![];
+    for index in 0..along_x * along_y * along_z {
+        let place = [index % along_x, index / along_x % along_y, index / along_x / along_y];
+        // Of all cells with a corner in the place; those have a few nodes more.
+        let first = place.map(|n| (n * BRICK).saturating_sub(1));
+        let last: [u32; 3] = std::array::from_fn(|axis| ((place[axis] + 1) * BRICK).min(cells[axis]));
+        let mut of_place = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+        for z in first[2]..last[2] {
+            for y in first[1]..last[1] {
+                for x in first[0]..last[0] {
+                    let corners = grid.storage().corners([x, y, z]);
+                    let slope = cell_slope(corners, lattice.spacing()) as f32 * (1.0 + f32::EPSILON);
+                    let of_corner = |sample: f32| NodeBounds { least: sample, greatest: sample, slope };
+                    of_place = corners.into_iter().map(of_corner).fold(of_place, NodeBounds::union);
+                }
+            }
+        }
+        bounds.push(of_place);
+    }
+    let storage = Bounded::new(&lattice, grid.storage().clone(), bounds).unwrap();
+    Grid::new(lattice, storage, grid.slope_bound()).unwrap()
+}
+
 /// The same in bricks: those whose nodes come `within` of the surface, and every eighth node for the rest.
 pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within: f64) -> Grid<Sparse<SparseGrid<C>>> {
     let places = brick_counts(&lattice);
@@ -140,7 +176,8 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
         scales: vec![],
         samples: vec![],
         coarse: vec![],
-        cells: vec![],
+        bounds: vec![],
+        errors: vec![],
         slope_bound: 0.0,
         error_bound: 0.0,
     };
@@ -165,9 +202,33 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
     }
     grid.coarse = all(places.map(|count| count + 1)).map(|node| value(node.map(|n| n * BRICK))).collect();
     assert!(grid.table.contains(&NO_BRICK) && !grid.places.is_empty(), "the scene has places of both kinds");
+    grid.bounds = vec![NodeBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; grid.places.len()];
+    let bounds = grid.places.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
+    grid.bounds = bounds;
     let storage = Sparse::new(&lattice, grid).unwrap();
     let steepest = slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
+}
+
+/// Asks every node of a brick, and every cell with a corner among them.
+fn bounds_of_brick<C: Quantize>(lattice: &Lattice, grid: &SparseGrid<C>, place: [u32; 3]) -> NodeBounds {
+    let storage = Sparse::new(lattice, grid).unwrap();
+    let mut bounds = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    for index in 0..9_u32.pow(3) {
+        let past: [u32; 3] =
+            std::array::from_fn(|axis| place[axis] * BRICK + [index % 9, index / 9 % 9, index / 81][axis]);
+        let is_own = (0..3).all(|axis| past[axis] / BRICK == place[axis] && past[axis] < lattice.nodes()[axis]);
+        if is_own {
+            let value = storage.node(past);
+            bounds = NodeBounds { least: bounds.least.min(value), greatest: bounds.greatest.max(value), ..bounds };
+        }
+        let cell = past.map(|node| node.wrapping_sub(1));
+        if (0..3).all(|axis| cell[axis] < lattice.cells()[axis]) {
+            let slope = cell_slope(storage.corners(cell), lattice.spacing()) as f32;
+            bounds.slope = bounds.slope.max(slope.next_up());
+        }
+    }
+    bounds
 }
 
 /// A lattice that spans the cube around the origin that reaches `half` to either side.
@@ -419,6 +480,19 @@ fn grids(s: f64) -> Vec<Scene> {
         Scene::new("sparse grid of a sphere in u8", s, Samples, Some(sampled_in_bricks::<u8>(&ball, fine, 0.0625 * s)))
             .creases(&creases),
         Scene::new("turned grid", 1.5 * s, Samples, Some(turned)).creases(&[0.125 * s, 1.125 * s]),
+        Scene::new(
+            "bounded grid of a cuboid",
+            s,
+            Samples,
+            Some(bounded(sampled(&block, cube_lattice(0.75 * s, 24), 1.0))),
+        )
+        .creases(&creases),
+        Scene::new("turned sparse grid less a sphere", 1.5 * s, Samples, {
+            let field = sampled_in_bricks::<u16>(&block, fine, 0.0625 * s);
+            let placement = Similarity::new([0.125 * s, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5], 1.5).unwrap();
+            Some(Difference(Placed { field, placement }, Sphere::new(0.25 * s).unwrap()))
+        })
+        .creases(&[0.125 * s, 1.125 * s]),
     ]
 }
 

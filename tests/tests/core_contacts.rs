@@ -45,6 +45,16 @@ fn cull_is_honest<R: Float, const N: usize>(
             let told = format!("{name}: {cull:?} with {margin:?}, but {least:?} on {simplex:?}");
             assert!(cull.may_touch || margin < least, "{told}");
             assert!(cull.lower_bound <= least, "{told}");
+            // A contact's own cull knows more: what is certain of the element's box.
+            match contact(field, &FrankWolfe::default(), margin, &element(0, simplex)) {
+                Outcome::Culled => {
+                    assert!(margin < least, "{name}: culled with {margin:?}, but {least:?} on {simplex:?}")
+                }
+                Outcome::Contact(contact) => {
+                    assert!(contact.lower_bound <= least, "{name}: {contact:?}, but {least:?}")
+                }
+                Outcome::Apart(_) | Outcome::NotFinite => {}
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sdf_core::shapes::{Bowl, Horseshoe};
-use sdf_core::{Float, Lanes, Real, Sample, Sdf};
+use sdf_core::{Aabb, Float, Lanes, Real, Sample, Sdf};
 use sdf_tests::dual::Dual;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::lanes::{sample_of_lane, side_by_side};
@@ -293,5 +293,38 @@ fn bounds_hold_every_point_up_to_their_level() {
 fn bounds_of_bounded_shapes_are_bounded() {
     for scene in scenes(1.0).iter().filter(|scene| scene.name != "half-space") {
         assert!(scene.bounds(0.0).diagonal() < 8.0 * scene.size, "{}: {:?}", scene.name, scene.bounds(0.0));
+    }
+}
+
+/// Boxes from the size of a point to larger than the shape, some of them reaching out of a grid.
+#[test]
+fn what_is_certain_of_a_box_holds_at_all_of_its_points() {
+    let mut random = Random::of_test();
+    for scene in scenes(1.0) {
+        let mut informed = 0;
+        for _ in 0..200 {
+            let center = random.in_cube(1.5 * scene.size);
+            let reach = scene.size * 10.0_f64.powf(random.between(-4.0, 0.5));
+            let region = Aabb { min: center.into(), max: center.into() }.inflate(reach);
+            let certain = scene.local_bounds(&region);
+            informed += u32::from(certain.least.is_finite());
+            assert!(certain.slope_bound <= scene.slope_bound(), "{}: {certain:?}", scene.name);
+            let points: Vec<_> = (0..40).map(|_| center + random.in_cube(reach)).collect();
+            let values: Vec<f64> = points.iter().map(|point| scene.value(*point)).collect();
+            // Interpolation in f64 of f32 samples, whose bounds are f32 too.
+            let rounding = 4.0 * f64::from(f32::EPSILON) * scene.slope_bound() * scene.size;
+            for (a, pair) in values.iter().enumerate() {
+                assert!(certain.least <= pair + rounding, "{}: {certain:?}, but {pair} in {region:?}", scene.name);
+                assert!(*pair <= certain.greatest + rounding, "{}: {certain:?}, but {pair} in {region:?}", scene.name);
+                for b in 0..a {
+                    let most = certain.slope_bound * (points[a] - points[b]).norm() + rounding;
+                    let change = (pair - values[b]).abs();
+                    assert!(change <= most, "{}: {change} > {most} in {region:?}: {certain:?}", scene.name);
+                }
+            }
+        }
+        if scene.name.starts_with("sparse") || scene.name.starts_with("bounded") {
+            assert!(informed > 50, "{}: nothing is known of {} of 200 boxes", scene.name, 200 - informed);
+        }
     }
 }

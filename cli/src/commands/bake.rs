@@ -1,15 +1,19 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use sdf_bake::{DenseGrid, MeshDistance, MeshReport, SignMethod, TriangleMesh, dense, lattice_around};
+use anyhow::{Context, Result, anyhow, bail};
+use sdf_bake::budget::{self, AnyGrid, Budget, Refusal};
+use sdf_bake::sparse::{self, Quantize};
+use sdf_bake::{MeshDistance, MeshReport, SignMethod, SparseGrid, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
-use sdf_formats::grid_file::{self, About, Source};
+use sdf_core::grid::sparse::BRICK_SAMPLES;
+use sdf_formats::grid_file::{About, Source};
 use sdf_formats::mesh::Mesh;
 use serde_json::json;
 
-use crate::args::{BakeArgs, Sign};
+use crate::args::{BakeArgs, Layout, Precision, Sign, Tolerance};
+use crate::baked_grid::BakedGrid;
 use crate::mesh_input::{self, MeshInput, at};
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
@@ -23,23 +27,35 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let baked = progress::on_threads(args.threads, || bake(args, &input))??;
     let bake = started.elapsed().as_secs_f64() - read;
     let about = about(args, &input, &baked);
-    grid_file::write(&output, &baked.lattice, &baked.grid.distances, &about)?;
+    baked.grid.write(&output, &baked.lattice, baked.band, &about)?;
     let write = started.elapsed().as_secs_f64() - read - bake;
-    let bytes = std::fs::metadata(&output).map(|file| file.len()).unwrap_or(0);
+    let file = std::fs::metadata(&output).map(|file| file.len()).unwrap_or(0);
 
-    let [nodes, file] = [baked.grid.distances.len() as u64, bytes];
     let mesh = baked.mesh_report;
+    let [stored_nodes, stored_cells] = baked.grid.stored(&baked.lattice);
+    let median = baked.grid.median_error();
     // See `error_bound` of the baker: where the sign changes away from triangles, it may do so within a cell.
     let certainty = if baked.is_continuous { "by proof" } else { "but where the sign changes unseen within a cell" };
+    let least_half = median.map_or(String::new(), |median| format!(", {} in half of the bricks", number(median)));
+    let mut rows = vec![
+        ("mesh", mesh_row(&input.mesh, &mesh)),
+        ("sign", about.sign_verdict.clone()),
+        ("grid", format!("{} nodes, spacing {}", counts(baked.lattice.nodes()), number(baked.lattice.spacing()))),
+    ];
+    if let Some(picked) = &baked.picked {
+        rows.push(("picked", picked.clone()));
+    }
+    if let Some(bricks) = baked.grid.bricks() {
+        let band = number(baked.band);
+        rows.push(("bricks", format!("{bricks} in {}, with distances within {band}", baked.grid.precision())));
+    }
+    rows.extend([
+        ("error", format!("at most {}{least_half}, {certainty}", number(about.error_bound))),
+        ("time", format!("{} to read, {} to bake, {} to write", seconds(read), seconds(bake), seconds(write))),
+        ("file", format!("{}, {file} bytes", output.display())),
+    ]);
     Report {
-        rows: vec![
-            ("mesh", mesh_row(&input.mesh, &mesh)),
-            ("sign", about.sign_verdict.clone()),
-            ("grid", format!("{} nodes, spacing {}", counts(baked.lattice.nodes()), number(baked.lattice.spacing()))),
-            ("error", format!("at most {} between the nodes, {certainty}", number(about.error_bound))),
-            ("time", format!("{} to read, {} to bake, {} to write", seconds(read), seconds(bake), seconds(write))),
-            ("file", format!("{}, {file} bytes", output.display())),
-        ],
+        rows,
         json: json!({
             "schema": "sdftool.bake/1",
             "output": output.display().to_string(),
@@ -58,13 +74,22 @@ pub fn run(args: &BakeArgs) -> Result<()> {
             "intersecting_pairs": baked.topology.intersecting_pairs,
             "sign_method": about.sign_method,
             "sign_verdict": about.sign_verdict,
-            "nodes": nodes,
+            "layout": baked.grid.layout(),
+            "precision": baked.grid.precision(),
+            "nodes": baked.lattice.node_count(),
             "counts": baked.lattice.nodes(),
             "origin": baked.lattice.origin(),
             "spacing": baked.lattice.spacing(),
+            "padding": about.padding,
+            "band": baked.grid.bricks().map(|_| baked.band),
+            "bricks": baked.grid.bricks(),
+            "stored_nodes": stored_nodes,
+            "stored_cells": stored_cells,
             "slope_bound": about.slope_bound,
             "error_bound": about.error_bound,
+            "median_error_bound": median,
             "file_bytes": file,
+            "peak_memory_bytes": memory::peak(),
             "seconds": {"read": read, "bake": bake, "write": write},
         }),
     }
@@ -74,32 +99,106 @@ pub fn run(args: &BakeArgs) -> Result<()> {
 /// What came of a bake.
 pub struct Baked {
     pub lattice: Lattice,
-    pub grid: DenseGrid,
+    pub grid: BakedGrid,
+    /// Of a sparse grid.
+    pub band: f64,
+    /// What --max-error came to.
+    pub picked: Option<String>,
     pub method: SignMethod,
     pub verdict: String,
     pub topology: sdf_bake::Topology,
     /// The error bound is proven.
     pub is_continuous: bool,
     pub mesh_report: MeshReport,
+    mesh_bounds: Aabb,
 }
 
 pub fn bake(args: &BakeArgs, input: &MeshInput) -> Result<Baked> {
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
     let mesh = at(&args.mesh, TriangleMesh::new(&input.mesh.points, &input.mesh.triangles))?;
-    let lattice = lattice(args, &mesh.bounds())?;
     let distance = MeshDistance::new(&mesh, method(args.sign));
-    let bar = progress::bar("baking", lattice.node_count() as u64);
-    let grid = dense::bake(&distance, &lattice, &|nodes| bar.inc(nodes as u64));
-    bar.finish_and_clear();
+    let (lattice, grid) = match args.max_error {
+        Some(tolerance) => within(args, tolerance, &mesh, &distance)?,
+        None => {
+            let lattice = lattice(args, &mesh.bounds())?;
+            let grid = of_lattice(args, &distance, &lattice)?;
+            (lattice, grid)
+        }
+    };
     Ok(Baked {
         lattice,
         grid,
+        band: f64::from(args.band()) * lattice.spacing(),
+        picked: args.max_error.map(|_| picked(args, &lattice)),
         method: distance.sign_method(),
         verdict: distance.verdict().to_owned(),
         topology: *distance.topology(),
         is_continuous: distance.is_continuous(),
         mesh_report: mesh.report(),
+        mesh_bounds: mesh.bounds(),
     })
+}
+
+fn of_lattice(args: &BakeArgs, distance: &MeshDistance, lattice: &Lattice) -> Result<BakedGrid> {
+    Ok(match (args.layout(), args.precision.unwrap_or(Precision::U16)) {
+        (Layout::Dense, _) => {
+            let bar = progress::bar("baking", lattice.node_count() as u64);
+            let grid = dense::bake(distance, lattice, &|nodes| bar.inc(nodes as u64));
+            bar.finish_and_clear();
+            BakedGrid::Dense(grid)
+        }
+        (Layout::Sparse, Precision::F32) => BakedGrid::F32(bake_sparse(args, distance, lattice)?),
+        (Layout::Sparse, Precision::U16) => BakedGrid::U16(bake_sparse(args, distance, lattice)?),
+        (Layout::Sparse, Precision::U8) => BakedGrid::U8(bake_sparse(args, distance, lattice)?),
+    })
+}
+
+/// The grid of the largest voxels whose certified error is within the tolerance.
+fn within(
+    args: &BakeArgs,
+    tolerance: Tolerance,
+    mesh: &TriangleMesh,
+    distance: &MeshDistance,
+) -> Result<(Lattice, BakedGrid)> {
+    let (asked, max_error) = match tolerance {
+        Tolerance::Length(length) => (format!("--max-error {length}"), length),
+        Tolerance::Share(share) => (format!("--max-error {}%", share * 100.0), share * mesh.bounds().diagonal()),
+    };
+    let most_bytes = memory::available().unwrap_or(memory::ASSUMED) as usize;
+    let budget = Budget { max_error, band: f64::from(args.band()), padding: args.padding, most_bytes };
+    let bar = progress::bar("baking", 0);
+    let baked = budget.bake(distance, &|places| {
+        // How many there are is known only when a size has been picked.
+        bar.inc_length(places as u64);
+        bar.inc(places as u64);
+    });
+    bar.finish_and_clear();
+    let refused = |refusal: Refusal| match refusal {
+        Refusal::SignJumps { .. } => "take --res or --voxel-size, or close the mesh",
+        Refusal::NoLength(_) | Refusal::TooLarge { .. } => "take a larger --max-error",
+    };
+    let shown = args.mesh.display();
+    let budget::Baked { lattice, grid } =
+        baked.map_err(|refusal| anyhow!("{shown}: {asked}: {refusal}: {}", refused(refusal.clone())))?;
+    Ok(match grid {
+        AnyGrid::U16(grid) => (lattice, BakedGrid::U16(grid)),
+        AnyGrid::U8(grid) => (lattice, BakedGrid::U8(grid)),
+    })
+}
+
+fn picked(args: &BakeArgs, lattice: &Lattice) -> String {
+    format!("a voxel of {}, a band of {} voxels", number(lattice.spacing()), args.band())
+}
+
+fn bake_sparse<C: Quantize>(args: &BakeArgs, distance: &MeshDistance, lattice: &Lattice) -> Result<SparseGrid<C>> {
+    let plan = sparse::Plan::new(distance, lattice, f64::from(args.band()) * lattice.spacing());
+    let what = format!("{}: {} bricks", args.mesh.display(), plan.most_bricks());
+    let smaller = "take a smaller --res, a larger --voxel-size, a smaller --band or --precision u8";
+    memory::require(plan.most_bytes::<C>() as f64, &what, smaller)?;
+    let bar = progress::bar("baking", plan.places() as u64);
+    let grid = plan.bake(&|places| bar.inc(places as u64));
+    bar.finish_and_clear();
+    Ok(grid)
 }
 
 fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
@@ -120,7 +219,14 @@ fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
         (smaller, asked)
     };
     let what = format!("{asked}: a grid of {} nodes", nodes.map(many).join(" × "));
-    memory::require(nodes.iter().product::<f64>() * size_of::<f32>() as f64, &what, smaller)?;
+    // A sparse grid has a number of each place of 8 × 8 × 8 nodes, and one of its middle while it is baked.
+    let bytes_a_node = match args.layout() {
+        Layout::Dense => size_of::<f32>() as f64,
+        Layout::Sparse => 16.0 / BRICK_SAMPLES as f64,
+    };
+    let smaller =
+        if args.layout() == Layout::Dense { format!("{smaller}, or --layout sparse") } else { smaller.to_owned() };
+    memory::require(nodes.iter().product::<f64>() * bytes_a_node, &what, &smaller)?;
     lattice_around(bounds, spacing, args.padding).with_context(|| format!("{what} is no grid: {smaller}"))
 }
 
@@ -137,23 +243,52 @@ fn method(sign: Sign) -> Option<SignMethod> {
 }
 
 pub fn about(args: &BakeArgs, input: &MeshInput, baked: &Baked) -> About {
-    let size = match (args.res, args.voxel_size) {
-        (Some(res), _) => format!("--res {res}"),
-        (None, size) => format!("--voxel-size {}", size.unwrap_or_default()),
+    let bounds = baked.lattice.bounds();
+    let inside = |axis: usize| {
+        let mesh = &baked.mesh_bounds;
+        (mesh.min[axis] - bounds.min[axis]).min(bounds.max[axis] - mesh.max[axis])
+    };
+    About {
+        sign_method: baked.method.to_string(),
+        sign_verdict: baked.verdict.clone(),
+        slope_bound: baked.grid.slope_bound(),
+        error_bound: baked.grid.error_bound(),
+        padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
+        source: Source { name: input.name.clone(), sha256: input.sha256, triangles: input.mesh.triangles.len() as u64 },
+        tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
+        options: options(args),
+    }
+}
+
+/// Those that shape the result.
+fn options(args: &BakeArgs) -> String {
+    let size = match (args.res, args.voxel_size, args.max_error) {
+        (Some(res), ..) => format!("--res {res}"),
+        (None, Some(size), _) => format!("--voxel-size {size}"),
+        (None, None, Some(Tolerance::Share(share))) => format!("--max-error {}%", share * 100.0),
+        (None, None, Some(Tolerance::Length(length))) => format!("--max-error {length}"),
+        (None, None, None) => String::new(),
     };
     let sign = match args.sign {
         Sign::Auto => "auto",
         Sign::PseudoNormal => "pseudo-normal",
         Sign::Winding => "winding",
     };
-    About {
-        sign_method: baked.method.to_string(),
-        sign_verdict: baked.verdict.clone(),
-        slope_bound: baked.grid.slope_bound,
-        error_bound: baked.grid.error_bound,
-        source: Source { name: input.name.clone(), sha256: input.sha256, triangles: input.mesh.triangles.len() as u64 },
-        tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
-        options: format!("{size} --padding {} --sign {sign}", args.padding),
+    let sparse = match (args.layout(), args.precision) {
+        (Layout::Dense, _) => String::new(),
+        (Layout::Sparse, None) => format!(" --layout sparse --band {}", args.band()),
+        (Layout::Sparse, Some(precision)) => {
+            format!(" --layout sparse --band {} --precision {}", args.band(), name(precision))
+        }
+    };
+    format!("{size} --padding {} --sign {sign}{sparse}", args.padding)
+}
+
+fn name(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F32 => "f32",
+        Precision::U16 => "u16",
+        Precision::U8 => "u8",
     }
 }
 

@@ -5,15 +5,17 @@ use rayon::prelude::*;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, PointSampling, ProjectedGradient};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::placed::{Placed, Rigid};
+use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{Sdf, Simplex};
 use sdf_formats::contact_file::{self, ContactRecord};
-use sdf_formats::field_file::{self, Field};
+use sdf_formats::field_file::{self, Field, OpenField};
+use sdf_formats::grid_file::{GridReader, StoredGrid, Summary};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
 use crate::args::{ContactsArgs, Elements, Method};
-use crate::report::{Report, number, seconds};
+use crate::from_file::{FromFile, band};
+use crate::report::{Report, many, number, seconds};
 use crate::{mesh_input, output, progress};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
@@ -26,7 +28,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let name = args.mesh.display().to_string();
         mesh.require_triangles(&name).context("take --elements vertices or edges")?;
     }
-    let field = field_file::read(&args.sdf)?;
+    let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate is no turn")?;
+    let (field, from_file) = read_field(args, &mesh, &pose)?;
     let read = started.elapsed().as_secs_f64();
     let found = progress::on_threads(args.threads, || find(args, &mesh, &field))??;
     let query = started.elapsed().as_secs_f64() - read;
@@ -37,6 +40,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         passed_cull: found.passed_cull,
         not_finite: found.not_finite,
         contacts: &found.contacts,
+        read: from_file,
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
@@ -56,6 +60,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         ("deepest", deepest.map_or("none".to_owned(), describe)),
         ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
     ];
+    if let Some(read) = &from_file {
+        rows.push(("read", read.in_words()));
+    }
     if found.not_finite > 0 {
         rows.push(("too far out", format!("{} elements were passed over: no number holds them", found.not_finite)));
     }
@@ -72,6 +79,8 @@ struct Document<'a> {
     passed_cull: usize,
     not_finite: usize,
     contacts: &'a [ContactRecord],
+    /// Of a grid alone.
+    read: Option<FromFile>,
     seconds: Seconds,
 }
 
@@ -84,6 +93,61 @@ struct Seconds {
 fn describe(contact: &ContactRecord) -> String {
     let [x, y, z] = contact.point.map(number);
     format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element, contact.id)
+}
+
+/// The field, a grid only as far as the mesh can reach it.
+fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<FromFile>)> {
+    match field_file::open(&args.sdf)? {
+        OpenField::Analytic(node) => Ok((Field::Analytic(node), None)),
+        OpenField::Grid(reader) => {
+            require_known(args, &reader.summary())?;
+            let file_bytes = reader.summary().file_bytes;
+            let stored = match args.elements {
+                Elements::Faces => read_reached(args, mesh, pose, reader, &mesh.triangles),
+                Elements::Edges => read_reached(args, mesh, pose, reader, &mesh.edges()),
+                Elements::Vertices => read_reached(args, mesh, pose, reader, &vertices(mesh)),
+            }?;
+            let from_file = FromFile::of(&stored, file_bytes);
+            Ok((Field::Grid(stored), Some(from_file)))
+        }
+    }
+}
+
+fn read_reached<const N: usize>(
+    args: &ContactsArgs,
+    mesh: &Mesh,
+    pose: &Rigid,
+    reader: GridReader,
+    elements: &[[u32; N]],
+) -> Result<StoredGrid> {
+    let world = || elements.iter().map(|vertices| simplex(mesh, *vertices).bounds());
+    let corners = world().flat_map(|bounds| [bounds.min, bounds.max].concat());
+    let farthest = corners.fold(args.margin.abs(), |most, x| most.max(x.abs()));
+    let regions = world().map(|bounds| pose.pull_bounds(bounds));
+    Ok(reader.read_reached(regions, args.margin + farthest * ROUNDING)?)
+}
+
+/// More than a cull allows for rounding in f64, as a share of the largest coordinate.
+const ROUNDING: f64 = 1e-12;
+
+/// Refuses a margin beyond which a grid has lower bounds in place of distances: contacts would be reported there that
+/// are none.
+fn require_known(args: &ContactsArgs, grid: &Summary) -> Result<()> {
+    let spacing = grid.lattice.spacing();
+    let limits = [("--padding", Some(grid.about.padding)), ("--band", band(&grid.layout))];
+    for (option, limit) in limits.into_iter().filter_map(|(option, limit)| Some((option, limit?))) {
+        if args.margin > limit * (1.0 + ROUNDING) {
+            bail!(
+                "{}: --margin {} is more than the {} around the surface in which the grid has distances: bake it with {option} {} \
+                 or more, or take a smaller --margin",
+                args.sdf.display(),
+                number(args.margin),
+                number(limit),
+                many((args.margin / spacing).ceil())
+            );
+        }
+    }
+    Ok(())
 }
 
 /// All contacts of a mesh, in the order of its elements.
@@ -100,8 +164,10 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
     let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate is no turn")?;
     let stays = args.translate.0 == [0.0; 3] && args.rotate.0 == [0.0, 0.0, 0.0, 1.0];
     match (field, stays) {
-        (Field::Grid { grid, .. }, true) => of_elements(args, mesh, grid),
-        (Field::Grid { grid, .. }, false) => of_elements(args, mesh, &Placed { field: grid, placement: pose }),
+        (Field::Grid(StoredGrid { grid, .. }), true) => of_elements(args, mesh, grid),
+        (Field::Grid(StoredGrid { grid, .. }), false) => {
+            of_elements(args, mesh, &Placed { field: grid, placement: pose })
+        }
         (Field::Analytic(node), true) => of_elements(args, mesh, node),
         (Field::Analytic(node), false) => of_elements(args, mesh, &Placed { field: node, placement: pose }),
     }
@@ -110,10 +176,7 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
 fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {
     let mut found = match args.elements {
         Elements::Faces => by_method(args, mesh, field, &mesh.triangles)?,
-        Elements::Vertices => {
-            let vertices: Vec<[u32; 1]> = (0..mesh.points.len() as u32).map(|vertex| [vertex]).collect();
-            by_method(args, mesh, field, &vertices)?
-        }
+        Elements::Vertices => by_method(args, mesh, field, &vertices(mesh))?,
         Elements::Edges => match args.method {
             Method::Auto | Method::Gss => {
                 let search = GoldenSection { iterations: args.iterations, ..GoldenSection::default() };
@@ -166,8 +229,7 @@ where
     M: Minimizer<N> + Sync,
 {
     let outcome = |(id, vertices): (usize, &[u32; N])| {
-        let corners = vertices.map(|vertex| Vector3::from(mesh.points[vertex as usize]));
-        let element = Element { id: id as u32, vertices: *vertices, simplex: Simplex { corners } };
+        let element = Element { id: id as u32, vertices: *vertices, simplex: simplex(mesh, *vertices) };
         match contact(field, minimizer, args.margin, &element) {
             Outcome::NotFinite => Some(Passed::NotFinite),
             Outcome::Culled => None,
@@ -183,6 +245,14 @@ where
         Passed::NotFinite | Passed::Apart => None,
     });
     Found { elements: elements.len(), passed_cull, not_finite, contacts: contacts.collect() }
+}
+
+fn vertices(mesh: &Mesh) -> Vec<[u32; 1]> {
+    (0..mesh.points.len() as u32).map(|vertex| [vertex]).collect()
+}
+
+fn simplex<const N: usize>(mesh: &Mesh, vertices: [u32; N]) -> Simplex<f64, N> {
+    Simplex { corners: vertices.map(|vertex| Vector3::from(mesh.points[vertex as usize])) }
 }
 
 /// What became of an element that was not culled.

@@ -7,6 +7,7 @@ use clap::Parser;
 use sdf_core::Sdf;
 use sdf_formats::field_file;
 use sdf_formats::field_file::Field;
+use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
@@ -35,7 +36,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let input = mesh_input::read(&body)?;
     let baked = bake::bake(&bake_args, &input)?;
     let about = bake::about(&bake_args, &input, &baked);
-    sdf_formats::grid_file::write(&grid, &baked.lattice, &baked.grid.distances, &about)?;
+    baked.grid.write(&grid, &baked.lattice, baked.band, &about)?;
 
     let contacts_args = ContactsArgs::try_parse_from([Path::new("contacts"), &cloth, &grid])?;
     let cloth_mesh = mesh_input::read(&cloth)?.mesh;
@@ -43,7 +44,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let found = contacts::find(&contacts_args, &cloth_mesh, &field)?;
     let list_format = sdf_formats::contact_file::ContactFormat::Csv;
     at(&list, sdf_formats::contact_file::write(&list, list_format, &found.contacts, Vec::new))?;
-    let Field::Grid { grid: baked_grid, .. } = &field else { unreachable!("a grid was written") };
+    let Field::Grid(StoredGrid { grid: baked_grid, .. }) = &field else { unreachable!("a grid was written") };
     draw(baked_grid, &cloth_mesh, &found, &picture)?;
 
     let deepest = found.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::min);
@@ -177,7 +178,7 @@ fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &P
     const GREEN: [u8; 3] = [20, 130, 60];
     const RED: [u8; 3] = [200, 30, 40];
     let window = sdf_core::Aabb { min: [-1.25; 3], max: [1.25; 3] };
-    let mut picture = Picture::of(field, Plane { axis: 1, at: 0.0, window }, 900);
+    let mut picture = Picture::of(field, Plane { axis: 1, at: 0.0, window }, 900, None);
     for corners in &cloth.triangles {
         let corners = corners.map(|corner| cloth.points[corner as usize]);
         if let [from, to] = cut(corners)[..] {

@@ -1,25 +1,31 @@
 use std::io::Write;
 
 use anyhow::Result;
-use sdf_core::Sdf;
 use sdf_core::nalgebra::Vector3;
-use sdf_formats::field_file::{self, Field};
+use sdf_core::{Aabb, Sdf};
+use sdf_formats::field_file::{self, OpenField};
 use serde_json::json;
 
 use crate::args::EvalArgs;
 use crate::csv_points;
+use crate::from_file::FromFile;
 use crate::report::{print_json, to_stdout};
 
 pub fn run(args: &EvalArgs) -> Result<()> {
-    let field = field_file::read(&args.sdf)?;
+    let field = field_file::open(&args.sdf)?;
     let points = csv_points::read(&args.points)?;
-    match &field {
-        Field::Grid { grid, .. } => print(args, grid, &points),
-        Field::Analytic(node) => print(args, node, &points),
+    match field {
+        OpenField::Grid(reader) => {
+            let file_bytes = reader.summary().file_bytes;
+            let regions = points.iter().map(|point| Aabb { min: *point, max: *point });
+            let stored = reader.read_reached(regions, f64::INFINITY)?;
+            print(args, &stored.grid, &points, Some(FromFile::of(&stored, file_bytes)))
+        }
+        OpenField::Analytic(node) => print(args, &node, &points, None),
     }
 }
 
-fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]]) -> Result<()> {
+fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<FromFile>) -> Result<()> {
     let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     if args.json.wanted {
         let samples: Vec<_> = samples
@@ -34,7 +40,7 @@ fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]]) -> Result<()> 
                 })
             })
             .collect();
-        return print_json(&json!({"schema": "sdftool.eval/1", "samples": samples}));
+        return print_json(&json!({"schema": "sdftool.eval/1", "samples": samples, "read": read}));
     }
     to_stdout(|out| {
         writeln!(out, "x,y,z,distance,gx,gy,gz")?;

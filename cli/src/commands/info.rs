@@ -1,21 +1,35 @@
 use anyhow::Result;
 use sdf_core::Sdf;
-use sdf_formats::field_file::{self, FieldSummary};
-use sdf_formats::grid_file::Summary;
+use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::grid_file::{Layout, Summary};
 use serde_json::json;
 
 use crate::args::InfoArgs;
 use crate::report::{Report, counts, number};
 
 pub fn run(args: &InfoArgs) -> Result<()> {
-    match field_file::read_summary(&args.sdf)? {
-        FieldSummary::Grid(Summary { lattice, about, file_bytes }) => {
+    match field_file::open(&args.sdf)? {
+        OpenField::Grid(reader) => {
+            let Summary { lattice, layout, about, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();
             let sha256: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
             let corner = |corner: [f64; 3]| corner.map(number).join(", ");
+            let (name, precision, band, bricks) = match layout {
+                Layout::Dense => ("dense", "f32", None, None),
+                Layout::Sparse { band, precision, bricks } => ("sparse", precision.name(), Some(band), Some(bricks)),
+            };
+            let in_words = match (band, bricks) {
+                (Some(band), Some(bricks)) => {
+                    format!("sparse, {bricks} bricks in {precision}, distances within {}", number(band))
+                }
+                _ => format!("{name}, {precision}"),
+            };
+            let stored = parts.iter().map(|part| format!("{} {}", part.name, part.stored_bytes));
+            let parts_json: serde_json::Map<_, _> =
+                parts.iter().map(|part| (part.name.to_owned(), part.stored_bytes.into())).collect();
             Report {
                 rows: vec![
-                    ("layout", "dense, f32".to_owned()),
+                    ("layout", in_words),
                     ("nodes", counts(lattice.nodes())),
                     ("spacing", number(lattice.spacing())),
                     ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
@@ -27,11 +41,16 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                         format!("{}, {} triangles, SHA-256 {sha256}", about.source.name, about.source.triangles),
                     ),
                     ("made by", format!("{} {}", about.tool, about.options)),
-                    ("file", format!("{file_bytes} bytes for {} of samples", 4 * lattice.node_count())),
+                    ("padding", format!("{} around the mesh", number(about.padding))),
+                    ("file", format!("{file_bytes} bytes: {}", stored.collect::<Vec<_>>().join(", "))),
                 ],
                 json: json!({
                     "schema": "sdftool.info/1",
-                    "layout": "dense",
+                    "layout": name,
+                    "precision": precision,
+                    "bricks": bricks,
+                    "band": band,
+                    "padding": about.padding,
                     "counts": lattice.nodes(),
                     "origin": lattice.origin(),
                     "spacing": lattice.spacing(),
@@ -47,12 +66,12 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     "tool": about.tool,
                     "options": about.options,
                     "file_bytes": file_bytes,
-                    "sample_bytes": 4 * lattice.node_count(),
+                    "parts": parts_json,
                 }),
             }
             .print(args.json)
         }
-        FieldSummary::Analytic(node) => {
+        OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             let is_bounded = bounds.extents().iter().all(|extent| extent.is_finite());
             let corner = |corner: [f64; 3]| corner.map(number).join(", ");

@@ -1,37 +1,57 @@
 use anyhow::{Result, bail};
+use sdf_core::grid::sparse::BRICK;
 use sdf_core::{Aabb, Sdf};
-use sdf_formats::field_file::{self, Field};
+use sdf_formats::field_file::{self, OpenField};
 use serde_json::json;
 
 use crate::args::{Axis, SliceArgs};
+use crate::from_file::{band, brick_at};
 use crate::output;
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
     output::require(&args.output, &[&args.sdf])?;
-    match field_file::read(&args.sdf)? {
-        Field::Grid { grid, .. } => draw(args, &grid, grid.lattice().bounds()),
-        Field::Analytic(node) => {
+    match field_file::open(&args.sdf)? {
+        OpenField::Grid(reader) => {
+            let bounds = reader.summary().lattice.bounds();
+            let plane = plane(args, bounds);
+            let mut region = bounds;
+            (region.min[plane.axis], region.max[plane.axis]) = (plane.at, plane.at);
+            let stored = reader.read_reached([region], f64::INFINITY)?;
+            let band = band(&stored.layout);
+            let mut picture = Picture::of(&stored.grid, plane, args.pixels, band);
+            if band.is_some() {
+                let side = stored.grid.lattice().spacing() * f64::from(BRICK);
+                picture.bricks(bounds.min, side, |place| brick_at(stored.grid.storage(), place).is_some());
+            }
+            write(args, &picture)
+        }
+        OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
                 bail!("{}: the field has no end: intersect it with a box", args.sdf.display());
             }
-            draw(args, &node, bounds.inflate(0.1 * bounds.longest_side()))
+            let window = bounds.inflate(0.1 * bounds.longest_side());
+            write(args, &Picture::of(&node, plane(args, window), args.pixels, None))
         }
     }
 }
 
-fn draw<F: Sdf>(args: &SliceArgs, field: &F, window: Aabb) -> Result<()> {
+fn plane(args: &SliceArgs, window: Aabb) -> Plane {
     let axis = match args.axis {
         Axis::X => 0,
         Axis::Y => 1,
         Axis::Z => 2,
     };
     let at = args.at.unwrap_or(0.5 * (window.min[axis] + window.max[axis]));
-    let picture = Picture::of(field, Plane { axis, at, window }, args.pixels);
+    Plane { axis, at, window }
+}
+
+fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
     picture.write(&args.output)?;
     let [width, height] = picture.size();
+    let Plane { axis, at, window } = *picture.plane();
     let name = ["x", "y", "z"][axis];
     Report {
         rows: vec![

@@ -1,17 +1,22 @@
+use std::collections::HashMap;
+
 use anyhow::{Context, Result, bail};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
 use ndshape::{RuntimeShape, Shape};
+use rayon::prelude::*;
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
 use sdf_formats::field_file::{self, Field};
+use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
 use crate::args::SurfaceArgs;
+use crate::from_file::band;
 use crate::mesh_input::at;
-use crate::report::Report;
+use crate::report::{Report, number};
 use crate::{memory, output};
 
 /// For shapes in closed form, which have no cells of their own.
@@ -21,20 +26,28 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     let format = MeshFormat::of(&args.output).context("--output has no ending that is known")?;
     output::require(&args.output, &[&args.sdf])?;
     let surface = match field_file::read(&args.sdf)? {
-        Field::Grid { grid, .. } => {
+        Field::Grid(StoredGrid { grid, layout, .. }) => {
+            if let Some(band) = band(&layout).filter(|band| args.level.abs() > *band) {
+                bail!(
+                    "{}: --level {} lies beyond the band of {} in which distances are kept: bake with a larger --band",
+                    args.sdf.display(),
+                    args.level,
+                    number(band)
+                );
+            }
             let own = *grid.lattice();
             let lattice = match args.res {
                 Some(res) => lattice(args, &own.bounds(), res)?,
                 None => own,
             };
-            extract(args, &grid, &lattice)?
+            extract(args, &grid, &lattice)
         }
         Field::Analytic(node) => {
             let bounds = node.bounds(args.level);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
                 bail!("{}: the field has no end: intersect it with a box", args.sdf.display());
             }
-            extract(args, &node, &lattice(args, &bounds, args.res.unwrap_or(DEFAULT_RES))?)?
+            extract(args, &node, &lattice(args, &bounds, args.res.unwrap_or(DEFAULT_RES))?)
         }
     };
     if surface.triangles.is_empty() {
@@ -60,14 +73,14 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
 /// Two cells of padding, so that the surface closes.
 fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32) -> Result<Lattice> {
     let spacing = bounds.longest_side() / f64::from(res);
-    let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 5.0);
-    require_memory(nodes.iter().product(), &format!("--res {res}"))?;
+    let [x, y, z] = bounds.extents().map(|extent| extent / spacing);
+    let cells = 2.0 * (x * y + y * z + z * x);
+    memory::require(
+        cells * BYTES_OF_CELL,
+        &format!("--res {res}: a surface of some {cells:.0} cells"),
+        "take a smaller --res",
+    )?;
     lattice_around(bounds, spacing, 2).with_context(|| format!("{}: the box is no grid", args.sdf.display()))
-}
-
-/// For a sample of each node, and the number of the point near it.
-fn require_memory(nodes: f64, what: &str) -> Result<()> {
-    memory::require(nodes * (size_of::<f32>() + size_of::<u32>()) as f64, what, "take a smaller --res")
 }
 
 struct Surface {
@@ -75,32 +88,89 @@ struct Surface {
     triangles: Vec<[u32; 3]>,
 }
 
-/// Naive surface nets over the lattice's samples.
-fn extract<F: Sdf>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Result<Surface> {
-    let nodes = lattice.nodes();
-    require_memory(lattice.node_count() as f64, "the grid's surface")?;
-    // The crate counts nodes in u32.
-    if lattice.node_count() >= u32::MAX as usize {
-        bail!("{}: {} nodes are too many: take a --res of 1500 or less", args.sdf.display(), lattice.node_count());
+/// A point, two triangles, and twice that while they are put together. A surface is taken to pass as many cells as its
+/// box has on its faces.
+const BYTES_OF_CELL: f64 = 200.0;
+
+/// Cells along the side of a block. Smaller ones ask more nodes twice, larger ones more nodes that no surface is near.
+const BLOCK: u32 = 16;
+
+/// Naive surface nets over the lattice's samples, block by block, so that no more of them are held at a time. A block that
+/// the surface cannot pass, by what is certain of the field there, is not sampled.
+fn extract<F: Sdf + Sync>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Surface {
+    let counts = lattice.cells().map(|cells| cells.div_ceil(BLOCK) as usize);
+    let [along_x, along_y, along_z] = counts;
+    let pieces: Vec<Piece> = (0..along_x * along_y * along_z)
+        .into_par_iter()
+        .filter_map(|index| {
+            let block = [index % along_x, index / along_x % along_y, index / along_x / along_y];
+            Piece::of(field, args.level, lattice, block.map(|n| n as u32 * BLOCK))
+        })
+        .collect();
+    let mut surface = Surface { points: vec![], triangles: vec![] };
+    // Each cell has one point at most; blocks share cells at their borders.
+    let mut point_of_cell = HashMap::new();
+    for piece in pieces {
+        let numbers: Vec<u32> = std::iter::zip(piece.cells, piece.points)
+            .map(|(cell, point)| {
+                *point_of_cell.entry(cell).or_insert_with(|| {
+                    surface.points.push(point);
+                    surface.points.len() as u32 - 1
+                })
+            })
+            .collect();
+        surface.triangles.extend(piece.triangles.iter().map(|corners| corners.map(|corner| numbers[corner as usize])));
     }
-    let mut samples = Vec::with_capacity(lattice.node_count());
-    for z in 0..nodes[2] {
-        for y in 0..nodes[1] {
-            samples.extend((0..nodes[0]).map(|x| {
-                let value: f64 = field.value(Vector3::from(lattice.node([x, y, z])));
-                (value - args.level) as f32
-            }));
-        }
-    }
-    let shape = RuntimeShape::<u32, 3>::new(nodes);
-    debug_assert_eq!(shape.linearize([1, 0, 0]), 1);
-    let mut buffer = SurfaceNetsBuffer::default();
-    surface_nets(&samples, &shape, [0; 3], lattice.cells(), &mut buffer);
-    let origin = lattice.origin();
-    let in_space =
-        |steps: &[f32; 3]| std::array::from_fn(|axis| origin[axis] + lattice.spacing() * f64::from(steps[axis]));
-    Ok(Surface {
-        points: buffer.positions.iter().map(in_space).collect(),
-        triangles: buffer.indices.as_chunks::<3>().0.to_vec(),
-    })
+    surface
 }
+
+/// The surface in a block of cells, and in those before it, which share its first edges.
+struct Piece {
+    /// Of each point its cell.
+    cells: Vec<[u32; 3]>,
+    points: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Piece {
+    fn of<F: Sdf>(field: &F, level: f64, lattice: &Lattice, block: [u32; 3]) -> Option<Self> {
+        let first = block.map(|n| n.saturating_sub(1));
+        let last: [u32; 3] = std::array::from_fn(|axis| (block[axis] + BLOCK).min(lattice.cells()[axis]));
+        if !may_pass(field, level, &Aabb { min: lattice.node(first), max: lattice.node(last) }) {
+            return None;
+        }
+        let nodes: [u32; 3] = std::array::from_fn(|axis| last[axis] - first[axis] + 1);
+        let shape = RuntimeShape::<u32, 3>::new(nodes);
+        let sample = |index: u32| {
+            let step = shape.delinearize(index);
+            let node = std::array::from_fn(|axis| first[axis] + step[axis]);
+            let value: f64 = field.value(Vector3::from(lattice.node(node)));
+            (value - level) as f32
+        };
+        let samples: Vec<f32> = (0..shape.size()).map(sample).collect();
+        let mut net = SurfaceNetsBuffer::default();
+        surface_nets(&samples, &shape, [0; 3], nodes.map(|n| n - 1), &mut net);
+        let in_space = |steps: &[f32; 3]| {
+            let from = lattice.node(first);
+            std::array::from_fn(|axis| from[axis] + lattice.spacing() * f64::from(steps[axis]))
+        };
+        Some(Self {
+            cells: net.surface_points.iter().map(|cell| std::array::from_fn(|axis| first[axis] + cell[axis])).collect(),
+            points: net.positions.iter().map(in_space).collect(),
+            triangles: net.indices.as_chunks::<3>().0.to_vec(),
+        })
+    }
+}
+
+/// Whether the field may have the level as its value somewhere in the box.
+fn may_pass<F: Sdf>(field: &F, level: f64, region: &Aabb) -> bool {
+    let certain = field.local_bounds(region);
+    let middle = std::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]));
+    let value: f64 = field.value(Vector3::from(middle));
+    let reach = 0.5 * region.diagonal() * certain.slope_bound;
+    let rounding = ROUNDING * (reach + level.abs());
+    certain.least.max(value - reach) - rounding <= level && level <= certain.greatest.min(value + reach) + rounding
+}
+
+/// More than the samples' own, which are f32, and far less than a cell.
+const ROUNDING: f64 = 1e-6;

@@ -85,10 +85,11 @@ fn bake_prints_one_object_with_its_numbers() {
     let folder = scene();
     let json = folder.json("bake ball.obj --res 16 -o again.sdf.h5");
     assert_eq!(json["schema"], "sdftool.bake/1");
-    let wanted = "boundary_edges counts degenerate_triangles error_bound file_bytes intersecting_pairs nodes \
-                  non_manifold_edges objects origin output polygons polygons_cut_blindly repeated_triangles schema \
-                  seconds shells sign_method sign_verdict slope_bound spacing triangles unreferenced_points \
-                  welded_points wrongly_wound";
+    let wanted = "band boundary_edges bricks counts degenerate_triangles error_bound file_bytes intersecting_pairs \
+                  layout median_error_bound nodes non_manifold_edges objects origin output padding \
+                  peak_memory_bytes polygons polygons_cut_blindly precision repeated_triangles schema seconds shells \
+                  sign_method sign_verdict slope_bound spacing stored_cells stored_nodes triangles \
+                  unreferenced_points welded_points wrongly_wound";
     assert_eq!(keys(&json).join(" "), wanted);
     assert_eq!(keys(&json["seconds"]), ["bake", "read", "write"]);
     assert_eq!((&json["output"], &json["triangles"]), (&"again.sdf.h5".into(), &512.into()));
@@ -105,7 +106,7 @@ fn contacts_finds_where_a_triangle_touches_a_sphere() {
     folder.write("three.obj", format!("{triangles}f 1 2 3\nf 4 5 6\nf 7 8 9\n"));
     let json = folder.json("contacts three.obj sphere.sdf.toml --iterations 1000");
     assert_eq!(json["schema"], "sdftool.contacts/1");
-    assert_eq!(keys(&json), ["contacts", "elements", "not_finite", "passed_cull", "schema", "seconds"]);
+    assert_eq!(keys(&json), ["contacts", "elements", "not_finite", "passed_cull", "read", "schema", "seconds"]);
     assert_eq!(keys(&json["seconds"]), ["query", "read"]);
     assert_eq!([&json["elements"], &json["passed_cull"], &json["not_finite"]], [3, 2, 0]);
     let [contact] = &json["contacts"].as_array().unwrap()[..] else { panic!("{json}") };
@@ -180,7 +181,7 @@ fn eval_prints_distance_and_gradient_of_each_point() {
                   0.0,0.0,3.0,2.0,0.0,0.0,1.0\n";
     assert_eq!(printed, wanted);
     let json = folder.json("eval sphere.sdf.toml --points points.csv");
-    assert_eq!((keys(&json), &json["schema"]), (vec!["samples", "schema"], &"sdftool.eval/1".into()));
+    assert_eq!((keys(&json), &json["schema"]), (vec!["read", "samples", "schema"], &"sdftool.eval/1".into()));
     let sample = "degenerate_gradient distance gradient not_finite outside_grid point";
     assert_eq!(keys(&json["samples"][0]).join(" "), sample);
     assert_eq!(json["samples"].as_array().unwrap().len(), 3);
@@ -215,11 +216,11 @@ fn info_says_what_a_file_holds() {
     says(&table, &["25 × 25 × 25", "pseudo-normal", "ball.obj, 512 triangles", "--res 16 --padding 4 --sign auto"]);
     let json = folder.json("info ball.sdf.h5");
     assert_eq!(json["schema"], "sdftool.info/1");
-    let wanted = "counts error_bound file_bytes layout options origin sample_bytes schema sign_method sign_verdict \
-                  slope_bound source spacing tool";
+    let wanted = "band bricks counts error_bound file_bytes layout options origin padding parts precision schema \
+                  sign_method sign_verdict slope_bound source spacing tool";
     assert_eq!(keys(&json).join(" "), wanted);
     assert_eq!(keys(&json["source"]), ["name", "sha256", "triangles"]);
-    assert_eq!(json["sample_bytes"], 4 * 25 * 25 * 25);
+    assert_eq!(keys(&json["parts"]).join(" "), "bounds digests distance");
     assert_eq!(json["file_bytes"], folder.read("ball.sdf.h5").len());
 
     folder.write("half.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [0, 0, 2]\noffset = 1\n");
@@ -235,8 +236,11 @@ fn verify_tells_a_grid_of_the_mesh_from_another() {
     says(&folder.done("verify ball.sdf.h5 ball.obj --points 500"), &["the very file", "500 asked", "0 wrong signs"]);
     let json = folder.json("verify ball.sdf.h5 ball.obj --points 500 --all-nodes");
     assert_eq!(json["schema"], "sdftool.verify/1");
-    assert_eq!(keys(&json).join(" "), "diagonal error_bound faults nodes points same_mesh schema seconds");
-    assert_eq!(keys(&json["points"]).join(" "), "asked max mean p95 p99_9 wrong_signs");
+    assert_eq!(
+        keys(&json).join(" "),
+        "bytes diagonal error_bound faults nodes points same_mesh schema seconds slope spacing"
+    );
+    assert_eq!(keys(&json["points"]).join(" "), "asked max mean p95 p99_9 voxels wrong_signs");
     assert_eq!((&json["nodes"]["asked"], &json["same_mesh"]), (&15625.into(), &true.into()));
     assert!(json["nodes"]["max"].as_f64().unwrap() < 1e-6 * json["diagonal"].as_f64().unwrap());
     assert!(json["points"]["max"].as_f64().unwrap() <= json["error_bound"].as_f64().unwrap());

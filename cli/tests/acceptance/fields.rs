@@ -2,12 +2,14 @@
 
 use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::grid::Storage;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
 use sdf_formats::field_file::{self, Field};
+use sdf_formats::grid_file::StoredGrid;
 
 use crate::folder::{Folder, says};
 use crate::meshes::{Model, Random};
@@ -116,7 +118,7 @@ fn a_grid_is_named_as_seen_from_the_file_that_names_it() {
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     std::fs::create_dir_all(folder.at("fields/grids")).unwrap();
     folder.done("bake ball.obj --res 12 -o fields/grids/ball.sdf.h5");
-    let Ok(Field::Grid { grid, .. }) = field_file::read(&folder.at("fields/grids/ball.sdf.h5")) else {
+    let Ok(Field::Grid(StoredGrid { grid, .. })) = field_file::read(&folder.at("fields/grids/ball.sdf.h5")) else {
         panic!("a grid")
     };
     folder.write(
@@ -179,18 +181,22 @@ fn eval_at_the_nodes_gives_the_samples_that_are_stored() {
     folder.write("cube.obj", Model::cube().obj());
     for (mesh, tolerance) in [("cube", 0.0), ("ball", 1e-6)] {
         folder.done(&format!("bake {mesh}.obj --res 8"));
-        let file = sdf_formats::grid_file::read(&folder.at(&format!("{mesh}.sdf.h5"))).unwrap();
-        let [nx, ny, nz] = file.lattice.nodes();
+        let grid = sdf_formats::grid_file::read(&folder.at(&format!("{mesh}.sdf.h5"))).unwrap().grid;
+        let lattice = *grid.lattice();
+        let [nx, ny, nz] = lattice.nodes();
         let nodes = (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
         let lines: Vec<String> =
-            nodes.map(|node| file.lattice.node(node).map(|x| format!("{x:?}")).join(",")).collect();
+            nodes.clone().map(|node| lattice.node(node).map(|x| format!("{x:?}")).join(",")).collect();
         folder.write("nodes.csv", lines.join("\n"));
         let printed = folder.done(&format!("eval {mesh}.sdf.h5 --points nodes.csv"));
         let values: Vec<f64> =
             printed.lines().skip(1).map(|line| line.split(',').nth(3).unwrap().parse().unwrap()).collect();
-        assert_eq!(values.len(), file.distances.len());
-        for (value, stored) in values.iter().zip(&file.distances) {
-            assert!((value - f64::from(*stored)).abs() <= tolerance, "{mesh}: {value} {stored}");
+        assert_eq!(values.len(), lattice.node_count());
+        for (value, node) in values.iter().zip(nodes) {
+            let cell: [u32; 3] = std::array::from_fn(|axis| node[axis].min(lattice.cells()[axis] - 1));
+            let corner = (0..3).fold(0, |corner, axis| corner | ((node[axis] - cell[axis]) as usize) << axis);
+            let stored = grid.storage().corners(cell)[corner];
+            assert!((value - f64::from(stored)).abs() <= tolerance, "{mesh}: {value} {stored}");
         }
     }
 }

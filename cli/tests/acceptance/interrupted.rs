@@ -27,7 +27,7 @@ fn scene() -> Folder {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
     folder.write("sheet.obj", Model::hills(20).obj());
-    folder.done("bake ball.obj --res 10 -o small.sdf.h5");
+    folder.done("bake ball.obj --res 10 --padding 50 -o small.sdf.h5");
     folder
 }
 

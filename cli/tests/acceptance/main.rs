@@ -15,4 +15,5 @@ mod poses;
 mod progress;
 mod repeatable;
 mod shared_meshes;
+mod sparse_grids;
 mod surfaces;

@@ -25,6 +25,11 @@ fn decode(bytes: &[u8]) -> Png {
     Png { width: frame.width as usize, height: frame.height as usize, pixels }
 }
 
+/// All of a picture's, row by row.
+pub fn pixels(png: &[u8]) -> Vec<[u8; 3]> {
+    decode(png).pixels
+}
+
 /// No two of its axes look the same.
 const LOPSIDED: &str = "[field]\nshape = \"union\"\n\
     of = [{ shape = \"sphere\", radius = 1.0 }, { shape = \"box\", half_extents = [0.2, 0.3, 0.1], \

@@ -1,0 +1,265 @@
+//! Sparse grids: what a user asks of a dense one, asked of them, and what only they can do.
+
+use serde_json::Value;
+
+use crate::folder::{Folder, says};
+use crate::meshes::Model;
+
+const PRECISIONS: [&str; 3] = ["f32", "u16", "u8"];
+
+fn number(json: &Value, key: &str) -> f64 {
+    json[key].as_f64().unwrap_or_else(|| panic!("{key} of {json}"))
+}
+
+fn contacts(json: &Value) -> &Vec<Value> {
+    json["contacts"].as_array().unwrap()
+}
+
+#[test]
+fn every_precision_is_baked_described_and_verified() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([3.0, -2.0, 0.5], 1.0, 4).obj());
+    let dense = folder.json("bake ball.obj --res 48 -o dense.sdf.h5");
+    let mut sizes = vec![];
+    for precision in PRECISIONS {
+        let name = format!("{precision}.sdf.h5");
+        let baked =
+            folder.json(&format!("bake ball.obj --res 48 --layout sparse --band 2 --precision {precision} -o {name}"));
+        assert_eq!([&baked["layout"], &baked["precision"]], ["sparse", precision]);
+        assert_eq!(baked["counts"], dense["counts"]);
+        assert_eq!(number(&baked, "band"), 2.0 * number(&baked, "spacing"));
+        assert!(baked["stored_nodes"].as_u64().unwrap() < dense["stored_nodes"].as_u64().unwrap());
+        assert!(number(&baked, "median_error_bound") < 0.5 * number(&dense, "error_bound"), "{baked}");
+        let info = folder.json(&format!("info {name}"));
+        for key in ["layout", "precision", "bricks", "band", "padding", "counts", "slope_bound", "error_bound"] {
+            assert_eq!(info[key], baked[key], "{key}");
+        }
+        let parts = info["parts"].as_object().unwrap();
+        let told: u64 = parts.values().map(|bytes| bytes.as_u64().unwrap()).sum();
+        let bytes = folder.read(&name).len() as u64;
+        assert!(parts.contains_key("samples") && told < bytes && bytes < told + 40_000, "{told} of {bytes}: {info}");
+        says(&folder.done(&format!("info {name}")), &["sparse", precision, "bricks", "samples"]);
+
+        let verified = folder.json(&format!("verify {name} ball.obj --points 20000 --all-nodes"));
+        assert_eq!((&verified["missing_cells"], &verified["beyond_their_brick"]), (&0.into(), &0.into()));
+        assert!(number(&verified["points"], "max") <= number(&baked, "error_bound"), "{verified}");
+        assert!(number(&verified["slope"], "steepest") <= number(&baked, "slope_bound"));
+        assert!(number(&verified["far"], "falls_short") > 0.0 && verified["far"]["wrong_signs"] == 0);
+        assert!(verified["bytes"]["samples"] == info["parts"]["samples"]);
+        assert!(verified["points"]["voxels"].as_array().unwrap().len() == 4);
+        sizes.push(bytes);
+        if precision == "u16" {
+            assert!(bytes as f64 <= 2.9 * number(&baked, "stored_cells"), "{bytes} bytes: {baked}");
+        }
+    }
+    assert!(sizes[0] > sizes[1] && sizes[1] > sizes[2], "{sizes:?}");
+}
+
+#[test]
+fn another_mesh_is_told_from_the_one_that_was_baked() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    folder.write("larger.obj", Model::ball([0.0; 3], 1.02, 3).obj());
+    folder.done("bake ball.obj --res 32 --layout sparse");
+    says(
+        &folder.done("verify ball.sdf.h5 ball.obj --points 2000"),
+        &["the very file", "0 missing", "certified", "bytes"],
+    );
+    let output = folder.sdftool("verify ball.sdf.h5 larger.obj --points 2000").output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    says(&String::from_utf8_lossy(&output.stderr), &["ball.sdf.h5 is not of larger.obj", "a node is wrong by"]);
+}
+
+#[test]
+fn contacts_within_the_band_are_those_of_the_dense_grid() {
+    // Not by projected gradients, whose steps go by the grid's slope bound.
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.write("sheet.obj", Model::hills(60).obj());
+    folder.done("bake ball.obj --res 40 -o dense.sdf.h5");
+    folder.done("bake ball.obj --res 40 --layout sparse --precision f32 --band 4 -o sparse.sdf.h5");
+    for (elements, method) in [("faces", "fw"), ("edges", "gss"), ("vertices", "fw")] {
+        let of = |name: &str| {
+            folder.json(&format!("contacts sheet.obj {name} --elements {elements} --method {method} --margin 0.05"))
+        };
+        let [dense, sparse] = [of("dense.sdf.h5"), of("sparse.sdf.h5")];
+        let found = |json: &Value| -> Vec<(u64, Value, Value)> {
+            let shallow = contacts(json).iter().filter(|contact| number(contact, "distance").abs() < 0.05);
+            let told = |contact: &Value| {
+                (contact["id"].as_u64().unwrap(), contact["weights"].clone(), contact["distance"].clone())
+            };
+            shallow.map(told).collect()
+        };
+        assert!(found(&dense).len() > 5, "{elements}");
+        assert_eq!(found(&dense), found(&sparse), "{elements} by {method}");
+        assert_eq!(contacts(&dense).len(), contacts(&sparse).len());
+    }
+}
+
+/// A small mesh beside a large one, and alone: what is found of it may not depend on how much else was read.
+#[test]
+fn only_what_the_elements_reach_is_read_and_nothing_else_changes() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    let patch = Model::hills(4).moved(|[x, y, z]| [0.08 * x + 0.95, 0.08 * y, 0.08 * z]);
+    folder.write("patch.obj", patch.obj());
+    folder.write("both.obj", patch.and(&Model::ball([0.0; 3], 1.0, 3)).obj());
+    folder.write("far.obj", patch.moved(|[x, y, z]| [x + 90.0, y, z]).obj());
+    for (layout, blocks, of_blocks) in [
+        ("dense", "chunks", "of_chunks"),
+        ("sparse --precision f32", "bricks", "of_bricks"),
+        ("sparse --precision u16", "bricks", "of_bricks"),
+        ("sparse --precision u8", "bricks", "of_bricks"),
+    ] {
+        folder.done(&format!("bake ball.obj --res 120 --layout {layout}"));
+        let bytes = folder.read("ball.sdf.h5").len() as u64;
+        for pose in ["", "--translate 0.01,0.02,-0.03 --rotate 0.1,0.2,0.3,2"] {
+            let of = |mesh: &str| folder.json(&format!("contacts {mesh} ball.sdf.h5 --margin 0.02 {pose}"));
+            let [alone, both, far] = [of("patch.obj"), of("both.obj"), of("far.obj")];
+            let read = |json: &Value, key: &str| {
+                json["read"][key].as_u64().unwrap_or_else(|| panic!("{key}: {}", json["read"]))
+            };
+            assert_eq!(read(&alone, "file_bytes"), bytes);
+            assert!(4 * read(&alone, blocks) < read(&alone, of_blocks), "{layout}: {}", alone["read"]);
+            assert!(
+                read(&alone, "bytes") < read(&both, "bytes") && read(&both, "bytes") <= bytes,
+                "{} {}",
+                alone["read"],
+                both["read"]
+            );
+            assert!(2 * read(&alone, "bytes") < bytes, "{layout}: {}", alone["read"]);
+            assert_eq!((read(&far, blocks), contacts(&far).len()), (0, 0), "{layout}: {}", far["read"]);
+            let triangles = patch.triangles.len() as u64;
+            let of_patch: Vec<&Value> =
+                contacts(&both).iter().filter(|contact| contact["id"].as_u64().unwrap() < triangles).collect();
+            assert!(of_patch.len() > 3, "{layout}: {} contacts", of_patch.len());
+            assert_eq!(contacts(&alone).iter().collect::<Vec<_>>(), of_patch, "{layout} {pose}");
+        }
+        folder.write("points.csv", "0.99,0,0\n0.98,0.01,0\n");
+        let json = folder.json("eval ball.sdf.h5 --points points.csv");
+        let read = |key: &str| json["read"][key].as_u64().unwrap();
+        assert!(0 < read(blocks) && 4 * read(blocks) < read(of_blocks), "{}", json["read"]);
+    }
+}
+
+#[test]
+fn a_margin_beyond_what_the_grid_knows_is_refused_with_the_option_to_raise() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    folder.write("sheet.obj", Model::hills(10).obj());
+    let spacing = number(&folder.json("bake ball.obj --res 20 --padding 2 -o dense.sdf.h5"), "spacing");
+    folder.done("bake ball.obj --res 20 --padding 9 --layout sparse --band 5 -o sparse.sdf.h5");
+    for (name, known, option) in [("dense", 2.0, "--padding"), ("sparse", 5.0, "--band")] {
+        let margin = |voxels: f64| format!("contacts sheet.obj {name}.sdf.h5 --margin {}", voxels * spacing);
+        folder.json(&margin(known));
+        folder.json(&margin(-9.0));
+        let said = folder.refused(&margin(known + 0.5));
+        says(&said, &[&format!("{name}.sdf.h5"), "--margin", &format!("{option} {}", known + 1.0)]);
+        folder.done(&format!(
+            "bake ball.obj --res 20 --padding 9 -o {name}.sdf.h5 --layout {name} {}",
+            match name {
+                "sparse" => "--band 6",
+                _ => "",
+            }
+        ));
+        folder.json(&margin(known + 0.5));
+    }
+}
+
+#[test]
+fn the_surface_of_a_sparse_grid_is_that_of_the_dense_one() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.5; 3], 1.0, 4).and(&Model::ball([4.0, 0.0, 0.0], 0.2, 2)).obj());
+    folder.done("bake ball.obj --res 60 -o dense.sdf.h5");
+    folder.done("bake ball.obj --res 60 --layout sparse --precision f32 -o sparse.sdf.h5");
+    for level in ["0", "0.1", "-0.1"] {
+        let of = |name: &str| {
+            folder.done(&format!("surface {name}.sdf.h5 -o {name}.obj --level {level}"));
+            folder.read(&format!("{name}.obj"))
+        };
+        assert!(of("dense") == of("sparse"), "level {level}");
+    }
+    let said = folder.refused("surface sparse.sdf.h5 -o out.obj --level 1");
+    says(&said, &["sparse.sdf.h5", "--level 1", "--band"]);
+}
+
+fn is_green([red, green, blue]: &[u8; 3]) -> bool {
+    green.saturating_sub(*red) > 40 && green.saturating_sub(*blue) > 30
+}
+
+#[test]
+fn a_slice_outlines_bricks_and_the_band() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.done("bake ball.obj --res 80 --layout sparse");
+    folder.done("slice ball.sdf.h5 -o slice.png --pixels 400");
+    let pixels = crate::pictures::pixels(&folder.read("slice.png"));
+    let count = |is: fn(&[u8; 3]) -> bool| pixels.iter().filter(|pixel| is(pixel)).count();
+    assert!(count(is_green) > 500, "the ends of the band are green");
+    assert!(count(|p| *p == [0, 0, 0]) > 300, "the surface is black");
+    assert!(count(|[r, g, b]| *r < 180 && r.abs_diff(*g) < 30 && g.abs_diff(*b) < 40) > 500, "bricks have grey edges");
+    // A dense grid has neither.
+    folder.done("bake ball.obj --res 80");
+    folder.done("slice ball.sdf.h5 -o slice.png --pixels 400");
+    let pixels = crate::pictures::pixels(&folder.read("slice.png"));
+    assert_eq!(pixels.iter().filter(|pixel| is_green(pixel)).count(), 0);
+}
+
+#[test]
+fn a_histogram_is_drawn_of_the_errors() {
+    let folder = Folder::new();
+    folder.write("ball <&>.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    let mut bake = folder.sdftool("bake --res 20 --layout sparse -o ball.sdf.h5");
+    crate::folder::done(bake.arg("ball <&>.obj"), "bake");
+    let mut verify = folder.sdftool("verify ball.sdf.h5 --points 3000 --histogram errors.svg");
+    says(&crate::folder::done(verify.arg("ball <&>.obj"), "verify"), &["errors.svg"]);
+    let svg = String::from_utf8(folder.read("errors.svg")).unwrap();
+    says(&svg, &["<svg ", "in voxels", "certified", "ball &lt;&amp;&gt;.obj", "</svg>"]);
+    // As many bars stand there as heights that are not zero.
+    assert!(svg.matches("<rect x=").count() > 5);
+}
+
+#[test]
+fn the_error_can_be_asked_for_in_place_of_the_resolution() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    let diagonal = 2.0 * 3.0_f64.sqrt();
+    for (words, most) in [("0.02", 0.02), ("0.3%", 0.003 * diagonal), ("0.01 --band 2", 0.01)] {
+        let json = folder.json(&format!("bake ball.obj --max-error {words}"));
+        assert_eq!(json["layout"], "sparse");
+        assert!(number(&json, "error_bound") <= most, "{words}: {json}");
+        assert!(number(&json, "error_bound") > 0.2 * most, "{words}: finer than was asked for: {json}");
+        let verified = folder.json("verify ball.sdf.h5 ball.obj --points 5000");
+        assert!(number(&verified["points"], "max") <= most);
+        says(&folder.done(&format!("bake ball.obj --max-error {words}")), &["picked", "voxel", "error  at most"]);
+    }
+    let finer = folder.json("bake ball.obj --max-error 0.005");
+    let coarser = folder.json("bake ball.obj --max-error 0.05");
+    assert!(number(&finer, "spacing") < number(&coarser, "spacing"));
+    let said = folder.refused("bake ball.obj --max-error 1e-9");
+    says(&said, &["ball.obj", "--max-error 0.000000001", "bytes", "it can be", "larger --max-error"]);
+    let mut open = Model::ball([0.0; 3], 1.0, 3);
+    open.triangles.truncate(500);
+    folder.write("open.obj", open.obj());
+    says(&folder.refused("bake open.obj --max-error 0.01"), &["open.obj", "--max-error", "--res"]);
+}
+
+#[test]
+fn options_that_do_not_go_together_are_wrong_usage() {
+    let folder = Folder::new();
+    for (words, told) in [
+        ("--res 8 --precision u16", "--layout sparse"),
+        ("--res 8 --layout dense --precision u8", "--layout sparse"),
+        ("--res 8 --band 3", "--layout sparse"),
+        ("--max-error 0.1 --layout dense", "--max-error"),
+        ("--max-error 0.1 --precision u8", "--precision"),
+        ("--max-error 0.1 --res 8", "--max-error"),
+        ("--max-error 0", "more than 0"),
+        ("--max-error -1%", "more than 0"),
+        ("--max-error many%", "not a finite number"),
+        ("--res 8 --layout sparse --band 0", "--band"),
+        ("--res 8 --layout sparse --precision f16", "--precision"),
+    ] {
+        says(&folder.wrong_usage(&format!("bake ball.obj {words}")), &[told]);
+    }
+}
