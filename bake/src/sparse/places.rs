@@ -15,6 +15,8 @@ pub(super) struct Places {
     /// At each node of the coarse grid the least bound of all places around it, with a brick or without, or
     /// [`Self::tilted`], whichever is more. From node to node both change by no more than the way.
     magnitudes: Vec<f32>,
+    /// Of a mesh that may be open, which nodes of the coarse grid are inside.
+    insides: Option<Vec<bool>>,
     spacing: f64,
     band: f64,
 }
@@ -43,14 +45,23 @@ impl Places {
             let spacing = lattice.spacing() * f64::from(BRICK);
             sign_block(mesh, spacing, [row, rows, layers], |place| middle(lattice, place), &mut distances);
         }
-        let mut places = Self { counts, distances, magnitudes: vec![], spacing: lattice.spacing(), band };
-        let least = |node| places.around(node).map(|index| places.bound(index)).fold(f64::INFINITY, f64::min);
-        let magnitude = |node: [u32; 3]| {
-            let distance = mesh.nearest(lattice.node(node.map(|n| n * BRICK)).into(), 0).distance;
+        let mut places =
+            Self { counts, distances, magnitudes: vec![], insides: None, spacing: lattice.spacing(), band };
+        let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
+        let distance = |node: [u32; 3]| mesh.nearest(position(node.map(|n| n as usize)), 0).distance as f32;
+        let mut at_nodes: Vec<f32> = places.coarse_nodes().map(distance).collect();
+        let magnitude = |(node, distance): ([u32; 3], &f32)| {
+            let least = places.around(node).map(|index| places.bound(index)).fold(f64::INFINITY, f64::min);
             // Towards zero, whatever the rounding.
-            (least(node).max(places.tilted(distance)) * (1.0 - ROUNDING)) as f32
+            let tilted = places.tilted(f64::from(*distance) * (1.0 - ROUNDING));
+            (least.max(tilted) * (1.0 - ROUNDING)) as f32
         };
-        places.magnitudes = places.coarse_nodes().map(magnitude).collect();
+        places.magnitudes = places.coarse_nodes().zip(&at_nodes).map(magnitude).collect();
+        if mesh.sign_method() == SignMethod::Winding {
+            let spacing = lattice.spacing() * f64::from(BRICK);
+            sign_block(mesh, spacing, [row, rows, layers].map(|n| n + 1), position, &mut at_nodes);
+            places.insides = Some(at_nodes.iter().map(|distance| distance.is_sign_negative()).collect());
+        }
         places
     }
 
@@ -60,7 +71,7 @@ impl Places {
 
     /// Of its own numbers, a table, a list of places and a coarse grid.
     pub fn bytes(&self) -> usize {
-        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 2]>()
+        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 3]>()
     }
 
     pub fn band(&self) -> f64 {
@@ -116,9 +127,12 @@ impl Places {
         let may_be_torn = |index: usize| {
             let place = self.place(index);
             let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
-            nodes
-                .flat_map(|node| self.around(node))
-                .any(|other| self.is_inside(other) != self.is_inside(index) && may_be_absent(other))
+            let side = self.is_inside(index);
+            nodes.flat_map(|node| self.around(node)).any(|other| self.is_inside(other) != side && may_be_absent(other))
+                || self.insides.as_ref().is_some_and(|insides| {
+                    let mut around = (0..8_u32).map(|corner| place_node(self.counts, place, corner));
+                    may_be_absent(index) && around.any(|node| insides[node] != side)
+                })
         };
         let all = (0..self.count()).into_par_iter();
         all.filter(|index| self.may_need_brick(*index) || may_be_torn(*index)).count()
@@ -144,22 +158,20 @@ impl Places {
 
     /// The coarse grid's magnitudes at the corners of a place, x fastest.
     pub fn magnitudes(&self, place: [u32; 3]) -> [f64; 8] {
-        let [row, rows, _] = self.counts.map(|n| n as usize + 1);
-        std::array::from_fn(|corner| {
-            let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| place[axis] as usize + (corner >> axis & 1));
-            f64::from(self.magnitudes[(z * rows + y) * row + x])
-        })
+        std::array::from_fn(|corner| f64::from(self.magnitudes[place_node(self.counts, place, corner as u32)]))
     }
 
-    /// Places without a brick that touch another one on the other side. Between them lies no triangle, so the mesh is open
-    /// there: the surface that closes it needs bricks too.
+    /// Places without a brick whose middles, and the node of the coarse grid between them, are not all on one side. No
+    /// triangle lies between those, so the mesh is open there: the surface that closes it needs bricks too.
     pub fn torn(&self, table: &[u32]) -> BTreeSet<usize> {
-        let torn_at = |node: [u32; 3]| {
+        let torn_at = |(number, node): (usize, [u32; 3])| {
             let absent: Vec<usize> = self.around(node).filter(|index| table[*index] == NO_BRICK).collect();
-            let inside = absent.iter().filter(|index| self.is_inside(**index)).count();
-            if inside % absent.len().max(1) == 0 { Vec::new() } else { absent }
+            let of_node = self.insides.as_ref().map(|insides| insides[number]);
+            let mut sides = absent.iter().map(|index| self.is_inside(*index)).chain(of_node);
+            let first = sides.next();
+            if sides.all(|side| Some(side) == first) { Vec::new() } else { absent }
         };
-        self.coarse_nodes().flat_map_iter(torn_at).collect()
+        self.coarse_nodes().enumerate().flat_map_iter(torn_at).collect()
     }
 
     fn is_inside(&self, index: usize) -> bool {
@@ -180,4 +192,11 @@ impl Places {
 pub(super) fn middle(lattice: &Lattice, place: [usize; 3]) -> Vector3<f64> {
     let steps = |axis: usize| f64::from(BRICK) * (place[axis] as f64 + 0.5);
     Vector3::from_fn(|axis, _| lattice.origin()[axis] + lattice.spacing() * steps(axis))
+}
+
+/// The number of the coarse grid's node at a corner of a place.
+fn place_node(counts: [u32; 3], place: [u32; 3], corner: u32) -> usize {
+    let [row, rows, _] = counts.map(|n| n as usize + 1);
+    let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| (place[axis] + (corner >> axis & 1)) as usize);
+    (z * rows + y) * row + x
 }

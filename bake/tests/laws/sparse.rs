@@ -415,6 +415,28 @@ fn a_place_without_a_brick_is_on_one_side_as_a_whole() {
     }
 }
 
+/// Promise 8. A power of two changes no digit, and no code.
+#[test]
+fn a_mesh_scaled_by_a_power_of_two_bakes_to_the_same_bricks_scaled() {
+    let mut random = Random::of_test();
+    for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
+        // The tiny one has distances that f32 holds with fewer digits when it is made smaller still.
+        for exponent in [-10, 7] {
+            let scale = 2.0_f64.powi(exponent);
+            let wanted = bake::<u16>(&mesh, &Baked::of(&mesh, None, 24).lattice);
+            let scaled = mesh.clone().scaled(scale);
+            let found = bake::<u16>(&scaled, &Baked::of(&scaled, None, 24).lattice);
+            assert_eq!((&found.table, &found.samples), (&wanted.table, &wanted.samples), "{name} by 2^{exponent}");
+            for (found, wanted) in std::iter::zip(&found.scales, &wanted.scales) {
+                let by = scale as f32;
+                assert_eq!((found.base, found.step), (wanted.base * by, wanted.step * by), "{name} by 2^{exponent}");
+            }
+            assert!(std::iter::zip(&found.coarse, &wanted.coarse).all(|(a, b)| *a == b * scale as f32), "{name}");
+            assert_eq!(found.error_bound, wanted.error_bound * scale, "{name}");
+        }
+    }
+}
+
 /// Where it has no distances it must still show the way: a search that starts on a plateau stays there.
 #[test]
 fn beyond_the_band_it_rises_away_from_the_surface() {

@@ -13,8 +13,9 @@ use crate::meshes::Model;
 const OLD: &[u8] = b"what was there before";
 
 /// Each command that writes, and what.
-const WRITERS: [(&str, &str); 7] = [
+const WRITERS: [(&str, &str); 8] = [
     ("bake ball.obj --res 64", "ball.sdf.h5"),
+    ("bake ball.obj --res 128 --layout sparse", "ball.sdf.h5"),
     ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.csv", "list.csv"),
     ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.json", "list.json"),
     ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.ply", "list.ply"),

@@ -17,13 +17,19 @@ fn bake_writes_the_same_bytes_on_any_number_of_threads() {
     let folder = Folder::new();
     folder.write("closed.obj", Model::ball([0.1, 0.2, 0.3], 0.7, 3).obj());
     folder.write("open.obj", Model::hills(13).obj());
-    for mesh in ["closed", "open"] {
+    for (mesh, options) in [
+        ("closed", "--res 37"),
+        ("open", "--res 37"),
+        ("closed", "--res 60 --layout sparse --precision f32"),
+        ("open", "--res 60 --layout sparse"),
+        ("closed", "--max-error 0.01"),
+    ] {
         let bake = |threads: u32| {
-            folder.done(&format!("bake {mesh}.obj --res 37 --threads {threads}"));
+            folder.done(&format!("bake {mesh}.obj {options} --threads {threads}"));
             folder.read(&format!("{mesh}.sdf.h5"))
         };
         let alone = bake(1);
-        assert!(THREADS.iter().all(|threads| bake(*threads) == alone), "{mesh}");
+        assert!(THREADS.iter().all(|threads| bake(*threads) == alone), "{mesh} {options}");
     }
 }
 
@@ -66,13 +72,15 @@ fn renumbered(contact: &Value, elements: u64, points: u64) -> Value {
 fn contacts_of_two_meshes_in_one_file_are_those_of_either() {
     let folder = Folder::new();
     folder.write("body.obj", Model::ball([0.0; 3], 0.8, 3).obj());
-    folder.done("bake body.obj --res 32");
+    folder.done("bake body.obj --res 32 -o dense.sdf.h5");
+    folder.done("bake body.obj --res 32 --layout sparse -o sparse.sdf.h5");
     let (sheet, ball) = (Model::hills(20), Model::ball([0.5, 0.4, 0.3], 0.4, 3));
     folder.write("a.obj", sheet.obj());
     folder.write("b.obj", ball.obj());
     folder.write("both.obj", sheet.and(&ball).obj());
-    for elements in ["faces", "edges", "vertices"] {
-        let find = |mesh: &str| contacts(&folder, &format!("{mesh} body.sdf.h5 --elements {elements}"));
+    let grids = ["dense.sdf.h5", "sparse.sdf.h5"];
+    for (elements, grid) in ["faces", "edges", "vertices"].into_iter().flat_map(|kind| grids.map(|grid| (kind, grid))) {
+        let find = |mesh: &str| contacts(&folder, &format!("{mesh} {grid} --elements {elements}"));
         let ((count_a, mut expected), (count_b, of_b)) = (find("a.obj"), find("b.obj"));
         assert!(expected.len() > 20 && of_b.len() > 20);
         expected.extend(of_b.iter().map(|contact| renumbered(contact, count_a, sheet.points.len() as u64)));

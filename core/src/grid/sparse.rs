@@ -204,6 +204,10 @@ impl<B: Bricks> Sparse<B> {
     }
 }
 
+/// What is interpolated in f32 at two neighbouring nodes may differ by so many roundings more than it should: of seven
+/// interpolations, each of a product and two sums, at both, and once in each of three directions.
+const ROUNDINGS: f64 = 32.0;
+
 impl<B: Bricks> Sparse<B> {
     /// Of the nodes of a place. A cell with all its corners in places without bricks lies in one cell of the coarse grid;
     /// any other has a corner in a brick.
@@ -211,11 +215,11 @@ impl<B: Bricks> Sparse<B> {
         let of_brick = self.brick_in(place).and_then(|brick| self.bricks.bounds().get(brick));
         of_brick.copied().unwrap_or_else(|| {
             let corners = self.coarse_corners(place);
-            NodeBounds {
-                least: corners.into_iter().fold(f32::INFINITY, f32::min),
-                greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
-                slope: cell_slope(corners, self.coarse_spacing) as f32 * (1.0 + f32::EPSILON),
-            }
+            let least = corners.into_iter().fold(f32::INFINITY, f32::min);
+            let greatest = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            let spacing = self.coarse_spacing / f64::from(BRICK);
+            let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(greatest.max(-least)) / spacing;
+            NodeBounds { least, greatest, slope: (cell_slope(corners, self.coarse_spacing) + rounding) as f32 }
         })
     }
 }
