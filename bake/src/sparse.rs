@@ -6,7 +6,7 @@
 //! a nearer one are not kept: the coarse grid stands for them.
 //!
 //! The coarse grid's magnitude at a node is the least bound of the places around it, or a value that rises slowly with the
-//! node's distance, whichever is more ([`places`]). A place's bound is the distance at its middle less the way to its corners,
+//! node's distance, whichever is more (`places`). A place's bound is the distance at its middle less the way to its corners,
 //! and no less than W. So at nodes without a brick the coarse grid is no more than the distance; it changes by no more than
 //! the way along each axis, as the distance does; and so does the lesser of both.
 //! A point x beyond the band whose nearest of the surface is q claims no more than Σ wᵢ |xᵢ − q| ≤ |x − q| + 3h²/(8B), with
