@@ -164,9 +164,13 @@ pub struct ContactsArgs {
     /// How the least distance of an element is found.
     #[arg(long, value_enum, default_value_t = Method::Auto)]
     pub method: Method,
-    /// Steps of the method at most.
-    #[arg(long, value_name = "N", default_value_t = 32)]
-    pub iterations: u32,
+    /// Steps of the method at most; of certified, how many times the field is asked of one element at most [default: 32,
+    /// of certified 1024].
+    #[arg(long, value_name = "N")]
+    pub iterations: Option<u32>,
+    /// How near certified comes to the least value before it stops, as a share of the element's longest edge.
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-3, value_parser = positive)]
+    pub tolerance: f64,
     /// Report elements that come within this distance of the surface, in the mesh's unit; less than 0: only so deep.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     pub margin: f64,
@@ -186,6 +190,10 @@ pub struct ContactsArgs {
 }
 
 impl ContactsArgs {
+    pub fn iterations(&self) -> u32 {
+        self.iterations.unwrap_or(if self.method == Method::Certified { 1024 } else { 32 })
+    }
+
     /// Of the output.
     pub fn format(&self) -> Option<ContactFormat> {
         self.output.as_deref().and_then(ContactFormat::of)
@@ -209,6 +217,10 @@ pub enum Method {
     Fw,
     /// Golden-section search, on edges alone.
     Gss,
+    /// Frank-Wolfe with a line search.
+    Ls,
+    /// Branch and bound: the least of all minima, and proof of how near.
+    Certified,
     /// The least of 4 fixed points, to compare with.
     Sample4,
     /// The least of 16 fixed points, to compare with.

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::minimize::{Minimizer, Minimum};
 use crate::real::{Float, Real};
+use crate::survey::rounding;
 use crate::vector::norm;
 use crate::{Sdf, Simplex};
 
@@ -122,14 +123,12 @@ where
     let local = field.local_bounds(&simplex.bounds());
     let centroid = simplex.centroid();
     let reach = simplex.reach(centroid);
-    let rounding = simplex.rounding(field.slope_bound(), centroid, reach, margin);
-    let least = R::lift(local.least) - rounding;
+    let least = R::lift(local.least) - rounding(field.slope_bound(), centroid, reach, margin);
     if margin < least {
         return Outcome::Culled;
     }
     let value = field.value(centroid);
-    let rounding = simplex.rounding(field.slope_bound(), centroid, reach, value);
-    let by_slope = value - reach * R::lift(local.slope_bound) - rounding;
+    let by_slope = value - reach * R::lift(local.slope_bound) - rounding(field.slope_bound(), centroid, reach, value);
     let cull = Cull { may_touch: !margin.lt(by_slope), lower_bound: Real::max(by_slope, least) };
     if !cull.may_touch {
         return Outcome::Culled;

@@ -19,6 +19,12 @@ impl<const N: usize> Mask for LaneMask<N> {
     fn any(self) -> bool {
         self.0.into_iter().any(|lane| lane)
     }
+    #[inline]
+    fn set_lane(&mut self, lane: usize, yes: bool) {
+        if let Some(slot) = self.0.get_mut(lane) {
+            *slot = yes;
+        }
+    }
 }
 
 impl<const N: usize> BitAnd for LaneMask<N> {
@@ -97,6 +103,8 @@ impl<T: Float, const N: usize> One for Lanes<T, N> {
 
 impl<T: Float, const N: usize> Real for Lanes<T, N> {
     type Mask = LaneMask<N>;
+    type Lane = T;
+    const LANES: usize = N;
     const EPSILON: f64 = T::EPSILON;
     const REACH: f64 = T::REACH;
 
@@ -123,6 +131,16 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
     #[inline]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
         Self(from_fn(|i| if mask.0[i] { yes.0[i] } else { no.0[i] }))
+    }
+    #[inline]
+    fn lane(self, lane: usize) -> T {
+        self.0.get(lane).copied().unwrap_or_else(T::zero)
+    }
+    #[inline]
+    fn set_lane(&mut self, lane: usize, value: T) {
+        if let Some(slot) = self.0.get_mut(lane) {
+            *slot = value;
+        }
     }
     #[inline]
     fn gather<const K: usize>(at: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; K]) -> [Self; K] {

@@ -25,6 +25,7 @@ mod real;
 mod sdf;
 pub mod shapes;
 mod simplex;
+mod survey;
 mod vector;
 
 pub use aabb::Aabb;
@@ -33,3 +34,4 @@ pub use nalgebra;
 pub use real::{Float, Mask, Real};
 pub use sdf::{LocalBounds, Sample, Sdf, Status};
 pub use simplex::{Simplex, project_weights};
+pub use survey::Survey;

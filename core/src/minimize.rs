@@ -1,23 +1,27 @@
 //! Where on a simplex a field is least: the local optimization of Macklin et al. 2020, §3 and §4.
 //!
 //! Every method starts at the corner with the least value, keeps the best point it has seen, and stops by itself or
-//! when its budget is spent. None knows whether another, lower minimum exists.
+//! when its budget is spent. None but [`Certified`] knows whether another, lower minimum exists.
 
+mod certified;
 mod frank_wolfe;
 mod golden_section;
+mod line_search;
 mod point_sampling;
 mod projected_gradient;
 mod search;
 
+pub use certified::Certified;
 pub use frank_wolfe::FrankWolfe;
 pub use golden_section::GoldenSection;
+pub use line_search::LineSearch;
 pub use point_sampling::PointSampling;
 pub use projected_gradient::ProjectedGradient;
 
 use nalgebra::Vector3;
 
-use crate::real::Real;
-use crate::{Sample, Sdf, Simplex};
+use crate::real::{Mask, Real};
+use crate::{Sample, Sdf, Simplex, Status};
 
 /// A method that looks for the least value of a field on simplices of `N` corners.
 ///
@@ -46,4 +50,30 @@ pub struct Minimum<R: Real, const N: usize> {
     pub evaluations: R,
     /// The method's own condition for a local minimum was met before its budget was spent.
     pub converged: R::Mask,
+}
+
+impl<R: Real, const N: usize> Minimum<R, N> {
+    /// The same in every lane.
+    fn splat(minimum: Minimum<R::Lane, N>) -> Self {
+        let nothing = Sample { value: R::zero(), gradient: Vector3::zeros(), status: Status::GOOD };
+        let mut splat = Self {
+            weights: [R::zero(); N],
+            point: Vector3::zeros(),
+            sample: nothing,
+            lower_bound: R::zero(),
+            evaluations: R::zero(),
+            converged: R::Mask::NONE,
+        };
+        (0..R::LANES).for_each(|lane| splat.set_lane(lane, minimum));
+        splat
+    }
+
+    fn set_lane(&mut self, lane: usize, minimum: Minimum<R::Lane, N>) {
+        self.weights.iter_mut().zip(minimum.weights).for_each(|(all, one)| all.set_lane(lane, one));
+        self.point.iter_mut().zip(&minimum.point).for_each(|(all, one)| all.set_lane(lane, *one));
+        self.sample.set_lane(lane, minimum.sample);
+        self.lower_bound.set_lane(lane, minimum.lower_bound);
+        self.evaluations.set_lane(lane, minimum.evaluations);
+        self.converged.set_lane(lane, minimum.converged);
+    }
 }

@@ -9,8 +9,9 @@ use nalgebra::{Matrix3, Vector3};
 pub use rigid::Rigid;
 pub use similarity::Similarity;
 
-use crate::real::Real;
-use crate::{Aabb, LocalBounds, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::survey::{mean, reach, rounding};
+use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A map from the world into a field's own frame.
 pub trait Placement {
@@ -77,5 +78,18 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
             greatest: of_field.greatest * scale,
             slope_bound: of_field.slope_bound * self.placement.slope_factor(),
         }
+    }
+
+    /// Of a placement that is an affine map: it takes a hull to the hull of its corners.
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        let mut pulled = [Vector3::zeros(); 4];
+        for (pulled, corner) in pulled.iter_mut().zip(corners) {
+            *pulled = self.placement.pull(*corner).point;
+        }
+        let of_field = self.field.survey(pulled.get(..corners.len()).unwrap_or(&pulled));
+        let scaled = of_field.map(|value| value * R::lift(self.placement.scale()));
+        // The corners were rounded where they stood in the world.
+        let center = mean(corners);
+        scaled.widen(rounding(self.slope_bound(), center, reach(center, corners), scaled.value))
     }
 }

@@ -15,6 +15,8 @@ pub trait Mask:
 {
     const NONE: Self;
     fn any(self) -> bool;
+    /// `lane` counts those of the number.
+    fn set_lane(&mut self, lane: usize, yes: bool);
 }
 
 impl Mask for bool {
@@ -23,6 +25,10 @@ impl Mask for bool {
     fn any(self) -> bool {
         self
     }
+    #[inline]
+    fn set_lane(&mut self, _lane: usize, yes: bool) {
+        *self = yes;
+    }
 }
 
 /// A number: `f32`, `f64`, several lanes of one, or a dual number.
@@ -30,6 +36,11 @@ pub trait Real:
     Scalar + Copy + Zero + One + ClosedAddAssign + ClosedSubAssign + ClosedMulAssign + ClosedDivAssign + Neg<Output = Self>
 {
     type Mask: Mask;
+
+    /// What stands in one lane: the number itself where it has but one.
+    type Lane: Float;
+
+    const LANES: usize;
 
     /// The distance from 1 to the next larger number.
     const EPSILON: f64;
@@ -51,6 +62,11 @@ pub trait Real:
     fn le(self, other: Self) -> Self::Mask;
 
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// `lane` is below [`Self::LANES`].
+    fn lane(self, lane: usize) -> Self::Lane;
+
+    fn set_lane(&mut self, lane: usize, value: Self::Lane);
 
     /// Fetches `N` stored floats for each lane's three whole numbers, which must lie in 0 ≤ at < 2³¹.
     fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N];
@@ -105,7 +121,7 @@ pub trait Real:
 }
 
 /// A number with one lane, which can branch and leave the query.
-pub trait Float: Real<Mask = bool> + PartialOrd {
+pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
     fn to_f64(self) -> f64;
 }
 
@@ -113,6 +129,8 @@ macro_rules! float {
     ($float:ident, $sqrt:path, $reach:literal) => {
         impl Real for $float {
             type Mask = bool;
+            type Lane = Self;
+            const LANES: usize = 1;
             const EPSILON: f64 = $float::EPSILON as f64;
             const REACH: f64 = $reach;
 
@@ -139,6 +157,14 @@ macro_rules! float {
             #[inline]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
+            }
+            #[inline]
+            fn lane(self, _lane: usize) -> Self {
+                self
+            }
+            #[inline]
+            fn set_lane(&mut self, _lane: usize, value: Self) {
+                *self = value;
             }
             #[inline]
             fn gather<const N: usize>([x, y, z]: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {

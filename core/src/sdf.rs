@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::Aabb;
-use crate::real::{Mask, Real};
+use crate::real::{Float, Mask, Real};
+use crate::{Aabb, Survey};
 
 /// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
 ///
@@ -15,7 +15,7 @@ use crate::real::{Mask, Real};
 /// assert_eq!(sample.value, 1.5);
 /// assert_eq!(sample.gradient, Vector3::new(0.0, 1.0, 0.0));
 /// ```
-pub trait Sdf {
+pub trait Sdf: Sized {
     /// φ and ∇φ at a point whose coordinates are finite and within ±[`Real::REACH`]. Any other point may give NaN;
     /// [`sample`](Self::sample) takes those too.
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R>;
@@ -29,6 +29,11 @@ pub trait Sdf {
     /// What is certain of φ in a box. By default only that it changes no faster than anywhere.
     fn local_bounds(&self, _region: &Aabb) -> LocalBounds {
         LocalBounds { slope_bound: self.slope_bound(), ..LocalBounds::ANYTHING }
+    }
+
+    /// What is certain of φ on the convex hull of one to four points. By default by the slope.
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::by_slope(self, corners)
     }
 
     /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
@@ -67,6 +72,9 @@ impl<F: Sdf> Sdf for &F {
     }
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         (**self).local_bounds(region)
+    }
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        (**self).survey(corners)
     }
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
@@ -138,6 +146,15 @@ impl<R: Real> Sample<R> {
             gradient: yes.gradient.zip_map(&no.gradient, |yes, no| R::select(mask, yes, no)),
             status: Status::select(mask, yes.status, no.status),
         }
+    }
+
+    pub(crate) fn set_lane(&mut self, lane: usize, sample: Sample<R::Lane>) {
+        self.value.set_lane(lane, sample.value);
+        self.gradient.iter_mut().zip(&sample.gradient).for_each(|(all, one)| all.set_lane(lane, *one));
+        let Status { degenerate_gradient, outside_grid, not_finite } = sample.status;
+        self.status.degenerate_gradient.set_lane(lane, degenerate_gradient);
+        self.status.outside_grid.set_lane(lane, outside_grid);
+        self.status.not_finite.set_lane(lane, not_finite);
     }
 
     /// The sample of −φ.

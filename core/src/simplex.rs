@@ -2,13 +2,10 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::real::{Float, Real};
+use crate::Sdf;
+use crate::real::Real;
+use crate::survey::rounding;
 use crate::vector::norm;
-use crate::{Aabb, Sdf};
-
-/// How many roundings of the largest number in it a lower bound may be off. An evaluation takes some thirty operations,
-/// few of which round at the size of the coordinates.
-const ROUNDINGS: f64 = 32.0;
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,15 +48,7 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, point: Vector3<R>, value: R) -> R {
         let reach = self.reach(point);
         let slope_bound = field.slope_bound();
-        value - reach * R::lift(slope_bound) - self.rounding(slope_bound, point, reach, value)
-    }
-
-    /// More than a value of the field on the simplex, and `value` in size or less, may be off by rounding: `point` is on
-    /// the simplex and `reach` from it.
-    #[inline]
-    pub(crate) fn rounding(&self, slope_bound: f64, point: Vector3<R>, reach: R, value: R) -> R {
-        let largest = point.iter().fold(reach.max(value.abs()), |largest, x| largest.max(x.abs()));
-        largest * R::lift(slope_bound.max(1.0) * ROUNDINGS * R::EPSILON)
+        value - reach * R::lift(slope_bound) - rounding(slope_bound, point, reach, value)
     }
 
     /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the
@@ -69,21 +58,14 @@ impl<R: Real, const N: usize> Simplex<R, N> {
         self.corners.map(|corner| gradient.dot(&(corner - self.corners[0])))
     }
 
+    /// The simplex in one of the lanes.
+    pub(crate) fn lane(&self, lane: usize) -> Simplex<R::Lane, N> {
+        Simplex { corners: self.corners.map(|corner| corner.map(|x| x.lane(lane))) }
+    }
+
     pub fn is_in_reach(&self) -> R::Mask {
         use crate::real::Mask;
         self.corners.iter().flat_map(|corner| corner.iter()).fold(!R::Mask::NONE, |all, x| all & x.is_in_reach())
-    }
-}
-
-impl<R: Float, const N: usize> Simplex<R, N> {
-    /// The smallest box around it.
-    #[inline]
-    pub fn bounds(&self) -> Aabb {
-        let nothing = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-        self.corners.iter().fold(nothing, |bounds, corner| {
-            let corner = corner.map(R::to_f64).into();
-            bounds.union(&Aabb { min: corner, max: corner })
-        })
     }
 }
 

@@ -3,7 +3,7 @@
 use std::any::Any;
 
 use nalgebra::Vector3;
-use sdf_core::{Aabb, Lanes, LocalBounds, Real, Sample, Sdf};
+use sdf_core::{Aabb, Float, Lanes, LocalBounds, Real, Sample, Sdf, Survey};
 
 use crate::dual::Dual;
 
@@ -19,6 +19,17 @@ impl<R: Real, F: Sdf> Answers<R> for F {
     }
     fn answer_value(&self, point: Vector3<R>) -> R {
         self.value(point)
+    }
+}
+
+/// Surveys in one number type.
+pub trait Surveys<R: Float> {
+    fn survey_of(&self, corners: &[Vector3<R>]) -> Survey<R>;
+}
+
+impl<R: Float, F: Sdf> Surveys<R> for F {
+    fn survey_of(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.survey(corners)
     }
 }
 
@@ -43,7 +54,7 @@ impl<F: Sdf> Limits for F {
 
 macro_rules! any_field {
     ($($number:ty),*) => {
-        trait Inner: Limits $(+ Answers<$number>)* {}
+        trait Inner: Limits + Surveys<f32> + Surveys<f64> $(+ Answers<$number>)* {}
         impl<F: Sdf> Inner for F {}
 
         /// A field of any type. It panics when asked in a number type that no test uses.
@@ -76,6 +87,18 @@ macro_rules! any_field {
 
             fn local_bounds(&self, region: &Aabb) -> LocalBounds {
                 self.0.limits_in(region)
+            }
+
+            fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+                let mut held = [Vector3::zeros(); 4];
+                held[..corners.len()].copy_from_slice(corners);
+                if let Some(held) = same::<_, [Vector3<f32>; 4]>(held) {
+                    return same(self.0.survey_of(&held[..corners.len()])).unwrap();
+                }
+                if let Some(held) = same::<_, [Vector3<f64>; 4]>(held) {
+                    return same(self.0.survey_of(&held[..corners.len()])).unwrap();
+                }
+                panic!("AnyField surveys in f32 and f64")
             }
         }
     };

@@ -80,6 +80,8 @@ impl<T: Float> One for Dual<T> {
 
 impl<T: Float> Real for Dual<T> {
     type Mask = bool;
+    type Lane = T;
+    const LANES: usize = 1;
     const EPSILON: f64 = T::EPSILON;
     const REACH: f64 = T::REACH;
 
@@ -101,6 +103,12 @@ impl<T: Float> Real for Dual<T> {
     }
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
+    }
+    fn lane(self, _lane: usize) -> T {
+        self.value
+    }
+    fn set_lane(&mut self, _lane: usize, value: T) {
+        *self = Self::constant(value);
     }
     fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {
         T::gather(at.map(|axis| axis.value), fetch).map(Self::constant)

@@ -1,6 +1,8 @@
 //! Every minimizer, in one type, so that a law is written once and asked of all of them.
 
-use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, Minimum, PointSampling, ProjectedGradient};
+use sdf_core::minimize::{
+    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, PointSampling, ProjectedGradient,
+};
 use sdf_core::{Real, Sdf, Simplex};
 
 #[derive(Clone, Copy, Debug)]
@@ -8,6 +10,8 @@ pub enum Method {
     FrankWolfe(FrankWolfe),
     ProjectedGradient(ProjectedGradient),
     PointSampling(PointSampling),
+    LineSearch(LineSearch),
+    Certified(Certified),
     /// On segments alone.
     GoldenSection(GoldenSection),
 }
@@ -18,6 +22,8 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
         Method::FrankWolfe(FrankWolfe { iterations: budget, ..FrankWolfe::default() }),
         Method::ProjectedGradient(ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }),
         Method::PointSampling(PointSampling { samples: budget + 1 }),
+        Method::LineSearch(LineSearch { iterations: budget, ..LineSearch::default() }),
+        Method::Certified(Certified { evaluations: 4 * budget, ..Certified::default() }),
     ];
     if corners == 2 {
         methods.push(Method::GoldenSection(GoldenSection { iterations: budget, ..GoldenSection::default() }));
@@ -31,6 +37,8 @@ impl Minimizer<2> for Method {
             Self::FrankWolfe(method) => method.minimize(field, simplex),
             Self::ProjectedGradient(method) => method.minimize(field, simplex),
             Self::PointSampling(method) => method.minimize(field, simplex),
+            Self::LineSearch(method) => method.minimize(field, simplex),
+            Self::Certified(method) => method.minimize(field, simplex),
             Self::GoldenSection(method) => method.minimize(field, simplex),
         }
     }
@@ -44,6 +52,8 @@ macro_rules! all_but_golden_section {
                     Self::FrankWolfe(method) => method.minimize(field, simplex),
                     Self::ProjectedGradient(method) => method.minimize(field, simplex),
                     Self::PointSampling(method) => method.minimize(field, simplex),
+                    Self::LineSearch(method) => method.minimize(field, simplex),
+                    Self::Certified(method) => method.minimize(field, simplex),
                     Self::GoldenSection(_) => panic!("golden section is for segments"),
                 }
             }

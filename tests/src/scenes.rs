@@ -12,7 +12,7 @@ use sdf_core::placed::{Placed, Rigid, Similarity};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, LocalBounds, Real, Sample, Sdf};
+use sdf_core::{Aabb, Float, LocalBounds, Real, Sample, Sdf, Survey};
 
 use crate::any_field::AnyField;
 use crate::random::Random;
@@ -60,6 +60,9 @@ impl Sdf for Scene {
     }
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         self.field.local_bounds(region)
+    }
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.field.survey(corners)
     }
 }
 
@@ -123,6 +126,9 @@ impl<F: Sdf> Sdf for Steep<F> {
         let LocalBounds { least, greatest, slope_bound } = self.field.local_bounds(region);
         let steepness = self.steepness;
         LocalBounds { least: least * steepness, greatest: greatest * steepness, slope_bound: slope_bound * steepness }
+    }
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.field.survey(corners).map(|value| value * R::lift(self.steepness))
     }
 }
 

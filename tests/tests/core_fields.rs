@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 use sdf_core::shapes::{Bowl, Horseshoe};
-use sdf_core::{Aabb, Float, Lanes, Real, Sample, Sdf};
+use sdf_core::{Aabb, Float, Lanes, Real, Sample, Sdf, Simplex};
 use sdf_tests::dual::Dual;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::lanes::{sample_of_lane, side_by_side};
-use sdf_tests::oracle::surface_points;
+use sdf_tests::oracle::{cast, lattice_weights, random_simplex, surface_points};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, distance_to_bowl, in_horseshoe, scenes};
 
@@ -326,5 +326,53 @@ fn what_is_certain_of_a_box_holds_at_all_of_its_points() {
         if scene.name.starts_with("sparse") || scene.name.starts_with("bounded") {
             assert!(informed > 50, "{}: nothing is known of {} of 200 boxes", scene.name, 200 - informed);
         }
+    }
+}
+
+#[test]
+fn a_survey_holds_on_the_whole_hull() {
+    fn check<R: Float, const N: usize>(random: &mut Random) {
+        for scene in scenes(1.0) {
+            for _ in 0..150 {
+                let simplex = cast::<R, N>(&random_simplex(random, 1.5 * scene.size));
+                let survey = scene.survey(&simplex.corners);
+                let told = || format!("{}: {survey:?} of {simplex:?}", scene.name);
+                assert!(survey.least <= survey.value && survey.value <= survey.greatest, "{}", told());
+                for weights in lattice_weights::<N>(if N == 4 { 6 } else { 12 }) {
+                    let value = scene.value(simplex.point(weights.map(R::lift)));
+                    assert!(survey.least <= value && value <= survey.greatest, "{value:?} at {weights:?}, {}", told());
+                }
+            }
+        }
+    }
+    let mut random = Random::of_test();
+    check::<f64, 1>(&mut random);
+    check::<f64, 2>(&mut random);
+    check::<f64, 3>(&mut random);
+    check::<f64, 4>(&mut random);
+    check::<f32, 2>(&mut random);
+    check::<f32, 3>(&mut random);
+}
+
+/// What makes a search by surveys fast: halving a hull brings the bounds together by more than half.
+#[test]
+fn surveys_of_convex_shapes_close_in_faster_than_the_hull_shrinks() {
+    let mut random = Random::of_test();
+    for scene in scenes(1.0).iter().filter(|scene| scene.convex) {
+        let mut ratios: Vec<f64> = vec![];
+        for _ in 0..200 {
+            let corners = [0, 1, 2].map(|_| random.in_cube(1.0));
+            let middle = random.in_cube(0.6 * scene.size);
+            let of_size = |size: f64| Simplex { corners: corners.map(|corner| middle + corner * size * scene.size) };
+            let [large, small] = [of_size(1e-2), of_size(1e-3)].map(|simplex| {
+                // Apart from how the value falls along the hull, which no bound may hide.
+                let lattice = lattice_weights::<3>(8).into_iter().map(|w| scene.value(simplex.point(w)));
+                let survey = scene.survey(&simplex.corners);
+                lattice.fold(f64::INFINITY, f64::min) - survey.least
+            });
+            ratios.push(small / large.max(1e-12));
+        }
+        ratios.sort_by(f64::total_cmp);
+        assert!(ratios[ratios.len() / 2] < 0.05, "{}: {}", scene.name, ratios[ratios.len() / 2]);
     }
 }

@@ -3,7 +3,9 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, PointSampling, ProjectedGradient};
+use sdf_core::minimize::{
+    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, PointSampling, ProjectedGradient,
+};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{Sdf, Simplex};
@@ -179,7 +181,7 @@ fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Re
         Elements::Vertices => by_method(args, mesh, field, &vertices(mesh))?,
         Elements::Edges => match args.method {
             Method::Auto | Method::Gss => {
-                let search = GoldenSection { iterations: args.iterations, ..GoldenSection::default() };
+                let search = GoldenSection { iterations: args.iterations(), ..GoldenSection::default() };
                 of_each(args, mesh, field, &mesh.edges(), &search)
             }
             _ => by_method(args, mesh, field, &mesh.edges())?,
@@ -200,7 +202,7 @@ fn by_method<F: Sdf + Sync, const N: usize>(
 where
     PointSampling: Minimizer<N>,
 {
-    let iterations = args.iterations;
+    let iterations = args.iterations();
     let samples = |samples| of_each(args, mesh, field, elements, &PointSampling { samples });
     Ok(match args.method {
         Method::Pgd => {
@@ -209,6 +211,11 @@ where
         }
         Method::Auto | Method::Fw => {
             of_each(args, mesh, field, elements, &FrankWolfe { iterations, ..FrankWolfe::default() })
+        }
+        Method::Ls => of_each(args, mesh, field, elements, &LineSearch { iterations, ..LineSearch::default() }),
+        Method::Certified => {
+            let search = Certified { evaluations: iterations, tolerance: args.tolerance, ..Certified::default() };
+            of_each(args, mesh, field, elements, &search)
         }
         Method::Sample4 => samples(4),
         Method::Sample16 => samples(16),

@@ -147,10 +147,10 @@ fn every_method_finds_the_same_contact_in_its_own_way() {
     };
     let deepest_by_auto = deepest("");
     assert!((-1.0..-0.7).contains(&deepest_by_auto), "{deepest_by_auto}");
-    for method in ["pgd", "fw", "sample4", "sample16", "sample64"] {
+    for method in ["pgd", "fw", "ls", "certified", "sample4", "sample16", "sample64"] {
         assert!((deepest(&format!("--method {method}")) - deepest_by_auto).abs() < 0.05, "{method}");
     }
-    for method in ["auto", "gss", "pgd", "fw", "sample16"] {
+    for method in ["auto", "gss", "pgd", "fw", "ls", "certified", "sample16"] {
         let deepest = deepest(&format!("--elements edges --method {method}"));
         assert!((deepest - deepest_by_auto).abs() < 0.1, "{method}: {deepest}");
     }
@@ -160,6 +160,33 @@ fn every_method_finds_the_same_contact_in_its_own_way() {
     says(&folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --translate 0,0"), &["expected 3 numbers", "found 2"]);
     says(&folder.wrong_usage("contacts sheet.obj ball.sdf.h5 -o list.txt"), &["list.txt", ".csv, .json, .ply or .h5"]);
     folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --margin inf");
+}
+
+#[test]
+fn certified_contacts_are_no_higher_than_any_others_and_prove_how_deep_they_are() {
+    let folder = scene();
+    folder.done("bake ball.obj --res 16 --layout sparse -o sparse.sdf.h5");
+    for grid in ["ball.sdf.h5", "sparse.sdf.h5"] {
+        let of = |words: &str| folder.json(&format!("contacts sheet.obj {grid} {words}"))["contacts"].clone();
+        let certified = of("--method certified --tolerance 1e-4");
+        let certified = certified.as_array().unwrap();
+        let number = |contact: &Value, key: &str| contact[key].as_f64().unwrap();
+        let converged = certified.iter().filter(|contact| contact["status"] == "converged").count();
+        assert!(certified.len() > 50 && converged * 10 > certified.len() * 9, "{converged} of {}", certified.len());
+        for contact in certified.iter().filter(|contact| contact["status"] == "converged") {
+            // The sheet's longest edge is less than 0.5, and no grid of a ball is steeper than 2.
+            let gap = number(contact, "distance") - number(contact, "lower_bound");
+            assert!((0.0..1e-4 * 0.5 * 2.0).contains(&gap), "{gap}: {contact}");
+        }
+        for method in ["fw", "pgd", "ls", "sample64"] {
+            for other in of(&format!("--method {method}")).as_array().unwrap() {
+                let same = certified.iter().find(|contact| contact["id"] == other["id"]).unwrap();
+                let higher = number(same, "distance") - number(other, "distance");
+                assert!(higher < 1e-4 * 0.5 * 2.0, "{method} is {higher} lower: {other}, {same}");
+            }
+        }
+    }
+    folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --method certified --tolerance 0");
 }
 
 #[test]

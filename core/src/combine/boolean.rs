@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
-use crate::{Aabb, LocalBounds, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// What lies in either: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,10 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         self.0.local_bounds(region).lower(self.1.local_bounds(region))
     }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.0.survey(corners).lower(self.1.survey(corners))
+    }
 }
 
 impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
@@ -63,6 +67,10 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
         let (a, b) = (self.0.local_bounds(region).negate(), self.1.local_bounds(region).negate());
         a.lower(b).negate()
     }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.0.survey(corners).negate().lower(self.1.survey(corners).negate()).negate()
+    }
 }
 
 impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
@@ -86,6 +94,10 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         self.0.local_bounds(region).negate().lower(self.1.local_bounds(region)).negate()
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.0.survey(corners).negate().lower(self.1.survey(corners)).negate()
     }
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
-use crate::{Aabb, LocalBounds, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// The shape grown by `distance`, or shrunk where it is negative: φ − distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,5 +38,9 @@ impl<F: Sdf> Sdf for Offset<F> {
 
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         self.field.local_bounds(region).raise(-self.distance)
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.field.survey(corners).map(|value| value - R::lift(self.distance))
     }
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
-use crate::{Aabb, LocalBounds, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
 /// the wall, the gradient is a choice.
@@ -44,5 +44,13 @@ impl<F: Sdf> Sdf for Shell<F> {
         let least = of_field.least.max(-of_field.greatest).max(0.0);
         let greatest = of_field.greatest.max(-of_field.least);
         LocalBounds { least, greatest, ..of_field }.raise(-0.5 * self.thickness)
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        let of_field = self.field.survey(corners);
+        let Survey { value, least, greatest } = of_field;
+        let to_zero = Real::max(Real::max(least, -greatest), R::zero());
+        let wall = Survey { value: value.abs(), least: to_zero, greatest: Real::max(greatest, -least) };
+        wall.map(|value| value - R::lift(0.5 * self.thickness))
     }
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
-use crate::{Aabb, LocalBounds, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
 ///
@@ -65,5 +65,16 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         let sharp = self.a.local_bounds(region).lower(self.b.local_bounds(region));
         LocalBounds { least: sharp.least - 0.25 * self.blend, ..sharp }
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        let (a, b) = (self.a.survey(corners), self.b.survey(corners));
+        // It rises where either part does.
+        let blended = |a: R, b: R| self.blended(a, b, self.nearness(a, b));
+        Survey {
+            value: blended(a.value, b.value),
+            least: blended(a.least, b.least),
+            greatest: blended(a.greatest, b.greatest),
+        }
     }
 }

@@ -34,6 +34,8 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
         self.storage.corners(cell)
     }
 
+    const HAS_BOUNDS: bool = true;
+
     fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
         let [along_x, along_y, _] = self.places.map(|n| n as usize);
         bounds_of_places(first, last, |place| {
@@ -45,7 +47,7 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
 
 /// How many places are looked at before it is given up: an element as large as this gains little from what is known of
 /// places.
-const MOST_PLACES: usize = 64;
+const MOST_PLACES: u32 = 64;
 
 /// Of all nodes in the places of the nodes from `first` to `last`.
 pub(super) fn bounds_of_places(
@@ -54,16 +56,18 @@ pub(super) fn bounds_of_places(
     of_place: impl Fn([u32; 3]) -> Option<NodeBounds>,
 ) -> Option<NodeBounds> {
     let [first, last] = [first, last].map(|node| node.map(|index| index / BRICK));
-    let counts: [usize; 3] = core::array::from_fn(|axis| last[axis].saturating_sub(first[axis]) as usize + 1);
-    let count = counts.iter().try_fold(1, |n: usize, along| n.checked_mul(*along))?;
+    let count =
+        (0..3).try_fold(1_u32, |n, axis| n.checked_mul(last[axis].checked_sub(first[axis])?.checked_add(1)?))?;
     if count > MOST_PLACES {
         return None;
     }
-    let [along_x, along_y, _] = counts;
-    let nothing = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
-    (0..count).try_fold(nothing, |bounds, index| {
-        let step = [index % along_x, index / along_x % along_y, index / along_x / along_y];
-        let place = core::array::from_fn(|axis| first[axis] + step[axis] as u32);
-        Some(bounds.union(of_place(place)?))
-    })
+    let mut bounds = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    for z in first[2]..=last[2] {
+        for y in first[1]..=last[1] {
+            for x in first[0]..=last[0] {
+                bounds = bounds.union(of_place([x, y, z])?);
+            }
+        }
+    }
+    Some(bounds)
 }

@@ -79,13 +79,13 @@ impl Lattice {
     /// the box is finite and not empty.
     pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
         let is_sound = (0..3).all(|axis| region.min[axis] <= region.max[axis] && region.extents()[axis].is_finite());
-        let cell = |corner: [f64; 3]| {
-            core::array::from_fn(|axis| {
-                let steps = (corner[axis] - self.origin[axis]) * self.per_spacing;
-                // Towards zero, and zero below it.
-                (steps as u32).min(self.cells()[axis].wrapping_sub(1))
-            })
+        let along = |x: f64, origin: f64, cells: u32| {
+            // Towards zero, and zero below it.
+            let steps = ((x - origin) * self.per_spacing) as u32;
+            steps.min(cells.wrapping_sub(1))
         };
+        let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.cells());
+        let cell = |[x, y, z]: [f64; 3]| [along(x, x0, nx), along(y, y0, ny), along(z, z0, nz)];
         let [first, last]: [[u32; 3]; 2] = [cell(region.min), cell(region.max)];
         is_sound.then_some([first, last.map(|n| n.wrapping_add(1))])
     }

@@ -235,6 +235,8 @@ impl<B: Bricks> Storage for Sparse<B> {
         }
     }
 
+    const HAS_BOUNDS: bool = true;
+
     fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
         bounds_of_places(first, last, |place| Some(self.bounds_of_place(place)))
     }

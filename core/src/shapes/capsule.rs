@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::vector::{direction, lift};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// All points within `radius` of the segment from `a` to `b`. Exact. The gradient on the segment is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,5 +49,9 @@ impl Sdf for Capsule {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::real::{Mask, Real};
-use crate::{Aabb, Sample, Sdf};
+use crate::real::{Float, Mask, Real};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A solid cone with its apex at the origin and its base at z = −`height`. Exact. The gradient is a choice at the apex,
 /// on the rim and, inside, on the axis and where side and base are equally near.
@@ -62,5 +62,9 @@ impl Sdf for Cone {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

@@ -3,9 +3,9 @@ use nalgebra::Vector3;
 use super::fold::unfold;
 use super::is_length;
 use super::profile::corner;
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::vector::lift;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A box around the origin with its sides along the axes. Exact. The gradient is a choice on the edges and, inside,
 /// where two walls are equally near.
@@ -33,5 +33,9 @@ impl Sdf for Cuboid {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

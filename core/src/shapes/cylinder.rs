@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, revolve};
-use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A solid cylinder around z, from −`half_height` to `half_height`. Exact. The gradient is a choice on the rims and,
 /// inside, on the axis and where side and end are equally near.
@@ -40,5 +40,9 @@ impl Sdf for Cylinder {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

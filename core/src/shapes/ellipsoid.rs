@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::vector::{direction, lift};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// An ellipsoid around the origin with its axes along x, y and z.
 ///
@@ -40,5 +40,9 @@ impl Sdf for Ellipsoid {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::vector::lift;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// All points with n·x ≤ offset: φ = n·x − offset. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,5 +37,9 @@ impl Sdf for HalfSpace {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

@@ -2,10 +2,10 @@ use nalgebra::Vector3;
 
 use super::fold::unfold;
 use super::is_length;
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::simplex::excess;
 use crate::vector::direction;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
@@ -41,5 +41,9 @@ impl Sdf for Octahedron {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use super::Cuboid;
 use crate::combine::Offset;
-use crate::real::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::real::{Float, Real};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A box with `radius` added around it. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,5 +31,9 @@ impl Sdf for RoundedBox {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        self.inflated.survey(corners)
     }
 }

@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::Real;
+use crate::real::{Float, Real};
 use crate::vector::direction;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A ball around the origin. Exact. The gradient at the centre is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,5 +30,9 @@ impl Sdf for Sphere {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, corners)
     }
 }

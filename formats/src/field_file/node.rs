@@ -6,7 +6,7 @@ use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, LocalBounds, Real, Sample, Sdf};
+use sdf_core::{Aabb, Float, LocalBounds, Real, Sample, Sdf, Survey};
 
 use crate::grid_file::OwnedGrid;
 
@@ -82,5 +82,9 @@ impl Sdf for Node {
 
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         delegate!(self, field => field.local_bounds(region))
+    }
+
+    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+        delegate!(self, field => field.survey(corners))
     }
 }

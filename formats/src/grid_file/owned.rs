@@ -24,6 +24,8 @@ impl Storage for OwnedSamples {
         }
     }
 
+    const HAS_BOUNDS: bool = true;
+
     #[inline]
     fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
         match self {

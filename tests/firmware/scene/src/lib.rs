@@ -1,4 +1,4 @@
-//! One contact of a triangle with a grid in read-only memory, found in f32, and the lines that tell it.
+//! One contact of a triangle with a grid in read-only memory, found in f32 by two methods, and the lines that tell it.
 //!
 //! Host and board print the same bytes, or one of them does not compute what the other does. The lines are written
 //! without `core::fmt`, which can panic: so a panic linked into the board's program comes from the contact.
@@ -14,7 +14,7 @@ use page::Page;
 use sdf_core::Simplex;
 use sdf_core::contact::{Contact, ContactStatus, Element, Feature, Outcome, contact};
 use sdf_core::grid::{Dense, Grid, Lattice};
-use sdf_core::minimize::FrankWolfe;
+use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
 use sdf_core::nalgebra::Vector3;
 
 include!(concat!(env!("OUT_DIR"), "/grid.rs"));
@@ -29,22 +29,28 @@ const TRIANGLE: [[f32; 3]; 3] = [[0.7, 0.05, 0.3], [-0.35, 0.45, 0.1], [-0.2, -0
 /// Writes what became of the triangle, byte by byte.
 pub fn report(out: impl FnMut(u8)) {
     let mut page = Page(out);
-    match triangle_contact() {
+    report_one(&mut page, triangle_contact(&FrankWolfe::default()));
+    page.text("certified: ");
+    report_one(&mut page, triangle_contact(&Certified { evaluations: 128, ..Certified::default() }));
+}
+
+fn report_one(page: &mut Page<impl FnMut(u8)>, outcome: Option<Outcome<f32, 3>>) {
+    match outcome {
         None => page.text("the grid was refused\n"),
         Some(Outcome::NotFinite) => page.text("not finite\n"),
         Some(Outcome::Culled) => page.text("culled\n"),
         Some(Outcome::Apart(minimum)) => page.numbers("apart", &[minimum.sample.value]),
-        Some(Outcome::Contact(contact)) => write_contact(&mut page, &contact),
+        Some(Outcome::Contact(contact)) => write_contact(page, &contact),
     }
 }
 
-fn triangle_contact() -> Option<Outcome<f32, 3>> {
+fn triangle_contact(minimizer: &impl Minimizer<3>) -> Option<Outcome<f32, 3>> {
     let lattice = Lattice::new(ORIGIN, SPACING, [NODES; 3])?;
     let grid = Grid::new(lattice, Dense::new(&lattice, &SAMPLES)?, SLOPE_BOUND)?;
     // The compiler must not know the corners, or it may find the contact itself.
     let corners = black_box(TRIANGLE).map(Vector3::from);
     let element = Element { id: 17, vertices: [3, 5, 8], simplex: Simplex { corners } };
-    Some(contact(&grid, &FrankWolfe::default(), 0.0, &element))
+    Some(contact(&grid, minimizer, 0.0, &element))
 }
 
 fn write_contact(page: &mut Page<impl FnMut(u8)>, contact: &Contact<f32, 3>) {
