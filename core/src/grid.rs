@@ -3,6 +3,7 @@
 mod bounded;
 mod dense;
 mod lattice;
+mod segment;
 pub mod sparse;
 mod trilinear;
 
@@ -11,6 +12,7 @@ use nalgebra::Vector3;
 pub use bounded::Bounded;
 pub use dense::Dense;
 pub use lattice::Lattice;
+pub use segment::SegmentMinimum;
 
 use crate::real::{Float, Real};
 use crate::survey::{bounds, mean, reach, rounding};
@@ -218,6 +220,10 @@ impl<S: Storage> Sdf for Grid<S> {
         let slope_bound = if sticks_out { slope_bound_with_outside(slope, reaches_in) } else { slope };
         let greatest = if sticks_out { f64::INFINITY } else { greatest };
         LocalBounds { least, greatest, slope_bound: slope_bound.min(self.slope_bound) }
+    }
+
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        self.least_on(ends)
     }
 
     /// In a few cells by how the gradient varies there (the mean value form of interval arithmetic: Moore 1966, "Interval

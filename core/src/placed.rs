@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 pub use rigid::Rigid;
 pub use similarity::Similarity;
 
+use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};
 use crate::survey::{mean, reach, rounding};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
@@ -91,5 +92,11 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         // The corners were rounded where they stood in the world.
         let center = mean(corners);
         scaled.widen(rounding(self.slope_bound(), center, reach(center, corners), scaled.value))
+    }
+
+    /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        let of_field = self.field.least_on_segment(ends.map(|end| self.placement.pull(end).point))?;
+        Some(SegmentMinimum { value: of_field.value * R::lift(self.placement.scale()), ..of_field })
     }
 }

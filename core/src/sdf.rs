@@ -1,5 +1,6 @@
 use nalgebra::Vector3;
 
+use crate::grid::SegmentMinimum;
 use crate::real::{Float, Mask, Real};
 use crate::{Aabb, Survey};
 
@@ -34,6 +35,11 @@ pub trait Sdf: Sized {
     /// What is certain of φ on the convex hull of one to four points. By default by the slope.
     fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
         Survey::by_slope(self, corners)
+    }
+
+    /// Where on a segment φ is least, if that can be told without a search.
+    fn least_on_segment<R: Float>(&self, _ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        None
     }
 
     /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
@@ -75,6 +81,9 @@ impl<F: Sdf> Sdf for &F {
     }
     fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
         (**self).survey(corners)
+    }
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        (**self).least_on_segment(ends)
     }
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {

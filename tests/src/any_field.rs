@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use nalgebra::Vector3;
+use sdf_core::grid::SegmentMinimum;
 use sdf_core::{Aabb, Float, Lanes, LocalBounds, Real, Sample, Sdf, Survey};
 
 use crate::dual::Dual;
@@ -25,11 +26,15 @@ impl<R: Real, F: Sdf> Answers<R> for F {
 /// Surveys in one number type.
 pub trait Surveys<R: Float> {
     fn survey_of(&self, corners: &[Vector3<R>]) -> Survey<R>;
+    fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>>;
 }
 
 impl<R: Float, F: Sdf> Surveys<R> for F {
     fn survey_of(&self, corners: &[Vector3<R>]) -> Survey<R> {
         self.survey(corners)
+    }
+    fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        self.least_on_segment(ends)
     }
 }
 
@@ -99,6 +104,14 @@ macro_rules! any_field {
                     return same(self.0.survey_of(&held[..corners.len()])).unwrap();
                 }
                 panic!("AnyField surveys in f32 and f64")
+            }
+
+            fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+                if let Some(ends) = same::<_, [Vector3<f32>; 2]>(ends) {
+                    return same(self.0.least_between(ends)).unwrap();
+                }
+                let ends = same::<_, [Vector3<f64>; 2]>(ends).unwrap();
+                same(self.0.least_between(ends)).unwrap()
             }
         }
     };

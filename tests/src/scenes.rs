@@ -7,7 +7,7 @@ use sdf_bake::SparseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, Storage, cell_slope, slope_bound};
+use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, SegmentMinimum, Storage, cell_slope, slope_bound};
 use sdf_core::placed::{Placed, Rigid, Similarity};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
@@ -63,6 +63,9 @@ impl Sdf for Scene {
     }
     fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
         self.field.survey(corners)
+    }
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        self.field.least_on_segment(ends)
     }
 }
 

@@ -202,3 +202,44 @@ fn a_slope_bound_that_is_no_number_makes_no_grid() {
     assert_eq!(slope_bound(&lattice, &storage), 1.0);
     assert!(Dense::new(&lattice, &samples[1..]).is_none());
 }
+
+/// Against as many points of the segment as it has thousandths, in grids of every storage, placed and offset.
+#[test]
+fn the_least_on_a_segment_is_below_all_its_points() {
+    fn check<R: Float>(tolerance: f64) {
+        let mut random = Random::of_test();
+        for scene in scenes(1.0).iter().filter(|scene| scene.meaning == Meaning::Samples) {
+            let mut answered = 0;
+            for round in 0..300 {
+                let a = random.in_cube(0.6 * scene.size);
+                let reach = scene.size * 10.0_f64.powf(random.between(-3.0, 0.0));
+                let mut b = a + random.in_cube(reach);
+                match round % 8 {
+                    0 => b.y = a.y,
+                    1 => b = a + Vector3::x() * 0.3,
+                    2 => b = a,
+                    // Along the faces of cells, from node to node.
+                    3 => b = b.map(|x| (x * 16.0).round() / 16.0),
+                    _ => {}
+                }
+                let a = if round % 8 == 3 { a.map(|x| (x * 16.0).round() / 16.0) } else { a };
+                let ends = [a, b].map(|end| end.map(R::lift));
+                let Some(least) = scene.least_on_segment(ends) else { continue };
+                answered += 1;
+                let at = |share: R| scene.value(ends[0] + (ends[1] - ends[0]) * share).to_f64();
+                let told = format!("{}: {least:?} on {ends:?}", scene.name);
+                assert!((at(least.share) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.share));
+                for step in 0..=1000 {
+                    let value = at(R::lift(f64::from(step) / 1000.0));
+                    assert!(least.value.to_f64() <= value + tolerance, "{told}, but {value} at {step}");
+                }
+            }
+            if scene.name.ends_with("grid of a sphere") {
+                assert!(answered > 200, "{}: {answered} of 300", scene.name);
+            }
+        }
+    }
+    // Some tens of roundings of coordinates and samples, times a slope of at most five.
+    check::<f64>(1e-13);
+    check::<f32>(1e-5);
+}

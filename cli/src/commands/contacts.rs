@@ -175,12 +175,21 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
     }
 }
 
+/// On a grid a certified search follows an edge through its cells and needs a few; on shapes in closed form it nearly always
+/// ends before so many.
+const EVALUATIONS_OF_AN_EDGE: u32 = 128;
+
 fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {
     let mut found = match args.elements {
         Elements::Faces => by_method(args, mesh, field, &mesh.triangles)?,
         Elements::Vertices => by_method(args, mesh, field, &vertices(mesh))?,
         Elements::Edges => match args.method {
-            Method::Auto | Method::Gss => {
+            Method::Auto => {
+                let evaluations = args.iterations.unwrap_or(EVALUATIONS_OF_AN_EDGE);
+                let search = Certified { evaluations, tolerance: args.tolerance, ..Certified::default() };
+                of_each(args, mesh, field, &mesh.edges(), &search)
+            }
+            Method::Gss => {
                 let search = GoldenSection { iterations: args.iterations(), ..GoldenSection::default() };
                 of_each(args, mesh, field, &mesh.edges(), &search)
             }

@@ -1,5 +1,6 @@
 use nalgebra::Vector3;
 
+use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
@@ -42,5 +43,10 @@ impl<F: Sdf> Sdf for Offset<F> {
 
     fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
         self.field.survey(corners).map(|value| value - R::lift(self.distance))
+    }
+
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        let of_field = self.field.least_on_segment(ends)?;
+        Some(SegmentMinimum { value: of_field.value - R::lift(self.distance), ..of_field })
     }
 }

@@ -56,6 +56,9 @@ impl<const N: usize> Minimizer<N> for Certified {
 
 impl Certified {
     fn minimum<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+        if let Some(minimum) = of_segment(field, simplex) {
+            return minimum;
+        }
         let mut search = Search::from(field, simplex, &self.local.minimize(field, simplex));
         let longest_edge = simplex.longest_edge();
         let slope_bound = field.slope_bound();
@@ -84,6 +87,25 @@ impl Certified {
         }
         search.finish(converged)
     }
+}
+
+/// Where a field knows the least of a segment by itself.
+fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Minimum<R, N>> {
+    let &[a, b] = simplex.corners.as_slice() else { return None };
+    let least = field.least_on_segment([a, b])?;
+    let mut weights = [R::zero(); N];
+    weights.iter_mut().zip([R::one() - least.share, least.share]).for_each(|(weight, share)| *weight = share);
+    let point = simplex.point(weights);
+    let sample = field.evaluate(point);
+    let rounding = rounding(field.slope_bound(), point, simplex.longest_edge(), sample.value);
+    Some(Minimum {
+        weights,
+        point,
+        sample,
+        lower_bound: Real::min(least.value, sample.value) - rounding,
+        evaluations: R::lift(f64::from(least.looks.saturating_add(1))),
+        converged: true,
+    })
 }
 
 /// Weights and the value there.

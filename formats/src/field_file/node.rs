@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::grid::SegmentMinimum;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{
@@ -82,6 +83,10 @@ impl Sdf for Node {
 
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         delegate!(self, field => field.local_bounds(region))
+    }
+
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        delegate!(self, field => field.least_on_segment(ends))
     }
 
     fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {

@@ -1,0 +1,117 @@
+use nalgebra::Vector3;
+
+use super::{Grid, Storage};
+use crate::real::{Float, Real};
+use crate::survey::bounds;
+use crate::vector::lift;
+
+/// Where on a segment a field is least.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentMinimum<R> {
+    /// Of the way from the first end to the second.
+    pub share: R,
+    /// φ there, but for rounding.
+    pub value: R,
+    /// How many cells were looked at.
+    pub looks: u32,
+}
+
+/// A segment through more cells is not followed: asked piece by piece, most of it is dropped at once.
+const MOST_CELLS: u32 = 64;
+
+impl<S: Storage> Grid<S> {
+    /// Cell by cell: on a straight line a trilinear interpolant is a cubic, whose least value on an interval is at an end or
+    /// where its derivative, a quadratic, has its upward zero. `None` where the segment leaves the box or meets many cells.
+    pub(super) fn least_on<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        let region = bounds(&ends);
+        let inside = self.lattice.bounds();
+        let is_within = (0..3).all(|k| inside.min[k] <= region.min[k] && region.max[k] <= inside.max[k]);
+        if !is_within {
+            return None;
+        }
+        let in_cells = |point: Vector3<R>| (point - lift(self.lattice.origin())) * R::lift(self.lattice.per_spacing());
+        let from = in_cells(ends[0]);
+        let way = (ends[1] - ends[0]) * R::lift(self.lattice.per_spacing());
+        let last = lift::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
+        let mut least = SegmentMinimum { share: R::zero(), value: R::lift(f64::INFINITY), looks: 0 };
+        let mut entry = R::zero();
+        // Where it enters a cell through a face, the point itself cannot tell on which side of it the cell lies.
+        let mut cell = from.zip_map(&last, |x, last| Real::min(x.trunc(), last));
+        while least.looks < MOST_CELLS {
+            let leaves = cell.zip_zip_map(&from, &way, |cell, from, way| {
+                let face = if way < R::zero() { cell } else { cell + R::one() };
+                if way == R::zero() { R::lift(f64::INFINITY) } else { Real::max((face - from) / way, entry) }
+            });
+            let exit = Real::min(leaves.iter().fold(R::one(), |exit, leaves| Real::min(exit, *leaves)), R::one());
+            let corners = R::gather(cell.into(), |cell| self.storage.corners(cell));
+            let cubic = Cubic::along(corners, from + way * entry - cell, way * (exit - entry));
+            let (share, value) = cubic.least();
+            least.looks = least.looks.saturating_add(1);
+            if value < least.value {
+                (least.share, least.value) = (entry + (exit - entry) * share, value);
+            }
+            if R::one() <= exit {
+                return Some(least);
+            }
+            let next = cell.zip_zip_map(
+                &leaves,
+                &way,
+                |cell, leaves, way| {
+                    if exit < leaves { cell } else { cell + way.sign() }
+                },
+            );
+            // Of rounding alone can it step out of the box, at its very end.
+            let stays = next.zip_map(&last, |next, last| next.clamp(R::zero(), last));
+            if stays != next {
+                return Some(least);
+            }
+            (cell, entry) = (next, exit);
+        }
+        None
+    }
+}
+
+/// The coefficients of 1, s, s² and s³.
+struct Cubic<R>([R; 4]);
+
+impl<R: Float> Cubic<R> {
+    /// A cell's interpolant at `start` + s · `way`, both counted in cells from its first corner.
+    fn along(corners: [R; 8], start: Vector3<R>, way: Vector3<R>) -> Self {
+        let [c000, c100, c010, c110, c001, c101, c011, c111] = corners;
+        let (x, y, z) = (c100 - c000, c010 - c000, c001 - c000);
+        let (xy, zx, yz) = (c110 - c100 - y, c101 - c100 - z, c011 - c010 - z);
+        let xyz = (c111 - c011) - (c101 - c001) - xy;
+        let (sx, sy, sz) = (start.x, start.y, start.z);
+        let (wx, wy, wz) = (way.x, way.y, way.z);
+        let value = c000 + x * sx + y * sy + z * sz + xy * sx * sy + yz * sy * sz + zx * sz * sx + xyz * sx * sy * sz;
+        let slope = (x + xy * sy + zx * sz + xyz * sy * sz) * wx
+            + (y + xy * sx + yz * sz + xyz * sz * sx) * wy
+            + (z + yz * sy + zx * sx + xyz * sx * sy) * wz;
+        let bend = (xy + xyz * sz) * wx * wy + (yz + xyz * sx) * wy * wz + (zx + xyz * sy) * wz * wx;
+        Self([value, slope, bend, xyz * wx * wy * wz])
+    }
+
+    fn at(&self, s: R) -> R {
+        let [d, c, b, a] = self.0;
+        d + s * (c + s * (b + s * a))
+    }
+
+    /// Where s is from 0 to 1, and the value there.
+    fn least(&self) -> (R, R) {
+        let [_, c, b, a] = self.0;
+        let lower = |least: (R, R), s: R| {
+            let value = self.at(s);
+            if value < least.1 { (s, value) } else { least }
+        };
+        let ends = lower((R::zero(), self.at(R::zero())), R::one());
+        let discriminant = b * b - R::lift(3.0) * a * c;
+        if discriminant < R::zero() {
+            return ends;
+        }
+        // Of the two zeros the one where the derivative rises, in the form that does not cancel.
+        let root = Real::sqrt(discriminant);
+        let (numerator, divisor) = if R::zero() < b { (-c, b + root) } else { (root - b, R::lift(3.0) * a) };
+        let is_between = R::zero() < numerator * divisor && numerator.abs() < divisor.abs();
+        if is_between { lower(ends, numerator / divisor) } else { ends }
+    }
+}
