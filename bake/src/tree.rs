@@ -108,48 +108,39 @@ impl Tree {
 
     /// Calls `visit` with every triangle that is no farther from `point` than the root of `distance_sq`.
     pub fn within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize, NearestOnTriangle)) {
-        let mut stack = [(0, 0); STACK];
-        let mut waiting = 1;
-        stack[0] = (self.levels.len() - 1, 0);
-        while waiting > 0 {
-            waiting -= 1;
-            let (level, node) = stack[waiting];
-            let distances_sq = self.levels[level][node].distances_sq(point);
-            for (child, box_distance_sq) in distances_sq.into_iter().enumerate() {
-                if box_distance_sq > distance_sq * PRUNE_SLACK {
-                    continue;
-                }
-                let index = node * FAN + child;
-                if level > 0 {
-                    stack[waiting] = (level - 1, index);
-                    waiting += 1;
-                    continue;
-                }
-                let on_triangle = nearest_on_triangle(point, self.corners[index]);
-                if on_triangle.distance_sq <= distance_sq {
-                    visit(index, on_triangle);
-                }
+        let is_near = |boxes: &Boxes| boxes.distances_sq(point).map(|away_sq| away_sq <= distance_sq * PRUNE_SLACK);
+        self.walk(is_near, |slot| {
+            let on_triangle = nearest_on_triangle(point, self.corners[slot]);
+            if on_triangle.distance_sq <= distance_sq {
+                visit(slot, on_triangle);
             }
-        }
+        });
     }
 
     /// Calls `visit` with every triangle whose box meets the box from `min` to `max`.
-    pub fn overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, mut visit: impl FnMut(usize)) {
+    pub fn overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, visit: impl FnMut(usize)) {
+        let apart = |boxes: &Boxes, child: usize, axis: usize| {
+            boxes.max[axis][child] < min[axis] || max[axis] < boxes.min[axis][child]
+        };
+        self.walk(|boxes| std::array::from_fn(|child| !(0..3).any(|axis| apart(boxes, child, axis))), visit);
+    }
+
+    /// Calls `visit` with every triangle whose box, and all boxes around it, are among those that `enters` picks of a node's
+    /// children.
+    fn walk(&self, enters: impl Fn(&Boxes) -> [bool; FAN], mut visit: impl FnMut(usize)) {
         let mut stack = [(0, 0); STACK];
         let mut waiting = 1;
         stack[0] = (self.levels.len() - 1, 0);
         while waiting > 0 {
             waiting -= 1;
             let (level, node) = stack[waiting];
-            let boxes = &self.levels[level][node];
-            for child in 0..FAN {
-                if (0..3).any(|axis| boxes.max[axis][child] < min[axis] || max[axis] < boxes.min[axis][child]) {
-                    continue;
-                }
+            let entered = enters(&self.levels[level][node]);
+            for (child, _) in entered.iter().enumerate().filter(|(_, enters)| **enters) {
+                let index = node * FAN + child;
                 if level == 0 {
-                    visit(node * FAN + child);
+                    visit(index);
                 } else {
-                    stack[waiting] = (level - 1, node * FAN + child);
+                    stack[waiting] = (level - 1, index);
                     waiting += 1;
                 }
             }

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use sdf_bake::{DenseGrid, SparseGrid};
 use sdf_core::grid::Lattice;
-use sdf_core::grid::sparse::{BRICK, Code, NO_BRICK, brick_counts};
+use sdf_core::grid::sparse::{BRICK, Code, Sparse};
 use sdf_formats::grid_file::{self, About, GridFileError, Samples, SparseSamples};
 
 /// A grid of either layout and any precision, fresh from the baker.
@@ -87,13 +87,8 @@ fn lent<C: Code>(grid: &SparseGrid<C>, band: f64) -> SparseSamples<'_, C> {
 /// A brick's cells are those whose first corner it holds. Their other corners are in the same brick or in the next ones.
 fn stored_in_bricks<C: Code>(grid: &SparseGrid<C>, lattice: &Lattice) -> [usize; 2] {
     let nodes = lattice.nodes();
-    let counts = brick_counts(lattice);
-    let is_there = |place: [u32; 3]| {
-        let [x, y, z] = place.map(|n| n as usize);
-        let in_range = (0..3).all(|axis| place[axis] < counts[axis]);
-        let index = (z * counts[1] as usize + y) * counts[0] as usize + x;
-        in_range && grid.table.get(index).is_some_and(|brick| *brick != NO_BRICK)
-    };
+    let Some(storage) = Sparse::new(lattice, grid) else { unreachable!("the baker's table fits its lattice") };
+    let is_there = |place| storage.brick_at(place).is_some();
     let mut stored = [0, 0];
     for place in &grid.places {
         let along: [u32; 3] = std::array::from_fn(|axis| (nodes[axis] - place[axis] * BRICK).min(BRICK));

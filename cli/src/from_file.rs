@@ -1,5 +1,5 @@
 use sdf_core::grid::sparse::Scale;
-use sdf_formats::grid_file::{Layout, OwnedBricks, OwnedSamples, ReadCount, StoredGrid};
+use sdf_formats::grid_file::{Layout, OwnedBricks, OwnedSamples, Part, ReadCount, StoredGrid};
 use serde::Serialize;
 
 /// What was read of a grid's file.
@@ -75,4 +75,9 @@ pub fn brick_at(samples: &OwnedSamples, place: [u32; 3]) -> Option<usize> {
         OwnedSamples::SparseU16(sparse) => sparse.brick_at(place),
         OwnedSamples::SparseU8(sparse) => sparse.brick_at(place),
     }
+}
+
+/// How many bytes each part of a file takes, by name.
+pub fn bytes_of(parts: &[Part]) -> serde_json::Map<String, serde_json::Value> {
+    parts.iter().map(|part| (part.name.to_owned(), part.stored_bytes.into())).collect()
 }

@@ -34,6 +34,12 @@ impl Aabb {
         (0..3).all(|k| min[k] <= max[k]).then_some(Self { min, max })
     }
 
+    /// Whether all of the other lies in this.
+    pub fn encloses(&self, other: &Self) -> bool {
+        let mut axes = core::iter::zip(self.min, other.min).chain(core::iter::zip(other.max, self.max));
+        axes.all(|(low, high)| low <= high)
+    }
+
     /// The box moved outward (inward where negative) by `distance` on all sides.
     pub fn inflate(&self, distance: f64) -> Self {
         Self { min: self.min.map(|x| x - distance), max: self.max.map(|x| x + distance) }

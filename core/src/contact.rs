@@ -122,13 +122,11 @@ where
     };
     let local = field.local_bounds(&simplex.bounds());
     let centroid = simplex.centroid();
-    let reach = simplex.reach(centroid);
-    let least = R::lift(local.least) - rounding(field.slope_bound(), centroid, reach, margin);
+    let least = R::lift(local.least) - rounding(field.slope_bound(), centroid, simplex.reach(centroid), margin);
     if margin < least {
         return Outcome::Culled;
     }
-    let value = field.value(centroid);
-    let by_slope = value - reach * R::lift(local.slope_bound) - rounding(field.slope_bound(), centroid, reach, value);
+    let by_slope = simplex.lower_bound(field, local.slope_bound, centroid, field.value(centroid));
     let cull = Cull { may_touch: !margin.lt(by_slope), lower_bound: Real::max(by_slope, least) };
     if !cull.may_touch {
         return Outcome::Culled;
@@ -187,7 +185,7 @@ pub struct Cull<R: Real> {
 #[inline]
 pub fn may_touch<R: Real, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
     let centroid = simplex.centroid();
-    let lower_bound = simplex.lower_bound(field, centroid, field.value(centroid));
+    let lower_bound = simplex.lower_bound(field, field.slope_bound(), centroid, field.value(centroid));
     Cull { may_touch: !margin.lt(lower_bound), lower_bound }
 }
 

@@ -211,7 +211,7 @@ impl<S: Storage> Sdf for Grid<S> {
         let Some(nodes) = self.storage.bounds_of_nodes(first, last) else { return global };
         let [least, greatest, slope] = [nodes.least, nodes.greatest, nodes.slope].map(f64::from);
         let bounds = self.lattice.bounds();
-        let sticks_out = (0..3).any(|k| region.min[k] < bounds.min[k] || bounds.max[k] < region.max[k]);
+        let sticks_out = !bounds.encloses(region);
         // Outside, the way to the grid is added to the value there, or makes a right angle with it: see `Grid`.
         let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]).max(0.0);
         let away = libm::hypot(libm::hypot(gap(0), gap(1)), gap(2));
@@ -287,8 +287,7 @@ const MOST_CELLS: u32 = 64;
 impl<S: Storage> Grid<S> {
     /// `None` where the box reaches out of the grid or meets many cells.
     fn slopes_in(&self, region: &Aabb) -> Option<CellRange> {
-        let bounds = self.lattice.bounds();
-        let is_within = (0..3).all(|k| bounds.min[k] <= region.min[k] && region.max[k] <= bounds.max[k]);
+        let is_within = self.lattice.bounds().encloses(region);
         let [first, last] = self.lattice.nodes_around(region).filter(|_| is_within)?;
         let count = (0..3).try_fold(1_u32, |n, axis| n.checked_mul(last[axis].checked_sub(first[axis])?));
         if count.is_none_or(|count| count > MOST_CELLS) {

@@ -4,8 +4,7 @@ use nalgebra::Vector3;
 
 use crate::Sdf;
 use crate::real::Real;
-use crate::survey::rounding;
-use crate::vector::norm;
+use crate::survey::{mean, reach, rounding};
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,13 +26,13 @@ impl<R: Real, const N: usize> Simplex<R, N> {
 
     #[inline]
     pub fn centroid(&self) -> Vector3<R> {
-        self.point([R::lift(1.0 / N as f64); N])
+        mean(&self.corners)
     }
 
     /// The largest distance from a point to a corner: no point of the simplex is farther.
     #[inline]
     pub fn reach(&self, from: Vector3<R>) -> R {
-        self.corners.iter().fold(R::zero(), |reach, corner| reach.max(norm(corner - from)))
+        reach(from, &self.corners)
     }
 
     /// The length of the longest edge.
@@ -42,13 +41,12 @@ impl<R: Real, const N: usize> Simplex<R, N> {
         self.corners.iter().fold(R::zero(), |longest, corner| longest.max(self.reach(*corner)))
     }
 
-    /// What no value of the field on the simplex is below, by the slope bound and its value at a point of the simplex,
-    /// rounding included.
+    /// What no value of the field on the simplex is below, by a bound of its slope there and its value at a point of the
+    /// simplex, rounding included.
     #[inline]
-    pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, point: Vector3<R>, value: R) -> R {
+    pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, slope_bound: f64, point: Vector3<R>, value: R) -> R {
         let reach = self.reach(point);
-        let slope_bound = field.slope_bound();
-        value - reach * R::lift(slope_bound) - rounding(slope_bound, point, reach, value)
+        value - reach * R::lift(slope_bound) - rounding(field.slope_bound(), point, reach, value)
     }
 
     /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the

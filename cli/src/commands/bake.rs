@@ -2,6 +2,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
+use clap::ValueEnum;
 use sdf_bake::budget::{self, AnyGrid, Budget, Refusal};
 use sdf_bake::sparse::{self, Quantize};
 use sdf_bake::{MeshDistance, MeshReport, SignMethod, SparseGrid, TriangleMesh, dense, lattice_around};
@@ -269,27 +270,20 @@ fn options(args: &BakeArgs) -> String {
         (None, None, Some(Tolerance::Length(length))) => format!("--max-error {length}"),
         (None, None, None) => String::new(),
     };
-    let sign = match args.sign {
-        Sign::Auto => "auto",
-        Sign::PseudoNormal => "pseudo-normal",
-        Sign::Winding => "winding",
-    };
+    let sign = word(args.sign);
     let sparse = match (args.layout(), args.precision) {
         (Layout::Dense, _) => String::new(),
         (Layout::Sparse, None) => format!(" --layout sparse --band {}", args.band()),
         (Layout::Sparse, Some(precision)) => {
-            format!(" --layout sparse --band {} --precision {}", args.band(), name(precision))
+            format!(" --layout sparse --band {} --precision {}", args.band(), word(precision))
         }
     };
     format!("{size} --padding {} --sign {sign}{sparse}", args.padding)
 }
 
-fn name(precision: Precision) -> &'static str {
-    match precision {
-        Precision::F32 => "f32",
-        Precision::U16 => "u16",
-        Precision::U8 => "u8",
-    }
+/// The word that stands for it on the command line.
+fn word(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// The mesh's stem with .sdf.h5, in the current folder.

@@ -102,14 +102,14 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
     match field_file::open(&args.sdf)? {
         OpenField::Analytic(node) => Ok((Field::Analytic(node), None)),
         OpenField::Grid(reader) => {
-            require_known(args, &reader.summary())?;
-            let file_bytes = reader.summary().file_bytes;
+            let summary = reader.summary();
+            require_known(args, &summary)?;
             let stored = match args.elements {
                 Elements::Faces => read_reached(args, mesh, pose, reader, &mesh.triangles),
                 Elements::Edges => read_reached(args, mesh, pose, reader, &mesh.edges()),
                 Elements::Vertices => read_reached(args, mesh, pose, reader, &vertices(mesh)),
             }?;
-            let from_file = FromFile::of(&stored, file_bytes);
+            let from_file = FromFile::of(&stored, summary.file_bytes);
             Ok((Field::Grid(stored), Some(from_file)))
         }
     }

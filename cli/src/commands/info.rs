@@ -5,6 +5,7 @@ use sdf_formats::grid_file::{Layout, Summary};
 use serde_json::json;
 
 use crate::args::InfoArgs;
+use crate::from_file::bytes_of;
 use crate::report::{Report, counts, number};
 
 pub fn run(args: &InfoArgs) -> Result<()> {
@@ -25,8 +26,6 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 _ => format!("{name}, {precision}"),
             };
             let stored = parts.iter().map(|part| format!("{} {}", part.name, part.stored_bytes));
-            let parts_json: serde_json::Map<_, _> =
-                parts.iter().map(|part| (part.name.to_owned(), part.stored_bytes.into())).collect();
             Report {
                 rows: vec![
                     ("layout", in_words),
@@ -66,7 +65,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     "tool": about.tool,
                     "options": about.options,
                     "file_bytes": file_bytes,
-                    "parts": parts_json,
+                    "parts": bytes_of(&parts),
                 }),
             }
             .print(args.json)

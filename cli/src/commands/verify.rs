@@ -1,4 +1,3 @@
-use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -8,12 +7,12 @@ use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
-use sdf_formats::field_file::{self, Field};
+use sdf_formats::field_file::{self, Field, OpenField};
 use sdf_formats::grid_file::{OwnedGrid, StoredGrid};
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
-use crate::from_file::{BrickList, band, brick_at, bricks};
+use crate::from_file::{BrickList, band, brick_at, bricks, bytes_of};
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, at};
 use crate::report::{Report, number, seconds};
@@ -30,7 +29,13 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let input = mesh_input::read(&args.mesh)?;
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
     let mesh = at(&args.mesh, TriangleMesh::new(&input.mesh.points, &input.mesh.triangles))?;
-    let field = field_file::read(&args.sdf)?;
+    let (field, parts) = match field_file::open(&args.sdf)? {
+        OpenField::Grid(reader) => {
+            let parts = bytes_of(&reader.summary().parts);
+            (Field::Grid(reader.read()?), Some(parts))
+        }
+        OpenField::Analytic(node) => (Field::Analytic(node), None),
+    };
     let surface = Surface::new(&input.mesh.points, &input.mesh.triangles);
     let (findings, errors) = progress::on_threads(args.threads, || {
         // By winding numbers, asked at every point: so a file signed by pseudo-normals is judged by another method, and
@@ -47,12 +52,12 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         }
     })?;
     let diagonal = mesh.bounds().diagonal();
-    let (same_mesh, spacing, parts) = match &field {
+    let (same_mesh, spacing) = match &field {
         Field::Grid(stored) => {
             let same = stored.about.source.sha256 == input.sha256;
-            (Some(same), Some(stored.grid.lattice().spacing()), field_parts(&args.sdf)?)
+            (Some(same), Some(stored.grid.lattice().spacing()))
         }
-        Field::Analytic(_) => (None, None, serde_json::Value::Null),
+        Field::Analytic(_) => (None, None),
     };
     let faults = faults(&findings, diagonal);
     if let Some(path) = &args.histogram {
@@ -67,21 +72,6 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         bail!("{} is not of {}: {}", args.sdf.display(), args.mesh.display(), faults.join("; "));
     }
     Ok(())
-}
-
-/// How many bytes each part of a grid's file takes.
-fn field_parts(path: &Path) -> Result<serde_json::Value> {
-    Ok(match field_file::open(path)? {
-        field_file::OpenField::Grid(reader) => {
-            let parts = reader.summary().parts;
-            parts
-                .iter()
-                .map(|part| (part.name.to_owned(), part.stored_bytes.into()))
-                .collect::<serde_json::Map<_, _>>()
-                .into()
-        }
-        field_file::OpenField::Analytic(_) => serde_json::Value::Null,
-    })
 }
 
 #[derive(Serialize)]
@@ -213,9 +203,9 @@ fn of_grid(args: &VerifyArgs, stored: &StoredGrid, truth: &MeshDistance, surface
                 let point = surface.point(!args.seed, 8 * number);
                 std::array::from_fn(|axis| point[axis] + band * offset[axis])
             };
-            let holds = |point: &[f64; 3]| (0..3).all(|k| bounds.min[k] <= point[k] && point[k] <= bounds.max[k]);
+            let holds = |point: [f64; 3]| bounds.encloses(&Aabb { min: point, max: point });
             let mut asked = ask(args, grid, truth, near);
-            asked.retain(|asked| asked.truth.abs() <= band && holds(&asked.point));
+            asked.retain(|asked| asked.truth.abs() <= band && holds(asked.point));
             let mut far = ask(args, grid, truth, everywhere(args.seed));
             far.retain(|asked| asked.truth.abs() > band);
             let own = |point: [f64; 3]| brick_at(grid.storage(), cell_at(lattice, point).map(|n| n / BRICK));
@@ -325,10 +315,7 @@ fn stored_at(grid: &OwnedGrid, node: [u32; 3]) -> f64 {
 
 /// The cell that a point of the box lies in.
 fn cell_at(lattice: &Lattice, point: [f64; 3]) -> [u32; 3] {
-    std::array::from_fn(|axis| {
-        let steps = (point[axis] - lattice.origin()[axis]) * lattice.per_spacing();
-        (steps as u32).min(lattice.cells()[axis] - 1)
-    })
+    lattice.nodes_around(&Aabb { min: point, max: point }).map_or([0; 3], |[first, _]| first)
 }
 
 /// A mesh to draw points from, evenly by area.
@@ -421,7 +408,7 @@ struct Context<'a> {
     diagonal: f64,
     spacing: Option<f64>,
     same_mesh: Option<bool>,
-    parts: serde_json::Value,
+    parts: Option<serde_json::Map<String, serde_json::Value>>,
     faults: &'a [String],
     elapsed: f64,
 }
@@ -464,7 +451,7 @@ fn print(args: &VerifyArgs, findings: &Findings, context: Context) -> Result<()>
     if let Some(Slope { steepest, bound }) = &findings.slope {
         rows.push(("slope", format!("{} at most, certified {}", number(*steepest), number(*bound))));
     }
-    if let Some(parts) = parts.as_object() {
+    if let Some(parts) = &parts {
         let parts: Vec<String> = parts.iter().map(|(name, bytes)| format!("{name} {bytes}")).collect();
         rows.push(("bytes", parts.join(", ")));
     }

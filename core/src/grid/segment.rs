@@ -23,10 +23,7 @@ impl<S: Storage> Grid<S> {
     /// Cell by cell: on a straight line a trilinear interpolant is a cubic, whose least value on an interval is at an end or
     /// where its derivative, a quadratic, has its upward zero. `None` where the segment leaves the box or meets many cells.
     pub(super) fn least_on<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let region = bounds(&ends);
-        let inside = self.lattice.bounds();
-        let is_within = (0..3).all(|k| inside.min[k] <= region.min[k] && region.max[k] <= inside.max[k]);
-        if !is_within {
+        if !self.lattice.bounds().encloses(&bounds(&ends)) {
             return None;
         }
         let in_cells = |point: Vector3<R>| (point - lift(self.lattice.origin())) * R::lift(self.lattice.per_spacing());

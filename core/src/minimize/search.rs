@@ -68,7 +68,7 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
 
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let Visit { weights, point, sample } = self.best;
-        let lower_bound = self.simplex.lower_bound(self.field, point, sample.value);
+        let lower_bound = self.simplex.lower_bound(self.field, self.field.slope_bound(), point, sample.value);
         Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
     }
 }
