@@ -4,6 +4,7 @@ mod bounded;
 mod dense;
 mod lattice;
 mod segment;
+mod slopes;
 pub mod sparse;
 mod trilinear;
 
@@ -15,7 +16,7 @@ pub use lattice::Lattice;
 pub use segment::SegmentMinimum;
 
 use crate::real::{Float, Real};
-use crate::survey::{bounds, mean, reach, rounding};
+use crate::survey::{bounds, reach, rounding};
 use crate::vector::{lift, norm};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Status, Survey};
 
@@ -227,84 +228,23 @@ impl<S: Storage> Sdf for Grid<S> {
     }
 
     /// In a few cells by how the gradient varies there (the mean value form of interval arithmetic: Moore 1966, "Interval
-    /// Analysis", ch. 6): near a place of its own size the bound is off by the square of the hull's size, where one by
-    /// the slope is off by the size.
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        let by_slope = Survey::by_slope(self, corners);
-        let Some(range) = self.slopes_in(&bounds(corners)) else { return by_slope };
-        let center = mean(corners);
-        let per_spacing = R::lift(self.lattice.per_spacing());
-        let [mut fall, mut rise] = [R::zero(); 2];
+    /// Analysis", ch. 6): off by the square of the hull's size, where a bound by the slope is off by the size.
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        let Some(range) = self.range_in::<R>(&bounds(corners)) else {
+            return Survey::by_slope(self, about, corners);
+        };
+        let value = self.value(about);
+        let (mut fall, mut rise) = (R::zero(), R::zero());
         for corner in corners {
-            let away = (corner - center) * per_spacing;
-            let [mut falls, mut rises] = [R::zero(); 2];
-            for axis in 0..3 {
-                let [a, b] = range.slopes[axis].map(|slope| R::lift(f64::from(slope)) * away[axis]);
-                falls += Real::min(a, b);
-                rises += Real::max(a, b);
-            }
+            let [falls, rises] = range.gradients.along(corner - about);
             (fall, rise) = (Real::min(fall, falls), Real::max(rise, rises));
         }
-        let rounding = rounding(self.slope_bound, center, reach(center, corners), by_slope.value);
-        let [least, greatest] = [range.least, range.greatest].map(|sample| R::lift(f64::from(sample)));
-        Survey {
-            value: by_slope.value,
-            least: Real::max(by_slope.least, Real::max(by_slope.value + fall, least) - rounding),
-            greatest: Real::min(by_slope.greatest, Real::min(by_slope.value + rise, greatest) + rounding),
-        }
-    }
-}
-
-/// What the interpolant and its differences along each axis stay within in some cells.
-struct CellRange {
-    least: f32,
-    greatest: f32,
-    /// Along x, y and z: the least and the greatest, over one spacing.
-    slopes: [[f32; 2]; 3],
-}
-
-impl CellRange {
-    /// A cell with these corners.
-    fn include(&mut self, corners: [f32; 8]) {
-        for (corner, sample) in corners.iter().enumerate() {
-            self.least = self.least.min(*sample);
-            self.greatest = self.greatest.max(*sample);
-            for (axis, [least, greatest]) in self.slopes.iter_mut().enumerate() {
-                if corner >> axis & 1 == 0 {
-                    // Below eight, and said so: a check of it could panic.
-                    let slope = corners[(corner | 1 << axis) & 7] - sample;
-                    (*least, *greatest) = (least.min(slope), greatest.max(slope));
-                }
-            }
-        }
-    }
-}
-
-/// More cells say less of each and take longer to look at. Of 8, 27 and 64 the last took the fewest evaluations on triangles of
-/// 20 voxels, and no more time on those of two.
-const MOST_CELLS: u32 = 64;
-
-impl<S: Storage> Grid<S> {
-    /// `None` where the box reaches out of the grid or meets many cells.
-    fn slopes_in(&self, region: &Aabb) -> Option<CellRange> {
-        let is_within = self.lattice.bounds().encloses(region);
-        let [first, last] = self.lattice.nodes_around(region).filter(|_| is_within)?;
-        let count = (0..3).try_fold(1_u32, |n, axis| n.checked_mul(last[axis].checked_sub(first[axis])?));
-        if count.is_none_or(|count| count > MOST_CELLS) {
-            return None;
-        }
-        let mut range = CellRange {
-            least: f32::INFINITY,
-            greatest: f32::NEG_INFINITY,
-            slopes: [[f32::INFINITY, f32::NEG_INFINITY]; 3],
+        let unrounded = Survey {
+            value,
+            least: Real::max(value + fall, range.least),
+            greatest: Real::min(value + rise, range.greatest),
+            gradients: range.gradients,
         };
-        for z in first[2]..last[2] {
-            for y in first[1]..last[1] {
-                for x in first[0]..last[0] {
-                    range.include(self.storage.corners([x, y, z]));
-                }
-            }
-        }
-        Some(range)
+        unrounded.widen(rounding(self.slope_bound, about, reach(about, corners), value))
     }
 }

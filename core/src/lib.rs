@@ -34,4 +34,4 @@ pub use nalgebra;
 pub use real::{Float, Mask, Real};
 pub use sdf::{LocalBounds, Sample, Sdf, Status};
 pub use simplex::{Simplex, project_weights};
-pub use survey::Survey;
+pub use survey::{Gradients, Survey};

@@ -11,7 +11,7 @@ pub use similarity::Similarity;
 
 use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};
-use crate::survey::{mean, reach, rounding};
+use crate::survey::{reach, rounding};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A map from the world into a field's own frame.
@@ -82,16 +82,16 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     }
 
     /// Of a placement that is an affine map: it takes a hull to the hull of its corners.
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         let mut pulled = [Vector3::zeros(); 4];
         for (pulled, corner) in pulled.iter_mut().zip(corners) {
             *pulled = self.placement.pull(*corner).point;
         }
-        let of_field = self.field.survey(pulled.get(..corners.len()).unwrap_or(&pulled));
-        let scaled = of_field.map(|value| value * R::lift(self.placement.scale()));
+        let here = self.placement.pull(about);
+        let of_field = self.field.survey(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
+        let scaled = of_field.pull_back(&here.jacobian, here.scale);
         // The corners were rounded where they stood in the world.
-        let center = mean(corners);
-        scaled.widen(rounding(self.slope_bound(), center, reach(center, corners), scaled.value))
+        scaled.widen(rounding(self.slope_bound(), about, reach(about, corners), scaled.value))
     }
 
     /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.

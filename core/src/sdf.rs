@@ -32,9 +32,10 @@ pub trait Sdf: Sized {
         LocalBounds { slope_bound: self.slope_bound(), ..LocalBounds::ANYTHING }
     }
 
-    /// What is certain of φ on the convex hull of one to four points. By default by the slope.
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::by_slope(self, corners)
+    /// What is certain of φ on the convex hull of one to four points, by what it is and how it changes at a point `about`
+    /// of the hull: the nearer that is to the least value, the tighter. By default by the slope.
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::by_slope(self, about, corners)
     }
 
     /// Where on a segment φ is least, if that can be told without a search.
@@ -79,8 +80,8 @@ impl<F: Sdf> Sdf for &F {
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         (**self).local_bounds(region)
     }
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        (**self).survey(corners)
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        (**self).survey(about, corners)
     }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         (**self).least_on_segment(ends)

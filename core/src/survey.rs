@@ -1,73 +1,144 @@
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Float, Real};
 use crate::vector::norm;
 use crate::{Aabb, Sdf, Simplex};
 
-/// What is certain of a field on the convex hull of one to four points, after one look at their mean.
+/// What is certain of a field on the convex hull of one to four points, after one look at a point of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Survey<R> {
-    /// φ at the mean of the points.
+pub struct Survey<R: Real> {
+    /// φ at the point that was looked at.
     pub value: R,
     /// No value on the hull is below this.
     pub least: R,
     /// No value on the hull is above this.
     pub greatest: R,
+    pub gradients: Gradients<R>,
+}
+
+/// A box of vectors that holds every gradient of a field on a hull, those of both sides where it has a kink.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gradients<R: Real> {
+    pub least: Vector3<R>,
+    pub greatest: Vector3<R>,
+}
+
+impl<R: Float> Gradients<R> {
+    /// Those that are no longer than a slope bound.
+    pub fn within(slope_bound: f64) -> Self {
+        let greatest = Vector3::repeat(R::lift(slope_bound));
+        Self { least: -greatest, greatest }
+    }
+
+    /// Those of either.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            least: self.least.zip_map(&other.least, Real::min),
+            greatest: self.greatest.zip_map(&other.greatest, Real::max),
+        }
+    }
+
+    /// Those of −φ.
+    pub fn negate(self) -> Self {
+        Self { least: -self.greatest, greatest: -self.least }
+    }
+
+    /// Of φ(`jacobian` · x) · `scale`, from those of φ.
+    pub fn pull_back(self, jacobian: &Matrix3<R>, scale: R) -> Self {
+        let axis = |k: usize| {
+            let [least, greatest] = self.along(jacobian.column(k).into_owned());
+            [least * scale, greatest * scale]
+        };
+        let [x, y, z] = [axis(0), axis(1), axis(2)];
+        Self { least: Vector3::new(x[0], y[0], z[0]), greatest: Vector3::new(x[1], y[1], z[1]) }
+    }
+
+    /// The least and the most that φ can change over a way, a vector, if all of it lies in the hull.
+    #[inline]
+    pub fn along(&self, way: Vector3<R>) -> [R; 2] {
+        let mut range = [R::zero(); 2];
+        for ((least, greatest), way) in self.least.iter().zip(&self.greatest).zip(&way) {
+            let (a, b) = (*least * *way, *greatest * *way);
+            range = [range[0] + Real::min(a, b), range[1] + Real::max(a, b)];
+        }
+        range
+    }
 }
 
 impl<R: Float> Survey<R> {
     /// By how steep the field is in the box around the points, and what else is certain there.
-    pub fn by_slope<F: Sdf>(field: &F, corners: &[Vector3<R>]) -> Self {
-        let center = mean(corners);
-        let value = field.value(center);
-        let reach = reach(center, corners);
+    pub fn by_slope<F: Sdf>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
+        let value = field.value(about);
+        let reach = reach(about, corners);
         let local = field.local_bounds(&bounds(corners));
         let spread = reach * R::lift(local.slope_bound);
         let unrounded = Self {
             value,
             least: Real::max(value - spread, R::lift(local.least)),
             greatest: Real::min(value + spread, R::lift(local.greatest)),
+            gradients: Gradients::within(local.slope_bound),
         };
-        unrounded.widen(rounding(field.slope_bound(), center, reach, value))
+        unrounded.widen(rounding(field.slope_bound(), about, reach, value))
     }
 
     /// Of a field that is a convex function, which lies above its tangent planes. A gradient that is a choice must be a
     /// limit of gradients nearby.
-    pub fn of_convex<F: Sdf>(field: &F, corners: &[Vector3<R>]) -> Self {
-        let center = mean(corners);
-        let sample = field.evaluate(center);
-        let reach = reach(center, corners);
-        let falls = corners.iter().map(|corner| sample.gradient.dot(&(corner - center)));
+    pub fn of_convex<F: Sdf>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
+        let sample = field.evaluate(about);
+        let reach = reach(about, corners);
+        let falls = corners.iter().map(|corner| sample.gradient.dot(&(corner - about)));
         let unrounded = Self {
             value: sample.value,
             least: sample.value + falls.fold(R::zero(), Real::min),
             greatest: sample.value + reach * R::lift(field.slope_bound()),
+            gradients: Gradients::within(field.slope_bound()),
         };
-        unrounded.widen(rounding(field.slope_bound(), center, reach, sample.value))
+        unrounded.widen(rounding(field.slope_bound(), about, reach, sample.value))
     }
 
     /// That of −φ.
     pub fn negate(self) -> Self {
-        Self { value: -self.value, least: -self.greatest, greatest: -self.least }
+        Self { value: -self.value, least: -self.greatest, greatest: -self.least, gradients: self.gradients.negate() }
     }
 
     /// That of the lower of two fields.
     pub fn lower(self, other: Self) -> Self {
+        let gradients = match () {
+            () if self.greatest < other.least => self.gradients,
+            () if other.greatest < self.least => other.gradients,
+            () => self.gradients.union(other.gradients),
+        };
         Self {
             value: Real::min(self.value, other.value),
             least: Real::min(self.least, other.least),
             greatest: Real::min(self.greatest, other.greatest),
+            gradients,
+        }
+    }
+
+    /// That of φ + `distance`.
+    pub fn raise(self, distance: R) -> Self {
+        Self {
+            value: self.value + distance,
+            least: self.least + distance,
+            greatest: self.greatest + distance,
+            gradients: self.gradients,
+        }
+    }
+
+    /// That of φ(`jacobian` · x) · `scale`.
+    pub fn pull_back(self, jacobian: &Matrix3<R>, scale: R) -> Self {
+        Self {
+            value: self.value * scale,
+            least: self.least * scale,
+            greatest: self.greatest * scale,
+            gradients: self.gradients.pull_back(jacobian, scale),
         }
     }
 
     /// With bounds that allow for values that are off by so much.
     pub fn widen(self, rounding: R) -> Self {
         Self { least: self.least - rounding, greatest: self.greatest + rounding, ..self }
-    }
-
-    /// With a function that never falls done to each number.
-    pub fn map(self, rising: impl Fn(R) -> R) -> Self {
-        Self { value: rising(self.value), least: rising(self.least), greatest: rising(self.greatest) }
     }
 }
 

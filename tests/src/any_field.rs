@@ -25,13 +25,13 @@ impl<R: Real, F: Sdf> Answers<R> for F {
 
 /// Surveys in one number type.
 pub trait Surveys<R: Float> {
-    fn survey_of(&self, corners: &[Vector3<R>]) -> Survey<R>;
+    fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R>;
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>>;
 }
 
 impl<R: Float, F: Sdf> Surveys<R> for F {
-    fn survey_of(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.survey(corners)
+    fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.survey(about, corners)
     }
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on_segment(ends)
@@ -94,14 +94,14 @@ macro_rules! any_field {
                 self.0.limits_in(region)
             }
 
-            fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
+            fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
                 let mut held = [Vector3::zeros(); 4];
                 held[..corners.len()].copy_from_slice(corners);
-                if let Some(held) = same::<_, [Vector3<f32>; 4]>(held) {
-                    return same(self.0.survey_of(&held[..corners.len()])).unwrap();
+                if let Some((about, held)) = same::<_, (Vector3<f32>, [Vector3<f32>; 4])>((about, held)) {
+                    return same(self.0.survey_of(about, &held[..corners.len()])).unwrap();
                 }
-                if let Some(held) = same::<_, [Vector3<f64>; 4]>(held) {
-                    return same(self.0.survey_of(&held[..corners.len()])).unwrap();
+                if let Some((about, held)) = same::<_, (Vector3<f64>, [Vector3<f64>; 4])>((about, held)) {
+                    return same(self.0.survey_of(about, &held[..corners.len()])).unwrap();
                 }
                 panic!("AnyField surveys in f32 and f64")
             }

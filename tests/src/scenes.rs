@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 use sdf_bake::SparseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
@@ -61,8 +61,8 @@ impl Sdf for Scene {
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         self.field.local_bounds(region)
     }
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.field.survey(corners)
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.field.survey(about, corners)
     }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.field.least_on_segment(ends)
@@ -130,8 +130,8 @@ impl<F: Sdf> Sdf for Steep<F> {
         let steepness = self.steepness;
         LocalBounds { least: least * steepness, greatest: greatest * steepness, slope_bound: slope_bound * steepness }
     }
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.field.survey(corners).map(|value| value * R::lift(self.steepness))
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.field.survey(about, corners).pull_back(&Matrix3::identity(), R::lift(self.steepness))
     }
 }
 

@@ -335,7 +335,7 @@ fn a_survey_holds_on_the_whole_hull() {
         for scene in scenes(1.0) {
             for _ in 0..150 {
                 let simplex = cast::<R, N>(&random_simplex(random, 1.5 * scene.size));
-                let survey = scene.survey(&simplex.corners);
+                let survey = scene.survey(simplex.centroid(), &simplex.corners);
                 let told = || format!("{}: {survey:?} of {simplex:?}", scene.name);
                 assert!(survey.least <= survey.value && survey.value <= survey.greatest, "{}", told());
                 for weights in lattice_weights::<N>(if N == 4 { 6 } else { 12 }) {
@@ -367,7 +367,7 @@ fn surveys_of_convex_shapes_close_in_faster_than_the_hull_shrinks() {
             let [large, small] = [of_size(1e-2), of_size(1e-3)].map(|simplex| {
                 // Apart from how the value falls along the hull, which no bound may hide.
                 let lattice = lattice_weights::<3>(8).into_iter().map(|w| scene.value(simplex.point(w)));
-                let survey = scene.survey(&simplex.corners);
+                let survey = scene.survey(simplex.centroid(), &simplex.corners);
                 lattice.fold(f64::INFINITY, f64::min) - survey.least
             });
             ratios.push(small / large.max(1e-12));

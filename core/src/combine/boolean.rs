@@ -1,5 +1,6 @@
 use nalgebra::Vector3;
 
+use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
@@ -38,8 +39,14 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
         self.0.local_bounds(region).lower(self.1.local_bounds(region))
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.0.survey(corners).lower(self.1.survey(corners))
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.0.survey(about, corners).lower(self.1.survey(about, corners))
+    }
+
+    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        let (a, b) = (self.0.least_on_segment(ends)?, self.1.least_on_segment(ends)?);
+        let looks = a.looks.saturating_add(b.looks);
+        Some(SegmentMinimum { looks, ..if b.value < a.value { b } else { a } })
     }
 }
 
@@ -68,8 +75,8 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
         a.lower(b).negate()
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.0.survey(corners).negate().lower(self.1.survey(corners).negate()).negate()
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.0.survey(about, corners).negate().lower(self.1.survey(about, corners).negate()).negate()
     }
 }
 
@@ -96,8 +103,8 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
         self.0.local_bounds(region).negate().lower(self.1.local_bounds(region)).negate()
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.0.survey(corners).negate().lower(self.1.survey(corners)).negate()
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.0.survey(about, corners).negate().lower(self.1.survey(about, corners)).negate()
     }
 }
 

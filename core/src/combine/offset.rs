@@ -41,8 +41,8 @@ impl<F: Sdf> Sdf for Offset<F> {
         self.field.local_bounds(region).raise(-self.distance)
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.field.survey(corners).map(|value| value - R::lift(self.distance))
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.field.survey(about, corners).raise(R::lift(-self.distance))
     }
 
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {

@@ -46,11 +46,19 @@ impl<F: Sdf> Sdf for Shell<F> {
         LocalBounds { least, greatest, ..of_field }.raise(-0.5 * self.thickness)
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        let of_field = self.field.survey(corners);
-        let Survey { value, least, greatest } = of_field;
-        let to_zero = Real::max(Real::max(least, -greatest), R::zero());
-        let wall = Survey { value: value.abs(), least: to_zero, greatest: Real::max(greatest, -least) };
-        wall.map(|value| value - R::lift(0.5 * self.thickness))
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        let of_field = self.field.survey(about, corners);
+        let other_side = of_field.negate();
+        let wall = match () {
+            () if R::zero() < of_field.least => of_field,
+            () if R::zero() < other_side.least => other_side,
+            () => Survey {
+                value: of_field.value.abs(),
+                least: R::zero(),
+                greatest: Real::max(of_field.greatest, other_side.greatest),
+                gradients: of_field.gradients.union(other_side.gradients),
+            },
+        };
+        wall.raise(R::lift(-0.5 * self.thickness))
     }
 }

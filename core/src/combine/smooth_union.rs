@@ -67,14 +67,15 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
         LocalBounds { least: sharp.least - 0.25 * self.blend, ..sharp }
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        let (a, b) = (self.a.survey(corners), self.b.survey(corners));
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        let (a, b) = (self.a.survey(about, corners), self.b.survey(about, corners));
         // It rises where either part does.
         let blended = |a: R, b: R| self.blended(a, b, self.nearness(a, b));
         Survey {
             value: blended(a.value, b.value),
             least: blended(a.least, b.least),
             greatest: blended(a.greatest, b.greatest),
+            gradients: a.gradients.union(b.gradients),
         }
     }
 }

@@ -18,6 +18,6 @@ pub(super) fn interpolate<R: Real>(c: Corners<R>, share: Vector3<R>) -> (R, Vect
 }
 
 #[inline]
-fn mix<R: Real>(from: R, to: R, share: R) -> R {
+pub(super) fn mix<R: Real>(from: R, to: R, share: R) -> R {
     from + (to - from) * share
 }

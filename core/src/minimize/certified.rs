@@ -1,11 +1,13 @@
 use core::array::from_fn;
 
+use nalgebra::Vector3;
+
 use super::{FrankWolfe, Minimizer, Minimum};
 use crate::real::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::survey::rounding;
 use crate::vector::norm;
-use crate::{Sdf, Simplex};
+use crate::{Gradients, Sdf, Simplex};
 
 /// Branch and bound (Land and Doig 1960; Hansen and Walster 2003, "Global Optimization Using Interval Analysis"): the
 /// simplex is cut in two again and again, always the piece whose lower bound ([`Sdf::survey`]) is least, until no piece
@@ -59,14 +61,24 @@ impl Certified {
         if let Some(minimum) = of_segment(field, simplex) {
             return minimum;
         }
-        let mut search = Search::from(field, simplex, &self.local.minimize(field, simplex));
+        let boundary = least_on_edges(field, simplex);
+        let mut search = match boundary {
+            Some(boundary) => Search::from_boundary(field, simplex, boundary),
+            None => Search::from_local(field, simplex, &self.local),
+        };
         let longest_edge = simplex.longest_edge();
         let slope_bound = field.slope_bound();
         // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, search.best.value);
         let gap = longest_edge * R::lift(slope_bound * self.tolerance) + rounding * R::lift(MOST_ROUNDINGS);
-        let whole = from_fn(corner_weights);
-        search.look_at(Piece { corners: whole, least: R::lift(f64::NEG_INFINITY), cuts: 0 }, gap);
+        if boundary.is_some() {
+            search.settle(search.best.value - rounding);
+        }
+        let whole = Piece { corners: from_fn(corner_weights), least: R::lift(f64::NEG_INFINITY), cuts: 0 };
+        search.look_at(whole, search.best.weights, gap);
+        if boundary.is_some() && search.waiting.count > 0 {
+            search.descend(&self.local);
+        }
         let mut converged = true;
         while let Some(piece) = search.waiting.pop() {
             if search.best.value - gap <= piece.least {
@@ -83,10 +95,33 @@ impl Certified {
                 search.settle(piece.least);
                 break;
             }
-            halves.into_iter().for_each(|half| search.look_at(half, gap));
+            halves.into_iter().for_each(|half| search.look_at(half, half.middle(), gap));
         }
         search.finish(converged)
     }
+}
+
+/// The least value on the three edges of a triangle, where the field knows that by itself.
+fn least_on_edges<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Boundary<R, N>> {
+    let &[a, b, c] = simplex.corners.as_slice() else { return None };
+    let mut least = Boundary { weights: corner_weights(0), value: R::lift(f64::INFINITY), looks: 0 };
+    for (ends, from, to) in [([a, b], 0, 1), ([b, c], 1, 2), ([c, a], 2, 0)] {
+        let edge = field.least_on_segment(ends)?;
+        least.looks = least.looks.saturating_add(edge.looks);
+        if edge.value < least.value {
+            let (from, to): ([R; N], [R; N]) = (corner_weights(from), corner_weights(to));
+            least.weights = from_fn(|k| from[k] * (R::one() - edge.share) + to[k] * edge.share);
+            least.value = edge.value;
+        }
+    }
+    Some(least)
+}
+
+#[derive(Clone, Copy)]
+struct Boundary<R, const N: usize> {
+    weights: [R; N],
+    value: R,
+    looks: u32,
 }
 
 /// Where a field knows the least of a segment by itself.
@@ -123,34 +158,53 @@ struct Search<'a, R: Float, F, const N: usize> {
     /// No piece that is done with holds a value below this.
     settled: R,
     evaluations: u32,
+    /// Where the least value of the boundary is known, so that only the inside is searched.
+    plane: Option<Plane<R>>,
 }
 
 impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
-    fn from(field: &'a F, simplex: &'a Simplex<R, N>, local: &Minimum<R, N>) -> Self {
-        let best = Seen { weights: local.weights, value: local.sample.value };
-        let evaluations = local.evaluations.to_f64() as u32;
-        let settled = R::lift(f64::INFINITY);
-        Self { field, simplex, best, waiting: Waiting::new(), settled, evaluations }
+    fn from_local(field: &'a F, simplex: &'a Simplex<R, N>, local: &FrankWolfe) -> Self {
+        let found = local.minimize(field, simplex);
+        let best = Seen { weights: found.weights, value: found.sample.value };
+        Self::from(field, simplex, best, found.evaluations.to_f64() as u32, None)
     }
 
-    /// Bounds a piece, whose bound so far is that of the one it was cut from, and lets it wait, unless it cannot hold a
-    /// value below the best by more than the gap.
-    fn look_at(&mut self, piece: Piece<R, N>, gap: R) {
-        let corners = piece.corners;
-        let survey = self.field.survey(&corners.map(|weights| self.simplex.point(weights)));
+    fn from_boundary(field: &'a F, simplex: &'a Simplex<R, N>, boundary: Boundary<R, N>) -> Self {
+        let best = Seen { weights: boundary.weights, value: field.value(simplex.point(boundary.weights)) };
+        Self::from(field, simplex, best, boundary.looks.saturating_add(1), Some(Plane::of(simplex)))
+    }
+
+    fn from(
+        field: &'a F,
+        simplex: &'a Simplex<R, N>,
+        best: Seen<R, N>,
+        evaluations: u32,
+        plane: Option<Plane<R>>,
+    ) -> Self {
+        let settled = R::lift(f64::INFINITY);
+        Self { field, simplex, best, waiting: Waiting::new(), settled, evaluations, plane }
+    }
+
+    /// Looks for a lower value to beat.
+    fn descend(&mut self, local: &FrankWolfe) {
+        let found = local.minimize(self.field, self.simplex);
+        self.evaluations = self.evaluations.saturating_add(found.evaluations.to_f64() as u32);
+        if found.sample.value < self.best.value {
+            self.best = Seen { weights: found.weights, value: found.sample.value };
+        }
+    }
+
+    /// Bounds a piece, whose bound so far is that of the one it was cut from, by a look at the point of these weights in it,
+    /// and lets it wait, unless it cannot hold a value below the best by more than the gap.
+    fn look_at(&mut self, piece: Piece<R, N>, weights: [R; N], gap: R) {
+        let corners = piece.corners.map(|weights| self.simplex.point(weights));
+        let survey = self.field.survey(self.simplex.point(weights), &corners);
         self.evaluations = self.evaluations.saturating_add(1);
         if survey.value < self.best.value {
-            let share = R::lift(1.0 / N as f64);
-            let mut weights = [R::zero(); N];
-            for corner in &corners {
-                weights.iter_mut().zip(corner).for_each(|(weight, of_corner)| *weight += *of_corner * share);
-            }
-            // What is answered is the value at the point of the weights, and rounding may make that another one.
-            let value = self.field.value(self.simplex.point(weights));
-            self.evaluations = self.evaluations.saturating_add(1);
-            if value < self.best.value {
-                self.best = Seen { weights, value };
-            }
+            self.best = Seen { weights, value: survey.value };
+        }
+        if self.plane.is_some_and(|plane| plane.is_crossed_downhill(&survey.gradients, self.field.slope_bound())) {
+            return;
         }
         // Where the field is no number, nothing is certain.
         let is_known = survey.least <= survey.value;
@@ -182,6 +236,39 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
     }
 }
 
+/// The plane of a triangle, by two ways in it that are at right angles.
+#[derive(Clone, Copy)]
+struct Plane<R: Real> {
+    ways: [Vector3<R>; 2],
+}
+
+impl<R: Float> Plane<R> {
+    fn of<const N: usize>(simplex: &Simplex<R, N>) -> Self {
+        let &[a, b, c] = simplex.corners.as_slice() else { return Self { ways: [Vector3::zeros(); 2] } };
+        let (along, other) = (b - a, c - a);
+        let across = other - part_along(along, other);
+        // Of a sliver rounding alone may tell where it lies.
+        let is_sound = norm(other) * R::lift(1e-3) < norm(across);
+        Self { ways: [along, if is_sound { across } else { Vector3::zeros() }] }
+    }
+
+    /// Whether along some way in the plane the field falls for all these gradients: then no point of them, if not on the
+    /// boundary, holds a least value (0 is in the generalized gradient there: Clarke 1983, "Optimization and Nonsmooth Analysis", prop. 2.3.2).
+    fn is_crossed_downhill(&self, gradients: &Gradients<R>, slope_bound: f64) -> bool {
+        let middle = (gradients.least + gradients.greatest) * R::lift(0.5);
+        let uphill = self.ways.iter().fold(Vector3::zeros(), |sum, way| sum + part_along(*way, middle));
+        // More than what is off by rounding, and by how far the way leaves the plane.
+        let rounding = norm(uphill) * R::lift(slope_bound * 1024.0 * R::EPSILON);
+        rounding < gradients.along(uphill)[0]
+    }
+}
+
+/// The part of a vector along a way, zero if that is.
+fn part_along<R: Float>(way: Vector3<R>, vector: Vector3<R>) -> Vector3<R> {
+    let square = way.dot(&way);
+    if R::zero() < square { way * (vector.dot(&way) / square) } else { Vector3::zeros() }
+}
+
 /// A part of the simplex, by its corners' weights.
 #[derive(Clone, Copy)]
 struct Piece<R, const N: usize> {
@@ -192,6 +279,12 @@ struct Piece<R, const N: usize> {
 }
 
 impl<R: Float, const N: usize> Piece<R, N> {
+    /// The weights of its mean.
+    fn middle(&self) -> [R; N] {
+        let share = R::lift(1.0 / N as f64);
+        from_fn(|k| self.corners.iter().fold(R::zero(), |sum, corner| sum + corner[k] * share))
+    }
+
     /// In two, at the middle of the longest edge; `None` if that is no longer than rounding.
     fn cut(&self, simplex: &Simplex<R, N>) -> Option<[Self; 2]> {
         let mut longest = (R::zero(), 0, 0);

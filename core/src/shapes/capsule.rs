@@ -51,7 +51,7 @@ impl Sdf for Capsule {
         1.0
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, corners)
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        Survey::of_convex(self, about, corners)
     }
 }

@@ -33,7 +33,7 @@ impl Sdf for RoundedBox {
         1.0
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        self.inflated.survey(corners)
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        self.inflated.survey(about, corners)
     }
 }

@@ -89,7 +89,7 @@ impl Sdf for Node {
         delegate!(self, field => field.least_on_segment(ends))
     }
 
-    fn survey<R: Float>(&self, corners: &[Vector3<R>]) -> Survey<R> {
-        delegate!(self, field => field.survey(corners))
+    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+        delegate!(self, field => field.survey(about, corners))
     }
 }
