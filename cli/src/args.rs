@@ -49,6 +49,9 @@ impl Command {
             Self::Bake(args) if args.max_error.is_some() && args.precision.is_some() => {
                 Err("--max-error picks the precision: leave --precision out")
             }
+            Self::Contacts(args) if args.all_minima && !matches!(args.method, Method::Auto | Method::Certified) => {
+                Err("--all-minima is a certified search: leave --method out")
+            }
             Self::Contacts(args) if args.method == Method::Gss && args.elements != Elements::Edges => {
                 Err("--method gss searches along edges: add --elements edges, or take another method")
             }
@@ -151,7 +154,8 @@ pub enum Sign {
 /// Find where a mesh touches a field.
 ///
 /// Of each element of the mesh that comes within --margin of the surface, or into it, one contact: where it comes
-/// nearest or deepest, as far as a local search tells. Elements that cannot are culled without a search.
+/// nearest or deepest; --method auto proves that nothing on the element is deeper. Elements that cannot are culled without a
+/// search.
 #[derive(Debug, Parser)]
 pub struct ContactsArgs {
     /// The mesh, in the world: OBJ, PLY or STL.
@@ -164,13 +168,17 @@ pub struct ContactsArgs {
     /// How the least distance of an element is found.
     #[arg(long, value_enum, default_value_t = Method::Auto)]
     pub method: Method,
-    /// Steps of the method at most; of certified, how many times the field is asked of one element at most [default: 32, of
-    /// certified 1024, of auto on edges 128].
+    /// Steps of the method at most; of auto and certified, how many times the field is asked of one element at most [default:
+    /// 32, of auto 256, of certified 1024].
     #[arg(long, value_name = "N")]
     pub iterations: Option<u32>,
-    /// How near certified comes to the least value before it stops, as a share of the element's longest edge.
+    /// How near auto and certified come to the least value before it stops, as a share of the element's longest edge.
     #[arg(long, value_name = "SHARE", default_value_t = 1e-3, value_parser = positive)]
     pub tolerance: f64,
+    /// Report every isolated minimum of an element, not the lowest alone: a triangle that rests on three bumps touches thrice.
+    /// Dents less deep than a hundredth of the longest edge count as one.
+    #[arg(long)]
+    pub all_minima: bool,
     /// Report elements that come within this distance of the surface, in the mesh's unit; less than 0: only so deep.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     pub margin: f64,
@@ -191,7 +199,11 @@ pub struct ContactsArgs {
 
 impl ContactsArgs {
     pub fn iterations(&self) -> u32 {
-        self.iterations.unwrap_or(if self.method == Method::Certified { 1024 } else { 32 })
+        self.iterations.unwrap_or(match self.method {
+            Method::Auto => 256,
+            Method::Certified => 1024,
+            _ => 32,
+        })
     }
 
     /// Of the output.
@@ -209,7 +221,7 @@ pub enum Elements {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    /// Certified on edges, which on a grid is the quickest there, Frank-Wolfe on faces.
+    /// Certified, within 256 evaluations.
     Auto,
     /// Projected gradient descent.
     Pgd,

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::minimize::{Minimizer, Minimum};
+use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
 use crate::real::{Float, Real};
 use crate::survey::rounding;
 use crate::vector::norm;
@@ -62,6 +62,8 @@ pub enum ContactStatus {
 pub struct Contact<R: Float, const N: usize> {
     pub kind: ElementKind,
     pub element: u32,
+    /// Which of the element's minima it is, the lowest 0.
+    pub rank: u32,
     pub feature: Feature,
     /// Barycentric, in the order of the element's vertices.
     pub weights: [R; N],
@@ -82,11 +84,11 @@ pub struct Contact<R: Float, const N: usize> {
 
 impl<R: Float, const N: usize> Contact<R, N> {
     /// Names the contact among all of its mesh, the same from frame to frame as long as the mesh's connectivity is: bits
-    /// 0 to 31 the element's id, 32 to 38 the corners that the feature spans, 40 to 41 the kind.
+    /// 0 to 31 the element's id, 32 to 38 the corners that the feature spans, 40 to 41 the kind, 42 to 63 the rank.
     pub fn key(&self) -> u64 {
         let spanned = spanned_corners(self.weights);
         let mask = (0..N).fold(0, |mask, corner| mask | (u64::from(spanned[corner]) << corner));
-        (self.kind as u64) << 40 | mask << 32 | u64::from(self.element)
+        u64::from(self.rank) << 42 | (self.kind as u64) << 40 | mask << 32 | u64::from(self.element)
     }
 }
 
@@ -116,32 +118,80 @@ where
     F: Sdf,
     M: Minimizer<N>,
 {
-    let (simplex, kind) = (&element.simplex, ElementKind::of(N));
-    let Some(kind) = kind.filter(|_| simplex.is_in_reach()) else {
-        return Outcome::NotFinite;
+    let lower_bound = match cull(field, margin, element) {
+        Ok(lower_bound) => lower_bound,
+        Err(outcome) => return outcome,
     };
+    let minimum = minimizer.minimize(field, &element.simplex);
+    if margin < minimum.sample.value {
+        return Outcome::Apart(minimum);
+    }
+    report(element, &minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
+}
+
+/// As [`contact`] with the certified search of `search`, and if that touches, a contact of every isolated minimum with
+/// φ ≤ `margin`, handed to `take` from the lowest on. What is returned is the first of them.
+///
+/// `places` and `minima` are room for the search, their contents of no account; where it was too small, or the budget, all have
+/// the status [`BudgetSpent`](ContactStatus::BudgetSpent), and there may be more.
+pub fn all_contacts<R, F, const N: usize>(
+    field: &F,
+    search: &AllMinima,
+    margin: R,
+    element: &Element<R, N>,
+    places: &mut [Place<R, N>],
+    minima: &mut [Minimum<R, N>],
+    mut take: impl FnMut(&Contact<R, N>),
+) -> Outcome<R, N>
+where
+    R: Float,
+    F: Sdf,
+{
+    let first = contact(field, &search.search, margin, element);
+    let Outcome::Contact(lowest) = first else { return first };
+    let found = search.minima(field, &element.simplex, margin, places, minima);
+    let mut contacts = minima
+        .iter()
+        .take(found.count)
+        .zip(0..)
+        .filter_map(|(minimum, rank)| report(element, minimum, lowest.lower_bound, rank));
+    let first = contacts.next();
+    // Of a search that was given no room.
+    let lowest = first.unwrap_or(Contact { status: ContactStatus::BudgetSpent, ..lowest });
+    take(&lowest);
+    contacts.for_each(|contact| take(&contact));
+    Outcome::Contact(lowest)
+}
+
+/// What no point of an element is below, or why there is nothing to search.
+fn cull<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, element: &Element<R, N>) -> Result<R, Outcome<R, N>> {
+    let simplex = &element.simplex;
+    if ElementKind::of(N).is_none() || !simplex.is_in_reach() {
+        return Err(Outcome::NotFinite);
+    }
     let local = field.local_bounds(&simplex.bounds());
     let centroid = simplex.centroid();
     let least = R::lift(local.least) - rounding(field.slope_bound(), centroid, simplex.reach(centroid), margin);
     if margin < least {
-        return Outcome::Culled;
+        return Err(Outcome::Culled);
     }
     let by_slope = simplex.lower_bound(field, local.slope_bound, centroid, field.value(centroid));
-    let cull = Cull { may_touch: !margin.lt(by_slope), lower_bound: Real::max(by_slope, least) };
-    if !cull.may_touch {
-        return Outcome::Culled;
+    let lower_bound = Real::max(by_slope, least);
+    if margin.lt(by_slope) {
+        return Err(Outcome::Culled);
     }
     // Neither above nor within: one of the two is no number.
-    if !cull.lower_bound.le(margin) {
-        return Outcome::NotFinite;
-    }
-    let minimum = minimizer.minimize(field, simplex);
-    if margin < minimum.sample.value {
-        return Outcome::Apart(minimum);
-    }
-    if !minimum.sample.value.is_finite() {
-        return Outcome::NotFinite;
-    }
+    if lower_bound.le(margin) { Ok(lower_bound) } else { Err(Outcome::NotFinite) }
+}
+
+/// `None` where the value is no number. `lower_bound` holds for all of the element; `rank` counts its minima.
+fn report<R: Float, const N: usize>(
+    element: &Element<R, N>,
+    minimum: &Minimum<R, N>,
+    lower_bound: R,
+    rank: u32,
+) -> Option<Contact<R, N>> {
+    let kind = ElementKind::of(N).filter(|_| minimum.sample.value.is_finite())?;
     let gradient = minimum.sample.gradient;
     let length = norm(gradient);
     let has_normal = R::zero() < length;
@@ -153,16 +203,17 @@ where
         () if !minimum.converged => ContactStatus::BudgetSpent,
         () => ContactStatus::Converged,
     };
-    Outcome::Contact(Contact {
+    Some(Contact {
         kind,
         element: element.id,
+        rank,
         feature: feature(element, minimum.weights),
         weights: minimum.weights,
         point: minimum.point,
         surface_point: minimum.point - to_surface,
         normal,
         distance: minimum.sample.value,
-        lower_bound: Real::max(minimum.lower_bound, cull.lower_bound),
+        lower_bound: Real::max(minimum.lower_bound, lower_bound),
         evaluations: (minimum.evaluations.to_f64() as u32).saturating_add(1),
         status,
     })

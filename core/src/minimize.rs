@@ -3,14 +3,17 @@
 //! Every method starts at the corner with the least value, keeps the best point it has seen, and stops by itself or
 //! when its budget is spent. None but [`Certified`] knows whether another, lower minimum exists.
 
+mod all_minima;
 mod certified;
 mod frank_wolfe;
 mod golden_section;
 mod line_search;
+mod piece;
 mod point_sampling;
 mod projected_gradient;
 mod search;
 
+pub use all_minima::{AllMinima, Found, Place};
 pub use certified::Certified;
 pub use frank_wolfe::FrankWolfe;
 pub use golden_section::GoldenSection;
@@ -52,18 +55,24 @@ pub struct Minimum<R: Real, const N: usize> {
     pub converged: R::Mask,
 }
 
-impl<R: Real, const N: usize> Minimum<R, N> {
-    /// The same in every lane.
-    fn splat(minimum: Minimum<R::Lane, N>) -> Self {
-        let nothing = Sample { value: R::zero(), gradient: Vector3::zeros(), status: Status::GOOD };
-        let mut splat = Self {
+/// All zero: room for one that is still to be found.
+impl<R: Real, const N: usize> Default for Minimum<R, N> {
+    fn default() -> Self {
+        Self {
             weights: [R::zero(); N],
             point: Vector3::zeros(),
-            sample: nothing,
+            sample: Sample { value: R::zero(), gradient: Vector3::zeros(), status: Status::GOOD },
             lower_bound: R::zero(),
             evaluations: R::zero(),
             converged: R::Mask::NONE,
-        };
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Minimum<R, N> {
+    /// The same in every lane.
+    fn splat(minimum: Minimum<R::Lane, N>) -> Self {
+        let mut splat = Self::default();
         (0..R::LANES).for_each(|lane| splat.set_lane(lane, minimum));
         splat
     }

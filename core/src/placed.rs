@@ -83,10 +83,7 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
 
     /// Of a placement that is an affine map: it takes a hull to the hull of its corners.
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        let mut pulled = [Vector3::zeros(); 4];
-        for (pulled, corner) in pulled.iter_mut().zip(corners) {
-            *pulled = self.placement.pull(*corner).point;
-        }
+        let pulled = self.pull_all(corners);
         let here = self.placement.pull(about);
         let of_field = self.field.survey(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
         let scaled = of_field.pull_back(&here.jacobian, here.scale);
@@ -94,9 +91,33 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         scaled.widen(rounding(self.slope_bound(), about, reach(about, corners), scaled.value))
     }
 
+    /// Of a placement that is an affine map.
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        let pulled = self.pull_all(corners);
+        self.field.is_convex_on(pulled.get(..corners.len()).unwrap_or(&pulled))
+    }
+
+    /// Of a placement that is an affine map.
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let pulled = self.pull_all(corners);
+        let of_field = self.field.rises(pulled.get(..corners.len()).unwrap_or(&pulled));
+        of_field.map(|rise| rise * R::lift(self.placement.scale()))
+    }
+
     /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let of_field = self.field.least_on_segment(ends.map(|end| self.placement.pull(end).point))?;
         Some(SegmentMinimum { value: of_field.value * R::lift(self.placement.scale()), ..of_field })
+    }
+}
+
+impl<F, P: Placement> Placed<F, P> {
+    /// Up to four points.
+    fn pull_all<R: Real>(&self, points: &[Vector3<R>]) -> [Vector3<R>; 4] {
+        let mut pulled = [Vector3::zeros(); 4];
+        for (pulled, point) in pulled.iter_mut().zip(points) {
+            *pulled = self.placement.pull(*point).point;
+        }
+        pulled
     }
 }

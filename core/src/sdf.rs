@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 
 use crate::grid::SegmentMinimum;
 use crate::real::{Float, Mask, Real};
+use crate::survey::mean;
 use crate::{Aabb, Survey};
 
 /// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
@@ -36,6 +37,17 @@ pub trait Sdf: Sized {
     /// of the hull: the nearer that is to the least value, the tighter. By default by the slope.
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         Survey::by_slope(self, about, corners)
+    }
+
+    /// Whether φ is certainly a convex function on the convex hull of one to four points.
+    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
+        false
+    }
+
+    /// Of each of one to four corners the most that φ rises, all rises added, on a straight way to it from any point of
+    /// their hull. By default by the gradients.
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.survey(mean(corners), corners).gradients.rises(corners)
     }
 
     /// Where on a segment φ is least, if that can be told without a search.
@@ -82,6 +94,12 @@ impl<F: Sdf> Sdf for &F {
     }
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         (**self).survey(about, corners)
+    }
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        (**self).is_convex_on(corners)
+    }
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        (**self).rises(corners)
     }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         (**self).least_on_segment(ends)

@@ -53,6 +53,16 @@ impl<R: Float> Gradients<R> {
         Self { least: Vector3::new(x[0], y[0], z[0]), greatest: Vector3::new(x[1], y[1], z[1]) }
     }
 
+    /// [`Sdf::rises`] where no gradient on the hull is another.
+    pub fn rises(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let mut rises = [R::zero(); 4];
+        for (rise, to) in rises.iter_mut().zip(corners) {
+            // A way from within the hull is a mean of those from its corners.
+            *rise = corners.iter().fold(R::zero(), |rise, from| Real::max(rise, self.along(to - from)[1]));
+        }
+        rises
+    }
+
     /// The least and the most that φ can change over a way, a vector, if all of it lies in the hull.
     #[inline]
     pub fn along(&self, way: Vector3<R>) -> [R; 2] {
@@ -63,6 +73,21 @@ impl<R: Float> Gradients<R> {
         }
         range
     }
+}
+
+/// [`Sdf::rises`] of a field that is a convex function: it rises fastest where a way ends.
+pub(crate) fn rises_of_convex<R: Float, F: Sdf>(field: &F, corners: &[Vector3<R>]) -> [R; 4] {
+    let mut gradients = [Vector3::zeros(); 4];
+    gradients.iter_mut().zip(corners).for_each(|(gradient, corner)| *gradient = field.evaluate(*corner).gradient);
+    let mut rises = [R::zero(); 4];
+    for ((rise, gradient), to) in rises.iter_mut().zip(gradients).zip(corners) {
+        *rise = corners.iter().fold(R::zero(), |rise, from| Real::max(rise, gradient.dot(&(to - from))));
+    }
+    rises
+}
+
+pub(crate) fn sum<R: Float>(a: [R; 4], b: [R; 4]) -> [R; 4] {
+    core::array::from_fn(|k| a[k] + b[k])
 }
 
 impl<R: Float> Survey<R> {
@@ -113,6 +138,21 @@ impl<R: Float> Survey<R> {
             least: Real::min(self.least, other.least),
             greatest: Real::min(self.greatest, other.greatest),
             gradients,
+        }
+    }
+
+    /// [`Sdf::rises`] of the lower of two fields, of which these are the surveys; of each field asked only where it matters.
+    pub fn rises_of_lower(
+        self,
+        other: Self,
+        rises: impl FnOnce() -> [R; 4],
+        other_rises: impl FnOnce() -> [R; 4],
+    ) -> [R; 4] {
+        match () {
+            () if self.greatest < other.least => rises(),
+            () if other.greatest < self.least => other_rises(),
+            // Now along the one and now along the other.
+            () => sum(rises(), other_rises()),
         }
     }
 

@@ -26,12 +26,20 @@ impl<R: Real, F: Sdf> Answers<R> for F {
 /// Surveys in one number type.
 pub trait Surveys<R: Float> {
     fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R>;
+    fn is_convex_there(&self, corners: &[Vector3<R>]) -> bool;
+    fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4];
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>>;
 }
 
 impl<R: Float, F: Sdf> Surveys<R> for F {
     fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         self.survey(about, corners)
+    }
+    fn is_convex_there(&self, corners: &[Vector3<R>]) -> bool {
+        self.is_convex_on(corners)
+    }
+    fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.rises(corners)
     }
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on_segment(ends)
@@ -104,6 +112,26 @@ macro_rules! any_field {
                     return same(self.0.survey_of(about, &held[..corners.len()])).unwrap();
                 }
                 panic!("AnyField surveys in f32 and f64")
+            }
+
+            fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+                let mut held = [Vector3::zeros(); 4];
+                held[..corners.len()].copy_from_slice(corners);
+                if let Some(held) = same::<_, [Vector3<f32>; 4]>(held) {
+                    return self.0.is_convex_there(&held[..corners.len()]);
+                }
+                let held = same::<_, [Vector3<f64>; 4]>(held).unwrap();
+                self.0.is_convex_there(&held[..corners.len()])
+            }
+
+            fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+                let mut held = [Vector3::zeros(); 4];
+                held[..corners.len()].copy_from_slice(corners);
+                if let Some(held) = same::<_, [Vector3<f32>; 4]>(held) {
+                    return same(self.0.rises_to(&held[..corners.len()])).unwrap();
+                }
+                let held = same::<_, [Vector3<f64>; 4]>(held).unwrap();
+                same(self.0.rises_to(&held[..corners.len()])).unwrap()
             }
 
             fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {

@@ -64,6 +64,12 @@ impl Sdf for Scene {
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         self.field.survey(about, corners)
     }
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        self.field.is_convex_on(corners)
+    }
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.field.rises(corners)
+    }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.field.least_on_segment(ends)
     }

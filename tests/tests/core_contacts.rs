@@ -1,10 +1,14 @@
 //! Laws of the cull and of the contact record: promises 1, 4, 6 and 7.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::Vector3;
-use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, Feature, Outcome, contact, may_touch};
-use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, PointSampling, ProjectedGradient};
+use sdf_core::contact::{
+    Contact, ContactStatus, Element, ElementKind, Feature, Outcome, all_contacts, contact, may_touch,
+};
+use sdf_core::minimize::{
+    AllMinima, FrankWolfe, GoldenSection, Minimizer, Minimum, Place, PointSampling, ProjectedGradient,
+};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, HalfSpace, Sphere};
 use sdf_core::{Float, Lanes, Real, Sdf, Simplex};
@@ -353,6 +357,44 @@ fn keys_are_unique_and_stay_from_frame_to_frame() {
         }
     }
     assert!(kept * 10 > seen * 8, "{kept} of {seen} features kept");
+}
+
+#[test]
+fn all_contacts_of_an_element_begin_with_the_deepest_and_have_keys_of_their_own() {
+    fn check<R: Float, const N: usize>(random: &mut Random) {
+        let search = AllMinima::default();
+        let (mut places, mut minima) = (vec![Place::default(); 1024], vec![Minimum::default(); 64]);
+        for scene in scenes(1.0) {
+            for id in 0..8 {
+                let element = element(id, cast::<R, N>(&random_simplex(random, scene.size)));
+                let margin = R::lift(0.2 * scene.size);
+                let mut contacts = vec![];
+                let outcome = all_contacts(&scene, &search, margin, &element, &mut places, &mut minima, |contact| {
+                    contacts.push(*contact);
+                });
+                let alone = contact(&scene, &search.search, margin, &element);
+                let told = || format!("{}: {outcome:?} and {alone:?} and {contacts:?} of {element:?}", scene.name);
+                let (Outcome::Contact(first), Outcome::Contact(alone)) = (outcome, alone) else {
+                    assert!(outcome == alone && contacts.is_empty(), "{}", told());
+                    continue;
+                };
+                assert_eq!(contacts.first(), Some(&first), "{}", told());
+                assert!(contacts.iter().all(|contact| contact.distance <= margin), "{}", told());
+                let edge = element.simplex.longest_edge().to_f64() * scene.slope_bound();
+                let tolerance = search.search.tolerance * edge + 1e3 * R::EPSILON * (edge + scene.size);
+                let is_certain = alone.status == ContactStatus::Converged && first.status == ContactStatus::Converged;
+                let apart = (first.distance.to_f64() - alone.distance.to_f64()).abs();
+                assert!(!is_certain || apart <= tolerance, "{}", told());
+                let keys: BTreeSet<u64> = contacts.iter().map(Contact::key).collect();
+                assert_eq!(keys.len(), contacts.len(), "{}", told());
+            }
+        }
+    }
+    let mut random = Random::of_test();
+    check::<f64, 1>(&mut random);
+    check::<f64, 2>(&mut random);
+    check::<f64, 3>(&mut random);
+    check::<f32, 3>(&mut random);
 }
 
 #[test]

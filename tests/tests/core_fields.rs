@@ -341,6 +341,12 @@ fn a_survey_holds_on_the_whole_hull() {
                 for weights in lattice_weights::<N>(if N == 4 { 6 } else { 12 }) {
                     let value = scene.value(simplex.point(weights.map(R::lift)));
                     assert!(survey.least <= value && value <= survey.greatest, "{value:?} at {weights:?}, {}", told());
+                    let gradient = scene.evaluate(simplex.point(weights.map(R::lift))).gradient;
+                    let rounding = R::lift(1e3 * R::EPSILON * scene.slope_bound());
+                    let is_within =
+                        gradient.iter().zip(&survey.gradients.least).all(|(g, least)| *least - rounding <= *g)
+                            && gradient.iter().zip(&survey.gradients.greatest).all(|(g, most)| *g <= *most + rounding);
+                    assert!(is_within, "{gradient:?} at {weights:?}, {}", told());
                 }
             }
         }
@@ -351,6 +357,35 @@ fn a_survey_holds_on_the_whole_hull() {
     check::<f64, 3>(&mut random);
     check::<f64, 4>(&mut random);
     check::<f32, 2>(&mut random);
+    check::<f32, 3>(&mut random);
+}
+
+#[test]
+fn no_way_to_a_corner_rises_by_more_than_is_certain() {
+    fn check<R: Float, const N: usize>(random: &mut Random) {
+        for scene in scenes(1.0) {
+            for _ in 0..60 {
+                let simplex = cast::<R, N>(&random_simplex(random, 1.5 * scene.size));
+                let rises = scene.rises(&simplex.corners);
+                let edge = simplex.longest_edge().to_f64() * scene.slope_bound();
+                let rounding = 1e3 * R::EPSILON * (scene.size + edge);
+                for weights in lattice_weights::<N>(5) {
+                    for (corner, rise) in simplex.corners.iter().zip(rises) {
+                        let from = simplex.point(weights.map(R::lift));
+                        let values: Vec<f64> = (0..=24)
+                            .map(|step| scene.value(from + (corner - from) * R::lift(f64::from(step) / 24.0)).to_f64())
+                            .collect();
+                        let risen: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
+                        let told = || format!("{} from {weights:?} to {corner:?} of {simplex:?}", scene.name);
+                        assert!(risen <= rise.to_f64() + rounding, "{risen} > {rise:?}: {}", told());
+                    }
+                }
+            }
+        }
+    }
+    let mut random = Random::of_test();
+    check::<f64, 2>(&mut random);
+    check::<f64, 3>(&mut random);
     check::<f32, 3>(&mut random);
 }
 

@@ -2,9 +2,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
-use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::contact::{Contact, Element, Outcome, all_contacts, contact};
 use sdf_core::minimize::{
-    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, PointSampling, ProjectedGradient,
+    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Place, PointSampling,
+    ProjectedGradient,
 };
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Placement, Rigid};
@@ -175,26 +176,15 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
     }
 }
 
-/// On a grid a certified search follows an edge through its cells and needs a few; on shapes in closed form it nearly always
-/// ends before so many.
-const EVALUATIONS_OF_AN_EDGE: u32 = 128;
-
 fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {
     let mut found = match args.elements {
         Elements::Faces => by_method(args, mesh, field, &mesh.triangles)?,
         Elements::Vertices => by_method(args, mesh, field, &vertices(mesh))?,
-        Elements::Edges => match args.method {
-            Method::Auto => {
-                let evaluations = args.iterations.unwrap_or(EVALUATIONS_OF_AN_EDGE);
-                let search = Certified { evaluations, tolerance: args.tolerance, ..Certified::default() };
-                of_each(args, mesh, field, &mesh.edges(), &search)
-            }
-            Method::Gss => {
-                let search = GoldenSection { iterations: args.iterations(), ..GoldenSection::default() };
-                of_each(args, mesh, field, &mesh.edges(), &search)
-            }
-            _ => by_method(args, mesh, field, &mesh.edges())?,
-        },
+        Elements::Edges if args.method == Method::Gss => {
+            let search = GoldenSection { iterations: args.iterations(), ..GoldenSection::default() };
+            of_each(args, mesh, field, &mesh.edges(), &search)
+        }
+        Elements::Edges => by_method(args, mesh, field, &mesh.edges())?,
     };
     if args.elements == Elements::Faces {
         found.contacts.iter_mut().for_each(|contact| contact.polygon = Some(mesh.polygons[contact.id as usize]));
@@ -218,13 +208,15 @@ where
             let descent = ProjectedGradient { iterations, ..ProjectedGradient::default() };
             of_each(args, mesh, field, elements, &descent)
         }
-        Method::Auto | Method::Fw => {
-            of_each(args, mesh, field, elements, &FrankWolfe { iterations, ..FrankWolfe::default() })
-        }
+        Method::Fw => of_each(args, mesh, field, elements, &FrankWolfe { iterations, ..FrankWolfe::default() }),
         Method::Ls => of_each(args, mesh, field, elements, &LineSearch { iterations, ..LineSearch::default() }),
-        Method::Certified => {
+        Method::Auto | Method::Certified => {
             let search = Certified { evaluations: iterations, tolerance: args.tolerance, ..Certified::default() };
-            of_each(args, mesh, field, elements, &search)
+            if args.all_minima {
+                all_of_each(args, mesh, field, elements, &AllMinima { search, ..AllMinima::default() })
+            } else {
+                of_each(args, mesh, field, elements, &search)
+            }
         }
         Method::Sample4 => samples(4),
         Method::Sample16 => samples(16),
@@ -244,36 +236,75 @@ where
     F: Sdf + Sync,
     M: Minimizer<N> + Sync,
 {
-    let outcome = |(id, vertices): (usize, &[u32; N])| {
-        let element = Element { id: id as u32, vertices: *vertices, simplex: simplex(mesh, *vertices) };
-        match contact(field, minimizer, args.margin, &element) {
+    let outcome = |(id, vertices): (usize, &[u32; N])| match contact(
+        field,
+        minimizer,
+        args.margin,
+        &element(mesh, id, *vertices),
+    ) {
+        Outcome::NotFinite => Some(Passed::NotFinite),
+        Outcome::Culled => None,
+        Outcome::Apart(_) => Some(Passed::Apart),
+        Outcome::Contact(contact) => Some(Passed::Touches(vec![ContactRecord::from(&contact)])),
+    };
+    Found::of(elements.len(), elements.par_iter().enumerate().filter_map(outcome).collect())
+}
+
+/// Room for the pieces of an element: half a megabyte a thread.
+const MOST_PIECES: usize = 4096;
+
+/// Of the minima of one element so many are found at most; with more, the contacts say that the budget was spent.
+const MOST_MINIMA: usize = 256;
+
+fn all_of_each<F: Sdf + Sync, const N: usize>(
+    args: &ContactsArgs,
+    mesh: &Mesh,
+    field: &F,
+    elements: &[[u32; N]],
+    search: &AllMinima,
+) -> Found {
+    let room = || (vec![Place::default(); MOST_PIECES], vec![Minimum::default(); MOST_MINIMA]);
+    let outcome = |(places, minima): &mut (Vec<_>, Vec<_>), (id, vertices): (usize, &[u32; N])| {
+        let mut contacts = vec![];
+        let take = |contact: &Contact<f64, N>| contacts.push(ContactRecord::from(contact));
+        match all_contacts(field, search, args.margin, &element(mesh, id, *vertices), places, minima, take) {
             Outcome::NotFinite => Some(Passed::NotFinite),
             Outcome::Culled => None,
             Outcome::Apart(_) => Some(Passed::Apart),
-            Outcome::Contact(contact) => Some(Passed::Touches(Box::new(ContactRecord::from(&contact)))),
+            Outcome::Contact(_) => Some(Passed::Touches(contacts)),
         }
     };
-    let passed: Vec<Passed> = elements.par_iter().enumerate().filter_map(outcome).collect();
-    let not_finite = passed.iter().filter(|passed| matches!(passed, Passed::NotFinite)).count();
-    let passed_cull = passed.len() - not_finite;
-    let contacts = passed.into_iter().filter_map(|passed| match passed {
-        Passed::Touches(contact) => Some(*contact),
-        Passed::NotFinite | Passed::Apart => None,
-    });
-    Found { elements: elements.len(), passed_cull, not_finite, contacts: contacts.collect() }
+    let passed: Vec<Option<Passed>> = elements.par_iter().enumerate().map_init(room, outcome).collect();
+    Found::of(elements.len(), passed.into_iter().flatten().collect())
 }
 
-fn vertices(mesh: &Mesh) -> Vec<[u32; 1]> {
-    (0..mesh.points.len() as u32).map(|vertex| [vertex]).collect()
+fn element<const N: usize>(mesh: &Mesh, id: usize, vertices: [u32; N]) -> Element<f64, N> {
+    Element { id: id as u32, vertices, simplex: simplex(mesh, vertices) }
 }
 
 fn simplex<const N: usize>(mesh: &Mesh, vertices: [u32; N]) -> Simplex<f64, N> {
     Simplex { corners: vertices.map(|vertex| Vector3::from(mesh.points[vertex as usize])) }
 }
 
+impl Found {
+    fn of(elements: usize, passed: Vec<Passed>) -> Self {
+        let not_finite = passed.iter().filter(|passed| matches!(passed, Passed::NotFinite)).count();
+        let passed_cull = passed.len() - not_finite;
+        let contacts = passed.into_iter().flat_map(|passed| match passed {
+            Passed::Touches(contacts) => contacts,
+            Passed::NotFinite | Passed::Apart => vec![],
+        });
+        Self { elements, passed_cull, not_finite, contacts: contacts.collect() }
+    }
+}
+
+fn vertices(mesh: &Mesh) -> Vec<[u32; 1]> {
+    (0..mesh.points.len() as u32).map(|vertex| [vertex]).collect()
+}
+
 /// What became of an element that was not culled.
 enum Passed {
     NotFinite,
     Apart,
-    Touches(Box<ContactRecord>),
+    Touches(Vec<ContactRecord>),
 }

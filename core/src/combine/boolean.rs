@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 
 use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};
+use crate::survey::mean;
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// What lies in either: min(a, b).
@@ -43,6 +44,22 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
         self.0.survey(about, corners).lower(self.1.survey(about, corners))
     }
 
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        let middle = mean(corners);
+        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        match () {
+            () if a.greatest < b.least => self.0.is_convex_on(corners),
+            () if b.greatest < a.least => self.1.is_convex_on(corners),
+            () => false,
+        }
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let middle = mean(corners);
+        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        a.rises_of_lower(b, || self.0.rises(corners), || self.1.rises(corners))
+    }
+
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let (a, b) = (self.0.least_on_segment(ends)?, self.1.least_on_segment(ends)?);
         let looks = a.looks.saturating_add(b.looks);
@@ -78,6 +95,16 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         self.0.survey(about, corners).negate().lower(self.1.survey(about, corners).negate()).negate()
     }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        self.0.is_convex_on(corners) && self.1.is_convex_on(corners)
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let middle = mean(corners);
+        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        a.negate().rises_of_lower(b.negate(), || self.0.rises(corners), || self.1.rises(corners))
+    }
 }
 
 impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
@@ -105,6 +132,18 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         self.0.survey(about, corners).negate().lower(self.1.survey(about, corners)).negate()
+    }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        let middle = mean(corners);
+        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        -b.least < a.least && self.0.is_convex_on(corners)
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let middle = mean(corners);
+        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        a.negate().rises_of_lower(b, || self.0.rises(corners), || b.gradients.negate().rises(corners))
     }
 }
 

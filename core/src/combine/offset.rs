@@ -45,6 +45,14 @@ impl<F: Sdf> Sdf for Offset<F> {
         self.field.survey(about, corners).raise(R::lift(-self.distance))
     }
 
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        self.field.is_convex_on(corners)
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.field.rises(corners)
+    }
+
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let of_field = self.field.least_on_segment(ends)?;
         Some(SegmentMinimum { value: of_field.value - R::lift(self.distance), ..of_field })

@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Float, Real};
+use crate::survey::{mean, sum};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
@@ -60,5 +61,19 @@ impl<F: Sdf> Sdf for Shell<F> {
             },
         };
         wall.raise(R::lift(-0.5 * self.thickness))
+    }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        R::zero() < self.field.survey(mean(corners), corners).least && self.field.is_convex_on(corners)
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let outside = self.field.survey(mean(corners), corners);
+        let inside = outside.negate();
+        match () {
+            () if R::zero() < outside.least => self.field.rises(corners),
+            () if R::zero() < inside.least => inside.gradients.rises(corners),
+            () => sum(self.field.rises(corners), inside.gradients.rises(corners)),
+        }
     }
 }

@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Float, Real};
+use crate::survey::{mean, sum};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
@@ -76,6 +77,29 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
             least: blended(a.least, b.least),
             greatest: blended(a.greatest, b.greatest),
             gradients: a.gradients.union(b.gradients),
+        }
+    }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        let middle = mean(corners);
+        let (a, b) = (self.a.survey(middle, corners), self.b.survey(middle, corners));
+        let blend = R::lift(self.blend);
+        match () {
+            () if a.greatest + blend < b.least => self.a.is_convex_on(corners),
+            () if b.greatest + blend < a.least => self.b.is_convex_on(corners),
+            () => false,
+        }
+    }
+
+    /// Its gradient is a mean of the parts' own.
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let middle = mean(corners);
+        let (a, b) = (self.a.survey(middle, corners), self.b.survey(middle, corners));
+        let blend = R::lift(self.blend);
+        match () {
+            () if a.greatest + blend < b.least => self.a.rises(corners),
+            () if b.greatest + blend < a.least => self.b.rises(corners),
+            () => sum(self.a.rises(corners), self.b.rises(corners)),
         }
     }
 }

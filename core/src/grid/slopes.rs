@@ -31,7 +31,8 @@ impl<S: Storage> Grid<S> {
         if count.is_none_or(|count| count > MOST_CELLS) {
             return None;
         }
-        let in_cells = |point: [f64; 3]| (Vector3::from(point) - lift(self.lattice.origin())) * self.lattice.per_spacing();
+        let in_cells =
+            |point: [f64; 3]| (Vector3::from(point) - lift(self.lattice.origin())) * self.lattice.per_spacing();
         let (low, high) = (in_cells(reached.min), in_cells(reached.max));
         let everything = R::lift(f64::INFINITY);
         let mut range = Range {

@@ -2,6 +2,7 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
+use super::piece::Piece;
 use super::{FrankWolfe, Minimizer, Minimum};
 use crate::real::{Float, Real};
 use crate::simplex::corner_weights;
@@ -74,28 +75,29 @@ impl Certified {
         if boundary.is_some() {
             search.settle(search.best.value - rounding);
         }
-        let whole = Piece { corners: from_fn(corner_weights), least: R::lift(f64::NEG_INFINITY), cuts: 0 };
+        let whole = Open { piece: Piece::whole(), least: R::lift(f64::NEG_INFINITY), cuts: 0 };
         search.look_at(whole, search.best.weights, gap);
         if boundary.is_some() && search.waiting.count > 0 {
             search.descend(&self.local);
         }
         let mut converged = true;
-        while let Some(piece) = search.waiting.pop() {
-            if search.best.value - gap <= piece.least {
-                search.settle(piece.least);
+        while let Some(open) = search.waiting.pop() {
+            if search.best.value - gap <= open.least {
+                search.settle(open.least);
                 continue;
             }
-            let Some(halves) = piece.cut(simplex) else {
+            let Some(halves) = open.piece.cut(simplex) else {
                 converged = false;
-                search.settle(piece.least);
+                search.settle(open.least);
                 continue;
             };
             if search.evaluations >= self.evaluations {
                 converged = false;
-                search.settle(piece.least);
+                search.settle(open.least);
                 break;
             }
-            halves.into_iter().for_each(|half| search.look_at(half, half.middle(), gap));
+            let cuts = open.cuts.saturating_add(1);
+            halves.into_iter().for_each(|piece| search.look_at(Open { piece, cuts, ..open }, piece.middle(), gap));
         }
         search.finish(converged)
     }
@@ -196,8 +198,8 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
 
     /// Bounds a piece, whose bound so far is that of the one it was cut from, by a look at the point of these weights in it,
     /// and lets it wait, unless it cannot hold a value below the best by more than the gap.
-    fn look_at(&mut self, piece: Piece<R, N>, weights: [R; N], gap: R) {
-        let corners = piece.corners.map(|weights| self.simplex.point(weights));
+    fn look_at(&mut self, open: Open<R, N>, weights: [R; N], gap: R) {
+        let corners = open.piece.of(self.simplex).corners;
         let survey = self.field.survey(self.simplex.point(weights), &corners);
         self.evaluations = self.evaluations.saturating_add(1);
         if survey.value < self.best.value {
@@ -208,9 +210,9 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         }
         // Where the field is no number, nothing is certain.
         let is_known = survey.least <= survey.value;
-        let least = if is_known { Real::max(survey.least, piece.least) } else { R::lift(f64::NEG_INFINITY) };
+        let least = if is_known { Real::max(survey.least, open.least) } else { R::lift(f64::NEG_INFINITY) };
         if least < self.best.value - gap {
-            let given_up = self.waiting.push(Piece { least, ..piece });
+            let given_up = self.waiting.push(Open { least, ..open });
             self.settle(given_up);
         } else {
             self.settle(least);
@@ -269,60 +271,24 @@ fn part_along<R: Float>(way: Vector3<R>, vector: Vector3<R>) -> Vector3<R> {
     if R::zero() < square { way * (vector.dot(&way) / square) } else { Vector3::zeros() }
 }
 
-/// A part of the simplex, by its corners' weights.
+/// A part of the simplex that is still to be cut or dropped.
 #[derive(Clone, Copy)]
-struct Piece<R, const N: usize> {
-    corners: [[R; N]; N],
+struct Open<R, const N: usize> {
+    piece: Piece<R, N>,
     least: R,
     /// How many cuts made it.
     cuts: u32,
 }
 
-impl<R: Float, const N: usize> Piece<R, N> {
-    /// The weights of its mean.
-    fn middle(&self) -> [R; N] {
-        let share = R::lift(1.0 / N as f64);
-        from_fn(|k| self.corners.iter().fold(R::zero(), |sum, corner| sum + corner[k] * share))
-    }
-
-    /// In two, at the middle of the longest edge; `None` if that is no longer than rounding.
-    fn cut(&self, simplex: &Simplex<R, N>) -> Option<[Self; 2]> {
-        let mut longest = (R::zero(), 0, 0);
-        let (mut from, mut to) = (self.corners[0], self.corners[0]);
-        for (a, at_a) in self.corners.iter().enumerate() {
-            for (b, at_b) in self.corners.iter().enumerate() {
-                let length = norm(simplex.point(*at_b) - simplex.point(*at_a));
-                if longest.0 < length {
-                    longest = (length, a, b);
-                    (from, to) = (*at_a, *at_b);
-                }
-            }
-        }
-        let (_, a, b) = longest;
-        let mut middle = from;
-        middle.iter_mut().zip(to).for_each(|(weight, other)| *weight = (*weight + other) * R::lift(0.5));
-        let without = |end: usize| {
-            let mut corners = self.corners;
-            corners
-                .iter_mut()
-                .enumerate()
-                .filter(|(corner, _)| *corner == end)
-                .for_each(|(_, weights)| *weights = middle);
-            Self { corners, cuts: self.cuts.saturating_add(1), ..*self }
-        };
-        (middle != from && middle != to).then(|| [without(a), without(b)])
-    }
-}
-
 /// Pieces in a heap, the one with the least bound on top.
 struct Waiting<R, const N: usize> {
-    pieces: [Piece<R, N>; MOST_PIECES],
+    pieces: [Open<R, N>; MOST_PIECES],
     count: usize,
 }
 
 impl<R: Float, const N: usize> Waiting<R, N> {
     fn new() -> Self {
-        Self { pieces: [Piece { corners: [[R::zero(); N]; N], least: R::zero(), cuts: 0 }; MOST_PIECES], count: 0 }
+        Self { pieces: [Open { piece: Piece::whole(), least: R::zero(), cuts: 0 }; MOST_PIECES], count: 0 }
     }
 
     /// The least bound of all.
@@ -331,9 +297,9 @@ impl<R: Float, const N: usize> Waiting<R, N> {
     }
 
     /// Returns the bound of the piece that found no room, or infinity.
-    fn push(&mut self, piece: Piece<R, N>) -> R {
+    fn push(&mut self, open: Open<R, N>) -> R {
         if self.count < MOST_PIECES {
-            self.place(self.count, piece);
+            self.place(self.count, open);
             self.count = self.count.saturating_add(1);
             return R::lift(f64::INFINITY);
         }
@@ -341,19 +307,19 @@ impl<R: Float, const N: usize> Waiting<R, N> {
         let leaves = self.pieces.iter().enumerate().skip(MOST_PIECES / 2);
         let greatest =
             leaves.fold(
-                (0, piece.least),
+                (0, open.least),
                 |(at, most), (leaf, waiting)| {
                     if most < waiting.least { (leaf, waiting.least) } else { (at, most) }
                 },
             );
-        if piece.least < greatest.1 {
-            self.place(greatest.0, piece);
+        if open.least < greatest.1 {
+            self.place(greatest.0, open);
         }
         greatest.1
     }
 
     /// The one with the least bound, or, where room is short, the smallest.
-    fn pop(&mut self) -> Option<Piece<R, N>> {
+    fn pop(&mut self) -> Option<Open<R, N>> {
         let mut at = 0;
         if self.count > MOST_PIECES - ROOM_TO_FINISH {
             for other in 1..self.count {
@@ -378,23 +344,23 @@ impl<R: Float, const N: usize> Waiting<R, N> {
     }
 
     /// At a place that is free, or up from there as far as its bound is the lower.
-    fn place(&mut self, free: usize, piece: Piece<R, N>) {
+    fn place(&mut self, free: usize, open: Open<R, N>) {
         let mut at = free;
-        while at > 0 && piece.least < self.at((at - 1) / 2).least {
+        while at > 0 && open.least < self.at((at - 1) / 2).least {
             *self.at_mut(at) = *self.at((at - 1) / 2);
             at = (at - 1) / 2;
         }
-        *self.at_mut(at) = piece;
+        *self.at_mut(at) = open;
     }
 
     /// All indices are below the number of places; said so that no check of it can panic.
     #[inline]
-    fn at(&self, index: usize) -> &Piece<R, N> {
+    fn at(&self, index: usize) -> &Open<R, N> {
         &self.pieces[index % MOST_PIECES]
     }
 
     #[inline]
-    fn at_mut(&mut self, index: usize) -> &mut Piece<R, N> {
+    fn at_mut(&mut self, index: usize) -> &mut Open<R, N> {
         &mut self.pieces[index % MOST_PIECES]
     }
 }

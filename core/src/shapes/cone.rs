@@ -3,6 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::real::{Float, Mask, Real};
+use crate::survey::rises_of_convex;
 use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A solid cone with its apex at the origin and its base at z = −`height`. Exact. The gradient is a choice at the apex,
@@ -66,5 +67,13 @@ impl Sdf for Cone {
 
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         Survey::of_convex(self, about, corners)
+    }
+
+    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
+        true
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        rises_of_convex(self, corners)
     }
 }

@@ -4,6 +4,7 @@ use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, revolve};
 use crate::real::{Float, Real};
+use crate::survey::rises_of_convex;
 use crate::{Aabb, Sample, Sdf, Survey};
 
 /// A solid cylinder around z, from −`half_height` to `half_height`. Exact. The gradient is a choice on the rims and,
@@ -44,5 +45,13 @@ impl Sdf for Cylinder {
 
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         Survey::of_convex(self, about, corners)
+    }
+
+    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
+        true
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        rises_of_convex(self, corners)
     }
 }

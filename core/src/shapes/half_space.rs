@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Float, Real};
+use crate::survey::rises_of_convex;
 use crate::vector::lift;
 use crate::{Aabb, Sample, Sdf, Survey};
 
@@ -41,5 +42,13 @@ impl Sdf for HalfSpace {
 
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         Survey::of_convex(self, about, corners)
+    }
+
+    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
+        true
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        rises_of_convex(self, corners)
     }
 }

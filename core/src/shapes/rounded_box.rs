@@ -36,4 +36,12 @@ impl Sdf for RoundedBox {
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         self.inflated.survey(about, corners)
     }
+
+    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
+        true
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.inflated.rises(corners)
+    }
 }

@@ -92,4 +92,12 @@ impl Sdf for Node {
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         delegate!(self, field => field.survey(about, corners))
     }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        delegate!(self, field => field.is_convex_on(corners))
+    }
+
+    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        delegate!(self, field => field.rises(corners))
+    }
 }
