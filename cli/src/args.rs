@@ -231,6 +231,8 @@ pub enum Method {
     Gss,
     /// Frank-Wolfe with a line search.
     Ls,
+    /// Newton's method between cutting planes.
+    Newton,
     /// Branch and bound: the least of all minima, and proof of how near.
     Certified,
     /// The least of 4 fixed points, to compare with.

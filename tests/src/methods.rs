@@ -1,7 +1,7 @@
 //! Every minimizer, in one type, so that a law is written once and asked of all of them.
 
 use sdf_core::minimize::{
-    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, PointSampling, ProjectedGradient,
+    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
 use sdf_core::{Real, Sdf, Simplex};
 
@@ -11,6 +11,7 @@ pub enum Method {
     ProjectedGradient(ProjectedGradient),
     PointSampling(PointSampling),
     LineSearch(LineSearch),
+    Newton(Newton),
     Certified(Certified),
     /// On segments alone.
     GoldenSection(GoldenSection),
@@ -23,6 +24,7 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
         Method::ProjectedGradient(ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }),
         Method::PointSampling(PointSampling { samples: budget + 1 }),
         Method::LineSearch(LineSearch { iterations: budget, ..LineSearch::default() }),
+        Method::Newton(Newton { iterations: budget, ..Newton::default() }),
         Method::Certified(Certified { evaluations: 4 * budget, ..Certified::default() }),
     ];
     if corners == 2 {
@@ -38,6 +40,7 @@ impl Minimizer<2> for Method {
             Self::ProjectedGradient(method) => method.minimize(field, simplex),
             Self::PointSampling(method) => method.minimize(field, simplex),
             Self::LineSearch(method) => method.minimize(field, simplex),
+            Self::Newton(method) => method.minimize(field, simplex),
             Self::Certified(method) => method.minimize(field, simplex),
             Self::GoldenSection(method) => method.minimize(field, simplex),
         }
@@ -53,6 +56,7 @@ macro_rules! all_but_golden_section {
                     Self::ProjectedGradient(method) => method.minimize(field, simplex),
                     Self::PointSampling(method) => method.minimize(field, simplex),
                     Self::LineSearch(method) => method.minimize(field, simplex),
+                    Self::Newton(method) => method.minimize(field, simplex),
                     Self::Certified(method) => method.minimize(field, simplex),
                     Self::GoldenSection(_) => panic!("golden section is for segments"),
                 }

@@ -484,6 +484,7 @@ fn on_convex_fields_every_method_comes_near_the_truth() {
         ("projected gradient", 1e-9, 0.15),
         ("points", 0.01, 1.0 / 66.0 + 1e-9),
         ("line search", 1e-9, 0.15),
+        ("Newton", 1e-9, 1e-3),
         ("certified", 1e-4, 1.1e-3),
         ("golden section", 1e-9, 2e-6),
     ]);
@@ -492,6 +493,7 @@ fn on_convex_fields_every_method_comes_near_the_truth() {
         ("projected gradient", 1e-9, 0.15),
         ("points", 0.05, 0.25),
         ("line search", 1e-9, 0.15),
+        ("Newton", 1e-9, 1e-3),
         ("certified", 1e-4, 1.5e-3),
     ]);
 }

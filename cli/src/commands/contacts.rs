@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
 use sdf_core::contact::{Contact, Element, Outcome, all_contacts, contact};
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Place, PointSampling,
+    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, Place, PointSampling,
     ProjectedGradient,
 };
 use sdf_core::nalgebra::Vector3;
@@ -210,6 +210,7 @@ where
         }
         Method::Fw => of_each(args, mesh, field, elements, &FrankWolfe { iterations, ..FrankWolfe::default() }),
         Method::Ls => of_each(args, mesh, field, elements, &LineSearch { iterations, ..LineSearch::default() }),
+        Method::Newton => of_each(args, mesh, field, elements, &Newton { iterations, ..Newton::default() }),
         Method::Auto | Method::Certified => {
             let search = Certified { evaluations: iterations, tolerance: args.tolerance, ..Certified::default() };
             if args.all_minima {

@@ -147,10 +147,10 @@ fn every_method_finds_the_same_contact_in_its_own_way() {
     };
     let deepest_by_auto = deepest("");
     assert!((-1.0..-0.7).contains(&deepest_by_auto), "{deepest_by_auto}");
-    for method in ["pgd", "fw", "ls", "certified", "sample4", "sample16", "sample64"] {
+    for method in ["pgd", "fw", "ls", "newton", "certified", "sample4", "sample16", "sample64"] {
         assert!((deepest(&format!("--method {method}")) - deepest_by_auto).abs() < 0.05, "{method}");
     }
-    for method in ["auto", "gss", "pgd", "fw", "ls", "certified", "sample16"] {
+    for method in ["auto", "gss", "pgd", "fw", "ls", "newton", "certified", "sample16"] {
         let deepest = deepest(&format!("--elements edges --method {method}"));
         assert!((deepest - deepest_by_auto).abs() < 0.1, "{method}: {deepest}");
     }

@@ -39,8 +39,8 @@ fn a_field_put_into_the_world_touches_what_the_field_in_place_touches_of_the_mes
     for field in ["body.sdf.h5", "cone.sdf.toml"] {
         for elements in ["faces", "edges", "vertices"] {
             let find = |mesh: &str, pose: &str| {
-                // The exact least of an edge is often on the face of a cell, where the gradient jumps and rounding tells its side.
-                let method = if elements == "edges" { "gss" } else { "auto" };
+                // A certified least is often on the face of a cell, where the gradient jumps and rounding tells its side.
+                let method = if elements == "edges" { "gss" } else { "fw" };
                 let words =
                     format!("contacts {mesh} {field} --elements {elements} --method {method} --margin 0.05 {pose}");
                 folder.json(&words)["contacts"].as_array().unwrap().clone()

@@ -17,6 +17,12 @@ impl<R: Float, const N: usize> Piece<R, N> {
         Self { corners: from_fn(corner_weights) }
     }
 
+    /// The simplex shrunk towards a point of it.
+    pub fn around(weights: [R; N], share: R) -> Self {
+        let Self { corners } = Self::whole();
+        Self { corners: corners.map(|corner| from_fn(|k| weights[k] + (corner[k] - weights[k]) * share)) }
+    }
+
     /// Where it lies.
     pub fn of(&self, simplex: &Simplex<R, N>) -> Simplex<R, N> {
         Simplex { corners: self.corners.map(|weights| simplex.point(weights)) }

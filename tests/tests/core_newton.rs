@@ -1,0 +1,236 @@
+//! What Newton's method between cutting planes promises beyond what every minimizer does.
+
+use nalgebra::Vector3;
+use sdf_core::combine::Intersection;
+use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum, Newton};
+use sdf_core::shapes::{HalfSpace, Sphere};
+use sdf_core::{Aabb, Real, Sample, Sdf, Simplex};
+use sdf_tests::oracle::{least_of_convex, random_simplex};
+use sdf_tests::random::Random;
+use sdf_tests::scenes::{Meaning, scenes};
+
+/// A triangle in a plane at the given height over the origin, and how far inside its edges the foot of the perpendicular
+/// lies, over the longest edge: negative where it lies beyond one.
+fn triangle_over_origin(random: &mut Random, height: f64, aside: f64) -> (Simplex<f64, 3>, f64) {
+    let (x, y) = loop {
+        let (x, candidate) = (random.direction(), random.direction());
+        let y = candidate - x * x.dot(&candidate);
+        if y.norm() > 0.1 {
+            break (x, y.normalize());
+        }
+    };
+    let foot = x.cross(&y) * height;
+    let shift = [random.between(-aside, aside), random.between(-aside, aside)];
+    let flat = [0.0, 2.1, 4.2].map(|angle: f64| {
+        let (angle, reach) = (angle + random.between(-0.5, 0.5), random.between(0.3, 1.0));
+        [reach * angle.cos() + shift[0], reach * angle.sin() + shift[1]]
+    });
+    let across = |a: [f64; 2], b: [f64; 2]| (a[0] * b[1] - a[1] * b[0]) / (b[0] - a[0]).hypot(b[1] - a[1]);
+    let inside = (0..3).map(|k| across(flat[k], flat[(k + 1) % 3])).fold(f64::INFINITY, f64::min);
+    let simplex = Simplex { corners: flat.map(|at| foot + x * at[0] + y * at[1]) };
+    (simplex, inside / simplex.longest_edge())
+}
+
+/// Three steps raise the error of the value, in edge lengths, to the power 3/2 or better: one for each number of the
+/// curvature in a plane. A method that converges linearly multiplies it by a constant.
+#[test]
+fn newton_converges_superlinearly_where_the_field_is_smooth() {
+    let mut random = Random::of_test();
+    let (mut cases, mut worst, mut after_eight) = (0, 0.0_f64, vec![]);
+    while cases < 500 {
+        let height = random.between(0.5, 2.0);
+        let (triangle, inside) = triangle_over_origin(&mut random, height, 0.2);
+        if inside < 0.02 {
+            continue;
+        }
+        cases += 1;
+        let sphere = Sphere::new(0.3).unwrap();
+        let unit = triangle.longest_edge();
+        let error = |iterations: u32| {
+            let newton = Newton { iterations, tolerance: 0.0 };
+            (newton.minimize(&sphere, &triangle).sample.value - (height - 0.3)) / unit
+        };
+        let errors: Vec<f64> = (0..12).map(error).collect();
+        for (was, is) in errors.iter().zip(&errors[3..]) {
+            worst = worst.max((is - 1e-14) / was.abs().powf(1.5));
+        }
+        after_eight.push(errors[5]);
+    }
+    after_eight.sort_by(f64::total_cmp);
+    println!("worst {worst}, after eight evaluations {:e}, {:e}", after_eight[250], after_eight[475]);
+    assert!(worst < 1.0, "{worst}");
+    assert!(after_eight[475] < 1e-9, "{:e}", after_eight[475]);
+}
+
+/// Exactly, and not by a weight that shrinks from step to step.
+#[test]
+fn a_minimum_on_an_edge_is_found_on_that_edge() {
+    let mut random = Random::of_test();
+    let mut beyond = 0;
+    while beyond < 500 {
+        let height = random.between(0.2, 2.0);
+        let (triangle, inside) = triangle_over_origin(&mut random, height, 1.0);
+        if inside > -0.01 {
+            continue;
+        }
+        beyond += 1;
+        let minimum = Newton::default().minimize(&Sphere::new(0.3).unwrap(), &triangle);
+        assert!(minimum.weights.contains(&0.0), "{minimum:?} on {triangle:?}");
+        assert!(minimum.converged && minimum.evaluations <= 16.0, "{minimum:?} on {triangle:?}");
+    }
+}
+
+/// Each cut is one of the planes, and there are but three.
+#[test]
+fn of_three_planes_the_least_is_exact_after_a_few_evaluations() {
+    fn check<const N: usize>(random: &mut Random) {
+        let mut most = 0.0_f64;
+        for _ in 0..1000 {
+            let mut plane = || HalfSpace::new(random.direction().into(), random.between(-0.5, 0.5)).unwrap();
+            let field = Intersection(plane(), Intersection(plane(), plane()));
+            let triangle = random_simplex::<N>(random, 1.0);
+            let minimum = Newton::default().minimize(&field, &triangle);
+            let error = minimum.sample.value - least_of_convex(&field, &triangle);
+            assert!(error <= 2e-9, "{error:e}: {minimum:?} of {field:?} on {triangle:?}");
+            assert!(minimum.converged, "{minimum:?} of {field:?} on {triangle:?}");
+            most = most.max(minimum.evaluations);
+        }
+        println!("{N} corners: at most {most} evaluations");
+        assert!(most <= 12.0, "{most}");
+    }
+    let mut random = Random::of_test();
+    check::<2>(&mut random);
+    check::<3>(&mut random);
+}
+
+/// Convex, smooth, and flatter at its minimum than a quadratic function: Newton's method comes nearer from one side, by a
+/// constant share each time.
+struct Flat {
+    power: i32,
+    center: Vector3<f64>,
+}
+
+impl Sdf for Flat {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let away = point - self.center.map(R::lift);
+        let power = |x: R, power: i32| (0..power).fold(R::one(), |product, _| product * x);
+        let value = away.iter().fold(R::zero(), |sum, x| sum + power(*x, self.power));
+        Sample::new(value, away.map(|x| power(x, self.power - 1) * R::lift(f64::from(self.power))))
+    }
+    fn bounds(&self, _level: f64) -> Aabb {
+        Aabb::EVERYWHERE
+    }
+    /// Where no coordinate is more than 1 off the center.
+    fn slope_bound(&self) -> f64 {
+        f64::from(self.power) * 3.0_f64.sqrt()
+    }
+}
+
+#[test]
+fn on_flat_fields_what_has_converged_is_within_the_tolerance() {
+    fn check<const N: usize>(random: &mut Random) {
+        let mut converged = 0;
+        for round in 0..3000 {
+            let field = Flat { power: [2, 4, 8][round % 3], center: random.in_cube(0.5) };
+            let simplex = Simplex { corners: [(); N].map(|()| random.in_cube(0.5)) };
+            let tolerance = [1e-3, 1e-6, 1e-9][round / 3 % 3];
+            let minimum = Newton { tolerance, iterations: 100 }.minimize(&field, &simplex);
+            let error = minimum.sample.value - least_of_convex(&field, &simplex);
+            let allowed = field.slope_bound() * simplex.longest_edge() * tolerance + 1e-14;
+            let told = format!("{} at {} to {tolerance} on {simplex:?}: {minimum:?}", field.power, field.center);
+            assert!(!minimum.converged || error <= allowed, "{error:e} > {allowed:e}: {told}");
+            converged += usize::from(minimum.converged);
+        }
+        println!("{N} corners: {converged} of 3000 converged");
+        assert!(converged > 2900, "{converged} of 3000");
+    }
+    let mut random = Random::of_test();
+    check::<2>(&mut random);
+    check::<3>(&mut random);
+}
+
+#[test]
+fn on_convex_fields_what_has_converged_is_within_the_tolerance() {
+    fn check<const N: usize>(random: &mut Random) {
+        for scene in scenes(1.0).iter().filter(|scene| scene.convex) {
+            let mut converged = 0;
+            for round in 0..60 {
+                let simplex = random_simplex::<N>(random, scene.size);
+                let newton = Newton { tolerance: [1e-2, 1e-4, 1e-6][round % 3], ..Newton::default() };
+                let minimum = newton.minimize(scene, &simplex);
+                let error = minimum.sample.value - least_of_convex(scene, &simplex);
+                let allowed = scene.slope_bound() * simplex.longest_edge() * (newton.tolerance + 1e-9);
+                let told = format!("{} by {newton:?} on {simplex:?}: {minimum:?}", scene.name);
+                assert!(!minimum.converged || error <= allowed + 1e-14 * scene.size, "{error:e}: {told}");
+                converged += usize::from(minimum.converged);
+            }
+            assert!(converged >= 57, "{}: {converged} of 60", scene.name);
+        }
+    }
+    let mut random = Random::of_test();
+    check::<1>(&mut random);
+    check::<2>(&mut random);
+    check::<3>(&mut random);
+}
+
+/// On fields that are not convex: from a minimum that is none, a thousandth of the way to some corner leads lower.
+#[test]
+fn what_has_converged_is_seldom_no_local_minimum() {
+    fn check<const N: usize>(random: &mut Random) {
+        let (mut converged, mut wrong) = (0, 0);
+        for scene in scenes(1.0).iter().filter(|scene| !scene.convex) {
+            for _ in 0..200 {
+                let simplex = random_simplex::<N>(random, scene.size);
+                let minimum = Newton::default().minimize(scene, &simplex);
+                if minimum.converged {
+                    converged += 1;
+                    let unit = simplex.longest_edge() * scene.slope_bound();
+                    let falls_to = |corner: &Vector3<f64>| {
+                        let nearby = minimum.point + (corner - minimum.point) * 1e-3;
+                        scene.value(nearby) < minimum.sample.value - 1e-5 * unit
+                    };
+                    wrong += usize::from(simplex.corners.iter().any(falls_to));
+                }
+            }
+        }
+        println!("{N} corners: {wrong} of {converged}");
+        assert!(wrong * 70 < converged, "{N} corners: {wrong} of {converged}");
+    }
+    let mut random = Random::of_test();
+    check::<2>(&mut random);
+    check::<3>(&mut random);
+}
+
+/// Over all shapes and all grids, eight evaluations each, of nine cases in ten.
+#[test]
+fn newton_is_nearer_than_frank_wolfe_after_as_many_evaluations() {
+    fn check<const N: usize>(random: &mut Random) {
+        for of_samples in [false, true] {
+            let (mut by_newton, mut by_frank_wolfe) = (vec![], vec![]);
+            for scene in scenes(1.0).iter().filter(|scene| (scene.meaning == Meaning::Samples) == of_samples) {
+                for _ in 0..60 {
+                    let simplex = random_simplex::<N>(random, scene.size);
+                    let iterations = 8 - N as u32;
+                    let frank_wolfe = FrankWolfe { iterations, ..FrankWolfe::default() }.minimize(scene, &simplex);
+                    let newton = Newton { iterations, ..Newton::default() }.minimize(scene, &simplex);
+                    let least = FrankWolfe { iterations: 1000, ..FrankWolfe::default() }.minimize(scene, &simplex);
+                    let least = least.sample.value.min(newton.sample.value).min(frank_wolfe.sample.value);
+                    let over =
+                        |minimum: &Minimum<f64, N>| (minimum.sample.value - least) / simplex.longest_edge().max(1e-6);
+                    by_newton.push(over(&newton));
+                    by_frank_wolfe.push(over(&frank_wolfe));
+                }
+            }
+            let ninetieth = |mut errors: Vec<f64>| {
+                errors.sort_by(f64::total_cmp);
+                errors[errors.len() * 9 / 10]
+            };
+            let (newton, frank_wolfe) = (ninetieth(by_newton), ninetieth(by_frank_wolfe));
+            println!("{N} corners, samples {of_samples}: {newton:e}, Frank-Wolfe {frank_wolfe:e}");
+            assert!(newton * 3.0 < frank_wolfe, "{N} corners: {newton:e}, Frank-Wolfe {frank_wolfe:e}");
+        }
+    }
+    let mut random = Random::of_test();
+    check::<2>(&mut random);
+    check::<3>(&mut random);
+}
