@@ -3,6 +3,7 @@
 mod folder;
 mod meshes;
 
+mod all_minima;
 mod commands;
 mod contact_files;
 mod elements;
