@@ -71,7 +71,7 @@ pub struct Contact<R: Float, const N: usize> {
     pub point: Vector3<R>,
     /// Near the surface: the point less φ ∇φ / |∇φ|², exact for a true distance, else a first step.
     pub surface_point: Vector3<R>,
-    /// ∇φ / |∇φ|, out of the shape; zero where the gradient is.
+    /// ∇φ / |∇φ|, out of the shape; zero where |∇φ| is below the reciprocal of [`Real::REACH`] or not finite.
     pub normal: Vector3<R>,
     /// φ at the point, negative inside.
     pub distance: R,
@@ -99,7 +99,8 @@ pub enum Outcome<R: Float, const N: usize> {
     NotFinite,
     /// No point of it can be within the margin: no search was made.
     Culled,
-    /// The least value found is above the margin.
+    /// The least value found is above the margin. That no other is within it is certain only where the minimum's lower bound
+    /// is above the margin too.
     Apart(Minimum<R, N>),
     Contact(Contact<R, N>),
 }
@@ -194,9 +195,11 @@ fn report<R: Float, const N: usize>(
     let kind = ElementKind::of(N).filter(|_| minimum.sample.value.is_finite())?;
     let gradient = minimum.sample.gradient;
     let length = norm(gradient);
-    let has_normal = R::zero() < length;
+    let way = minimum.sample.value / length;
+    // The square of a gradient can over- or underflow where the gradient does not.
+    let has_normal = !length.is_negligible() && length.is_finite() && way.is_finite();
     let normal = if has_normal { gradient / length } else { Vector3::zeros() };
-    let to_surface = if has_normal { normal * (minimum.sample.value / length) } else { Vector3::zeros() };
+    let to_surface = if has_normal { normal * way } else { Vector3::zeros() };
     let status = match () {
         () if minimum.sample.status.degenerate_gradient || !has_normal => ContactStatus::DegenerateGradient,
         () if minimum.sample.status.outside_grid => ContactStatus::OutsideGrid,

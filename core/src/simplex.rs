@@ -46,7 +46,9 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     #[inline]
     pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, slope_bound: f64, point: Vector3<R>, value: R) -> R {
         let reach = self.reach(point);
-        value - reach * R::lift(slope_bound) - rounding(field.slope_bound(), point, reach, value)
+        // A slope can be beyond the numbers of this type, and no way times infinity is no number.
+        let fall = R::select(reach.is_zero(), R::zero(), reach * R::lift(slope_bound));
+        value - fall - rounding(field.slope_bound(), point, reach, value)
     }
 
     /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the

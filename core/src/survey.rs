@@ -189,8 +189,8 @@ const ROUNDINGS: f64 = 32.0;
 /// More than `value` or another value of the field within `reach` of `point`, no larger in size, may be off by rounding.
 #[inline]
 pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, reach: R, value: R) -> R {
-    let largest = point.iter().fold(reach.max(value.abs()), |largest, x| largest.max(x.abs()));
-    largest * R::lift(slope_bound.max(1.0) * ROUNDINGS * R::EPSILON)
+    let length = point.iter().fold(reach, |longest, x| longest.max(x.abs()));
+    (length * R::lift(slope_bound)).max(value.abs()) * R::lift(ROUNDINGS * R::EPSILON)
 }
 
 /// Summed over edges from the first, so that digits are not lost far from the origin.

@@ -1,6 +1,7 @@
 //! A field behind a pointer, so that one table can hold fields of every type and one loop run over them.
 
 use std::any::Any;
+use std::rc::Rc;
 
 use nalgebra::Vector3;
 use sdf_core::grid::SegmentMinimum;
@@ -70,8 +71,9 @@ macro_rules! any_field {
         trait Inner: Limits + Surveys<f32> + Surveys<f64> $(+ Answers<$number>)* {}
         impl<F: Sdf> Inner for F {}
 
-        /// A field of any type. It panics when asked in a number type that no test uses.
-        pub struct AnyField(Box<dyn Inner>);
+        /// A field of any type. It panics when asked in a number type that no test uses. A clone is the same field.
+        #[derive(Clone)]
+        pub struct AnyField(Rc<dyn Inner>);
 
         impl Sdf for AnyField {
             fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
@@ -149,7 +151,7 @@ any_field!(f32, f64, Lanes<f32, 8>, Lanes<f64, 4>, Dual<f32>, Dual<f64>);
 
 impl AnyField {
     pub fn new(field: impl Sdf + 'static) -> Self {
-        Self(Box::new(field))
+        Self(Rc::new(field))
     }
 }
 

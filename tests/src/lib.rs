@@ -8,6 +8,7 @@ pub mod methods;
 pub mod oracle;
 pub mod random;
 pub mod scenes;
+pub mod stability;
 
 /// The README's example is compiled and run.
 #[cfg(doctest)]

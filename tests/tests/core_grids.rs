@@ -243,3 +243,32 @@ fn the_least_on_a_segment_is_below_all_its_points() {
     check::<f64>(1e-13);
     check::<f32>(1e-5);
 }
+
+/// On a face between cells, and on an edge or a node, the gradient is another on each side: what is certain of a hull there
+/// holds for all, or a search would pass over the crease.
+#[test]
+fn a_survey_at_a_node_knows_the_gradients_of_all_cells_around_it() {
+    let mut random = Random::of_test();
+    let lattice = cube_lattice(1.0, 8);
+    let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
+    let storage = Dense::new(&lattice, samples).unwrap();
+    let steepest = slope_bound(&lattice, &storage);
+    let grid = Grid::new(lattice, storage, steepest).unwrap();
+    for _ in 0..200 {
+        let node = [0, 1, 2].map(|_| 1 + random.below(7) as u32);
+        let at = Vector3::from(lattice.node(node));
+        let across = if random.below(2) == 0 { at } else { at + Vector3::new(0.0, 0.11, 0.07) };
+        let survey = grid.survey(at, &[at, across]);
+        for _ in 0..30 {
+            let beside = at + random.direction() * 1e-7;
+            let gradient = grid.evaluate(beside).gradient;
+            for axis in 0..3 {
+                let (least, greatest) = (survey.gradients.least[axis], survey.gradients.greatest[axis]);
+                assert!(
+                    least - 1e-4 <= gradient[axis] && gradient[axis] <= greatest + 1e-4,
+                    "{gradient} of {survey:?}"
+                );
+            }
+        }
+    }
+}

@@ -4,6 +4,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use sdf_tests::methods::methods;
+use sdf_tests::stability::cases::CASES;
+use sdf_tests::stability::problem::{BUDGET, name};
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
@@ -37,4 +41,13 @@ fn every_test_that_a_promise_names_exists() {
 fn every_promise_has_its_number() {
     let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     assert!((1..=13).all(|number| text.contains(&format!("\n{number}. "))));
+}
+
+#[test]
+fn the_report_on_stability_names_every_case_and_method() {
+    let text = fs::read_to_string(root().join("docs/stability.md")).unwrap();
+    let cases = CASES.iter().map(|case| format!("| {} |", case.name));
+    let methods = methods(2, BUDGET).iter().map(|method| format!("| {} |", name(method))).collect::<Vec<_>>();
+    let missing: Vec<String> = cases.chain(methods).filter(|named| !text.contains(named)).collect();
+    assert!(missing.is_empty(), "run cargo run -p sdf-tests --example stability, for {missing:?}");
 }

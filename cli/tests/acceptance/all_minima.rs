@@ -63,5 +63,8 @@ fn all_minima_by_a_local_method_is_wrong_usage() {
     let folder = Folder::new();
     folder.write("bumps.sdf.toml", BUMPS);
     folder.write("table.obj", TABLE);
-    says(&folder.wrong_usage("contacts table.obj bumps.sdf.toml --all-minima --method fw"), &["--all-minima", "--method"]);
+    says(
+        &folder.wrong_usage("contacts table.obj bumps.sdf.toml --all-minima --method fw"),
+        &["--all-minima", "--method"],
+    );
 }

@@ -43,6 +43,10 @@ impl<S: Storage> Grid<S> {
             let corners = R::gather(cell.into(), |cell| self.storage.corners(cell));
             let cubic = Cubic::along(corners, from + way * entry - cell, way * (exit - entry));
             let (share, value) = cubic.least();
+            // Where a sample is no number, nothing is certain.
+            if !value.is_finite() {
+                return None;
+            }
             least.looks = least.looks.saturating_add(1);
             if value < least.value {
                 (least.share, least.value) = (entry + (exit - entry) * share, value);

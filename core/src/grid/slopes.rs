@@ -19,7 +19,7 @@ pub(super) struct Range<R: Real> {
 }
 
 impl<S: Storage> Grid<S> {
-    /// Cell by cell. `None` where the box reaches out of the grid or meets many cells.
+    /// Cell by cell. `None` where the box reaches out of the grid or meets many cells, or a sample is no number.
     pub(super) fn range_in<R: Float>(&self, region: &Aabb) -> Option<Range<R>> {
         if !self.lattice.bounds().encloses(region) {
             return None;
@@ -44,6 +44,9 @@ impl<S: Storage> Grid<S> {
             for y in first[1]..last[1] {
                 for x in first[0]..last[0] {
                     let corners = self.storage.corners([x, y, z]);
+                    if !corners.iter().all(|sample| sample.is_finite()) {
+                        return None;
+                    }
                     let cell = Vector3::new(x, y, z).map(f64::from);
                     let part = [low, high].map(|end| (end - cell).map(|share| R::lift(share.clamp(0.0, 1.0))));
                     range.include(corners.map(|sample| R::lift(f64::from(sample))), part);

@@ -1,0 +1,52 @@
+use nalgebra::{Matrix3, Vector3};
+use sdf_core::placed::{Placement, Pulled};
+use sdf_core::{Aabb, Real};
+
+/// A scale along each axis by its own factor, mirrored where that is negative.
+///
+/// A distance is multiplied by the smallest factor. The stretched field has the sign and the surface of the stretched
+/// solid's distance and nowhere a larger magnitude, and is no steeper than it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    factors: [f64; 3],
+    smallest: f64,
+}
+
+impl Stretch {
+    /// None of the factors is zero.
+    pub fn new(factors: [f64; 3]) -> Self {
+        Self { factors, smallest: factors.iter().fold(f64::INFINITY, |least, x| least.min(x.abs())) }
+    }
+}
+
+fn map(bounds: Aabb, factors: [f64; 3]) -> Aabb {
+    let ends = |k: usize| [bounds.min[k] * factors[k], bounds.max[k] * factors[k]];
+    Aabb {
+        min: std::array::from_fn(|k| ends(k)[0].min(ends(k)[1])),
+        max: std::array::from_fn(|k| ends(k)[0].max(ends(k)[1])),
+    }
+}
+
+impl Placement for Stretch {
+    fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
+        let per_factor = Vector3::from(self.factors.map(|factor| R::lift(1.0 / factor)));
+        let point = world_point.component_mul(&per_factor);
+        Pulled { point, jacobian: Matrix3::from_diagonal(&per_factor), scale: R::lift(self.smallest) }
+    }
+
+    fn push_bounds(&self, local: Aabb) -> Aabb {
+        map(local, self.factors)
+    }
+
+    fn pull_bounds(&self, world: Aabb) -> Aabb {
+        map(world, self.factors.map(|factor| 1.0 / factor))
+    }
+
+    fn slope_factor(&self) -> f64 {
+        1.0
+    }
+
+    fn scale(&self) -> f64 {
+        self.smallest
+    }
+}
