@@ -151,14 +151,17 @@ pub enum Sign {
     Winding,
 }
 
-/// Find where a mesh touches a field.
+/// Find where a mesh touches a field, or where two fields touch.
 ///
 /// Of each element of the mesh that comes within --margin of the surface, or into it, one contact: where it comes
 /// nearest or deepest; --method auto proves that nothing on the element is deeper. Elements that cannot are culled without a
 /// search.
+///
+/// With a field in place of the mesh, no mesh is needed on either side: the points that are deepest in both, the first of
+/// them proven, and the patch in which both are equally deep, as points with an area each.
 #[derive(Debug, Parser)]
 pub struct ContactsArgs {
-    /// The mesh, in the world: OBJ, PLY or STL.
+    /// The mesh, in the world: OBJ, PLY or STL; or a field, put into the world by --rotate-first, then --translate-first.
     pub mesh: PathBuf,
     /// The field that it may touch: a baked grid or shapes in TOML. Put into the world by --rotate, then --translate.
     pub sdf: PathBuf,
@@ -172,14 +175,16 @@ pub struct ContactsArgs {
     /// 32, of auto 256, of certified 1024].
     #[arg(long, value_name = "N")]
     pub iterations: Option<u32>,
-    /// How near auto and certified come to the least value before it stops, as a share of the element's longest edge.
+    /// How near auto and certified come to the least value before they stop, as a share of the element's longest edge, of two
+    /// fields of the longest side of the box in which they may touch.
     #[arg(long, value_name = "SHARE", default_value_t = 1e-3, value_parser = positive)]
     pub tolerance: f64,
     /// Report every isolated minimum of an element, not the lowest alone: a triangle that rests on three bumps touches thrice.
     /// Dents less deep than a hundredth of the longest edge count as one.
     #[arg(long)]
     pub all_minima: bool,
-    /// Report elements that come within this distance of the surface, in the mesh's unit; less than 0: only so deep.
+    /// Report elements that come within this distance of the surface, in the mesh's unit; less than 0: only so deep. Of two
+    /// fields: points that come within it of both, which are there if the gap is at most twice as wide.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     pub margin: f64,
     /// Shift the field by this.
@@ -188,6 +193,16 @@ pub struct ContactsArgs {
     /// Turn the field about its origin by this quaternion, of any length but zero.
     #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true, value_parser = turn)]
     pub rotate: Numbers<4>,
+    /// Of two fields: shift the first by this.
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
+    pub translate_first: Numbers<3>,
+    /// Of two fields: turn the first about its origin by this quaternion.
+    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true, value_parser = turn)]
+    pub rotate_first: Numbers<4>,
+    /// Of two fields: the edge of the cubes that the patch is cut into [default: 1/64 of the longest side of the box in which
+    /// they touch].
+    #[arg(long, value_name = "D", value_parser = positive, allow_negative_numbers = true)]
+    pub resolution: Option<f64>,
     /// Where to write the contacts, as the name's end says: .csv, .json, .ply or .h5 [default: nowhere].
     #[arg(short, long, value_name = "OUT", value_parser = PathBufValueParser::new().try_map(contact_file))]
     pub output: Option<PathBuf>,

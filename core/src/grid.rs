@@ -14,6 +14,7 @@ pub use bounded::Bounded;
 pub use dense::Dense;
 pub use lattice::Lattice;
 pub use segment::SegmentMinimum;
+use slopes::Range;
 
 use crate::real::{Float, Real};
 use crate::survey::{bounds, reach, rounding};
@@ -115,13 +116,15 @@ fn lowest_on_box<S: Storage>(lattice: &Lattice, storage: &S) -> f64 {
     let cells = lattice.cells();
     let mut lowest = f64::INFINITY;
     for (axis, beside, above) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
-        for (face, layer) in [(0, 0), (1, cells[axis].wrapping_sub(1))] {
-            for i in 0..cells[beside] {
-                for j in 0..cells[above] {
+        // Below three, and said so: a check of it could panic.
+        let along = |axis: usize| cells[axis % 3];
+        for (face, layer) in [(0, 0), (1, along(axis).wrapping_sub(1))] {
+            for i in 0..along(beside) {
+                for j in 0..along(above) {
                     let mut cell = [layer; 3];
-                    (cell[beside], cell[above]) = (i, j);
+                    (cell[beside % 3], cell[above % 3]) = (i, j);
                     let corners = storage.corners(cell);
-                    let on_face = corners.iter().enumerate().filter(|(corner, _)| corner >> axis & 1 == face);
+                    let on_face = corners.iter().enumerate().filter(|(corner, _)| corner >> (axis % 3) & 1 == face);
                     lowest = on_face.fold(lowest, |lowest, (_, sample)| lowest.min(f64::from(*sample)));
                 }
             }
@@ -225,6 +228,13 @@ impl<S: Storage> Sdf for Grid<S> {
 
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on(ends)
+    }
+
+    /// In a few cells by how far the gradient there may be from that at the middle.
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        let Some(Range { gradients, .. }) = self.range_in::<f64>(region) else { return f64::INFINITY };
+        let spread = gradients.greatest - gradients.least;
+        spread.dot(&Vector3::from(region.extents())) * 0.5
     }
 
     /// In a few cells by how the gradient varies there (the mean value form of interval arithmetic: Moore 1966, "Interval

@@ -20,6 +20,7 @@ pub mod contact;
 pub mod grid;
 mod lanes;
 pub mod minimize;
+pub mod overlap;
 pub mod placed;
 mod real;
 mod sdf;

@@ -104,6 +104,11 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         of_field.map(|rise| rise * R::lift(self.placement.scale()))
     }
 
+    /// Of a placement that is an affine map: it takes the middle of a box to that of the box around what it becomes.
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.field.linearization_error(&self.placement.pull_bounds(*region)) * self.placement.scale()
+    }
+
     /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let of_field = self.field.least_on_segment(ends.map(|end| self.placement.pull(end).point))?;

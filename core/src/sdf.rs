@@ -55,6 +55,12 @@ pub trait Sdf: Sized {
         None
     }
 
+    /// The most by which φ in a box lies below φ(c) + ∇φ(c)·(x − c), its linear part at the middle c of the box: 0 where φ
+    /// is a convex function. By default nothing is known, and the answer is infinity.
+    fn linearization_error(&self, _region: &Aabb) -> f64 {
+        f64::INFINITY
+    }
+
     /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
@@ -103,6 +109,9 @@ impl<F: Sdf> Sdf for &F {
     }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         (**self).least_on_segment(ends)
+    }
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        (**self).linearization_error(region)
     }
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {

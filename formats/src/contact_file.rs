@@ -2,12 +2,16 @@
 
 mod csv;
 mod hdf5;
+mod meeting;
 mod ply;
 
 use std::path::Path;
 
+use rust_hdf5::{H5File, Hdf5Error};
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use serde::Serialize;
+
+pub use meeting::{MeetingKind, MeetingRecord};
 
 use crate::grid_file::atomic_write;
 
@@ -103,11 +107,41 @@ impl ContactFormat {
     }
 }
 
+/// What a list is made of: how one entry stands in each kind of file.
+pub trait Record: Sized {
+    /// The names of a CSV line, with an end of line.
+    const CSV_NAMES: &'static str;
+    /// What a PLY file says of itself.
+    const PLY_COMMENT: &'static str;
+    /// The last property of a PLY vertex, type and name.
+    const PLY_LAST: &'static str;
+
+    /// Without an end of line.
+    fn csv_line(&self) -> String;
+
+    /// Where the entry is, its normal and its distance.
+    fn in_space(&self) -> InSpace;
+
+    /// The bytes of the last property.
+    fn ply_last(&self) -> Vec<u8>;
+
+    /// Writes a group with one dataset a column.
+    fn fill_hdf5(file: &H5File, records: &[Self]) -> Result<(), Hdf5Error>;
+}
+
+/// What every entry has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InSpace {
+    pub point: [f64; 3],
+    pub normal: [f64; 3],
+    pub distance: f64,
+}
+
 /// Writes the file whole or not at all. `json` is the document that a JSON file holds.
-pub fn write(
+pub fn write<T: Record>(
     path: &Path,
     format: ContactFormat,
-    contacts: &[ContactRecord],
+    contacts: &[T],
     json: impl FnOnce() -> Vec<u8>,
 ) -> std::io::Result<()> {
     atomic_write(path, |temporary| match format {

@@ -57,6 +57,12 @@ pub fn open(path: &Path) -> Result<OpenField, FieldError> {
     read_toml(path, MOST_NESTED).map(OpenField::Analytic)
 }
 
+/// Whether a regular file says that it is a field and no mesh: HDF5 by its content, TOML by its name.
+pub fn is_field(path: &Path) -> bool {
+    let is_toml = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
+    is_toml || (path.is_file() && starts_with_hdf5_signature(path).unwrap_or(false))
+}
+
 fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
     let mut start = Vec::new();
     fs::File::open(path)?.take(8).read_to_end(&mut start)?;

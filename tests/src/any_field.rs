@@ -52,6 +52,7 @@ pub trait Limits {
     fn bounds_at(&self, level: f64) -> Aabb;
     fn steepest(&self) -> f64;
     fn limits_in(&self, region: &Aabb) -> LocalBounds;
+    fn below_linear(&self, region: &Aabb) -> f64;
 }
 
 impl<F: Sdf> Limits for F {
@@ -63,6 +64,9 @@ impl<F: Sdf> Limits for F {
     }
     fn limits_in(&self, region: &Aabb) -> LocalBounds {
         self.local_bounds(region)
+    }
+    fn below_linear(&self, region: &Aabb) -> f64 {
+        self.linearization_error(region)
     }
 }
 
@@ -102,6 +106,10 @@ macro_rules! any_field {
 
             fn local_bounds(&self, region: &Aabb) -> LocalBounds {
                 self.0.limits_in(region)
+            }
+
+            fn linearization_error(&self, region: &Aabb) -> f64 {
+                self.0.below_linear(region)
             }
 
             fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {

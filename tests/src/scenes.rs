@@ -73,6 +73,9 @@ impl Sdf for Scene {
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.field.least_on_segment(ends)
     }
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.field.linearization_error(region)
+    }
 }
 
 impl Scene {
@@ -138,6 +141,9 @@ impl<F: Sdf> Sdf for Steep<F> {
     }
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
         self.field.survey(about, corners).pull_back(&Matrix3::identity(), R::lift(self.steepness))
+    }
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.field.linearization_error(region) * self.steepness
     }
 }
 

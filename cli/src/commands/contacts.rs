@@ -1,3 +1,4 @@
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -16,6 +17,7 @@ use sdf_formats::grid_file::{GridReader, StoredGrid, Summary};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
+use super::overlap;
 use crate::args::{ContactsArgs, Elements, Method};
 use crate::from_file::{FromFile, band};
 use crate::report::{Report, many, number, seconds};
@@ -25,6 +27,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::require(path, &[&args.mesh, &args.sdf])?;
     }
+    if field_file::is_field(&args.mesh) {
+        return overlap::run(args);
+    }
+    overlap::refuse_options_of_fields(args)?;
     let started = Instant::now();
     let mesh = mesh_input::read(&args.mesh)?.mesh;
     if args.elements == Elements::Faces {
@@ -104,7 +110,7 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
         OpenField::Analytic(node) => Ok((Field::Analytic(node), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();
-            require_known(args, &summary)?;
+            require_known(&args.sdf, args.margin, &summary)?;
             let stored = match args.elements {
                 Elements::Faces => read_reached(args, mesh, pose, reader, &mesh.triangles),
                 Elements::Edges => read_reached(args, mesh, pose, reader, &mesh.edges()),
@@ -135,18 +141,18 @@ const ROUNDING: f64 = 1e-12;
 
 /// Refuses a margin beyond which a grid has lower bounds in place of distances: contacts would be reported there that
 /// are none.
-fn require_known(args: &ContactsArgs, grid: &Summary) -> Result<()> {
+pub(super) fn require_known(file: &Path, margin: f64, grid: &Summary) -> Result<()> {
     let spacing = grid.lattice.spacing();
     let limits = [("--padding", Some(grid.about.padding)), ("--band", band(&grid.layout))];
     for (option, limit) in limits.into_iter().filter_map(|(option, limit)| Some((option, limit?))) {
-        if args.margin > limit * (1.0 + ROUNDING) {
+        if margin > limit * (1.0 + ROUNDING) {
             bail!(
                 "{}: --margin {} is more than the {} around the surface in which the grid has distances: bake it with {option} {} \
                  or more, or take a smaller --margin",
-                args.sdf.display(),
-                number(args.margin),
+                file.display(),
+                number(margin),
                 number(limit),
-                many((args.margin / spacing).ceil())
+                many((margin / spacing).ceil())
             );
         }
     }

@@ -171,7 +171,7 @@ fn shapes_stand_wherever_a_grid_may() {
     assert!(shapes > 50 && shapes.abs_diff(grid) < 5, "{shapes} {grid}");
     // A mesh is a field file's neighbour, not a field.
     says(&folder.refused("info ball.obj"), &["ball.obj", "not TOML", "line 1"]);
-    says(&folder.refused("contacts field.sdf.toml ball.sdf.h5"), &["field.sdf.toml", "not an OBJ, PLY or STL mesh"]);
+    says(&folder.done("contacts field.sdf.toml ball.sdf.h5"), &["verdict  contact"]);
 }
 
 #[test]

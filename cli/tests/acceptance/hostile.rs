@@ -64,7 +64,8 @@ fn a_mesh_that_is_none_is_refused_by_what_it_is() {
     {
         says(line, &[word]);
     }
-    says(&bad_mesh(&folder, "cube.sdf.h5"), &["HDF5"]);
+    // A field would do for contacts, and for nothing else.
+    says(&folder.refused("bake cube.sdf.h5 --res 8"), &["HDF5"]);
     says(&bad_mesh(&folder, "missing.obj"), &["missing.obj", "No such file"]);
     says(&bad_mesh(&folder, "cube.obj/cube.obj"), &["Not a directory"]);
 }

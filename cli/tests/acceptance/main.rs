@@ -11,6 +11,7 @@ mod fields;
 mod help;
 mod hostile;
 mod interrupted;
+mod overlap;
 mod pictures;
 mod poses;
 mod progress;

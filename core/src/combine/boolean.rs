@@ -105,6 +105,11 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
         let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
         a.negate().rises_of_lower(b.negate(), || self.0.rises(corners), || self.1.rises(corners))
     }
+
+    /// No value is below that of the part which is the higher at the middle.
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.0.linearization_error(region).max(self.1.linearization_error(region))
+    }
 }
 
 impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {

@@ -53,6 +53,10 @@ impl<F: Sdf> Sdf for Offset<F> {
         self.field.rises(corners)
     }
 
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.field.linearization_error(region)
+    }
+
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let of_field = self.field.least_on_segment(ends)?;
         Some(SegmentMinimum { value: of_field.value - R::lift(self.distance), ..of_field })

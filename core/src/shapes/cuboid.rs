@@ -47,4 +47,8 @@ impl Sdf for Cuboid {
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         rises_of_convex(self, corners)
     }
+
+    fn linearization_error(&self, _region: &Aabb) -> f64 {
+        0.0
+    }
 }

@@ -54,4 +54,8 @@ impl Sdf for Cylinder {
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         rises_of_convex(self, corners)
     }
+
+    fn linearization_error(&self, _region: &Aabb) -> f64 {
+        0.0
+    }
 }

@@ -44,4 +44,8 @@ impl Sdf for RoundedBox {
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         self.inflated.rises(corners)
     }
+
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        self.inflated.linearization_error(region)
+    }
 }

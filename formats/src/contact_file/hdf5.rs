@@ -3,26 +3,45 @@ use std::path::Path;
 
 use rust_hdf5::{H5File, H5Group, H5Type, Hdf5Error};
 
-use super::ContactRecord;
+use super::{ContactRecord, InSpace, Record, csv};
 use crate::hdf5;
+
+pub(super) fn write<T: Record>(path: &Path, records: &[T]) -> io::Result<()> {
+    hdf5::create(path, |file| T::fill_hdf5(file, records))
+}
+
+impl Record for ContactRecord {
+    const CSV_NAMES: &'static str = csv::NAMES;
+    const PLY_COMMENT: &'static str = "contacts";
+    const PLY_LAST: &'static str = "uint element";
+
+    fn csv_line(&self) -> String {
+        csv::line(self)
+    }
+
+    fn in_space(&self) -> InSpace {
+        InSpace { point: self.point, normal: self.normal, distance: self.distance }
+    }
+
+    fn ply_last(&self) -> Vec<u8> {
+        self.id.to_le_bytes().to_vec()
+    }
+
+    fn fill_hdf5(file: &H5File, contacts: &[Self]) -> Result<(), Hdf5Error> {
+        fill(file, contacts)
+    }
+}
 
 /// A group `/contacts` with one dataset a column, all of as many rows as there are contacts. Words are numbered: element
 /// and feature 0 vertex, 1 edge, 2 face; status as the attribute `status_names` lists them. What does not exist, such
 /// as the third weight of an edge, is 0; `feature_id` has 4294967295 for a second vertex that is none.
-pub(super) fn write(path: &Path, contacts: &[ContactRecord]) -> io::Result<()> {
-    hdf5::create(path, |file| fill(file, contacts))
-}
-
-const KINDS: [&str; 3] = ["vertex", "edge", "face"];
-const STATUSES: [&str; 4] = ["converged", "budget_spent", "outside_grid", "degenerate_gradient"];
-
 fn fill(file: &H5File, contacts: &[ContactRecord]) -> Result<(), Hdf5Error> {
     let group = file.create_group("contacts")?;
     group.set_attr_numeric("count", &(contacts.len() as u64))?;
     group.set_attr_string("kind_names", &KINDS.join(" "))?;
     group.set_attr_string("status_names", &STATUSES.join(" "))?;
 
-    let table = Table { group: &group, contacts };
+    let table = Table { group: &group, rows: contacts };
     let number = |names: &[&str], name: &str| names.iter().position(|known| *known == name).unwrap_or(0) as u8;
     table.column("element", |contact| [number(&KINDS, contact.element)])?;
     table.column("id", |contact| [contact.id])?;
@@ -42,19 +61,19 @@ fn fill(file: &H5File, contacts: &[ContactRecord]) -> Result<(), Hdf5Error> {
     table.column("key", |contact| [contact.key])
 }
 
-struct Table<'a> {
-    group: &'a H5Group,
-    contacts: &'a [ContactRecord],
+const KINDS: [&str; 3] = ["vertex", "edge", "face"];
+const STATUSES: [&str; 4] = ["converged", "budget_spent", "outside_grid", "degenerate_gradient"];
+
+/// Rows of a group, one dataset a column.
+pub(super) struct Table<'a, Row> {
+    pub group: &'a H5Group,
+    pub rows: &'a [Row],
 }
 
-impl Table<'_> {
-    fn column<T: H5Type, const N: usize>(
-        &self,
-        name: &str,
-        of: impl Fn(&ContactRecord) -> [T; N],
-    ) -> Result<(), Hdf5Error> {
-        let values: Vec<T> = self.contacts.iter().flat_map(of).collect();
-        let rows = self.contacts.len();
+impl<Row> Table<'_, Row> {
+    pub fn column<T: H5Type, const N: usize>(&self, name: &str, of: impl Fn(&Row) -> [T; N]) -> Result<(), Hdf5Error> {
+        let values: Vec<T> = self.rows.iter().flat_map(of).collect();
+        let rows = self.rows.len();
         let dataset = self.group.new_dataset::<T>();
         let dataset = if N == 1 { dataset.shape([rows]) } else { dataset.shape([rows, N]) };
         let dataset = dataset.create(name)?;

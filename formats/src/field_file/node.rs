@@ -100,4 +100,8 @@ impl Sdf for Node {
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         delegate!(self, field => field.rises(corners))
     }
+
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        delegate!(self, field => field.linearization_error(region))
+    }
 }

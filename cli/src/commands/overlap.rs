@@ -1,0 +1,332 @@
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use sdf_core::overlap::{Deepest, Leaf, MeetingPoint, NoRegion, Pair, Patch, Piece, Search};
+use sdf_core::placed::{Placed, Placement, Rigid};
+use sdf_core::{Aabb, Sdf};
+use sdf_formats::contact_file::{self, MeetingRecord};
+use sdf_formats::field_file::{self, Node, OpenField};
+use serde::Serialize;
+
+use super::contacts::require_known;
+use crate::args::{ContactsArgs, Elements, Method};
+use crate::from_file::FromFile;
+use crate::mesh_input;
+use crate::report::{Report, number, seconds};
+
+/// Where two fields touch.
+pub fn run(args: &ContactsArgs) -> Result<()> {
+    refuse_options_of_meshes(args)?;
+    let started = Instant::now();
+    let sides = [
+        Side::open(&args.mesh, args.translate_first.0, args.rotate_first.0).context("--rotate-first is no turn")?,
+        Side::open(&args.sdf, args.translate.0, args.rotate.0).context("--rotate is no turn")?,
+    ];
+    let bodies = Bodies::read(args, &sides)?;
+    let read = started.elapsed().as_secs_f64();
+    let found = bodies.as_ref().map(|bodies| find(args, bodies)).transpose()?;
+    let query = started.elapsed().as_secs_f64() - read;
+
+    let found = found.unwrap_or_default();
+    let document = Document {
+        schema: "sdftool.overlap/1",
+        verdict: found.verdict,
+        margin: args.margin,
+        deepest: found.certificate,
+        minima: found.minima,
+        patch: found.patch,
+        meetings: &found.meetings,
+        read: bodies.map_or([None, None], |bodies| bodies.read),
+        seconds: Seconds { read, query },
+    };
+    if let (Some(path), Some(format)) = (&args.output, args.format()) {
+        let json = || {
+            let mut text = serde_json::to_vec(&document).unwrap_or_default();
+            text.push(b'\n');
+            text
+        };
+        mesh_input::at(path, contact_file::write(path, format, &found.meetings, json))?;
+    }
+    Report { rows: rows(args, &document), json: document }.print(args.json)
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    verdict: Verdict,
+    margin: f64,
+    /// The least of max(φ_A, φ_B), and what is certain of it.
+    deepest: Option<Certificate>,
+    minima: Option<MinimaSummary>,
+    patch: Option<PatchSummary>,
+    /// The deepest points first, then those of the patch.
+    meetings: &'a [MeetingRecord],
+    /// Of grids alone.
+    read: [Option<FromFile>; 2],
+    seconds: Seconds,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Verdict {
+    /// There is a point that is within the margin of both.
+    Contact,
+    /// It is certain that there is none.
+    #[default]
+    Apart,
+    /// None was found, and one may be there.
+    Undecided,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct Certificate {
+    value: Option<f64>,
+    lower_bound: f64,
+    converged: bool,
+    evaluations: u32,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct MinimaSummary {
+    count: usize,
+    barrier: f64,
+    complete: bool,
+    evaluations: u32,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct PatchSummary {
+    area: f64,
+    points: u32,
+    resolution: f64,
+    /// All of the patch is in so many cubes, and in the box around them.
+    leaves: u32,
+    bounds: Option<[[f64; 3]; 2]>,
+    unknown: u32,
+    complete: bool,
+    evaluations: u32,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    read: f64,
+    query: f64,
+}
+
+#[derive(Default)]
+struct Found {
+    verdict: Verdict,
+    certificate: Option<Certificate>,
+    minima: Option<MinimaSummary>,
+    patch: Option<PatchSummary>,
+    meetings: Vec<MeetingRecord>,
+}
+
+/// What is named as first or second argument.
+struct Side<'a> {
+    path: &'a Path,
+    pose: Rigid,
+}
+
+impl<'a> Side<'a> {
+    fn open(path: &'a Path, translation: [f64; 3], rotation: [f64; 4]) -> Option<Self> {
+        Some(Self { path, pose: Rigid::new(translation, rotation)? })
+    }
+
+    /// With no sample of a grid, which still knows its bounds; else what the samples in a box of the world answer.
+    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<Node, Rigid>, Option<FromFile>)> {
+        let place = |field| Placed { field, placement: self.pose };
+        match field_file::open(self.path)? {
+            OpenField::Analytic(node) => Ok((place(node), None)),
+            OpenField::Grid(reader) => {
+                let summary = reader.summary();
+                require_known(self.path, margin, &summary)?;
+                let stored = reader.read_reached(region.map(|world| self.pose.pull_bounds(world)), f64::INFINITY)?;
+                let from_file = FromFile::of(&stored, summary.file_bytes);
+                Ok((place(Node::Grid(Arc::new(stored.grid))), Some(from_file)))
+            }
+        }
+    }
+}
+
+/// Two fields in the world, as much of them as they can touch in.
+struct Bodies {
+    fields: [Placed<Node, Rigid>; 2],
+    read: [Option<FromFile>; 2],
+    region: Aabb,
+}
+
+/// How many pieces the box in which two fields may touch is looked at in, along its longest side, before and after its
+/// samples are read.
+const PIECES: u32 = 64;
+
+impl Bodies {
+    /// `None` where the files say without a sample that there is nothing to read.
+    fn read(args: &ContactsArgs, sides: &[Side; 2]) -> Result<Option<Self>> {
+        let [(a, of_a), (b, of_b)] = [sides[0].field(args.margin, None)?, sides[1].field(args.margin, None)?];
+        let is_whole = [of_a.is_none(), of_b.is_none()];
+        let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_asking(PIECES, is_whole));
+        let region = match shrunk {
+            Ok(pair) => pair.region(),
+            Err(NoRegion::Apart) => return Ok(None),
+            Err(NoRegion::Unbounded) => bail!(
+                "{} and {}: the box in which they may touch has no end: intersect one with a box",
+                sides[0].path.display(),
+                sides[1].path.display()
+            ),
+        };
+        let [(a, read_a), (b, read_b)] =
+            [sides[0].field(args.margin, Some(region))?, sides[1].field(args.margin, Some(region))?];
+        Ok(Some(Self { fields: [a, b], read: [read_a, read_b], region }))
+    }
+}
+
+/// How often both fields are asked at most, in each of the three searches.
+const EVALUATIONS: u32 = 1 << 24;
+
+/// Boxes that wait in the search for the deepest point.
+const WAITING: usize = 1 << 16;
+
+/// Deepest points that are reported.
+const MOST_MINIMA: usize = 256;
+
+/// Of the longest side of the box in which the fields touch.
+const LEAVES: f64 = 64.0;
+
+fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
+    let [a, b] = &bodies.fields;
+    let pair = Pair::new(a, b, args.margin).and_then(|pair| pair.within(&bodies.region));
+    let Ok(pair) = pair.and_then(|pair| pair.shrink::<f64>(PIECES)) else { return Ok(Found::default()) };
+    let search = Search { evaluations: EVALUATIONS, tolerance: args.tolerance };
+    let deepest = pair.deepest::<f64>(&search, &mut vec![Piece::EMPTY; WAITING]);
+    let verdict = match deepest.at {
+        Some(at) if at.value <= args.margin => Verdict::Contact,
+        _ if args.margin < deepest.lower_bound => Verdict::Apart,
+        _ => Verdict::Undecided,
+    };
+    let certificate = |value| {
+        let Deepest { lower_bound, converged, evaluations, .. } = deepest;
+        Some(Certificate { value, lower_bound, converged, evaluations })
+    };
+    if verdict == Verdict::Apart {
+        return Ok(Found { certificate: certificate(deepest.at.map(|at| at.value)), ..Found::default() });
+    }
+    let resolution = args.resolution.unwrap_or(pair.region().longest_side() / LEAVES);
+    let (minima, mut points) = minima(&pair, resolution);
+    put_first(&mut points, &deepest);
+    let certificate = certificate(points.first().map(|at| at.value));
+    let mut meetings: Vec<MeetingRecord> = points.iter().map(MeetingRecord::from).collect();
+    let patch = pair.patch(resolution, EVALUATIONS, |piece| meetings.push(MeetingRecord::from(&piece)));
+    Ok(Found { verdict, certificate, minima: Some(minima), patch: Some(summary(&patch)), meetings })
+}
+
+fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary, Vec<MeetingPoint<f64>>) {
+    let mut room = 1 << 16;
+    loop {
+        let mut found = vec![None; MOST_MINIMA];
+        let minima = pair.minima(resolution, EVALUATIONS, &mut vec![Leaf::empty(); room], &mut found);
+        if minima.leaves <= room {
+            let summary = MinimaSummary {
+                count: minima.count,
+                barrier: minima.barrier,
+                complete: minima.complete,
+                evaluations: minima.evaluations,
+            };
+            return (summary, found.into_iter().flatten().collect());
+        }
+        room = minima.leaves;
+    }
+}
+
+/// The proven deepest point takes the place of the minimum that it is nearest to.
+fn put_first(minima: &mut Vec<MeetingPoint<f64>>, deepest: &Deepest<f64>) {
+    let Some(at) = deepest.at else { return };
+    let distance = |other: &MeetingPoint<f64>| (other.point - at.point).norm();
+    let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
+    match nearest {
+        Some(nearest) if at.value <= minima[nearest].value => minima[nearest] = at,
+        Some(_) => {}
+        None => minima.push(at),
+    }
+    minima.sort_by(|a, b| a.value.total_cmp(&b.value));
+}
+
+fn summary(patch: &Patch<f64>) -> PatchSummary {
+    let Patch { points, area, resolution, leaves, bounds, unknown, evaluations, complete } = *patch;
+    let bounds = bounds.map(|bounds| [bounds.min, bounds.max]);
+    PatchSummary { area, points, resolution, leaves, bounds, unknown, complete, evaluations }
+}
+
+fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)> {
+    let verdict = match document.verdict {
+        Verdict::Contact => "contact",
+        Verdict::Apart => "apart for certain: no point is within the margin of both",
+        Verdict::Undecided => "undecided: no point within the margin of both was found, and one may be there",
+    };
+    let mut rows = vec![("verdict", verdict.to_owned())];
+    if let Some(first) = document.meetings.first() {
+        let [x, y, z] = first.point.map(number);
+        rows.push(("deepest", format!("{} at ({x}, {y}, {z})", number(first.distance))));
+        rows.push(("separation", number(first.separation)));
+    }
+    if let Some(certificate) = &document.deepest {
+        let proven = if certificate.converged { "" } else { ", short of the tolerance" };
+        rows.push(("nothing below", format!("{}{proven}", number(certificate.lower_bound))));
+    }
+    if let Some(minima) = &document.minima {
+        let shown = minima.count.min(MOST_MINIMA);
+        let rest = if shown < minima.count { format!(", the deepest {shown} reported") } else { String::new() };
+        rows.push(("deepest points", format!("{}{rest}{}", minima.count, cut_short(minima.complete))));
+    }
+    if let Some(patch) = &document.patch {
+        let pieces =
+            format!("{} in {} pieces of at most {}", number(patch.area), patch.points, number(patch.resolution));
+        rows.push(("patch area", pieces + cut_short(patch.complete)));
+        if patch.unknown > 0 {
+            rows.push((
+                "no surface",
+                format!("in {} cubes the fields have no number, or the same slope", patch.unknown),
+            ));
+        }
+    }
+    rows.push((
+        "time",
+        format!("{} to read, {} to find", seconds(document.seconds.read), seconds(document.seconds.query)),
+    ));
+    for (name, read) in ["read of first", "read of second"].into_iter().zip(&document.read) {
+        rows.extend(read.map(|read| (name, read.in_words())));
+    }
+    rows.extend(args.output.as_ref().map(|path| ("file", path.display().to_string())));
+    rows
+}
+
+fn cut_short(complete: bool) -> &'static str {
+    if complete { "" } else { ", and maybe more: take a larger --resolution" }
+}
+
+fn refuse_options_of_meshes(args: &ContactsArgs) -> Result<()> {
+    let given = [
+        ("--elements", args.elements != Elements::Faces),
+        ("--method", args.method != Method::Auto),
+        ("--iterations", args.iterations.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((option, _)) => bail!("{option} is for a mesh, and {} is a field: leave it out", args.mesh.display()),
+        None => Ok(()),
+    }
+}
+
+/// What only two fields can be told.
+pub fn refuse_options_of_fields(args: &ContactsArgs) -> Result<()> {
+    let given = [
+        ("--translate-first", args.translate_first.0 != [0.0; 3]),
+        ("--rotate-first", args.rotate_first.0 != [0.0, 0.0, 0.0, 1.0]),
+        ("--resolution", args.resolution.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((option, _)) => bail!("{option} is for two fields, and {} is no field: leave it out", args.mesh.display()),
+        None => Ok(()),
+    }
+}
