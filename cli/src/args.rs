@@ -29,6 +29,7 @@ pub enum Command {
     Slice(SliceArgs),
     Surface(SurfaceArgs),
     Demo(DemoArgs),
+    Study(StudyArgs),
 }
 
 impl Command {
@@ -366,6 +367,30 @@ pub struct DemoArgs {
     /// The folder to write into; it is made where it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo")]
     pub output: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Measure every method: error against steps, evaluations and time, missed contacts, and whole scenes.
+///
+/// Writes index.html, a report with its pictures in it, study.json, and the numbers of each picture as CSV. All but the times
+/// is the same from run to run. The whole takes minutes.
+#[derive(Debug, Parser)]
+pub struct StudyArgs {
+    /// The folder to write into; it is made where it is not there.
+    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-study")]
+    pub output: PathBuf,
+    /// A few problems and small scenes, in seconds.
+    #[arg(long)]
+    pub short: bool,
+    /// Also write study.md, and its pictures in pictures/study, into this folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub docs: Option<PathBuf>,
+    /// A scene of one's own, as those in scenes/; may be given several times.
+    #[arg(long = "scene", value_name = "FILE.toml")]
+    pub scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
 }

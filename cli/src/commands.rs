@@ -5,5 +5,6 @@ pub mod eval;
 pub mod info;
 mod overlap;
 pub mod slice;
+pub mod study;
 pub mod surface;
 pub mod verify;

@@ -100,7 +100,8 @@ impl Histogram<'_> {
     }
 }
 
-fn escaped(text: &str) -> String {
+/// As text of XML.
+pub fn escaped(text: &str) -> String {
     let escape = |c: char| match c {
         '&' => "&amp;".to_owned(),
         '<' => "&lt;".to_owned(),

@@ -11,10 +11,12 @@ mod from_file;
 mod histogram;
 mod memory;
 mod mesh_input;
+mod models;
 mod output;
 mod pictures;
 mod progress;
 mod report;
+mod study;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
         Command::Slice(args) => commands::slice::run(&args),
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
+        Command::Study(args) => commands::study::run(&args),
     });
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));

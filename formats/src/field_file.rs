@@ -84,6 +84,17 @@ fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
     if text.len() as u64 > MOST_TOML_BYTES {
         return Err(not_a_field(&format!("not HDF5, and larger than the {MOST_TOML_BYTES} bytes that TOML may have")));
     }
+    parse(text, path, may_nest)
+}
+
+/// Reads shapes in closed form from the text of a `.sdf.toml`. `path` is where it comes from: messages name it, and grids are
+/// looked for beside it.
+pub fn read_text(text: &str, path: &Path) -> Result<Node, FieldError> {
+    parse(text, path, MOST_NESTED)
+}
+
+fn parse(text: &str, path: &Path, may_nest: usize) -> Result<Node, FieldError> {
+    let refused = |what: String| FieldError::Refused { path: path.to_owned(), place: String::new(), what };
     let document: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         let place = line.map(|line| format!(" from line {line} on")).unwrap_or_default();

@@ -14,6 +14,7 @@ use serde_json::json;
 use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
 use crate::mesh_input::{self, at};
+use crate::models::{Model, Sheet, SpikedBall};
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
 
@@ -27,9 +28,9 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let (body, cloth, grid) = (file("body.obj"), file("cloth.obj"), file("body.sdf.h5"));
     let (list, picture) = (file("contacts.csv"), file("contacts.png"));
 
-    let Model { points, triangles } = spiky_body();
+    let Model { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.model();
     at(&body, mesh::write(&body, MeshFormat::Obj, &points, &triangles))?;
-    let Model { points, triangles } = cloth_over_body();
+    let Model { points, triangles, .. } = cloth_over_body().model();
     at(&cloth, mesh::write(&cloth, MeshFormat::Obj, &points, &triangles))?;
 
     let bake_args = BakeArgs::try_parse_from([Path::new("bake"), &body, "--res".as_ref(), "128".as_ref()])?;
@@ -69,108 +70,9 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     .print(args.json)
 }
 
-struct Model {
-    points: Vec<[f64; 3]>,
-    triangles: Vec<[u32; 3]>,
-}
-
-/// A ball with a spike in every direction of a finer ball's corners: radius about 0.6, spikes to 1.
-fn spiky_body() -> Model {
-    let mut ball = icosahedron();
-    ball = refine(&refine(&ball));
-    let mut body = Model { points: ball.points.iter().map(|p| p.map(|x| 0.6 * x)).collect(), triangles: Vec::new() };
-    for (number, corners) in ball.triangles.iter().enumerate() {
-        let [a, b, c] = *corners;
-        if number % 4 != 3 {
-            body.triangles.push(*corners);
-            continue;
-        }
-        let center: [f64; 3] =
-            std::array::from_fn(|axis| corners.iter().map(|corner| ball.points[*corner as usize][axis]).sum());
-        let length = center.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let tip = body.points.len() as u32;
-        body.points.push(center.map(|x| x / length));
-        body.triangles.extend([[a, b, tip], [b, c, tip], [c, a, tip]]);
-    }
-    body
-}
-
-fn icosahedron() -> Model {
-    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
-    let length = (1.0 + golden * golden).sqrt();
-    let mut points = Vec::new();
-    for axis in 0..3 {
-        for (short, long) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
-            let mut point = [0.0; 3];
-            (point[axis], point[(axis + 1) % 3]) = (short / length, long / length);
-            points.push(point);
-        }
-    }
-    // Neighbours are two lengths of the short side apart.
-    let is_edge = |a: u32, b: u32| {
-        let [a, b] = [a, b].map(|index| points[index as usize]);
-        (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>() < 1.2
-    };
-    let mut triangles = Vec::new();
-    for a in 0..12 {
-        for b in a + 1..12 {
-            for c in b + 1..12 {
-                if is_edge(a, b) && is_edge(b, c) && is_edge(c, a) {
-                    triangles.push(outward(&points, [a, b, c]));
-                }
-            }
-        }
-    }
-    Model { points, triangles }
-}
-
-fn outward(points: &[[f64; 3]], [a, b, c]: [u32; 3]) -> [u32; 3] {
-    use sdf_core::nalgebra::Vector3;
-    let [p, q, r] = [a, b, c].map(|index| Vector3::from(points[index as usize]));
-    if p.dot(&q.cross(&r)) < 0.0 { [a, c, b] } else { [a, b, c] }
-}
-
-/// Each triangle in four, the new corners on the unit ball; of every four the last is the middle one.
-fn refine(ball: &Model) -> Model {
-    let mut points = ball.points.clone();
-    let mut middles = std::collections::BTreeMap::new();
-    let mut triangles = Vec::new();
-    for [a, b, c] in &ball.triangles {
-        let mut middle = |from: u32, to: u32| {
-            *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
-                let [p, q] = [from, to].map(|index| points[index as usize]);
-                let sum: [f64; 3] = std::array::from_fn(|axis| p[axis] + q[axis]);
-                let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-                points.push(sum.map(|x| x / length));
-                points.len() as u32 - 1
-            })
-        };
-        let [ab, bc, ca] = [middle(*a, *b), middle(*b, *c), middle(*c, *a)];
-        triangles.extend([[*a, ab, ca], [*b, bc, ab], [*c, ca, bc], [ab, bc, ca]]);
-    }
-    Model { points, triangles }
-}
-
 /// A square sheet that hangs over the body, a little too low for the spikes.
-fn cloth_over_body() -> Model {
-    const SIDE: u32 = 60;
-    let mut points = Vec::new();
-    for row in 0..=SIDE {
-        for column in 0..=SIDE {
-            let [x, y] = [column, row].map(|step| 2.4 * (f64::from(step) / f64::from(SIDE) - 0.5));
-            let from_axis = x.hypot(y);
-            points.push([x, y, (0.86 - 0.45 * from_axis * from_axis).max(-0.6)]);
-        }
-    }
-    let mut triangles = Vec::new();
-    for row in 0..SIDE {
-        for column in 0..SIDE {
-            let corner = row * (SIDE + 1) + column;
-            let above = corner + SIDE + 1;
-            triangles.extend([[corner, corner + 1, above + 1], [corner, above + 1, above]]);
-        }
-    }
-    Model { points, triangles }
+fn cloth_over_body() -> Sheet {
+    Sheet { cells: [60, 60], size: [2.4, 2.4], height: 0.86, bend: 0.45, floor: -0.6, holes: None, faces: None }
 }
 
 /// A cut through the body's middle: the cloth as a green line, contacts as red dots.

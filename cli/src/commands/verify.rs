@@ -354,7 +354,7 @@ fn in_box(seed: u64, number: u64, bounds: &Aabb) -> [f64; 3] {
 }
 
 /// The number of a sequence, in 0 to 1: any can be had without the others. (Steele et al. 2014, SplitMix64.)
-fn random(seed: u64, number: u64) -> f64 {
+pub fn random(seed: u64, number: u64) -> f64 {
     let mut bits = seed.wrapping_add(number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -18,4 +18,5 @@ mod progress;
 mod repeatable;
 mod shared_meshes;
 mod sparse_grids;
+mod study;
 mod surfaces;

@@ -17,7 +17,7 @@ pub struct SegmentMinimum<R> {
 }
 
 /// A segment through more cells is not followed: asked piece by piece, most of it is dropped at once.
-const MOST_CELLS: u32 = 64;
+const MOST_CELLS: u32 = 256;
 
 impl<S: Storage> Grid<S> {
     /// Cell by cell: on a straight line a trilinear interpolant is a cubic, whose least value on an interval is at an end or

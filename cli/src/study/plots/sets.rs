@@ -1,0 +1,169 @@
+use std::ops::Range;
+
+use anyhow::Result;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::prelude::*;
+
+use super::{Area, Entry, LEGEND_HEIGHT, colour, draw, legend, of_plotter};
+use crate::study::curves::{Curve, Point, SHALLOW, SetReport};
+
+/// Errors below this are drawn at it.
+const LEAST_DRAWN: f64 = 1e-8;
+
+/// Fig. 12 of the paper: a panel for each method, errors against its budget.
+pub fn convergence(set: &SetReport) -> Result<String> {
+    const ACROSS: usize = 4;
+    let down = set.curves.len().div_ceil(ACROSS);
+    draw((1160, 40 + 250 * down as u32), |area| {
+        let title = format!("{}, {}: error of {} problems", set.about, set.elements, set.problems);
+        let area = area.titled(&title, ("sans-serif", 17)).map_err(of_plotter)?;
+        let panels = area.split_evenly((down, ACROSS));
+        panels.iter().zip(&set.curves).try_for_each(|(panel, curve)| convergence_panel(panel, set, curve))
+    })
+}
+
+fn convergence_panel(panel: &Area, set: &SetReport, curve: &Curve) -> Result<()> {
+    let colour = colour(curve.number);
+    let last = curve.points.last().map_or(2.0, |point| f64::from(point.budget)).max(2.0);
+    let mut chart = frame(panel, curve.method)
+        .build_cartesian_2d((1.0..last * 1.05).log_scale(), (LEAST_DRAWN..10.0).log_scale())
+        .map_err(of_plotter)?;
+    configure(&mut chart, [curve.unit, ERROR], &exponent)?;
+    let of = |number: fn(&Point) -> f64| {
+        curve.points.iter().map(move |point| (f64::from(point.budget), number(point).max(LEAST_DRAWN)))
+    };
+    let [mut band, upper] = [of(|point| point.errors.q1).collect::<Vec<_>>(), of(|point| point.errors.q3).collect()];
+    band.extend(upper.into_iter().rev());
+    chart.draw_series([Polygon::new(band, colour.mix(0.25))]).map_err(of_plotter)?;
+    chart.draw_series(gap_line(set, 1.0..last)).map_err(of_plotter)?;
+    chart.draw_series(LineSeries::new(of(|point| point.errors.median), colour.stroke_width(3))).map_err(of_plotter)?;
+    let dashed = DashedLineSeries::new(of(|point| point.errors.p95), 6, 4, colour.stroke_width(2));
+    chart.draw_series(dashed).map_err(of_plotter)?;
+    let dotted = DashedLineSeries::new(of(|point| point.errors.worst), 2, 4, colour.stroke_width(1));
+    chart.draw_series(dotted).map_err(of_plotter)?;
+    Ok(())
+}
+
+/// What the field is asked for, and what is got for it: all methods in each panel.
+pub fn against_cost(set: &SetReport) -> Result<String> {
+    draw((1160, 790), |area| {
+        let title = format!("{}, {}: all methods, {} problems", set.about, set.elements, set.problems);
+        let area = area.titled(&title, ("sans-serif", 17)).map_err(of_plotter)?;
+        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+        legend(&top, &entries(set))?;
+        let panels = below.split_evenly((2, 3));
+        for (row, cost) in [EVALUATIONS, NANOSECONDS].into_iter().enumerate() {
+            let panel = |column: usize| &panels[3 * row + column];
+            error_panel(panel(0), set, cost, Axis { name: "error: median", of: |point| point.errors.median })?;
+            error_panel(
+                panel(1),
+                set,
+                cost,
+                Axis { name: "error: 95 of 100 are below", of: |point| point.errors.p95 },
+            )?;
+            share_panel(panel(2), set, cost, Axis { name: "missed contacts", of: |point| point.missed })?;
+        }
+        Ok(())
+    })
+}
+
+/// The share of apexes that each method finds.
+pub fn found(set: &SetReport) -> Result<String> {
+    draw((860, 440), |area| {
+        let title = format!("{}: found to {SHALLOW} of an edge", set.about);
+        let area = area.titled(&title, ("sans-serif", 17)).map_err(of_plotter)?;
+        let (top, below) = area.split_vertically(LEGEND_HEIGHT);
+        legend(&top, &entries(set))?;
+        share_panel(&below, set, EVALUATIONS, Axis { name: "apexes found", of: |point| 1.0 - point.missed })
+    })
+}
+
+/// A number of each point, and what it is.
+#[derive(Clone, Copy)]
+struct Axis {
+    name: &'static str,
+    of: fn(&Point) -> f64,
+}
+
+const EVALUATIONS: Axis = Axis { name: "evaluations of the field for one element", of: |point| point.evaluations };
+const NANOSECONDS: Axis = Axis { name: "nanoseconds for one element", of: |point| point.nanoseconds };
+const ERROR: &str = "error / edge";
+
+fn entries(set: &SetReport) -> Vec<Entry> {
+    let entry = |curve: &Curve| Entry { name: curve.method.to_owned(), mark: colour(curve.number).filled(), radius: 5 };
+    set.curves.iter().map(entry).collect()
+}
+
+/// From the least to the greatest, a little more on either side.
+fn range(set: &SetReport, number: fn(&Point) -> f64) -> Range<f64> {
+    let all = set.curves.iter().flat_map(|curve| &curve.points).map(number);
+    let (least, greatest) = all.fold((f64::INFINITY, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
+    least * 0.9..greatest * 1.1
+}
+
+fn error_panel(panel: &Area, set: &SetReport, cost: Axis, error: Axis) -> Result<()> {
+    let across = range(set, cost.of);
+    let mut chart = frame(panel, error.name)
+        .build_cartesian_2d(across.clone().log_scale(), (LEAST_DRAWN..1.0).log_scale())
+        .map_err(of_plotter)?;
+    configure(&mut chart, [cost.name, ERROR], &exponent)?;
+    chart.draw_series(gap_line(set, across)).map_err(of_plotter)?;
+    for curve in &set.curves {
+        let points = curve.points.iter().map(|point| ((cost.of)(point), (error.of)(point).clamp(LEAST_DRAWN, 1.0)));
+        let line = LineSeries::new(points, colour(curve.number).stroke_width(2)).point_size(2);
+        chart.draw_series(line).map_err(of_plotter)?;
+    }
+    Ok(())
+}
+
+fn share_panel(panel: &Area, set: &SetReport, cost: Axis, share: Axis) -> Result<()> {
+    let mut chart =
+        frame(panel, share.name).build_cartesian_2d(range(set, cost.of).log_scale(), 0.0..1.0).map_err(of_plotter)?;
+    configure(&mut chart, [cost.name, "share of elements"], &|y| format!("{:.0} %", 100.0 * y))?;
+    for curve in &set.curves {
+        let points = curve.points.iter().map(|point| ((cost.of)(point), (share.of)(point)));
+        let line = LineSeries::new(points, colour(curve.number).stroke_width(2)).point_size(2);
+        chart.draw_series(line).map_err(of_plotter)?;
+    }
+    Ok(())
+}
+
+/// Below it an error says nothing.
+fn gap_line<'a>(set: &SetReport, across: Range<f64>) -> LineSeries<SVGBackend<'a>, (f64, f64)> {
+    let gap = set.reference.gap.median.max(LEAST_DRAWN);
+    LineSeries::new([(across.start, gap), (across.end, gap)], BLACK.mix(0.35))
+}
+
+fn frame<'a, 'b>(panel: &'a Area<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+    let mut frame = ChartBuilder::on(panel);
+    frame.caption(title, ("sans-serif", 16)).margin(6).x_label_area_size(38).y_label_area_size(58);
+    frame
+}
+
+fn configure<X, Y>(
+    chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Y>>,
+    names: [&str; 2],
+    y_label: &dyn Fn(&f64) -> String,
+) -> Result<()>
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(BLACK.mix(0.12))
+        .label_style(("sans-serif", 14))
+        .x_labels(8)
+        .y_labels(9)
+        .x_label_formatter(&|x| if *x < 1e4 { format!("{x:.0}") } else { format!("{x:.0e}") })
+        .y_label_formatter(y_label)
+        .x_desc(names[0])
+        .y_desc(names[1])
+        .draw()
+        .map_err(of_plotter)
+}
+
+fn exponent(number: &f64) -> String {
+    format!("{number:.0e}")
+}
