@@ -30,6 +30,23 @@ fn certified_edges_in_a_grid_move_as_smoothly_as_the_body_moves() {
     }
 }
 
+/// Of every element and body at a random step, and on nearly every way at each of its steps: see docs/stability.md.
+#[test]
+fn certified_contacts_and_newtons_move_as_smoothly_as_the_body_moves() {
+    for method in ["Certified", "Newton"] {
+        for crossing in [Crossing::Edge, Crossing::Face] {
+            for number in Number::BOTH {
+                for is_grid in [false, true] {
+                    let of = of(method, is_grid, crossing, number);
+                    let (worst, jump) = (quantile(&of.moves, 1.0), quantile(&of.jumps, 0.9));
+                    let told = format!("{worst}, {jump} by {method} at {crossing:?} in {number:?}, grid: {is_grid}");
+                    assert!(worst <= ALLOWED && jump <= ALLOWED, "{told}");
+                }
+            }
+        }
+    }
+}
+
 /// At one random step. On some ways there is one at which it jumps: see docs/stability.md.
 #[test]
 fn a_line_search_moves_a_contact_smoothly_at_a_random_step() {
