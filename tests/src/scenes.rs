@@ -514,6 +514,12 @@ fn grids(s: f64) -> Vec<Scene> {
             Some(Difference(Placed { field, placement }, Sphere::new(0.25 * s).unwrap()))
         })
         .creases(&[0.125 * s, 1.125 * s]),
+        Scene::new("union of two grids", s, Samples, {
+            let block = sampled(&block, cube_lattice(0.75 * s, 12), 1.0);
+            let placement = Similarity::new([0.125 * s, 0.0, 0.0], [0.1, 0.2, 0.3, 0.9], 0.75).unwrap();
+            Some(Union(Placed { field: sampled(&ball, cube_lattice(s, 16), 1.0), placement }, block))
+        })
+        .creases(&creases),
     ]
 }
 
