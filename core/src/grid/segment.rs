@@ -41,15 +41,18 @@ impl<S: Storage> Grid<S> {
             });
             let exit = Real::min(leaves.iter().fold(R::one(), |exit, leaves| Real::min(exit, *leaves)), R::one());
             let corners = R::gather(cell.into(), |cell| self.storage.corners(cell));
-            let cubic = Cubic::along(corners, from + way * entry - cell, way * (exit - entry));
-            let (share, value) = cubic.least();
-            // Where a sample is no number, nothing is certain.
-            if !value.is_finite() {
-                return None;
-            }
             least.looks = least.looks.saturating_add(1);
-            if value < least.value {
-                (least.share, least.value) = (entry + (exit - entry) * share, value);
+            // The interpolant is never below all of its corners.
+            if !corners.iter().all(|sample| least.value <= *sample) {
+                let cubic = Cubic::along(corners, from + way * entry - cell, way * (exit - entry));
+                let (share, value) = cubic.least();
+                // Where a sample is no number, nothing is certain.
+                if !value.is_finite() {
+                    return None;
+                }
+                if value < least.value {
+                    (least.share, least.value) = (entry + (exit - entry) * share, value);
+                }
             }
             if R::one() <= exit {
                 return Some(least);
