@@ -3,11 +3,13 @@
 
 mod rigid;
 mod similarity;
+mod stretch;
 
 use nalgebra::{Matrix3, Vector3};
 
 pub use rigid::Rigid;
 pub use similarity::Similarity;
+pub use stretch::Stretch;
 
 use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};

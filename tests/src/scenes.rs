@@ -8,7 +8,7 @@ use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, SegmentMinimum, Storage, cell_slope, slope_bound};
-use sdf_core::placed::{Placed, Rigid, Similarity};
+use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
@@ -466,6 +466,15 @@ fn placements(s: f64) -> Vec<Scene> {
             in_bar(turn_back(outer - shift, turn) / 0.5)
         })
         .creases(&[0.25 * s, 0.5 * s]),
+        Scene::new(
+            "stretched and mirrored cone",
+            2.5 * s,
+            Meaning::Bound,
+            Stretch::new([0.5, -2.0, -1.0]).map(|placement| Placed { field: cone, placement }),
+        )
+        .convex()
+        .inside(move |p| in_cone(p.component_div(&Vector3::new(0.5, -2.0, -1.0))))
+        .creases(&[2.0 * s]),
     ]
 }
 

@@ -7,5 +7,4 @@ pub mod cases;
 pub mod jitter;
 pub mod problem;
 pub mod report;
-pub mod stretch;
 pub mod tally;

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use sdf_core::Sdf;
 use sdf_core::combine::Union;
-use sdf_core::placed::{Placed, Similarity};
+use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_tests::any_field::AnyField;
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::random_simplex;
@@ -18,7 +18,6 @@ use sdf_tests::random::Random;
 use sdf_tests::scenes::scenes;
 use sdf_tests::stability::answer::{Found, Number, ask};
 use sdf_tests::stability::problem::{BUDGET, ROUNDINGS, ROUNDINGS_OF_GAP, TOLERANCE, certifies, name};
-use sdf_tests::stability::stretch::Stretch;
 
 type Point = Vector3<f64>;
 
@@ -141,7 +140,7 @@ fn mirroring_field_and_element_mirrors_the_answer() {
     answers_go_together(BUDGET, |field, _, corners, random| {
         let factors = [(); 3].map(|()| random.pick(&[-1.0, 1.0]));
         let mirrored = corners.iter().map(|corner| corner.component_mul(&Vector3::from(factors))).collect();
-        let after = AnyField::new(Placed { field: field.clone(), placement: Stretch::new(factors) });
+        let after = AnyField::new(Placed { field: field.clone(), placement: Stretch::new(factors).unwrap() });
         Pair { before: (field.clone(), corners.to_vec()), after: (after, mirrored), scale: 1.0 }
     });
 }

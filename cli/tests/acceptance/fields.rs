@@ -4,7 +4,7 @@ use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::Storage;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::placed::{Placed, Similarity};
+use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
@@ -96,6 +96,17 @@ fn a_pose_on_any_node_puts_it_into_its_parent() {
     // Each part may be left out.
     let scaled = Placed { field: torus(), placement: Similarity::new([0.0; 3], [0.0, 0.0, 0.0, 1.0], 2.0).unwrap() };
     same(&folder, "shape = 'torus'\nmajor_radius = 1.2\nminor_radius = 0.3\npose.scale = 2", &scaled);
+
+    // Stretched along its own axes and mirrored, then turned and shifted.
+    let stretched = Placed { field: torus(), placement: Stretch::new([0.5, -2.0, 1.5]).unwrap() };
+    let placement = Similarity::new([0.3, -0.2, 0.5], [0.1, 0.2, 0.3, 0.9], 1.0).unwrap();
+    let table = table.replace("scale = 1.5", "scale = [0.5, -2, 1.5]");
+    same(&folder, &table, &Placed { field: stretched, placement });
+
+    for (scale, word) in [("[1, 0, 1]", "zero"), ("[1, 2]", "3 finite numbers"), ("-1", "positive")] {
+        folder.write("bad.sdf.toml", format!("[field]\nshape = 'sphere'\nradius = 1\npose.scale = {scale}\n"));
+        says(&folder.refused("info bad.sdf.toml"), &["bad.sdf.toml", word]);
+    }
 
     // Shell of a union of a placed sphere and a difference, all of it placed.
     let up = Similarity::new([0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0], 1.0).unwrap();

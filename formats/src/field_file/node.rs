@@ -3,7 +3,7 @@ use std::sync::Arc;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::SegmentMinimum;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::placed::{Placed, Similarity};
+use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
@@ -34,6 +34,7 @@ pub enum Node {
     Offset(Box<Offset<Node>>),
     Shell(Box<Shell<Node>>),
     Placed(Box<Placed<Node, Similarity>>),
+    Stretched(Box<Placed<Node, Stretch>>),
 }
 
 /// Calls the same method of whatever the node holds.
@@ -60,6 +61,7 @@ macro_rules! delegate {
             Node::Offset($field) => $call,
             Node::Shell($field) => $call,
             Node::Placed($field) => $call,
+            Node::Stretched($field) => $call,
         }
     };
 }

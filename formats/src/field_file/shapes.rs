@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
-use sdf_core::placed::{Placed, Similarity};
+use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
@@ -69,7 +69,7 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Resu
     let node = node.ok_or_else(|| table.refuse(format!("these numbers make no {shape}: {}", wanted(shape))))?;
     table.finish()?;
     Ok(match pose {
-        Some(placement) => Node::Placed(Box::new(Placed { field: node, placement })),
+        Some(pose) => pose.of(node),
         None => node,
     })
 }
@@ -90,14 +90,35 @@ fn wanted(shape: &str) -> &'static str {
     }
 }
 
-fn pose(mut table: Table) -> Result<Similarity, FieldError> {
+/// First stretched, where each axis has a scale of its own, then put where it belongs.
+struct Pose {
+    stretch: Option<Stretch>,
+    placement: Similarity,
+}
+
+impl Pose {
+    fn of(self, node: Node) -> Node {
+        let field = match self.stretch {
+            Some(placement) => Node::Stretched(Box::new(Placed { field: node, placement })),
+            None => node,
+        };
+        Node::Placed(Box::new(Placed { field, placement: self.placement }))
+    }
+}
+
+fn pose(mut table: Table) -> Result<Pose, FieldError> {
     let translation = table.numbers_if_there("translation")?.unwrap_or([0.0; 3]);
     let rotation = table.numbers_if_there("rotation")?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let scale = table.number_if_there("scale")?.unwrap_or(1.0);
-    let pose = Similarity::new(translation, rotation, scale);
-    let pose = pose.ok_or_else(|| table.refuse("rotation must not be zero and scale must be positive"))?;
+    let (stretch, scale) = if table.is_list("scale") {
+        let stretch = Stretch::new(table.numbers("scale")?);
+        (Some(stretch.ok_or_else(|| table.refuse("no scale of an axis may be zero"))?), 1.0)
+    } else {
+        (None, table.number_if_there("scale")?.unwrap_or(1.0))
+    };
+    let placement = Similarity::new(translation, rotation, scale);
+    let placement = placement.ok_or_else(|| table.refuse("rotation must not be zero and scale must be positive"))?;
     table.finish()?;
-    Ok(pose)
+    Ok(Pose { stretch, placement })
 }
 
 /// The file is named as seen from the folder of this one.

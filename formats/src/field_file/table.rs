@@ -61,6 +61,11 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// Whether it is there, and a list.
+    pub fn is_list(&self, key: &'static str) -> bool {
+        self.values.get(key).is_some_and(Value::is_array)
+    }
+
     pub fn table(&mut self, key: &'static str) -> Result<Table<'a>, FieldError> {
         self.table_if_there(key)?.ok_or_else(|| self.missing(key, "a table"))
     }

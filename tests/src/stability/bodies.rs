@@ -2,9 +2,8 @@
 
 use nalgebra::Vector3;
 use sdf_core::Sdf;
-use sdf_core::placed::{Placed, Placement, Rigid, Similarity};
+use sdf_core::placed::{Placed, Placement, Rigid, Similarity, Stretch};
 
-use super::stretch::Stretch;
 use crate::any_field::AnyField;
 use crate::oracle::random_simplex;
 use crate::random::Random;
@@ -62,7 +61,7 @@ impl Body {
 
     pub fn stretched(self, factors: [f64; 3]) -> Self {
         let largest = factors.iter().fold(0.0_f64, |most, factor| most.max(factor.abs()));
-        self.placed(Stretch::new(factors), |point| point.component_mul(&Vector3::from(factors)), largest)
+        self.placed(Stretch::new(factors).unwrap(), |point| point.component_mul(&Vector3::from(factors)), largest)
     }
 
     pub fn turned(self, placement: Similarity) -> Self {

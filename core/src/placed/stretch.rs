@@ -1,6 +1,9 @@
 use nalgebra::{Matrix3, Vector3};
-use sdf_core::placed::{Placement, Pulled};
-use sdf_core::{Aabb, Real};
+
+use super::{Placement, Pulled};
+use crate::Aabb;
+use crate::real::Real;
+use crate::vector::lift;
 
 /// A scale along each axis by its own factor, mirrored where that is negative.
 ///
@@ -9,27 +12,32 @@ use sdf_core::{Aabb, Real};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     factors: [f64; 3],
+    per_factor: [f64; 3],
     smallest: f64,
 }
 
 impl Stretch {
-    /// None of the factors is zero.
-    pub fn new(factors: [f64; 3]) -> Self {
-        Self { factors, smallest: factors.iter().fold(f64::INFINITY, |least, x| least.min(x.abs())) }
+    /// `None` unless all factors and their reciprocals are finite.
+    pub fn new(factors: [f64; 3]) -> Option<Self> {
+        let per_factor = factors.map(|factor| 1.0 / factor);
+        let smallest = factors.iter().fold(f64::INFINITY, |least, factor| least.min(factor.abs()));
+        let is_sound = factors.iter().chain(&per_factor).all(|x| x.is_finite());
+        is_sound.then_some(Self { factors, per_factor, smallest })
     }
 }
 
 fn map(bounds: Aabb, factors: [f64; 3]) -> Aabb {
     let ends = |k: usize| [bounds.min[k] * factors[k], bounds.max[k] * factors[k]];
     Aabb {
-        min: std::array::from_fn(|k| ends(k)[0].min(ends(k)[1])),
-        max: std::array::from_fn(|k| ends(k)[0].max(ends(k)[1])),
+        min: core::array::from_fn(|k| ends(k)[0].min(ends(k)[1])),
+        max: core::array::from_fn(|k| ends(k)[0].max(ends(k)[1])),
     }
 }
 
 impl Placement for Stretch {
+    #[inline]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
-        let per_factor = Vector3::from(self.factors.map(|factor| R::lift(1.0 / factor)));
+        let per_factor = lift(self.per_factor);
         let point = world_point.component_mul(&per_factor);
         Pulled { point, jacobian: Matrix3::from_diagonal(&per_factor), scale: R::lift(self.smallest) }
     }
@@ -39,7 +47,7 @@ impl Placement for Stretch {
     }
 
     fn pull_bounds(&self, world: Aabb) -> Aabb {
-        map(world, self.factors.map(|factor| 1.0 / factor))
+        map(world, self.per_factor)
     }
 
     fn slope_factor(&self) -> f64 {
