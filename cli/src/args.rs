@@ -155,8 +155,8 @@ pub enum Sign {
 /// Find where a mesh touches a field, or where two fields touch.
 ///
 /// Of each element of the mesh that comes within --margin of the surface, or into it, one contact: where it comes
-/// nearest or deepest; --method auto proves that nothing on the element is deeper. Elements that cannot are culled without a
-/// search.
+/// nearest or deepest, with a lower bound for all of the element. Unasked, the search is for the least of all minima, and its
+/// status converged where that is proven. Elements that cannot touch are culled without a search.
 ///
 /// With a field in place of the mesh, no mesh is needed on either side: the points that are deepest in both, the first of
 /// them proven, and the patch in which both are equally deep, as points with an area each.

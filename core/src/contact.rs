@@ -130,8 +130,8 @@ where
     report(element, &minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
 }
 
-/// As [`contact`] with the certified search of `search`, and if that touches, a contact of every isolated minimum with
-/// φ ≤ `margin`, handed to `take` from the lowest on. What is returned is the first of them.
+/// As [`contact`] with the certified search of `search`, but with a contact of every isolated minimum with φ ≤ `margin`,
+/// handed to `take` from the lowest on. What is returned is the first of them.
 ///
 /// `places` and `minima` are room for the search, their contents of no account; where it was too small, or the budget, all have
 /// the status [`BudgetSpent`](ContactStatus::BudgetSpent), and there may be more.
@@ -148,17 +148,19 @@ where
     R: Float,
     F: Sdf,
 {
-    let first = contact(field, &search.search, margin, element);
-    let Outcome::Contact(lowest) = first else { return first };
+    let lower_bound = match cull(field, margin, element) {
+        Ok(lower_bound) => lower_bound,
+        Err(outcome) => return outcome,
+    };
     let found = search.minima(field, &element.simplex, margin, places, minima);
-    let mut contacts = minima
-        .iter()
-        .take(found.count)
-        .zip(0..)
-        .filter_map(|(minimum, rank)| report(element, minimum, lowest.lower_bound, rank));
-    let first = contacts.next();
-    // Of a search that was given no room.
-    let lowest = first.unwrap_or(Contact { status: ContactStatus::BudgetSpent, ..lowest });
+    if margin < found.least.sample.value && found.count == 0 {
+        return Outcome::Apart(found.least);
+    }
+    // Given no room, the search has found one nevertheless.
+    let alone = [Minimum { converged: false, ..found.least }];
+    let minima = if found.count > 0 { minima.get(..found.count).unwrap_or(&alone) } else { &alone };
+    let mut contacts = minima.iter().zip(0..).filter_map(|(minimum, rank)| report(element, minimum, lower_bound, rank));
+    let Some(lowest) = contacts.next() else { return Outcome::NotFinite };
     take(&lowest);
     contacts.for_each(|contact| take(&contact));
     Outcome::Contact(lowest)

@@ -18,7 +18,7 @@ fn minima<R: Float, const N: usize>(
     simplex: &Simplex<R, N>,
     level: f64,
     room: usize,
-) -> (Found<R>, Vec<Minimum<R, N>>) {
+) -> (Found<R, N>, Vec<Minimum<R, N>>) {
     let mut minima = vec![Minimum::default(); 64];
     let found = search.minima(field, simplex, R::lift(level), &mut vec![Place::default(); room], &mut minima);
     minima.truncate(found.count);

@@ -275,3 +275,27 @@ fn a_survey_at_a_node_knows_the_gradients_of_all_cells_around_it() {
         }
     }
 }
+
+/// An end on the face of the box, or a rounding from it, does not end the way through the cells.
+#[test]
+fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
+    fn check<R: Float>() {
+        let grid = sampled(&Sphere::new(0.5).unwrap(), cube_lattice(1.0, 128), 1.0);
+        for axis in 0..3 {
+            for (near, far) in [(1.0, 1.0), (1.0 - 0.5 * R::EPSILON, 1.0), (1.0, 1.0 - 0.5 * R::EPSILON)] {
+                for side in [-1.0, 1.0] {
+                    let end = |on_face: f64, along: f64| {
+                        let mut end = Vector3::repeat(R::lift(0.0));
+                        end[axis] = R::lift(side * on_face);
+                        end[(axis + 1) % 3] = R::lift(along);
+                        end
+                    };
+                    let least = grid.least_on_segment([end(near, -0.9), end(far, 0.9)]).unwrap();
+                    assert!((least.share.to_f64() - 0.5).abs() < 0.02, "{least:?} from {near} to {far} along {axis}");
+                }
+            }
+        }
+    }
+    check::<f32>();
+    check::<f64>();
+}

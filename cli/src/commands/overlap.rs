@@ -3,6 +3,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use sdf_core::grid::Lattice;
 use sdf_core::overlap::{Deepest, Leaf, MeetingPoint, NoRegion, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{Aabb, Sdf};
@@ -135,7 +136,7 @@ impl<'a> Side<'a> {
         Some(Self { path, pose: Rigid::new(translation, rotation)? })
     }
 
-    /// With no sample of a grid, which still knows its bounds; else what the samples in a box of the world answer.
+    /// With no samples of a grid but those that tell its bounds; else what the samples in a box of the world answer.
     fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<Node, Rigid>, Option<FromFile>)> {
         let place = |field| Placed { field, placement: self.pose };
         match field_file::open(self.path)? {
@@ -143,12 +144,38 @@ impl<'a> Side<'a> {
             OpenField::Grid(reader) => {
                 let summary = reader.summary();
                 require_known(self.path, margin, &summary)?;
-                let stored = reader.read_reached(region.map(|world| self.pose.pull_bounds(world)), f64::INFINITY)?;
+                let stored = match region {
+                    // Where the inside reaches the box, the field is negative for as far beyond.
+                    None => reader.read_reached(faces(&summary.lattice), 0.0)?,
+                    Some(world) => reader.read_reached([self.pose.pull_bounds(world)], f64::INFINITY)?,
+                };
                 let from_file = FromFile::of(&stored, summary.file_bytes);
                 Ok((place(Node::Grid(Arc::new(stored.grid))), Some(from_file)))
             }
         }
     }
+}
+
+/// The faces of a grid's box, in squares of a few cells.
+fn faces(lattice: &Lattice) -> Vec<Aabb> {
+    const CELLS: usize = 8;
+    let mut squares = vec![];
+    let last = lattice.cells();
+    for (axis, beside, above) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+        for at in [0, last[axis]] {
+            for i in (0..last[beside]).step_by(CELLS) {
+                for j in (0..last[above]).step_by(CELLS) {
+                    let node = |cells: u32| {
+                        let mut node = [at; 3];
+                        (node[beside], node[above]) = ((i + cells).min(last[beside]), (j + cells).min(last[above]));
+                        lattice.node(node)
+                    };
+                    squares.push(Aabb { min: node(0), max: node(CELLS as u32) });
+                }
+            }
+        }
+    }
+    squares
 }
 
 /// Two fields in the world, as much of them as they can touch in.
@@ -311,6 +338,7 @@ fn refuse_options_of_meshes(args: &ContactsArgs) -> Result<()> {
         ("--elements", args.elements != Elements::Faces),
         ("--method", args.method != Method::Auto),
         ("--iterations", args.iterations.is_some()),
+        ("--all-minima", args.all_minima),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((option, _)) => bail!("{option} is for a mesh, and {} is a field: leave it out", args.mesh.display()),

@@ -160,6 +160,24 @@ fn apart_is_said_and_how_near_is_asked_by_the_margin() {
     );
 }
 
+/// A sheet with its inside below it, which reaches the grid's box and goes on for as far as it is deep there.
+#[test]
+fn a_field_that_is_negative_on_its_box_goes_on_beyond_it() {
+    let folder = scene();
+    folder.write("sheet.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n");
+    folder.done("bake sheet.obj --res 8 --sign pseudo-normal");
+    folder.write("pebble.sdf.toml", "[field]\nshape = 'sphere'\nradius = 0.05\n");
+    for pose in ["--translate 0,0,-1.3", "--translate 0,0,-0.9", "--translate 0,0,0.02"] {
+        assert_eq!(
+            folder.json(&format!("contacts sheet.sdf.h5 pebble.sdf.toml {pose}"))["verdict"],
+            "contact",
+            "{pose}"
+        );
+    }
+    let above = folder.json("contacts sheet.sdf.h5 pebble.sdf.toml --translate 0,0,0.3");
+    assert_eq!(above["verdict"], "apart");
+}
+
 #[test]
 fn every_kind_of_file_holds_what_is_printed() {
     let folder = scene();
@@ -258,6 +276,8 @@ fn only_what_the_other_field_reaches_is_read() {
 
 #[test]
 fn what_makes_no_sense_is_refused_in_a_line() {
+    let all_minima = scene().refused("contacts ball.sdf.toml floor.sdf.toml --all-minima");
+    says(&all_minima, &["--all-minima", "is for a mesh"]);
     let folder = scene();
     folder.write("sheet.obj", Model::hills(4).obj());
     for (words, said) in [

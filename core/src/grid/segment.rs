@@ -35,9 +35,13 @@ impl<S: Storage> Grid<S> {
         // Where it enters a cell through a face, the point itself cannot tell on which side of it the cell lies.
         let mut cell = from.zip_map(&last, |x, last| Real::min(x.trunc(), last));
         while least.looks < MOST_CELLS {
-            let leaves = cell.zip_zip_map(&from, &way, |cell, from, way| {
+            let leaves = Vector3::from_fn(|k, _| {
+                let (cell, way) = (cell[k], way[k]);
+                // The face of the box is never left through: rounding alone leads there.
+                let is_at_box = if way < R::zero() { cell <= R::zero() } else { last[k] <= cell };
                 let face = if way < R::zero() { cell } else { cell + R::one() };
-                if way == R::zero() { R::lift(f64::INFINITY) } else { Real::max((face - from) / way, entry) }
+                let stays = way == R::zero() || is_at_box;
+                if stays { R::lift(f64::INFINITY) } else { Real::max((face - from[k]) / way, entry) }
             });
             let exit = Real::min(leaves.iter().fold(R::one(), |exit, leaves| Real::min(exit, *leaves)), R::one());
             let corners = R::gather(cell.into(), |cell| self.storage.corners(cell));
@@ -64,11 +68,6 @@ impl<S: Storage> Grid<S> {
                     if exit < leaves { cell } else { cell + way.sign() }
                 },
             );
-            // Of rounding alone can it step out of the box, at its very end.
-            let stays = next.zip_map(&last, |next, last| next.clamp(R::zero(), last));
-            if stays != next {
-                return Some(least);
-            }
             (cell, entry) = (next, exit);
         }
         None

@@ -25,7 +25,7 @@ impl<S: Storage> Grid<S> {
             return None;
         }
         // A point on a face of a cell has the gradients of both sides, and rounding may put it on either.
-        let reached = region.inflate(region_rounding::<R>(region));
+        let reached = region.inflate(rounding::<R>(&[*region, self.lattice.bounds()]));
         let [first, last] = self.lattice.nodes_around(&reached)?;
         let count = (0..3).try_fold(1_u32, |n, axis| n.checked_mul(last[axis].checked_sub(first[axis])?));
         if count.is_none_or(|count| count > MOST_CELLS) {
@@ -60,10 +60,10 @@ impl<S: Storage> Grid<S> {
     }
 }
 
-/// More than a coordinate in the box may be off by rounding.
-fn region_rounding<R: Real>(region: &Aabb) -> f64 {
-    let largest = region.min.iter().chain(&region.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
-    8.0 * R::EPSILON * largest
+/// More than a coordinate may be off by rounding that is reckoned with in these boxes.
+fn rounding<R: Real>(boxes: &[Aabb]) -> f64 {
+    let coordinates = boxes.iter().flat_map(|of| of.min.iter().chain(&of.max));
+    8.0 * R::EPSILON * coordinates.fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 impl<R: Float> Range<R> {

@@ -7,14 +7,15 @@ use crate::{Sdf, Simplex};
 /// Every isolated minimum of a field on a simplex: what §9 of the paper leaves open, the triangle that rests on several
 /// bumps.
 ///
-/// From any point of the simplex with a value of at most the level that is asked, a way through the simplex leads to one of
-/// the minima without ever rising by more than `tolerance` above where it began. So a dent goes unseen only if it is no
+/// From any point of the simplex with a value below the level that is asked by a third of `tolerance` or more, a way through
+/// the simplex leads to one of the minima without ever rising by more than `tolerance` above where it began. So a dent goes unseen only if it is no
 /// deeper than that below the pass to a deeper one (its persistence: Edelsbrunner, Letscher and Zomorodian 2002,
 /// "Topological Persistence and Simplification").
 ///
 /// The simplex is cut until from every point of a piece a straight way to one of its corners rises by no more than a third of
 /// that ([`Sdf::rises`]), or the field is convex there and the least value of the piece known as well; pieces above the level
-/// are dropped. Then each such exit is left for a lower one as far as pieces lead there.
+/// are dropped. Then each such exit is left for a lower one as far as pieces lead there. The least of the whole simplex, by a
+/// certified search, is always among them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllMinima {
     /// How many pieces are looked at, at most.
@@ -73,7 +74,9 @@ impl<R: Float, const N: usize> Default for Place<R, N> {
 
 /// What [`AllMinima`] found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found<R> {
+pub struct Found<R: Real, const N: usize> {
+    /// Of the certified search of the whole simplex; above the level if there is no other.
+    pub least: Minimum<R, N>,
     /// How many minima were written, in rising order.
     pub count: usize,
     /// Whether these are all: neither the looks nor the room for pieces or minima ran out, and no value is no number.
@@ -94,21 +97,29 @@ impl AllMinima {
         level: R,
         places: &mut [Place<R, N>],
         minima: &mut [Minimum<R, N>],
-    ) -> Found<R> {
+    ) -> Found<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
         let rise = longest_edge * R::lift(slope_bound * self.tolerance / 3.0) + rounding * R::lift(MOST_ROUNDINGS);
-        let mut search = Search { field, simplex, within: &self.search, rise, evaluations: 0, is_complete: true };
+        let least = self.search.minimize(field, simplex);
+        let evaluations = least.evaluations.to_f64() as u32;
+        let mut found = Found { least, count: 0, is_complete: true, lower_bound: least.lower_bound, evaluations };
+        if level < least.lower_bound {
+            return found;
+        }
+        let mut search = Search { field, simplex, within: &self.search, rise, evaluations, is_complete: true };
+        if let Some(first) = minima.first_mut().filter(|_| least.sample.value.le(level)) {
+            *first = least;
+            found.count = 1;
+        }
         let used = search.cut_up(self.looks, level, places);
         let places = places.get_mut(..used).unwrap_or(&mut []);
-        let mut found = Found { count: 0, is_complete: true, lower_bound: R::lift(f64::INFINITY), evaluations: 0 };
         for walk in 1..=used {
             let Some(exit) = places.get(walk.wrapping_sub(1)).map(|place| place.exit) else { break };
             let is_new = places.iter().take(walk.wrapping_sub(1)).all(|place| place.exit != exit);
             if !is_new || search.leads_lower(walk, &exit, places) {
                 continue;
             }
-            found.lower_bound = Real::min(found.lower_bound, exit.value - rise - rounding);
             let minimum = search.descend(&exit, places);
             if !minimum.sample.value.le(level) {
                 continue;
@@ -126,13 +137,11 @@ impl AllMinima {
             sort(minima, found.count);
         }
         let is_complete = search.is_complete;
-        // Pieces that were dropped have values above the level.
-        let lower_bound = if is_complete { Real::min(found.lower_bound, level) } else { R::lift(f64::NEG_INFINITY) };
         for minimum in minima.iter_mut().take(found.count) {
-            (minimum.lower_bound, minimum.converged) = (lower_bound, is_complete);
+            (minimum.lower_bound, minimum.converged) = (found.lower_bound, is_complete);
             minimum.evaluations = R::lift(f64::from(search.evaluations));
         }
-        Found { is_complete, lower_bound, evaluations: search.evaluations, ..found }
+        Found { is_complete, evaluations: search.evaluations, ..found }
     }
 }
 

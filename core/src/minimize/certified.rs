@@ -22,7 +22,8 @@ use crate::{Gradients, Sdf, Simplex};
 /// beat, the fewer the pieces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
-    /// How many times the field is asked at most, but for the local steps and the whole simplex, which always are.
+    /// How many times the field is asked at most, but for the edges in a grid, the local steps and the whole simplex, which
+    /// always are.
     pub evaluations: u32,
     /// Done when the least value is known to within this share of longest edge · slope bound.
     pub tolerance: f64,
@@ -79,8 +80,10 @@ impl Certified {
         // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, search.best.value);
         let gap = longest_edge * R::lift(slope_bound * self.tolerance) + rounding * R::lift(MOST_ROUNDINGS);
-        if boundary.is_some() {
-            search.settle(search.best.value - rounding);
+        let mut budget = self.evaluations;
+        if let Some(boundary) = boundary {
+            search.settle(Real::min(boundary.value, search.best.value) - rounding);
+            budget = budget.saturating_add(boundary.looks);
         }
         let whole = Open { piece: Piece::whole(), least: R::lift(f64::NEG_INFINITY), cuts: 0 };
         search.look_at(whole, search.best.weights, gap);
@@ -99,7 +102,7 @@ impl Certified {
                 search.settle(open.least);
                 continue;
             };
-            if search.evaluations >= self.evaluations {
+            if search.evaluations >= budget {
                 converged = false;
                 search.settle(open.least);
                 break;
@@ -107,6 +110,7 @@ impl Certified {
             let cuts = open.cuts.saturating_add(1);
             halves.into_iter().for_each(|piece| search.look_at(Open { piece, cuts, ..open }, piece.middle(), gap));
         }
+        converged &= search.best.value - gap <= search.given_up;
         // A search that was stopped is not: polished, it might end lower than one that went on.
         if converged && search.is_rough {
             search.descend(&self.local, &Piece::around(search.best.weights, R::lift(PART_TO_POLISH)));
@@ -173,6 +177,8 @@ struct Search<'a, R: Float, F, const N: usize> {
     waiting: Waiting<R, N>,
     /// No piece that is done with holds a value below this.
     settled: R,
+    /// No piece that there was no room for does.
+    given_up: R,
     evaluations: u32,
     /// Where the least value of the boundary is known, so that only the inside is searched.
     plane: Option<Plane<R>>,
@@ -197,8 +203,18 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         evaluations: u32,
         plane: Option<Plane<R>>,
     ) -> Self {
-        let settled = R::lift(f64::INFINITY);
-        Self { field, simplex, best, is_rough: false, waiting: Waiting::new(), settled, evaluations, plane }
+        let nothing = R::lift(f64::INFINITY);
+        Self {
+            field,
+            simplex,
+            best,
+            is_rough: false,
+            waiting: Waiting::new(),
+            settled: nothing,
+            given_up: nothing,
+            evaluations,
+            plane,
+        }
     }
 
     /// Looks for a lower value in a piece.
@@ -232,6 +248,7 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         let least = if is_known { Real::max(survey.least, open.least) } else { R::lift(f64::NEG_INFINITY) };
         if least < self.best.value - gap {
             let given_up = self.waiting.push(Open { least, ..open });
+            self.given_up = Real::min(self.given_up, given_up);
             self.settle(given_up);
         } else {
             self.settle(least);

@@ -28,7 +28,8 @@ pub struct Deepest<R: Real> {
     /// Where the least value was seen. `None` where no point that was asked had a number, or where the bodies are apart by
     /// what the fields know without being asked.
     pub at: Option<MeetingPoint<R>>,
-    /// Nowhere in the pair's region is max(φ_A, φ_B) below this; outside of it, it is above the margin. So if this is
+    /// Nowhere in the pair's region is max(φ_A, φ_B) below this; outside of it, it is above the margin (but for what
+    /// [`Pair::within`](super::Pair::within) cut off). So if this is
     /// above the margin, the bodies are apart for certain.
     pub lower_bound: R,
     /// The least value is known to within the tolerance, or it is certain that it is above the margin.

@@ -33,7 +33,7 @@ pub struct Minima {
     pub leaves: usize,
     /// Leaves in which a field is no number: they are left out.
     pub unknown: usize,
-    /// What a way must climb to part two minima.
+    /// What a way from leaf to leaf must climb to part two minima; a way between their middles can climb twice as much.
     pub barrier: f64,
     pub evaluations: u32,
     /// False if the budget or the scratch was spent first: there may be more.
@@ -43,8 +43,9 @@ pub struct Minima {
 impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
     /// Every isolated point that is deepest: the least of max(φ_A, φ_B) in each part of the region in which the bodies
     /// touch, and of two minima in one part the higher as well, if every way from it to a lower point climbs by more than
-    /// the `barrier`: twice the most that the value changes within half the diagonal of a leaf. So what lies flat or bends
-    /// around is one minimum, and neither the lattice of the leaves nor noise that is finer than it makes one.
+    /// twice the `barrier`, the most that the value changes along the diagonal of a leaf; none is told of that climbs by less
+    /// than half of it. So what lies flat or bends around is one minimum, and neither the lattice of the leaves nor noise that
+    /// is finer than it makes one.
     ///
     /// That is the merge tree of the value on cubes with an edge of `resolution` (Edelsbrunner, Letscher, Zomorodian 2002,
     /// "Topological persistence and simplification"), each asked at its middle, those that touch being neighbours. Parts

@@ -3,8 +3,8 @@ use super::leaves::Leaves;
 use crate::real::{Float, Real};
 use crate::{Aabb, Sdf};
 
-/// Two fields, how near they must come to touch, and where that can be: nowhere outside of `region` is neither φ above the
-/// margin. Both are asked within the region alone.
+/// Two fields, how near they must come to touch, and where that can be: outside of `region` one φ is above the margin
+/// everywhere. Both are asked within the region alone.
 #[derive(Debug)]
 pub struct Pair<'a, A, B> {
     pub(super) a: &'a A,
