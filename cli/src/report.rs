@@ -47,6 +47,13 @@ pub fn print_json(json: &impl Serialize) -> Result<()> {
     })
 }
 
+/// The same, to be written to a file.
+pub fn line_of_json(json: &impl Serialize) -> Vec<u8> {
+    let mut text = serde_json::to_vec(json).unwrap_or_default();
+    text.push(b'\n');
+    text
+}
+
 pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Result<()>) -> Result<()> {
     let mut out = BufWriter::new(stdout().lock());
     write(&mut out).and_then(|()| out.flush()).context("standard output")

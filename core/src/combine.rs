@@ -12,3 +12,15 @@ pub use boolean::{Difference, Intersection, Union};
 pub use offset::Offset;
 pub use shell::Shell;
 pub use smooth_union::SmoothUnion;
+
+use nalgebra::Vector3;
+
+use crate::real::Float;
+use crate::survey::mean;
+use crate::{Sdf, Survey};
+
+/// What is certain of two fields on the hull of a few points, each about their mean.
+fn surveys<A: Sdf, B: Sdf, R: Float>(a: &A, b: &B, corners: &[Vector3<R>]) -> [Survey<R>; 2] {
+    let middle = mean(corners);
+    [a.survey(middle, corners), b.survey(middle, corners)]
+}

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use crate::grid::SegmentMinimum;
 use crate::real::{Float, Mask, Real};
-use crate::survey::mean;
+use crate::survey::{mean, rises_of_convex};
 use crate::{Aabb, Survey};
 
 /// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
@@ -18,6 +18,10 @@ use crate::{Aabb, Survey};
 /// assert_eq!(sample.gradient, Vector3::new(0.0, 1.0, 0.0));
 /// ```
 pub trait Sdf: Sized {
+    /// φ is a convex function, and where its gradient is a choice that is a limit of gradients nearby. Bounds of such fields
+    /// are tighter.
+    const IS_CONVEX: bool = false;
+
     /// φ and ∇φ at a point whose coordinates are finite and within ±[`Real::REACH`]. Any other point may give NaN;
     /// [`sample`](Self::sample) takes those too.
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R>;
@@ -34,20 +38,24 @@ pub trait Sdf: Sized {
     }
 
     /// What is certain of φ on the convex hull of one to four points, by what it is and how it changes at a point `about`
-    /// of the hull: the nearer that is to the least value, the tighter. By default by the slope.
+    /// of the hull: the nearer that is to the least value, the tighter. By default by the slope, or by the tangent plane.
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::by_slope(self, about, corners)
+        if Self::IS_CONVEX { Survey::of_convex(self, about, corners) } else { Survey::by_slope(self, about, corners) }
     }
 
     /// Whether φ is certainly a convex function on the convex hull of one to four points.
     fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        false
+        Self::IS_CONVEX
     }
 
     /// Of each of one to four corners the most that φ rises, all rises added, on a straight way to it from any point of
     /// their hull. By default by the gradients.
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        self.survey(mean(corners), corners).gradients.rises(corners)
+        if Self::IS_CONVEX {
+            rises_of_convex(self, corners)
+        } else {
+            self.survey(mean(corners), corners).gradients.rises(corners)
+        }
     }
 
     /// Where on a segment φ is least, if that can be told without a search.
@@ -58,7 +66,7 @@ pub trait Sdf: Sized {
     /// The most by which φ in a box lies below φ(c) + ∇φ(c)·(x − c), its linear part at the middle c of the box: 0 where φ
     /// is a convex function. By default nothing is known, and the answer is infinity.
     fn linearization_error(&self, _region: &Aabb) -> f64 {
-        f64::INFINITY
+        if Self::IS_CONVEX { 0.0 } else { f64::INFINITY }
     }
 
     /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
@@ -85,6 +93,7 @@ pub trait Sdf: Sized {
 }
 
 impl<F: Sdf> Sdf for &F {
+    const IS_CONVEX: bool = F::IS_CONVEX;
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         (**self).evaluate(point)

@@ -20,7 +20,7 @@ use serde::Serialize;
 use super::overlap;
 use crate::args::{ContactsArgs, Elements, Method};
 use crate::from_file::{FromFile, band};
-use crate::report::{Report, many, number, seconds};
+use crate::report::{Report, line_of_json, many, number, seconds};
 use crate::{mesh_input, output, progress};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
@@ -53,12 +53,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        let json = || {
-            let mut text = serde_json::to_vec(&document).unwrap_or_default();
-            text.push(b'\n');
-            text
-        };
-        mesh_input::at(path, contact_file::write(path, format, &found.contacts, json))?;
+        mesh_input::at(path, contact_file::write(path, format, &found.contacts, || line_of_json(&document)))?;
     }
     let deepest = found.contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![

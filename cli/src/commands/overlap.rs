@@ -15,7 +15,7 @@ use super::contacts::require_known;
 use crate::args::{ContactsArgs, Elements, Method};
 use crate::from_file::FromFile;
 use crate::mesh_input;
-use crate::report::{Report, number, seconds};
+use crate::report::{Report, line_of_json, number, seconds};
 
 /// Where two fields touch.
 pub fn run(args: &ContactsArgs) -> Result<()> {
@@ -43,12 +43,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        let json = || {
-            let mut text = serde_json::to_vec(&document).unwrap_or_default();
-            text.push(b'\n');
-            text
-        };
-        mesh_input::at(path, contact_file::write(path, format, &found.meetings, json))?;
+        mesh_input::at(path, contact_file::write(path, format, &found.meetings, || line_of_json(&document)))?;
     }
     Report { rows: rows(args, &document), json: document }.print(args.json)
 }

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
+use super::surveys;
 use crate::grid::SegmentMinimum;
 use crate::real::{Float, Real};
-use crate::survey::mean;
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// What lies in either: min(a, b).
@@ -45,8 +45,7 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let middle = mean(corners);
-        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        let [a, b] = surveys(&self.0, &self.1, corners);
         match () {
             () if a.greatest < b.least => self.0.is_convex_on(corners),
             () if b.greatest < a.least => self.1.is_convex_on(corners),
@@ -55,8 +54,7 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     }
 
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let middle = mean(corners);
-        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        let [a, b] = surveys(&self.0, &self.1, corners);
         a.rises_of_lower(b, || self.0.rises(corners), || self.1.rises(corners))
     }
 
@@ -101,8 +99,7 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     }
 
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let middle = mean(corners);
-        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        let [a, b] = surveys(&self.0, &self.1, corners);
         a.negate().rises_of_lower(b.negate(), || self.0.rises(corners), || self.1.rises(corners))
     }
 
@@ -140,14 +137,12 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let middle = mean(corners);
-        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        let [a, b] = surveys(&self.0, &self.1, corners);
         -b.least < a.least && self.0.is_convex_on(corners)
     }
 
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let middle = mean(corners);
-        let (a, b) = (self.0.survey(middle, corners), self.1.survey(middle, corners));
+        let [a, b] = surveys(&self.0, &self.1, corners);
         a.negate().rises_of_lower(b, || self.0.rises(corners), || b.gradients.negate().rises(corners))
     }
 }

@@ -1,7 +1,8 @@
 use nalgebra::Vector3;
 
+use super::surveys;
 use crate::real::{Float, Real};
-use crate::survey::{mean, sum};
+use crate::survey::sum;
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
@@ -81,8 +82,7 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let middle = mean(corners);
-        let (a, b) = (self.a.survey(middle, corners), self.b.survey(middle, corners));
+        let [a, b] = surveys(&self.a, &self.b, corners);
         let blend = R::lift(self.blend);
         match () {
             () if a.greatest + blend < b.least => self.a.is_convex_on(corners),
@@ -93,8 +93,7 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
 
     /// Its gradient is a mean of the parts' own.
     fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let middle = mean(corners);
-        let (a, b) = (self.a.survey(middle, corners), self.b.survey(middle, corners));
+        let [a, b] = surveys(&self.a, &self.b, corners);
         let blend = R::lift(self.blend);
         match () {
             () if a.greatest + blend < b.least => self.a.rises(corners),

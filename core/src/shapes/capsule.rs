@@ -1,10 +1,9 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::{Float, Real};
-use crate::survey::rises_of_convex;
+use crate::real::Real;
 use crate::vector::{direction, lift};
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::{Aabb, Sample, Sdf};
 
 /// All points within `radius` of the segment from `a` to `b`. Exact. The gradient on the segment is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +31,8 @@ impl Capsule {
 }
 
 impl Sdf for Capsule {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (a, b) = (lift::<R>(self.a), lift::<R>(self.b));
@@ -50,21 +51,5 @@ impl Sdf for Capsule {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

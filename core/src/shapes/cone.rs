@@ -2,9 +2,8 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::real::{Float, Mask, Real};
-use crate::survey::rises_of_convex;
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::real::{Mask, Real};
+use crate::{Aabb, Sample, Sdf};
 
 /// A solid cone with its apex at the origin and its base at z = −`height`. Exact. The gradient is a choice at the apex,
 /// on the rim and, inside, on the axis and where side and base are equally near.
@@ -34,6 +33,8 @@ impl Cone {
 }
 
 impl Sdf for Cone {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (sin, cos) = (R::lift(self.sin), R::lift(self.cos));
@@ -63,21 +64,5 @@ impl Sdf for Cone {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

@@ -3,10 +3,9 @@ use nalgebra::Vector3;
 use super::fold::unfold;
 use super::is_length;
 use super::profile::corner;
-use crate::real::{Float, Real};
-use crate::survey::rises_of_convex;
+use crate::real::Real;
 use crate::vector::lift;
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::{Aabb, Sample, Sdf};
 
 /// A box around the origin with its sides along the axes. Exact. The gradient is a choice on the edges and, inside,
 /// where two walls are equally near.
@@ -22,6 +21,8 @@ impl Cuboid {
 }
 
 impl Sdf for Cuboid {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let corner = corner((point.map(R::abs) - lift(self.half_extents)).into());
@@ -34,21 +35,5 @@ impl Sdf for Cuboid {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

@@ -3,9 +3,8 @@ use nalgebra::Vector3;
 use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, revolve};
-use crate::real::{Float, Real};
-use crate::survey::rises_of_convex;
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
 
 /// A solid cylinder around z, from −`half_height` to `half_height`. Exact. The gradient is a choice on the rims and,
 /// inside, on the axis and where side and end are equally near.
@@ -22,6 +21,8 @@ impl Cylinder {
 }
 
 impl Sdf for Cylinder {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         revolve(point, |[from_axis, z]| {
@@ -41,21 +42,5 @@ impl Sdf for Cylinder {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

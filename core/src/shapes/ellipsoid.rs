@@ -1,10 +1,9 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::{Float, Real};
-use crate::survey::rises_of_convex;
+use crate::real::Real;
 use crate::vector::{direction, lift};
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::{Aabb, Sample, Sdf};
 
 /// An ellipsoid around the origin with its axes along x, y and z.
 ///
@@ -25,6 +24,8 @@ impl Ellipsoid {
 }
 
 impl Sdf for Ellipsoid {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         // 1 along the smallest axis, less along the others.
@@ -41,21 +42,5 @@ impl Sdf for Ellipsoid {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

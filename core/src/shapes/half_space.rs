@@ -1,9 +1,8 @@
 use nalgebra::Vector3;
 
-use crate::real::{Float, Real};
-use crate::survey::rises_of_convex;
+use crate::real::Real;
 use crate::vector::lift;
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::{Aabb, Sample, Sdf};
 
 /// All points with n·x ≤ offset: φ = n·x − offset. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +25,8 @@ impl HalfSpace {
 }
 
 impl Sdf for HalfSpace {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let normal = lift(self.normal);
@@ -38,21 +39,5 @@ impl Sdf for HalfSpace {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

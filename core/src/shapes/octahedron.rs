@@ -2,11 +2,10 @@ use nalgebra::Vector3;
 
 use super::fold::unfold;
 use super::is_length;
-use crate::real::{Float, Real};
+use crate::real::Real;
 use crate::simplex::excess;
-use crate::survey::rises_of_convex;
 use crate::vector::direction;
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::{Aabb, Sample, Sdf};
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
@@ -24,6 +23,8 @@ impl Octahedron {
 }
 
 impl Sdf for Octahedron {
+    const IS_CONVEX: bool = true;
+
     /// In the octant of positive coordinates the surface is a triangle, and its nearest point is the point less the
     /// excess, where that leaves anything: the projection onto a simplex.
     #[inline]
@@ -42,21 +43,5 @@ impl Sdf for Octahedron {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }

@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use super::Cuboid;
 use crate::combine::Offset;
-use crate::real::{Float, Real};
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::real::Real;
+use crate::{Aabb, Sample, Sdf};
 
 /// A box with `radius` added around it. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,8 @@ impl RoundedBox {
 }
 
 impl Sdf for RoundedBox {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.inflated.evaluate(point)
@@ -31,21 +33,5 @@ impl Sdf for RoundedBox {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.inflated.survey(about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        self.inflated.rises(corners)
-    }
-
-    fn linearization_error(&self, region: &Aabb) -> f64 {
-        self.inflated.linearization_error(region)
     }
 }

@@ -1,10 +1,9 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::{Float, Real};
-use crate::survey::rises_of_convex;
+use crate::real::Real;
 use crate::vector::direction;
-use crate::{Aabb, Sample, Sdf, Survey};
+use crate::{Aabb, Sample, Sdf};
 
 /// A ball around the origin. Exact. The gradient at the centre is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +18,8 @@ impl Sphere {
 }
 
 impl Sdf for Sphere {
+    const IS_CONVEX: bool = true;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let from_center = direction(point);
@@ -31,21 +32,5 @@ impl Sdf for Sphere {
 
     fn slope_bound(&self) -> f64 {
         1.0
-    }
-
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        Survey::of_convex(self, about, corners)
-    }
-
-    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
-        true
-    }
-
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        rises_of_convex(self, corners)
-    }
-
-    fn linearization_error(&self, _region: &Aabb) -> f64 {
-        0.0
     }
 }
