@@ -1,8 +1,8 @@
 //! Where on a simplex a field is least: the local optimization of Macklin et al. 2020, §3 and §4.
 //!
-//! Every method starts at the corner with the least value, keeps the best point it has seen, and stops by itself or
-//! when its budget is spent. None but [`Certified`] and [`AllMinima`] know whether another, lower minimum exists. Of the others [`Newton`]
-//! takes the fewest evaluations, and [`FrankWolfe`] the least time on a field that is quick to answer.
+//! Every method starts at the corner with the least value, keeps the best point it has seen, and stops by itself or when
+//! its budget is spent. None but [`Certified`] and [`AllMinima`] know whether another, lower minimum exists. Of the others
+//! [`Newton`] takes the fewest evaluations, and [`FrankWolfe`] the least time on a field that is quick to answer.
 
 mod all_minima;
 mod certified;

@@ -7,10 +7,10 @@ use crate::{Sdf, Simplex};
 /// Every isolated minimum of a field on a simplex: what §9 of the paper leaves open, the triangle that rests on several
 /// bumps.
 ///
-/// From any point of the simplex with a value below the level that is asked by a third of `tolerance` or more, a way through
-/// the simplex leads to one of the minima without ever rising by more than `tolerance` above where it began. So a dent goes unseen only if it is no
-/// deeper than that below the pass to a deeper one (its persistence: Edelsbrunner, Letscher and Zomorodian 2002,
-/// "Topological Persistence and Simplification").
+/// From any point of the simplex with a value below the level that is asked by a third of `tolerance` or more, a way
+/// through the simplex leads to one of the minima without ever rising by more than `tolerance` above where it began. So a
+/// dent goes unseen only if it is no deeper than that below the pass to a deeper one (its persistence: Edelsbrunner,
+/// Letscher and Zomorodian 2002, "Topological Persistence and Simplification").
 ///
 /// The simplex is cut until from every point of a piece a straight way to one of its corners rises by no more than a third of
 /// that ([`Sdf::rises`]), or the field is convex there and the least value of the piece known as well; pieces above the level

@@ -291,7 +291,8 @@ impl<R: Float> Plane<R> {
     }
 
     /// Whether along some way in the plane the field falls for all these gradients: then no point of them, if not on the
-    /// boundary, holds a least value (0 is in the generalized gradient there: Clarke 1983, "Optimization and Nonsmooth Analysis", prop. 2.3.2).
+    /// boundary, holds a least value (0 is in the generalized gradient there: Clarke 1983, "Optimization and Nonsmooth
+    /// Analysis", prop. 2.3.2).
     fn is_crossed_downhill(&self, gradients: &Gradients<R>, slope_bound: f64) -> bool {
         let middle = (gradients.least + gradients.greatest) * R::lift(0.5);
         let uphill = self.ways.iter().fold(Vector3::zeros(), |sum, way| sum + part_along(*way, middle));
