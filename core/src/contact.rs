@@ -124,7 +124,7 @@ where
         Err(outcome) => return outcome,
     };
     let minimum = minimizer.minimize(field, &element.simplex);
-    if margin < minimum.sample.value {
+    if margin < minimum.sample.value && minimum.sample.value.is_finite() {
         return Outcome::Apart(minimum);
     }
     report(element, &minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)

@@ -209,7 +209,10 @@ fn a_contact_says_what_the_field_says() {
                     assert!((normal.norm() - 1.0).abs() < slack || normal.norm() == 0.0, "{told}");
                     let uphill = scene.evaluate(contact.point).gradient.map(Float::to_f64);
                     assert!((normal * uphill.norm() - uphill).norm() < slack * scene.slope_bound(), "{told}");
-                    if scene.meaning == Meaning::Exact {
+                    // Within rounding of an axis or a crease the gradient is rounding's.
+                    let aside = random.direction().map(|x| R::lift(x * 1e3 * R::EPSILON * scene.size));
+                    let beside = scene.evaluate(contact.point + aside).gradient.map(Float::to_f64);
+                    if scene.meaning == Meaning::Exact && (beside - uphill).norm() < 0.1 {
                         let left = scene.value(contact.surface_point).to_f64().abs();
                         assert!(left < slack * 4.0 * scene.size, "{told}: surface point off by {left}");
                         let way = (contact.point - contact.surface_point).map(Float::to_f64).norm();

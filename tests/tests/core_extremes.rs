@@ -1,7 +1,7 @@
 //! Promise 5: no panic, and nothing that is not finite is answered with NaN.
 
 use nalgebra::Vector3;
-use sdf_core::contact::{ContactStatus, Element, Outcome, contact};
+use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::grid::{Dense, Grid, slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
 use sdf_core::placed::{Placed, Similarity};
@@ -13,7 +13,6 @@ use sdf_tests::methods::{Method, methods};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{bounded, cube_lattice, scenes};
 use sdf_tests::stability::answer::{Fate, Number, ask};
-use sdf_tests::stability::problem::certifies;
 
 fn element<R: Real, const N: usize>(id: u32, simplex: Simplex<R, N>) -> Element<R, N> {
     Element { id, vertices: std::array::from_fn(|corner| 10 * id + corner as u32), simplex }
@@ -182,7 +181,7 @@ fn a_margin_that_is_no_number_culls_nothing_silently() {
 
 /// Of elements around a point: that nothing is NaN, that an element which holds a sound value within the margin is not culled,
 /// and that one without any is not answered.
-fn is_answered_honestly(field: &AnyField, is_stored: bool, around: Vector3<f64>, random: &mut Random, told: &str) {
+fn is_answered_honestly(field: &AnyField, around: Vector3<f64>, random: &mut Random, told: &str) {
     for round in 0..30 {
         let spread = random.pick(&[0.05, 0.3, 1.5]);
         let first = around + random.in_cube(0.5 * spread);
@@ -207,10 +206,6 @@ fn is_answered_honestly(field: &AnyField, is_stored: bool, around: Vector3<f64>,
                     assert!(answer.found.as_ref().is_none_or(|found| found.is_finite()), "{told}");
                     assert!(answer.fate != Fate::Culled || least_sound > margin - 1e-5, "{told}");
                     assert!(least_sound.is_finite() || answer.found.is_none(), "{told}");
-                    // On an edge; of a face the search can drop a piece before it comes upon such a sample.
-                    let is_certain = certifies(&method) && answer.fate == Fate::Contact(ContactStatus::Converged);
-                    let is_sound = values.iter().all(|value| value.is_finite());
-                    assert!(!is_stored || corners.len() > 2 || !is_certain || is_sound, "{told}");
                 }
             }
         }
@@ -233,21 +228,22 @@ fn stored_samples_that_are_not_finite_are_answered_honestly() {
             let steepest = slope_bound(&lattice, &storage);
             let dense = Grid::new(lattice, storage, if steepest.is_finite() { steepest } else { 1.8 }).unwrap();
             let field = if round % 2 == 0 { AnyField::new(dense) } else { AnyField::new(bounded(dense)) };
-            is_answered_honestly(&field, true, Vector3::from(node(at)), &mut random, &format!("{bad} at {at}"));
+            is_answered_honestly(&field, Vector3::from(node(at)), &mut random, &format!("{bad} at {at}"));
         }
     }
 }
 
-/// A sphere whose answer is another beyond x = 0.
+/// A sphere whose answer is another beyond x = 0; without a value, only its gradient is.
 struct Broken {
-    value: f64,
+    value: Option<f64>,
     slope: f64,
 }
 
 impl Sdf for Broken {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let sound = Sphere::new(0.5).unwrap().evaluate(point);
-        let broken = Sample::new(R::lift(self.value), Vector3::repeat(R::lift(self.slope)));
+        let value = self.value.map_or(sound.value, R::lift);
+        let broken = Sample::new(value, Vector3::repeat(R::lift(self.slope)));
         Sample::select(R::zero().lt(point.x), broken, sound)
     }
     fn bounds(&self, level: f64) -> Aabb {
@@ -262,12 +258,10 @@ impl Sdf for Broken {
 fn answers_of_a_field_that_are_not_finite_are_answered_honestly() {
     let mut random = Random::of_test();
     let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
-    for value in bad.into_iter().chain([-0.25]) {
+    for value in bad.map(Some).into_iter().chain([None]) {
         for slope in bad.into_iter().chain([1e30, 1e300, 0.0]) {
-            if [value, slope] != [-0.25, 0.0] {
-                let field = AnyField::new(Broken { value, slope });
-                is_answered_honestly(&field, false, Vector3::zeros(), &mut random, &format!("{value}, {slope}"));
-            }
+            let field = AnyField::new(Broken { value, slope });
+            is_answered_honestly(&field, Vector3::zeros(), &mut random, &format!("{value:?}, {slope}"));
         }
     }
 }

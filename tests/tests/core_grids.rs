@@ -299,3 +299,24 @@ fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
     check::<f32>();
     check::<f64>();
 }
+
+/// What a search does then is not sure of what it says; the closed form would be.
+#[test]
+fn a_segment_through_samples_that_are_not_finite_has_no_least_in_closed_form() {
+    let mut random = Random::of_test();
+    let lattice = cube_lattice(1.0, 8);
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(0.5, 1.0) as f32).collect();
+        let at = [3, 4, 5];
+        samples[lattice.index(at)] = bad;
+        let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 10.0).unwrap();
+        for _ in 0..100 {
+            let way = random.direction() * random.between(0.05, 0.3);
+            // Through a cell of that node, and through cells that have none of it.
+            let middle = Vector3::from(lattice.node(at)) + random.in_cube(0.2);
+            assert_eq!(grid.least_on_segment([middle - way, middle + way]), None, "{bad} at {middle}");
+            let beyond = middle - Vector3::z() * 0.9;
+            assert!(grid.least_on_segment([beyond, beyond + Vector3::y() * 0.2]).is_some(), "{bad} at {beyond}");
+        }
+    }
+}

@@ -46,8 +46,8 @@ impl<S: Storage> Grid<S> {
             let exit = Real::min(leaves.iter().fold(R::one(), |exit, leaves| Real::min(exit, *leaves)), R::one());
             let corners = R::gather(cell.into(), |cell| self.storage.corners(cell));
             least.looks = least.looks.saturating_add(1);
-            // The interpolant is never below all of its corners.
-            if !corners.iter().all(|sample| least.value <= *sample) {
+            // The interpolant is never below all of its corners, if they are numbers.
+            if !corners.iter().all(|sample| least.value <= *sample && sample.is_finite()) {
                 let cubic = Cubic::along(corners, from + way * entry - cell, way * (exit - entry));
                 let (share, value) = cubic.least();
                 // Where a sample is no number, nothing is certain.
