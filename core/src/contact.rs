@@ -124,7 +124,7 @@ where
         Err(outcome) => return outcome,
     };
     let minimum = minimizer.minimize(field, &element.simplex);
-    if margin < minimum.sample.value && minimum.sample.value.is_finite() {
+    if is_apart(margin, &minimum) {
         return Outcome::Apart(minimum);
     }
     report(element, &minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
@@ -153,7 +153,7 @@ where
         Err(outcome) => return outcome,
     };
     let found = search.minima(field, &element.simplex, margin, places, minima);
-    if margin < found.least.sample.value && found.count == 0 {
+    if is_apart(margin, &found.least) && found.count == 0 {
         return Outcome::Apart(found.least);
     }
     // Given no room, the search has found one nevertheless.
@@ -185,6 +185,11 @@ fn cull<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, element: &Elemen
     }
     // Neither above nor within: one of the two is no number.
     if lower_bound.le(margin) { Ok(lower_bound) } else { Err(Outcome::NotFinite) }
+}
+
+/// An infinite value tells nothing.
+fn is_apart<R: Float, const N: usize>(margin: R, minimum: &Minimum<R, N>) -> bool {
+    margin < minimum.sample.value && minimum.sample.value.is_finite()
 }
 
 /// `None` where the value is no number. `lower_bound` holds for all of the element; `rank` counts its minima.
