@@ -1,6 +1,7 @@
-use std::collections::HashMap;
-use std::collections::HashSet;
+use std::hash::BuildHasher;
 
+use hashbrown::hash_table::Entry;
+use hashbrown::{DefaultHashBuilder, HashTable};
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 use thiserror::Error;
@@ -66,6 +67,7 @@ impl TriangleMesh {
             }
         }
         let first_at_place = weld(points);
+        let count = triangles.len();
         let mut report = MeshReport {
             welded_points: first_at_place
                 .iter()
@@ -86,17 +88,11 @@ impl TriangleMesh {
         }
 
         let points: Vec<Vector3<f64>> = points.iter().map(|point| Vector3::from(*point)).collect();
-        let mut seen = HashSet::with_capacity(triangles.len());
-        let mut kept = Vec::with_capacity(triangles.len());
-        for corners in triangles {
-            let corners = corners.map(|index| first_at_place[index as usize]);
-            if !seen.insert(turned_to_lowest_first(corners)) {
-                report.repeated_triangles += 1;
-                continue;
-            }
-            report.degenerate_triangles += usize::from(!has_area(corners.map(|index| points[index as usize])));
-            kept.push(corners);
-        }
+        let triangles = triangles.iter().map(|corners| corners.map(|index| first_at_place[index as usize]));
+        let kept = without_repeated(triangles);
+        report.repeated_triangles = count - kept.len();
+        let has_area = |corners: &&[u32; 3]| has_area(corners.map(|index| points[index as usize]));
+        report.degenerate_triangles = kept.len() - kept.iter().filter(has_area).count();
         Ok(Self { points, triangles: kept, bounds, report })
     }
 
@@ -125,9 +121,32 @@ impl TriangleMesh {
 
 /// For each point the first one at its place.
 fn weld(points: &[[f64; 3]]) -> Vec<u32> {
-    let mut first_at = HashMap::with_capacity(points.len());
-    let place = |point: &[f64; 3]| point.map(|x| (x + 0.0).to_bits()); // −0 + 0 is 0
-    (0..).zip(points).map(|(index, point)| *first_at.entry(place(point)).or_insert(index)).collect()
+    let place = |index: u32| points[index as usize].map(|x| (x + 0.0).to_bits()); // −0 + 0 is 0
+    // Seeded anew by each process, for a file may choose its points so that they collide.
+    let hasher = DefaultHashBuilder::default();
+    let hash = |index: &u32| hasher.hash_one(place(*index));
+    // Of indices alone, which take a seventh of the points' own room.
+    let mut first_at: HashTable<u32> = HashTable::with_capacity(points.len());
+    let first =
+        |index: u32| *first_at.entry(hash(&index), |first| place(*first) == place(index), hash).or_insert(index).get();
+    (0..).zip(points).map(|(index, _)| index).map(first).collect()
+}
+
+/// Of triangles with the same corners and winding the first.
+fn without_repeated(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
+    let mut kept: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
+    let mut seen: HashTable<u32> = HashTable::with_capacity(triangles.len());
+    let hasher = DefaultHashBuilder::default();
+    for corners in triangles {
+        let turned = turned_to_lowest_first(corners);
+        let of_kept = |index: &u32| turned_to_lowest_first(kept[*index as usize]);
+        let hash = |index: &u32| hasher.hash_one(of_kept(index));
+        if let Entry::Vacant(place) = seen.entry(hasher.hash_one(turned), |index| of_kept(index) == turned, hash) {
+            place.insert(kept.len() as u32);
+            kept.push(corners);
+        }
+    }
+    kept
 }
 
 /// The same triangle with the same winding, however its corners are counted.

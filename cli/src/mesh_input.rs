@@ -1,25 +1,54 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use sdf_formats::mesh::{Mesh, parse};
+use sdf_formats::mesh::{Mesh, PolygonCounts, parse};
 use sha2::{Digest, Sha256};
 
-/// A mesh and the digest of the file's bytes.
+/// A mesh and what its file says beside it.
 pub struct MeshInput {
-    pub name: String,
     pub mesh: Mesh,
+    pub facts: MeshFacts,
+}
+
+/// What is told of a mesh when its points and triangles may be gone.
+#[derive(Clone)]
+pub struct MeshFacts {
+    pub name: String,
+    /// Of the file's bytes.
     pub sha256: [u8; 32],
+    pub points: usize,
+    pub triangles: usize,
+    pub objects: usize,
+    pub polygon_counts: PolygonCounts,
 }
 
 pub fn read(path: &Path) -> Result<MeshInput> {
+    let bytes = bytes(path)?;
     let shown = path.display().to_string();
+    let (mesh, sha256) = rayon::join(|| parse(&bytes, &shown), || Sha256::digest(&bytes).into());
+    let mesh = mesh?;
+    let facts = MeshFacts {
+        name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        sha256,
+        points: mesh.points.len(),
+        triangles: mesh.triangles.len(),
+        objects: mesh.objects,
+        polygon_counts: mesh.polygon_counts,
+    };
+    Ok(MeshInput { mesh, facts })
+}
+
+/// The mesh alone.
+pub fn read_mesh(path: &Path) -> Result<Mesh> {
+    Ok(parse(&bytes(path)?, &path.display().to_string())?)
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let shown = path.display();
     if is_device(path) {
         bail!("{shown}: is a device, which may have no end: name a file");
     }
-    let bytes = std::fs::read(path).with_context(|| shown.clone())?;
-    let mesh = parse(&bytes, &shown)?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(MeshInput { name, mesh, sha256: Sha256::digest(&bytes).into() })
+    std::fs::read(path).with_context(|| shown.to_string())
 }
 
 #[cfg(unix)]

@@ -17,6 +17,7 @@ mod hdf5_writer;
 mod head;
 mod layout;
 mod owned;
+mod packing;
 mod reached;
 mod reader;
 mod tiling;

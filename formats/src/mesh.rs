@@ -11,6 +11,7 @@
 
 mod edges;
 mod error;
+mod number;
 mod obj;
 mod ply;
 mod ply_header;

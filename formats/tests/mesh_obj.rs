@@ -84,6 +84,76 @@ fn numbers_are_those_of_the_standard_library() {
     assert_eq!(mesh.points, [[1e5, 1.0, -0.5], [0.0, 0.0, 9007199254740992.0]]);
 }
 
+/// Blanks that are neither spaces nor tabs, joined lines and comments take the long way through the reader.
+#[test]
+fn a_file_reads_the_same_by_the_short_way_and_the_long() {
+    let mut random = Random::new(11);
+    for _ in 0..300 {
+        let plain = chance_text(&mut random);
+        let mut spaced = String::new();
+        for c in plain.chars() {
+            match c {
+                ' ' => spaced.push_str(random.pick(&[" ", "\t", "\x0b", "\x0c ", " \\\n", "  ", " \\\r\n\t"])),
+                '\n' => spaced.push_str(random.pick(&["\n", "\r", "\r\n", " \n", "#\n", " # a\\b \\\n"])),
+                c => spaced.push(c),
+            }
+        }
+        let [short, long] = [&plain, &spaced].map(|text| parse(text.as_bytes(), "a.obj"));
+        match (short, long) {
+            (Ok(short), Ok(long)) => assert_eq!(short, long, "{spaced:?}"),
+            (Err(short), Err(long)) => {
+                let [short, long] = [short, long].map(|error| error.to_string());
+                let wanted = |error: &str| error.split_once(": expected").map(|(_, wanted)| wanted.to_owned());
+                assert_eq!(wanted(&short), wanted(&long), "{spaced:?}");
+            }
+            (short, long) => panic!("{short:?} of {plain:?}, and {long:?} of {spaced:?}"),
+        }
+    }
+}
+
+/// Lines of points, faces and what is passed over, all parted by a single space.
+fn chance_text(random: &mut Random) -> String {
+    let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    for _ in 0..random.below(30) {
+        let number = |random: &mut Random| {
+            let value = 100.0 * random.unit() - 50.0;
+            match random.below(5) {
+                0 => format!("{value:e}"),
+                1 => format!("{value:.3}"),
+                2 => format!("{}", value as i64),
+                3 => format!("{:.1$}", value, 18),
+                _ => format!("{value}"),
+            }
+        };
+        let corner = |random: &mut Random| {
+            let [v, t, n] = [4, 9, 1_000_000].map(|most| random.below(most) + usize::from(random.below(50) > 0));
+            match random.below(60) {
+                0 => format!("{v}/{t}/{n}/1"),
+                1..=10 => format!("{v}/{t}/{n}"),
+                11..=20 => format!("{v}//{n}"),
+                21..=30 => format!("{v}/{t}"),
+                31..=40 => format!("-{v}"),
+                41..=50 => format!("{v}/-{t}/-{n}"),
+                _ => format!("{v}"),
+            }
+        };
+        let words = |random: &mut Random, of: &dyn Fn(&mut Random) -> String, count: usize| {
+            (0..count).map(|_| of(random)).collect::<Vec<_>>().join(" ")
+        };
+        let more = random.below(4);
+        let line = match random.below(8) {
+            0..=2 => format!("v {}", words(random, &number, 3 + more)),
+            3 | 4 => format!("f {}", words(random, &corner, 3 + more)),
+            5 => format!("l {}", words(random, &corner, 2 + more)),
+            6 => format!("vn {}", words(random, &number, 3)),
+            _ => random.pick(&["g a b", "", "o", "usemtl x", "s 1"]).to_owned(),
+        };
+        text.push_str(&line);
+        text.push('\n');
+    }
+    text
+}
+
 #[test]
 fn polylines_become_segments_and_groups_with_faces_are_counted() {
     let mesh = obj(format!("{SQUARE}g empty\nl 1 2 3\nl -1/1 -4/2\no a\ng b\nf 1 2 3\nf 1 3 4\ng c\nf 1 2 4"));

@@ -10,27 +10,30 @@ use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_formats::grid_file::{About, Source};
-use sdf_formats::mesh::Mesh;
 use serde_json::json;
 
 use crate::args::{BakeArgs, Layout, Precision, Sign, Tolerance};
 use crate::baked_grid::BakedGrid;
-use crate::mesh_input::{self, MeshInput, at};
+use crate::mesh_input::{self, MeshFacts, MeshInput, at};
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 
 pub fn run(args: &BakeArgs) -> Result<()> {
-    let started = Instant::now();
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.mesh));
     output::require(&output, &[&args.mesh])?;
+    progress::on_threads(args.threads, || bake_into(args, &output))?
+}
+
+fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
+    let started = Instant::now();
     let input = mesh_input::read(&args.mesh)?;
     let read = started.elapsed().as_secs_f64();
-    let baked = progress::on_threads(args.threads, || bake(args, &input))??;
+    let baked = bake(args, input)?;
     let bake = started.elapsed().as_secs_f64() - read;
-    let about = about(args, &input, &baked);
-    baked.grid.write(&output, &baked.lattice, baked.band, &about)?;
+    let about = about(args, &baked);
+    baked.grid.write(output, &baked.lattice, baked.band, &about)?;
     let write = started.elapsed().as_secs_f64() - read - bake;
-    let file = std::fs::metadata(&output).map(|file| file.len()).unwrap_or(0);
+    let file = std::fs::metadata(output).map(|file| file.len()).unwrap_or(0);
 
     let mesh = baked.mesh_report;
     let [stored_nodes, stored_cells] = baked.grid.stored(&baked.lattice);
@@ -39,7 +42,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let certainty = if baked.is_continuous { "by proof" } else { "but where the sign changes unseen within a cell" };
     let least_half = median.map_or(String::new(), |median| format!(", {} in half of the bricks", number(median)));
     let mut rows = vec![
-        ("mesh", mesh_row(&input.mesh, &mesh)),
+        ("mesh", mesh_row(&baked.input, &mesh)),
         ("sign", about.sign_verdict.clone()),
         ("grid", format!("{} nodes, spacing {}", counts(baked.lattice.nodes()), number(baked.lattice.spacing()))),
     ];
@@ -60,10 +63,10 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         json: json!({
             "schema": "sdftool.bake/1",
             "output": output.display().to_string(),
-            "triangles": input.mesh.triangles.len(),
-            "objects": input.mesh.objects,
-            "polygons": input.mesh.polygon_counts.all,
-            "polygons_cut_blindly": input.mesh.polygon_counts.blind,
+            "triangles": baked.input.triangles,
+            "objects": baked.input.objects,
+            "polygons": baked.input.polygon_counts.all,
+            "polygons_cut_blindly": baked.input.polygon_counts.blind,
             "degenerate_triangles": mesh.degenerate_triangles,
             "repeated_triangles": mesh.repeated_triangles,
             "unreferenced_points": mesh.unreferenced_points,
@@ -99,6 +102,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
 
 /// What came of a bake.
 pub struct Baked {
+    pub input: MeshFacts,
     pub lattice: Lattice,
     pub grid: BakedGrid,
     /// Of a sparse grid.
@@ -114,9 +118,13 @@ pub struct Baked {
     mesh_bounds: Aabb,
 }
 
-pub fn bake(args: &BakeArgs, input: &MeshInput) -> Result<Baked> {
-    input.mesh.require_triangles(&args.mesh.display().to_string())?;
-    let mesh = at(&args.mesh, TriangleMesh::new(&input.mesh.points, &input.mesh.triangles))?;
+/// The mesh as it was read makes room for the grid.
+pub fn bake(args: &BakeArgs, input: MeshInput) -> Result<Baked> {
+    let MeshInput { mesh, facts: input } = input;
+    mesh.require_triangles(&args.mesh.display().to_string())?;
+    let checked = at(&args.mesh, TriangleMesh::new(&mesh.points, &mesh.triangles))?;
+    drop(mesh);
+    let mesh = checked;
     let distance = MeshDistance::new(&mesh, method(args.sign));
     let (lattice, grid) = match args.max_error {
         Some(tolerance) => within(args, tolerance, &mesh, &distance)?,
@@ -127,6 +135,7 @@ pub fn bake(args: &BakeArgs, input: &MeshInput) -> Result<Baked> {
         }
     };
     Ok(Baked {
+        input,
         lattice,
         grid,
         band: f64::from(args.band()) * lattice.spacing(),
@@ -243,7 +252,8 @@ fn method(sign: Sign) -> Option<SignMethod> {
     }
 }
 
-pub fn about(args: &BakeArgs, input: &MeshInput, baked: &Baked) -> About {
+pub fn about(args: &BakeArgs, baked: &Baked) -> About {
+    let input = &baked.input;
     let bounds = baked.lattice.bounds();
     let inside = |axis: usize| {
         let mesh = &baked.mesh_bounds;
@@ -255,7 +265,7 @@ pub fn about(args: &BakeArgs, input: &MeshInput, baked: &Baked) -> About {
         slope_bound: baked.grid.slope_bound(),
         error_bound: baked.grid.error_bound(),
         padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
-        source: Source { name: input.name.clone(), sha256: input.sha256, triangles: input.mesh.triangles.len() as u64 },
+        source: Source { name: input.name.clone(), sha256: input.sha256, triangles: input.triangles as u64 },
         tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options(args),
     }
@@ -293,8 +303,8 @@ fn default_output(mesh: &Path) -> PathBuf {
     name.into()
 }
 
-fn mesh_row(mesh: &Mesh, found: &MeshReport) -> String {
-    let mut row = format!("{} points, {} triangles", mesh.points.len(), mesh.triangles.len());
+fn mesh_row(mesh: &MeshFacts, found: &MeshReport) -> String {
+    let mut row = format!("{} points, {} triangles", mesh.points, mesh.triangles);
     let objects = if mesh.objects > 1 { mesh.objects } else { 0 };
     let rest = [
         (objects, "object", "objects"),

@@ -35,12 +35,12 @@ pub fn run(args: &DemoArgs) -> Result<()> {
 
     let bake_args = BakeArgs::try_parse_from([Path::new("bake"), &body, "--res".as_ref(), "128".as_ref()])?;
     let input = mesh_input::read(&body)?;
-    let baked = bake::bake(&bake_args, &input)?;
-    let about = bake::about(&bake_args, &input, &baked);
+    let baked = bake::bake(&bake_args, input)?;
+    let about = bake::about(&bake_args, &baked);
     baked.grid.write(&grid, &baked.lattice, baked.band, &about)?;
 
     let contacts_args = ContactsArgs::try_parse_from([Path::new("contacts"), &cloth, &grid])?;
-    let cloth_mesh = mesh_input::read(&cloth)?.mesh;
+    let cloth_mesh = mesh_input::read_mesh(&cloth)?;
     let field = field_file::read(&grid)?;
     let found = contacts::find(&contacts_args, &cloth_mesh, &field)?;
     let list_format = sdf_formats::contact_file::ContactFormat::Csv;
@@ -51,7 +51,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let deepest = found.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::min);
     Report {
         rows: vec![
-            ("body", format!("{}, {} triangles", body.display(), input.mesh.triangles.len())),
+            ("body", format!("{}, {} triangles", body.display(), baked.input.triangles)),
             ("cloth", format!("{}, {} triangles", cloth.display(), cloth_mesh.triangles.len())),
             ("field", format!("{}, {}", grid.display(), about.sign_verdict)),
             ("contacts", format!("{}, {} of them", list.display(), found.contacts.len())),

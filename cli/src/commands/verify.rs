@@ -54,7 +54,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let diagonal = mesh.bounds().diagonal();
     let (same_mesh, spacing) = match &field {
         Field::Grid(stored) => {
-            let same = stored.about.source.sha256 == input.sha256;
+            let same = stored.about.source.sha256 == input.facts.sha256;
             (Some(same), Some(stored.grid.lattice().spacing()))
         }
         Field::Analytic(_) => (None, None),

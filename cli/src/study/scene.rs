@@ -170,7 +170,7 @@ fn field_of_file(path: &Path) -> Result<Node> {
 }
 
 fn model_of_file(path: &Path) -> Result<Model> {
-    let mesh = mesh_input::read(path)?.mesh;
+    let mesh = mesh_input::read_mesh(path)?;
     let segments = mesh.edges();
     Ok(Model { points: mesh.points, triangles: mesh.triangles, segments })
 }

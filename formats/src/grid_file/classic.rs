@@ -74,10 +74,10 @@ impl Classic {
     pub(super) fn elements<T: Element>(
         &mut self,
         dataset: &Dataset<T>,
-        is_wanted: impl Fn(usize) -> bool,
-        check: impl Fn(usize, &[u8]) -> Result<(), Fault>,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+        check: impl Fn(usize, &[u8]) -> Result<(), Fault> + Sync,
     ) -> Result<Vec<T>, Fault> {
-        dataset.read(&mut self.bytes, is_wanted, check)
+        dataset.read(&self.bytes, is_wanted, check)
     }
 }
 

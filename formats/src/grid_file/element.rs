@@ -1,7 +1,7 @@
 use rust_hdf5::H5Type;
 
 /// A number as datasets hold it, little-endian.
-pub(super) trait Element: H5Type + Copy + Default {
+pub(super) trait Element: H5Type + Copy + Default + Send + Sync {
     const NAME: &'static str;
     const BYTES: usize;
     /// How HDF5 describes it, section IV.A.2.d: class, then all that follows the version.

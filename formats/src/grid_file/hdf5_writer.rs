@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use rust_hdf5::{DatatypeMessage, H5Dataset, H5Group, Hdf5Error};
+use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_core::grid::{Lattice, NodeBounds};
 use sha2::{Digest, Sha256};
 
@@ -13,6 +14,7 @@ use super::classic::Value;
 use super::differences::Differences;
 use super::element::Element;
 use super::head::{Attributes, CHECKSUM, Head};
+use super::packing::packed_chunks;
 use super::tiling::Tiling;
 use super::{Fault, Samples, SparseSamples, layout};
 use crate::hdf5;
@@ -68,7 +70,8 @@ fn fill_sparse<C: Differences>(
 ) -> Result<(), Hdf5Error> {
     let count = bricks.places.len();
     let scales: Vec<f32> = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
-    put(sdf, "samples", &layout::bricks_shape(count), &C::differences(bricks.samples), digests)?;
+    let differ = |chunk: &mut [C]| chunk.chunks_exact_mut(BRICK_SAMPLES).for_each(C::differ);
+    put_changed(sdf, "samples", &layout::bricks_shape(count), bricks.samples, differ, digests)?;
     put(sdf, "bounds", &[count, 3], &flat(bricks.bounds), digests)?;
     put(sdf, "places", &[count, 3], bricks.places.as_flattened(), digests)?;
     put(sdf, "scales", &[count, 2], &scales, digests)?;
@@ -85,6 +88,18 @@ fn put<T: Element>(
     elements: &[T],
     digests: &mut Vec<u8>,
 ) -> Result<H5Dataset, Hdf5Error> {
+    put_changed(group, name, shape, elements, |_| (), digests)
+}
+
+/// As [`put`], but for what `change` does to the elements of each chunk.
+fn put_changed<T: Element>(
+    group: &H5Group,
+    name: &str,
+    shape: &[usize],
+    elements: &[T],
+    change: impl Fn(&mut [T]) + Sync,
+    digests: &mut Vec<u8>,
+) -> Result<H5Dataset, Hdf5Error> {
     let sides = layout::chunk_shape(shape);
     let dataset = group.new_dataset::<T>().shape(shape).chunk(&sides);
     let dataset = match T::BYTES {
@@ -92,8 +107,11 @@ fn put<T: Element>(
         _ => dataset.shuffle_deflate(layout::DEFLATE_LEVEL),
     };
     let dataset = dataset.create(name)?;
-    dataset.write_raw(elements)?;
-    digests.extend(layout::digests(elements, &Tiling::new(shape, &sides)));
+    let tiling = Tiling::new(shape, &sides);
+    packed_chunks(elements, &tiling, change, |at, chunk| {
+        digests.extend(chunk.digest);
+        dataset.write_chunk_raw(at, &chunk.packed, 0)
+    })?;
     Ok(dataset)
 }
 

@@ -2,10 +2,6 @@
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, NO_BRICK, brick_counts};
-use sha2::{Digest, Sha256};
-
-use super::element::Element;
-use super::tiling::Tiling;
 
 pub(super) const FORMAT_VERSION: i128 = 2;
 
@@ -80,21 +76,6 @@ pub(super) fn whole_extent(lattice: &Lattice) -> [i64; 6] {
 }
 
 pub(super) const DIGEST_BYTES: usize = 32;
-
-/// The SHA-256 of each chunk, one after the other.
-pub(super) fn digests<T: Element>(elements: &[T], tiling: &Tiling) -> Vec<u8> {
-    let mut digests = Vec::new();
-    let mut bytes = Vec::new();
-    for at in 0..tiling.count().unwrap_or(0) {
-        let tile = tiling.tile(at);
-        bytes.clear();
-        for row in tiling.rows(tile) {
-            elements[row..][..tile.size[2]].iter().for_each(|element| element.put_le(&mut bytes));
-        }
-        digests.extend(Sha256::digest(&bytes));
-    }
-    digests
-}
 
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()

@@ -16,6 +16,8 @@ pub(super) struct Reached {
     /// Along x, y and z, with one more than there are.
     counts: [usize; 3],
     by: Vec<u32>,
+    /// Blocks that surely are, before they are counted.
+    surely: Vec<bool>,
 }
 
 impl Reached {
@@ -32,16 +34,23 @@ impl Reached {
         let lattice = grid.lattice();
         let nodes = lattice.nodes();
         let counts: [usize; 3] = std::array::from_fn(|axis| (nodes[axis] as usize).div_ceil(sides[axis]) + 1);
-        let mut reached = Self { counts, by: vec![0; counts.iter().product()] };
+        let blocks = counts.iter().product();
+        let mut reached = Self { counts, by: vec![0; blocks], surely: vec![false; blocks] };
+        let of_lattice = largest_number(&lattice.bounds());
         for region in regions {
-            let near = nodes_near(lattice, &region);
-            let rounding = CULL_OFF * grid.slope_bound().max(1.0) * largest_number(lattice, &region).max(level.abs());
-            if near.is_some() && grid.local_bounds(&region).least > level + rounding {
-                continue;
-            }
+            let largest = largest_number(&region).max(of_lattice);
+            let near = nodes_near(lattice, &region, largest);
             let [first, last] = near.unwrap_or([[0; 3], lattice.cells()]);
             let block = |node: [u32; 3]| std::array::from_fn(|axis| node[axis] as usize / sides[axis]);
-            reached.begin(block(first), block(last));
+            let (first, last) = (block(first), block(last));
+            // Of a mesh most elements reach what one before them has reached.
+            if reached.is_surely(first, last) {
+                continue;
+            }
+            let rounding = CULL_OFF * grid.slope_bound().max(1.0) * largest.max(level.abs());
+            if near.is_none() || grid.local_bounds(&region).least <= level + rounding {
+                reached.begin(first, last);
+            }
         }
         reached.sum();
         reached
@@ -50,6 +59,15 @@ impl Reached {
     /// Whether any region reaches a block.
     pub(super) fn holds(&self, block: [usize; 3]) -> bool {
         self.by[self.index(block)] != 0
+    }
+
+    /// Whether all of a few blocks are known to be reached, so that one region more changes nothing.
+    fn is_surely(&self, first: [usize; 3], last: [usize; 3]) -> bool {
+        let row = |y, z| {
+            let [first, last] = [first[0], last[0]].map(|x| self.index([x, y, z]));
+            self.surely[first..=last].iter().all(|surely| *surely)
+        };
+        is_few(first, last) && (first[2]..=last[2]).all(|z| (first[1]..=last[1]).all(|y| row(y, z)))
     }
 
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
@@ -66,6 +84,12 @@ impl Reached {
             let falls = corner.count_ones() % 2 == 1;
             self.by[at] = if falls { self.by[at].wrapping_sub(1) } else { self.by[at].wrapping_add(1) };
         }
+        if is_few(first, last) {
+            for (z, y) in (first[2]..=last[2]).flat_map(|z| (first[1]..=last[1]).map(move |y| (z, y))) {
+                let [first, last] = [first[0], last[0]].map(|x| self.index([x, y, z]));
+                self.surely[first..=last].fill(true);
+            }
+        }
     }
 
     fn sum(&mut self) {
@@ -81,18 +105,21 @@ impl Reached {
     }
 }
 
-/// `None` where the region is no box.
-fn nodes_near(lattice: &Lattice, region: &Aabb) -> Option<[[u32; 3]; 2]> {
+/// As many blocks as an element of a mesh reaches, at most two along each axis: of more it costs more to ask each.
+fn is_few(first: [usize; 3], last: [usize; 3]) -> bool {
+    (0..3).all(|axis| last[axis] - first[axis] < 2)
+}
+
+/// `None` where the region is no box. `largest` is the largest of its numbers and the grid's.
+fn nodes_near(lattice: &Lattice, region: &Aabb, largest: f64) -> Option<[[u32; 3]; 2]> {
     let [first, last] = lattice.nodes_around(region)?;
     // As u32 it is at most the largest of them.
-    let more = ((OFF * largest_number(lattice, region) * lattice.per_spacing()) as u32).saturating_add(1);
+    let more = ((OFF * largest * lattice.per_spacing()) as u32).saturating_add(1);
     let cells = lattice.cells();
     let last = std::array::from_fn(|axis| last[axis].saturating_add(more).min(cells[axis]));
     Some([first.map(|node| node.saturating_sub(more)), last])
 }
 
-fn largest_number(lattice: &Lattice, region: &Aabb) -> f64 {
-    let bounds = lattice.bounds();
-    let numbers = [region.min, region.max, bounds.min, bounds.max];
-    numbers.iter().flatten().fold(0.0, |largest, x| x.abs().max(largest))
+fn largest_number(bounds: &Aabb) -> f64 {
+    (0..3).fold(0.0, |largest: f64, axis| largest.max(bounds.min[axis].abs()).max(bounds.max[axis].abs()))
 }

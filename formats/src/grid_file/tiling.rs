@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 /// A dataset cut into chunks. One of fewer than three axes counts as having one layer, and one row, of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tiling {
@@ -36,6 +38,20 @@ impl Tiling {
     /// Chunks in all. `None` where that is beyond all numbers.
     pub(super) fn count(&self) -> Option<usize> {
         self.counts().iter().try_fold(1_usize, |total, count| total.checked_mul(*count))
+    }
+
+    /// Elements in memory side by side that hold all of some chunks and nothing of others: the chunks of one place along
+    /// the first axis, or along the second where there is one layer alone.
+    pub(super) fn slab_elements(&self) -> usize {
+        let [nz, ny, nx] = self.shape;
+        if nz > 1 { self.sides[0] * ny * nx } else { self.sides[1] * nx }
+    }
+
+    /// The chunks of a slab.
+    pub(super) fn slab(&self, at: usize) -> Range<usize> {
+        let [_, rows, columns] = self.counts();
+        let chunks = if self.shape[0] > 1 { rows * columns } else { columns };
+        at * chunks..(at + 1) * chunks
     }
 
     /// The chunk along the last axis runs fastest.

@@ -1,8 +1,9 @@
 //! Wavefront OBJ: points, polygons and polylines. Texture, normals, materials, curves and free forms are passed over.
 
 use super::error::{Fault, quote};
+use super::number::{Spelled, digits, number, whole_number};
 use super::polygons::Polygons;
-use super::text::{Text, number};
+use super::text::Text;
 use super::{Mesh, MeshFormat, point_index};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
@@ -14,7 +15,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
     let mut ahead = Ahead::default();
     let (mut objects, mut counted) = (0, false);
     loop {
-        match text.token() {
+        match text.keyword() {
             b"v" => {
                 point_index(points.len())?;
                 points.push(text.coordinates()?);
@@ -54,6 +55,10 @@ fn read_corners(
 ) -> Result<(), Fault> {
     corners.clear();
     loop {
+        if let Some(corner) = plain_corner(text, points) {
+            corners.push(corner);
+            continue;
+        }
         let token = text.token();
         if token.is_empty() {
             break;
@@ -75,6 +80,24 @@ fn read_corners(
         return Err(Fault::on_line(text.line, format!("at least {least} {what}"), corners.len().to_string()));
     }
     Ok(())
+}
+
+/// The corner that is the next token, if it is of the usual sort: an index of a point that is there, and up to two others
+/// without signs. Else the position stays.
+#[inline]
+fn plain_corner(text: &mut Text<true>, points: usize) -> Option<u32> {
+    let blanks = text.blanks();
+    let rest = text.rest().get(blanks..)?;
+    let Spelled { value, mut length } = whole_number(rest)?;
+    for _ in 0..2 {
+        if rest.get(length) == Some(&b'/') {
+            length += 1;
+            length += digits(&rest[length..]);
+        }
+    }
+    // There are fewer than 2³² points.
+    let corner = value.checked_sub(1).filter(|corner| *corner < points as u64)? as u32;
+    text.step_over_token(blanks + length).then_some(corner)
 }
 
 /// The point of a corner `v`, `v/t`, `v//n` or `v/t/n`, as it stands there.

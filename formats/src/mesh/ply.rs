@@ -5,9 +5,10 @@
 //! whatever its type: each of the eight is exact as f64.
 
 use super::error::{Fault, Place, quote, spell};
+use super::number::number;
 use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
 use super::polygons::Polygons;
-use super::text::{Text, number};
+use super::text::Text;
 use super::{Mesh, MeshFormat, point_index};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {

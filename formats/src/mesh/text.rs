@@ -1,6 +1,9 @@
 //! Tokens, lines and numbers of the text formats.
 
+use memchr::{memchr2, memchr3};
+
 use super::error::{Fault, quote};
+use super::number::{Spelled, number, plain_number};
 
 /// A position in a text. Lines end with LF, CR LF or CR. Where `OBJ` holds, `#` begins a comment, and a backslash at the
 /// end of a line joins it to the next one (not in a comment, which may end in a Windows path).
@@ -56,6 +59,18 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
         &self.bytes[start..self.at]
     }
 
+    /// The token that a line begins with, mostly a single letter.
+    #[inline]
+    pub(super) fn keyword(&mut self) -> &'a [u8] {
+        match self.rest() {
+            [b'a'..=b'z', b' ', ..] => {
+                self.at += 1;
+                &self.bytes[self.at - 1..self.at]
+            }
+            _ => self.token(),
+        }
+    }
+
     /// Whether nothing but blanks is left of the line.
     pub(super) fn is_line_empty(&self) -> bool {
         let blanks = self.rest().iter().position(|b| !matches!(b, b' ' | b'\t' | 0x0b | 0x0c));
@@ -66,23 +81,29 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
     #[inline]
     pub(super) fn next_line(&mut self) -> bool {
         let mut comment = false;
-        while let Some(&byte) = self.bytes.get(self.at) {
-            match byte {
-                b'\n' | b'\r' => {
-                    self.step_over_line_end();
-                    return self.at < self.bytes.len();
-                }
-                b'#' if OBJ => comment = true,
-                b'\\' if OBJ && !comment && self.joins() => {
-                    self.at += 1;
-                    self.step_over_line_end();
-                    continue;
-                }
-                _ => {}
+        loop {
+            let rest = self.rest();
+            let found = match rest {
+                [b'\n' | b'\r', ..] => Some(0),
+                _ if OBJ => memchr3(b'\n', b'\r', b'\\', rest),
+                _ => memchr2(b'\n', b'\r', rest),
+            };
+            let Some(found) = found else {
+                self.at = self.bytes.len();
+                return false;
+            };
+            let joins = rest[found] == b'\\';
+            comment |= joins && rest[..found].contains(&b'#');
+            self.at += found;
+            if !joins {
+                self.step_over_line_end();
+                return self.at < self.bytes.len();
             }
             self.at += 1;
+            if !comment && matches!(self.bytes.get(self.at), Some(b'\n' | b'\r')) {
+                self.step_over_line_end();
+            }
         }
-        false
     }
 
     /// Three coordinates, each exactly rounded and finite.
@@ -90,6 +111,10 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
     pub(super) fn coordinates(&mut self) -> Result<[f64; 3], Fault> {
         let mut point = [0.0; 3];
         for (found, coordinate) in point.iter_mut().enumerate() {
+            if let Some(value) = self.plain_number() {
+                *coordinate = value;
+                continue;
+            }
             let token = self.token();
             match number(token) {
                 Some(value) if value.is_finite() => *coordinate = value,
@@ -97,6 +122,36 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
             }
         }
         Ok(point)
+    }
+
+    /// The number that is the next token, if it is of the usual sort; else the position stays. It is finite.
+    #[inline]
+    fn plain_number(&mut self) -> Option<f64> {
+        let blanks = self.blanks();
+        let Spelled { value, length } = plain_number(self.bytes.get(self.at + blanks..)?)?;
+        self.step_over_token(blanks + length).then_some(value)
+    }
+
+    /// How many blanks are next.
+    #[inline]
+    pub(super) fn blanks(&self) -> usize {
+        let rest = self.rest();
+        // Mostly one.
+        match rest {
+            [b' ', b' ' | b'\t', ..] => {
+                rest.iter().position(|byte| !matches!(byte, b' ' | b'\t')).unwrap_or(rest.len())
+            }
+            [b' ' | b'\t', ..] => 1,
+            _ => 0,
+        }
+    }
+
+    /// Steps over so many bytes if a token surely ends there.
+    #[inline]
+    pub(super) fn step_over_token(&mut self, bytes: usize) -> bool {
+        let ends = matches!(self.bytes.get(self.at + bytes), None | Some(b' ' | b'\t' | b'\r' | b'\n'));
+        self.at += if ends { bytes } else { 0 };
+        ends
     }
 
     #[cold]
@@ -130,48 +185,6 @@ const ENDS_TOKEN: [bool; 256] = {
     }
     table
 };
-
-/// The number that a token spells, correctly rounded; infinite or NaN where it says so or is too large.
-///
-/// Up to 2⁵³ the digits are exact as f64, and so are the powers of ten up to 10²²: their product or quotient is rounded
-/// once, and so correctly (W. Clinger 1990, "How to read floating point numbers accurately"). The rest goes to std.
-#[inline]
-pub(super) fn number(token: &[u8]) -> Option<f64> {
-    let (negative, digits) = match token {
-        [b'-', rest @ ..] => (true, rest),
-        [b'+', rest @ ..] => (false, rest),
-        _ => (false, token),
-    };
-    let (mut mantissa, mut count, mut decimals) = (0u64, 0, 0);
-    let mut point = false;
-    for &byte in digits {
-        match byte {
-            b'0'..=b'9' => {
-                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
-                count += 1;
-                decimals += usize::from(point);
-            }
-            b'.' if !point => point = true,
-            _ => return slow_number(token),
-        }
-    }
-    // 19 digits cannot overflow 64 bits.
-    if count == 0 || count > 19 || mantissa > 1 << 53 || decimals >= TEN.len() {
-        return slow_number(token);
-    }
-    let value = mantissa as f64 / TEN[decimals];
-    Some(if negative { -value } else { value })
-}
-
-#[cold]
-fn slow_number(token: &[u8]) -> Option<f64> {
-    str::from_utf8(token).ok()?.parse().ok()
-}
-
-const TEN: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
-    1e21, 1e22,
-];
 
 /// Whether a token is a keyword, in any case of letters.
 pub(super) fn is(token: &[u8], keyword: &str) -> bool {

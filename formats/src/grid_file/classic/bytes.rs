@@ -1,14 +1,16 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use crate::grid_file::Fault;
 
-/// A file that is read by address.
+/// A file that is read by address, from any thread.
 pub(super) struct Bytes {
-    file: File,
+    file: Mutex<File>,
     length: u64,
-    taken: u64,
+    taken: AtomicU64,
 }
 
 impl Bytes {
@@ -19,7 +21,7 @@ impl Bytes {
         }
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { file, length, taken: 0 })
+        Ok(Self { file: Mutex::new(file), length, taken: AtomicU64::new(0) })
     }
 
     pub(super) fn length(&self) -> u64 {
@@ -28,7 +30,7 @@ impl Bytes {
 
     /// How many bytes have been read, some twice perhaps.
     pub(super) fn taken(&self) -> u64 {
-        self.taken
+        self.taken.load(Ordering::Relaxed)
     }
 
     pub(super) fn holds(&self, address: u64, count: u64) -> bool {
@@ -36,15 +38,24 @@ impl Bytes {
     }
 
     /// Takes memory only for what the file holds.
-    pub(super) fn at(&mut self, address: u64, count: usize) -> Result<Vec<u8>, Fault> {
+    pub(super) fn at(&self, address: u64, count: usize) -> Result<Vec<u8>, Fault> {
+        let mut bytes = Vec::new();
+        self.read_into(address, count, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// As [`Self::at`], in memory that is there from the last time.
+    pub(super) fn read_into(&self, address: u64, count: usize, bytes: &mut Vec<u8>) -> Result<(), Fault> {
         if !self.holds(address, count as u64) {
             return Err(Fault::damaged(format!("{count} bytes at {address} lie outside its {} bytes", self.length)));
         }
-        let mut bytes = vec![0; count];
-        self.file.seek(SeekFrom::Start(address))?;
-        self.file.read_exact(&mut bytes)?;
-        self.taken += count as u64;
-        Ok(bytes)
+        bytes.resize(count, 0);
+        // A thread that panicked has left nothing but a position.
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(address))?;
+        file.read_exact(bytes)?;
+        self.taken.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(())
     }
 }
 

@@ -1,6 +1,7 @@
 use std::marker::PhantomData;
 
 use flate2::{Decompress, FlushDecompress, Status};
+use rayon::prelude::*;
 
 use super::bytes::{Bytes, Fields};
 use super::object::Object;
@@ -83,50 +84,68 @@ impl<T: Element> Dataset<T> {
     }
 
     /// All elements, the last axis fastest. Chunks that are not wanted are not read: their elements are zero, in memory
-    /// that the system need not provide before it is written to.
+    /// that the system need not provide before it is written to. Chunks of several slabs are read side by side; of several
+    /// faults the answer is that of the first slab.
     ///
     /// `check` is given each chunk that is read, packing undone and cut to the dataset.
     pub(super) fn read(
         &self,
-        bytes: &mut Bytes,
-        is_wanted: impl Fn(usize) -> bool,
-        check: impl Fn(usize, &[u8]) -> Result<(), Fault>,
+        bytes: &Bytes,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+        check: impl Fn(usize, &[u8]) -> Result<(), Fault> + Sync,
     ) -> Result<Vec<T>, Fault> {
         let mut elements = zeros(self.tiling.shape(), self.name)?;
-        let [_, sy, sx] = self.tiling.sides();
-        let chunk_elements: usize = self.tiling.sides().iter().product();
-        let mut packed = vec![0; chunk_elements * T::BYTES];
-        let mut unpacked = packed.clone();
-        let mut cut = Vec::new();
-        let mut inflater = Decompress::new(true);
-        for (at, chunk) in self.chunks.iter().enumerate().filter(|(at, _)| is_wanted(*at)) {
-            let stored = bytes.at(chunk.address, chunk.stored_bytes)?;
+        let read_slab = |unpacker: &mut Unpacker, (slab, elements): (usize, &mut [T])| {
+            let first = slab * self.tiling.slab_elements();
+            self.tiling.slab(slab).filter(|at| is_wanted(*at)).try_for_each(|at| {
+                self.unpack(bytes, at, unpacker)?;
+                check(at, &unpacker.unpacked)?;
+                self.place(at, &unpacker.unpacked, first, elements)
+            })
+        };
+        if self.chunks.len() == 1 {
+            // Not worth the way to another thread.
+            read_slab(&mut Unpacker::new(), (0, &mut elements))?;
+            return Ok(elements);
+        }
+        let slabs = elements.par_chunks_mut(self.tiling.slab_elements()).enumerate();
+        let read: Vec<Result<(), Fault>> = slabs.map_init(Unpacker::new, read_slab).collect();
+        read.into_iter().collect::<Result<(), Fault>>()?;
+        Ok(elements)
+    }
+
+    /// Leaves the chunk's little-endian elements in `unpacked`, cut to the dataset.
+    fn unpack(&self, bytes: &Bytes, at: usize, unpacker: &mut Unpacker) -> Result<(), Fault> {
+        let Unpacker { inflater, stored, packed, unpacked } = unpacker;
+        let chunk = &self.chunks[at];
+        bytes.read_into(chunk.address, chunk.stored_bytes, stored)?;
+        let [sz, sy, sx] = self.tiling.sides();
+        packed.resize(sz * sy * sx * T::BYTES, 0);
+        self.inflate(inflater, stored, packed)?;
+        let [size_z, size_y, size_x] = self.tiling.tile(at).size;
+        unpacked.resize(size_z * size_y * size_x * T::BYTES, 0);
+        let rows = (0..size_z).flat_map(|z| (0..size_y).map(move |y| (z * sy + y) * sx));
+        for (first, row) in rows.zip(unpacked.chunks_exact_mut(size_x * T::BYTES)) {
             if self.shuffled {
-                self.inflate(&mut inflater, &stored, &mut packed)?;
-                unshuffle::<T>(&packed, &mut unpacked);
+                unshuffle::<T>(packed, first, row);
             } else {
-                self.inflate(&mut inflater, &stored, &mut unpacked)?;
-            }
-            let tile = self.tiling.tile(at);
-            cut.clear();
-            for z in 0..tile.size[0] {
-                for y in 0..tile.size[1] {
-                    cut.extend_from_slice(&unpacked[(z * sy + y) * sx * T::BYTES..][..tile.size[2] * T::BYTES]);
-                }
-            }
-            check(at, &cut)?;
-            let mut sound = true;
-            for (row, stored) in self.tiling.rows(tile).zip(cut.chunks_exact(tile.size[2] * T::BYTES)) {
-                for (element, stored) in elements[row..].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
-                    *element = T::from_le(stored);
-                    sound &= element.is_sound();
-                }
-            }
-            if !sound {
-                return Err(Fault::damaged(format!("a number of {} is not finite", self.name)));
+                row.copy_from_slice(&packed[first * T::BYTES..][..size_x * T::BYTES]);
             }
         }
-        Ok(elements)
+        Ok(())
+    }
+
+    /// Puts a chunk where it belongs among elements of which the first is the dataset's `first`.
+    fn place(&self, at: usize, unpacked: &[u8], first: usize, elements: &mut [T]) -> Result<(), Fault> {
+        let tile = self.tiling.tile(at);
+        let mut sound = true;
+        for (row, stored) in self.tiling.rows(tile).zip(unpacked.chunks_exact(tile.size[2] * T::BYTES)) {
+            for (element, stored) in elements[row - first..].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
+                *element = T::from_le(stored);
+                sound &= element.is_sound();
+            }
+        }
+        if sound { Ok(()) } else { Err(Fault::damaged(format!("a number of {} is not finite", self.name))) }
     }
 
     /// Fills `out` or fails: nothing is written past it, whatever the stream would unfold to.
@@ -141,6 +160,20 @@ impl<T: Element> Dataset<T> {
     }
 }
 
+/// The room that reading a chunk needs, kept from one to the next.
+struct Unpacker {
+    inflater: Decompress,
+    stored: Vec<u8>,
+    packed: Vec<u8>,
+    unpacked: Vec<u8>,
+}
+
+impl Unpacker {
+    fn new() -> Self {
+        Self { inflater: Decompress::new(true), stored: Vec::new(), packed: Vec::new(), unpacked: Vec::new() }
+    }
+}
+
 fn zeros<T: Element>(shape: [usize; 3], name: &str) -> Result<Vec<T>, Fault> {
     let count = shape.iter().product();
     // Tried first, for `vec!` would abort; it alone takes zeroed memory from the system.
@@ -148,13 +181,27 @@ fn zeros<T: Element>(shape: [usize; 3], name: &str) -> Result<Vec<T>, Fault> {
     Ok(vec![T::default(); count])
 }
 
-/// From all first bytes, all second bytes and so on.
-fn unshuffle<T: Element>(shuffled: &[u8], out: &mut [u8]) {
-    let count = out.len() / T::BYTES;
-    for (byte, plane) in shuffled.chunks_exact(count).enumerate() {
-        for (element, value) in out.chunks_exact_mut(T::BYTES).zip(plane) {
-            element[byte] = *value;
+/// A row of elements from all first bytes of a chunk, all second bytes and so on.
+fn unshuffle<T: Element>(shuffled: &[u8], first: usize, row: &mut [u8]) {
+    let count = row.len() / T::BYTES;
+    let mut planes = shuffled.chunks_exact(shuffled.len() / T::BYTES).map(|plane| &plane[first..][..count]);
+    let mut plane = || planes.next().unwrap_or_default();
+    // As sums of words, so that they become a few wide instructions.
+    match T::BYTES {
+        4 => {
+            let planes = plane().iter().zip(plane()).zip(plane()).zip(plane());
+            for (element, (((a, b), c), d)) in row.as_chunks_mut().0.iter_mut().zip(planes) {
+                let [a, b, c, d] = [*a, *b, *c, *d].map(u32::from);
+                *element = (a | b << 8 | c << 16 | d << 24).to_le_bytes();
+            }
         }
+        2 => {
+            for (element, (a, b)) in row.as_chunks_mut().0.iter_mut().zip(plane().iter().zip(plane())) {
+                let [a, b] = [*a, *b].map(u16::from);
+                *element = (a | b << 8).to_le_bytes();
+            }
+        }
+        _ => row.copy_from_slice(plane()),
     }
 }
 
