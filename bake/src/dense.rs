@@ -6,8 +6,8 @@ use sdf_core::grid::sparse::brick_counts;
 use sdf_core::grid::{Dense, Lattice, NodeBounds, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
-use crate::node_bounds::{inside_reaches_box, node_bounds};
-use crate::signs::sign_block;
+use crate::node_bounds::{Around, inside_reaches_box};
+use crate::signs::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 
 /// The samples of a baked grid, and what is certain of it.
@@ -68,15 +68,20 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
         let slabs = distances.par_chunks_mut(layer * SLAB).enumerate();
         slabs.for_each(|(slab, distances)| {
             let position = |[x, y, z]: [usize; 3]| node(lattice, [x, y, z + slab * SLAB]);
-            sign_block(mesh, lattice.spacing(), [row, rows, distances.len() / layer], position, distances);
+            let counts = [row, rows, distances.len() / layer];
+            NodeBlock { counts, spacing: lattice.spacing(), position }.sign(mesh, &[], distances);
         });
     }
     let value = |node: [u32; 3]| distances[lattice.index(node)];
+    let values = |node: [u32; 3], row: &mut [f32]| {
+        let from = lattice.index(node);
+        row.copy_from_slice(&distances[from..from + row.len()]);
+    };
     let [along_x, along_y, along_z] = brick_counts(lattice).map(|n| n as usize);
     let place =
         |index: usize| [index % along_x, index / along_x % along_y, index / along_x / along_y].map(|n| n as u32);
     let places = (0..along_x * along_y * along_z).into_par_iter().map(place);
-    let bounds: Vec<NodeBounds> = places.map(|place| node_bounds(lattice, place, value)).collect();
+    let bounds: Vec<NodeBounds> = places.map(|place| Around::new(lattice, place, values).bounds()).collect();
     let steepest = bounds.iter().map(|nodes| nodes.slope).fold(0.0, f32::max);
     let slope_bound = slope_bound_with_outside(steepest.into(), inside_reaches_box(lattice, value));
     let error_bound = error_bound(mesh, lattice, &distances);

@@ -1,5 +1,6 @@
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
+use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
@@ -9,31 +10,62 @@ use crate::winding::area_vector;
 /// How many pairs of triangles pass through each other, or lie on each other in one plane. Exact predicates decide;
 /// triangles that only touch, with a corner or along an edge, are not counted.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Tree, senses: &[f64]) -> usize {
-    let counts = |slot: usize| senses[slot] != 0.0;
-    let pairs_of = |slot: usize| {
-        let corners = tree.corners[slot];
-        let [a, b, c] = corners;
-        let points = mesh.triangles[tree.triangles[slot] as usize];
-        let mut pairs = 0;
-        tree.overlapping(a.inf(&b).inf(&c), a.sup(&b).sup(&c), |other| {
-            if other > slot && counts(other) {
-                let other_points = mesh.triangles[tree.triangles[other] as usize];
-                pairs += usize::from(intersect((points, corners), (other_points, tree.corners[other])));
-            }
-        });
+    let boxes: Vec<Aabb> = tree.corners.par_iter().map(box_around).collect();
+    let of_group = |first: usize| {
+        let group = first..boxes.len().min(first + TOGETHER);
+        let counting = |slot: &usize| senses[*slot] != 0.0;
+        let around = boxes[group.clone()].iter().copied().reduce(|a, b| a.union(&b));
+        let mut near = vec![];
+        let Some(around) = around else { return 0 };
+        tree.overlapping(around.min.into(), around.max.into(), |slot| near.push(slot));
+        let near = || near.iter().copied().filter(counting);
+        let pairs = group.filter(counting).flat_map(|slot| near().map(move |other| [slot, other]));
+        let pairs = pairs.filter(|[slot, other]| slot < other && meet(&boxes[*slot], &boxes[*other]));
         pairs
+            .filter(|pair| {
+                let [a, b] = pair.map(|slot| (mesh.triangles[tree.triangles[slot] as usize], tree.corners[slot]));
+                intersect(a, b)
+            })
+            .count()
     };
-    (0..tree.corners.len()).into_par_iter().filter(|slot| counts(*slot)).map(pairs_of).sum()
+    (0..boxes.len()).into_par_iter().step_by(TOGETHER).map(of_group).sum()
+}
+
+/// Triangles that follow on each other in the tree and so lie together: what is near to them is looked for once.
+const TOGETHER: usize = 8;
+
+fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
+    Aabb { min: a.inf(b).inf(c).into(), max: a.sup(b).sup(c).into() }
+}
+
+fn meet(a: &Aabb, b: &Aabb) -> bool {
+    (0..3).all(|axis| (a.min[axis] <= b.max[axis]) & (b.min[axis] <= a.max[axis]))
 }
 
 type Corners = ([u32; 3], [Vector3<f64>; 3]);
 
 fn intersect(a: Corners, b: Corners) -> bool {
-    if b.1.iter().all(|corner| side_of_plane(a.1, *corner) == 0.0) {
+    let b_sides = sides(a, b);
+    if b_sides == [0.0; 3] {
         return overlap_in_plane(a.1, b.1);
     }
     let shared = a.0.iter().filter(|point| b.0.contains(point)).count();
-    shared < 2 && (an_edge_crosses(a, b) || an_edge_crosses(b, a))
+    if shared >= 2 || are_on_one_side(b_sides, shared) || are_on_one_side(sides(b, a), shared) {
+        return false;
+    }
+    an_edge_crosses(a, b) || an_edge_crosses(b, a)
+}
+
+/// Of which side of the plane of `a` the corners of `b` are.
+fn sides(a: Corners, b: Corners) -> [f64; 3] {
+    std::array::from_fn(|corner| if a.0.contains(&b.0[corner]) { 0.0 } else { side_of_plane(a.1, b.1[corner]) })
+}
+
+/// All but the corners that both triangles have. Then they have no more than those in common.
+fn are_on_one_side(sides: [f64; 3], shared: usize) -> bool {
+    let count = |of: fn(f64) -> bool| sides.iter().filter(|side| of(**side)).count();
+    let (above, below) = (count(|side| side > 0.0), count(|side| side < 0.0));
+    above.max(below) + shared == 3
 }
 
 /// Two triangles in one plane have some area in common: no side of either parts them.
@@ -75,4 +107,87 @@ fn crosses([from, to]: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> bool {
 fn side_of_plane([a, b, c]: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
     let [a, b, c, point] = [a, b, c, point].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     orient3d(a, b, c, point)
+}
+
+/// By how much the winding number is more at the segment's end than at its start for the triangles that it passes through.
+/// Exact predicates decide. `None` where it touches the edge of a triangle, or an end lies in one's plane.
+pub(crate) fn winding_step(tree: &Tree, senses: &[f64], [from, to]: [Vector3<f64>; 2]) -> Option<f64> {
+    let mut step = Some(0.0);
+    tree.overlapping(from.inf(&to), from.sup(&to), |slot| {
+        let of_triangle = if senses[slot] == 0.0 { Some(0.0) } else { passes([from, to], tree.corners[slot]) };
+        step = step.zip(of_triangle).map(|(step, turns)| step + turns * senses[slot]);
+    });
+    step
+}
+
+/// 1 where the segment passes through a triangle from its front, −1 from its back, 0 where it passes by.
+fn passes([from, to]: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> Option<f64> {
+    let [from_side, to_side] = [from, to].map(|point| side_of_plane(triangle, point));
+    if (from_side > 0.0 && to_side > 0.0) || (from_side < 0.0 && to_side < 0.0) {
+        return Some(0.0);
+    }
+    let [a, b, c] = triangle;
+    let around = [side_of_plane([from, to, a], b), side_of_plane([from, to, b], c), side_of_plane([from, to, c], a)];
+    let turns = [around.iter().any(|side| *side > 0.0), around.iter().any(|side| *side < 0.0)];
+    if turns == [true, true] {
+        return Some(0.0);
+    }
+    let is_clear = from_side != 0.0 && to_side != 0.0 && around.iter().all(|side| *side != 0.0);
+    // Behind a triangle the predicate is positive.
+    is_clear.then_some(if to_side > 0.0 { 1.0 } else { -1.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gradient_spread::tests::{random, random_vector};
+    use crate::{MeshDistance, SignMethod};
+
+    /// Points on a small grid of whole numbers: triangles touch, lie in one plane and have no area more often than not.
+    fn coarse_triangles(state: &mut u64) -> [Corners; 2] {
+        let points: Vec<Vector3<f64>> = (0..6).map(|_| random_vector(state).map(|x| (1.6 * x).round())).collect();
+        let first_at = |point: usize| points.iter().position(|other| *other == points[point]).unwrap();
+        [[0, 1, 2], [3, 4, 5]].map(|corners| (corners.map(|c| first_at(c) as u32), corners.map(|c| points[c])))
+    }
+
+    #[test]
+    fn a_pair_that_is_passed_over_early_does_not_intersect() {
+        let mut state = 23;
+        let mut found = 0;
+        for _ in 0..200_000 {
+            let [a, b] = coarse_triangles(&mut state);
+            if [a, b].iter().any(|(_, corners)| area_vector(*corners) == Vector3::zeros()) {
+                continue;
+            }
+            let shared = a.0.iter().filter(|point| b.0.contains(point)).count();
+            let is_flat = b.1.iter().all(|corner| side_of_plane(a.1, *corner) == 0.0);
+            let crosses = shared < 2 && (an_edge_crosses(a, b) || an_edge_crosses(b, a));
+            let wanted = if is_flat { overlap_in_plane(a.1, b.1) } else { crosses };
+            found += usize::from(wanted);
+            assert_eq!(intersect(a, b), wanted, "{a:?} {b:?}");
+        }
+        assert!(found > 1000);
+    }
+
+    #[test]
+    fn between_two_points_the_winding_number_changes_by_the_triangles_between() {
+        let mut state = 29;
+        let points: Vec<[f64; 3]> = (0..60).map(|_| random_vector(&mut state).into()).collect();
+        let tetrahedra = (0..60).step_by(4).flat_map(|a: u32| {
+            [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|corners: [u32; 3]| corners.map(|corner| a + corner))
+        });
+        let mesh = TriangleMesh::new(&points, &tetrahedra.collect::<Vec<_>>()).unwrap();
+        let distance = MeshDistance::new(&mesh, Some(SignMethod::Winding));
+        for _ in 0..2000 {
+            let from = random_vector(&mut state);
+            let to = from + random_vector(&mut state) * random(&mut state).abs();
+            let [before, after] = [from, to].map(|point| distance.winding_number(point.into()));
+            let step = distance.winding_step([from, to]).unwrap();
+            assert!((after - before - step).abs() < 0.2, "{before} to {after}, {step}");
+        }
+        // Through a corner, and from one.
+        let corner = Vector3::from(points[0]);
+        assert_eq!(distance.winding_step([corner * 2.0, Vector3::zeros()]).filter(|_| corner * 2.0 != corner), None);
+        assert_eq!(distance.winding_step([corner, corner + Vector3::x()]), None);
+    }
 }

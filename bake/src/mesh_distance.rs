@@ -4,11 +4,12 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
-use crate::intersections::intersecting_pairs;
+use crate::intersections::{intersecting_pairs, winding_step};
 use crate::pseudo_normals::PseudoNormals;
+use crate::signs::Winding;
 use crate::topology::{Topology, orient};
 use crate::tree::{NearestTriangle, Tree};
-use crate::winding::{Rim, WindingNumbers};
+use crate::winding::{Rim, WINDING_ERROR, WindingNumbers};
 
 /// How inside is told from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,6 +140,33 @@ impl<'a> MeshDistance<'a> {
     /// The corners of a triangle of the tree, by their numbers.
     pub(crate) fn points_of(&self, slot: usize) -> [u32; 3] {
         self.mesh.triangles[self.tree.triangles[slot] as usize]
+    }
+
+    /// On the side that [`Self::winding_number`] tells.
+    pub(crate) fn winding_near(&self, point: Vector3<f64>, is_on_surface: bool) -> Winding {
+        let value = self.winding.near(&self.tree, point, is_on_surface);
+        // Rounded to f32, no number leaves the side of one half that it is on but for one just below.
+        let rounded = value as f32;
+        let is_moved = value.abs() < 0.5 && rounded.abs() >= 0.5;
+        Winding {
+            value: if is_moved { 0.5_f32.next_down().copysign(rounded) } else { rounded },
+            error: WINDING_ERROR as f32,
+        }
+    }
+
+    /// The winding number but for a whole number, where the rim tells it.
+    pub(crate) fn winding_by_rim(&self, point: Vector3<f64>) -> Option<f64> {
+        self.rim.winding_fraction(point)
+    }
+
+    /// What triangles between two points add to the winding number. `None` where that is a matter of rounding.
+    pub(crate) fn winding_step(&self, way: [Vector3<f64>; 2]) -> Option<f64> {
+        winding_step(&self.tree, self.winding.senses(), way)
+    }
+
+    /// The winding number varies other than across triangles.
+    pub(crate) fn has_rim(&self) -> bool {
+        !self.rim.is_empty()
     }
 
     /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.

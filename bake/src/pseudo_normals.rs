@@ -1,6 +1,7 @@
 //! Angle-weighted pseudo-normals (Bærentzen and Aanæs 2005, "Signed distance computation using the angle weighted
 //! pseudonormal"): whichever feature of a closed surface is nearest to a point, its pseudo-normal tells the side.
 
+use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
@@ -23,7 +24,7 @@ impl PseudoNormals {
             let normal = area_vector(corners).try_normalize(0.0).filter(|_| !is_sliver(corners));
             normal.unwrap_or_default() * *sense
         };
-        let inside: Vec<_> = mesh.triangles.iter().zip(&oriented.senses).map(unit).collect();
+        let inside: Vec<_> = mesh.triangles.par_iter().zip(&oriented.senses).map(unit).collect();
 
         let mut edges = vec![[Vector3::zeros(); 3]; inside.len()];
         for edge in oriented.half_edges.chunk_by(same_edge) {
@@ -33,16 +34,21 @@ impl PseudoNormals {
             edge.iter().for_each(|half| edges[half.triangle as usize][usize::from(half.corner)] = sum);
         }
 
-        let mut points = vec![Vector3::zeros(); mesh.points.len()];
-        for (corners, normal) in mesh.triangles.iter().zip(&inside) {
+        let weighted = |(corners, normal): (&[u32; 3], &Vector3<f64>)| {
             let places = mesh.corner_points(*corners);
-            for corner in 0..3 {
+            [0, 1, 2].map(|corner| {
                 let [here, next, last] = [0, 1, 2].map(|step| places[(corner + step) % 3]);
-                points[corners[corner] as usize] += *normal * (next - here).angle(&(last - here));
-            }
+                *normal * (next - here).angle(&(last - here))
+            })
+        };
+        let shares: Vec<_> = mesh.triangles.par_iter().zip(&inside).map(weighted).collect();
+        let mut points = vec![Vector3::zeros(); mesh.points.len()];
+        for (corners, shares) in mesh.triangles.iter().zip(&shares) {
+            corners.iter().zip(shares).for_each(|(point, share)| points[*point as usize] += share);
         }
-        let slivers = mesh.triangles.iter().filter(|corners| is_sliver(mesh.corner_points(**corners)));
-        slivers.flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
+        let slivers: Vec<_> =
+            mesh.triangles.par_iter().filter(|corners| is_sliver(mesh.corner_points(**corners))).collect();
+        slivers.into_iter().flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
         Self { inside, edges, points }
     }
 

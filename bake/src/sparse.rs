@@ -17,7 +17,7 @@ mod quantize;
 
 use rayon::prelude::*;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse};
-use sdf_core::grid::{Lattice, NodeBounds, Storage, cell_slope, slope_bound_with_outside};
+use sdf_core::grid::{Lattice, NodeBounds, cell_slope, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
 pub use quantize::Quantize;
@@ -25,8 +25,8 @@ pub use quantize::Quantize;
 use crate::gradient_spread::MOST_ERROR;
 use crate::hilbert::hilbert_index;
 use crate::interpolation::Block;
-use crate::node_bounds::{inside_reaches_box, node_bounds, round_up};
-use crate::signs::sign_block;
+use crate::node_bounds::{Around, inside_reaches_box, round_up};
+use crate::signs::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 use places::{Places, middle};
 
@@ -200,18 +200,17 @@ impl<'a> Plan<'a> {
         let Some(storage) = Sparse::new(lattice, slices) else {
             unreachable!("the table names the bricks that there are")
         };
-        let node = |node: [u32; 3]| storage.node(node);
-        let bounds: Vec<NodeBounds> = brick_places.par_iter().map(|place| node_bounds(lattice, *place, node)).collect();
-        let slope_bound = slope_bound(lattice, &storage, places, &table, &bounds);
-        let error = |(brick, place): (usize, &[u32; 3])| {
+        let of_brick = |(brick, place): (usize, &[u32; 3])| {
+            let around = Around::new(lattice, *place, |node, row| row_of(&storage, node, row));
             let upper = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
             let roundings = upper.filter_map(|place| storage.brick_at(place)).map(|brick| roundings[brick]);
             let rounding = roundings.fold(0.0, f64::max);
-            let torn = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&storage, *place, rounding) };
+            let torn = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&around, rounding) };
             // As in `dense`.
-            round_up(interpolations[brick] + rounding + 2.0 * torn)
+            (around.bounds(), round_up(interpolations[brick] + rounding + 2.0 * torn))
         };
-        let errors: Vec<f32> = brick_places.par_iter().enumerate().map(error).collect();
+        let (bounds, errors): (Vec<NodeBounds>, Vec<f32>) = brick_places.par_iter().enumerate().map(of_brick).unzip();
+        let slope_bound = slope_bound(lattice, &storage, places, &table, &bounds);
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
         SparseGrid { table, places: brick_places, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
     }
@@ -258,7 +257,11 @@ impl<'a> Plan<'a> {
         }
         let mut rounded = wanted.map(|distance| distance as f32);
         if mesh.sign_method() == SignMethod::Winding {
-            sign_block(mesh, lattice.spacing(), [SIDE; 3], node, &mut rounded);
+            NodeBlock { counts: [SIDE; 3], spacing: lattice.spacing(), position: node }.sign(
+                mesh,
+                &places.known_around(lattice, place),
+                &mut rounded,
+            );
         }
         let least = rounded.iter().copied().fold(f32::INFINITY, f32::min);
         let greatest = rounded.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -305,18 +308,26 @@ impl<'a> Plan<'a> {
 
     /// The largest distance at a corner of a cell that the band may enter and that may have corners of both signs, of the
     /// cells whose first corner is in a place. Samples are off by `rounding` at most.
-    fn largest_at_sign_change<S: Storage>(&self, storage: &S, place: [u32; 3], rounding: f64) -> f64 {
+    fn largest_at_sign_change(&self, around: &Around, rounding: f64) -> f64 {
         let rounding = round_up(rounding);
         let exact_within = round_up(self.places.exact_within()) + rounding;
-        let largest = cells_of(&self.lattice, place).fold(0.0_f32, |largest, cell| {
-            let corners = storage.corners(cell);
-            let least = corners.iter().copied().fold(f32::INFINITY, f32::min);
-            let greatest = corners.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-            let of_cell = greatest.max(-least);
-            let is_torn = least <= rounding && greatest >= -rounding && of_cell <= exact_within.next_up();
-            if is_torn { largest.max(of_cell) } else { largest }
-        });
-        f64::from(largest)
+        around.largest_at_sign_change(rounding, exact_within.next_up()).into()
+    }
+}
+
+/// Nodes of one place from the given one on, along x.
+fn row_of<C: Quantize>(storage: &Sparse<BrickSlices<C>>, node: [u32; 3], row: &mut [f32]) {
+    let Some(brick) = storage.brick_at(node.map(|n| n / BRICK)) else {
+        for (x, value) in (node[0]..).zip(row) {
+            *value = storage.node([x, node[1], node[2]]);
+        }
+        return;
+    };
+    let [x, y, z] = node.map(|n| (n % BRICK) as usize);
+    let from = brick * BRICK_SAMPLES + (z * BRICK as usize + y) * BRICK as usize + x;
+    let bricks = storage.bricks();
+    for (value, code) in row.iter_mut().zip(&bricks.samples[from..]) {
+        *value = code.decode(bricks.scales[brick]);
     }
 }
 
@@ -357,17 +368,6 @@ fn interpolate(corners: [f64; 8], step: [usize; 3]) -> f64 {
     let mix = |a: f64, b: f64, axis: usize| a + (b - a) * (step[axis] as f64 / f64::from(BRICK));
     let along_x: [f64; 4] = std::array::from_fn(|edge| mix(corners[2 * edge], corners[2 * edge + 1], 0));
     mix(mix(along_x[0], along_x[1], 1), mix(along_x[2], along_x[3], 1), 2)
-}
-
-/// The cells whose first corner is in a place.
-fn cells_of(lattice: &Lattice, place: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
-    let last = lattice.cells();
-    let first = place.map(|n| n * BRICK);
-    let cell = move |index: u32| {
-        let step = [index % BRICK, index / BRICK % BRICK, index / BRICK / BRICK];
-        std::array::from_fn(|axis| first[axis] + step[axis])
-    };
-    (0..BRICK * BRICK * BRICK).map(cell).filter(move |cell: &[u32; 3]| (0..3).all(|axis| cell[axis] < last[axis]))
 }
 
 /// Over all cells: those with a corner in a brick, and those that lie in one cell of the coarse grid and are no steeper, but

@@ -1,8 +1,6 @@
 use std::collections::VecDeque;
 use std::fmt;
 
-use rayon::prelude::*;
-
 use crate::TriangleMesh;
 use crate::mesh::has_area;
 use crate::winding::area_vector;
@@ -164,8 +162,23 @@ fn half_edges(mesh: &TriangleMesh, counts: &[bool]) -> Vec<HalfEdge> {
             })
         })
         .collect();
-    half_edges.par_sort_unstable();
+    sort_by_first(&mut half_edges, mesh.points.len(), |half| half.points[0]);
     half_edges
+}
+
+/// Sorts items whose order is that of a number below `numbers`, and among few of the same number their own.
+fn sort_by_first<T: Ord + Copy>(items: &mut Vec<T>, numbers: usize, number: impl Fn(&T) -> u32) {
+    let mut ends = vec![0_usize; numbers + 1];
+    items.iter().for_each(|item| ends[number(item) as usize + 1] += 1);
+    (0..numbers).for_each(|number| ends[number + 1] += ends[number]);
+    let mut sorted = items.clone();
+    for item in items.iter() {
+        let place = &mut ends[number(item) as usize];
+        sorted[*place] = *item;
+        *place += 1;
+    }
+    sorted.chunk_by_mut(|a, b| number(a) == number(b)).for_each(<[T]>::sort_unstable);
+    *items = sorted;
 }
 
 /// Pairs of triangles on the same corners. (Those of the same winding are one already.)
@@ -178,7 +191,7 @@ fn back_to_back(mesh: &TriangleMesh, counts: &[bool]) -> Vec<[u32; 2]> {
             (sorted, triangle)
         })
         .collect();
-    by_corners.par_sort_unstable();
+    sort_by_first(&mut by_corners, mesh.points.len(), |(corners, _)| corners[0]);
     by_corners.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1]).collect()
 }
 

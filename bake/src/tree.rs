@@ -146,11 +146,6 @@ impl Tree {
             }
         }
     }
-
-    /// How many nodes each level has, from the triangles' own up.
-    pub fn level_sizes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.levels.iter().map(Vec::len)
-    }
 }
 
 impl Boxes {

@@ -2,11 +2,24 @@
 //! as one dipole and its first correction (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders
 //! 1 and 2).
 
+mod lanes;
+mod moments;
+mod rim;
+
 use std::f64::consts::PI;
 
-use sdf_core::nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+use sdf_core::nalgebra::Vector3;
 
-use crate::tree::{FAN, STACK, Tree};
+use crate::tree::Tree;
+use moments::{Fan, Moments, Weighted};
+pub(crate) use rim::Rim;
+
+/// How many children a node has. They are summed side by side.
+const FAN: usize = 8;
+
+/// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
+const STACK: usize = 11 * FAN;
 
 /// A node is far when it is farther than this many of its radii, the paper's own choice. More costs time, less precision.
 const FAR_RADII: f64 = 2.0;
@@ -17,40 +30,42 @@ pub(crate) const WINDING_ERROR: f64 = 0.1;
 /// Nearer to one half than [`WINDING_ERROR`] the sum is taken again with this many radii, and seen to be off by 1e-3.
 const SURE_FAR_RADII: f64 = 5.0;
 
+/// By how much less than this may two sums of the same terms differ, each rounded in its own way: that in lanes and the
+/// plain one.
+const LANES_ERROR: f64 = 1e-6;
+
 /// Sums over the triangles below each node of a tree.
 pub(crate) struct WindingNumbers {
-    /// In the order of the tree's levels.
-    levels: Vec<Vec<Moments>>,
+    /// From the triangles up: of the groups of [`FAN`] triangles, of the groups of those, and so on to the root. Each level
+    /// holds as many nodes at a time as have one parent.
+    levels: Vec<Vec<Fan>>,
+    /// How many nodes each level has.
+    sizes: Vec<usize>,
     /// Of each triangle, in the order of the tree: its sense, and zero for one that does not count.
     senses: Vec<f64>,
-}
-
-#[derive(Clone)]
-struct Moments {
-    center: Vector3<f64>,
-    /// Of the ball around all corners, squared.
-    radius_sq: f64,
-    /// Σ area · normal.
-    dipole: Vector3<f64>,
-    /// Σ (centroid − center) (area · normal)ᵀ.
-    quadrupole: Matrix3<f64>,
 }
 
 impl WindingNumbers {
     /// `senses`: 1 for each triangle of the tree wound outward, −1 inward, 0 where it is not to count.
     pub fn new(tree: &Tree, senses: Vec<f64>) -> Self {
-        let mut levels: Vec<Vec<Moments>> = Vec::new();
+        let triangles: Vec<Weighted> =
+            tree.corners.par_iter().zip(&senses).map(|(corners, sense)| Weighted::new(corners, *sense)).collect();
+        let (mut levels, mut sizes) = (vec![], vec![]);
         let mut triangles_below = FAN;
-        for nodes in tree.level_sizes() {
-            let moments = (0..nodes).map(|node| {
-                let from = node * triangles_below;
-                let to = tree.corners.len().min(from + triangles_below);
-                moments(&tree.corners[from..to], &senses[from..to])
-            });
-            levels.push(moments.collect());
+        loop {
+            let of_node = |from: usize| {
+                let to = triangles.len().min(from + triangles_below);
+                Moments::new(&tree.corners[from..to], &triangles[from..to])
+            };
+            let moments: Vec<Moments> =
+                (0..triangles.len()).into_par_iter().step_by(triangles_below).map(of_node).collect();
+            levels.push(moments.chunks(FAN).map(Fan::new).collect());
+            sizes.push(moments.len());
+            if moments.len() == 1 {
+                return Self { levels, sizes, senses };
+            }
             triangles_below *= FAN;
         }
-        Self { levels, senses }
     }
 
     /// Off by less than [`WINDING_ERROR`], and by much less where that could change the side.
@@ -58,6 +73,30 @@ impl WindingNumbers {
         let winding = self.sum(tree, point, FAR_RADII);
         let is_sure = (winding.abs() - 0.5).abs() > WINDING_ERROR;
         if is_sure { winding } else { self.sum(tree, point, SURE_FAR_RADII) }
+    }
+
+    /// On the side of one half that [`Self::at`] is on, and as exact, sooner. At a point on a triangle that side is a matter of
+    /// rounding, and takes longer.
+    pub fn near(&self, tree: &Tree, point: Vector3<f64>, is_on_surface: bool) -> f64 {
+        let sooner = if is_on_surface { None } else { self.sure_sum(tree, point) };
+        sooner.unwrap_or_else(|| self.at(tree, point))
+    }
+
+    /// `None` where the plain sum might tell another side.
+    fn sure_sum(&self, tree: &Tree, point: Vector3<f64>) -> Option<f64> {
+        let off_half = |winding: f64| (winding.abs() - 0.5).abs();
+        let winding = self.sum_in_lanes(tree, point, FAR_RADII);
+        if off_half(winding) > WINDING_ERROR + LANES_ERROR {
+            return Some(winding);
+        }
+        let is_taken_again = off_half(winding) < WINDING_ERROR - LANES_ERROR;
+        let winding = self.sum_in_lanes(tree, point, SURE_FAR_RADII);
+        (is_taken_again && off_half(winding) > LANES_ERROR).then_some(winding)
+    }
+
+    /// Of each triangle, in the order of the tree.
+    pub fn senses(&self) -> &[f64] {
+        &self.senses
     }
 
     fn sum(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> f64 {
@@ -68,13 +107,13 @@ impl WindingNumbers {
         while waiting > 0 {
             waiting -= 1;
             let (level, node) = stack[waiting];
-            let moments = &self.levels[level][node];
+            let moments = self.levels[level][node / FAN].of(node % FAN);
             let way = moments.center - point;
             let distance_sq = way.norm_squared();
             if distance_sq > far_radii * far_radii * moments.radius_sq {
                 sum += moments.seen_from(way, distance_sq);
             } else if level > 0 {
-                for child in node * FAN..self.levels[level - 1].len().min((node + 1) * FAN) {
+                for child in node * FAN..self.sizes[level - 1].min((node + 1) * FAN) {
                     stack[waiting] = (level - 1, child);
                     waiting += 1;
                 }
@@ -86,71 +125,6 @@ impl WindingNumbers {
             }
         }
         sum
-    }
-}
-
-/// The curve that bounds a mesh: where its triangles, turned to agree, do not cancel along an edge. By Stokes' theorem
-/// the winding number varies away from the triangles as this curve alone says, by the law of Biot and Savart.
-pub(crate) struct Rim {
-    edges: Vec<RimEdge>,
-}
-
-struct RimEdge {
-    middle: Vector3<f64>,
-    half_length: f64,
-    /// Length times how many triangles more run along it one way than the other.
-    weight: f64,
-}
-
-/// With more edges than this the bound would cost more than the winding numbers that it saves.
-const MOST_RIM_EDGES: usize = 20_000;
-
-impl Rim {
-    /// Edges as their two ends and their multiplicity.
-    pub fn new(edges: impl Iterator<Item = ([Vector3<f64>; 2], f64)>) -> Self {
-        let edges = edges.map(|([from, to], times)| {
-            let length = (to - from).norm();
-            RimEdge { middle: (from + to) * 0.5, half_length: 0.5 * length, weight: length * times.abs() }
-        });
-        Self { edges: edges.collect() }
-    }
-
-    /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.
-    pub fn winding_slope(&self, center: Vector3<f64>, radius: f64) -> f64 {
-        if self.edges.len() > MOST_RIM_EDGES {
-            return f64::INFINITY;
-        }
-        let slope_of = |edge: &RimEdge| {
-            let distance = (edge.middle - center).norm() - edge.half_length - radius;
-            if distance > 0.0 { edge.weight / (4.0 * PI * distance * distance) } else { f64::INFINITY }
-        };
-        self.edges.iter().map(slope_of).sum()
-    }
-}
-
-impl Moments {
-    #[inline]
-    fn seen_from(&self, way: Vector3<f64>, distance_sq: f64) -> f64 {
-        let second = self.quadrupole.trace() - 3.0 * way.dot(&(self.quadrupole * way)) / distance_sq;
-        (self.dipole.dot(&way) + second) / (4.0 * PI * distance_sq * distance_sq.sqrt())
-    }
-}
-
-fn moments(triangles: &[[Vector3<f64>; 3]], senses: &[f64]) -> Moments {
-    let centroid = |[a, b, c]: &[Vector3<f64>; 3]| (a + b + c) / 3.0;
-    let weighted = || triangles.iter().zip(senses).map(|(corners, sense)| (corners, area_vector(*corners) * *sense));
-    let area: f64 = weighted().map(|(_, vector)| vector.norm()).sum();
-    let center = if area > 0.0 {
-        weighted().map(|(corners, vector)| centroid(corners) * (vector.norm() / area)).sum()
-    } else {
-        centroid(&triangles[0])
-    };
-    let radius_sq = triangles.iter().flatten().map(|corner| (corner - center).norm_squared()).fold(0.0_f64, f64::max);
-    Moments {
-        center,
-        radius_sq,
-        dipole: weighted().map(|(_, vector)| vector).sum(),
-        quadrupole: weighted().map(|(corners, vector)| (centroid(corners) - center) * vector.transpose()).sum(),
     }
 }
 

@@ -5,7 +5,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
-use crate::signs::sign_block;
+use crate::signs::{Known, NodeBlock, Winding};
 use crate::{MeshDistance, SignMethod};
 
 /// The places of bricks, each with the signed distance at its middle, and what follows from that before any brick is made.
@@ -15,10 +15,17 @@ pub(super) struct Places {
     /// At each node of the coarse grid the least bound of all places around it, with a brick or without, or
     /// [`Self::tilted`], whichever is more. From node to node both change by no more than the way.
     magnitudes: Vec<f32>,
-    /// Of a mesh that may be open, which nodes of the coarse grid are inside.
-    insides: Option<Vec<bool>>,
+    /// Where the winding number tells the sides.
+    sides: Option<Sides>,
     spacing: f64,
     band: f64,
+}
+
+/// The winding numbers at the middles of places, and at the nodes of the coarse grid, and the distances there.
+struct Sides {
+    of_middles: Vec<Winding>,
+    of_nodes: Vec<Winding>,
+    distances_of_nodes: Vec<f32>,
 }
 
 /// How fast the coarse grid rises at least, away from the surface, so that a search beyond the band sees which way it is.
@@ -41,12 +48,13 @@ impl Places {
                 *distance = nearest.signed() as f32;
             }
         });
-        if mesh.sign_method() == SignMethod::Winding {
-            let spacing = lattice.spacing() * f64::from(BRICK);
-            sign_block(mesh, spacing, [row, rows, layers], |place| middle(lattice, place), &mut distances);
-        }
-        let mut places =
-            Self { counts, distances, magnitudes: vec![], insides: None, spacing: lattice.spacing(), band };
+        let is_winding = mesh.sign_method() == SignMethod::Winding;
+        let spacing = lattice.spacing() * f64::from(BRICK);
+        let of_middles = is_winding.then(|| {
+            let position = |place| middle(lattice, place);
+            NodeBlock { counts: [row, rows, layers], spacing, position }.sign(mesh, &[], &mut distances)
+        });
+        let mut places = Self { counts, distances, magnitudes: vec![], sides: None, spacing: lattice.spacing(), band };
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
         let distance = |node: [u32; 3]| mesh.nearest(position(node.map(|n| n as usize)), 0).distance as f32;
         let mut at_nodes: Vec<f32> = places.coarse_nodes().map(distance).collect();
@@ -57,10 +65,10 @@ impl Places {
             (least.max(tilted) * (1.0 - ROUNDING)) as f32
         };
         places.magnitudes = places.coarse_nodes().zip(&at_nodes).map(magnitude).collect();
-        if mesh.sign_method() == SignMethod::Winding {
-            let spacing = lattice.spacing() * f64::from(BRICK);
-            sign_block(mesh, spacing, [row, rows, layers].map(|n| n + 1), position, &mut at_nodes);
-            places.insides = Some(at_nodes.iter().map(|distance| distance.is_sign_negative()).collect());
+        if let Some(of_middles) = of_middles {
+            let block = NodeBlock { counts: [row, rows, layers].map(|n| n + 1), spacing, position };
+            let of_nodes = block.sign(mesh, &[], &mut at_nodes);
+            places.sides = Some(Sides { of_middles, of_nodes, distances_of_nodes: at_nodes });
         }
         places
     }
@@ -129,9 +137,9 @@ impl Places {
             let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
             let side = self.is_inside(index);
             nodes.flat_map(|node| self.around(node)).any(|other| self.is_inside(other) != side && may_be_absent(other))
-                || self.insides.as_ref().is_some_and(|insides| {
+                || self.sides.as_ref().is_some_and(|sides| {
                     let mut around = (0..8_u32).map(|corner| place_node(self.counts, place, corner));
-                    may_be_absent(index) && around.any(|node| insides[node] != side)
+                    may_be_absent(index) && around.any(|node| sides.is_node_inside(node) != side)
                 })
         };
         let all = (0..self.count()).into_par_iter();
@@ -166,12 +174,38 @@ impl Places {
     pub fn torn(&self, table: &[u32]) -> BTreeSet<usize> {
         let torn_at = |(number, node): (usize, [u32; 3])| {
             let absent: Vec<usize> = self.around(node).filter(|index| table[*index] == NO_BRICK).collect();
-            let of_node = self.insides.as_ref().map(|insides| insides[number]);
+            let of_node = self.sides.as_ref().map(|sides| sides.is_node_inside(number));
             let mut sides = absent.iter().map(|index| self.is_inside(*index)).chain(of_node);
             let first = sides.next();
             if sides.all(|side| Some(side) == first) { Vec::new() } else { absent }
         };
         self.coarse_nodes().enumerate().flat_map_iter(torn_at).collect()
+    }
+
+    /// The points around a place whose winding numbers are known: its middle and its corners.
+    pub fn known_around(&self, lattice: &Lattice, place: [u32; 3]) -> Vec<Known> {
+        let Some(sides) = &self.sides else { return vec![] };
+        let index = self.index(place);
+        let middle = Known {
+            node: [BRICK as usize / 2; 3],
+            position: middle(lattice, place.map(|n| n as usize)),
+            way: 0.0,
+            distance: self.distances[index].abs(),
+            winding: sides.of_middles[index],
+        };
+        let at_corner = |corner: u32| {
+            // The last of the place's nodes is one short of the next place's first.
+            let steps: [usize; 3] = std::array::from_fn(|axis| (corner >> axis & 1) as usize);
+            let node = place_node(self.counts, place, corner);
+            Known {
+                node: steps.map(|step| step * (BRICK as usize - 1)),
+                position: lattice.node(std::array::from_fn(|axis| (place[axis] + steps[axis] as u32) * BRICK)).into(),
+                way: (steps.iter().sum::<usize>() as f64).sqrt(),
+                distance: sides.distances_of_nodes[node].abs(),
+                winding: sides.of_nodes[node],
+            }
+        };
+        [middle].into_iter().chain((0..8).map(at_corner)).collect()
     }
 
     fn is_inside(&self, index: usize) -> bool {
@@ -185,6 +219,12 @@ impl Places {
             absent.map_or(0.0, |index| if self.is_inside(index) { -magnitude } else { *magnitude })
         };
         self.coarse_nodes().zip(&self.magnitudes).map(value).collect()
+    }
+}
+
+impl Sides {
+    fn is_node_inside(&self, node: usize) -> bool {
+        self.of_nodes[node].is_inside()
     }
 }
 

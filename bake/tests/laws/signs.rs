@@ -330,7 +330,7 @@ fn a_flat_fin_on_a_cube_has_no_inside() {
 fn a_sphere_with_a_hole_keeps_its_inside() {
     let whole = meshes::icosphere(3);
     let holed = whole.clone().without(&[3, 17, 18, 400, 401, 402, 403]);
-    for (sign, mesh) in [("holed", holed.clone()), ("holed and flipped", holed.flipped())] {
+    for (sign, mesh) in [("holed", holed.clone()), ("holed and flipped", holed.clone().flipped())] {
         let baked = Baked::of(&mesh, None, 24);
         for (node, signed) in baked.nodes() {
             let radius = node.norm();
@@ -355,6 +355,54 @@ fn what_has_no_inside_at_all_still_bakes() {
             let baked = Baked::of(&mesh, method, 12);
             assert!(baked.grid.distances.iter().all(|distance| distance.is_finite()));
             assert!(baked.grid.slope_bound.is_finite() && baked.grid.error_bound.is_finite());
+        }
+    }
+}
+
+/// Sides spread from node to node and through triangles, and are asked only where they cannot.
+#[test]
+fn every_node_has_the_side_that_its_own_winding_number_tells() {
+    let mut random = Random::of_test();
+    let turn = random.rotation();
+    let holed = meshes::icosphere(3).without(&[3, 17, 18, 19, 20, 400, 401, 402, 403]);
+    let lidless = meshes::cube().without(&[10, 11]).refined().refined();
+    for (name, mesh) in [
+        ("closed", meshes::star(1, 3, 1.5).turned(&turn)),
+        ("thin", meshes::block([1.0, 0.8, 0.01]).turned(&turn)),
+        ("on the nodes", meshes::cube().refined()),
+        ("spindle", meshes::torus(0.5, 0.8, 20, 14)),
+        ("nested", meshes::icosphere(2).and(meshes::icosphere(2).scaled(0.6)).and(meshes::cube().scaled(0.2))),
+        ("overlapping", meshes::icosphere(2).and(meshes::icosphere(2).moved(0.7, 0.3, 0.2))),
+        ("one inward", meshes::icosphere(2).and(meshes::icosphere(1).flipped().moved(0.7, 0.3, 0.2))),
+        ("holed", holed.clone()),
+        ("holed and flipped", holed.clone().flipped()),
+        ("lidless", lidless.clone()),
+        ("lidless, turned", lidless.clone().turned(&turn)),
+        ("two lidless", lidless.clone().and(lidless.scaled(0.5).turned(&turn))),
+        ("sheet", meshes::sheet(9).turned(&turn)),
+        ("strip", meshes::moebius_strip(30)),
+        ("a few triangles", meshes::soup(12, 0.8, &mut random)),
+        ("many rims", meshes::soup(300, 0.5, &mut random)),
+        ("needles", meshes::needles(100, 0.01, &mut random)),
+    ] {
+        let mesh = mesh.baked();
+        let distance = MeshDistance::new(&mesh, Some(SignMethod::Winding));
+        let tells_inside = |node: Vector3<f64>| distance.winding_number(node.into()).abs() >= 0.5;
+        let dense = Baked::new(&distance, &mesh.bounds(), 20);
+        for (node, signed) in dense.nodes() {
+            assert_eq!(signed.is_sign_negative(), tells_inside(node), "{name}: {signed} at {node:?}");
+        }
+        let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, 3.0 * dense.lattice.spacing(), &|_| ());
+        for (place, samples) in sparse.places.iter().zip(sparse.samples.chunks(512)) {
+            for (index, signed) in (0..).zip(samples) {
+                let step = [index % 8, index / 8 % 8, index / 64];
+                let node = dense.lattice.node(std::array::from_fn(|axis| place[axis] * 8 + step[axis]));
+                assert_eq!(
+                    signed.is_sign_negative(),
+                    tells_inside(node.into()),
+                    "{name}: {signed} at {node:?}, sparse"
+                );
+            }
         }
     }
 }
