@@ -7,6 +7,7 @@ use sdf_core::grid::{Dense, Lattice, NodeBounds, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
 use crate::node_bounds::{Around, inside_reaches_box};
+use crate::packet::{Nodes, Packet, SIDE};
 use crate::signs::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 
@@ -46,24 +47,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     let [row, rows, _] = lattice.nodes().map(|n| n as usize);
     let layer = row * rows;
     let mut distances = vec![0.0_f32; lattice.node_count()];
-    distances.par_chunks_mut(layer).enumerate().for_each(|(z, layer)| {
-        let mut guess = 0;
-        for (y, row) in layer.chunks_mut(row).enumerate() {
-            // To and fro, so that the next node is always a neighbour and its nearest triangle a good guess.
-            let mut measure = |x: usize| {
-                let nearest = mesh.nearest(node(lattice, [x, y, z]), guess);
-                guess = nearest.guess;
-                row[x] = nearest.signed() as f32;
-            };
-            let nodes = 0..lattice.nodes()[0] as usize;
-            if y % 2 == 0 {
-                nodes.for_each(&mut measure)
-            } else {
-                nodes.rev().for_each(&mut measure)
-            }
-            on_nodes_done(row.len());
-        }
-    });
+    measure(mesh, lattice, &mut distances, on_nodes_done);
     if mesh.sign_method() == SignMethod::Winding {
         let slabs = distances.par_chunks_mut(layer * SLAB).enumerate();
         slabs.for_each(|(slab, distances)| {
@@ -86,6 +70,35 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     let slope_bound = slope_bound_with_outside(steepest.into(), inside_reaches_box(lattice, value));
     let error_bound = error_bound(mesh, lattice, &distances);
     DenseGrid { distances, bounds, slope_bound, error_bound }
+}
+
+/// The distance at every node, with its sign where pseudo-normals tell it.
+fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nodes_done: &(dyn Fn(usize) + Sync)) {
+    let [row, rows, layers] = lattice.nodes().map(|n| n as usize);
+    // Rows of nodes, by the rows of packets that they are in.
+    let rows_of_packets = rows.div_ceil(SIDE);
+    let mut tiles: Vec<Vec<&mut [f32]>> = vec![];
+    tiles.resize_with(rows_of_packets * layers.div_ceil(SIDE), Vec::new);
+    for (index, nodes) in distances.chunks_mut(row).enumerate() {
+        tiles[index / rows / SIDE * rows_of_packets + index % rows / SIDE].push(nodes);
+    }
+    tiles.into_par_iter().enumerate().for_each(|(tile, mut tile_rows)| {
+        let [y, z] = [tile % rows_of_packets, tile / rows_of_packets].map(|packet| packet * SIDE);
+        let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
+        let mut packet = Packet::new(mesh.tree());
+        for x in (0..row).step_by(SIDE) {
+            let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
+            let nodes = Nodes::of_lattice(lattice, [x, y, z], counts);
+            packet.measure(&nodes, f64::INFINITY);
+            for (above, nodes_of_row) in tile_rows.iter_mut().enumerate() {
+                for i in 0..counts[0] {
+                    let step = [i, above % counts[1], above / counts[1]];
+                    nodes_of_row[x + i] = mesh.nearest_in(&packet, &nodes, step).signed() as f32;
+                }
+            }
+            on_nodes_done(counts.iter().product());
+        }
+    });
 }
 
 fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {

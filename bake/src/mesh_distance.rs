@@ -5,10 +5,12 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::intersections::{intersecting_pairs, winding_step};
+use crate::packet::{NearestInPacket, Nodes, Packet};
 use crate::pseudo_normals::PseudoNormals;
 use crate::signs::Winding;
 use crate::topology::{Topology, orient};
 use crate::tree::{NearestTriangle, Tree};
+use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 use crate::winding::{Rim, WINDING_ERROR, WindingNumbers};
 
 /// How inside is told from outside.
@@ -118,14 +120,33 @@ impl<'a> MeshDistance<'a> {
     /// `guess` is a triangle to begin with: any will do, a near one saves time.
     pub(crate) fn nearest(&self, point: Vector3<f64>, guess: usize) -> Nearest {
         let NearestTriangle { slot, on_triangle } = self.tree.nearest(point, guess);
-        let is_inside = self.pseudo_normals.as_ref().is_some_and(|normals| {
+        let is_inside = self.is_inside_by_normal(point, slot, || on_triangle);
+        Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
+    }
+
+    /// The same of a node that was measured.
+    pub(crate) fn nearest_in(&self, packet: &Packet, nodes: &Nodes, step: [usize; 3]) -> Nearest {
+        let NearestInPacket { slot, distance_sq } = packet.nearest(step);
+        let (slot, node) = (slot as usize, nodes.at(step));
+        let is_inside = self.is_inside_by_normal(node, slot, || nearest_on_triangle(node, self.tree.corners[slot]));
+        Nearest { distance: distance_sq.sqrt(), guess: slot, is_inside }
+    }
+
+    /// By the pseudo-normal of what is nearest on a triangle of the tree, where that is the method.
+    fn is_inside_by_normal(
+        &self,
+        point: Vector3<f64>,
+        slot: usize,
+        on_triangle: impl Fn() -> NearestOnTriangle,
+    ) -> bool {
+        self.pseudo_normals.as_ref().is_some_and(|normals| {
+            let on_triangle = on_triangle();
             let normal = normals.of(self.mesh, self.tree.triangles[slot], on_triangle.feature);
             if normal == Vector3::zeros() {
                 return self.winding_number(point.into()).abs() >= 0.5;
             }
             normal.dot(&(point - on_triangle.point)) < 0.0
-        });
-        Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
+        })
     }
 
     pub(crate) fn tree(&self) -> &Tree {

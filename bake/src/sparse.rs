@@ -26,6 +26,7 @@ use crate::gradient_spread::MOST_ERROR;
 use crate::hilbert::hilbert_index;
 use crate::interpolation::Block;
 use crate::node_bounds::{Around, inside_reaches_box, round_up};
+use crate::packet::{Nodes, Packet};
 use crate::signs::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 use places::{Places, middle};
@@ -178,15 +179,15 @@ impl<'a> Plan<'a> {
         on_places_done(places.count() - wanted.len());
         let mut parts = Parts::with_room_for(self.most_bricks());
         for some in wanted.chunks(PLACES_AT_A_TIME) {
-            parts.extend(some, |index| {
+            parts.extend(mesh, some, |packet, index| {
                 on_places_done(1);
-                self.brick(places.place(index), places.kept_within())
+                self.brick(packet, places.place(index), places.kept_within())
             });
         }
         let mut torn: Vec<usize> = places.torn(&parts.table(places)).into_iter().collect();
         torn.sort_unstable_by_key(|index| hilbert_index(places.place(*index)));
         for some in torn.chunks(PLACES_AT_A_TIME) {
-            parts.extend(some, |index| self.brick(places.place(index), f64::INFINITY));
+            parts.extend(mesh, some, |packet, index| self.brick(packet, places.place(index), f64::INFINITY));
         }
         parts.samples.shrink_to_fit();
         let table = parts.table(places);
@@ -216,7 +217,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The brick at a place, if one of its nodes lies `within` so much of the surface.
-    fn brick<C: Quantize>(&self, place: [u32; 3], within: f64) -> Option<Brick<C>> {
+    fn brick<C: Quantize>(&self, packet: &mut Packet, place: [u32; 3], within: f64) -> Option<Brick<C>> {
         const SIDE: usize = BRICK as usize;
         let Self { mesh, lattice, places } = self;
         let node = |[x, y, z]: [usize; 3]| {
@@ -229,11 +230,15 @@ impl<'a> Plan<'a> {
         let far = coarse.iter().copied().fold(places.kept_within(), f64::max);
         let mut exact = [f64::INFINITY; BRICK_SAMPLES];
         let mut wanted = [0.0_f64; BRICK_SAMPLES];
-        let mut last = mesh.nearest(middle(lattice, place.map(|n| n as usize)), 0);
+        let nodes = Nodes::of_lattice(lattice, place.map(|n| (n * BRICK) as usize), [SIDE; 3]);
+        if !packet.measure(&nodes, within) {
+            return None;
+        }
         let mut last_at = middle(lattice, place.map(|n| n as usize));
+        let mut last = mesh.nearest(last_at, packet.guess());
         for row in 0..SIDE * SIDE {
             for x in 0..SIDE {
-                // To and fro, so that the next node is a neighbour and its nearest triangle a good guess.
+                // To and fro, so that the next node is a neighbour.
                 let x = if row % 2 == 0 { x } else { SIDE - 1 - x };
                 let step = [x, row % SIDE, row / SIDE];
                 let index = row * SIDE + x;
@@ -241,7 +246,7 @@ impl<'a> Plan<'a> {
                 let mut magnitude = f64::INFINITY;
                 // The surface lies no nearer than that, so the node is on the same side.
                 if last.distance - (at - last_at).norm() <= far {
-                    last = mesh.nearest(at, last.guess);
+                    last = mesh.nearest_in(packet, &nodes, step);
                     last_at = at;
                     exact[index] = last.distance;
                     magnitude = last.distance;
@@ -342,8 +347,14 @@ impl<C: Quantize> Parts<C> {
         }
     }
 
-    fn extend(&mut self, places: &[usize], brick: impl Fn(usize) -> Option<Brick<C>> + Sync) {
-        let bricks: Vec<Brick<C>> = places.par_iter().filter_map(|index| brick(*index)).collect();
+    fn extend(
+        &mut self,
+        mesh: &MeshDistance,
+        places: &[usize],
+        brick: impl Fn(&mut Packet, usize) -> Option<Brick<C>> + Sync,
+    ) {
+        let bricks = places.par_iter().map_init(|| Packet::new(mesh.tree()), |packet, index| brick(packet, *index));
+        let bricks: Vec<Brick<C>> = bricks.flatten().collect();
         for brick in bricks {
             self.places.push(brick.place);
             self.scales.push(brick.scale);

@@ -3,6 +3,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::hilbert::{BITS, hilbert_index};
+use crate::rough_triangle::{Frame, RoughTriangle};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 
 /// How many children a node has. Their boxes are tested together.
@@ -14,9 +15,13 @@ pub(crate) struct Tree {
     pub corners: Vec<[Vector3<f64>; 3]>,
     /// For each of them its triangle in the mesh.
     pub triangles: Vec<u32>,
+    /// Of each of them what is roughly so.
+    pub rough: Vec<RoughTriangle>,
+    pub frame: Frame,
     /// From the triangles up: `levels[0][i]` holds the boxes of triangles 8i to 8i + 7, `levels[1][i]` those of the
     /// groups 8i to 8i + 7 of level 0. The last level is the root alone.
     levels: Vec<Vec<Boxes>>,
+    pub arch: pulp::Arch,
 }
 
 /// The boxes of a node's children, side by side. A place without a child holds a box that nothing is near to.
@@ -33,6 +38,43 @@ pub(crate) struct NearestTriangle {
     pub slot: usize,
     pub on_triangle: NearestOnTriangle,
 }
+
+/// One search, for the instructions that the machine has.
+struct Search<'a> {
+    tree: &'a Tree,
+    point: Vector3<f64>,
+    guess: usize,
+}
+
+impl pulp::NullaryFnOnce for Search<'_> {
+    type Output = NearestTriangle;
+
+    #[inline(always)]
+    fn call(self) -> NearestTriangle {
+        self.tree.search(self.point, self.guess)
+    }
+}
+
+/// A cube, by its middle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cube {
+    pub middle: Vector3<f64>,
+    pub half_side: f64,
+}
+
+/// A triangle that a search came to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reached {
+    /// In the order of the tree.
+    pub slot: usize,
+    /// From the triangle's box.
+    pub distance: f64,
+    /// The way of that length.
+    pub way: [f64; 3],
+}
+
+/// More than all rounding of a search in a cube, and of where the nodes in it stand.
+const REACH_SLACK: f64 = 1.0 + 1e-6;
 
 /// Boxes farther than this times the best distance so far are passed over. The excess over one is more than all
 /// rounding of both: so the answer does not depend on where the search began.
@@ -62,12 +104,19 @@ impl Tree {
         while levels[levels.len() - 1].len() > 1 {
             levels.push(group(levels[levels.len() - 1].iter().map(Boxes::outer)));
         }
-        Self { corners, triangles, levels }
+        let frame = Frame::around(&bounds);
+        let rough = corners.iter().map(|corners| RoughTriangle::new(*corners, &frame)).collect();
+        Self { corners, triangles, rough, frame, levels, arch: pulp::Arch::new() }
     }
 
     /// The triangle nearest to `point`, the first in the tree's order where several are equally near. `guess` is any
     /// triangle; the search is the shorter, the nearer it is.
     pub fn nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
+        self.arch.dispatch(Search { tree: self, point, guess })
+    }
+
+    #[inline(always)]
+    fn search(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
         let mut best = NearestTriangle { slot: guess, on_triangle: nearest_on_triangle(point, self.corners[guess]) };
         let mut stack = [(0.0, 0, 0); STACK];
         let mut waiting = 1;
@@ -104,6 +153,59 @@ impl Tree {
             }
         }
         best
+    }
+
+    /// All triangles that may be nearest to a point of a cube, and perhaps some more. `nearest` is the nearest to its middle.
+    /// False where they are more than `most`.
+    ///
+    /// A point at v from the middle, v·v ≤ ρ², is no farther from the nearest point, at a distance D with direction e from
+    /// there to the middle, than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from a box, at d with
+    /// direction f, it is at least d + v·f away, as that lies behind the plane across f.
+    #[inline(always)]
+    pub fn reaching(&self, cube: Cube, nearest: &NearestOnTriangle, most: usize, found: &mut Vec<Reached>) -> bool {
+        found.clear();
+        let half_side = cube.half_side * REACH_SLACK;
+        let hypotenuse = (nearest.distance_sq + 3.0 * half_side * half_side).sqrt();
+        let slope = (cube.middle - nearest.point) / hypotenuse;
+        let mut stack = [(0, 0); STACK];
+        let mut waiting = 1;
+        stack[0] = (self.levels.len() - 1, 0);
+        while waiting > 0 {
+            waiting -= 1;
+            let (level, node) = stack[waiting];
+            let (distances, ways) = self.levels[level][node].ways(cube.middle);
+            let mut enters = [false; FAN];
+            for child in 0..FAN {
+                let mut apart = 0.0;
+                for axis in 0..3 {
+                    apart += (slope[axis] * distances[child] - ways[axis][child]).abs();
+                }
+                // Both sides times the distance.
+                let most = hypotenuse * distances[child] + half_side * apart;
+                // What is not a number is not beyond.
+                let is_beyond = distances[child] * distances[child] > most * REACH_SLACK;
+                enters[child] = !is_beyond;
+            }
+            for child in 0..FAN {
+                let index = node * FAN + child;
+                if !enters[child] {
+                    continue;
+                }
+                if level > 0 {
+                    if index < self.levels[level - 1].len() {
+                        stack[waiting] = (level - 1, index);
+                        waiting += 1;
+                    }
+                } else if index < self.corners.len() {
+                    if found.len() == most {
+                        return false;
+                    }
+                    let way = [ways[0][child], ways[1][child], ways[2][child]];
+                    found.push(Reached { slot: index, distance: distances[child], way });
+                }
+            }
+        }
+        true
     }
 
     /// Calls `visit` with every triangle that is no farther from `point` than the root of `distance_sq`.
@@ -151,7 +253,7 @@ impl Tree {
 impl Boxes {
     const NOTHING: Self = Self { min: [[f64::INFINITY; FAN]; 3], max: [[f64::NEG_INFINITY; FAN]; 3] };
 
-    #[inline]
+    #[inline(always)]
     fn distances_sq(&self, point: Vector3<f64>) -> [f64; FAN] {
         let mut distances_sq = [0.0; FAN];
         for axis in 0..3 {
@@ -165,6 +267,23 @@ impl Boxes {
         distances_sq
     }
 
+    /// From each box to a point the shortest way, and how long it is. Infinite where there is no box.
+    #[inline(always)]
+    fn ways(&self, point: Vector3<f64>) -> ([f64; FAN], [[f64; FAN]; 3]) {
+        let (mut distances, mut ways) = ([0.0; FAN], [[0.0; FAN]; 3]);
+        for child in 0..FAN {
+            let mut distance_sq = 0.0;
+            for axis in 0..3 {
+                let below = larger(self.min[axis][child] - point[axis], 0.0);
+                let above = larger(point[axis] - self.max[axis][child], 0.0);
+                ways[axis][child] = above - below;
+                distance_sq += ways[axis][child] * ways[axis][child];
+            }
+            distances[child] = distance_sq.sqrt();
+        }
+        (distances, ways)
+    }
+
     /// The box around all children.
     fn outer(&self) -> [Vector3<f64>; 2] {
         let least = |of: &[f64; FAN]| of.iter().copied().fold(f64::INFINITY, f64::min);
@@ -174,7 +293,7 @@ impl Boxes {
 }
 
 /// One instruction, as `f64::max` is not: it minds NaN, which no distance to a box is.
-#[inline]
+#[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }

@@ -21,14 +21,14 @@ pub(crate) struct NearestOnTriangle {
 const SLIVER_SINE_SQ: f64 = 1e-14;
 
 /// So thin that its normal means nothing.
-#[inline]
+#[inline(always)]
 pub(crate) fn is_sliver([a, b, c]: [Vector3<f64>; 3]) -> bool {
     let (ab, ac) = (b - a, c - a);
     ab.cross(&ac).norm_squared() <= SLIVER_SINE_SQ * ab.norm_squared() * ac.norm_squared()
 }
 
 /// The Voronoi regions of the triangle's features (Ericson 2004, "Real-Time Collision Detection", §5.1.5).
-#[inline]
+#[inline(always)]
 pub(crate) fn nearest_on_triangle(point: Vector3<f64>, corners: [Vector3<f64>; 3]) -> NearestOnTriangle {
     let [a, b, c] = corners;
     let (ab, ac) = (b - a, c - a);

@@ -5,6 +5,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
+use crate::mesh_distance::Nearest;
 use crate::signs::{Known, NodeBlock, Winding};
 use crate::{MeshDistance, SignMethod};
 
@@ -39,15 +40,8 @@ impl Places {
     pub fn measure(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
         let counts = brick_counts(lattice);
         let [row, rows, layers] = counts.map(|n| n as usize);
-        let mut distances = vec![0.0_f32; row * rows * layers];
-        distances.par_chunks_mut(row * rows).enumerate().for_each(|(z, layer)| {
-            let mut guess = 0;
-            for (index, distance) in layer.iter_mut().enumerate() {
-                let nearest = mesh.nearest(middle(lattice, [index % row, index / row, z]), guess);
-                guess = nearest.guess;
-                *distance = nearest.signed() as f32;
-            }
-        });
+        let mut distances =
+            at_nodes(mesh, [row, rows, layers], |place| middle(lattice, place), |nearest| nearest.signed());
         let is_winding = mesh.sign_method() == SignMethod::Winding;
         let spacing = lattice.spacing() * f64::from(BRICK);
         let of_middles = is_winding.then(|| {
@@ -56,8 +50,7 @@ impl Places {
         });
         let mut places = Self { counts, distances, magnitudes: vec![], sides: None, spacing: lattice.spacing(), band };
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
-        let distance = |node: [u32; 3]| mesh.nearest(position(node.map(|n| n as usize)), 0).distance as f32;
-        let mut at_nodes: Vec<f32> = places.coarse_nodes().map(distance).collect();
+        let mut at_nodes = at_nodes(mesh, [row, rows, layers].map(|n| n + 1), position, |nearest| nearest.distance);
         let magnitude = |(node, distance): ([u32; 3], &f32)| {
             let least = places.around(node).map(|index| places.bound(index)).fold(f64::INFINITY, f64::min);
             // Towards zero, whatever the rounding.
@@ -226,6 +219,29 @@ impl Sides {
     fn is_node_inside(&self, node: usize) -> bool {
         self.of_nodes[node].is_inside()
     }
+}
+
+/// A number for each node of a lattice, x fastest, from what is nearest to it.
+fn at_nodes(
+    mesh: &MeshDistance,
+    [row, rows, layers]: [usize; 3],
+    position: impl Fn([usize; 3]) -> Vector3<f64> + Sync,
+    value: impl Fn(Nearest) -> f64 + Sync,
+) -> Vec<f32> {
+    let mut values = vec![0.0_f32; row * rows * layers];
+    values.par_chunks_mut(row * rows).enumerate().for_each(|(z, layer)| {
+        let mut guess = 0;
+        for (y, values) in layer.chunks_mut(row).enumerate() {
+            for step in 0..row {
+                // To and fro, so that the next node is a neighbour and its nearest triangle a good guess.
+                let x = if y % 2 == 0 { step } else { row - 1 - step };
+                let nearest = mesh.nearest(position([x, y, z]), guess);
+                guess = nearest.guess;
+                values[x] = value(nearest) as f32;
+            }
+        }
+    });
+    values
 }
 
 /// The middle of a place: of the cells whose first corners it holds.
