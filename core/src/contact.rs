@@ -100,7 +100,7 @@ pub enum Outcome<R: Float, const N: usize> {
     /// No point of it can be within the margin: no search was made.
     Culled,
     /// The least value found is above the margin. That no other is within it is certain only where the minimum's lower bound
-    /// is above the margin too.
+    /// is above the margin too: then the search may have stopped at once, and the minimum is only the least value seen so far.
     Apart(Minimum<R, N>),
     Contact(Contact<R, N>),
 }
@@ -123,7 +123,7 @@ where
         Ok(lower_bound) => lower_bound,
         Err(outcome) => return outcome,
     };
-    let minimum = minimizer.minimize(field, &element.simplex);
+    let minimum = minimizer.minimize_below(field, &element.simplex, margin);
     if is_apart(margin, &minimum) {
         return Outcome::Apart(minimum);
     }

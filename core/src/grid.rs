@@ -3,9 +3,11 @@
 mod bounded;
 mod dense;
 mod lattice;
+mod polynomial;
 mod segment;
 mod slopes;
 pub mod sparse;
+mod triangle;
 mod trilinear;
 
 use nalgebra::Vector3;
@@ -15,6 +17,7 @@ pub use dense::Dense;
 pub use lattice::Lattice;
 pub use segment::SegmentMinimum;
 use slopes::Range;
+pub use triangle::TriangleMinimum;
 
 use crate::real::{Float, Real};
 use crate::survey::{bounds, reach, rounding};
@@ -216,18 +219,24 @@ impl<S: Storage> Sdf for Grid<S> {
         let [least, greatest, slope] = [nodes.least, nodes.greatest, nodes.slope].map(f64::from);
         let bounds = self.lattice.bounds();
         let sticks_out = !bounds.encloses(region);
+        if !sticks_out {
+            return LocalBounds { least, greatest, slope_bound: slope.min(self.slope_bound) };
+        }
         // Outside, the way to the grid is added to the value there, or makes a right angle with it: see `Grid`.
         let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]).max(0.0);
         let away = libm::hypot(libm::hypot(gap(0), gap(1)), gap(2));
-        let least = if least < 0.0 { least + away } else { libm::hypot(least, away) };
-        let reaches_in = nodes.least < 0.0;
-        let slope_bound = if sticks_out { slope_bound_with_outside(slope, reaches_in) } else { slope };
-        let greatest = if sticks_out { f64::INFINITY } else { greatest };
-        LocalBounds { least, greatest, slope_bound: slope_bound.min(self.slope_bound) }
+        let reaches_in = least < 0.0;
+        let least = if reaches_in { least + away } else { libm::hypot(least, away) };
+        let slope_bound = slope_bound_with_outside(slope, reaches_in);
+        LocalBounds { least, greatest: f64::INFINITY, slope_bound: slope_bound.min(self.slope_bound) }
     }
 
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on(ends)
+    }
+
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        self.least_in(corners, enough)
     }
 
     /// In a few cells by how far the gradient there may be from that at the middle.

@@ -43,6 +43,12 @@ use crate::{Sample, Sdf, Simplex, Status};
 pub trait Minimizer<const N: usize> {
     /// All corners must be finite and within ±[`Real::REACH`].
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
+
+    /// The same where the least value that it finds is at most `level`. Where it is not, a method that can tell may stop as
+    /// soon as it is certain that none is.
+    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, _level: R) -> Minimum<R, N> {
+        self.minimize(field, simplex)
+    }
 }
 
 /// The least value that was seen, and where.

@@ -11,7 +11,7 @@ pub use rigid::Rigid;
 pub use similarity::Similarity;
 pub use stretch::Stretch;
 
-use crate::grid::SegmentMinimum;
+use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::real::{Float, Real};
 use crate::survey::{reach, rounding};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
@@ -115,6 +115,14 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let of_field = self.field.least_on_segment(ends.map(|end| self.placement.pull(end).point))?;
         Some(SegmentMinimum { value: of_field.value * R::lift(self.placement.scale()), ..of_field })
+    }
+
+    /// Of a placement that is an affine map.
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        let pulled = corners.map(|corner| self.placement.pull(corner).point);
+        let scale = R::lift(self.placement.scale());
+        let of_field = self.field.least_on_triangle(pulled, enough.map(|x| x / scale))?;
+        Some(TriangleMinimum { value: of_field.value * scale, least: of_field.least * scale, ..of_field })
     }
 }
 

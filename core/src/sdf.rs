@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use crate::grid::SegmentMinimum;
+use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::real::{Float, Mask, Real};
 use crate::survey::{mean, rises_of_convex};
 use crate::{Aabb, Survey};
@@ -63,6 +63,12 @@ pub trait Sdf: Sized {
         None
     }
 
+    /// Where on a triangle φ is least, if that can be told without a search. It need not be the least once it is certain that
+    /// no value is at most the first of `enough`, nor where none is lower by more than the second.
+    fn least_on_triangle<R: Float>(&self, _corners: [Vector3<R>; 3], _enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        None
+    }
+
     /// The most by which φ in a box lies below φ(c) + ∇φ(c)·(x − c), its linear part at the middle c of the box: 0 where φ
     /// is a convex function. By default nothing is known, and the answer is infinity.
     fn linearization_error(&self, _region: &Aabb) -> f64 {
@@ -118,6 +124,9 @@ impl<F: Sdf> Sdf for &F {
     }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         (**self).least_on_segment(ends)
+    }
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        (**self).least_on_triangle(corners, enough)
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         (**self).linearization_error(region)

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::rc::Rc;
 
 use nalgebra::Vector3;
-use sdf_core::grid::SegmentMinimum;
+use sdf_core::grid::{SegmentMinimum, TriangleMinimum};
 use sdf_core::{Aabb, Float, Lanes, LocalBounds, Real, Sample, Sdf, Survey};
 
 use crate::dual::Dual;
@@ -30,6 +30,7 @@ pub trait Surveys<R: Float> {
     fn is_convex_there(&self, corners: &[Vector3<R>]) -> bool;
     fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4];
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>>;
+    fn least_among(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>>;
 }
 
 impl<R: Float, F: Sdf> Surveys<R> for F {
@@ -44,6 +45,9 @@ impl<R: Float, F: Sdf> Surveys<R> for F {
     }
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on_segment(ends)
+    }
+    fn least_among(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        self.least_on_triangle(corners, enough)
     }
 }
 
@@ -150,6 +154,14 @@ macro_rules! any_field {
                 }
                 let ends = same::<_, [Vector3<f64>; 2]>(ends).unwrap();
                 same(self.0.least_between(ends)).unwrap()
+            }
+
+            fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+                if let Some((corners, enough)) = same::<_, ([Vector3<f32>; 3], [f32; 2])>((corners, enough)) {
+                    return same(self.0.least_among(corners, enough)).unwrap();
+                }
+                let (corners, enough) = same::<_, ([Vector3<f64>; 3], [f64; 2])>((corners, enough)).unwrap();
+                same(self.0.least_among(corners, enough)).unwrap()
             }
         }
     };

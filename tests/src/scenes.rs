@@ -7,7 +7,9 @@ use sdf_bake::SparseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, SegmentMinimum, Storage, cell_slope, slope_bound};
+use sdf_core::grid::{
+    Bounded, Dense, Grid, Lattice, NodeBounds, SegmentMinimum, Storage, TriangleMinimum, cell_slope, slope_bound,
+};
 use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
@@ -72,6 +74,9 @@ impl Sdf for Scene {
     }
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.field.least_on_segment(ends)
+    }
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        self.field.least_on_triangle(corners, enough)
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.field.linearization_error(region)

@@ -7,7 +7,7 @@ use sdf_core::contact::{
     Contact, ContactStatus, Element, ElementKind, Feature, Outcome, all_contacts, contact, may_touch,
 };
 use sdf_core::minimize::{
-    AllMinima, FrankWolfe, GoldenSection, Minimizer, Minimum, Place, PointSampling, ProjectedGradient,
+    AllMinima, Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, Place, PointSampling, ProjectedGradient,
 };
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, HalfSpace, Sphere};
@@ -409,4 +409,55 @@ fn sampled_points_of_a_face_lie_on_the_face() {
     let sphere = Sphere::new(1.0).unwrap();
     let face = element(4, Simplex { corners: [Vector3::<f64>::zeros(), Vector3::x(), Vector3::y()] });
     assert_eq!(found(contact(&sphere, &PointSampling { samples: 64 }, 0.0, &face)).feature, Feature::Face(4));
+}
+
+/// Told nothing of a level.
+struct WithoutLevel(Certified);
+
+impl<const N: usize> Minimizer<N> for WithoutLevel {
+    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+        self.0.minimize(field, simplex)
+    }
+}
+
+/// A search that stops where no value can be within the margin finds the same contacts, to the last bit.
+#[test]
+fn a_search_that_knows_the_margin_finds_the_same_contacts() {
+    fn check<R: Float, const N: usize>(random: &mut Random) {
+        let (mut contacts, mut stopped) = (0, 0);
+        for scene in scenes(1.0) {
+            for id in 0..24 {
+                let reach = 10.0_f64.powf(random.between(-2.0, 0.0));
+                let shrink = |corner: Vector3<f64>, first: Vector3<f64>| first + (corner - first) * reach;
+                let whole = random_simplex::<N>(random, scene.size);
+                let corners = whole.corners.map(|corner| shrink(corner, whole.corners[0]));
+                let element = element(id, cast::<R, N>(&Simplex { corners }));
+                let search = Certified { evaluations: [0, 16, 256][id as usize % 3], ..Certified::default() };
+                let least = Minimizer::<N>::minimize(&search, &scene, &element.simplex);
+                let steps = [-0.1, -1e-3, -1e-6, 0.0, 1e-6, 1e-3, 0.1].map(|step| R::lift(step * scene.size));
+                for margin in steps.map(|step| least.sample.value + step) {
+                    let knowing = contact(&scene, &search, margin, &element);
+                    let told = || format!("{}: {knowing:?} of {element:?} within {margin:?}", scene.name);
+                    match (knowing, contact(&scene, &WithoutLevel(search), margin, &element)) {
+                        (Outcome::Apart(knowing), Outcome::Apart(other)) => {
+                            assert!(knowing == other || margin < knowing.lower_bound, "{} and {other:?}", told());
+                            assert!(other.sample.value <= knowing.sample.value, "{} and {other:?}", told());
+                            stopped += usize::from(knowing != other);
+                        }
+                        (knowing, other) => {
+                            assert!(knowing == other, "{} and {other:?}", told());
+                            contacts += usize::from(matches!(other, Outcome::Contact(_)));
+                        }
+                    }
+                }
+            }
+        }
+        assert!(contacts > 500 && (N < 3 || stopped > 20), "{contacts} contacts, {stopped} stopped, of {N} corners");
+    }
+    let mut random = Random::of_test();
+    check::<f64, 1>(&mut random);
+    check::<f64, 2>(&mut random);
+    check::<f64, 3>(&mut random);
+    check::<f32, 2>(&mut random);
+    check::<f32, 3>(&mut random);
 }

@@ -6,6 +6,7 @@ use sdf_core::grid::{Dense, Grid, slope_bound};
 use sdf_core::minimize::{FrankWolfe, ProjectedGradient};
 use sdf_core::shapes::Sphere;
 use sdf_core::{Aabb, Float, Sdf, Simplex};
+use sdf_tests::oracle::lattice_weights;
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, Scene, cube_lattice, sampled, scenes};
 
@@ -247,6 +248,80 @@ fn the_least_on_a_segment_is_below_all_its_points() {
     check::<f32>(1e-5);
 }
 
+/// The same of a triangle: among them such as lie in the faces of cells, slivers, segments and points.
+#[test]
+fn the_least_on_a_triangle_is_below_all_its_points() {
+    fn check<R: Float>(tolerance: f64) {
+        let mut random = Random::of_test();
+        let all_over = lattice_weights::<3>(20);
+        for scene in scenes(1.0) {
+            let mut answered = 0;
+            for round in 0..200 {
+                let reach = scene.size * 10.0_f64.powf(random.between(-3.0, 0.0));
+                let a = random.in_cube(0.6 * scene.size);
+                let mut corners = [a, a + random.in_cube(reach), a + random.in_cube(reach)];
+                match round % 10 {
+                    0 => corners.iter_mut().for_each(|corner| corner.y = a.y),
+                    1 => corners = corners.map(|corner| corner.map(|x| (x * 16.0).round() / 16.0)),
+                    2 => corners[2] = corners[0] + (corners[1] - corners[0]) * 0.3,
+                    3 => corners[2] = corners[0] + (corners[1] - corners[0]) * 0.3 + random.in_cube(1e-9),
+                    4 => corners = [a; 3],
+                    5 => corners
+                        .iter_mut()
+                        .for_each(|corner| corner.z = 0.25 * (1.0 + random.between(-1.0, 1.0) * 4.0 * R::EPSILON)),
+                    _ => {}
+                }
+                let corners = corners.map(|corner| corner.map(R::lift));
+                let gap = R::lift(1e-3 * reach);
+                let Some(least) = scene.least_on_triangle(corners, [R::lift(f64::INFINITY), gap]) else { continue };
+                answered += 1;
+                let simplex = Simplex { corners };
+                let at = |weights: [R; 3]| scene.value(simplex.point(weights)).to_f64();
+                let told = format!("{}: {least:?} on {corners:?}", scene.name);
+                assert!((at(least.weights) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.weights));
+                assert!(least.least <= least.value, "{told}");
+                for weights in &all_over {
+                    let value = at(weights.map(R::lift));
+                    assert!(least.least.to_f64() <= value + tolerance, "{told}, but {value} at {weights:?}");
+                }
+                let enough = scene.least_on_triangle(corners, [least.value, gap]).unwrap();
+                assert_eq!(enough, least, "a level that is met changes nothing");
+            }
+            if scene.name.ends_with("grid of a sphere") {
+                assert!(answered > 100, "{}: {answered} of 200", scene.name);
+            }
+        }
+    }
+    check::<f64>(1e-13);
+    check::<f32>(1e-5);
+}
+
+/// On samples that are as rough as can be, where cells have minima of their own inside.
+#[test]
+fn the_least_on_a_triangle_in_noise_is_below_all_its_points() {
+    let mut random = Random::of_test();
+    let lattice = cube_lattice(1.0, 8);
+    let all_over = lattice_weights::<3>(60);
+    let mut near = 0;
+    for _ in 0..300 {
+        let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
+        let storage = Dense::new(&lattice, samples).unwrap();
+        let steepest = slope_bound(&lattice, &storage);
+        let grid = Grid::new(lattice, storage, steepest).unwrap();
+        let reach = random.between(0.05, 0.6);
+        let a = random.in_cube(0.4);
+        let simplex = Simplex { corners: [a, a + random.in_cube(reach), a + random.in_cube(reach)] };
+        let gap = 1e-3 * reach * steepest;
+        let Some(least) = grid.least_on_triangle(simplex.corners, [f64::INFINITY, gap]) else { continue };
+        near += usize::from(least.value - 2.0 * gap <= least.least);
+        for weights in &all_over {
+            let value = grid.value(simplex.point(*weights));
+            assert!(least.least <= value + 1e-13, "{least:?} on {simplex:?}, but {value} at {weights:?}");
+        }
+    }
+    assert!(near > 200, "{near} of 300 are near");
+}
+
 /// On a face between cells, and on an edge or a node, the gradient is another on each side: what is certain of a hull there
 /// holds for all, or a search would pass over the crease.
 #[test]
@@ -317,6 +392,28 @@ fn a_segment_through_samples_that_are_not_finite_has_no_least_in_closed_form() {
             assert_eq!(grid.least_on_segment([middle - way, middle + way]), None, "{bad} at {middle}");
             let beyond = middle - Vector3::z() * 0.9;
             assert!(grid.least_on_segment([beyond, beyond + Vector3::y() * 0.2]).is_some(), "{bad} at {beyond}");
+        }
+    }
+}
+
+/// The same of a triangle.
+#[test]
+fn a_triangle_through_samples_that_are_not_finite_has_no_least_in_closed_form() {
+    let mut random = Random::of_test();
+    let lattice = cube_lattice(1.0, 8);
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(0.5, 1.0) as f32).collect();
+        let at = [3, 4, 5];
+        samples[lattice.index(at)] = bad;
+        let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 10.0).unwrap();
+        for _ in 0..100 {
+            let middle = Vector3::from(lattice.node(at)) + random.in_cube(0.2);
+            let (a, b) = (random.direction() * 0.1, random.direction() * 0.1);
+            let corners = [middle + a, middle + b, middle - a - b];
+            let enough = [f64::INFINITY, 0.0];
+            assert_eq!(grid.least_on_triangle(corners, enough), None, "{bad} at {middle}");
+            let beyond = corners.map(|corner| corner - Vector3::z() * 0.75);
+            assert!(grid.least_on_triangle(beyond, enough).is_some(), "{bad} at {middle}");
         }
     }
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::surveys;
-use crate::grid::SegmentMinimum;
+use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::real::{Float, Real};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
@@ -62,6 +62,15 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
         let (a, b) = (self.0.least_on_segment(ends)?, self.1.least_on_segment(ends)?);
         let looks = a.looks.saturating_add(b.looks);
         Some(SegmentMinimum { looks, ..if b.value < a.value { b } else { a } })
+    }
+
+    /// The level is not handed on: what is above it in one field takes more or fewer looks, and changes how many there were.
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        let enough = [R::lift(f64::INFINITY), enough[1]];
+        let (a, b) = (self.0.least_on_triangle(corners, enough)?, self.1.least_on_triangle(corners, enough)?);
+        let looks = a.looks.saturating_add(b.looks);
+        let least = Real::min(a.least, b.least);
+        Some(TriangleMinimum { looks, least, ..if b.value < a.value { b } else { a } })
     }
 }
 

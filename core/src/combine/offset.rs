@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use crate::grid::SegmentMinimum;
+use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::real::{Float, Real};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
 
@@ -60,5 +60,12 @@ impl<F: Sdf> Sdf for Offset<F> {
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         let of_field = self.field.least_on_segment(ends)?;
         Some(SegmentMinimum { value: of_field.value - R::lift(self.distance), ..of_field })
+    }
+
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        let distance = R::lift(self.distance);
+        let [level, gap] = enough;
+        let of_field = self.field.least_on_triangle(corners, [level + distance, gap])?;
+        Some(TriangleMinimum { value: of_field.value - distance, least: of_field.least - distance, ..of_field })
     }
 }

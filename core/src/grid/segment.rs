@@ -1,5 +1,6 @@
 use nalgebra::Vector3;
 
+use super::polynomial::Polynomial;
 use super::{Grid, Storage};
 use crate::real::{Float, Real};
 use crate::survey::bounds;
@@ -26,24 +27,32 @@ impl<S: Storage> Grid<S> {
         if !self.lattice.bounds().encloses(&bounds(&ends)) {
             return None;
         }
-        let in_cells = |point: Vector3<R>| (point - lift(self.lattice.origin())) * R::lift(self.lattice.per_spacing());
-        let from = in_cells(ends[0]);
         let way = (ends[1] - ends[0]) * R::lift(self.lattice.per_spacing());
+        self.follow(self.in_cells(ends[0]), way, R::lift(f64::INFINITY))
+    }
+
+    /// Counted in cells from the first node.
+    pub(super) fn in_cells<R: Float>(&self, point: Vector3<R>) -> Vector3<R> {
+        (point - lift(self.lattice.origin())) * R::lift(self.lattice.per_spacing())
+    }
+
+    /// From a point over a way, both counted in cells. Where no value is below `known`, that is the value and its place is
+    /// of no account.
+    pub(super) fn follow<R: Float>(&self, from: Vector3<R>, way: Vector3<R>, known: R) -> Option<SegmentMinimum<R>> {
         let last = lift::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
-        let mut least = SegmentMinimum { share: R::zero(), value: R::lift(f64::INFINITY), looks: 0 };
+        let mut least = SegmentMinimum { share: R::zero(), value: known, looks: 0 };
         let mut entry = R::zero();
         // Where it enters a cell through a face, the point itself cannot tell on which side of it the cell lies.
         let mut cell = from.zip_map(&last, |x, last| Real::min(x.trunc(), last));
+        let leaves_at = |cell: R, last: R, from: R, way: R| {
+            // The face of the box is never left through: rounding alone leads there.
+            let is_at_box = if way < R::zero() { cell <= R::zero() } else { last <= cell };
+            let face = if way < R::zero() { cell } else { cell + R::one() };
+            if way == R::zero() || is_at_box { R::lift(f64::INFINITY) } else { (face - from) / way }
+        };
+        let mut leaves = Vector3::from_fn(|k, _| leaves_at(cell[k], last[k], from[k], way[k]));
         while least.looks < MOST_CELLS {
-            let leaves = Vector3::from_fn(|k, _| {
-                let (cell, way) = (cell[k], way[k]);
-                // The face of the box is never left through: rounding alone leads there.
-                let is_at_box = if way < R::zero() { cell <= R::zero() } else { last[k] <= cell };
-                let face = if way < R::zero() { cell } else { cell + R::one() };
-                let stays = way == R::zero() || is_at_box;
-                if stays { R::lift(f64::INFINITY) } else { Real::max((face - from[k]) / way, entry) }
-            });
-            let exit = Real::min(leaves.iter().fold(R::one(), |exit, leaves| Real::min(exit, *leaves)), R::one());
+            let exit = leaves.iter().fold(R::one(), |exit, leaves| Real::min(exit, Real::max(*leaves, entry)));
             let corners = R::gather(cell.into(), |cell| self.storage.corners(cell));
             least.looks = least.looks.saturating_add(1);
             // The interpolant is never below all of its corners, if they are numbers.
@@ -61,14 +70,13 @@ impl<S: Storage> Grid<S> {
             if R::one() <= exit {
                 return Some(least);
             }
-            let next = cell.zip_zip_map(
-                &leaves,
-                &way,
-                |cell, leaves, way| {
-                    if exit < leaves { cell } else { cell + way.sign() }
-                },
-            );
-            (cell, entry) = (next, exit);
+            for k in 0..3 {
+                if leaves[k % 3] <= exit {
+                    cell[k % 3] += way[k % 3].sign();
+                    leaves[k % 3] = leaves_at(cell[k % 3], last[k % 3], from[k % 3], way[k % 3]);
+                }
+            }
+            entry = exit;
         }
         None
     }
@@ -80,13 +88,12 @@ struct Cubic<R>([R; 4]);
 impl<R: Float> Cubic<R> {
     /// A cell's interpolant at `start` + s · `way`, both counted in cells from its first corner.
     fn along(corners: [R; 8], start: Vector3<R>, way: Vector3<R>) -> Self {
-        let [c000, c100, c010, c110, c001, c101, c011, c111] = corners;
-        let (x, y, z) = (c100 - c000, c010 - c000, c001 - c000);
-        let (xy, zx, yz) = (c110 - c100 - y, c101 - c100 - z, c011 - c010 - z);
-        let xyz = (c111 - c011) - (c101 - c001) - xy;
+        let Polynomial { constant, linear, xy, yz, zx, xyz } = Polynomial::new(corners);
+        let (x, y, z) = (linear.x, linear.y, linear.z);
         let (sx, sy, sz) = (start.x, start.y, start.z);
         let (wx, wy, wz) = (way.x, way.y, way.z);
-        let value = c000 + x * sx + y * sy + z * sz + xy * sx * sy + yz * sy * sz + zx * sz * sx + xyz * sx * sy * sz;
+        let value =
+            constant + x * sx + y * sy + z * sz + xy * sx * sy + yz * sy * sz + zx * sz * sx + xyz * sx * sy * sz;
         let slope = (x + xy * sy + zx * sz + xyz * sy * sz) * wx
             + (y + xy * sx + yz * sz + xyz * sz * sx) * wy
             + (z + yz * sy + zx * sx + xyz * sx * sy) * wz;

@@ -178,6 +178,17 @@ impl<B: Bricks> Sparse<B> {
         }
     }
 
+    /// Of a cell with all its corners in one brick, whose samples span 73 places.
+    #[inline]
+    fn corners_in(&self, brick: usize, [x, y, z]: [u32; 3]) -> [f32; 8] {
+        let first = (((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK) as usize;
+        let codes =
+            self.bricks.samples().get(brick * BRICK_SAMPLES + first..).and_then(|codes| codes.first_chunk::<74>());
+        let (Some(codes), Some(scale)) = (codes, self.bricks.scales().get(brick)) else { return [0.0; 8] };
+        let corners = [codes[0], codes[1], codes[8], codes[9], codes[64], codes[65], codes[72], codes[73]];
+        corners.map(|code| code.decode(*scale))
+    }
+
     /// The coarse grid's corners around the place of a brick, in the order of [`Storage::corners`].
     pub fn coarse_corners(&self, place: [u32; 3]) -> [f32; 8] {
         let [along_x, along_y, _] = self.places.map(|n| n as usize + 1);
@@ -230,7 +241,7 @@ impl<B: Bricks> Storage for Sparse<B> {
         let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
         let in_one_brick = cell.iter().all(|index| index % BRICK != BRICK - 1);
         match self.brick(cell) {
-            Some(brick) if in_one_brick => core::array::from_fn(|index| self.sample(brick, corner(index as u32))),
+            Some(brick) if in_one_brick => self.corners_in(brick, cell),
             _ => core::array::from_fn(|index| self.node(corner(index as u32))),
         }
     }

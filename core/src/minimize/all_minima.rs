@@ -101,7 +101,7 @@ impl AllMinima {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
         let rise = longest_edge * R::lift(slope_bound * self.tolerance / 3.0) + rounding * R::lift(MOST_ROUNDINGS);
-        let least = self.search.minimize(field, simplex);
+        let least = self.search.minimize_below(field, simplex, level);
         let evaluations = least.evaluations.to_f64() as u32;
         let mut found = Found { least, count: 0, is_complete: true, lower_bound: least.lower_bound, evaluations };
         if level < least.lower_bound {

@@ -8,7 +8,7 @@ use crate::real::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::survey::rounding;
 use crate::vector::norm;
-use crate::{Gradients, Sdf, Simplex};
+use crate::{Gradients, Sample, Sdf, Simplex};
 
 /// Branch and bound (Land and Doig 1960; Hansen and Walster 2003, "Global Optimization Using Interval Analysis"): the
 /// simplex is cut in two again and again, always the piece whose lower bound ([`Sdf::survey`]) is least, until no piece
@@ -17,13 +17,16 @@ use crate::{Gradients, Sdf, Simplex};
 ///
 /// It converged if that gap is within the tolerance. If not, the gap still holds: the budget ran out first.
 ///
-/// On fields that know the least of a segment by themselves, such as grids, a triangle's edges are done so, and of its inside
-/// only pieces where the field may be level. Elsewhere it begins where a few steps of [`Newton`] end: the lower the value to
-/// beat, the fewer the pieces.
+/// A grid knows the least of a segment by itself, and of a triangle that meets some hundreds of cells at most
+/// ([`Sdf::least_on_triangle`]): such a one is not searched, and a larger one cut until its pieces are. Elsewhere it begins
+/// where a few steps of [`Newton`] end: the lower the value to beat, the fewer the pieces.
+///
+/// Told of a level ([`Minimizer::minimize_below`]), it stops as soon as no value is at most that. Where the least is, it answers
+/// the same as without.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
-    /// How many times the field is asked at most, but for the edges in a grid, the local steps and the whole simplex, which
-    /// always are.
+    /// How many times the field is asked at most, but for the local steps, the whole simplex, which always is, and what a grid
+    /// looks at to tell the least of a piece by itself, which counts once.
     pub evaluations: u32,
     /// Done when the least value is known to within this share of longest edge · slope bound.
     pub tolerance: f64,
@@ -56,37 +59,55 @@ const ROOM_TO_FINISH: usize = 40;
 impl<const N: usize> Minimizer<N> for Certified {
     /// Lane by lane, for each has pieces of its own.
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        let first = self.minimum(field, &simplex.lane(0));
+        self.minimize_below(field, simplex, R::lift(f64::INFINITY))
+    }
+
+    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
+        let first = self.minimum(field, &simplex.lane(0), level.lane(0));
         let mut minimum = Minimum::splat(first);
         for lane in 1..R::LANES {
-            minimum.set_lane(lane, self.minimum(field, &simplex.lane(lane)));
+            minimum.set_lane(lane, self.minimum(field, &simplex.lane(lane), level.lane(lane)));
         }
         minimum
     }
 }
 
 impl Certified {
-    fn minimum<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimum<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
         if let Some(minimum) = of_segment(field, simplex) {
             return minimum;
         }
-        let boundary = least_on_edges(field, simplex);
-        let mut search = match boundary {
-            Some(boundary) => Search::from_boundary(field, simplex, boundary),
-            None => Search::from_local(field, simplex, &self.local),
-        };
         let longest_edge = simplex.longest_edge();
         let slope_bound = field.slope_bound();
-        // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
-        let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, search.best.value);
-        let gap = longest_edge * R::lift(slope_bound * self.tolerance) + rounding * R::lift(MOST_ROUNDINGS);
-        let mut budget = self.evaluations;
+        let tolerance = longest_edge * R::lift(slope_bound * self.tolerance);
+        let gap_of = |value: R| {
+            // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
+            let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, value);
+            (tolerance + rounding * R::lift(MOST_ROUNDINGS), rounding)
+        };
+        let in_cells = of_cells(field, simplex, [level, tolerance]);
+        if let Some(found) = in_cells {
+            let (gap, rounding) = gap_of(found.sample.value);
+            let answer = found.answer(gap, rounding);
+            if answer.converged || level < answer.lower_bound {
+                return answer;
+            }
+        }
+        let boundary = if in_cells.is_some() { None } else { least_on_edges(field, simplex) };
+        let mut search = match (in_cells, boundary) {
+            (Some(found), _) => Search::from_cells(field, simplex, &found),
+            (None, Some(boundary)) => Search::from_boundary(field, simplex, boundary),
+            (None, None) => Search::from_local(field, simplex, &self.local),
+        };
+        let (gap, rounding) = gap_of(search.best.value);
         if let Some(boundary) = boundary {
             search.settle(Real::min(boundary.value, search.best.value) - rounding);
-            budget = budget.saturating_add(boundary.looks);
         }
         let whole = Open { piece: Piece::whole(), least: R::lift(f64::NEG_INFINITY), cuts: 0 };
-        search.look_at(whole, search.best.weights, gap);
+        match in_cells {
+            Some(found) => search.wait(Open { least: found.least - rounding, ..whole }, gap),
+            None => search.look_at(whole, search.best.weights, gap),
+        }
         if boundary.is_some() && search.waiting.count > 0 {
             search.descend(&self.local, &Piece::whole());
         }
@@ -96,13 +117,18 @@ impl Certified {
                 search.settle(open.least);
                 continue;
             }
+            if level < Real::min(open.least, search.least()) {
+                search.settle(open.least);
+                converged = false;
+                break;
+            }
             let Some(halves) = open.piece.cut(simplex) else {
                 // No larger than rounding, which is all that its bound is off by, if there is one.
                 converged &= open.least.is_finite();
                 search.settle(open.least);
                 continue;
             };
-            if search.evaluations >= budget {
+            if search.evaluations >= self.evaluations.saturating_add(search.within) {
                 converged = false;
                 search.settle(open.least);
                 break;
@@ -116,6 +142,47 @@ impl Certified {
             search.descend(&self.local, &Piece::around(search.best.weights, R::lift(PART_TO_POLISH)));
         }
         search.finish(converged)
+    }
+}
+
+/// What a field knows of a triangle by itself.
+#[derive(Clone, Copy)]
+struct InCells<R: Real, const N: usize> {
+    weights: [R; N],
+    point: Vector3<R>,
+    sample: Sample<R>,
+    /// But for rounding.
+    least: R,
+    looks: u32,
+}
+
+/// `None` where the field knows nothing, or this is no triangle.
+fn of_cells<R: Float, F: Sdf, const N: usize>(
+    field: &F,
+    simplex: &Simplex<R, N>,
+    enough: [R; 2],
+) -> Option<InCells<R, N>> {
+    let &[a, b, c] = simplex.corners.as_slice() else { return None };
+    let found = field.least_on_triangle([a, b, c], enough)?;
+    let mut weights = [R::zero(); N];
+    weights.iter_mut().zip(found.weights).for_each(|(weight, of_corner)| *weight = of_corner);
+    let point = simplex.point(weights);
+    let sample = field.evaluate(point);
+    let least = Real::min(found.least, sample.value);
+    Some(InCells { weights, point, sample, least, looks: found.looks.saturating_add(1) })
+}
+
+impl<R: Float, const N: usize> InCells<R, N> {
+    fn answer(&self, gap: R, rounding: R) -> Minimum<R, N> {
+        let lower_bound = self.least - rounding;
+        Minimum {
+            weights: self.weights,
+            point: self.point,
+            sample: self.sample,
+            lower_bound,
+            evaluations: R::lift(f64::from(self.looks)),
+            converged: self.sample.value - gap <= lower_bound,
+        }
     }
 }
 
@@ -180,6 +247,8 @@ struct Search<'a, R: Float, F, const N: usize> {
     /// No piece that there was no room for does.
     given_up: R,
     evaluations: u32,
+    /// Of these, those that were steps of a local search or in the cells of a grid along lines.
+    within: u32,
     /// Where the least value of the boundary is known, so that only the inside is searched.
     plane: Option<Plane<R>>,
 }
@@ -191,9 +260,15 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         Self::from(field, simplex, best, found.evaluations.to_f64() as u32, None)
     }
 
+    fn from_cells(field: &'a F, simplex: &'a Simplex<R, N>, found: &InCells<R, N>) -> Self {
+        let best = Seen { weights: found.weights, value: found.sample.value };
+        Self { within: found.looks, ..Self::from(field, simplex, best, found.looks, None) }
+    }
+
     fn from_boundary(field: &'a F, simplex: &'a Simplex<R, N>, boundary: Boundary<R, N>) -> Self {
         let best = Seen { weights: boundary.weights, value: field.value(simplex.point(boundary.weights)) };
-        Self::from(field, simplex, best, boundary.looks.saturating_add(1), Some(Plane::of(simplex)))
+        let looks = boundary.looks.saturating_add(1);
+        Self { within: boundary.looks, ..Self::from(field, simplex, best, looks, Some(Plane::of(simplex))) }
     }
 
     fn from(
@@ -213,6 +288,7 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
             settled: nothing,
             given_up: nothing,
             evaluations,
+            within: 0,
             plane,
         }
     }
@@ -234,9 +310,12 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
     /// Bounds a piece, whose bound so far is that of the one it was cut from, by a look at the point of these weights in it,
     /// and lets it wait, unless it cannot hold a value below the best by more than the gap.
     fn look_at(&mut self, open: Open<R, N>, weights: [R; N], gap: R) {
-        let corners = open.piece.of(self.simplex).corners;
-        let survey = self.field.survey(self.simplex.point(weights), &corners);
+        let piece = open.piece.of(self.simplex);
         self.evaluations = self.evaluations.saturating_add(1);
+        if let Some(found) = of_cells(self.field, &piece, [self.best.value - gap, gap]) {
+            return self.take(open, &found, gap);
+        }
+        let survey = self.field.survey(self.simplex.point(weights), &piece.corners);
         if survey.value < self.best.value {
             (self.best, self.is_rough) = (Seen { weights, value: survey.value }, true);
         }
@@ -246,13 +325,37 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         // Where the field is no number, nothing is certain.
         let is_known = survey.least <= survey.value;
         let least = if is_known { Real::max(survey.least, open.least) } else { R::lift(f64::NEG_INFINITY) };
-        if least < self.best.value - gap {
-            let given_up = self.waiting.push(Open { least, ..open });
+        self.wait(Open { least, ..open }, gap);
+    }
+
+    /// What the field knows of a piece by itself.
+    fn take(&mut self, open: Open<R, N>, found: &InCells<R, N>, gap: R) {
+        self.evaluations = self.evaluations.saturating_add(found.looks);
+        self.within = self.within.saturating_add(found.looks);
+        let weights = open.piece.weights(found.weights);
+        let point = self.simplex.point(weights);
+        let value = self.field.value(point);
+        let rounding = rounding(self.field.slope_bound(), point, self.simplex.longest_edge(), value);
+        let least = Real::max(found.least - rounding, open.least);
+        if value < self.best.value {
+            (self.best, self.is_rough) = (Seen { weights, value }, least < value - gap);
+        }
+        self.wait(Open { least, ..open }, gap);
+    }
+
+    fn wait(&mut self, open: Open<R, N>, gap: R) {
+        if open.least < self.best.value - gap {
+            let given_up = self.waiting.push(open);
             self.given_up = Real::min(self.given_up, given_up);
             self.settle(given_up);
         } else {
-            self.settle(least);
+            self.settle(open.least);
         }
+    }
+
+    /// What no value is below.
+    fn least(&self) -> R {
+        Real::min(self.best.value, Real::min(self.settled, self.waiting.least()))
     }
 
     fn settle(&mut self, least: R) {
@@ -260,9 +363,9 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
     }
 
     fn finish(self, converged: bool) -> Minimum<R, N> {
-        let Seen { weights, value } = self.best;
+        let weights = self.best.weights;
         let point = self.simplex.point(weights);
-        let lower_bound = Real::min(value, Real::min(self.settled, self.waiting.least()));
+        let lower_bound = self.least();
         Minimum {
             weights,
             point,

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
-use sdf_core::grid::SegmentMinimum;
+use sdf_core::grid::{SegmentMinimum, TriangleMinimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
@@ -89,6 +89,9 @@ impl Sdf for Node {
 
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         delegate!(self, field => field.least_on_segment(ends))
+    }
+    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        delegate!(self, field => field.least_on_triangle(corners, enough))
     }
 
     fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
