@@ -10,6 +10,7 @@ impl Aabb {
     pub const EVERYWHERE: Self = Self { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY; 3] };
 
     /// The box around the origin that reaches `half_extents` to either side.
+    #[inline]
     pub fn centered(half_extents: [f64; 3]) -> Self {
         Self { min: half_extents.map(|h| -h), max: half_extents }
     }
@@ -20,6 +21,7 @@ impl Aabb {
     }
 
     /// The smallest box around both.
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         Self {
             min: core::array::from_fn(|k| self.min[k].min(other.min[k])),
@@ -35,16 +37,19 @@ impl Aabb {
     }
 
     /// Whether all of the other lies in this.
+    #[inline]
     pub fn encloses(&self, other: &Self) -> bool {
         let mut axes = core::iter::zip(self.min, other.min).chain(core::iter::zip(other.max, self.max));
         axes.all(|(low, high)| low <= high)
     }
 
     /// The box moved outward (inward where negative) by `distance` on all sides.
+    #[inline]
     pub fn inflate(&self, distance: f64) -> Self {
         Self { min: self.min.map(|x| x - distance), max: self.max.map(|x| x + distance) }
     }
 
+    #[inline]
     pub fn extents(&self) -> [f64; 3] {
         core::array::from_fn(|k| self.max[k] - self.min[k])
     }

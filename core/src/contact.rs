@@ -1,5 +1,7 @@
 //! From an element of a mesh to its contact with a field.
 
+pub mod batch;
+
 use nalgebra::Vector3;
 
 use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
@@ -123,11 +125,20 @@ where
         Ok(lower_bound) => lower_bound,
         Err(outcome) => return outcome,
     };
-    let minimum = minimizer.minimize_below(field, &element.simplex, margin);
-    if is_apart(margin, &minimum) {
-        return Outcome::Apart(minimum);
+    judge(margin, element, &minimizer.minimize_below(field, &element.simplex, margin), lower_bound)
+}
+
+/// What the least of an element that passed the cull makes of it.
+fn judge<R: Float, const N: usize>(
+    margin: R,
+    element: &Element<R, N>,
+    minimum: &Minimum<R, N>,
+    lower_bound: R,
+) -> Outcome<R, N> {
+    if is_apart(margin, minimum) {
+        return Outcome::Apart(*minimum);
     }
-    report(element, &minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
+    report(element, minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
 }
 
 /// As [`contact`] with the certified search of `search`, but with a contact of every isolated minimum with φ ≤ `margin`,
@@ -178,7 +189,8 @@ fn cull<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, element: &Elemen
     if margin < least {
         return Err(Outcome::Culled);
     }
-    let by_slope = simplex.lower_bound(field, local.slope_bound, centroid, field.value(centroid));
+    let by_slope =
+        simplex.lower_bound(field.slope_bound(), R::lift(local.slope_bound), centroid, field.value(centroid));
     let lower_bound = Real::max(by_slope, least);
     if margin.lt(by_slope) {
         return Err(Outcome::Culled);
@@ -246,7 +258,8 @@ pub struct Cull<R: Real> {
 #[inline]
 pub fn may_touch<R: Real, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
     let centroid = simplex.centroid();
-    let lower_bound = simplex.lower_bound(field, field.slope_bound(), centroid, field.value(centroid));
+    let lower_bound =
+        simplex.lower_bound(field.slope_bound(), R::lift(field.slope_bound()), centroid, field.value(centroid));
     Cull { may_touch: !margin.lt(lower_bound), lower_bound }
 }
 

@@ -19,9 +19,10 @@ pub use segment::SegmentMinimum;
 use slopes::Range;
 pub use triangle::TriangleMinimum;
 
+use crate::kernel::Kernel;
 use crate::real::{Float, Real};
 use crate::survey::{bounds, reach, rounding};
-use crate::vector::{lift, norm};
+use crate::vector::norm;
 use crate::{Aabb, LocalBounds, Sample, Sdf, Status, Survey};
 
 /// Where a grid's samples come from.
@@ -29,6 +30,19 @@ pub trait Storage {
     /// The samples at the eight nodes of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices
     /// are below [`Lattice::cells`].
     fn corners(&self, cell: [u32; 3]) -> [f32; 8];
+
+    /// [`corners`](Self::corners) of several cells.
+    #[inline(always)]
+    fn corners_of<const N: usize>(&self, cells: [[u32; 3]; N]) -> [[f32; N]; 8] {
+        let mut corners = [[0.0; N]; 8];
+        for cell in 0..N {
+            let of_cell = self.corners(cells[cell]);
+            for corner in 0..8 {
+                corners[corner][cell] = of_cell[corner];
+            }
+        }
+        corners
+    }
 
     /// Whether [`bounds_of_nodes`](Self::bounds_of_nodes) ever answers: where it does not, it is not asked.
     const HAS_BOUNDS: bool = false;
@@ -148,45 +162,53 @@ pub fn cell_slope(corners: [f32; 8], spacing: f64) -> f64 {
     libm::sqrt(along_x * along_x + along_y * along_y + along_z * along_z) / spacing
 }
 
-/// A point of the grid's box: the cell it lies in and how far along each side.
-struct Located<R: Real> {
-    cell: Vector3<R>,
-    share: Vector3<R>,
-    /// The nearest point of the box.
-    nearest: Vector3<R>,
-    /// 1 along axes where the point is within the box, else 0.
-    within: Vector3<R>,
-}
+/// Of a point: the cell of its nearest point in the box, how far that lies along each side of the cell, that point, and
+/// 1 along axes where the point is within the box, else 0.
+type Located<R> = [Vector3<R>; 4];
 
-impl<S: Storage> Grid<S> {
-    #[inline]
-    fn locate<R: Real>(&self, point: Vector3<R>) -> Located<R> {
-        let (origin, spacing) = (lift::<R>(self.lattice.origin()), R::lift(self.lattice.spacing()));
-        let per_spacing = R::lift(self.lattice.per_spacing());
-        let last = lift::<R>(self.lattice.cells().map(f64::from));
-        let steps = (point - origin) * per_spacing;
-        let clamped = steps.zip_map(&last, |steps, last| steps.clamp(R::zero(), last));
-        let cell = clamped.zip_map(&last, |steps, last| steps.trunc().min(last - R::one()));
-        let is_within = |steps: R, clamped: R| R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
-        let within = steps.zip_map(&clamped, is_within);
-        let on_box = origin + clamped * spacing;
-        let nearest = Vector3::from_fn(|axis, _| R::select(within[axis].is_zero(), on_box[axis], point[axis]));
-        Located { cell, share: clamped - cell, nearest, within }
+struct Locate<'a>(&'a Lattice);
+
+impl Locate<'_> {
+    #[inline(always)]
+    fn along<R: Real>(&self, axis: usize, x: R) -> [R; 4] {
+        let (origin, spacing) = (R::lift(self.0.origin()[axis]), R::lift(self.0.spacing()));
+        let last = R::lift(f64::from(self.0.cells()[axis]));
+        let steps = (x - origin) * R::lift(self.0.per_spacing());
+        let clamped = steps.clamp(R::zero(), last);
+        let cell = clamped.trunc().min(last - R::one());
+        let within = R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
+        let nearest = R::select(within.is_zero(), origin + clamped * spacing, x);
+        [cell, clamped - cell, nearest, within]
     }
 }
 
-impl<S: Storage> Sdf for Grid<S> {
-    #[inline]
-    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let located = self.locate(point);
-        let corners = R::gather(located.cell.into(), |cell| self.storage.corners(cell));
-        let (value, by_share) = trilinear::interpolate(corners, located.share);
-        let gradient = by_share * R::lift(self.lattice.per_spacing());
+impl Kernel for Locate<'_> {
+    type From<R: Real> = Vector3<R>;
+    type To<R: Real> = Located<R>;
 
-        let from_box = point - located.nearest;
+    #[inline(always)]
+    fn apply<R: Real>(&self, point: Vector3<R>) -> Located<R> {
+        let [x, y, z] = [self.along(0, point.x), self.along(1, point.y), self.along(2, point.z)];
+        core::array::from_fn(|k| Vector3::new(x[k], y[k], z[k]))
+    }
+}
+
+struct Interpolate<'a>(&'a Lattice);
+
+impl Kernel for Interpolate<'_> {
+    type From<R: Real> = (Vector3<R>, Located<R>, [R; 8]);
+    type To<R: Real> = Sample<R>;
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (point, located, corners): Self::From<R>) -> Sample<R> {
+        let [_, share, nearest, within] = located;
+        let (value, by_share) = trilinear::interpolate(corners, share);
+        let gradient = by_share * R::lift(self.0.per_spacing());
+
+        let from_box = point - nearest;
         let distance = norm(from_box);
         let is_outside = R::zero().lt(distance);
-        let along_box = gradient.component_mul(&located.within);
+        let along_box = gradient.component_mul(&within);
         let rising = R::zero().le(value);
         let hypotenuse = (distance * distance + value * value).sqrt();
         let divisor = R::select(is_outside & rising, hypotenuse, R::select(is_outside, distance, R::one()));
@@ -196,6 +218,15 @@ impl<S: Storage> Sdf for Grid<S> {
             status: Status { outside_grid: is_outside, ..Status::GOOD },
         };
         Sample::select(is_outside, outside, Sample::new(value, gradient))
+    }
+}
+
+impl<S: Storage> Sdf for Grid<S> {
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let located = R::apply(&Locate(&self.lattice), point);
+        let corners = R::corners(located[0].into(), &self.storage);
+        R::apply(&Interpolate(&self.lattice), (point, located, corners))
     }
 
     /// Reads the samples on the faces of the box: where one is negative, the field is so for as far beyond.
@@ -209,6 +240,7 @@ impl<S: Storage> Sdf for Grid<S> {
     }
 
     /// By what the storage knows of the nodes of all cells that the box meets, or comes nearest to.
+    #[inline]
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         let global = LocalBounds { slope_bound: self.slope_bound, ..LocalBounds::ANYTHING };
         if !S::HAS_BOUNDS {

@@ -3,10 +3,13 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, N
 
 use num_traits::{One, Zero};
 
+use crate::grid::Storage;
+use crate::kernel::{Bundle, Kernel};
 use crate::real::{Float, Mask, Real};
 
 /// `N` numbers side by side, each as if alone: lane for lane the same bits as the scalar.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
 /// One answer for each lane.
@@ -15,11 +18,15 @@ pub struct LaneMask<const N: usize>(pub [bool; N]);
 
 impl<const N: usize> Mask for LaneMask<N> {
     const NONE: Self = Self([false; N]);
-    #[inline]
+    #[inline(always)]
     fn any(self) -> bool {
         self.0.into_iter().any(|lane| lane)
     }
-    #[inline]
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> bool {
+        self.0.get(lane).copied().unwrap_or(false)
+    }
+    #[inline(always)]
     fn set_lane(&mut self, lane: usize, yes: bool) {
         if let Some(slot) = self.0.get_mut(lane) {
             *slot = yes;
@@ -29,7 +36,7 @@ impl<const N: usize> Mask for LaneMask<N> {
 
 impl<const N: usize> BitAnd for LaneMask<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn bitand(self, other: Self) -> Self {
         Self(from_fn(|i| self.0[i] & other.0[i]))
     }
@@ -37,7 +44,7 @@ impl<const N: usize> BitAnd for LaneMask<N> {
 
 impl<const N: usize> BitOr for LaneMask<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn bitor(self, other: Self) -> Self {
         Self(from_fn(|i| self.0[i] | other.0[i]))
     }
@@ -45,9 +52,9 @@ impl<const N: usize> BitOr for LaneMask<N> {
 
 impl<const N: usize> Not for LaneMask<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn not(self) -> Self {
-        Self(self.0.map(|lane| !lane))
+        Self(from_fn(|i| !self.0[i]))
     }
 }
 
@@ -55,14 +62,14 @@ macro_rules! operator {
     ($operator:ident, $method:ident, $assign:ident, $assign_method:ident) => {
         impl<T: Float, const N: usize> $operator for Lanes<T, N> {
             type Output = Self;
-            #[inline]
+            #[inline(always)]
             fn $method(self, other: Self) -> Self {
                 Self(from_fn(|i| self.0[i].$method(other.0[i])))
             }
         }
 
         impl<T: Float, const N: usize> $assign for Lanes<T, N> {
-            #[inline]
+            #[inline(always)]
             fn $assign_method(&mut self, other: Self) {
                 *self = $operator::$method(*self, other);
             }
@@ -77,25 +84,25 @@ operator!(Div, div, DivAssign, div_assign);
 
 impl<T: Float, const N: usize> Neg for Lanes<T, N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
-        Self(self.0.map(|lane| -lane))
+        Self(from_fn(|i| -self.0[i]))
     }
 }
 
 impl<T: Float, const N: usize> Zero for Lanes<T, N> {
-    #[inline]
+    #[inline(always)]
     fn zero() -> Self {
         Self([T::zero(); N])
     }
-    #[inline]
+    #[inline(always)]
     fn is_zero(&self) -> bool {
         self.0.iter().all(|lane| *lane == T::zero())
     }
 }
 
 impl<T: Float, const N: usize> One for Lanes<T, N> {
-    #[inline]
+    #[inline(always)]
     fn one() -> Self {
         Self([T::one(); N])
     }
@@ -108,47 +115,70 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
     const EPSILON: f64 = T::EPSILON;
     const REACH: f64 = T::REACH;
 
-    #[inline]
+    #[inline(always)]
     fn lift(x: f64) -> Self {
         Self([T::lift(x); N])
     }
-    #[inline]
+    #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(self.0.map(Real::sqrt))
+        Self(from_fn(|i| Real::sqrt(self.0[i])))
     }
-    #[inline]
+    #[inline(always)]
     fn trunc(self) -> Self {
-        Self(self.0.map(Real::trunc))
+        Self(from_fn(|i| Real::trunc(self.0[i])))
     }
-    #[inline]
+    #[inline(always)]
     fn lt(self, other: Self) -> LaneMask<N> {
         LaneMask(from_fn(|i| self.0[i] < other.0[i]))
     }
-    #[inline]
+    #[inline(always)]
     fn le(self, other: Self) -> LaneMask<N> {
         LaneMask(from_fn(|i| self.0[i] <= other.0[i]))
     }
-    #[inline]
+    #[inline(always)]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
         Self(from_fn(|i| if mask.0[i] { yes.0[i] } else { no.0[i] }))
     }
-    #[inline]
-    fn lane(self, lane: usize) -> T {
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> T {
         self.0.get(lane).copied().unwrap_or_else(T::zero)
     }
-    #[inline]
+    #[inline(always)]
     fn set_lane(&mut self, lane: usize, value: T) {
         if let Some(slot) = self.0.get_mut(lane) {
             *slot = value;
         }
     }
-    #[inline]
+    #[inline(always)]
+    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
+        let mut cells = [[0; 3]; N];
+        for lane in 0..N {
+            cells[lane] = [cell[0].0[lane].to_index(), cell[1].0[lane].to_index(), cell[2].0[lane].to_index()];
+        }
+        let fetched = storage.corners_of(cells);
+        let mut corners = [Self([T::of_stored(0.0); N]); 8];
+        for k in 0..8 {
+            for lane in 0..N {
+                corners[k].0[lane] = T::of_stored(fetched[k][lane]);
+            }
+        }
+        corners
+    }
+    #[inline(always)]
+    fn apply<K: Kernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
+        let mut to = K::To::<Self>::zero();
+        for lane in 0..N {
+            to.set_lane(lane, kernel.apply::<T>(from.lane(lane)));
+        }
+        to
+    }
+    #[inline(always)]
     fn gather<const K: usize>(at: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; K]) -> [Self; K] {
         let mut gathered = [Self::zero(); K];
         for lane in 0..N {
-            let values = T::gather(at.map(|axis| axis.0[lane]), &mut fetch);
-            for (slot, value) in gathered.iter_mut().zip(values) {
-                slot.0[lane] = value;
+            let values = T::gather([at[0].0[lane], at[1].0[lane], at[2].0[lane]], &mut fetch);
+            for k in 0..K {
+                gathered[k].0[lane] = values[k];
             }
         }
         gathered

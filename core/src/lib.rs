@@ -18,6 +18,7 @@ mod aabb;
 pub mod combine;
 pub mod contact;
 pub mod grid;
+mod kernel;
 mod lanes;
 pub mod minimize;
 pub mod overlap;
@@ -30,6 +31,7 @@ mod survey;
 mod vector;
 
 pub use aabb::Aabb;
+pub use kernel::{Bundle, Kernel};
 pub use lanes::{LaneMask, Lanes};
 pub use nalgebra;
 pub use real::{Float, Mask, Real};

@@ -28,6 +28,7 @@ pub use projected_gradient::ProjectedGradient;
 
 use nalgebra::Vector3;
 
+use crate::kernel::Bundle;
 use crate::real::{Mask, Real};
 use crate::{Sample, Sdf, Simplex, Status};
 
@@ -41,6 +42,10 @@ use crate::{Sample, Sdf, Simplex, Status};
 /// assert!((least.sample.value - 2.0_f64).abs() < 1e-2);
 /// ```
 pub trait Minimizer<const N: usize> {
+    /// Whether it searches many simplices faster side by side in [`Lanes`](crate::Lanes) than one by one: where each takes
+    /// the same steps as the others it does, where all wait for the one that takes most it does not.
+    const PAYS_IN_LANES: bool = false;
+
     /// All corners must be finite and within ±[`Real::REACH`].
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
 
@@ -86,6 +91,19 @@ impl<R: Real, const N: usize> Minimum<R, N> {
         let mut splat = Self::default();
         (0..R::LANES).for_each(|lane| splat.set_lane(lane, minimum));
         splat
+    }
+
+    /// The minimum in one of the lanes.
+    #[inline]
+    pub(crate) fn lane(&self, lane: usize) -> Minimum<R::Lane, N> {
+        Minimum {
+            weights: self.weights.lane(lane),
+            point: self.point.lane(lane),
+            sample: self.sample.lane(lane),
+            lower_bound: self.lower_bound.lane(lane),
+            evaluations: self.evaluations.lane(lane),
+            converged: self.converged.lane(lane),
+        }
     }
 
     fn set_lane(&mut self, lane: usize, minimum: Minimum<R::Lane, N>) {

@@ -51,7 +51,7 @@ pub struct Placed<F, P> {
 }
 
 impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
-    #[inline]
+    #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let pulled = self.placement.pull(point);
         let local = self.field.evaluate(pulled.point);
@@ -59,7 +59,7 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         Sample { value: local.value * pulled.scale, gradient, status: local.status }
     }
 
-    #[inline]
+    #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         let pulled = self.placement.pull(point);
         self.field.value(pulled.point) * pulled.scale

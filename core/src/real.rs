@@ -9,6 +9,9 @@ use core::ops::{BitAnd, BitOr, Neg, Not};
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
 use num_traits::{One, Zero};
 
+use crate::grid::Storage;
+use crate::kernel::Kernel;
+
 /// What a comparison of two [`Real`]s answers: `bool`, or one for each lane.
 pub trait Mask:
     Copy + core::fmt::Debug + PartialEq + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static
@@ -16,16 +19,22 @@ pub trait Mask:
     const NONE: Self;
     fn any(self) -> bool;
     /// `lane` counts those of the number.
+    fn lane(&self, lane: usize) -> bool;
+    /// `lane` counts those of the number.
     fn set_lane(&mut self, lane: usize, yes: bool);
 }
 
 impl Mask for bool {
     const NONE: Self = false;
-    #[inline]
+    #[inline(always)]
     fn any(self) -> bool {
         self
     }
-    #[inline]
+    #[inline(always)]
+    fn lane(&self, _lane: usize) -> bool {
+        *self
+    }
+    #[inline(always)]
     fn set_lane(&mut self, _lane: usize, yes: bool) {
         *self = yes;
     }
@@ -64,57 +73,69 @@ pub trait Real:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// `lane` is below [`Self::LANES`].
-    fn lane(self, lane: usize) -> Self::Lane;
+    fn lane(&self, lane: usize) -> Self::Lane;
 
     fn set_lane(&mut self, lane: usize, value: Self::Lane);
 
     /// Fetches `N` stored floats for each lane's three whole numbers, which must lie in 0 ≤ at < 2³¹.
     fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N];
 
-    #[inline]
+    /// The samples at the corners of each lane's cell, whole numbers.
+    #[inline(always)]
+    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
+        Self::gather(cell, |cell| storage.corners(cell))
+    }
+
+    /// What a kernel answers in each lane.
+    #[inline(always)]
+    fn apply<K: Kernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
+        kernel.apply(from)
+    }
+
+    #[inline(always)]
     fn abs(self) -> Self {
         Self::select(self.lt(Self::zero()), -self, self)
     }
 
-    #[inline]
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self::select(other.lt(self), other, self)
     }
 
-    #[inline]
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self::select(self.lt(other), other, self)
     }
 
-    #[inline]
+    #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 
     /// −1 below zero, else 1.
-    #[inline]
+    #[inline(always)]
     fn sign(self) -> Self {
         Self::select(self.lt(Self::zero()), -Self::one(), Self::one())
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_zero(self) -> Self::Mask {
         self.le(Self::zero()) & Self::zero().le(self)
     }
 
     /// A length below the reciprocal of [`Self::REACH`].
-    #[inline]
+    #[inline(always)]
     fn is_negligible(self) -> Self::Mask {
         self.lt(Self::lift(1.0 / Self::REACH))
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_finite(self) -> Self::Mask {
         Real::is_zero(self * Self::zero())
     }
 
     /// Within ±[`Self::REACH`], which NaN and the infinities are not.
-    #[inline]
+    #[inline(always)]
     fn is_in_reach(self) -> Self::Mask {
         self.abs().le(Self::lift(Self::REACH))
     }
@@ -123,10 +144,16 @@ pub trait Real:
 /// A number with one lane, which can branch and leave the query.
 pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
     fn to_f64(self) -> f64;
+
+    /// The whole number that it is, for 0 ≤ self < 2³¹.
+    fn to_index(self) -> u32;
+
+    /// The nearest number to a stored one.
+    fn of_stored(stored: f32) -> Self;
 }
 
 macro_rules! float {
-    ($float:ident, $sqrt:path, $reach:literal) => {
+    ($float:ident, $sqrt:path, $trunc:ident, $reach:literal) => {
         impl Real for $float {
             type Mask = bool;
             type Lane = Self;
@@ -134,73 +161,118 @@ macro_rules! float {
             const EPSILON: f64 = $float::EPSILON as f64;
             const REACH: f64 = $reach;
 
-            #[inline]
+            #[inline(always)]
             fn lift(x: f64) -> Self {
                 x as $float
             }
-            #[inline]
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 $sqrt(self)
             }
-            #[inline]
+            #[inline(always)]
             fn trunc(self) -> Self {
-                self as i32 as $float
+                whole::$trunc(self)
             }
-            #[inline]
+            #[inline(always)]
             fn lt(self, other: Self) -> bool {
                 self < other
             }
-            #[inline]
+            #[inline(always)]
             fn le(self, other: Self) -> bool {
                 self <= other
             }
-            #[inline]
+            #[inline(always)]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
             }
-            #[inline]
-            fn lane(self, _lane: usize) -> Self {
-                self
+            #[inline(always)]
+            fn lane(&self, _lane: usize) -> Self {
+                *self
             }
-            #[inline]
+            #[inline(always)]
             fn set_lane(&mut self, _lane: usize, value: Self) {
                 *self = value;
             }
-            #[inline]
+            #[inline(always)]
             fn gather<const N: usize>([x, y, z]: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {
-                fetch([x as u32, y as u32, z as u32]).map(|value| value as $float)
+                let values = fetch([x as u32, y as u32, z as u32]);
+                core::array::from_fn(|k| values[k] as $float)
             }
         }
 
         impl Float for $float {
-            #[inline]
+            #[inline(always)]
             fn to_f64(self) -> f64 {
                 self as f64
+            }
+            #[inline(always)]
+            fn to_index(self) -> u32 {
+                (f64::from(self) + AT_ONES).to_bits() as u32
+            }
+            #[inline(always)]
+            fn of_stored(stored: f32) -> Self {
+                stored as $float
             }
         }
     };
 }
 
-float!(f32, math::sqrtf, 1e18);
-float!(f64, math::sqrt, 1e150);
+float!(f32, roots::sqrtf, truncf, 1e18);
+float!(f64, roots::sqrt, trunc, 1e150);
 
 #[cfg(feature = "std")]
-mod math {
-    #[inline]
+mod roots {
+    #[inline(always)]
     pub fn sqrtf(x: f32) -> f32 {
         x.sqrt()
     }
-    #[inline]
+    #[inline(always)]
     pub fn sqrt(x: f64) -> f64 {
         x.sqrt()
     }
 }
 
 #[cfg(all(feature = "core-math", not(feature = "std")))]
-mod math {
+mod roots {
     pub use core::f32::math::sqrt as sqrtf;
     pub use core::f64::math::sqrt;
 }
 
 #[cfg(not(any(feature = "core-math", feature = "std")))]
-use libm as math;
+use libm as roots;
+
+/// By conversions, which are instructions everywhere, but saturate, and no vector unit does that.
+#[cfg(not(feature = "std"))]
+mod whole {
+    #[inline(always)]
+    pub fn truncf(x: f32) -> f32 {
+        x as i32 as f32
+    }
+    #[inline(always)]
+    pub fn trunc(x: f64) -> f64 {
+        x as i32 as f64
+    }
+}
+
+/// By sums alone, which vector units have. Beyond 2 to the number of digits a float is a whole number.
+#[cfg(feature = "std")]
+mod whole {
+    #[inline(always)]
+    pub fn truncf(x: f32) -> f32 {
+        let nearest = (x + AT_ONES_F32) - AT_ONES_F32;
+        let whole = if x < nearest { nearest - 1.0 } else { nearest };
+        let whole = if x < AT_ONES_F32 { whole } else { x };
+        if 0.0 <= whole { whole } else { 0.0 }
+    }
+    #[inline(always)]
+    pub fn trunc(x: f64) -> f64 {
+        let nearest = (x + super::AT_ONES) - super::AT_ONES;
+        let whole = if x < nearest { nearest - 1.0 } else { nearest };
+        if 0.0 <= whole { whole } else { 0.0 }
+    }
+
+    const AT_ONES_F32: f32 = 8_388_608.0;
+}
+
+/// 2⁵²: added to a smaller number, it leaves the last digit that of ones.
+const AT_ONES: f64 = 4_503_599_627_370_496.0;

@@ -1,8 +1,10 @@
 use nalgebra::Vector3;
 
 use crate::grid::{SegmentMinimum, TriangleMinimum};
+use crate::kernel::Bundle;
 use crate::real::{Float, Mask, Real};
 use crate::survey::{mean, rises_of_convex};
+use crate::vector::select;
 use crate::{Aabb, Survey};
 
 /// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
@@ -76,7 +78,7 @@ pub trait Sdf: Sized {
     }
 
     /// φ alone, the same bits as [`evaluate`](Self::evaluate) gives, under the same condition.
-    #[inline]
+    #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         self.evaluate(point).value
     }
@@ -100,7 +102,7 @@ pub trait Sdf: Sized {
 
 impl<F: Sdf> Sdf for &F {
     const IS_CONVEX: bool = F::IS_CONVEX;
-    #[inline]
+    #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         (**self).evaluate(point)
     }
@@ -110,6 +112,7 @@ impl<F: Sdf> Sdf for &F {
     fn slope_bound(&self) -> f64 {
         (**self).slope_bound()
     }
+    #[inline]
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         (**self).local_bounds(region)
     }
@@ -131,7 +134,7 @@ impl<F: Sdf> Sdf for &F {
     fn linearization_error(&self, region: &Aabb) -> f64 {
         (**self).linearization_error(region)
     }
-    #[inline]
+    #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         (**self).value(point)
     }
@@ -183,7 +186,7 @@ pub struct Sample<R: Real> {
 }
 
 impl<R: Real> Sample<R> {
-    #[inline]
+    #[inline(always)]
     pub fn new(value: R, gradient: Vector3<R>) -> Self {
         Self { value, gradient, status: Status::GOOD }
     }
@@ -194,28 +197,46 @@ impl<R: Real> Sample<R> {
         Self { value, gradient, status: Status { degenerate_gradient: degenerate, ..Status::GOOD } }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
         Self {
             value: R::select(mask, yes.value, no.value),
-            gradient: yes.gradient.zip_map(&no.gradient, |yes, no| R::select(mask, yes, no)),
+            gradient: select(mask, yes.gradient, no.gradient),
             status: Status::select(mask, yes.status, no.status),
         }
-    }
-
-    pub(crate) fn set_lane(&mut self, lane: usize, sample: Sample<R::Lane>) {
-        self.value.set_lane(lane, sample.value);
-        self.gradient.iter_mut().zip(&sample.gradient).for_each(|(all, one)| all.set_lane(lane, *one));
-        let Status { degenerate_gradient, outside_grid, not_finite } = sample.status;
-        self.status.degenerate_gradient.set_lane(lane, degenerate_gradient);
-        self.status.outside_grid.set_lane(lane, outside_grid);
-        self.status.not_finite.set_lane(lane, not_finite);
     }
 
     /// The sample of −φ.
     #[inline]
     pub fn negate(self) -> Self {
         Self { value: -self.value, gradient: -self.gradient, ..self }
+    }
+}
+
+impl<R: Real> Bundle<R> for Sample<R> {
+    type Lane = Sample<R::Lane>;
+    #[inline(always)]
+    fn zero() -> Self {
+        Self { value: R::zero(), gradient: Bundle::zero(), status: Status::GOOD }
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Self::Lane {
+        let Status { degenerate_gradient, outside_grid, not_finite } = self.status;
+        let status = Status {
+            degenerate_gradient: degenerate_gradient.lane(lane),
+            outside_grid: outside_grid.lane(lane),
+            not_finite: not_finite.lane(lane),
+        };
+        Sample { value: self.value.lane(lane), gradient: self.gradient.lane(lane), status }
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, one: Self::Lane) {
+        self.value.set_lane(lane, one.value);
+        self.gradient.set_lane(lane, one.gradient);
+        let Status { degenerate_gradient, outside_grid, not_finite } = one.status;
+        self.status.degenerate_gradient.set_lane(lane, degenerate_gradient);
+        self.status.outside_grid.set_lane(lane, outside_grid);
+        self.status.not_finite.set_lane(lane, not_finite);
     }
 }
 
@@ -234,8 +255,8 @@ pub struct Status<M> {
 impl<M: Mask> Status<M> {
     pub const GOOD: Self = Self { degenerate_gradient: M::NONE, outside_grid: M::NONE, not_finite: M::NONE };
 
-    #[inline]
-    fn select(mask: M, yes: Self, no: Self) -> Self {
+    #[inline(always)]
+    pub(crate) fn select(mask: M, yes: Self, no: Self) -> Self {
         let pick = |yes: M, no: M| (mask & yes) | (!mask & no);
         Self {
             degenerate_gradient: pick(yes.degenerate_gradient, no.degenerate_gradient),

@@ -2,7 +2,7 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::Sdf;
+use crate::kernel::{Bundle, Kernel};
 use crate::real::Real;
 use crate::survey::{mean, reach, rounding};
 
@@ -15,52 +15,55 @@ pub struct Simplex<R: Real, const N: usize> {
 impl<R: Real, const N: usize> Simplex<R, N> {
     /// The point of the given barycentric weights. Summed over edges from one corner, so that digits are not lost far
     /// from the origin.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, weights: [R; N]) -> Vector3<R> {
         let mut point = self.corners[0];
-        for (corner, weight) in self.corners.iter().zip(weights).skip(1) {
-            point += (corner - self.corners[0]) * weight;
+        for corner in 1..N {
+            point += (self.corners[corner] - self.corners[0]) * weights[corner];
         }
         point
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn centroid(&self) -> Vector3<R> {
         mean(&self.corners)
     }
 
     /// The largest distance from a point to a corner: no point of the simplex is farther.
-    #[inline]
+    #[inline(always)]
     pub fn reach(&self, from: Vector3<R>) -> R {
         reach(from, &self.corners)
     }
 
     /// The length of the longest edge.
-    #[inline]
+    #[inline(always)]
     pub fn longest_edge(&self) -> R {
-        self.corners.iter().fold(R::zero(), |longest, corner| longest.max(self.reach(*corner)))
+        let mut longest = R::zero();
+        for corner in 0..N {
+            longest = longest.max(self.reach(self.corners[corner]));
+        }
+        longest
     }
 
     /// What no value of the field on the simplex is below, by a bound of its slope there and its value at a point of the
     /// simplex, rounding included.
-    #[inline]
-    pub(crate) fn lower_bound<F: Sdf>(&self, field: &F, slope_bound: f64, point: Vector3<R>, value: R) -> R {
+    #[inline(always)]
+    pub(crate) fn lower_bound(&self, of_field: f64, slope_bound: R, point: Vector3<R>, value: R) -> R {
         let reach = self.reach(point);
         // A slope can be beyond the numbers of this type, and no way times infinity is no number.
-        let fall = R::select(reach.is_zero(), R::zero(), reach * R::lift(slope_bound));
-        value - fall - rounding(field.slope_bound(), point, reach, value)
+        let fall = R::select(reach.is_zero(), R::zero(), reach * slope_bound);
+        value - fall - rounding(of_field, point, reach, value)
     }
 
     /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the
     /// paper with edges for corners, which differ by a constant that no method here minds.
-    #[inline]
+    #[inline(always)]
     pub fn slopes(&self, gradient: Vector3<R>) -> [R; N] {
-        self.corners.map(|corner| gradient.dot(&(corner - self.corners[0])))
-    }
-
-    /// The simplex in one of the lanes.
-    pub(crate) fn lane(&self, lane: usize) -> Simplex<R::Lane, N> {
-        Simplex { corners: self.corners.map(|corner| corner.map(|x| x.lane(lane))) }
+        let mut slopes = [R::zero(); N];
+        for corner in 0..N {
+            slopes[corner] = gradient.dot(&(self.corners[corner] - self.corners[0]));
+        }
+        slopes
     }
 
     pub fn is_in_reach(&self) -> R::Mask {
@@ -69,15 +72,59 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     }
 }
 
+/// [`Simplex::lower_bound`] of a field with this slope bound, from the simplex, the slope bound there, a point and its value.
+pub(crate) struct LowerBound<const N: usize> {
+    pub slope_bound: f64,
+}
+
+impl<const N: usize> Kernel for LowerBound<N> {
+    type From<R: Real> = (Simplex<R, N>, [R; 1], Vector3<R>, [R; 1]);
+    type To<R: Real> = [R; 1];
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (simplex, [slope_bound], point, [value]): Self::From<R>) -> [R; 1] {
+        [simplex.lower_bound(self.slope_bound, slope_bound, point, value)]
+    }
+}
+
+/// [`Simplex::longest_edge`].
+pub(crate) struct LongestEdge<const N: usize>;
+
+impl<const N: usize> Kernel for LongestEdge<N> {
+    type From<R: Real> = Simplex<R, N>;
+    type To<R: Real> = [R; 1];
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, simplex: Simplex<R, N>) -> [R; 1] {
+        [simplex.longest_edge()]
+    }
+}
+
+impl<R: Real, const N: usize> Bundle<R> for Simplex<R, N> {
+    type Lane = Simplex<R::Lane, N>;
+    #[inline(always)]
+    fn zero() -> Self {
+        Self { corners: Bundle::zero() }
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Simplex { corners: self.corners.lane(lane) }
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, one: Self::Lane) {
+        self.corners.set_lane(lane, one.corners);
+    }
+}
+
 /// The weights of a corner: 1 there, 0 elsewhere.
-#[inline]
+#[inline(always)]
 pub(crate) fn corner_weights<R: Real, const N: usize>(corner: usize) -> [R; N] {
     from_fn(|i| if i == corner { R::one() } else { R::zero() })
 }
 
 /// The nearest weights that are barycentric, none negative and their sum one: ℙ of the paper's eq. (5), in any number
 /// of corners.
-#[inline]
+#[inline(always)]
 pub fn project_weights<R: Real, const N: usize>(weights: [R; N]) -> [R; N] {
     let excess = excess(weights, R::one());
     let positive = weights.map(|weight| (weight - excess).max(R::zero()));
@@ -89,7 +136,7 @@ pub fn project_weights<R: Real, const N: usize>(weights: [R; N]) -> [R; N] {
 ///
 /// With the values in falling order and the k largest kept, their excess over `total` is shared by k; the right k gives
 /// the most. (Held, Wolfe, Crowder 1974, "Validation of subgradient optimization", §3.)
-#[inline]
+#[inline(always)]
 pub(crate) fn excess<R: Real, const N: usize>(values: [R; N], total: R) -> R {
     let mut falling = values;
     for end in (1..N).rev() {

@@ -187,27 +187,31 @@ impl<R: Float> Survey<R> {
 const ROUNDINGS: f64 = 32.0;
 
 /// More than `value` or another value of the field within `reach` of `point`, no larger in size, may be off by rounding.
-#[inline]
+#[inline(always)]
 pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, reach: R, value: R) -> R {
-    let length = point.iter().fold(reach, |longest, x| longest.max(x.abs()));
+    let length = reach.max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
     (length * R::lift(slope_bound)).max(value.abs()) * R::lift(ROUNDINGS * R::EPSILON)
 }
 
 /// Summed over edges from the first, so that digits are not lost far from the origin.
-#[inline]
+#[inline(always)]
 pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
     let Some(first) = points.first() else { return Vector3::zeros() };
     let share = R::lift(1.0 / points.len() as f64);
     points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * share)
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn reach<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
-    points.iter().fold(R::zero(), |reach, point| reach.max(norm(point - from)))
+    let mut reach = R::zero();
+    for point in points {
+        reach = reach.max(norm(point - from));
+    }
+    reach
 }
 
 /// The smallest box around the points.
-#[inline]
+#[inline(always)]
 pub(crate) fn bounds<R: Float>(points: &[Vector3<R>]) -> Aabb {
     let nothing = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
     points.iter().fold(nothing, |bounds, point| {

@@ -11,7 +11,7 @@ pub(crate) struct Direction<R: Real> {
     pub is_zero: R::Mask,
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn direction<R: Real>(vector: Vector3<R>) -> Direction<R> {
     let length = norm(vector);
     let is_zero = length.is_negligible();
@@ -20,12 +20,18 @@ pub(crate) fn direction<R: Real>(vector: Vector3<R>) -> Direction<R> {
     Direction { length, unit, is_zero }
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
     vector.dot(&vector).sqrt()
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn lift<R: Real>(vector: [f64; 3]) -> Vector3<R> {
-    Vector3::from(vector.map(R::lift))
+    Vector3::new(R::lift(vector[0]), R::lift(vector[1]), R::lift(vector[2]))
+}
+
+/// Coordinate by coordinate.
+#[inline(always)]
+pub(crate) fn select<R: Real>(mask: R::Mask, yes: Vector3<R>, no: Vector3<R>) -> Vector3<R> {
+    Vector3::new(R::select(mask, yes.x, no.x), R::select(mask, yes.y, no.y), R::select(mask, yes.z, no.z))
 }

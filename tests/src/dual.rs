@@ -104,7 +104,7 @@ impl<T: Float> Real for Dual<T> {
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
     }
-    fn lane(self, _lane: usize) -> T {
+    fn lane(&self, _lane: usize) -> T {
         self.value
     }
     fn set_lane(&mut self, _lane: usize, value: T) {

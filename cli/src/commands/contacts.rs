@@ -1,9 +1,11 @@
+mod search;
+
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
-use sdf_core::contact::{Contact, Element, Outcome, all_contacts, contact};
+use sdf_core::contact::{Contact, Element, Outcome, all_contacts};
 use sdf_core::minimize::{
     AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, Place, PointSampling,
     ProjectedGradient,
@@ -17,6 +19,7 @@ use sdf_formats::grid_file::{GridReader, StoredGrid, Summary};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
+use self::search::Search;
 use super::overlap;
 use crate::args::{ContactsArgs, Elements, Method};
 use crate::from_file::{FromFile, band};
@@ -177,7 +180,7 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
     }
 }
 
-fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {
+fn of_elements<F: Search>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {
     let mut found = match args.elements {
         Elements::Faces => by_method(args, mesh, field, &mesh.triangles)?,
         Elements::Vertices => by_method(args, mesh, field, &vertices(mesh))?,
@@ -193,7 +196,7 @@ fn of_elements<F: Sdf + Sync>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Re
     Ok(found)
 }
 
-fn by_method<F: Sdf + Sync, const N: usize>(
+fn by_method<F: Search, const N: usize>(
     args: &ContactsArgs,
     mesh: &Mesh,
     field: &F,
@@ -235,22 +238,21 @@ fn of_each<F, M, const N: usize>(
     minimizer: &M,
 ) -> Found
 where
-    F: Sdf + Sync,
+    F: Search,
     M: Minimizer<N> + Sync,
 {
-    let outcome = |(id, vertices): (usize, &[u32; N])| match contact(
-        field,
-        minimizer,
-        args.margin,
-        &element(mesh, id, *vertices),
-    ) {
-        Outcome::NotFinite => Some(Passed::NotFinite),
-        Outcome::Culled => None,
-        Outcome::Apart(_) => Some(Passed::Apart),
-        Outcome::Contact(contact) => Some(Passed::Touches(vec![ContactRecord::from(&contact)])),
+    let of_chunk = |(chunk, vertices): (usize, &[[u32; N]])| {
+        let ids = chunk * CHUNK..;
+        let elements: Vec<_> = ids.zip(vertices).map(|(id, vertices)| element(mesh, id, *vertices)).collect();
+        let outcomes = field.outcomes(minimizer, args.margin, &elements);
+        outcomes.iter().filter_map(Passed::of).collect::<Vec<_>>()
     };
-    Found::of(elements.len(), elements.par_iter().enumerate().filter_map(outcome).collect())
+    let passed = elements.par_chunks(CHUNK).enumerate().map(of_chunk);
+    Found::of(elements.len(), passed.collect::<Vec<_>>().into_iter().flatten().collect())
 }
+
+/// So many elements are searched at a time: enough to fill all lanes but for the last, few enough to share among threads.
+const CHUNK: usize = 512;
 
 /// Room for the pieces of an element: half a megabyte a thread.
 const MOST_PIECES: usize = 4096;
@@ -309,4 +311,15 @@ enum Passed {
     NotFinite,
     Apart,
     Touches(Vec<ContactRecord>),
+}
+
+impl Passed {
+    fn of<const N: usize>(outcome: &Outcome<f64, N>) -> Option<Self> {
+        match outcome {
+            Outcome::NotFinite => Some(Self::NotFinite),
+            Outcome::Culled => None,
+            Outcome::Apart(_) => Some(Self::Apart),
+            Outcome::Contact(contact) => Some(Self::Touches(vec![ContactRecord::from(contact)])),
+        }
+    }
 }

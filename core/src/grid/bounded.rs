@@ -29,13 +29,19 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Bounded<S, B> {
 }
 
 impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
-    #[inline]
+    #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         self.storage.corners(cell)
     }
 
+    #[inline(always)]
+    fn corners_of<const N: usize>(&self, cells: [[u32; 3]; N]) -> [[f32; N]; 8] {
+        self.storage.corners_of(cells)
+    }
+
     const HAS_BOUNDS: bool = true;
 
+    #[inline]
     fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
         let [along_x, along_y, _] = self.places.map(|n| n as usize);
         bounds_of_places(first, last, |place| {
@@ -50,6 +56,7 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
 const MOST_PLACES: u32 = 64;
 
 /// Of all nodes in the places of the nodes from `first` to `last`.
+#[inline]
 pub(super) fn bounds_of_places(
     first: [u32; 3],
     last: [u32; 3],

@@ -17,18 +17,24 @@ impl<S: AsRef<[f32]>> Dense<S> {
 }
 
 impl<S: AsRef<[f32]>> Storage for Dense<S> {
-    #[inline]
+    #[inline(always)]
     fn corners(&self, [x, y, z]: [u32; 3]) -> [f32; 8] {
         // Every index is one of a sample; said so that neither a bounds check nor an overflow check can panic.
         let samples = self.samples.as_ref();
         let first = (z as usize).wrapping_mul(self.layer).wrapping_add((y as usize).wrapping_mul(self.row));
-        let pair = |row: usize| match samples.get(row.wrapping_add(x as usize)..) {
-            Some(&[a, b, ..]) => [a, b],
-            _ => [0.0; 2],
-        };
+        let first = first.wrapping_add(x as usize);
         let above = first.wrapping_add(self.layer);
-        let [[a, b], [c, d]] = [pair(first), pair(first.wrapping_add(self.row))];
-        let [[e, f], [g, h]] = [pair(above), pair(above.wrapping_add(self.row))];
+        let [[a, b], [c, d]] = [pair(samples, first), pair(samples, first.wrapping_add(self.row))];
+        let [[e, f], [g, h]] = [pair(samples, above), pair(samples, above.wrapping_add(self.row))];
         [a, b, c, d, e, f, g, h]
+    }
+}
+
+/// Two neighbours along x.
+#[inline(always)]
+fn pair(samples: &[f32], first: usize) -> [f32; 2] {
+    match samples.get(first..) {
+        Some(&[a, b, ..]) => [a, b],
+        _ => [0.0; 2],
     }
 }

@@ -33,50 +33,56 @@ impl Lattice {
     }
 
     /// The position of node (0, 0, 0).
+    #[inline(always)]
     pub fn origin(&self) -> [f64; 3] {
         self.origin
     }
 
     /// The distance between neighbouring nodes, the same along every axis.
+    #[inline(always)]
     pub fn spacing(&self) -> f64 {
         self.spacing
     }
 
     /// One over the spacing, kept because firmware divides slowly.
-    #[inline]
+    #[inline(always)]
     pub fn per_spacing(&self) -> f64 {
         self.per_spacing
     }
 
     /// The number of nodes along x, y and z.
+    #[inline(always)]
     pub fn nodes(&self) -> [u32; 3] {
         self.nodes
     }
 
     /// The number of cells along x, y and z.
+    #[inline(always)]
     pub fn cells(&self) -> [u32; 3] {
-        self.nodes.map(|n| n.wrapping_sub(1))
+        core::array::from_fn(|axis| self.nodes[axis].wrapping_sub(1))
     }
 
     /// The number of nodes in all.
+    #[inline(always)]
     pub fn node_count(&self) -> usize {
         self.nodes.iter().fold(1, |count: usize, n| count.wrapping_mul(*n as usize))
     }
 
     /// Where in memory the node's sample stands.
-    #[inline]
+    #[inline(always)]
     pub fn index(&self, [i, j, k]: [u32; 3]) -> usize {
         (k as usize * self.nodes[1] as usize + j as usize) * self.nodes[0] as usize + i as usize
     }
 
     /// The position of a node.
-    #[inline]
+    #[inline(always)]
     pub fn node(&self, index: [u32; 3]) -> [f64; 3] {
         core::array::from_fn(|axis| self.origin[axis] + self.spacing * f64::from(index[axis]))
     }
 
     /// The first and the last node of the cells that a box meets, or comes nearest to where it lies outside. `None` unless
     /// the box is finite and not empty.
+    #[inline]
     pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
         let is_sound = (0..3).all(|axis| region.min[axis] <= region.max[axis] && region.extents()[axis].is_finite());
         let along = |x: f64, origin: f64, cells: u32| {
@@ -91,6 +97,7 @@ impl Lattice {
     }
 
     /// The box from the first node to the last.
+    #[inline]
     pub fn bounds(&self) -> Aabb {
         Aabb { min: self.origin, max: self.node(self.cells()) }
     }

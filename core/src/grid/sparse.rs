@@ -25,21 +25,21 @@ pub struct Scale {
 }
 
 impl Code for f32 {
-    #[inline]
+    #[inline(always)]
     fn decode(self, _scale: Scale) -> f32 {
         self
     }
 }
 
 impl Code for u16 {
-    #[inline]
+    #[inline(always)]
     fn decode(self, scale: Scale) -> f32 {
         scale.base + scale.step * f32::from(self)
     }
 }
 
 impl Code for u8 {
-    #[inline]
+    #[inline(always)]
     fn decode(self, scale: Scale) -> f32 {
         scale.base + scale.step * f32::from(self)
     }
@@ -150,7 +150,7 @@ impl<B: Bricks> Sparse<B> {
     }
 
     /// The brick that a node falls into: its number, if it is there.
-    #[inline]
+    #[inline(always)]
     fn brick(&self, node: [u32; 3]) -> Option<usize> {
         self.brick_in(node.map(|index| index / BRICK))
     }
@@ -161,7 +161,7 @@ impl<B: Bricks> Sparse<B> {
         if is_place { self.brick_in(place) } else { None }
     }
 
-    #[inline]
+    #[inline(always)]
     fn brick_in(&self, place: [u32; 3]) -> Option<usize> {
         let [along_x, along_y, _] = self.places.map(|n| n as usize);
         let [x, y, z] = place.map(|index| index as usize);
@@ -169,7 +169,7 @@ impl<B: Bricks> Sparse<B> {
         (brick != NO_BRICK).then_some(brick as usize)
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample(&self, brick: usize, [x, y, z]: [u32; 3]) -> f32 {
         let within = ((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK;
         match (self.bricks.samples().get(brick * BRICK_SAMPLES + within as usize), self.bricks.scales().get(brick)) {
@@ -206,7 +206,7 @@ impl<B: Bricks> Sparse<B> {
     }
 
     /// The value at a node.
-    #[inline]
+    #[inline(always)]
     pub fn node(&self, node: [u32; 3]) -> f32 {
         match self.brick(node) {
             Some(brick) => self.sample(brick, node),
@@ -236,7 +236,7 @@ impl<B: Bricks> Sparse<B> {
 }
 
 impl<B: Bricks> Storage for Sparse<B> {
-    #[inline]
+    #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
         let in_one_brick = cell.iter().all(|index| index % BRICK != BRICK - 1);

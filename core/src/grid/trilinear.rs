@@ -6,7 +6,7 @@ use crate::real::Real;
 pub(super) type Corners<R> = [R; 8];
 
 /// The trilinear interpolant at `share` of the cell along each axis, 0 to 1, and its derivative by the shares.
-#[inline]
+#[inline(always)]
 pub(super) fn interpolate<R: Real>(c: Corners<R>, share: Vector3<R>) -> (R, Vector3<R>) {
     let along_x =
         [mix(c[0], c[1], share.x), mix(c[2], c[3], share.x), mix(c[4], c[5], share.x), mix(c[6], c[7], share.x)];
@@ -17,7 +17,7 @@ pub(super) fn interpolate<R: Real>(c: Corners<R>, share: Vector3<R>) -> (R, Vect
     (mix(along_y[0], along_y[1], share.z), Vector3::new(by_x, by_y, by_z))
 }
 
-#[inline]
+#[inline(always)]
 pub(super) fn mix<R: Real>(from: R, to: R, share: R) -> R {
     from + (to - from) * share
 }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::piece::Piece;
 use super::{Minimizer, Minimum, Newton};
+use crate::kernel::Bundle;
 use crate::real::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::survey::rounding;

@@ -1,9 +1,10 @@
-use core::array::from_fn;
+use nalgebra::Vector3;
 
 use super::search::{Search, Visit};
 use super::{Minimizer, Minimum};
+use crate::kernel::Kernel;
 use crate::real::{Mask, Real};
-use crate::simplex::corner_weights;
+use crate::simplex::{LongestEdge, corner_weights};
 use crate::{Sdf, Simplex};
 
 /// The Frank-Wolfe method (§3.2 of the paper): each step goes towards the corner that the gradient points away from.
@@ -26,29 +27,55 @@ impl Default for FrankWolfe {
 }
 
 impl<const N: usize> Minimizer<N> for FrankWolfe {
+    const PAYS_IN_LANES: bool = true;
+
+    #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
-        let tolerance = simplex.longest_edge() * R::lift(field.slope_bound() * self.tolerance);
+        let [longest_edge] = R::apply(&LongestEdge, *simplex);
+        let tolerance = longest_edge * R::lift(field.slope_bound() * self.tolerance);
         let mut current = search.best();
         let mut active = !R::Mask::NONE;
         for i in 1..=self.iterations {
-            let slopes = simplex.slopes(current.sample.gradient);
-            let (mut least, mut target) = (slopes[0], corner_weights::<R, N>(0));
-            for corner in 1..N {
-                let lower = slopes[corner].lt(least);
-                let weights = corner_weights::<R, N>(corner);
-                target = from_fn(|k| R::select(lower, weights[k], target[k]));
-                least = R::select(lower, slopes[corner], least);
-            }
-            let here = (0..N).fold(R::zero(), |sum, k| sum + current.weights[k] * slopes[k]);
-            active = active & tolerance.lt(here - least);
+            let rate = 2.0 / (f64::from(i) + 2.0);
+            let (next, [gap]) = R::apply(&Step { rate }, (*simplex, current.sample.gradient, current.weights));
+            active = active & tolerance.lt(gap);
             if !active.any() {
                 break;
             }
-            let rate = R::lift(2.0 / (f64::from(i) + 2.0));
-            let next = from_fn(|k| current.weights[k] + (target[k] - current.weights[k]) * rate);
-            current = Visit::select(active, search.visit(next, active), current);
+            let visit = search.visit(next, active);
+            current = Visit::select(active, visit, current);
         }
         search.finish(!active)
+    }
+}
+
+/// From weights and the gradient there to the next weights, and the duality gap.
+struct Step<const N: usize> {
+    rate: f64,
+}
+
+impl<const N: usize> Kernel for Step<N> {
+    type From<R: Real> = (Simplex<R, N>, Vector3<R>, [R; N]);
+    type To<R: Real> = ([R; N], [R; 1]);
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (simplex, gradient, current): Self::From<R>) -> Self::To<R> {
+        let slopes = simplex.slopes(gradient);
+        let (mut least, mut target) = (slopes[0], corner_weights::<R, N>(0));
+        for corner in 1..N {
+            let lower = slopes[corner].lt(least);
+            for k in 0..N {
+                let weight = if k == corner { R::one() } else { R::zero() };
+                target[k] = R::select(lower, weight, target[k]);
+            }
+            least = R::select(lower, slopes[corner], least);
+        }
+        let (mut here, mut next) = (R::zero(), current);
+        for k in 0..N {
+            here += current[k] * slopes[k];
+            next[k] += (target[k] - current[k]) * R::lift(self.rate);
+        }
+        (next, [here - least])
     }
 }

@@ -21,12 +21,18 @@ impl Default for PointSampling {
 }
 
 impl Minimizer<3> for PointSampling {
+    const PAYS_IN_LANES: bool = true;
+
+    #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
         least_of(field, simplex, self.samples, triangle_weights)
     }
 }
 
 impl Minimizer<2> for PointSampling {
+    const PAYS_IN_LANES: bool = true;
+
+    #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
         least_of(field, simplex, self.samples, |number| {
             let share = (f64::from(number) + 0.5) / f64::from(self.samples.max(1));
@@ -36,11 +42,15 @@ impl Minimizer<2> for PointSampling {
 }
 
 impl Minimizer<1> for PointSampling {
+    const PAYS_IN_LANES: bool = true;
+
+    #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
         least_of(field, simplex, 1, |_| [1.0])
     }
 }
 
+#[inline(always)]
 fn least_of<R: Real, F: Sdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,

@@ -28,6 +28,9 @@ impl Default for ProjectedGradient {
 }
 
 impl<const N: usize> Minimizer<N> for ProjectedGradient {
+    const PAYS_IN_LANES: bool = true;
+
+    #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
         let steepest = simplex.longest_edge() * R::lift(field.slope_bound());

@@ -21,7 +21,7 @@ impl Rigid {
 }
 
 impl Placement for Rigid {
-    #[inline]
+    #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
         Pulled { scale: R::one(), ..self.0.pull(world_point) }
     }

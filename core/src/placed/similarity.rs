@@ -46,7 +46,7 @@ impl Similarity {
 }
 
 impl Placement for Similarity {
-    #[inline]
+    #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
         let jacobian = self.local_from_world.map(R::lift);
         let point = jacobian * (world_point - lift(self.translation));

@@ -24,9 +24,20 @@ impl Storage for OwnedSamples {
         }
     }
 
+    // Vectors are of no use to it, and inlined it would be compiled anew for each minimizer and instruction set.
+    #[inline(never)]
+    fn corners_of<const N: usize>(&self, cells: [[u32; 3]; N]) -> [[f32; N]; 8] {
+        match self {
+            Self::Dense(samples) => samples.corners_of(cells),
+            Self::SparseF32(samples) => samples.corners_of(cells),
+            Self::SparseU16(samples) => samples.corners_of(cells),
+            Self::SparseU8(samples) => samples.corners_of(cells),
+        }
+    }
+
     const HAS_BOUNDS: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
         match self {
             Self::Dense(samples) => samples.bounds_of_nodes(first, last),

@@ -1,0 +1,103 @@
+use nalgebra::Vector3;
+
+use crate::real::Real;
+
+/// Numbers, and what is made of them, that go from lane to lane together.
+pub trait Bundle<R: Real>: Copy {
+    /// The same of one lane.
+    type Lane: Copy;
+    /// Room for any.
+    fn zero() -> Self;
+    /// `lane` is below [`Real::LANES`].
+    fn lane(&self, lane: usize) -> Self::Lane;
+    fn set_lane(&mut self, lane: usize, one: Self::Lane);
+}
+
+/// A function of one lane, written once for all numbers and applied by [`Real::apply`].
+///
+/// Operators of [`Lanes`](crate::Lanes) go through all lanes at each operation. A kernel goes through a whole calculation
+/// in each lane, one loop, and that is what compilers turn into vectors best. It holds no branch and no call.
+pub trait Kernel {
+    type From<R: Real>: Bundle<R, Lane = Self::From<R::Lane>>;
+    type To<R: Real>: Bundle<R, Lane = Self::To<R::Lane>>;
+
+    fn apply<R: Real>(&self, from: Self::From<R>) -> Self::To<R>;
+}
+
+macro_rules! tuple {
+    ($($bundle:ident $field:tt),*) => {
+        impl<R: Real, $($bundle: Bundle<R>),*> Bundle<R> for ($($bundle,)*) {
+            type Lane = ($($bundle::Lane,)*);
+            #[inline(always)]
+            fn zero() -> Self {
+                ($($bundle::zero(),)*)
+            }
+            #[inline(always)]
+            fn lane(&self, lane: usize) -> Self::Lane {
+                ($(self.$field.lane(lane),)*)
+            }
+            #[inline(always)]
+            fn set_lane(&mut self, lane: usize, one: Self::Lane) {
+                $(self.$field.set_lane(lane, one.$field);)*
+            }
+        }
+    };
+}
+
+tuple!(A 0, B 1);
+tuple!(A 0, B 1, C 2);
+tuple!(A 0, B 1, C 2, D 3);
+
+impl<R: Real, const N: usize> Bundle<R> for [R; N] {
+    type Lane = [R::Lane; N];
+    #[inline(always)]
+    fn zero() -> Self {
+        [R::zero(); N]
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Self::Lane {
+        core::array::from_fn(|k| self[k].lane(lane))
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, one: Self::Lane) {
+        for k in 0..N {
+            self[k].set_lane(lane, one[k]);
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Bundle<R> for [Vector3<R>; N] {
+    type Lane = [Vector3<R::Lane>; N];
+    #[inline(always)]
+    fn zero() -> Self {
+        [Bundle::zero(); N]
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Self::Lane {
+        core::array::from_fn(|k| self[k].lane(lane))
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, one: Self::Lane) {
+        for k in 0..N {
+            self[k].set_lane(lane, one[k]);
+        }
+    }
+}
+
+impl<R: Real> Bundle<R> for Vector3<R> {
+    type Lane = Vector3<R::Lane>;
+    #[inline(always)]
+    fn zero() -> Self {
+        Vector3::new(R::zero(), R::zero(), R::zero())
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Vector3::new(self.x.lane(lane), self.y.lane(lane), self.z.lane(lane))
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, one: Self::Lane) {
+        self.x.set_lane(lane, one.x);
+        self.y.set_lane(lane, one.y);
+        self.z.set_lane(lane, one.z);
+    }
+}

@@ -1,0 +1,132 @@
+//! Contacts several at a time are those of one at a time, bit for bit.
+
+use nalgebra::Vector3;
+use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
+use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum};
+use sdf_core::shapes::Cuboid;
+use sdf_core::{Float, Real, Sdf, Simplex};
+use sdf_tests::methods::{Method, methods};
+use sdf_tests::oracle::{cast, random_simplex};
+use sdf_tests::random::Random;
+use sdf_tests::scenes::{bounded, cube_lattice, sampled, scenes};
+
+/// A method that is searched with in lanes, though it may not pay.
+#[derive(Debug)]
+struct InLanes(Method);
+
+macro_rules! in_lanes {
+    ($($corners:literal),*) => {$(
+        impl Minimizer<$corners> for InLanes {
+            const PAYS_IN_LANES: bool = true;
+            fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
+                self.0.minimize(field, simplex)
+            }
+        }
+    )*};
+}
+
+in_lanes!(1, 2, 3);
+
+/// All that an outcome says, numbers as bits.
+fn bits<R: Float, const N: usize>(outcome: &Outcome<R, N>) -> String {
+    let of = |numbers: &[R]| numbers.iter().map(|x| x.to_f64().to_bits()).collect::<Vec<_>>();
+    match outcome {
+        Outcome::NotFinite => "not finite".to_owned(),
+        Outcome::Culled => "culled".to_owned(),
+        Outcome::Apart(Minimum { weights, point, sample, lower_bound, evaluations, converged }) => {
+            let numbers = [&weights[..], point.as_slice(), sample.gradient.as_slice()].map(of);
+            format!("{numbers:?} {:?} {:?} {converged}", of(&[sample.value, *lower_bound, *evaluations]), sample.status)
+        }
+        Outcome::Contact(contact) => {
+            let Contact { kind, element, rank, feature, evaluations, status, .. } = contact;
+            let Contact { weights, point, surface_point, normal, distance, lower_bound, .. } = contact;
+            let vectors = [point.as_slice(), surface_point.as_slice(), normal.as_slice(), &weights[..]].map(of);
+            let names = format!("{kind:?} {element} {rank} {feature:?} {evaluations} {status:?}");
+            format!("{names} {vectors:?} {:?}", of(&[*distance, *lower_bound]))
+        }
+    }
+}
+
+/// Random ones, and between them some that are degenerate, far out, or no element at all.
+fn elements<R: Float, const N: usize>(random: &mut Random, size: f64, count: usize) -> Vec<Element<R, N>> {
+    let element = |id: usize| {
+        let mut simplex: Simplex<f64, N> = random_simplex(random, size);
+        match id % 11 {
+            3 => simplex.corners[id % N].x = f64::NAN,
+            5 => simplex.corners[id % N].y = f64::INFINITY,
+            6 => simplex.corners = [simplex.corners[0]; N],
+            7 => simplex.corners.iter_mut().for_each(|corner| *corner += Vector3::repeat(1e3 * size)),
+            8 => simplex.corners[id % N].z = 1e30,
+            _ => {}
+        }
+        let vertices = std::array::from_fn(|corner| (N * id + corner) as u32);
+        Element { id: id as u32, vertices, simplex: cast(&simplex) }
+    };
+    (0..count).map(element).collect()
+}
+
+fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usize, const L: usize>(
+    field: &impl Sdf,
+    method: &M,
+    margin: f64,
+    elements: &[Element<R, N>],
+    name: &str,
+) {
+    let mut together = vec![None; elements.len()];
+    batch::contacts::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, |at, outcome| {
+        assert!(together[at].replace(outcome).is_none(), "{name}: told twice of one element");
+    });
+    for (element, outcome) in elements.iter().zip(together) {
+        let outcome = outcome.unwrap_or_else(|| panic!("{name}: nothing told of {element:?}"));
+        let alone = contact(field, method, R::lift(margin), element);
+        assert_eq!(bits(&alone), bits(&outcome), "{name} by {method:?}, margin {margin}: {element:?}");
+    }
+}
+
+fn every_field_and_method<R: Float, const N: usize, const L: usize>()
+where
+    Method: Minimizer<N>,
+    InLanes: Minimizer<N>,
+{
+    let mut random = Random::of_test();
+    for scene in scenes(1.0) {
+        for (at, method) in methods(N, 12).into_iter().enumerate() {
+            for margin in [0.3 * scene.size, -0.1 * scene.size, if at == 0 { f64::NAN } else { 0.0 }] {
+                let elements = elements::<R, N>(&mut random, scene.size, 4 * L + 3 + at);
+                batch_equals_alone::<R, _, N, L>(&scene, &InLanes(method), margin, &elements, scene.name);
+                batch_equals_alone::<R, _, N, L>(&scene, &method, margin, &elements, scene.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn contacts_in_lanes_are_those_of_one_at_a_time_bit_for_bit_in_f32() {
+    every_field_and_method::<f32, 1, 8>();
+    every_field_and_method::<f32, 2, 8>();
+    every_field_and_method::<f32, 3, 8>();
+}
+
+#[test]
+fn contacts_in_lanes_are_those_of_one_at_a_time_bit_for_bit_in_f64() {
+    every_field_and_method::<f64, 1, 4>();
+    every_field_and_method::<f64, 2, 4>();
+    every_field_and_method::<f64, 3, 4>();
+}
+
+#[test]
+fn any_number_of_lanes_and_elements_gives_the_same_contacts() {
+    let mut random = Random::of_test();
+    let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
+    let grid = bounded(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    let fixed = FrankWolfe { tolerance: -1.0, ..FrankWolfe::default() };
+    for count in [0, 1, 2, 7, 8, 9, 31, 64] {
+        let elements = elements::<f64, 3>(&mut random, 1.0, count);
+        for method in [FrankWolfe::default(), fixed] {
+            batch_equals_alone::<_, _, 3, 1>(&grid, &method, 0.1, &elements, "1 lane");
+            batch_equals_alone::<_, _, 3, 3>(&grid, &method, 0.1, &elements, "3 lanes");
+            batch_equals_alone::<_, _, 3, 8>(&grid, &method, 0.1, &elements, "8 lanes");
+            batch_equals_alone::<_, _, 3, 16>(&grid, &method, 0.1, &elements, "16 lanes");
+        }
+    }
+}
