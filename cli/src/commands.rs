@@ -1,4 +1,5 @@
 pub mod bake;
+pub mod bench;
 pub mod contacts;
 pub mod demo;
 pub mod eval;

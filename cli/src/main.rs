@@ -5,6 +5,7 @@
 
 mod args;
 mod baked_grid;
+mod bench;
 mod commands;
 mod csv_points;
 mod from_file;
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
         Command::Study(args) => commands::study::run(&args),
+        Command::Bench(args) => commands::bench::run(&args),
     });
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));

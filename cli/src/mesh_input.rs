@@ -5,9 +5,25 @@ use sdf_formats::mesh::{Mesh, PolygonCounts, parse};
 use sha2::{Digest, Sha256};
 
 /// A mesh and what its file says beside it.
+#[derive(Clone)]
 pub struct MeshInput {
     pub mesh: Mesh,
     pub facts: MeshFacts,
+}
+
+impl MeshInput {
+    /// `sha256` is that of the file's bytes.
+    pub fn new(name: String, mesh: Mesh, sha256: [u8; 32]) -> Self {
+        let facts = MeshFacts {
+            name,
+            sha256,
+            points: mesh.points.len(),
+            triangles: mesh.triangles.len(),
+            objects: mesh.objects,
+            polygon_counts: mesh.polygon_counts,
+        };
+        Self { mesh, facts }
+    }
 }
 
 /// What is told of a mesh when its points and triangles may be gone.
@@ -26,16 +42,8 @@ pub fn read(path: &Path) -> Result<MeshInput> {
     let bytes = bytes(path)?;
     let shown = path.display().to_string();
     let (mesh, sha256) = rayon::join(|| parse(&bytes, &shown), || Sha256::digest(&bytes).into());
-    let mesh = mesh?;
-    let facts = MeshFacts {
-        name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        sha256,
-        points: mesh.points.len(),
-        triangles: mesh.triangles.len(),
-        objects: mesh.objects,
-        polygon_counts: mesh.polygon_counts,
-    };
-    Ok(MeshInput { mesh, facts })
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(MeshInput::new(name, mesh?, sha256))
 }
 
 /// The mesh alone.

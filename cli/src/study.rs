@@ -8,13 +8,13 @@ mod curves;
 mod fields;
 mod methods;
 mod pages;
-mod plots;
+pub mod plots;
 mod problems;
 mod random;
 mod reference;
 mod scene;
-mod statistics;
-mod table;
+pub mod statistics;
+pub mod table;
 mod tables;
 
 use std::time::Instant;

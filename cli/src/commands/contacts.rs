@@ -35,15 +35,17 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     overlap::refuse_options_of_fields(args)?;
     let started = Instant::now();
-    let mesh = mesh_input::read(&args.mesh)?.mesh;
+    let mesh = mesh_input::read_mesh(&args.mesh)?;
     if args.elements == Elements::Faces {
         let name = args.mesh.display().to_string();
         mesh.require_triangles(&name).context("take --elements vertices or edges")?;
     }
     let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate is no turn")?;
-    let (field, from_file) = read_field(args, &mesh, &pose)?;
-    let read = started.elapsed().as_secs_f64();
-    let found = progress::on_threads(args.threads, || find(args, &mesh, &field))??;
+    let (found, from_file, read) = progress::on_threads(args.threads, || {
+        let (field, from_file) = read_field(args, &mesh, &pose)?;
+        let read = started.elapsed().as_secs_f64();
+        anyhow::Ok((find(args, &mesh, &field)?, from_file, read))
+    })??;
     let query = started.elapsed().as_secs_f64() - read;
 
     let document = Document {

@@ -10,7 +10,7 @@ use plotters::prelude::*;
 pub use scenes::{culls, misses};
 pub use sets::{against_cost, convergence, found};
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Of Okabe and Ito 2008, which colour-blind readers tell apart, without their yellow, which a white page swallows.
 const COLOURS: [RGBColor; 8] = [
@@ -25,12 +25,12 @@ const COLOURS: [RGBColor; 8] = [
 ];
 
 /// Of a method by its number, the same in every picture.
-fn colour(method: usize) -> RGBColor {
+pub fn colour(method: usize) -> RGBColor {
     COLOURS[method % COLOURS.len()]
 }
 
 /// Draws on white.
-fn draw(size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<String> {
+pub fn draw(size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<String> {
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
@@ -41,21 +41,21 @@ fn draw(size: (u32, u32), draw: impl FnOnce(&Area) -> Result<()>) -> Result<Stri
     Ok(svg)
 }
 
-fn of_plotter(error: impl std::fmt::Display) -> anyhow::Error {
+pub fn of_plotter(error: impl std::fmt::Display) -> anyhow::Error {
     anyhow!("a plot: {error}")
 }
 
 /// What a colour stands for.
-struct Entry {
-    name: String,
-    mark: ShapeStyle,
-    radius: i32,
+pub struct Entry {
+    pub name: String,
+    pub mark: ShapeStyle,
+    pub radius: i32,
 }
 
-const LEGEND_HEIGHT: i32 = 26;
+pub const LEGEND_HEIGHT: i32 = 26;
 
 /// One line of marks and names.
-fn legend(area: &Area, entries: &[Entry]) -> Result<()> {
+pub fn legend(area: &Area, entries: &[Entry]) -> Result<()> {
     /// About as wide as a letter of the legend's is on average.
     const LETTER: i32 = 8;
     let mut x = 24;

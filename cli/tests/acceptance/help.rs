@@ -2,7 +2,8 @@
 
 use crate::folder::{Folder, says};
 
-const COMMANDS: [&str; 9] = ["bake", "contacts", "eval", "info", "verify", "slice", "surface", "demo", "study"];
+const COMMANDS: [&str; 10] =
+    ["bake", "contacts", "eval", "info", "verify", "slice", "surface", "demo", "study", "bench"];
 
 #[test]
 fn help_names_every_command_and_what_the_exit_status_means() {

@@ -4,6 +4,7 @@ mod folder;
 mod meshes;
 
 mod all_minima;
+mod bench;
 mod commands;
 mod contact_files;
 mod elements;

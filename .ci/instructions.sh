@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# Counts the instructions of fixed works by valgrind and compares them with .ci/instructions.txt: a noisy machine does not change
+# them. Fails where one takes over 5 % more than there, and where one takes over 5 % less, so that the file is renewed.
+#
+#     .ci/instructions.sh            compare
+#     .ci/instructions.sh --write    count anew and write the file
+#
+# Valgrind shows programs a processor with AVX2 and without AVX-512, if this one has AVX2; so counts are those of AVX2 on every
+# such machine. Elsewhere nothing is counted. Another compiler gives other counts: the file names the one that it is of, and with
+# another one counts are printed and not compared.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+counts=.ci/instructions.txt
+tolerance=5
+[ "$(uname -m)" = x86_64 ] && grep -qw avx2 /proc/cpuinfo || { echo "instructions: no x86-64 with AVX2 here: not counted"; exit 0; }
+if ! command -v valgrind >/dev/null; then
+    [ "$(id -u)" = 0 ] || { echo "instructions: needs valgrind; install it, or run this as root" >&2; exit 1; }
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get update && apt-get install --yes --no-install-recommends valgrind; } >/dev/null
+fi
+cargo build --release --locked --quiet -p sdftool
+sdftool=$(realpath "${CARGO_TARGET_DIR:-target}")/release/sdftool
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+main() {
+    local written compared=yes status=0 kernel
+    written=$(sed -n 's/^# rustc //p' "$counts")
+    [ "$written" = "$(compiler)" ] || compared=no
+    # Side by side: counts do not depend on it.
+    kernels | xargs -P "$(nproc)" -I{} bash -c 'count "$1" 0 && count "$1" 1' _ {}
+    if [ "${1:-}" = --write ]; then
+        { grep '^#' "$counts" | sed "s/^# rustc .*/# rustc $(compiler)/"; for kernel in $(kernels); do echo "$kernel $(of_work "$kernel")"; done; } \
+            >"$folder/new"
+        cp "$folder/new" "$counts"
+        cat "$counts"
+        return
+    fi
+    for kernel in $(kernels); do check "$kernel" "$compared" || status=1; done
+    [ "$compared" = yes ] || echo "instructions: counts are of rustc $written: not compared; renew them by .ci/instructions.sh --write"
+    return $status
+}
+
+kernels() { sed -n 's/^\([a-z][a-z0-9-]*\) .*/\1/p' "$counts"; }
+
+compiler() { rustc --version | cut -d ' ' -f 2; }
+
+# The instructions of a run that does the work so many times, into a file.
+count() {
+    local log=$folder/$1.$2.log
+    # Nothing that the environment has may move a count.
+    env -i RAYON_NUM_THREADS=1 valgrind --tool=callgrind --callgrind-out-file=/dev/null "$sdftool" bench --kernel "$1" --times "$2" \
+        >"$log" 2>&1 || { cat "$log" >&2; return 1; }
+    sed -n 's/.*Collected : //p' "$log" >"$folder/$1.$2"
+}
+export -f count
+export folder sdftool
+
+of_work() { echo $(($(cat "$folder/$1.1") - $(cat "$folder/$1.0"))); }
+
+check() {
+    local kernel=$1 compared=$2 found wanted change
+    found=$(of_work "$kernel")
+    wanted=$(sed -n "s/^$kernel //p" "$counts")
+    change=$(((found - wanted) * 1000 / wanted))
+    printf 'instructions: %-26s %13d, %13d in the file: %+d.%d %%\n' "$kernel" "$found" "$wanted" $((change / 10)) $((change < 0 ? -change % 10 : change % 10))
+    [ "$compared" = yes ] || return 0
+    if ((change > tolerance * 10)); then
+        echo "instructions: $kernel has become slower" >&2
+        return 1
+    elif ((change < -tolerance * 10)); then
+        echo "instructions: $kernel has become faster: renew the file by .ci/instructions.sh --write" >&2
+        return 1
+    fi
+}
+
+main "$@"

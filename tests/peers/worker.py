@@ -1,0 +1,202 @@
+"""One of the programs that Python reaches, as a worker: worker.py PROGRAM MESH NODES|FIELD.
+
+Reads its files, prints "ready", does its work once for each line `go`, and prints {"seconds": ...}; `save PATH` writes the
+distances of the last time as f32, x fastest. As the Rust workers in src/main.rs do.
+"""
+
+import json
+import sys
+import time
+
+import numpy as np
+
+
+def read_obj(path):
+    points, faces = [], []
+    with open(path) as lines:
+        for line in lines:
+            words = line.split()
+            if not words:
+                continue
+            if words[0] == "v":
+                points.append([float(x) for x in words[1:4]])
+            elif words[0] == "f":
+                corners = [int(word.split("/")[0]) for word in words[1:]]
+                corners = [index - 1 if index > 0 else len(points) + index for index in corners]
+                faces += [[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)]
+    return np.array(points), np.array(faces)
+
+
+class Nodes:
+    """The nodes at which distances are wanted."""
+
+    def __init__(self, text):
+        asked = json.loads(text)
+        self.spacing = asked["spacing"]
+        self.origin = np.array(asked["origin"])
+        axes = [origin + self.spacing * np.arange(count) for origin, count in zip(asked["origin"], asked["counts"])]
+        z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+        self.points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+
+
+def open3d(mesh, nodes):
+    import open3d as o3d
+
+    points, faces = mesh
+    asked = o3d.core.Tensor(nodes.points.astype(np.float32))
+    corners = o3d.core.Tensor(points.astype(np.float32)), o3d.core.Tensor(faces.astype(np.uint32))
+
+    def work():
+        scene = o3d.t.geometry.RaycastingScene(nthreads=1)
+        scene.add_triangles(*corners)
+        return scene.compute_signed_distance(asked, nthreads=1).numpy()
+
+    return work
+
+
+def libigl(mesh, nodes):
+    import igl
+
+    points, faces = mesh
+    faces = faces.astype(np.int64)
+
+    def work():
+        # Its signed_distance multiplies by 1 - 2w, which is not 1 or -1 where a mesh is open.
+        squared = igl.point_mesh_squared_distance(nodes.points, points, faces)[0]
+        winding = igl.fast_winding_number(points, faces, nodes.points)
+        return np.where(winding >= 0.5, -1.0, 1.0) * np.sqrt(squared)
+
+    return work
+
+
+def pysdf(mesh, nodes):
+    from pysdf import SDF
+
+    points, faces = mesh
+    asked = nodes.points.astype(np.float32)
+    # It keeps no copy of them.
+    points, faces = points.astype(np.float32), faces.astype(np.uint32)
+
+    def work():
+        # Positive inside.
+        return -SDF(points, faces)(asked, 1)
+
+    return work
+
+
+def fcpw(mesh, nodes):
+    import fcpw
+
+    points, faces = mesh
+    asked = np.asfortranarray(nodes.points.astype(np.float32))
+    anywhere = np.full(len(asked), np.inf, dtype=np.float32)
+
+    def work():
+        scene = fcpw.scene_3D()
+        scene.set_object_count(1)
+        scene.set_object_vertices(np.asfortranarray(points.astype(np.float32)), 0)
+        scene.set_object_triangles(np.asfortranarray(faces.astype(np.int32)), 0)
+        scene.build(fcpw.aggregate_type.bvh_surface_area, True)
+        found = fcpw.interaction_3D_list()
+        scene.find_closest_points(asked, anywhere, found, True)
+        # Asking each answer for its number is Python's time, not FCPW's.
+        return lambda: np.array([hit.signed_distance(point) for hit, point in zip(found, nodes.points)])
+
+    return work
+
+
+def warp(mesh, nodes):
+    import warp as wp
+
+    import warp_kernels
+
+    # Compiled before the first time.
+    wp.load_module(warp_kernels, device="cpu")
+    points, faces = mesh
+    asked = wp.array(nodes.points.astype(np.float32), dtype=wp.vec3, device="cpu")
+    distances = wp.zeros(len(nodes.points), dtype=float, device="cpu")
+
+    def work():
+        corners = wp.array(points.astype(np.float32), dtype=wp.vec3, device="cpu")
+        indices = wp.array(faces.astype(np.int32).ravel(), dtype=int, device="cpu")
+        body = wp.Mesh(corners, indices, support_winding_number=True)
+        farthest = float(np.linalg.norm(np.ptp(nodes.points, axis=0)))
+        wp.launch(warp_kernels.distance, len(nodes.points), [body.id, asked, farthest, distances], device="cpu")
+        return distances.numpy().copy()
+
+    return work
+
+
+def warp_frank_wolfe(mesh, field):
+    import h5py
+    import warp as wp
+
+    import warp_kernels
+
+    wp.load_module(warp_kernels, device="cpu")
+    points, faces = mesh
+    with h5py.File(field["file"]) as file:
+        about = file["sdf"].attrs
+        origin, spacing = about["origin"], float(about["spacing"])
+        volume = wp.array(file["VTKHDF/PointData/distance"][:], dtype=float, device="cpu")
+    corners = wp.array(points.astype(np.float32), dtype=wp.vec3, device="cpu")
+    indices = wp.array(faces.astype(np.int32), dtype=wp.vec3i, device="cpu")
+    values = wp.zeros(len(faces), dtype=float, device="cpu")
+    weights = wp.zeros(len(faces), dtype=wp.vec3, device="cpu")
+    asked = [corners, indices, volume, wp.vec3(*map(float, origin)), spacing, field["margin"], field["slope_bound"], 32]
+
+    def work():
+        wp.launch(warp_kernels.frank_wolfe, len(faces), [*asked, values, weights], device="cpu")
+        found = values.numpy()
+        return {"passed_cull": int((found < 1e30).sum()), "faces": int((found <= field["margin"]).sum())}
+
+    return work
+
+
+def openvdb(mesh, nodes):
+    import pyopenvdb as vdb
+
+    points, faces = mesh
+    points, faces = (points - nodes.origin).astype(np.float32), faces.astype(np.uint32)
+    place = vdb.createLinearTransform(voxelSize=nodes.spacing)
+
+    def work():
+        grid = vdb.FloatGrid.createLevelSetFromPolygons(points, triangles=faces, transform=place, halfWidth=3)
+        return {"nodes": grid.activeVoxelCount(), "result_mib": grid.memUsage() / 2**20}
+
+    return work
+
+
+PROGRAMS = {work.__name__: work for work in [open3d, libigl, pysdf, fcpw, warp, warp_frank_wolfe, openvdb]}
+
+
+def most_memory():
+    """The most that this process has held, in MiB."""
+    with open("/proc/self/status") as status:
+        held = {line.split(":")[0]: line.split()[1] for line in status if line.startswith(("VmHWM", "VmRSS"))}
+    return int(held["VmHWM"]) / 1024, int(held["VmRSS"]) / 1024
+
+
+def main():
+    program, mesh, asked = sys.argv[1:]
+    mesh = read_obj(mesh)
+    work = PROGRAMS[program](mesh, Nodes(asked) if "counts" in asked else json.loads(asked))
+    before = most_memory()[1]
+    print(json.dumps("ready"), flush=True)
+    distances = None
+    for line in sys.stdin:
+        if line.startswith("save "):
+            answer = distances() if callable(distances) else distances
+            answer.astype("<f4").ravel().tofile(line[5:].strip())
+            print(json.dumps("saved"), flush=True)
+            continue
+        started = time.perf_counter()
+        distances = work()
+        seconds = time.perf_counter() - started
+        facts = distances if isinstance(distances, dict) else {}
+        facts = {**facts, "peak_mib": most_memory()[0] - before}
+        print(json.dumps({"seconds": seconds, "facts": facts}), flush=True)
+
+
+if __name__ == "__main__":
+    main()
