@@ -64,7 +64,8 @@ check() {
     found=$(of_work "$kernel")
     wanted=$(sed -n "s/^$kernel //p" "$counts")
     change=$(((found - wanted) * 1000 / wanted))
-    printf 'instructions: %-26s %13d, %13d in the file: %+d.%d %%\n' "$kernel" "$found" "$wanted" $((change / 10)) $((change < 0 ? -change % 10 : change % 10))
+    printf 'instructions: %-26s %13d, %13d in the file: %s%d.%d %%\n' "$kernel" "$found" "$wanted" \
+        "$( ((change < 0)) && echo - || echo +)" $((${change#-} / 10)) $((${change#-} % 10))
     [ "$compared" = yes ] || return 0
     if ((change > tolerance * 10)); then
         echo "instructions: $kernel has become slower" >&2

@@ -29,7 +29,10 @@ pub fn keep(docs: &Path, bench: &Bench) -> Result<()> {
         std::fs::read_to_string(&path).map_or_else(|_| new.clone(), |text| Kept::parse(&text).replaced(new.clone()));
     at(&path, std::fs::write(&path, kept.text()))?;
     let left_out = docs.join(FOLDER).join(LEFT_OUT);
-    let lines: String = bench.left_out.iter().map(|line| format!("{line}\n")).collect();
+    let measured = |line: &str| bench.rows.iter().any(|row| line.split(':').next() == Some(row.group));
+    let before = std::fs::read_to_string(&left_out).unwrap_or_default();
+    let lines = before.lines().filter(|line| !measured(line)).chain(bench.left_out.iter().map(String::as_str));
+    let lines: String = lines.map(|line| format!("{line}\n")).collect();
     at(&left_out, std::fs::write(&left_out, lines))
 }
 
