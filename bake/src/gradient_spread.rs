@@ -45,9 +45,7 @@ fn by_ball(cones: &[Cone]) -> f64 {
 
 impl<'a> Cone<'a> {
     fn around(normals: &'a [Vector3<f64>]) -> Self {
-        let farthest = |from: Vector3<f64>| {
-            normals.iter().copied().min_by(|a, b| a.dot(&from).total_cmp(&b.dot(&from))).unwrap_or(from)
-        };
+        let farthest = |from: Vector3<f64>| farthest_along(normals.iter(), from).unwrap_or(from);
         let first = farthest(normals[0]);
         let second = farthest(first);
         let mut cap = Self::with_axis(normals, first + second);
@@ -67,12 +65,13 @@ impl<'a> Cone<'a> {
 
     fn with_axis(normals: &'a [Vector3<f64>], axis: Vector3<f64>) -> Self {
         let axis = axis.try_normalize(NORMAL_ROUNDING).unwrap_or(normals[0]);
-        let least = normals.iter().map(|normal| normal.dot(&axis)).fold(1.0, f64::min);
+        let least = normals.iter().map(|normal| normal.dot(&axis)).fold(1.0, lesser);
         if least <= 0.0 {
             return Self { normals, axis, cosine: least.max(-1.0), sine: 1.0 };
         }
         // The sine has its digits where the cosine is near one.
-        let sine = normals.iter().map(|normal| normal.cross(&axis).norm()).fold(0.0, f64::max).min(1.0);
+        let sine_sq = normals.iter().map(|normal| normal.cross(&axis).norm_squared()).fold(0.0, greater);
+        let sine = sine_sq.sqrt().min(1.0);
         Self { normals, axis, cosine: (1.0 - sine * sine).sqrt(), sine }
     }
 
@@ -88,8 +87,9 @@ impl<'a> Cone<'a> {
         if self.cosine < LEAST_COSINE {
             return [lowest, highest];
         }
-        let shares = || self.normals.iter().map(|normal| normal.dot(&along));
-        let (least, greatest) = (shares().fold(1.0, f64::min), shares().fold(-1.0, f64::max));
+        let shares = self.normals.iter().map(|normal| normal.dot(&along));
+        let (least, greatest) =
+            shares.fold((1.0, -1.0), |(least, greatest), share| (lesser(least, share), greater(greatest, share)));
         // The weights of a combination sum to between 1 and 1/cosine.
         let least = if least < 0.0 { least / self.cosine } else { least };
         let greatest = if greatest > 0.0 { greatest / self.cosine } else { greatest };
@@ -106,15 +106,43 @@ fn range(cones: &[Cone], along: Vector3<f64>) -> f64 {
 
 /// At right angles to each other, the first where the normals differ most.
 fn axes(cones: &[Cone]) -> [Vector3<f64>; 3] {
-    let normals = || cones.iter().flat_map(|cone| cone.normals.iter().copied());
-    let farthest_along = |along: Vector3<f64>| normals().min_by(|a, b| a.dot(&along).total_cmp(&b.dot(&along)));
+    let farthest_from = |along: Vector3<f64>| {
+        // Of each cone the first; of all the first of these.
+        let of_cones = cones.iter().filter_map(|cone| farthest_along(cone.normals.iter(), along));
+        of_cones.min_by(|a, b| a.dot(&along).total_cmp(&b.dot(&along)))
+    };
     let middle = cones[0].axis;
-    let first = farthest_along(middle).unwrap_or(middle);
-    let second = farthest_along(first).unwrap_or(middle);
+    let first = farthest_from(middle).unwrap_or(middle);
+    let second = farthest_from(first).unwrap_or(middle);
     let spread = (second - first).try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(middle));
     let across = |v: Vector3<f64>| v - spread * v.dot(&spread);
     let next = across(middle).try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(spread));
     [spread, next, spread.cross(&next)]
+}
+
+/// The first of those with the least share along a direction.
+fn farthest_along<'a>(
+    mut normals: impl Iterator<Item = &'a Vector3<f64>>,
+    along: Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let mut farthest = normals.next()?;
+    let mut least = farthest.dot(&along);
+    for normal in normals {
+        let share = normal.dot(&along);
+        if share.total_cmp(&least).is_lt() {
+            (farthest, least) = (normal, share);
+        }
+    }
+    Some(*farthest)
+}
+
+/// One instruction, as `f64::min` is not: it minds NaN, which nothing here is.
+fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 fn any_across(direction: Vector3<f64>) -> Vector3<f64> {

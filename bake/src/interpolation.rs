@@ -1,11 +1,13 @@
 //! By how much the trilinear interpolant of exact distances is off, cell by cell. The proof stands in
 //! `docs/error-bounds.md`; the letters here are the same.
 
+use std::ops::Range;
+
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
-use crate::gradient_spread::error_in_cones;
-use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
+use crate::gradient_spread::{MOST_ERROR, error_in_cones};
+use crate::nearby::{Nearby, ToCenter};
 
 /// A cube.
 #[derive(Clone, Copy, Debug)]
@@ -14,63 +16,102 @@ pub(crate) struct Block {
     pub half_side: f64,
 }
 
-/// A triangle of the tree, and what of it is nearest to a block's center.
-pub(crate) type Candidate = (usize, NearestOnTriangle);
-
 /// Nodes stand where f64 has room for them: their rounding is this much of a block at most.
-const PLACE_ROUNDING: f64 = 1e-6;
+pub(crate) const PLACE_ROUNDING: f64 = 1e-6;
 
 /// What two sheets face to face come to, in spacings. Above it, it is worth the time to look at what meets at each corner of
 /// the mesh by itself.
 const OF_TWO_SHEETS: f64 = 0.5;
 
-impl MeshDistance<'_> {
-    /// The triangles that can be nearest to a point of a block. `distance` is that at the block's center.
-    pub(crate) fn candidates(&self, block: Block, distance: f64) -> Vec<Candidate> {
+/// The blocks of one place, and the triangles around them.
+pub(crate) struct Blocks<'a> {
+    mesh: &'a MeshDistance<'a>,
+    around: Nearby<'a>,
+    in_block: Nearby<'a>,
+    /// Triangles of the tree, of block after block.
+    candidates: Vec<u32>,
+    of_cell: Vec<u32>,
+    normals: Vec<Vector3<f64>>,
+}
+
+/// A block, and where its candidates stand.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    pub block: Block,
+    candidates: Range<usize>,
+    to_center: Option<ToCenter>,
+}
+
+impl<'a> Blocks<'a> {
+    /// For blocks with so long a half side and their centers in a cube. None of these is farther from the surface than
+    /// `distance`.
+    pub fn new(mesh: &'a MeshDistance<'a>, centers: Block, half_side: f64, distance: f64) -> Self {
+        let [around, in_block] = [0, 1].map(|_| Nearby::new(mesh.tree()));
+        let (candidates, of_cell, normals) = (vec![], vec![], vec![]);
+        let mut blocks = Self { mesh, around, in_block, candidates, of_cell, normals };
+        let way = 3.0_f64.sqrt() * (centers.half_side + 2.0 * half_side);
+        blocks.around.gather(centers.center, distance + way);
+        blocks
+    }
+
+    /// Finds the triangles that can be nearest to a point of a block. `distance` is that at the block's center.
+    pub fn measure(&mut self, block: Block, distance: f64) -> Measured {
+        let from = self.candidates.len();
         let most = distance + 2.0 * 3.0_f64.sqrt() * block.half_side * (1.0 + PLACE_ROUNDING);
-        let mut found = vec![];
-        self.tree().within(block.center, most * most, |slot, on_triangle| found.push((slot, on_triangle)));
-        prune(block, found)
+        let to_center = self.around.candidates(block, [distance, most], &mut self.candidates);
+        Measured { block, candidates: from..self.candidates.len(), to_center }
     }
 
-    /// The most by which the interpolant of exact distances is off, in spacings, in cells where no other triangles than
-    /// these can be nearest.
-    pub(crate) fn error_among(&self, candidates: &[Candidate]) -> f64 {
-        error_in_cones(&[&self.normals(candidates)])
+    /// The triangles that can be nearest.
+    #[cfg(test)]
+    pub fn candidates(&self, of: &Measured) -> &[u32] {
+        &self.candidates[of.candidates.clone()]
     }
 
-    /// The same in each of the eight cells of a block with these candidates, where fewer of them can be nearest, as far as
-    /// the cells come `within` so much of the surface.
-    pub(crate) fn error_in_cells(&self, block: Block, of_block: &[Candidate], within: f64) -> f64 {
-        let half_side = 0.5 * block.half_side;
-        let of_cell = |cell: usize| {
+    /// The most by which the interpolant of exact distances is off, in spacings, in a block's cells.
+    pub fn error(&mut self, of: &Measured) -> f64 {
+        self.mesh.normals(&self.candidates[of.candidates.clone()], &mut self.normals);
+        error_in_cones(&[&self.normals])
+    }
+
+    /// The same in each of the eight cells of a block, where fewer triangles can be nearest, as far as the cells come `within`
+    /// so much of the surface.
+    pub fn error_in_cells(&mut self, of: &Measured, within: f64) -> f64 {
+        let Self { mesh, in_block, candidates, of_cell, normals, .. } = self;
+        let Some(to_center) = of.to_center else { return MOST_ERROR };
+        in_block.clear();
+        candidates[of.candidates.clone()].iter().for_each(|slot| in_block.push(*slot as usize));
+        let half_side = 0.5 * of.block.half_side;
+        let mut most = 0.0_f64;
+        for cell in 0..8 {
             let step = Vector3::from_fn(|axis, _| if cell >> axis & 1 == 0 { -half_side } else { half_side });
-            let cell = Block { center: block.center + step, half_side };
-            let measure = |(slot, _): &Candidate| (*slot, nearest_on_triangle(cell.center, self.tree().corners[*slot]));
-            let candidates = prune(cell, of_block.iter().map(measure).collect());
-            let nearest =
-                candidates.iter().map(|(_, on_triangle)| on_triangle.distance_sq).fold(f64::INFINITY, f64::min);
-            if nearest.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + PLACE_ROUNDING) {
-                return 0.0;
+            let cell = Block { center: of.block.center + step, half_side };
+            of_cell.clear();
+            let distance = (to_center.way + step).norm();
+            let Some(to_center) = in_block.candidates(cell, [distance, f64::INFINITY], of_cell) else { continue };
+            if to_center.distance_sq.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + PLACE_ROUNDING) {
+                continue;
             }
-            let normals = self.normals(&candidates);
-            let of_all = error_in_cones(&[&normals]);
-            if of_all <= OF_TWO_SHEETS { of_all } else { of_all.min(self.error_by_corners(&candidates, &normals)) }
-        };
-        (0..8).map(of_cell).fold(0.0, f64::max)
+            mesh.normals(of_cell, normals);
+            let of_all = error_in_cones(&[normals]);
+            let error =
+                if of_all <= OF_TWO_SHEETS { of_all } else { of_all.min(mesh.error_by_corners(of_cell, normals)) };
+            most = most.max(error);
+        }
+        most
     }
+}
 
+impl MeshDistance<'_> {
     /// Zero where a triangle has none that is sure.
-    fn normals(&self, candidates: &[Candidate]) -> Vec<Vector3<f64>> {
-        let normal = |slot: usize| {
-            self.normals_of_one_solid()
-                .map_or_else(Vector3::zeros, |normals| normals.inside(self.tree().triangles[slot]))
-        };
-        candidates.iter().map(|(slot, _)| normal(*slot)).collect()
+    fn normals(&self, candidates: &[u32], normals: &mut Vec<Vector3<f64>>) {
+        normals.clear();
+        let Some(known) = self.normals_of_one_solid() else { return };
+        normals.extend(candidates.iter().map(|slot| known.inside(self.tree().triangles[*slot as usize])));
     }
 
     /// Whatever is nearest, a face, an edge or a corner: the faces that meet there meet at one of its corners.
-    fn error_by_corners(&self, candidates: &[Candidate], normals: &[Vector3<f64>]) -> f64 {
+    fn error_by_corners(&self, candidates: &[u32], normals: &[Vector3<f64>]) -> f64 {
         let normals = self.by_corners(candidates, normals);
         let around_corners = normals.chunk_by(|a, b| a.0 == b.0);
         let cones: Vec<Vec<Vector3<f64>>> =
@@ -79,32 +120,13 @@ impl MeshDistance<'_> {
     }
 
     /// Each normal once for each corner of its triangle, those of a corner together.
-    fn by_corners(&self, candidates: &[Candidate], normals: &[Vector3<f64>]) -> Vec<(u32, Vector3<f64>)> {
+    fn by_corners(&self, candidates: &[u32], normals: &[Vector3<f64>]) -> Vec<(u32, Vector3<f64>)> {
         let corners =
-            |((slot, _), normal): (&Candidate, &Vector3<f64>)| self.points_of(*slot).map(|point| (point, *normal));
+            |(slot, normal): (&u32, &Vector3<f64>)| self.points_of(*slot as usize).map(|point| (point, *normal));
         let mut by_corner: Vec<(u32, Vector3<f64>)> = candidates.iter().zip(normals).flat_map(corners).collect();
         by_corner.sort_by_key(|(corner, _)| *corner);
         by_corner
     }
-}
-
-/// Without those that cannot be nearest to any point of the block.
-///
-/// A point x = c + v of it, v·v ≤ ρ², is no farther from the triangle nearest to c, at D with direction e from there to c,
-/// than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from any other, at d with direction f, it is at
-/// least d + v·f away, as that lies behind the plane across f.
-fn prune(block: Block, mut candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let nearest = candidates.iter().min_by(|a, b| a.1.distance_sq.total_cmp(&b.1.distance_sq));
-    let Some((_, nearest)) = nearest.copied() else { return candidates };
-    let toward = |of: &NearestOnTriangle| (block.center - of.point).try_normalize(0.0).unwrap_or_default();
-    let half_side = block.half_side * (1.0 + PLACE_ROUNDING);
-    let hypotenuse = (nearest.distance_sq + 3.0 * half_side * half_side).sqrt();
-    let slope = toward(&nearest) * (nearest.distance_sq.sqrt() / hypotenuse);
-    candidates.retain(|(_, on_triangle)| {
-        let way = half_side * (slope - toward(on_triangle)).abs().sum();
-        on_triangle.distance_sq.sqrt() <= (hypotenuse + way) * (1.0 + PLACE_ROUNDING)
-    });
-    candidates
 }
 
 #[cfg(test)]
@@ -136,13 +158,17 @@ mod tests {
             for _ in 0..300 {
                 let center = random_vector(&mut state) * 1.3;
                 let block = Block { center, half_side: 0.3 * random(&mut state).abs() };
-                let candidates = distance.candidates(block, distance.nearest(center, 0).distance);
-                let normals = distance.normals(&candidates);
-                let by_corners = distance.by_corners(&candidates, &normals);
+                let to_center = distance.nearest(center, 0).distance;
+                let mut blocks = Blocks::new(&distance, block, block.half_side, to_center);
+                let measured = blocks.measure(block, to_center);
+                let candidates = blocks.candidates(&measured);
+                let mut normals = vec![];
+                distance.normals(candidates, &mut normals);
+                let by_corners = distance.by_corners(candidates, &normals);
                 for _ in 0..10 {
                     let point = center + random_vector(&mut state) * block.half_side;
                     let nearest = distance.tree().nearest(point, 0);
-                    assert!(candidates.iter().any(|(slot, _)| *slot == nearest.slot), "{point} of {block:?}");
+                    assert!(candidates.iter().any(|slot| *slot as usize == nearest.slot), "{point} of {block:?}");
                     let outward = if distance.nearest(point, 0).is_inside { -1.0 } else { 1.0 };
                     let Some(way) = (point - nearest.on_triangle.point).try_normalize(1e-9) else { continue };
                     let mut cones = by_corners

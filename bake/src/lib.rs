@@ -25,6 +25,7 @@ mod intersections;
 mod lanes_triangle;
 mod mesh;
 mod mesh_distance;
+mod nearby;
 mod node_bounds;
 mod packet;
 mod pseudo_normals;

@@ -24,7 +24,7 @@ pub use quantize::Quantize;
 
 use crate::gradient_spread::MOST_ERROR;
 use crate::hilbert::hilbert_index;
-use crate::interpolation::Block;
+use crate::interpolation::{Block, Blocks, Measured};
 use crate::node_bounds::{Around, inside_reaches_box, round_up};
 use crate::packet::{Nodes, Packet};
 use crate::signs::NodeBlock;
@@ -287,26 +287,34 @@ impl<'a> Plan<'a> {
         if self.mesh.normals_of_one_solid().is_none() {
             return MOST_ERROR * spacing;
         }
-        let mut blocks = vec![];
+        let mut centers = vec![];
         for step in (0..64).map(|index| [index % 4, index / 4 % 4, index / 16].map(|n: usize| 2 * n + 1)) {
             let node: [u32; 3] = std::array::from_fn(|axis| place[axis] * BRICK + step[axis] as u32);
             // Blocks beyond the last node hold no cell.
             let is_there = (0..3).all(|axis| node[axis] < self.lattice.nodes()[axis]);
             let distance = distance(step);
             if is_there && distance <= self.places.exact_within() {
-                let block = Block { center: Vector3::from(self.lattice.node(node)), half_side: spacing };
-                let candidates = self.mesh.candidates(block, distance);
-                blocks.push((self.mesh.error_among(&candidates), block, candidates));
+                centers.push((Vector3::from(self.lattice.node(node)), distance));
             }
         }
+        let farthest = centers.iter().map(|(_, distance)| *distance).fold(0.0, f64::max);
+        // Their centers are a spacing inside the place.
+        let half_side = (0.5 * f64::from(BRICK) - 1.0) * spacing;
+        let place = Block { center: middle(&self.lattice, place.map(|n| n as usize)), half_side };
+        let mut blocks = Blocks::new(self.mesh, place, spacing, farthest);
+        let measured = centers.into_iter().map(|(center, distance)| {
+            let measured = blocks.measure(Block { center, half_side: spacing }, distance);
+            (blocks.error(&measured), measured)
+        });
+        let mut measured: Vec<(f64, Measured)> = measured.collect();
         // The worst first, until it is hardly worse than cells that were looked at one by one.
-        blocks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        measured.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut of_cells = 0.0_f64;
-        for (of_block, block, candidates) in blocks {
+        for (of_block, block) in measured {
             if of_block <= NEARLY * of_cells {
                 return spacing * of_block.max(of_cells);
             }
-            of_cells = of_cells.max(self.mesh.error_in_cells(block, &candidates, self.places.band()));
+            of_cells = of_cells.max(blocks.error_in_cells(&block, self.places.band()));
         }
         spacing * of_cells
     }

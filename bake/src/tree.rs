@@ -208,15 +208,11 @@ impl Tree {
         true
     }
 
-    /// Calls `visit` with every triangle that is no farther from `point` than the root of `distance_sq`.
-    pub fn within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize, NearestOnTriangle)) {
+    /// Calls `visit` with every triangle whose box is no farther from `point` than the root of `distance_sq`, and perhaps some
+    /// more. Whatever the point, they come in the same order.
+    pub fn near(&self, point: Vector3<f64>, distance_sq: f64, visit: impl FnMut(usize)) {
         let is_near = |boxes: &Boxes| boxes.distances_sq(point).map(|away_sq| away_sq <= distance_sq * PRUNE_SLACK);
-        self.walk(is_near, |slot| {
-            let on_triangle = nearest_on_triangle(point, self.corners[slot]);
-            if on_triangle.distance_sq <= distance_sq {
-                visit(slot, on_triangle);
-            }
-        });
+        self.walk(is_near, visit);
     }
 
     /// Calls `visit` with every triangle whose box meets the box from `min` to `max`.

@@ -186,7 +186,7 @@ impl Kernel for Locate<'_> {
     type From<R: Real> = Vector3<R>;
     type To<R: Real> = Located<R>;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn apply<R: Real>(&self, point: Vector3<R>) -> Located<R> {
         let [x, y, z] = [self.along(0, point.x), self.along(1, point.y), self.along(2, point.z)];
         core::array::from_fn(|k| Vector3::new(x[k], y[k], z[k]))
@@ -199,7 +199,7 @@ impl Kernel for Interpolate<'_> {
     type From<R: Real> = (Vector3<R>, Located<R>, [R; 8]);
     type To<R: Real> = Sample<R>;
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn apply<R: Real>(&self, (point, located, corners): Self::From<R>) -> Sample<R> {
         let [_, share, nearest, within] = located;
         let (value, by_share) = trilinear::interpolate(corners, share);
@@ -222,7 +222,7 @@ impl Kernel for Interpolate<'_> {
 }
 
 impl<S: Storage> Sdf for Grid<S> {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let located = R::apply(&Locate(&self.lattice), point);
         let corners = R::corners(located[0].into(), &self.storage);
@@ -240,7 +240,7 @@ impl<S: Storage> Sdf for Grid<S> {
     }
 
     /// By what the storage knows of the nodes of all cells that the box meets, or comes nearest to.
-    #[inline]
+    #[cfg_attr(feature = "std", inline(always))]
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         let global = LocalBounds { slope_bound: self.slope_bound, ..LocalBounds::ANYTHING };
         if !S::HAS_BOUNDS {
@@ -248,7 +248,7 @@ impl<S: Storage> Sdf for Grid<S> {
         }
         let Some([first, last]) = self.lattice.nodes_around(region) else { return global };
         let Some(nodes) = self.storage.bounds_of_nodes(first, last) else { return global };
-        let [least, greatest, slope] = [nodes.least, nodes.greatest, nodes.slope].map(f64::from);
+        let (least, greatest, slope) = (f64::from(nodes.least), f64::from(nodes.greatest), f64::from(nodes.slope));
         let bounds = self.lattice.bounds();
         let sticks_out = !bounds.encloses(region);
         if !sticks_out {

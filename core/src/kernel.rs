@@ -2,7 +2,8 @@ use nalgebra::Vector3;
 
 use crate::real::Real;
 
-/// Numbers, and what is made of them, that go from lane to lane together.
+/// Numbers, or vectors, arrays and tuples of them, that can be taken apart by lanes and put together again: of the lanes'
+/// vector `Vector3<Lanes<f64, 8>>` the lane 3 is a `Vector3<f64>`. What a [`Kernel`] takes and gives.
 pub trait Bundle<R: Real>: Copy {
     /// The same of one lane.
     type Lane: Copy;
@@ -13,12 +14,16 @@ pub trait Bundle<R: Real>: Copy {
     fn set_lane(&mut self, lane: usize, one: Self::Lane);
 }
 
-/// A function of one lane, written once for all numbers and applied by [`Real::apply`].
+/// A calculation with numbers of any kind, as a type, so that [`Real::apply`] can run it on one number or lane by lane.
 ///
-/// Operators of [`Lanes`](crate::Lanes) go through all lanes at each operation. A kernel goes through a whole calculation
-/// in each lane, one loop, and that is what compilers turn into vectors best. It holds no branch and no call.
+/// An operator of [`Lanes`](crate::Lanes) is a loop over the lanes, and a formula of thirty operators thirty loops with all
+/// lanes stored between them. A kernel is one loop around the whole formula, and that is what compilers turn into vectors
+/// best. It holds no branch and no call that is not inlined: either would leave the loop as it is. What a closure would
+/// capture, such as a slope bound, are its fields.
 pub trait Kernel {
+    /// What it takes.
     type From<R: Real>: Bundle<R, Lane = Self::From<R::Lane>>;
+    /// What it gives.
     type To<R: Real>: Bundle<R, Lane = Self::To<R::Lane>>;
 
     fn apply<R: Real>(&self, from: Self::From<R>) -> Self::To<R>;

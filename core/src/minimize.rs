@@ -51,6 +51,7 @@ pub trait Minimizer<const N: usize> {
 
     /// The same where the least value that it finds is at most `level`. Where it is not, a method that can tell may stop as
     /// soon as it is certain that none is.
+    #[inline(always)]
     fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, _level: R) -> Minimum<R, N> {
         self.minimize(field, simplex)
     }
@@ -86,13 +87,6 @@ impl<R: Real, const N: usize> Default for Minimum<R, N> {
 }
 
 impl<R: Real, const N: usize> Minimum<R, N> {
-    /// The same in every lane.
-    fn splat(minimum: Minimum<R::Lane, N>) -> Self {
-        let mut splat = Self::default();
-        (0..R::LANES).for_each(|lane| splat.set_lane(lane, minimum));
-        splat
-    }
-
     /// The minimum in one of the lanes.
     #[inline]
     pub(crate) fn lane(&self, lane: usize) -> Minimum<R::Lane, N> {

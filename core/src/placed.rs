@@ -122,7 +122,10 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
         let scale = R::lift(self.placement.scale());
         let of_field = self.field.least_on_triangle(pulled, enough.map(|x| x / scale))?;
-        Some(TriangleMinimum { value: of_field.value * scale, least: of_field.least * scale, ..of_field })
+        let (value, reach) = (of_field.value * scale, reach(corners[0], &corners));
+        // The corners were rounded where they stood in the world.
+        let rounding = rounding(self.slope_bound(), corners[0], reach, value);
+        Some(TriangleMinimum { value, least: of_field.least * scale - rounding, ..of_field })
     }
 }
 

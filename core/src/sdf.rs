@@ -112,7 +112,7 @@ impl<F: Sdf> Sdf for &F {
     fn slope_bound(&self) -> f64 {
         (**self).slope_bound()
     }
-    #[inline]
+    #[inline(always)]
     fn local_bounds(&self, region: &Aabb) -> LocalBounds {
         (**self).local_bounds(region)
     }

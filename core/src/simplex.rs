@@ -3,7 +3,7 @@ use core::array::from_fn;
 use nalgebra::Vector3;
 
 use crate::kernel::{Bundle, Kernel};
-use crate::real::Real;
+use crate::real::{Mask, Real};
 use crate::survey::{mean, reach, rounding};
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
@@ -36,7 +36,7 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     }
 
     /// The length of the longest edge.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn longest_edge(&self) -> R {
         let mut longest = R::zero();
         for corner in 0..N {
@@ -47,7 +47,7 @@ impl<R: Real, const N: usize> Simplex<R, N> {
 
     /// What no value of the field on the simplex is below, by a bound of its slope there and its value at a point of the
     /// simplex, rounding included.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub(crate) fn lower_bound(&self, of_field: f64, slope_bound: R, point: Vector3<R>, value: R) -> R {
         let reach = self.reach(point);
         // A slope can be beyond the numbers of this type, and no way times infinity is no number.
@@ -66,9 +66,13 @@ impl<R: Real, const N: usize> Simplex<R, N> {
         slopes
     }
 
+    #[inline(always)]
     pub fn is_in_reach(&self) -> R::Mask {
-        use crate::real::Mask;
-        self.corners.iter().flat_map(|corner| corner.iter()).fold(!R::Mask::NONE, |all, x| all & x.is_in_reach())
+        let mut all = !R::Mask::NONE;
+        for corner in &self.corners {
+            all = all & corner.x.is_in_reach() & corner.y.is_in_reach() & corner.z.is_in_reach();
+        }
+        all
     }
 }
 

@@ -213,16 +213,21 @@ pub(crate) fn reach<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
 /// The smallest box around the points.
 #[inline(always)]
 pub(crate) fn bounds<R: Float>(points: &[Vector3<R>]) -> Aabb {
-    let nothing = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-    points.iter().fold(nothing, |bounds, point| {
-        let point = point.map(R::to_f64).into();
-        bounds.union(&Aabb { min: point, max: point })
-    })
+    let mut bounds = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+    for point in points {
+        let point: [R; 3] = (*point).into();
+        for k in 0..3 {
+            let x = point[k].to_f64();
+            bounds.min[k] = if x < bounds.min[k] { x } else { bounds.min[k] };
+            bounds.max[k] = if bounds.max[k] < x { x } else { bounds.max[k] };
+        }
+    }
+    bounds
 }
 
 impl<R: Float, const N: usize> Simplex<R, N> {
     /// The smallest box around it.
-    #[inline]
+    #[inline(always)]
     pub fn bounds(&self) -> Aabb {
         bounds(&self.corners)
     }

@@ -45,6 +45,13 @@ impl Minimizer<2> for Method {
             Self::GoldenSection(method) => method.minimize(field, simplex),
         }
     }
+
+    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>, level: R) -> Minimum<R, 2> {
+        match self {
+            Self::Certified(method) => method.minimize_below(field, simplex, level),
+            other => other.minimize(field, simplex),
+        }
+    }
 }
 
 macro_rules! all_but_golden_section {
@@ -59,6 +66,18 @@ macro_rules! all_but_golden_section {
                     Self::Newton(method) => method.minimize(field, simplex),
                     Self::Certified(method) => method.minimize(field, simplex),
                     Self::GoldenSection(_) => panic!("golden section is for segments"),
+                }
+            }
+
+            fn minimize_below<R: Real, F: Sdf>(
+                &self,
+                field: &F,
+                simplex: &Simplex<R, $corners>,
+                level: R,
+            ) -> Minimum<R, $corners> {
+                match self {
+                    Self::Certified(method) => method.minimize_below(field, simplex, level),
+                    other => other.minimize(field, simplex),
                 }
             }
         }

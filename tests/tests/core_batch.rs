@@ -1,8 +1,9 @@
 //! Contacts several at a time are those of one at a time, bit for bit.
 
 use nalgebra::Vector3;
+use pulp::{Arch, NullaryFnOnce};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
-use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum};
+use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;
 use sdf_core::{Float, Real, Sdf, Simplex};
 use sdf_tests::methods::{Method, methods};
@@ -20,6 +21,15 @@ macro_rules! in_lanes {
             const PAYS_IN_LANES: bool = true;
             fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
                 self.0.minimize(field, simplex)
+            }
+
+            fn minimize_below<R: Real, F: Sdf>(
+                &self,
+                field: &F,
+                simplex: &Simplex<R, $corners>,
+                level: R,
+            ) -> Minimum<R, $corners> {
+                self.0.minimize_below(field, simplex, level)
             }
         }
     )*};
@@ -129,4 +139,68 @@ fn any_number_of_lanes_and_elements_gives_the_same_contacts() {
             batch_equals_alone::<_, _, 3, 16>(&grid, &method, 0.1, &elements, "16 lanes");
         }
     }
+}
+
+/// Its search stops as soon as it is certain that no value is within the margin.
+#[test]
+fn a_search_that_may_stop_at_the_margin_stops_where_it_does_alone() {
+    let mut random = Random::of_test();
+    let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
+    let grid = bounded(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    for margin in [-0.2, -0.05, 0.0, 0.1] {
+        let elements = elements::<f64, 3>(&mut random, 0.3, 500);
+        batch_equals_alone::<_, _, 3, 8>(&grid, &Certified::default(), margin, &elements, "at the margin");
+    }
+}
+
+/// Contacts of a batch, compiled for an instruction set.
+struct Batch<'a, F, M> {
+    field: &'a F,
+    method: &'a M,
+    elements: &'a [Element<f64, 3>],
+}
+
+impl<F: Sdf, M: Minimizer<3>> NullaryFnOnce for Batch<'_, F, M> {
+    type Output = Vec<(usize, Outcome<f64, 3>)>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let mut outcomes = vec![];
+        let take = |at, outcome| outcomes.push((at, outcome));
+        batch::contacts::<_, _, _, _, 3, 8>(self.field, self.method, MARGIN, self.elements, take);
+        outcomes
+    }
+}
+
+const MARGIN: f64 = 0.1;
+
+/// All that this processor has.
+fn instruction_sets() -> Vec<Arch> {
+    let mut sets = vec![Arch::Scalar, Arch::new()];
+    #[cfg(target_arch = "x86_64")]
+    sets.extend(pulp::x86::V3::try_new().map(Arch::V3));
+    sets
+}
+
+fn every_instruction_set_equals_alone<F: Sdf, M: Minimizer<3> + std::fmt::Debug>(field: &F, method: &M) {
+    let elements = elements::<f64, 3>(&mut Random::of_test(), 0.5, 400);
+    for set in instruction_sets() {
+        let outcomes = set.dispatch(Batch { field, method, elements: &elements });
+        assert_eq!(outcomes.len(), elements.len());
+        for (at, outcome) in outcomes {
+            let alone = contact(field, method, MARGIN, &elements[at]);
+            assert_eq!(bits(&alone), bits(&outcome), "{set:?} by {method:?}: {:?}", elements[at]);
+        }
+    }
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_contacts() {
+    let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
+    let grid = bounded(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    every_instruction_set_equals_alone(&grid, &FrankWolfe::default());
+    every_instruction_set_equals_alone(&grid, &FrankWolfe { tolerance: -1.0, ..FrankWolfe::default() });
+    every_instruction_set_equals_alone(&grid, &ProjectedGradient::default());
+    every_instruction_set_equals_alone(&grid, &PointSampling::default());
+    every_instruction_set_equals_alone(&grid, &Certified::default());
 }

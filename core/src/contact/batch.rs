@@ -28,7 +28,7 @@ use core::array::from_fn;
 use nalgebra::Vector3;
 
 use super::{Element, ElementKind, Outcome, judge};
-use crate::minimize::Minimizer;
+use crate::minimize::{Minimizer, Minimum};
 use crate::real::{Float, Real};
 use crate::simplex::LowerBound;
 use crate::survey::rounding;
@@ -43,7 +43,7 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     minimizer: &M,
     margin: R,
     elements: &[Element<R, N>],
-    take: T,
+    mut take: T,
 ) where
     R: Float,
     F: Sdf,
@@ -51,6 +51,9 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     T: FnMut(usize, Outcome<R, N>),
 {
     const { assert!(L > 0) };
+    if ElementKind::of(N).is_none() {
+        return elements.iter().enumerate().for_each(|(place, _)| take(place, Outcome::NotFinite));
+    }
     let near = Queue::new(Near { place: 0, least: R::zero(), slope_bound: R::zero() });
     let passed = Queue::new(Passed { place: 0, lower_bound: R::zero() });
     Batch::<R, F, M, T, N, L> { field, minimizer, margin, elements, near, passed, take }.run();
@@ -70,6 +73,23 @@ struct Near<R> {
 struct Passed<R> {
     place: usize,
     lower_bound: R,
+}
+
+/// Why an element is not searched: an [`Outcome`] without the room for a contact, which is large.
+#[derive(Clone, Copy)]
+enum Refusal {
+    NotFinite,
+    Culled,
+}
+
+impl Refusal {
+    #[inline(always)]
+    fn outcome<R: Float, const N: usize>(self) -> Outcome<R, N> {
+        match self {
+            Self::NotFinite => Outcome::NotFinite,
+            Self::Culled => Outcome::Culled,
+        }
+    }
 }
 
 /// What waits until all lanes are taken.
@@ -124,8 +144,8 @@ where
         for place in 0..=self.elements.len() {
             let is_full = match self.elements.get(place).map(|element| self.look_at_box(place, element)) {
                 Some(Ok(near)) => self.near.push(near),
-                Some(Err(outcome)) => {
-                    (self.take)(place, outcome);
+                Some(Err(refusal)) => {
+                    (self.take)(place, refusal.outcome());
                     false
                 }
                 None => true,
@@ -134,15 +154,15 @@ where
                 continue;
             }
             let (near, count) = self.near.drain();
-            let lower_bounds = self.look_at_centroids(&near);
+            let lower_bounds = if count > 0 { self.look_at_centroids(&near) } else { [Err(Refusal::Culled); L] };
             for lane in 0..=L {
                 let is_full = match lower_bounds.get(lane) {
                     Some(_) if lane >= count => false,
                     Some(Ok(lower_bound)) => {
                         self.passed.push(Passed { place: near[lane].place, lower_bound: *lower_bound })
                     }
-                    Some(Err(outcome)) => {
-                        (self.take)(near[lane].place, *outcome);
+                    Some(Err(refusal)) => {
+                        (self.take)(near[lane].place, refusal.outcome());
                         false
                     }
                     None => place == self.elements.len(),
@@ -156,17 +176,17 @@ where
 
     /// The first half of [`contact`](super::contact)'s cull.
     #[inline(always)]
-    fn look_at_box(&self, place: usize, element: &Element<R, N>) -> Result<Near<R>, Outcome<R, N>> {
+    fn look_at_box(&self, place: usize, element: &Element<R, N>) -> Result<Near<R>, Refusal> {
         let simplex = &element.simplex;
-        if ElementKind::of(N).is_none() || !simplex.is_in_reach() {
-            return Err(Outcome::NotFinite);
+        if !simplex.is_in_reach() {
+            return Err(Refusal::NotFinite);
         }
         let local = self.field.local_bounds(&simplex.bounds());
         let centroid = simplex.centroid();
         let rounding = rounding(self.field.slope_bound(), centroid, simplex.reach(centroid), self.margin);
         let least = R::lift(local.least) - rounding;
         if self.margin < least {
-            Err(Outcome::Culled)
+            Err(Refusal::Culled)
         } else {
             Ok(Near { place, least, slope_bound: R::lift(local.slope_bound) })
         }
@@ -174,7 +194,7 @@ where
 
     /// The second half of it, which gives a lower bound of each that passes.
     #[inline(always)]
-    fn look_at_centroids(&self, near: &[Near<R>; L]) -> [Result<R, Outcome<R, N>>; L] {
+    fn look_at_centroids(&self, near: &[Near<R>; L]) -> [Result<R, Refusal>; L] {
         let simplex = self.simplices(near.map(|near| near.place));
         let centroid = simplex.centroid();
         let below = LowerBound { slope_bound: self.field.slope_bound() };
@@ -184,34 +204,37 @@ where
         let margin = Lanes([self.margin; L]);
         let (is_above, is_within) = (margin.lt(by_slope), lower_bound.le(margin));
         from_fn(|lane| match () {
-            () if is_above.0[lane] => Err(Outcome::Culled),
+            () if is_above.0[lane] => Err(Refusal::Culled),
             () if is_within.0[lane] => Ok(lower_bound.0[lane]),
-            () => Err(Outcome::NotFinite),
+            () => Err(Refusal::NotFinite),
         })
     }
 
     #[inline(always)]
     fn search(&mut self) {
         let (passed, count) = self.passed.drain();
+        if count == 0 {
+            return;
+        }
         if M::PAYS_IN_LANES {
-            let minimum = self.minimizer.minimize(self.field, &self.simplices(passed.map(|passed| passed.place)));
+            let simplices = self.simplices(passed.map(|passed| passed.place));
+            let minimum = self.minimizer.minimize_below(self.field, &simplices, Lanes([self.margin; L]));
             for (lane, passed) in passed.iter().enumerate().take(count) {
-                self.report(passed, |_, _, _| minimum.lane(lane));
+                self.report(passed, &minimum.lane(lane));
             }
         } else {
-            passed.iter().take(count).for_each(|passed| self.report(passed, M::minimize));
+            for passed in passed.iter().take(count) {
+                let Some(element) = self.elements.get(passed.place) else { continue };
+                let minimum = self.minimizer.minimize_below(self.field, &element.simplex, self.margin);
+                self.report(passed, &minimum);
+            }
         }
     }
 
     #[inline(always)]
-    fn report(
-        &mut self,
-        passed: &Passed<R>,
-        minimum: impl FnOnce(&M, &F, &Simplex<R, N>) -> crate::minimize::Minimum<R, N>,
-    ) {
+    fn report(&mut self, passed: &Passed<R>, minimum: &Minimum<R, N>) {
         if let Some(element) = self.elements.get(passed.place) {
-            let minimum = minimum(self.minimizer, self.field, &element.simplex);
-            (self.take)(passed.place, judge(self.margin, element, &minimum, passed.lower_bound));
+            (self.take)(passed.place, judge(self.margin, element, minimum, passed.lower_bound));
         }
     }
 

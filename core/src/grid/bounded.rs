@@ -41,11 +41,11 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
 
     const HAS_BOUNDS: bool = true;
 
-    #[inline]
+    #[inline(always)]
     fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
-        let [along_x, along_y, _] = self.places.map(|n| n as usize);
+        let (along_x, along_y) = (self.places[0] as usize, self.places[1] as usize);
         bounds_of_places(first, last, |place| {
-            let [x, y, z] = place.map(|index| index as usize);
+            let (x, y, z) = (place[0] as usize, place[1] as usize, place[2] as usize);
             self.bounds.as_ref().get((z * along_y + y) * along_x + x).copied()
         })
     }
@@ -56,19 +56,27 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
 const MOST_PLACES: u32 = 64;
 
 /// Of all nodes in the places of the nodes from `first` to `last`.
-#[inline]
+#[inline(always)]
 pub(super) fn bounds_of_places(
     first: [u32; 3],
     last: [u32; 3],
     of_place: impl Fn([u32; 3]) -> Option<NodeBounds>,
 ) -> Option<NodeBounds> {
-    let [first, last] = [first, last].map(|node| node.map(|index| index / BRICK));
-    let count =
-        (0..3).try_fold(1_u32, |n, axis| n.checked_mul(last[axis].checked_sub(first[axis])?.checked_add(1)?))?;
+    let place = |[x, y, z]: [u32; 3]| [x / BRICK, y / BRICK, z / BRICK];
+    let (first, last) = (place(first), place(last));
+    let nothing = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    // Most elements are no larger than a place.
+    if first == last {
+        return Some(nothing.union(of_place(first)?));
+    }
+    let mut count = 1_u32;
+    for axis in 0..3 {
+        count = count.saturating_mul(last[axis].checked_sub(first[axis])?.saturating_add(1));
+    }
     if count > MOST_PLACES {
         return None;
     }
-    let mut bounds = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let mut bounds = nothing;
     for z in first[2]..=last[2] {
         for y in first[1]..=last[1] {
             for x in first[0]..=last[0] {

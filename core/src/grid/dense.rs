@@ -17,7 +17,7 @@ impl<S: AsRef<[f32]>> Dense<S> {
 }
 
 impl<S: AsRef<[f32]>> Storage for Dense<S> {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn corners(&self, [x, y, z]: [u32; 3]) -> [f32; 8] {
         // Every index is one of a sample; said so that neither a bounds check nor an overflow check can panic.
         let samples = self.samples.as_ref();

@@ -82,9 +82,9 @@ impl Lattice {
 
     /// The first and the last node of the cells that a box meets, or comes nearest to where it lies outside. `None` unless
     /// the box is finite and not empty.
-    #[inline]
+    #[inline(always)]
     pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
-        let is_sound = (0..3).all(|axis| region.min[axis] <= region.max[axis] && region.extents()[axis].is_finite());
+        let is_sound = region.min.iter().zip(&region.max).all(|(low, high)| low <= high && (high - low).is_finite());
         let along = |x: f64, origin: f64, cells: u32| {
             // Towards zero, and zero below it.
             let steps = ((x - origin) * self.per_spacing) as u32;
@@ -93,7 +93,8 @@ impl Lattice {
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.cells());
         let cell = |[x, y, z]: [f64; 3]| [along(x, x0, nx), along(y, y0, ny), along(z, z0, nz)];
         let [first, last]: [[u32; 3]; 2] = [cell(region.min), cell(region.max)];
-        is_sound.then_some([first, last.map(|n| n.wrapping_add(1))])
+        let [x, y, z] = last;
+        is_sound.then_some([first, [x.wrapping_add(1), y.wrapping_add(1), z.wrapping_add(1)]])
     }
 
     /// The box from the first node to the last.

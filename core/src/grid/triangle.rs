@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 
 use super::polynomial::{Bends, Polynomial};
 use super::{Grid, Lattice, Storage};
+use crate::Aabb;
 use crate::real::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::survey::{bounds, mean, reach, rounding};
@@ -66,7 +67,7 @@ impl<R: Float> Face<R> {
     fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
         let bounds = lattice.bounds();
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
-        let slack = R::lift(8.0 * R::EPSILON * farthest * lattice.per_spacing());
+        let slack = R::lift(16.0 * R::EPSILON * farthest * lattice.per_spacing());
         let [a, b, c] = corners;
         let low = a.zip_zip_map(&b, &c, |a, b, c| Real::min(a, Real::min(b, c)) - slack);
         let high = a.zip_zip_map(&b, &c, |a, b, c| Real::max(a, Real::max(b, c)) + slack);
@@ -292,7 +293,11 @@ impl<S: Storage> Grid<S> {
         }
         let face = Face::new(&self.lattice, corners.map(|corner| self.in_cells(corner)))?;
         let (value, gradient) = self.at(mean(&face.corners));
-        let rounding = rounding(self.slope_bound, corners[0], reach(corners[0], &corners), value);
+        // Of the corners where they stand in the world, and of the first node, from which they are counted.
+        let Aabb { min, max } = self.lattice.bounds();
+        let farthest = min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
+        let reach = Real::max(reach(corners[0], &corners), R::lift(farthest));
+        let rounding = rounding(self.slope_bound, corners[0], reach, value);
         let ways = Ways::new(&face, gradient, R::lift(self.slope_bound * self.lattice.spacing()));
         let mut rises = Rises::none();
         let mut may_be_inside = false;
@@ -456,7 +461,7 @@ impl<S: Storage> Grid<S> {
     }
 }
 
-/// Half of the second derivatives along the triangle, by the weights of its second and third corner.
+/// The second derivatives along the triangle, by the weights of its second and third corner.
 struct Hessian<R> {
     uu: R,
     uv: R,
@@ -595,7 +600,7 @@ impl<R: Float> Cell<R> {
         // The length of the matrix bounds how much it stretches.
         let [xy, yz, zx] = [bends.xy, bends.yz, bends.zx];
         let bend = Real::sqrt((xy * xy + yz * yz + zx * zx) * R::lift(2.0))
-            + self.field.xyz.abs() * Real::sqrt(radius_sq * R::lift(6.0));
+            + self.field.xyz.abs() * Real::sqrt(radius_sq * R::lift(2.0));
         found.value - self.field.value(self.middle - off) + bend * radius_sq * R::lift(0.5)
     }
 

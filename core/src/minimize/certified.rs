@@ -64,9 +64,8 @@ impl<const N: usize> Minimizer<N> for Certified {
     }
 
     fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
-        let first = self.minimum(field, &simplex.lane(0), level.lane(0));
-        let mut minimum = Minimum::splat(first);
-        for lane in 1..R::LANES {
+        let mut minimum = Minimum::default();
+        for lane in 0..R::LANES {
             minimum.set_lane(lane, self.minimum(field, &simplex.lane(lane), level.lane(lane)));
         }
         minimum
@@ -78,29 +77,44 @@ impl Certified {
         if let Some(minimum) = of_segment(field, simplex) {
             return minimum;
         }
-        let longest_edge = simplex.longest_edge();
-        let slope_bound = field.slope_bound();
-        let tolerance = longest_edge * R::lift(slope_bound * self.tolerance);
-        let gap_of = |value: R| {
-            // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
-            let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, value);
-            (tolerance + rounding * R::lift(MOST_ROUNDINGS), rounding)
-        };
-        let in_cells = of_cells(field, simplex, [level, tolerance]);
+        let in_cells = of_cells(field, simplex, [level, self.tolerance_on(field, simplex)]);
         if let Some(found) = in_cells {
-            let (gap, rounding) = gap_of(found.sample.value);
+            let (gap, rounding) = self.gap(field, simplex, found.sample.value);
             let answer = found.answer(gap, rounding);
             if answer.converged || level < answer.lower_bound {
                 return answer;
             }
         }
+        self.search(field, simplex, level, in_cells)
+    }
+
+    #[inline]
+    fn tolerance_on<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>) -> R {
+        simplex.longest_edge() * R::lift(field.slope_bound() * self.tolerance)
+    }
+
+    /// Below a value by how much none is looked for, and how much it is off by rounding.
+    #[inline]
+    fn gap<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>, value: R) -> (R, R) {
+        // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
+        let rounding = rounding(field.slope_bound(), simplex.corners[0], simplex.longest_edge(), value);
+        (self.tolerance_on(field, simplex) + rounding * R::lift(MOST_ROUNDINGS), rounding)
+    }
+
+    fn search<R: Float, F: Sdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        level: R,
+        in_cells: Option<InCells<R, N>>,
+    ) -> Minimum<R, N> {
         let boundary = if in_cells.is_some() { None } else { least_on_edges(field, simplex) };
         let mut search = match (in_cells, boundary) {
             (Some(found), _) => Search::from_cells(field, simplex, &found),
             (None, Some(boundary)) => Search::from_boundary(field, simplex, boundary),
             (None, None) => Search::from_local(field, simplex, &self.local),
         };
-        let (gap, rounding) = gap_of(search.best.value);
+        let (gap, rounding) = self.gap(field, simplex, search.best.value);
         if let Some(boundary) = boundary {
             search.settle(Real::min(boundary.value, search.best.value) - rounding);
         }

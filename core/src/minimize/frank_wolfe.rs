@@ -16,7 +16,7 @@ pub struct FrankWolfe {
     /// How many steps at most.
     pub iterations: u32,
     /// Done when the duality gap, which on a convex field bounds what is left to gain (Jaggi 2013), is at most this
-    /// share of longest edge · slope bound.
+    /// share of longest edge · slope bound. It is negative by rounding at most, so that −1 stops no search early.
     pub tolerance: f64,
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Visit<R: Real, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Visit<R, N> {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn new<F: Sdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
         let point = R::apply(&AtWeights, (*simplex, weights));
         Self { weights, point, sample: field.evaluate(point) }
@@ -105,7 +105,7 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
     }
 
     /// Asks at the given weights, in the lanes that are still `active`.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn visit(&mut self, weights: [R; N], active: R::Mask) -> Visit<R, N> {
         let visit = Visit::new(self.field, self.simplex, weights);
         let better = active & visit.sample.value.lt(self.best.sample.value);
@@ -114,7 +114,7 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
         visit
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let Visit { weights, point, sample } = self.best;
         let below = LowerBound { slope_bound: self.field.slope_bound() };

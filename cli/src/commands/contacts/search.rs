@@ -13,7 +13,7 @@ const LANES: usize = 8;
 
 /// A field that is searched in the way that is fastest for it.
 pub trait Search: Sdf + Sync {
-    /// What becomes of each of the elements, in their order.
+    /// What becomes of those of the elements that are not culled, in their order.
     fn outcomes<M: Minimizer<N>, const N: usize>(
         &self,
         minimizer: &M,
@@ -32,7 +32,7 @@ macro_rules! several_at_a_time {
                 elements: &[Element<f64, N>],
             ) -> Vec<Outcome<f64, N>> {
                 let batch = Batch { field: self, minimizer, margin, elements };
-                if M::PAYS_IN_LANES { Arch::new().dispatch(batch) } else { batch.call() }
+                Arch::new().dispatch(batch)
             }
         }
     )*};
@@ -47,7 +47,8 @@ macro_rules! one_by_one {
                 margin: f64,
                 elements: &[Element<f64, N>],
             ) -> Vec<Outcome<f64, N>> {
-                elements.iter().map(|element| contact(self, minimizer, margin, element)).collect()
+                let outcomes = elements.iter().map(|element| contact(self, minimizer, margin, element));
+                outcomes.filter(|outcome| !matches!(outcome, Outcome::Culled)).collect()
             }
         }
     )*};
@@ -70,16 +71,14 @@ impl<F: Sdf, M: Minimizer<N>, const N: usize> NullaryFnOnce for Batch<'_, F, M, 
     // Only what is inlined here is compiled for the processor's own vectors.
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let mut outcomes = vec![Outcome::Culled; self.elements.len()];
-        batch::contacts::<_, _, _, _, N, LANES>(
-            self.field,
-            self.minimizer,
-            self.margin,
-            self.elements,
-            |at, outcome| {
-                outcomes[at] = outcome;
-            },
-        );
-        outcomes
+        let mut outcomes = vec![];
+        let take = |at, outcome| {
+            if !matches!(outcome, Outcome::Culled) {
+                outcomes.push((at, outcome));
+            }
+        };
+        batch::contacts::<_, _, _, _, N, LANES>(self.field, self.minimizer, self.margin, self.elements, take);
+        outcomes.sort_unstable_by_key(|(at, _)| *at);
+        outcomes.into_iter().map(|(_, outcome)| outcome).collect()
     }
 }
