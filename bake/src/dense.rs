@@ -6,6 +6,7 @@ use sdf_core::grid::sparse::brick_counts;
 use sdf_core::grid::{Dense, Lattice, NodeBounds, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
+use crate::mesh_distance::Beside;
 use crate::node_bounds::{Around, inside_reaches_box};
 use crate::packet::{Nodes, Packet, SIDE};
 use crate::signs::NodeBlock;
@@ -90,10 +91,15 @@ fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nod
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
             let nodes = Nodes::of_lattice(lattice, [x, y, z], counts);
             packet.measure(&nodes, f64::INFINITY);
+            let mut last: Option<Beside> = None;
             for (above, nodes_of_row) in tile_rows.iter_mut().enumerate() {
                 for i in 0..counts[0] {
+                    // To and fro, so that the next node is a neighbour.
+                    let i = if above % 2 == 0 { i } else { counts[0] - 1 - i };
                     let step = [i, above % counts[1], above / counts[1]];
-                    nodes_of_row[x + i] = mesh.nearest_in(&packet, &nodes, step).signed() as f32;
+                    let nearest = mesh.nearest_in(&packet, &nodes, step, last);
+                    last = Some(Beside { point: nodes.at(step), nearest });
+                    nodes_of_row[x + i] = nearest.signed() as f32;
                 }
             }
             on_nodes_done(counts.iter().product());

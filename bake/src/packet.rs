@@ -5,12 +5,19 @@
 //! eight nodes in the end. Sifting is in f32 and keeps all that rounding leaves in doubt. What remains is measured in f64, with
 //! the same bits as by [`Tree::nearest`].
 
+mod candidates;
+mod eighths;
+mod sift;
+
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
 use crate::lanes_triangle::{LANES, Points, distances_sq};
-use crate::rough_triangle::{Frame, Lanes, RoughTriangle, Seen};
+use crate::rough_triangle::{Frame, Lanes, Seen};
 use crate::tree::{Cube, NearestTriangle, Reached, Tree};
+use candidates::{AtNodes, Candidate, pick};
+use eighths::{corner, sides, steps};
+use sift::{Cubes, sift};
 
 /// Nodes along each side.
 pub(crate) const SIDE: usize = 8;
@@ -54,41 +61,6 @@ pub(crate) struct NearestInPacket {
     pub distance_sq: f64,
 }
 
-/// A triangle that may be nearest to a node of a cube.
-#[derive(Clone, Copy)]
-struct Candidate {
-    slot: u32,
-    /// At v from the middle of the cube it is no nearer than `least` + v · `direction`.
-    least: f32,
-    direction: [f32; 3],
-}
-
-/// Eight cubes in a cube.
-#[derive(Clone, Copy)]
-struct Cubes {
-    /// Of the outer cube, in the tree's frame, as all here.
-    middle: [f32; 3],
-    /// From there to the middles of the eight, along each axis.
-    step: f32,
-    half_side: f32,
-    /// What bounds are off by at most.
-    rounding: f32,
-}
-
-/// What is nearest to the middles of eight cubes so far.
-struct Bests {
-    slots: [u32; LANES],
-    seen: Seen,
-}
-
-/// How near what is nearest to a point of each of eight cubes is at most.
-struct Bounds {
-    /// A of [`Tree::reaching`], and twice the rounding.
-    most: Lanes,
-    /// k e of the same.
-    slope: [Lanes; 3],
-}
-
 impl Nodes {
     /// From the `first` on.
     pub fn of_lattice(lattice: &Lattice, first: [usize; 3], counts: [usize; 3]) -> Self {
@@ -105,6 +77,18 @@ impl Nodes {
     /// Some node from the `first` on is asked for.
     fn asks_from(&self, first: [usize; 3]) -> bool {
         (0..3).all(|axis| first[axis] < self.counts[axis])
+    }
+
+    /// 2 × 2 × 2 of them from the `first` on.
+    #[inline(always)]
+    fn eight_from(&self, first: [usize; 3]) -> Points {
+        let mut points: Points = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            for axis in 0..3 {
+                points[axis][lane] = self.axes[axis][first[axis] + corner(lane)[axis]];
+            }
+        }
+        points
     }
 
     pub fn at(&self, step: [usize; 3]) -> Vector3<f64> {
@@ -220,30 +204,29 @@ impl Packet<'_> {
             return Outcome::Beyond;
         }
         for octant in 0..LANES {
-            let first = corner(octant).map(|side| side * SIDE / 2);
-            if !nodes.asks_from(first) {
-                continue;
-            }
-            let sides = sides(octant);
-            let middle = [0, 1, 2].map(|axis: usize| middle[axis] + sides[axis] * large.step);
-            let small = Cubes { middle, step: spacing, half_side: 0.5 * spacing, rounding };
-            sift(
-                &self.tree.rough,
-                &self.of_large[octant],
-                &small,
-                &mut self.picked,
-                &mut self.seen,
-                &mut self.of_small,
-            );
-            for part in 0..LANES {
-                let corner = corner(part);
-                let first: [usize; 3] = [0, 1, 2].map(|axis: usize| first[axis] + 2 * corner[axis]);
-                if nodes.asks_from(first) {
-                    self.measure_eight(nodes, first, part, &small);
-                }
-            }
+            self.measure_octant(nodes, octant, &large);
         }
         Outcome::Measured
+    }
+
+    /// 4 × 4 × 4 nodes: one of the large cubes.
+    #[inline(always)]
+    fn measure_octant(&mut self, nodes: &Nodes, octant: usize, large: &Cubes) {
+        let first = corner(octant).map(|side| side * SIDE / 2);
+        if !nodes.asks_from(first) {
+            return;
+        }
+        let sides = sides(octant);
+        let middle = [0, 1, 2].map(|axis: usize| large.middle[axis] + sides[axis] * large.step);
+        let small = Cubes { middle, step: 0.5 * large.step, half_side: 0.25 * large.step, rounding: large.rounding };
+        sift(&self.tree.rough, &self.of_large[octant], &small, &mut self.picked, &mut self.seen, &mut self.of_small);
+        for part in 0..LANES {
+            let corner = corner(part);
+            let first: [usize; 3] = [0, 1, 2].map(|axis: usize| first[axis] + 2 * corner[axis]);
+            if nodes.asks_from(first) {
+                self.measure_eight(nodes, first, part, &small);
+            }
+        }
     }
 
     /// Makes candidates of what was reached, that in the slot `nearest` the first.
@@ -267,12 +250,7 @@ impl Packet<'_> {
     /// 2 × 2 × 2 nodes from the `first` on: a part of those cubes.
     #[inline(always)]
     fn measure_eight(&mut self, nodes: &Nodes, first: [usize; 3], part: usize, cubes: &Cubes) {
-        let mut points: Points = [[0.0; LANES]; 3];
-        for lane in 0..LANES {
-            for axis in 0..3 {
-                points[axis][lane] = nodes.axes[axis][first[axis] + corner(lane)[axis]];
-            }
-        }
+        let points = nodes.eight_from(first);
         let candidates = &self.of_small[part];
         let mut best_sq = distances_sq_of(self.tree, &points, candidates[0].slot);
         let mut slots = [candidates[0].slot; LANES];
@@ -299,357 +277,11 @@ impl Packet<'_> {
     }
 }
 
-/// Of the candidates of a cube those of each of eight cubes in it, the nearest to its middle first.
-#[inline(always)]
-fn sift(
-    triangles: &[RoughTriangle],
-    candidates: &[Candidate],
-    cubes: &Cubes,
-    picked: &mut Vec<u32>,
-    seen: &mut Vec<(u32, Seen)>,
-    of_cubes: &mut [Vec<Candidate>; LANES],
-) {
-    let Cubes { half_side, rounding, .. } = *cubes;
-    let steps = steps(cubes.step);
-    let mut middles = steps;
-    for axis in 0..3 {
-        for lane in 0..LANES {
-            middles[axis][lane] += cubes.middle[axis];
-        }
-    }
-    let first = triangles[candidates[0].slot as usize].seen_from(&middles);
-    let mut bests = Bests { slots: [candidates[0].slot; LANES], seen: first };
-    pick(candidates, picked, &InCubes { steps, bounds: bests.bounds(half_side, rounding), half_side });
-    seen.clear();
-    for picked in picked.iter() {
-        let slot = candidates[*picked as usize].slot;
-        let found = triangles[slot as usize].seen_from(&middles);
-        bests.update(slot, &found);
-        seen.push((slot, found));
-    }
-    bests.deal_out(seen, half_side, rounding, of_cubes);
-}
-
-/// Whether a candidate may be nearest, by lanes: 1, else 0.
-trait Test {
-    fn passed(&self, candidate: &Candidate) -> [u32; LANES];
-}
-
-/// At nodes that are no farther from the mesh than `most`.
-struct AtNodes {
-    steps: [Lanes; 3],
-    most: Lanes,
-}
-
-/// Somewhere in cubes.
-struct InCubes {
-    steps: [Lanes; 3],
-    bounds: Bounds,
-    half_side: f32,
-}
-
-impl Test for AtNodes {
-    #[inline(always)]
-    fn passed(&self, candidate: &Candidate) -> [u32; LANES] {
-        let least = candidate.least_at(&self.steps);
-        let mut passed = [0; LANES];
-        for lane in 0..LANES {
-            passed[lane] = if least[lane] > self.most[lane] { 0 } else { 1 };
-        }
-        passed
-    }
-}
-
-impl Test for InCubes {
-    #[inline(always)]
-    fn passed(&self, candidate: &Candidate) -> [u32; LANES] {
-        let [x, y, z] = candidate.direction;
-        self.bounds.passed(&candidate.least_at(&self.steps), &[[x; LANES], [y; LANES], [z; LANES]], self.half_side)
-    }
-}
-
 #[inline(always)]
 fn distances_sq_of(tree: &Tree, points: &Points, slot: u32) -> [f64; LANES] {
     let slot = slot as usize;
     distances_sq(points, &tree.corners[slot], tree.rough[slot].is_sliver)
 }
 
-/// The numbers of those candidates that pass in any lane. Without a branch for each, which would be hard to foretell.
-#[inline(always)]
-fn pick(candidates: &[Candidate], picked: &mut Vec<u32>, test: &impl Test) {
-    picked.clear();
-    picked.resize(candidates.len(), 0);
-    let mut count = 0;
-    for (number, candidate) in (0..).zip(candidates) {
-        picked[count] = number;
-        count += test.passed(candidate).iter().fold(0, |any, one| any | one) as usize;
-    }
-    picked.truncate(count);
-}
-
-impl Candidate {
-    /// No nearer than this, at so many steps from the middle of its cube.
-    #[inline(always)]
-    fn least_at(&self, steps: &[Lanes; 3]) -> Lanes {
-        let mut least = [0.0; LANES];
-        for lane in 0..LANES {
-            least[lane] = self.least
-                + (steps[0][lane] * self.direction[0]
-                    + steps[1][lane] * self.direction[1]
-                    + steps[2][lane] * self.direction[2]);
-        }
-        least
-    }
-}
-
-impl Bests {
-    /// To each cube what may be nearest to a point of it.
-    #[inline(always)]
-    fn deal_out(&self, seen: &[(u32, Seen)], half_side: f32, rounding: f32, of_cubes: &mut [Vec<Candidate>; LANES]) {
-        let bounds = self.bounds(half_side, rounding);
-        of_cubes.iter_mut().for_each(Vec::clear);
-        for (slot, found) in seen {
-            let passed = bounds.passed(&found.least, &found.direction, half_side);
-            let mut passed = (0..LANES).fold(0_u32, |bits, lane| bits | passed[lane] << lane);
-            while passed != 0 {
-                let lane = passed.trailing_zeros() as usize % LANES;
-                passed &= passed - 1;
-                let of_cube = &mut of_cubes[lane];
-                let direction = [found.direction[0][lane], found.direction[1][lane], found.direction[2][lane]];
-                of_cube.push(Candidate { slot: *slot, least: found.least[lane], direction });
-                if *slot == self.slots[lane] {
-                    let last = of_cube.len() - 1;
-                    of_cube.swap(0, last);
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn update(&mut self, slot: u32, found: &Seen) {
-        for lane in 0..LANES {
-            let is_nearer = found.most[lane] < self.seen.most[lane];
-            self.slots[lane] = if is_nearer { slot } else { self.slots[lane] };
-            self.seen.most[lane] = if is_nearer { found.most[lane] } else { self.seen.most[lane] };
-            for axis in 0..3 {
-                let best = &mut self.seen.direction[axis][lane];
-                *best = if is_nearer { found.direction[axis][lane] } else { *best };
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn bounds(&self, half_side: f32, rounding: f32) -> Bounds {
-        let mut bounds = Bounds { most: [0.0; LANES], slope: [[0.0; LANES]; 3] };
-        for lane in 0..LANES {
-            let distance = self.seen.most[lane];
-            let hypotenuse = (distance * distance + 3.0 * half_side * half_side).sqrt();
-            let share = distance / hypotenuse;
-            bounds.most[lane] = hypotenuse + 2.0 * rounding;
-            for axis in 0..3 {
-                bounds.slope[axis][lane] = share * self.seen.direction[axis][lane];
-            }
-        }
-        bounds
-    }
-}
-
-impl Bounds {
-    /// In which of the cubes a triangle may be nearest to a point: 1, else 0.
-    #[inline(always)]
-    fn passed(&self, least: &Lanes, direction: &[Lanes; 3], half_side: f32) -> [u32; LANES] {
-        let mut passed = [0; LANES];
-        for lane in 0..LANES {
-            let apart = (self.slope[0][lane] - direction[0][lane]).abs()
-                + (self.slope[1][lane] - direction[1][lane]).abs()
-                + (self.slope[2][lane] - direction[2][lane]).abs();
-            passed[lane] = if least[lane] > self.most[lane] + half_side * apart { 0 } else { 1 };
-        }
-        passed
-    }
-}
-
-/// From a middle to those of eight parts, so far along each axis.
-#[inline(always)]
-fn steps(step: f32) -> [Lanes; 3] {
-    let mut steps = [[0.0; LANES]; 3];
-    for lane in 0..LANES {
-        for axis in 0..3 {
-            steps[axis][lane] = step * sides(lane)[axis];
-        }
-    }
-    steps
-}
-
-/// On which side of the middle one of eight parts lies, along each axis: 0 or 1.
-#[inline(always)]
-fn corner(part: usize) -> [usize; 3] {
-    [part & 1, part >> 1 & 1, part >> 2 & 1]
-}
-
-/// The same as −1 or 1.
-#[inline(always)]
-fn sides(part: usize) -> [f32; 3] {
-    corner(part).map(|side| 2.0 * side as f32 - 1.0)
-}
-
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-    use crate::TriangleMesh;
-    use crate::gradient_spread::tests::{random, random_vector};
-    use crate::triangle::nearest_on_triangle;
-
-    /// The instruction sets of this machine that the code is compiled for.
-    pub(crate) fn instruction_sets() -> Vec<pulp::Arch> {
-        #[cfg(target_arch = "x86_64")]
-        let known = [
-            Some(pulp::Arch::Scalar),
-            pulp::x86::V3::try_new().map(pulp::Arch::V3),
-            pulp::x86::V4::try_new().map(pulp::Arch::V4),
-        ];
-        #[cfg(not(target_arch = "x86_64"))]
-        let known = [Some(pulp::Arch::new())];
-        known.into_iter().flatten().collect()
-    }
-
-    /// Squares in the x-y plane cut in two, their corners moved by up to `height` along z.
-    fn sheet(cells: u32, height: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
-        let row = cells + 1;
-        let corners: Vec<Vector3<f64>> = (0..row * row)
-            .map(|index| Vector3::new(f64::from(index % row), f64::from(index / row), height * random(state)))
-            .collect();
-        let at = |x: u32, y: u32| corners[(y * row + x) as usize];
-        let squares = (0..cells).flat_map(|y| (0..cells).map(move |x| (x, y)));
-        squares
-            .flat_map(|(x, y)| {
-                let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
-                [[a, b, c], [a, c, d]]
-            })
-            .collect()
-    }
-
-    /// Triangles anywhere, some turned, some long: with less `thickness`, thinner ones.
-    fn soup(triangles: usize, size: f64, thickness: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
-        let triangle = |_| {
-            let a = random_vector(state) * 4.0;
-            let b = a + random_vector(state) * size;
-            let c = a + (b - a) * random(state) + random_vector(state) * (size * thickness);
-            [a, b, c]
-        };
-        (0..triangles).map(triangle).collect()
-    }
-
-    fn meshes(state: &mut u64) -> Vec<Vec<[Vector3<f64>; 3]>> {
-        let one = soup(1, 1.0, 1.0, state);
-        let mut without_area = soup(40, 1.0, 0.0, state);
-        without_area.extend(soup(10, 0.0, 0.0, state));
-        without_area.extend(one.clone());
-        let mut twice = soup(60, 1.0, 1.0, state);
-        // The same place, another winding: as near, and not the same triangle.
-        twice.extend(twice.clone().into_iter().map(|[a, b, c]| [a, c, b]));
-        vec![
-            sheet(9, 0.0, state),
-            sheet(9, 0.5, state),
-            soup(200, 1.0, 1.0, state),
-            soup(200, 0.05, 1.0, state),
-            soup(50, 30.0, 1.0, state),
-            soup(100, 1.0, 1e-3, state),
-            soup(100, 1.0, 1e-9, state),
-            one,
-            without_area,
-            twice,
-        ]
-    }
-
-    fn mesh_of(triangles: &[[Vector3<f64>; 3]], scale: f64) -> TriangleMesh {
-        let points: Vec<[f64; 3]> = triangles.iter().flatten().map(|corner| (corner * scale).into()).collect();
-        let indices: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        TriangleMesh::new(&points, &indices).unwrap()
-    }
-
-    fn nodes(first: Vector3<f64>, spacing: f64, counts: [usize; 3]) -> Nodes {
-        let axes = [0, 1, 2].map(|axis| std::array::from_fn(|step| first[axis] + spacing * step as f64));
-        Nodes { axes, spacing, counts }
-    }
-
-    /// The first of the equally near of all triangles.
-    fn nearest_of_all(tree: &Tree, point: Vector3<f64>) -> (usize, f64) {
-        let all = tree.corners.iter().map(|corners| nearest_on_triangle(point, *corners).distance_sq);
-        all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
-    }
-
-    fn steps_of(counts: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
-        let [x, y, z] = counts;
-        (0..x * y * z).map(move |index| [index % x, index / x % y, index / x / y])
-    }
-
-    #[test]
-    fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_instruction_set() {
-        let mut state = 3;
-        println!("seed {state}");
-        for triangles in meshes(&mut state) {
-            for scale in [1.0, 2.0_f64.powi(-90), 1e25] {
-                let mesh = mesh_of(&triangles, scale);
-                for spacing in [1.0, 0.25, 0.03, 5.0] {
-                    // On the corners of the sheets, or anywhere; the last far away.
-                    let first = random_vector(&mut state) * 4.0;
-                    let round = (first / spacing).map(|x| x.round() * spacing);
-                    let first = [first, round, first * 60.0][(random(&mut state).abs() * 2.3) as usize];
-                    let counts = [8, 3, 5].map(|count| if spacing == 1.0 { SIDE } else { count });
-                    let nodes = nodes(first * scale, spacing * scale, counts);
-                    let wanted: Vec<_> = {
-                        let tree = Tree::new(&mesh);
-                        steps_of(counts).map(|step| nearest_of_all(&tree, nodes.at(step))).collect()
-                    };
-                    for arch in instruction_sets() {
-                        let mut tree = Tree::new(&mesh);
-                        tree.arch = arch;
-                        let mut packet = Packet::new(&tree);
-                        assert!(packet.measure(&nodes, f64::INFINITY));
-                        for (step, wanted) in steps_of(counts).zip(&wanted) {
-                            let found = packet.nearest(step);
-                            let found = (found.slot as usize, found.distance_sq);
-                            assert_eq!(found, *wanted, "{arch:?} {nodes:?} {step:?} of {} at {scale}", triangles.len());
-                            let alone = tree.nearest(nodes.at(step), 0);
-                            assert_eq!((alone.slot, alone.on_triangle.distance_sq), *wanted);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn where_more_triangles_may_be_nearest_than_are_sifted_each_node_is_searched_for() {
-        let mut state = 5;
-        let mesh = mesh_of(&soup(MOST_TRIANGLES + 500, 0.1, 1.0, &mut state), 1.0);
-        let tree = Tree::new(&mesh);
-        let mut packet = Packet::new(&tree);
-        let nodes = nodes(Vector3::new(-30.0, -31.0, -29.0), 8.0, [SIDE; 3]);
-        assert!(packet.measure(&nodes, f64::INFINITY));
-        for step in steps_of([SIDE; 3]) {
-            let alone = tree.nearest(nodes.at(step), 0);
-            let found = packet.nearest(step);
-            assert_eq!((found.slot as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
-        }
-    }
-
-    #[test]
-    fn a_packet_is_beyond_only_where_no_node_is_as_near_as_was_asked() {
-        let mut state = 7;
-        let mesh = mesh_of(&soup(100, 1.0, 1.0, &mut state), 1.0);
-        let tree = Tree::new(&mesh);
-        let mut packet = Packet::new(&tree);
-        let mut beyond = 0;
-        for _ in 0..200 {
-            let nodes = nodes(random_vector(&mut state) * 6.0, 0.3, [SIDE; 3]);
-            let distances =
-                steps_of([SIDE; 3]).map(|step| tree.nearest(nodes.at(step), 0).on_triangle.distance_sq.sqrt());
-            let nearest = distances.fold(f64::INFINITY, f64::min);
-            assert!(packet.measure(&nodes, nearest), "{nodes:?}");
-            beyond += u32::from(!packet.measure(&nodes, 0.5 * nearest));
-        }
-        assert!(beyond > 20, "{beyond}");
-    }
-}
+pub(crate) mod tests;

@@ -32,8 +32,19 @@ impl Winding {
     }
 }
 
-/// Two points whose distances sum to this many times the way between them have no triangle between them, whatever was rounded.
-const FREE_WAY: f64 = 1.0 + 1e-6;
+/// Two points whose distances sum to this many times the way between them have no triangle between them, though distances were
+/// rounded to f32.
+pub(crate) const FREE_WAY: f64 = 1.0 + 1e-6;
+
+/// How many of the smallest steps of the largest coordinate neighbours may be farther apart than a spacing.
+const STEPS_OFF: f64 = 8.0;
+
+/// Winding numbers beyond this are not carried through triangles: of many shells one around the other the sum from afar is off by
+/// more than a half, which does no harm while all that it can be is inside.
+const MOST_CARRIED: f32 = 1.5;
+
+/// A mesh without a rim has whole winding numbers. One that was summed and is farther from all of them is not carried.
+const MOST_FRACTION: f32 = 0.25;
 
 /// Nodes nearer to the surface than this part of a spacing are on it but for rounding.
 const ON_SURFACE: f64 = 1e-4;
@@ -92,8 +103,10 @@ struct Spread<'a, P> {
     distances: Vec<f32>,
     windings: Vec<Winding>,
     losses: Losses,
+    /// [`FREE_WAY`], and more where coordinates are so large that nodes do not stand where the lattice says.
+    free_way: f64,
     /// Nodes whose neighbours are yet to be looked at.
-    queue: Vec<u32>,
+    queue: Vec<usize>,
 }
 
 impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
@@ -108,7 +121,11 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         }
         let windings = vec![Winding::UNKNOWN; padded.len()];
         let losses = Losses::new(block, mesh);
-        Self { block, mesh, strides: [1, row, row * rows], distances: padded, windings, losses, queue: vec![] }
+        let ends = [[0; 3], block.counts.map(|n| n - 1)].map(&block.position);
+        let farthest = ends.iter().map(|end| end.amax()).fold(0.0, f64::max);
+        let free_way = FREE_WAY + STEPS_OFF * f64::EPSILON * farthest / block.spacing;
+        let strides = [1, row, row * rows];
+        Self { block, mesh, strides, distances: padded, windings, losses, free_way, queue: vec![] }
     }
 
     /// Of the block's nodes.
@@ -143,7 +160,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         if way == 0.0 {
             return !self.is_on_surface(index);
         }
-        self.distances[index] + distance > (way * self.block.spacing * FREE_WAY) as f32
+        self.distances[index] + distance > (way * self.block.spacing * self.free_way) as f32
     }
 
     /// The winding number of a point so many spacings away, if that suffices.
@@ -151,13 +168,13 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         let winding = self.along(index, of, way, from);
         if winding.is_sure() {
             self.windings[index] = winding;
-            self.queue.push(index as u32);
+            self.queue.push(index);
         }
     }
 
     /// At the end of a free way. It changes by what the rim adds at most; where that is too much, by what the rim says.
     fn along(&mut self, index: usize, of: Winding, way: f64, from: impl FnOnce(&Self) -> Vector3<f64>) -> Winding {
-        if self.losses.are_none() {
+        if way == 0.0 || self.losses.are_none() {
             return of;
         }
         let node = self.node(index);
@@ -192,9 +209,9 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
 
     /// Spreads from the nodes of the queue, the first to come first: so by the shortest ways.
     fn spread(&mut self) {
-        let free_way = (self.block.spacing * FREE_WAY) as f32;
+        let free_way = (self.block.spacing * self.free_way) as f32;
         let mut next = 0;
-        while let Some(index) = self.queue.get(next).map(|index| *index as usize) {
+        while let Some(index) = self.queue.get(next).copied() {
             next += 1;
             for stride in self.strides {
                 for neighbour in [index - stride, index + stride] {
@@ -248,7 +265,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         let winding = if by_rim.is_sure() { by_rim } else { asked };
         self.windings[index] = winding;
         if winding.is_sure() {
-            self.queue.push(index as u32);
+            self.queue.push(index);
         }
     }
 
@@ -270,8 +287,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         if self.is_on_surface(index) {
             return;
         }
-        let known =
-            |(neighbour, _): &(usize, f64)| self.windings[*neighbour].is_sure() && !self.is_on_surface(*neighbour);
+        let known = |(neighbour, _): &(usize, f64)| self.may_be_carried(*neighbour) && !self.is_on_surface(*neighbour);
         let tried: Vec<_> = self.neighbours(index).filter(known).take(TRIES).collect();
         for (neighbour, way) in tried {
             let Winding { value, error } = self.windings[neighbour];
@@ -281,6 +297,12 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
                 return;
             }
         }
+    }
+
+    fn may_be_carried(&self, index: usize) -> bool {
+        let winding = self.windings[index];
+        let is_whole = (winding.value - winding.value.round()).abs() <= MOST_FRACTION;
+        winding.is_sure() && winding.value.abs() <= MOST_CARRIED && (is_whole || !self.losses.are_none())
     }
 
     fn is_on_surface(&self, index: usize) -> bool {

@@ -25,6 +25,7 @@ pub use quantize::Quantize;
 use crate::gradient_spread::MOST_ERROR;
 use crate::hilbert::hilbert_index;
 use crate::interpolation::{Block, Blocks, Measured};
+use crate::mesh_distance::Beside;
 use crate::node_bounds::{Around, inside_reaches_box, round_up};
 use crate::packet::{Nodes, Packet};
 use crate::signs::NodeBlock;
@@ -234,8 +235,8 @@ impl<'a> Plan<'a> {
         if !packet.measure(&nodes, within) {
             return None;
         }
-        let mut last_at = middle(lattice, place.map(|n| n as usize));
-        let mut last = mesh.nearest(last_at, packet.guess());
+        let point = middle(lattice, place.map(|n| n as usize));
+        let mut last = Beside { point, nearest: mesh.nearest(point, packet.guess()) };
         for row in 0..SIDE * SIDE {
             for x in 0..SIDE {
                 // To and fro, so that the next node is a neighbour.
@@ -245,16 +246,16 @@ impl<'a> Plan<'a> {
                 let at = node(step);
                 let mut magnitude = f64::INFINITY;
                 // The surface lies no nearer than that, so the node is on the same side.
-                if last.distance - (at - last_at).norm() <= far {
-                    last = mesh.nearest_in(packet, &nodes, step);
-                    last_at = at;
-                    exact[index] = last.distance;
-                    magnitude = last.distance;
+                if last.nearest.distance - (at - last.point).norm() <= far {
+                    let nearest = mesh.nearest_in(packet, &nodes, step, Some(last));
+                    last = Beside { point: at, nearest };
+                    exact[index] = nearest.distance;
+                    magnitude = nearest.distance;
                 }
                 if magnitude > exact_within {
                     magnitude = magnitude.min(interpolate(coarse, step).max(exact_within));
                 }
-                wanted[index] = if last.is_inside { -magnitude } else { magnitude };
+                wanted[index] = if last.nearest.is_inside { -magnitude } else { magnitude };
             }
         }
         if !exact.iter().any(|distance| *distance <= within) && within < f64::INFINITY {

@@ -263,7 +263,7 @@ impl Boxes {
         distances_sq
     }
 
-    /// From each box to a point the shortest way, and how long it is. Infinite where there is no box.
+    /// From each box to a point the shortest way, and how long it is. No numbers where there is no box.
     #[inline(always)]
     fn ways(&self, point: Vector3<f64>) -> ([f64; FAN], [[f64; FAN]; 3]) {
         let (mut distances, mut ways) = ([0.0; FAN], [[0.0; FAN]; 3]);

@@ -109,8 +109,8 @@ fn add_far(fan: &Fan, point: Vector3<f64>, far_radii: f64, sums: &mut Lanes) -> 
     is_far
 }
 
-/// Adds the angles that at most [`FAN`] triangles fill. How far the point is from being on an edge of each: about the product
-/// of the squared sines of its three angles.
+/// Adds the angles that at most [`FAN`] triangles fill. How far the point is from being on an edge of each: with α, β, γ the angles
+/// between the ways to its corners it is 2 (1 + cos α) (1 + cos β) (1 + cos γ), which is zero where two corners lie opposite.
 #[inline(always)]
 fn add_triangles(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3<f64>, sums: &mut Lanes) -> Lanes {
     let mut corners = [[[0.0; FAN]; 3]; 3];
@@ -135,6 +135,8 @@ fn add_triangles(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3
         let triple = dot(a, across);
         sums[lane] += twice[lane] * angle(triple, denominator);
         let clear = (triple * triple + denominator * denominator) / (product * product);
+        // At a corner it is no number.
+        let clear = if product > 0.0 { clear } else { 0.0 };
         clearness[lane] = if twice[lane] == 0.0 { 1.0 } else { clear };
     }
     clearness

@@ -372,6 +372,13 @@ fn every_node_has_the_side_that_its_own_winding_number_tells() {
         ("on the nodes", meshes::cube().refined()),
         ("spindle", meshes::torus(0.5, 0.8, 20, 14)),
         ("nested", meshes::icosphere(2).and(meshes::icosphere(2).scaled(0.6)).and(meshes::cube().scaled(0.2))),
+        (
+            "many shells",
+            (1..16).fold(meshes::icosphere(1), |shells, k| {
+                shells.and(meshes::icosphere(1).scaled(1.0 - 0.0003 * f64::from(k)))
+            }),
+        ),
+        ("far out", meshes::cube().and(meshes::cube().scaled(0.6)).moved(1e9, 3e8, -1e9)),
         ("overlapping", meshes::icosphere(2).and(meshes::icosphere(2).moved(0.7, 0.3, 0.2))),
         ("one inward", meshes::icosphere(2).and(meshes::icosphere(1).flipped().moved(0.7, 0.3, 0.2))),
         ("holed", holed.clone()),

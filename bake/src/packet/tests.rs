@@ -1,0 +1,156 @@
+use super::*;
+use crate::TriangleMesh;
+use crate::gradient_spread::tests::{random, random_vector};
+use crate::triangle::nearest_on_triangle;
+
+/// The instruction sets of this machine that the code is compiled for.
+pub(crate) fn instruction_sets() -> Vec<pulp::Arch> {
+    #[cfg(target_arch = "x86_64")]
+    let known = [
+        Some(pulp::Arch::Scalar),
+        pulp::x86::V3::try_new().map(pulp::Arch::V3),
+        pulp::x86::V4::try_new().map(pulp::Arch::V4),
+    ];
+    #[cfg(not(target_arch = "x86_64"))]
+    let known = [Some(pulp::Arch::new())];
+    known.into_iter().flatten().collect()
+}
+
+/// Squares in the x-y plane cut in two, their corners moved by up to `height` along z.
+fn sheet(cells: u32, height: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
+    let row = cells + 1;
+    let corners: Vec<Vector3<f64>> = (0..row * row)
+        .map(|index| Vector3::new(f64::from(index % row), f64::from(index / row), height * random(state)))
+        .collect();
+    let at = |x: u32, y: u32| corners[(y * row + x) as usize];
+    let squares = (0..cells).flat_map(|y| (0..cells).map(move |x| (x, y)));
+    squares
+        .flat_map(|(x, y)| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect()
+}
+
+/// Triangles anywhere, some turned, some long: with less `thickness`, thinner ones.
+fn soup(triangles: usize, size: f64, thickness: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
+    let triangle = |_| {
+        let a = random_vector(state) * 4.0;
+        let b = a + random_vector(state) * size;
+        let c = a + (b - a) * random(state) + random_vector(state) * (size * thickness);
+        [a, b, c]
+    };
+    (0..triangles).map(triangle).collect()
+}
+
+fn meshes(state: &mut u64) -> Vec<Vec<[Vector3<f64>; 3]>> {
+    let one = soup(1, 1.0, 1.0, state);
+    let mut without_area = soup(40, 1.0, 0.0, state);
+    without_area.extend(soup(10, 0.0, 0.0, state));
+    without_area.extend(one.clone());
+    let mut twice = soup(60, 1.0, 1.0, state);
+    // The same place, another winding: as near, and not the same triangle.
+    twice.extend(twice.clone().into_iter().map(|[a, b, c]| [a, c, b]));
+    vec![
+        sheet(9, 0.0, state),
+        sheet(9, 0.5, state),
+        soup(200, 1.0, 1.0, state),
+        soup(200, 0.05, 1.0, state),
+        soup(50, 30.0, 1.0, state),
+        soup(100, 1.0, 1e-3, state),
+        soup(100, 1.0, 1e-9, state),
+        one,
+        without_area,
+        twice,
+    ]
+}
+
+fn mesh_of(triangles: &[[Vector3<f64>; 3]], scale: f64) -> TriangleMesh {
+    let points: Vec<[f64; 3]> = triangles.iter().flatten().map(|corner| (corner * scale).into()).collect();
+    let indices: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    TriangleMesh::new(&points, &indices).unwrap()
+}
+
+fn nodes(first: Vector3<f64>, spacing: f64, counts: [usize; 3]) -> Nodes {
+    let axes = [0, 1, 2].map(|axis| std::array::from_fn(|step| first[axis] + spacing * step as f64));
+    Nodes { axes, spacing, counts }
+}
+
+/// The first of the equally near of all triangles.
+fn nearest_of_all(tree: &Tree, point: Vector3<f64>) -> (usize, f64) {
+    let all = tree.corners.iter().map(|corners| nearest_on_triangle(point, *corners).distance_sq);
+    all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
+}
+
+fn steps_of(counts: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    let [x, y, z] = counts;
+    (0..x * y * z).map(move |index| [index % x, index / x % y, index / x / y])
+}
+
+#[test]
+fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_instruction_set() {
+    let mut state = 3;
+    println!("seed {state}");
+    for triangles in meshes(&mut state) {
+        for scale in [1.0, 2.0_f64.powi(-90), 1e25] {
+            let mesh = mesh_of(&triangles, scale);
+            for spacing in [1.0, 0.25, 0.03, 5.0] {
+                // On the corners of the sheets, or anywhere; the last far away.
+                let first = random_vector(&mut state) * 4.0;
+                let round = (first / spacing).map(|x| x.round() * spacing);
+                let first = [first, round, first * 60.0][(random(&mut state).abs() * 2.3) as usize];
+                let counts = [8, 3, 5].map(|count| if spacing == 1.0 { SIDE } else { count });
+                let nodes = nodes(first * scale, spacing * scale, counts);
+                let wanted: Vec<_> = {
+                    let tree = Tree::new(&mesh);
+                    steps_of(counts).map(|step| nearest_of_all(&tree, nodes.at(step))).collect()
+                };
+                for arch in instruction_sets() {
+                    let mut tree = Tree::new(&mesh);
+                    tree.arch = arch;
+                    let mut packet = Packet::new(&tree);
+                    assert!(packet.measure(&nodes, f64::INFINITY));
+                    for (step, wanted) in steps_of(counts).zip(&wanted) {
+                        let found = packet.nearest(step);
+                        let found = (found.slot as usize, found.distance_sq);
+                        assert_eq!(found, *wanted, "{arch:?} {nodes:?} {step:?} of {} at {scale}", triangles.len());
+                        let alone = tree.nearest(nodes.at(step), 0);
+                        assert_eq!((alone.slot, alone.on_triangle.distance_sq), *wanted);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn where_more_triangles_may_be_nearest_than_are_sifted_each_node_is_searched_for() {
+    let mut state = 5;
+    let mesh = mesh_of(&soup(MOST_TRIANGLES + 500, 0.1, 1.0, &mut state), 1.0);
+    let tree = Tree::new(&mesh);
+    let mut packet = Packet::new(&tree);
+    let nodes = nodes(Vector3::new(-30.0, -31.0, -29.0), 8.0, [SIDE; 3]);
+    assert!(packet.measure(&nodes, f64::INFINITY));
+    for step in steps_of([SIDE; 3]) {
+        let alone = tree.nearest(nodes.at(step), 0);
+        let found = packet.nearest(step);
+        assert_eq!((found.slot as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
+    }
+}
+
+#[test]
+fn a_packet_is_beyond_only_where_no_node_is_as_near_as_was_asked() {
+    let mut state = 7;
+    let mesh = mesh_of(&soup(100, 1.0, 1.0, &mut state), 1.0);
+    let tree = Tree::new(&mesh);
+    let mut packet = Packet::new(&tree);
+    let mut beyond = 0;
+    for _ in 0..200 {
+        let nodes = nodes(random_vector(&mut state) * 6.0, 0.3, [SIDE; 3]);
+        let distances = steps_of([SIDE; 3]).map(|step| tree.nearest(nodes.at(step), 0).on_triangle.distance_sq.sqrt());
+        let nearest = distances.fold(f64::INFINITY, f64::min);
+        assert!(packet.measure(&nodes, nearest), "{nodes:?}");
+        beyond += u32::from(!packet.measure(&nodes, 0.5 * nearest));
+    }
+    assert!(beyond > 20, "{beyond}");
+}
