@@ -4,6 +4,7 @@
 use sdf_core::nalgebra::Vector3;
 
 use crate::interpolation::{Block, PLACE_ROUNDING};
+use crate::lanes_triangle::{dot, minus};
 use crate::tree::Tree;
 use crate::triangle::{is_sliver, nearest_on_triangle};
 
@@ -305,16 +306,6 @@ fn way_from([a, b, c]: [[f64; 3]; 3], point: [f64; 3]) -> ([f64; 3], f64) {
         if at_a { from_a[axis] } else { way }
     });
     (way, if is_inside { dot(along, along) } else { dot(way, way) })
-}
-
-#[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

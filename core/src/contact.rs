@@ -183,20 +183,34 @@ fn cull<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, element: &Elemen
     if ElementKind::of(N).is_none() || !simplex.is_in_reach() {
         return Err(Outcome::NotFinite);
     }
-    let local = field.local_bounds(&simplex.bounds());
-    let centroid = simplex.centroid();
-    let least = R::lift(local.least) - rounding(field.slope_bound(), centroid, simplex.reach(centroid), margin);
-    if margin < least {
+    let of_box = bounds_in_box(field, margin, simplex);
+    if margin < of_box.least {
         return Err(Outcome::Culled);
     }
-    let by_slope =
-        simplex.lower_bound(field.slope_bound(), R::lift(local.slope_bound), centroid, field.value(centroid));
-    let lower_bound = Real::max(by_slope, least);
+    let centroid = simplex.centroid();
+    let by_slope = simplex.lower_bound(field.slope_bound(), of_box.slope_bound, centroid, field.value(centroid));
+    let lower_bound = Real::max(by_slope, of_box.least);
     if margin.lt(by_slope) {
         return Err(Outcome::Culled);
     }
     // Neither above nor within: one of the two is no number.
     if lower_bound.le(margin) { Ok(lower_bound) } else { Err(Outcome::NotFinite) }
+}
+
+/// What is certain of an element by its box alone.
+#[derive(Clone, Copy)]
+struct BoxBounds<R> {
+    /// No value is below it, rounding included.
+    least: R,
+    slope_bound: R,
+}
+
+#[inline(always)]
+fn bounds_in_box<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, simplex: &Simplex<R, N>) -> BoxBounds<R> {
+    let local = field.local_bounds(&simplex.bounds());
+    let centroid = simplex.centroid();
+    let rounding = rounding(field.slope_bound(), centroid, simplex.reach(centroid), margin);
+    BoxBounds { least: R::lift(local.least) - rounding, slope_bound: R::lift(local.slope_bound) }
 }
 
 /// An infinite value tells nothing.

@@ -27,11 +27,10 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use super::{Element, ElementKind, Outcome, judge};
+use super::{BoxBounds, Element, ElementKind, Outcome, bounds_in_box, judge};
 use crate::minimize::{Minimizer, Minimum};
 use crate::real::{Float, Real};
 use crate::simplex::LowerBound;
-use crate::survey::rounding;
 use crate::{Lanes, Sdf, Simplex};
 
 /// What [`contact`](super::contact) answers of each of the elements, bit for bit, in `L` lanes, at least one.
@@ -54,7 +53,7 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     if ElementKind::of(N).is_none() {
         return elements.iter().enumerate().for_each(|(place, _)| take(place, Outcome::NotFinite));
     }
-    let near = Queue::new(Near { place: 0, least: R::zero(), slope_bound: R::zero() });
+    let near = Queue::new(Near { place: 0, of_box: BoxBounds { least: R::zero(), slope_bound: R::zero() } });
     let passed = Queue::new(Passed { place: 0, lower_bound: R::zero() });
     Batch::<R, F, M, T, N, L> { field, minimizer, margin, elements, near, passed, take }.run();
 }
@@ -63,9 +62,7 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
 #[derive(Clone, Copy)]
 struct Near<R> {
     place: usize,
-    /// What is certain of its box, rounding included.
-    least: R,
-    slope_bound: R,
+    of_box: BoxBounds<R>,
 }
 
 /// An element that is to be searched.
@@ -181,15 +178,8 @@ where
         if !simplex.is_in_reach() {
             return Err(Refusal::NotFinite);
         }
-        let local = self.field.local_bounds(&simplex.bounds());
-        let centroid = simplex.centroid();
-        let rounding = rounding(self.field.slope_bound(), centroid, simplex.reach(centroid), self.margin);
-        let least = R::lift(local.least) - rounding;
-        if self.margin < least {
-            Err(Refusal::Culled)
-        } else {
-            Ok(Near { place, least, slope_bound: R::lift(local.slope_bound) })
-        }
+        let of_box = bounds_in_box(self.field, self.margin, simplex);
+        if self.margin < of_box.least { Err(Refusal::Culled) } else { Ok(Near { place, of_box }) }
     }
 
     /// The second half of it, which gives a lower bound of each that passes.
@@ -198,9 +188,9 @@ where
         let simplex = self.simplices(near.map(|near| near.place));
         let centroid = simplex.centroid();
         let below = LowerBound { slope_bound: self.field.slope_bound() };
-        let slope_bound = Lanes(near.map(|near| near.slope_bound));
+        let slope_bound = Lanes(near.map(|near| near.of_box.slope_bound));
         let [by_slope] = Lanes::apply(&below, (simplex, [slope_bound], centroid, [self.field.value(centroid)]));
-        let lower_bound = Real::max(by_slope, Lanes(near.map(|near| near.least)));
+        let lower_bound = Real::max(by_slope, Lanes(near.map(|near| near.of_box.least)));
         let margin = Lanes([self.margin; L]);
         let (is_above, is_within) = (margin.lt(by_slope), lower_bound.le(margin));
         from_fn(|lane| match () {
