@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use sdf_formats::mesh::{Mesh, PolygonCounts, parse};
+use sdf_formats::mesh::{self, Mesh, MeshError, PolygonCounts, parse};
 use sha2::{Digest, Sha256};
 
 /// A mesh and what its file says beside it.
@@ -48,15 +48,23 @@ pub fn read(path: &Path) -> Result<MeshInput> {
 
 /// The mesh alone.
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
-    Ok(parse(&bytes(path)?, &path.display().to_string())?)
+    require_end(path)?;
+    match mesh::read(path) {
+        Err(MeshError::Unreadable { file, source }) => Err(source).context(file),
+        read => Ok(read?),
+    }
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>> {
-    let shown = path.display();
+    require_end(path)?;
+    std::fs::read(path).with_context(|| path.display().to_string())
+}
+
+fn require_end(path: &Path) -> Result<()> {
     if is_device(path) {
-        bail!("{shown}: is a device, which may have no end: name a file");
+        bail!("{}: is a device, which may have no end: name a file", path.display());
     }
-    std::fs::read(path).with_context(|| shown.to_string())
+    Ok(())
 }
 
 #[cfg(unix)]

@@ -18,6 +18,7 @@ mod ply_header;
 mod polygons;
 mod sniff;
 mod stl;
+mod streamed;
 mod text;
 mod triangulate;
 mod write;
@@ -67,11 +68,12 @@ pub enum MeshFormat {
     Stl,
 }
 
-/// Reads a file once, and parses it. To do more with its bytes, such as hashing them, read it and call [`parse`].
+/// Reads a file once, and parses it, an OBJ file without holding more than a little of its text. To do more with its bytes,
+/// such as hashing them, read it and call [`parse`].
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     let name = path.display().to_string();
-    match std::fs::read(path) {
-        Ok(bytes) => parse(&bytes, &name),
+    match streamed::read(path, &name) {
+        Ok(mesh) => mesh,
         Err(source) => Err(MeshError::Unreadable { file: name, source }),
     }
 }
@@ -88,6 +90,10 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Mesh, MeshError> {
         Ok(sniff::Kind::StlBinary) => stl::parse_binary(bytes),
         Err(likely) => return Err(MeshError::NotAMesh { file: name.into(), likely }),
     };
+    checked(parsed, name)
+}
+
+fn checked(parsed: Result<Mesh, Fault>, name: &str) -> Result<Mesh, MeshError> {
     let mesh = parsed.map_err(|fault| MeshError::Malformed { file: name.into(), fault })?;
     if mesh.points.is_empty() {
         let what = if mesh.format == MeshFormat::Stl { "triangles" } else { "points" };

@@ -1,5 +1,7 @@
 mod mesh_common;
 
+use std::fmt::Write;
+
 use mesh_common::{Model, Random, area, shared_meshes, simple_polygon, turn};
 use sdf_formats::mesh::{Mesh, parse, read};
 
@@ -85,6 +87,52 @@ fn numbers_are_those_of_the_standard_library() {
 }
 
 /// Blanks that are neither spaces nor tabs, joined lines and comments take the long way through the reader.
+/// Lines of any ends and lengths, wherever a reader may cut them.
+#[test]
+fn a_large_file_reads_as_its_bytes_do() {
+    let mut random = Random::new(17);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let mut refused = 0;
+    for round in 0..20 {
+        let mut text = String::from(random.pick(&["", "\u{feff}"]));
+        let ends: &[&str] =
+            if round % 5 == 0 { &["\r"] } else { &["\n", "\r\n", "\r", " \\\n 2\n", "\\\r\n\r\n", " # \\\n"] };
+        let mut points = 0;
+        let wanted = 300_000 + random.below(900_000);
+        while text.len() < wanted {
+            match random.below(9) {
+                0 if points > 2 => write!(text, "f 1 {} {points}/3", 1 + random.below(points)).unwrap(),
+                1 if points > 2 => text.push_str("f -1 -2 -3 2"),
+                2 => text.push_str(random.pick(&["", "vn 1 2 3", "o a", "g b", "usemtl \\x"])),
+                5 | 6 => {
+                    points += 1;
+                    text.push_str(random.pick(&["v 1 \\\n 2 3", "v \\\r\n1 2 3", "v 1 2 \\\r 3"]));
+                }
+                3 if random.below(5_000) == 0 => text.push_str(&"# long ".repeat(90_000)),
+                4 if random.below(6_000) == 0 => text.push_str("v 1 x 2"),
+                _ => {
+                    points += 1;
+                    write!(text, "v {:.6} {} {}", random.unit(), random.unit(), random.below(100)).unwrap();
+                }
+            }
+            text.push_str(random.pick(ends));
+        }
+        std::fs::write(&path, &text).unwrap();
+        let name = path.display().to_string();
+        let (whole, streamed) = (parse(text.as_bytes(), &name), sdf_formats::mesh::read(&path));
+        refused += usize::from(whole.is_err());
+        match (whole, streamed) {
+            (Ok(whole), Ok(streamed)) => assert!(whole == streamed, "round {round}"),
+            (whole, streamed) => {
+                let [whole, streamed] = [whole, streamed].map(|read| read.map(|_| ()).unwrap_err().to_string());
+                assert_eq!(whole, streamed, "round {round}");
+            }
+        }
+    }
+    assert!((3..18).contains(&refused), "{refused} refused");
+}
+
 #[test]
 fn a_file_reads_the_same_by_the_short_way_and_the_long() {
     let mut random = Random::new(11);

@@ -10,10 +10,12 @@ import csv
 import datetime
 import json
 import os
+import re
 import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
 import h5py
@@ -27,6 +29,11 @@ HEAD = [
 ]
 GROUPS = ["dense", "sparse", "contacts", "obj", "entangled"]
 
+ORACLE = "libigl fast winding number"
+
+# A program that gives no answer for so many times its --limit is ended.
+PATIENCE = 40
+
 
 def machine():
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
@@ -37,28 +44,47 @@ def machine():
 class Worker:
     """A process that has read its files and does its work when told."""
 
-    def __init__(self, name, command):
+    def __init__(self, name, command, limit):
         self.name = name
+        self.patience = PATIENCE * limit
         self.seconds = []
         self.facts = {}
+        self.failure = ""
         single = {"OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        self.errors = tempfile.TemporaryFile("w+")
         self.process = subprocess.Popen(
-            pinned(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            pinned(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.errors, text=True,
             env={**os.environ, **single},
         )
+
+    def start(self):
         self.answer()
 
     def answer(self):
-        for line in self.process.stdout:
-            try:
-                return json.loads(line)
-            except ValueError:
-                continue
-        raise RuntimeError(f"{self.name} ended")
+        watch = threading.Timer(self.patience, self.process.kill)
+        watch.start()
+        try:
+            for line in self.process.stdout:
+                try:
+                    return json.loads(line)
+                except ValueError:
+                    continue
+        finally:
+            watch.cancel()
+        raise RuntimeError(f"ended with {self.process.wait()}: {self.last_words()}")
+
+    def last_words(self):
+        self.errors.seek(0)
+        lines = [line.strip() for line in self.errors if line.strip()]
+        return lines[-1] if lines else "without a word"
 
     def tell(self, line):
-        self.process.stdin.write(line + "\n")
-        self.process.stdin.flush()
+        try:
+            self.process.stdin.write(line + "\n")
+            self.process.stdin.flush()
+        except BrokenPipeError:
+            # What it last said tells more.
+            pass
         return self.answer()
 
     def go(self):
@@ -81,15 +107,31 @@ class Sdftool:
 
     def __init__(self, name, program, words, seconds, facts):
         self.name, self.command, self.pick, self.tell_facts = name, [program, *words], seconds, facts
-        self.seconds, self.facts = [], {}
+        self.seconds, self.facts, self.failure = [], {}, ""
+
+    def start(self):
+        pass
 
     def go(self):
-        said = json.loads(subprocess.run(pinned(self.command), capture_output=True, text=True, check=True).stdout)
+        said = json.loads(said_by(pinned(self.command)))
         self.seconds.append(self.pick(said))
         self.facts = self.tell_facts(said)
 
+    def distances(self):
+        file = next(Path(word) for word in map(str, self.command) if word.endswith(".h5"))
+        with h5py.File(file) as grid:
+            return grid["VTKHDF/PointData/distance"][:].ravel()
+
     def end(self):
         pass
+
+
+def said_by(command):
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    if done.returncode != 0:
+        lines = done.stderr.strip().splitlines() or ["without a word"]
+        raise RuntimeError(f"ended with {done.returncode}: {lines[-1]}")
+    return done.stdout
 
 
 def pinned(command):
@@ -112,46 +154,48 @@ class Run:
     def rust(self, program, *words):
         return [self.args.peers, program, *words]
 
-    def started(self, name, command):
-        try:
-            return [Worker(name, command)]
-        except (RuntimeError, OSError) as error:
-            print(f"  {name}: left out: {error}", flush=True)
-            return []
+    def worker(self, name, command):
+        return [Worker(name, command, self.args.limit)]
 
     def take_turns(self, work, mesh, triangles, resolution, programs, reference=None):
-        """`programs` has ours first."""
+        """`programs` has ours first. Of one that fails there is a row that says so, and the others go on."""
+        attempt(programs, lambda program: program.start())
         for turn in range(self.args.rounds):
-            for program in programs:
-                if turn == 0 or sum(program.seconds) < self.args.limit:
-                    try:
-                        program.go()
-                    except (RuntimeError, OSError, subprocess.CalledProcessError) as error:
-                        print(f"  {program.name}: failed: {error}", flush=True)
-        ours = programs[0]
-        for program in [program for program in programs if program.seconds]:
-            seconds = statistics.median(program.seconds)
-            ratio = seconds / statistics.median(ours.seconds)
-            error, wrong = (program.facts.pop("error", ""), program.facts.pop("wrong_signs", ""))
-            if reference is not None and isinstance(program, Worker):
-                error, wrong = reference.judge(program.distances())
-            peak = program.facts.pop("peak_mib", "")
-            nodes = program.facts.pop("nodes", reference.count if reference is not None else "")
-            facts = " ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
-                             for name, value in program.facts.items())
-            row = [work, mesh, triangles, resolution, program.name, f"{seconds:.5g}", f"{min(program.seconds):.5g}",
-                   len(program.seconds), f"{ratio:.3g}", shown(error), wrong, nodes, shown(peak), facts]
-            self.rows.append([*self.about, *row])
-            print("  " + " | ".join(str(cell) for cell in row), flush=True)
+            due = [program for program in programs if turn == 0 or sum(program.seconds) < self.args.limit]
+            attempt(due, lambda program: program.go())
+        judged = {}
+        if reference is not None:
+            attempt(programs[1:], lambda program: judged.update({program.name: reference.judge(program.distances())}))
+            oracle = [program for program in programs if program.name == ORACLE and not program.failure]
+            # Ours as it is timed, by the program that knows nothing of it.
+            attempt(oracle[:1] and programs[:1], lambda ours: judged.update(
+                {ours.name: Reference(oracle[0].distances(), reference.side).judge(ours.distances())}))
+        ours = statistics.median(programs[0].seconds) if programs[0].seconds else float("nan")
+        for program in programs:
+            self.rows.append([*self.about, work, mesh, triangles, resolution, program.name,
+                              *self.cells(program, ours, judged.get(program.name, ("", "")), reference)])
+            print("  " + " | ".join(str(cell) for cell in self.rows[-1][2:]), flush=True)
         for program in programs:
             program.end()
+
+    def cells(self, program, ours, judged, reference):
+        if program.failure:
+            return ["", "", 0, "", "", "", "", "", program.failure.replace(",", ";")[:120]]
+        seconds = statistics.median(program.seconds)
+        facts = dict(program.facts)
+        peak = facts.pop("peak_mib", "")
+        nodes = facts.pop("nodes", reference.count if reference is not None else "")
+        told = " ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
+                        for name, value in facts.items())
+        error, wrong = judged
+        return [f"{seconds:.5g}", f"{min(program.seconds):.5g}", len(program.seconds), f"{seconds / ours:.3g}",
+                shown(error), wrong, nodes, shown(peak), told]
 
     def bake(self, mesh, resolution, *words):
         """What sdftool says of a grid that it writes, and where it lies."""
         file = self.folder / f"{mesh.stem}-{resolution}{''.join(words)}.sdf.h5"
         command = [self.args.sdftool, "bake", mesh, "--res", resolution, "-o", file, "--json", *words]
-        said = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stdout
-        return json.loads(said), file
+        return json.loads(said_by(command)), file
 
     def our_bake(self, mesh, resolution, *words):
         grid = self.folder / "ours.sdf.h5"
@@ -163,14 +207,14 @@ class Run:
         resolution = self.args.res
         said, file = self.bake(mesh, resolution, "--sign", "winding")
         nodes = {name: said[name] for name in ["origin", "spacing", "counts"]}
-        reference = Reference(file, said)
+        reference = Reference.of_grid(file, said)
         file.unlink()
         programs = [self.our_bake(mesh, resolution)]
-        programs += self.started("parry3d", self.rust("parry3d", mesh, json.dumps(nodes)))
-        programs += self.started("mesh_to_sdf", self.rust("mesh_to_sdf", mesh, json.dumps(nodes)))
+        programs += self.worker("parry3d", self.rust("parry3d", mesh, json.dumps(nodes)))
+        programs += self.worker("mesh_to_sdf", self.rust("mesh_to_sdf", mesh, json.dumps(nodes)))
         for program, name in [("fcpw", "FCPW"), ("pysdf", "pysdf"), ("warp", "Warp winding number"),
                               ("libigl", "libigl fast winding number"), ("open3d", "Open3D")]:
-            programs += self.started(name, self.python(program, mesh, nodes))
+            programs += self.worker(name, self.python(program, mesh, nodes))
         self.take_turns("dense", mesh.stem, said["triangles"], resolution, programs, reference)
 
     def sparse(self, mesh):
@@ -179,7 +223,7 @@ class Run:
             file.unlink()
             asked = {name: said[name] for name in ["origin", "spacing"]}
             programs = [self.our_bake(mesh, resolution, "--layout", "sparse", "--band", 3)]
-            programs += self.started("OpenVDB meshToLevelSet", self.python_of_field("openvdb", mesh, asked))
+            programs += self.worker("OpenVDB meshToLevelSet", self.python_of_field("openvdb", mesh, asked))
             self.take_turns("sparse ±3", mesh.stem, said["triangles"], resolution, programs)
 
     def python_of_field(self, program, mesh, asked):
@@ -206,21 +250,21 @@ class Run:
         )
         programs = [in_process("fw"), in_process("auto"), in_process("sample64"), one_command]
         field = {"file": str(file), "margin": margin, "slope_bound": said["slope_bound"]}
-        programs += self.started("Warp kernel; 32 Frank-Wolfe steps", self.python("warp_frank_wolfe", cloth, field))
-        programs += self.started("parry3d triangle pairs", self.rust("parry3d-pairs", cloth, body, margin))
+        programs += self.worker("Warp kernel; 32 Frank-Wolfe steps", self.python("warp_frank_wolfe", cloth, field))
+        programs += self.worker("parry3d triangle pairs", self.rust("parry3d-pairs", cloth, body, margin))
         self.take_turns("contacts", f"{cloth.stem} on {body.stem}", "", 256, programs)
         file.unlink()
 
     def obj(self):
         file = self.folder / "sheet.obj"
-        subprocess.run(self.rust("write-obj", str(self.args.obj_triangles), file), check=True)
+        said_by(self.rust("write-obj", self.args.obj_triangles, file))
         mib = file.stat().st_size / 1e6
-        programs = self.started("sdf-formats", self.rust("sdf-formats", file)) + self.started("tobj", self.rust("tobj", file))
+        programs = self.worker("sdf-formats", self.rust("sdf-formats", file)) + self.worker("tobj", self.rust("tobj", file))
         self.take_turns(f"OBJ of {mib:.0f} MB", "sheet", self.args.obj_triangles, "", programs)
         file.unlink()
 
     def entangled(self):
-        subprocess.run(list(map(str, self.rust("entangled", self.args.output / "entangled.csv"))), check=True)
+        said_by(self.rust("entangled", self.args.output / "entangled.csv"))
 
     def write(self):
         """Keeps the rows of work that was not done this time."""
@@ -239,19 +283,33 @@ class Run:
 class Reference:
     """Exact distances with the sign of the winding number, as sdftool bakes them; that others agree shows both right."""
 
-    def __init__(self, file, said):
+    def __init__(self, distances, side):
+        self.distances, self.side, self.count = distances, side, len(distances)
+
+    @classmethod
+    def of_grid(cls, file, said):
         with h5py.File(file) as grid:
-            self.distances = grid["VTKHDF/PointData/distance"][:].ravel()
-        self.count = len(self.distances)
+            distances = grid["VTKHDF/PointData/distance"][:].ravel()
         cells = [count - 1 for count in said["counts"]]
         # The longest side of the mesh's box, without the padding.
-        self.side = max(cells) * said["spacing"] - 2 * said["padding"]
+        return cls(distances, max(cells) * said["spacing"] - 2 * said["padding"])
 
     def judge(self, distances):
         off = np.nanmax(np.abs(np.abs(distances) - np.abs(self.distances))) / self.side
         # What is no number has no sign.
         wrong = ((distances < 0) != (self.distances < 0)) | np.isnan(distances)
         return off, int(wrong.sum())
+
+
+def attempt(programs, what):
+    """What fails is asked no more, and the reason kept."""
+    for program in [program for program in programs if not program.failure]:
+        try:
+            what(program)
+        except Exception as error:
+            # Without the folders of this machine.
+            program.failure = "failed: " + re.sub(r"[^\s'\"]*/", "", str(error) or type(error).__name__)
+            print(f"  {program.name}: {program.failure}", flush=True)
 
 
 def shown(number):
@@ -286,7 +344,10 @@ def main():
     }
     for group in [group for group in GROUPS if group in only]:
         print(f"== {group}", flush=True)
-        work[group]()
+        try:
+            work[group]()
+        except (RuntimeError, OSError, ValueError, subprocess.CalledProcessError) as error:
+            print(f"  the rest of {group} is left out: {error}", flush=True)
         run.write()
     run.folder.rmdir() if not any(run.folder.iterdir()) else subprocess.run(["rm", "-r", str(run.folder)], check=False)
 

@@ -74,12 +74,13 @@ def pysdf(mesh, nodes):
 
     points, faces = mesh
     asked = nodes.points.astype(np.float32)
-    # It keeps no copy of them.
-    points, faces = points.astype(np.float32), faces.astype(np.uint32)
+    # Beside a point without a triangle it finds none. It keeps no copy of them.
+    used, corners = np.unique(faces, return_inverse=True)
+    points, faces = points[used].astype(np.float32), corners.reshape(faces.shape).astype(np.uint32)
 
     def work():
         # Positive inside.
-        return -SDF(points, faces)(asked, 1)
+        return -SDF(points, faces)(asked, trunc_aabb=False, n_threads=1)
 
     return work
 

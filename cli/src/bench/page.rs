@@ -74,7 +74,7 @@ fn text(ours: &Kept, peers: &Kept, entangled: &Kept, left_out: &str, pictures: &
     add(&works(ours).markdown());
     if !left_out.is_empty() {
         let lines: String = left_out.lines().map(|line| format!("- {line}\n")).collect();
-        add(&format!("Left out, because they take too long:\n\n{lines}"));
+        add(&format!("Left out, and why:\n\n{lines}"));
     }
     add("## Whole commands and memory\n");
     add(&commands(ours).markdown());
@@ -167,9 +167,9 @@ struct Picture {
 }
 
 fn drawn(ours: &Kept) -> Vec<Picture> {
-    let picture = |name, [title, across, up]: [&'static str; 3], curves| Picture {
+    let picture = |name: &'static str, [title, across, up]: [&'static str; 3], curves| Picture {
         name,
-        names: Names { title, across, up },
+        names: Names { title, across, up, doubles: name != "triangles" },
         curves,
     };
     let seconds = |kept: &Kept, row: &[String]| kept.number(row, "seconds");

@@ -40,7 +40,7 @@ fn of_work(peers: &Kept) -> String {
         rows.push(vec![
             shown,
             peers.cell(row, "program").to_owned(),
-            in_seconds(peers.number(row, "seconds")),
+            peers.number(row, "seconds").map_or("not measured".to_owned(), |seconds| in_seconds(Some(seconds))),
             peers.cell(row, "ratio").to_owned(),
             peers.cell(row, "error").to_owned(),
             wrong,

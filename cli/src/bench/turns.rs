@@ -59,14 +59,17 @@ impl Turns {
         let mut pace: f64 = 0.0;
         for work in &mut under_way {
             let foreseen = pace * work.work.size;
-            if foreseen > self.limit {
+            let why = if foreseen > self.limit {
+                Some(format!("about {foreseen:.0} s, more than the limit of {} s", self.limit))
+            } else {
+                // Such as more memory than there is.
+                work.once().err().map(|error| format!("{error:#}"))
+            };
+            if let Some(why) = why {
                 let Row { group, work: what, resolution, triangles, .. } = &work.work.row;
-                self.left_out.push(format!(
-                    "{group}: {what}, {triangles} triangles, resolution {resolution}: about {foreseen:.0} s"
-                ));
+                self.left_out.push(format!("{group}: {what}, {triangles} triangles, resolution {resolution}: {why}"));
                 continue;
             }
-            work.once()?;
             pace = work.spent / work.work.size;
             bar.inc(1);
         }
@@ -139,4 +142,22 @@ pub fn thread_counts(most: usize) -> Vec<usize> {
         std::iter::successors(Some(1), |count| Some(2 * count)).take_while(|count| *count < most).collect();
     counts.push(most);
     counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_work_that_fails_is_left_out_and_the_others_go_on() {
+        let work = |resolution: u32| {
+            let run = move || if resolution == 2 { anyhow::bail!("too large") } else { Ok(Done::in_seconds(1.0)) };
+            let row = Row { group: "resolution", work: "bake".to_owned(), resolution, ..Row::default() };
+            Work { row, size: 1.0, run: Box::new(run) }
+        };
+        let mut turns = Turns::new(2, 60.0);
+        turns.take(vec![work(1), work(2), work(3)]).unwrap();
+        assert_eq!(turns.rows.iter().map(|row| row.resolution).collect::<Vec<_>>(), [1, 3]);
+        assert_eq!(turns.left_out, ["resolution: bake, 0 triangles, resolution 2: too large"]);
+    }
 }

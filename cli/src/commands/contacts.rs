@@ -130,9 +130,11 @@ fn read_reached<const N: usize>(
     elements: &[[u32; N]],
 ) -> Result<StoredGrid> {
     let world = || elements.iter().map(|vertices| simplex(mesh, *vertices).bounds());
-    let corners = world().flat_map(|bounds| [bounds.min, bounds.max].concat());
-    let farthest = corners.fold(args.margin.abs(), |most, x| most.max(x.abs()));
-    let regions = world().map(|bounds| pose.pull_bounds(bounds));
+    let farthest = world().fold(args.margin.abs(), |most, bounds| {
+        bounds.min.into_iter().chain(bounds.max).fold(most, |most, x| most.max(x.abs()))
+    });
+    let stays = stays(args);
+    let regions = world().map(|bounds| if stays { bounds } else { pose.pull_bounds(bounds) });
     Ok(reader.read_reached(regions, args.margin + farthest * ROUNDING)?)
 }
 
@@ -171,8 +173,7 @@ pub struct Found {
 /// Puts the field into the world, at no cost where it stays where it is.
 pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
     let pose = Rigid::new(args.translate.0, args.rotate.0).context("--rotate is no turn")?;
-    let stays = args.translate.0 == [0.0; 3] && args.rotate.0 == [0.0, 0.0, 0.0, 1.0];
-    match (field, stays) {
+    match (field, stays(args)) {
         (Field::Grid(StoredGrid { grid, .. }), true) => of_elements(args, mesh, grid),
         (Field::Grid(StoredGrid { grid, .. }), false) => {
             of_elements(args, mesh, &Placed { field: grid, placement: pose })
@@ -180,6 +181,11 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
         (Field::Analytic(node), true) => of_elements(args, mesh, node),
         (Field::Analytic(node), false) => of_elements(args, mesh, &Placed { field: node, placement: pose }),
     }
+}
+
+/// Whether the field stays where it is.
+fn stays(args: &ContactsArgs) -> bool {
+    args.translate.0 == [0.0; 3] && args.rotate.0 == [0.0, 0.0, 0.0, 1.0]
 }
 
 fn of_elements<F: Search>(args: &ContactsArgs, mesh: &Mesh, field: &F) -> Result<Found> {

@@ -24,6 +24,7 @@ pub(super) use object::Object;
 
 use super::Fault;
 use super::element::Element;
+use super::tiling::Tile;
 
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 const SUPERBLOCK_BYTES: usize = 96;
@@ -74,10 +75,11 @@ impl Classic {
     pub(super) fn elements<T: Element>(
         &mut self,
         dataset: &Dataset<T>,
-        is_wanted: impl Fn(usize) -> bool + Sync,
+        piece: [usize; 3],
+        is_wanted: impl Fn(Tile) -> bool + Sync,
         check: impl Fn(usize, &[u8]) -> Result<(), Fault> + Sync,
     ) -> Result<Vec<T>, Fault> {
-        dataset.read(&self.bytes, is_wanted, check)
+        dataset.read(&self.bytes, piece, is_wanted, check)
     }
 }
 

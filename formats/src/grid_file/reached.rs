@@ -1,7 +1,10 @@
 //! Which parts of a grid will be asked for.
 
+use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Grid, Lattice, Storage};
 use sdf_core::{Aabb, Sdf};
+
+use super::tiling::Tile;
 
 /// How far, of the largest coordinate, a point may be from where it should be when it is asked for in f32: a minimizer's
 /// point and its steps from the origin are off by three roundings of a half.
@@ -11,7 +14,7 @@ const OFF: f64 = 8.0 * f32::EPSILON as f64;
 /// [`sdf_core::contact`] allows for in f32.
 const CULL_OFF: f64 = 64.0 * f32::EPSILON as f64;
 
-/// Blocks of nodes, and how many regions reach each.
+/// Blocks of [`BRICK`] nodes along each axis, and how many regions reach each.
 pub(super) struct Reached {
     /// Along x, y and z, with one more than there are.
     counts: [usize; 3],
@@ -21,19 +24,14 @@ pub(super) struct Reached {
 }
 
 impl Reached {
-    /// `sides` are the nodes of a block along each axis. `grid` need know the bounds of nodes alone.
+    /// `grid` need know the bounds of nodes alone.
     ///
     /// A region in which no value is as low as `level` reaches nothing: see `GridReader::read_reached`. Any other
     /// reaches the nodes of all cells that it meets, and as many more to all sides as rounding may need.
-    pub(super) fn by_regions(
-        grid: &Grid<impl Storage>,
-        sides: [usize; 3],
-        regions: impl IntoIterator<Item = Aabb>,
-        level: f64,
-    ) -> Self {
+    pub(super) fn by_regions(grid: &Grid<impl Storage>, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Self {
         let lattice = grid.lattice();
         let nodes = lattice.nodes();
-        let counts: [usize; 3] = std::array::from_fn(|axis| (nodes[axis] as usize).div_ceil(sides[axis]) + 1);
+        let counts: [usize; 3] = std::array::from_fn(|axis| nodes[axis].div_ceil(BRICK) as usize + 1);
         let blocks = counts.iter().product();
         let mut reached = Self { counts, by: vec![0; blocks], surely: vec![false; blocks] };
         let of_lattice = largest_number(&lattice.bounds());
@@ -41,7 +39,7 @@ impl Reached {
             let largest = largest_number(&region).max(of_lattice);
             let near = nodes_near(lattice, &region, largest);
             let [first, last] = near.unwrap_or([[0; 3], lattice.cells()]);
-            let block = |node: [u32; 3]| std::array::from_fn(|axis| node[axis] as usize / sides[axis]);
+            let block = |node: [u32; 3]| node.map(|along| (along / BRICK) as usize);
             let (first, last) = (block(first), block(last));
             // Of a mesh most elements reach what one before them has reached.
             if reached.is_surely(first, last) {
@@ -54,6 +52,15 @@ impl Reached {
         }
         reached.sum();
         reached
+    }
+
+    /// Whether any region reaches a block of a tile of the grid's nodes.
+    pub(super) fn meets(&self, tile: Tile) -> bool {
+        let along = |axis: usize| {
+            let (first, past) = (tile.first[axis], tile.first[axis] + tile.size[axis]);
+            first / BRICK as usize..past.div_ceil(BRICK as usize)
+        };
+        along(0).any(|z| along(1).any(|y| along(2).any(|x| self.holds([x, y, z]))))
     }
 
     /// Whether any region reaches a block.

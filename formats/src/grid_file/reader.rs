@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
 use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, Storage};
@@ -10,6 +11,7 @@ use super::differences::Differences;
 use super::element::Element;
 use super::head::{Attributes, Head};
 use super::reached::Reached;
+use super::tiling::Tile;
 use super::{
     About, Fault, GridFileError, Layout, OwnedBricks, OwnedGrid, OwnedSamples, Part, Precision, ReadCount, StoredGrid,
     Summary, check, layout,
@@ -64,9 +66,9 @@ impl GridReader {
         self.opened.grid(None).map_err(|fault| fault.at(&self.path))
     }
 
-    /// Reads the samples that the field needs to answer in `regions`, boxes in its own frame, and whatever else lies in
-    /// their chunks. Elsewhere its samples are zero: it may be asked for values in the regions alone, and for local bounds
-    /// anywhere; `bounds` of the whole reads what may not be there.
+    /// Reads the samples that the field needs to answer in `regions`, boxes in its own frame. Elsewhere its samples are zero:
+    /// it may be asked for values in the regions alone, and for local bounds anywhere; `bounds` of the whole reads what may
+    /// not be there.
     ///
     /// A region in which no sample can be as low as `level` is passed over, for [`sdf_core::contact`] does not ask there
     /// if `level` is its margin. It culls by one more, or less, by rounding: what f32 rounds in the field's own frame is
@@ -194,10 +196,9 @@ impl Opened {
     fn reached(&self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Reached {
         let lattice = &self.head.lattice;
         match (&self.tables, &self.samples) {
-            (Tables::Dense { bounds }, Samples::F32(samples)) => {
+            (Tables::Dense { bounds }, Samples::F32(_)) => {
                 let storage = Bounded::new(lattice, Unread, bounds).expect("one for each place was read");
-                let [side_z, side_y, side_x] = samples.tiling().sides();
-                Reached::by_regions(&self.unread(storage), [side_x, side_y, side_z], regions, level)
+                Reached::by_regions(&self.unread(storage), regions, level)
             }
             (Tables::Dense { .. }, _) => unreachable!("dense samples are f32"),
             (Tables::Sparse(bricks), _) => {
@@ -209,7 +210,7 @@ impl Opened {
                     coarse: &bricks.coarse,
                 };
                 let storage = Sparse::new(lattice, slices).expect("its tables have been checked");
-                Reached::by_regions(&self.unread(storage), [BRICK as usize; 3], regions, level)
+                Reached::by_regions(&self.unread(storage), regions, level)
             }
         }
     }
@@ -224,11 +225,15 @@ impl Opened {
         let lattice = self.head.lattice;
         let (samples, blocks, of_blocks) = match (self.samples, self.tables) {
             (Samples::F32(dataset), Tables::Dense { bounds }) => {
-                let wanted = wanted_chunks(&dataset, reached);
-                let samples = self.digests.some_elements(&mut self.file, &dataset, 0, &wanted)?;
+                let is_wanted = |tile: Tile| reached.is_none_or(|reached| reached.meets(tile));
+                let piece = reached.map_or(ALL, |_| [BRICK as usize; 3]);
+                let samples = self.digests.some_elements(&mut self.file, &dataset, 0, piece, is_wanted)?;
+                let tiling = dataset.tiling();
+                let of_chunks = dataset.chunk_count();
+                let chunks = (0..of_chunks).filter(|at| is_wanted(tiling.tile(*at))).count();
                 let dense = Dense::new(&lattice, samples).expect("the shape was held against the lattice");
                 let bounded = Bounded::new(&lattice, dense, bounds).expect("one for each place was read");
-                (OwnedSamples::Dense(bounded), wanted.iter().filter(|wanted| **wanted).count(), wanted.len())
+                (OwnedSamples::Dense(bounded), chunks, of_chunks)
             }
             (samples, Tables::Sparse(bricks)) => {
                 let of_bricks = bricks.places.len();
@@ -319,7 +324,7 @@ impl Parts {
         if self.parts.iter().map(|part| part.stored_bytes).sum::<u64>() > file.file_bytes() {
             return Err(Fault::damaged("its datasets share their chunks"));
         }
-        let digests = file.elements(&dataset, |_| true, |_, _| Ok(()))?;
+        let digests = file.elements(&dataset, ALL, |_| true, |_, _| Ok(()))?;
         if layout::hex(&Sha256::digest(&digests)) != head.digests_sha256 {
             return Err(Fault::damaged("checksum of the digests does not match"));
         }
@@ -333,18 +338,19 @@ struct Digests(Vec<u8>);
 impl Digests {
     /// All of a dataset whose first chunk has the digest `first`.
     fn elements<T: Element>(&self, file: &mut Classic, dataset: &Dataset<T>, first: usize) -> Result<Vec<T>, Fault> {
-        self.some_elements(file, dataset, first, &vec![true; dataset.chunk_count()])
+        self.some_elements(file, dataset, first, ALL, |_| true)
     }
 
+    /// See [`Dataset::read`].
     fn some_elements<T: Element>(
         &self,
         file: &mut Classic,
         dataset: &Dataset<T>,
         first: usize,
-        wanted: &[bool],
+        piece: [usize; 3],
+        is_wanted: impl Fn(Tile) -> bool + Sync,
     ) -> Result<Vec<T>, Fault> {
-        let is_wanted = |at: usize| wanted[at];
-        file.elements(dataset, is_wanted, |at, bytes| {
+        file.elements(dataset, piece, is_wanted, |at, bytes| {
             let digest = &self.0[(first + at) * layout::DIGEST_BYTES..][..layout::DIGEST_BYTES];
             if Sha256::digest(bytes)[..] == *digest {
                 return Ok(());
@@ -353,7 +359,7 @@ impl Digests {
         })
     }
 
-    /// The bricks with their samples, and how many were read.
+    /// The bricks with their samples, and how many stand in chunks that were read.
     fn sparse<C: Code + Differences>(
         &self,
         file: &mut Classic,
@@ -362,32 +368,23 @@ impl Digests {
         bricks: OwnedBricks<Unread>,
         reached: Option<&Reached>,
     ) -> Result<(Sparse<OwnedBricks<C>>, usize), Fault> {
-        let [_, chunk_bricks, _] = dataset.tiling().sides();
-        let [_, columns] = [1, 2].map(|axis| dataset.tiling().counts()[axis]);
         let is_reached = |place: &[u32; 3]| reached.is_none_or(|reached| reached.holds(place.map(|at| at as usize)));
-        let of_rows = bricks.places.chunks(chunk_bricks).map(|places| places.iter().any(is_reached));
-        let rows: Vec<bool> = of_rows.collect();
-        let wanted: Vec<bool> = rows.iter().flat_map(|wanted| std::iter::repeat_n(*wanted, columns)).collect();
-        let mut samples = self.some_elements(file, dataset, 0, &wanted)?;
-        let of_rows = samples.chunks_mut(chunk_bricks * BRICK_SAMPLES).zip(&rows);
-        for (row, _) in of_rows.filter(|(_, wanted)| **wanted) {
-            row.chunks_exact_mut(BRICK_SAMPLES).for_each(C::sum);
-        }
-        let read = bricks.places.chunks(chunk_bricks).zip(&rows).filter(|(_, wanted)| **wanted);
-        let count = read.map(|(places, _)| places.len()).sum();
+        let reached: Vec<bool> = bricks.places.iter().map(is_reached).collect();
+        let is_wanted = |tile: Tile| reached[tile.first[1]..][..tile.size[1]].iter().any(|reached| *reached);
+        let mut samples = self.some_elements(file, dataset, 0, [1, 1, BRICK_SAMPLES], is_wanted)?;
+        let of_bricks = samples.par_chunks_exact_mut(BRICK_SAMPLES).zip(&reached);
+        of_bricks.filter(|(_, reached)| **reached).for_each(|(brick, _)| C::sum(brick));
+        let [_, chunk_bricks, _] = dataset.tiling().sides();
+        let of_chunks = reached.chunks(chunk_bricks).filter(|chunk| chunk.contains(&true));
+        let read = of_chunks.map(<[bool]>::len).sum();
         let OwnedBricks { table, places, scales, bounds, errors, coarse, .. } = bricks;
         let bricks = OwnedBricks { table, places, scales, samples, bounds, errors, coarse };
-        Ok((Sparse::new(lattice, bricks).expect("its tables have been checked"), count))
+        Ok((Sparse::new(lattice, bricks).expect("its tables have been checked"), read))
     }
 }
 
-/// Of a dense grid's chunks.
-fn wanted_chunks(dataset: &Dataset<f32>, reached: Option<&Reached>) -> Vec<bool> {
-    let [_, rows, columns] = dataset.tiling().counts();
-    let is_reached = |at: usize| [at % columns, at / columns % rows, at / columns / rows];
-    let wanted = |at| reached.is_none_or(|reached| reached.holds(is_reached(at)));
-    (0..dataset.chunk_count()).map(wanted).collect()
-}
+/// Of a dataset's axes, for a piece that is all of a chunk.
+const ALL: [usize; 3] = [usize::MAX; 3];
 
 fn node_bounds(numbers: &[f32]) -> Result<Vec<NodeBounds>, Fault> {
     let of = |numbers: &[f32]| NodeBounds { least: numbers[0], greatest: numbers[1], slope: numbers[2] };

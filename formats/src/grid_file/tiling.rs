@@ -62,12 +62,37 @@ impl Tiling {
         Tile { first, size: std::array::from_fn(|axis| self.sides[axis].min(self.shape[axis] - first[axis])) }
     }
 
+    /// All of the dataset.
+    pub(super) fn whole(&self) -> Tile {
+        Tile { first: [0; 3], size: self.shape }
+    }
+
     /// Where in the dataset the rows of a tile begin, each of `size[2]` elements.
     pub(super) fn rows(&self, tile: Tile) -> impl Iterator<Item = usize> {
-        let [_, ny, nx] = self.shape;
-        let layers = tile.first[0]..tile.first[0] + tile.size[0];
-        let rows = tile.first[1]..tile.first[1] + tile.size[1];
-        layers.flat_map(move |z| rows.clone().map(move |y| (z * ny + y) * nx + tile.first[2]))
+        self.whole().rows(tile)
+    }
+}
+
+impl Tile {
+    /// Where in this one the rows of a tile within it begin, each of `size[2]` elements.
+    pub(super) fn rows(self, within: Tile) -> impl Iterator<Item = usize> {
+        let [_, ny, nx] = self.size;
+        let [z, y, x] = std::array::from_fn(|axis| within.first[axis] - self.first[axis]);
+        let rows = y..y + within.size[1];
+        (z..z + within.size[0]).flat_map(move |z| rows.clone().map(move |y| (z * ny + y) * nx + x))
+    }
+
+    /// Cut at multiples of `sides`, counted from the dataset's first element.
+    pub(super) fn pieces(self, sides: [usize; 3]) -> impl Iterator<Item = Tile> {
+        let cuts = move |axis: usize| {
+            let (first, past, side) = (self.first[axis], self.first[axis] + self.size[axis], sides[axis]);
+            (first / side..past.div_ceil(side)).map(move |at| {
+                let [begin, end] = [first.max(at * side), past.min(at.saturating_add(1).saturating_mul(side))];
+                (begin, end - begin)
+            })
+        };
+        let tile = |along: [(usize, usize); 3]| Tile { first: along.map(|it| it.0), size: along.map(|it| it.1) };
+        cuts(0).flat_map(move |z| cuts(1).flat_map(move |y| cuts(2).map(move |x| tile([z, y, x]))))
     }
 }
 

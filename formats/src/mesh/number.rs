@@ -26,7 +26,7 @@ fn slow_number(token: &[u8]) -> Option<f64> {
 ///
 /// Up to 2⁵³ the digits are exact as f64, and so are the powers of ten up to 10²²: their product or quotient is rounded
 /// once, and so correctly (W. Clinger 1990, "How to read floating point numbers accurately").
-#[inline]
+#[inline(always)]
 pub(super) fn plain_number(text: &[u8]) -> Option<Spelled<f64>> {
     let mut at = usize::from(matches!(text, [b'-' | b'+', ..]));
     let mut mantissa = 0;
@@ -60,7 +60,7 @@ fn take_exponent(text: &[u8], at: &mut usize) -> Option<i64> {
 }
 
 /// The whole number that a text begins with, without a sign. `None` where there is none of up to 19 digits.
-#[inline]
+#[inline(always)]
 pub(super) fn whole_number(text: &[u8]) -> Option<Spelled<u64>> {
     let bytes = eight_bytes(text, 0);
     let length = count_digits(bytes);

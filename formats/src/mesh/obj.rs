@@ -7,40 +7,79 @@ use super::text::Text;
 use super::{Mesh, MeshFormat, point_index};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, Fault> {
-    let mut text = Text::<true>::new(bytes);
-    let mut points = Vec::new();
-    let mut polygons = Polygons::default();
-    let mut segments = Vec::new();
-    let mut corners = Vec::new();
-    let mut ahead = Ahead::default();
-    let (mut objects, mut counted) = (0, false);
-    loop {
-        match text.keyword() {
-            b"v" => {
-                point_index(points.len())?;
-                points.push(text.coordinates()?);
+    let mut found = Found::default();
+    found.read(&mut Text::new(bytes))?;
+    found.mesh()
+}
+
+/// What the lines so far hold.
+#[derive(Default)]
+pub(super) struct Found {
+    points: Vec<[f64; 3]>,
+    polygons: Polygons,
+    segments: Vec<[u32; 2]>,
+    objects: usize,
+    /// Whether the object of the lines to come is among them.
+    counted: bool,
+    ahead: Ahead,
+    /// Room for those of a line.
+    corners: Vec<u32>,
+}
+
+impl Found {
+    /// Takes whole lines, which follow on those before.
+    pub(super) fn read(&mut self, text: &mut Text<true>) -> Result<(), Fault> {
+        loop {
+            match text.keyword() {
+                b"v" => {
+                    point_index(self.points.len())?;
+                    self.points.push(text.coordinates()?);
+                }
+                b"f" => self.read_face(text)?,
+                b"l" => {
+                    read_corners(text, 2, "points", self.points.len(), &mut self.corners, &mut self.ahead)?;
+                    self.segments.extend(self.corners.array_windows().copied());
+                }
+                b"o" | b"g" => self.counted = false,
+                _ => {}
             }
-            b"f" => {
-                read_corners(&mut text, 3, "corners", points.len(), &mut corners, &mut ahead)?;
-                polygons.push(&corners)?;
-                objects += usize::from(!counted);
-                counted = true;
+            if !text.next_line() {
+                return Ok(());
             }
-            b"l" => {
-                read_corners(&mut text, 2, "points", points.len(), &mut corners, &mut ahead)?;
-                segments.extend(corners.array_windows().copied());
-            }
-            b"o" | b"g" => counted = false,
-            _ => {}
-        }
-        if !text.next_line() {
-            break;
         }
     }
-    ahead.check(points.len())?;
-    let (triangles, polygons, polygon_counts) = polygons.cut(&points);
-    let objects = objects.max(1);
-    Ok(Mesh { format: MeshFormat::Obj, points, triangles, polygons, segments, objects, polygon_counts })
+
+    #[inline]
+    fn read_face(&mut self, text: &mut Text<true>) -> Result<(), Fault> {
+        match plain_triangle(text, self.points.len()) {
+            Some(corners) => self.polygons.push(&corners)?,
+            None => {
+                read_corners(text, 3, "corners", self.points.len(), &mut self.corners, &mut self.ahead)?;
+                self.polygons.push(&self.corners)?;
+            }
+        }
+        self.objects += usize::from(!self.counted);
+        self.counted = true;
+        Ok(())
+    }
+
+    pub(super) fn mesh(self) -> Result<Mesh, Fault> {
+        let Self { points, polygons, segments, objects, ahead, .. } = self;
+        ahead.check(points.len())?;
+        let (triangles, polygons, polygon_counts) = polygons.cut(&points);
+        let objects = objects.max(1);
+        Ok(Mesh { format: MeshFormat::Obj, points, triangles, polygons, segments, objects, polygon_counts })
+    }
+}
+
+/// The three corners that are the rest of the line, if they are of the usual sort. Else the position stays.
+#[inline]
+fn plain_triangle(text: &mut Text<true>, points: usize) -> Option<[u32; 3]> {
+    text.attempt(|text| {
+        let mut corner = || plain_corner(text, points);
+        let corners = [corner()?, corner()?, corner()?];
+        text.is_at_line_end().then_some(corners)
+    })
 }
 
 /// The corners on the rest of the line, counted from 0.
@@ -84,7 +123,7 @@ fn read_corners(
 
 /// The corner that is the next token, if it is of the usual sort: an index of a point that is there, and up to two others
 /// without signs. Else the position stays.
-#[inline]
+#[inline(always)]
 fn plain_corner(text: &mut Text<true>, points: usize) -> Option<u32> {
     let blanks = text.blanks();
     let rest = text.rest().get(blanks..)?;

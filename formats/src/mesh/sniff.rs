@@ -12,10 +12,15 @@ pub(super) enum Kind {
 
 /// The kind, or what the file looks like instead and what to do: empty where there is no telling.
 pub(super) fn kind(bytes: &[u8], name: &str) -> Result<Kind, &'static str> {
+    kind_of_beginning(bytes, bytes.len() as u64, name)
+}
+
+/// As [`kind`], of a file of which only the first lines are known: where it says OBJ, so does all of the file.
+pub(super) fn kind_of_beginning(bytes: &[u8], length: u64, name: &str) -> Result<Kind, &'static str> {
     if matches!(bytes, [b'p', b'l', b'y', b'\n' | b'\r' | b' ' | b'\t', ..]) {
         return Ok(Kind::Ply);
     }
-    if stl::is_binary(bytes) {
+    if stl::is_binary(bytes, length) {
         return Ok(Kind::StlBinary);
     }
     if let Some(likely) = other_kind(bytes) {

@@ -16,8 +16,8 @@ const TRIANGLE: usize = 50;
 
 /// Whether the length is the one that a binary file's header asks for, which is how to know one: it may well begin with
 /// "solid", as a text does. No text is that long for its 81st to 84th byte, below 7 GB.
-pub(super) fn is_binary(bytes: &[u8]) -> bool {
-    declared(bytes).is_some_and(|(_, length)| bytes.len() as u64 == length)
+pub(super) fn is_binary(beginning: &[u8], length: u64) -> bool {
+    declared(beginning).is_some_and(|(_, declared)| declared == length)
 }
 
 fn declared(bytes: &[u8]) -> Option<(u32, u64)> {

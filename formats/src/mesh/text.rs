@@ -77,6 +77,23 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
         blanks.is_none_or(|i| matches!(self.rest()[i], b'\n' | b'\r'))
     }
 
+    /// What is read of this line; without success the position stays.
+    #[inline]
+    pub(super) fn attempt<T>(&mut self, read: impl FnOnce(&mut Self) -> Option<T>) -> Option<T> {
+        let at = self.at;
+        let found = read(self);
+        if found.is_none() {
+            self.at = at;
+        }
+        found
+    }
+
+    /// Whether the position is that of a line's end.
+    #[inline]
+    pub(super) fn is_at_line_end(&self) -> bool {
+        matches!(self.rest(), [b'\n' | b'\r', ..])
+    }
+
     /// Goes to the next line, past whatever is left of this one; false at the end of the text.
     #[inline]
     pub(super) fn next_line(&mut self) -> bool {
@@ -107,14 +124,16 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
     }
 
     /// Three coordinates, each exactly rounded and finite.
-    #[inline]
+    #[inline(always)]
     pub(super) fn coordinates(&mut self) -> Result<[f64; 3], Fault> {
+        let plain = self.attempt(|text| Some([text.plain_number()?, text.plain_number()?, text.plain_number()?]));
+        plain.map_or_else(|| self.coordinates_of_any_sort(), Ok)
+    }
+
+    #[inline(never)]
+    fn coordinates_of_any_sort(&mut self) -> Result<[f64; 3], Fault> {
         let mut point = [0.0; 3];
         for (found, coordinate) in point.iter_mut().enumerate() {
-            if let Some(value) = self.plain_number() {
-                *coordinate = value;
-                continue;
-            }
             let token = self.token();
             match number(token) {
                 Some(value) if value.is_finite() => *coordinate = value,
@@ -125,7 +144,7 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
     }
 
     /// The number that is the next token, if it is of the usual sort; else the position stays. It is finite.
-    #[inline]
+    #[inline(always)]
     fn plain_number(&mut self) -> Option<f64> {
         let blanks = self.blanks();
         let Spelled { value, length } = plain_number(self.bytes.get(self.at + blanks..)?)?;

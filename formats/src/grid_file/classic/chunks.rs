@@ -7,7 +7,7 @@ use super::bytes::{Bytes, Fields};
 use super::object::Object;
 use crate::grid_file::Fault;
 use crate::grid_file::element::Element;
-use crate::grid_file::tiling::Tiling;
+use crate::grid_file::tiling::{Tile, Tiling};
 
 const DATASPACE: u16 = 0x01;
 const DATATYPE: u16 = 0x03;
@@ -83,24 +83,28 @@ impl<T: Element> Dataset<T> {
         self.stored_bytes
     }
 
-    /// All elements, the last axis fastest. Chunks that are not wanted are not read: their elements are zero, in memory
-    /// that the system need not provide before it is written to. Chunks of several slabs are read side by side; of several
-    /// faults the answer is that of the first slab.
+    /// All elements, the last axis fastest. Chunks of which nothing is wanted are not read, and of the others the wanted
+    /// pieces alone are put in: elsewhere elements are zero, in memory that the system need not provide before it is
+    /// written to. A piece has at most `piece` elements along each axis. Chunks of several slabs are read side by side; of
+    /// several faults the answer is that of the first slab.
     ///
     /// `check` is given each chunk that is read, packing undone and cut to the dataset.
     pub(super) fn read(
         &self,
         bytes: &Bytes,
-        is_wanted: impl Fn(usize) -> bool + Sync,
+        piece: [usize; 3],
+        is_wanted: impl Fn(Tile) -> bool + Sync,
         check: impl Fn(usize, &[u8]) -> Result<(), Fault> + Sync,
     ) -> Result<Vec<T>, Fault> {
         let mut elements = zeros(self.tiling.shape(), self.name)?;
         let read_slab = |unpacker: &mut Unpacker, (slab, elements): (usize, &mut [T])| {
             let first = slab * self.tiling.slab_elements();
-            self.tiling.slab(slab).filter(|at| is_wanted(*at)).try_for_each(|at| {
+            self.tiling.slab(slab).filter(|at| is_wanted(self.tiling.tile(*at))).try_for_each(|at| {
                 self.unpack(bytes, at, unpacker)?;
                 check(at, &unpacker.unpacked)?;
-                self.place(at, &unpacker.unpacked, first, elements)
+                let tile = self.tiling.tile(at);
+                let mut wanted = tile.pieces(piece).filter(|piece| is_wanted(*piece));
+                wanted.try_for_each(|piece| self.place(tile, piece, &unpacker.unpacked, first, elements))
             })
         };
         if self.chunks.len() == 1 {
@@ -135,12 +139,13 @@ impl<T: Element> Dataset<T> {
         Ok(())
     }
 
-    /// Puts a chunk where it belongs among elements of which the first is the dataset's `first`.
-    fn place(&self, at: usize, unpacked: &[u8], first: usize, elements: &mut [T]) -> Result<(), Fault> {
-        let tile = self.tiling.tile(at);
+    /// Puts a piece of a tile where it belongs among elements of which the first is the dataset's `first`.
+    fn place(&self, tile: Tile, piece: Tile, unpacked: &[u8], first: usize, elements: &mut [T]) -> Result<(), Fault> {
+        let count = piece.size[2];
         let mut sound = true;
-        for (row, stored) in self.tiling.rows(tile).zip(unpacked.chunks_exact(tile.size[2] * T::BYTES)) {
-            for (element, stored) in elements[row - first..].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
+        for (from, to) in tile.rows(piece).zip(self.tiling.whole().rows(piece)) {
+            let stored = &unpacked[from * T::BYTES..][..count * T::BYTES];
+            for (element, stored) in elements[to - first..][..count].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
                 *element = T::from_le(stored);
                 sound &= element.is_sound();
             }
