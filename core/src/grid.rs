@@ -263,10 +263,12 @@ impl<S: Storage> Sdf for Grid<S> {
         LocalBounds { least, greatest: f64::INFINITY, slope_bound: slope_bound.min(self.slope_bound) }
     }
 
+    #[cfg_attr(feature = "std", inline(always))]
     fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on(ends)
     }
 
+    #[cfg_attr(feature = "std", inline(always))]
     fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
         self.least_in(corners, enough)
     }

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{Dense, Grid, slope_bound};
+use sdf_core::grid::{Dense, Grid, Storage, slope_bound};
 use sdf_core::minimize::{FrankWolfe, ProjectedGradient};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Aabb, Float, Sdf, Simplex};
+use sdf_core::{Aabb, Float, Sdf, Simplex, project_weights};
 use sdf_tests::oracle::lattice_weights;
 use sdf_tests::random::Random;
-use sdf_tests::scenes::{Meaning, Scene, cube_lattice, sampled, scenes};
+use sdf_tests::scenes::{Meaning, Scene, cube_lattice, sampled, sampled_in_bricks, scenes};
 
 fn nearest_of(bounds: &Aabb, point: Vector3<f64>) -> Vector3<f64> {
     Vector3::from_fn(|k, _| point[k].clamp(bounds.min[k], bounds.max[k]))
@@ -195,6 +195,24 @@ fn samples_that_are_not_finite_come_back_as_a_status() {
     }
 }
 
+/// In bricks, across their borders and far from all of them, where the coarse grid fills in.
+#[test]
+fn the_corners_of_a_cell_of_a_sparse_grid_are_its_nodes() {
+    let lattice = cube_lattice(1.0, 40);
+    let grid = sampled_in_bricks::<f32>(&Sphere::new(0.7).unwrap(), lattice, 0.05);
+    let (mut in_bricks, mut far) = (0, 0);
+    for index in 0..40_u32.pow(3) {
+        let cell = [index % 40, index / 40 % 40, index / 1600];
+        let nodes: [_; 8] =
+            std::array::from_fn(|corner| [0, 1, 2].map(|axis| cell[axis] + (corner as u32 >> axis & 1)));
+        let has_brick = nodes.map(|node| grid.storage().brick_at(node.map(|node| node / 8)).is_some());
+        in_bricks += usize::from(has_brick == [true; 8]);
+        far += usize::from(has_brick == [false; 8]);
+        assert_eq!(grid.storage().corners(cell), nodes.map(|node| grid.storage().node(node)), "{cell:?}");
+    }
+    assert!(in_bricks > 1000 && far > 1000, "{in_bricks} cells in bricks, {far} far from them");
+}
+
 #[test]
 fn a_slope_bound_that_is_no_number_makes_no_grid() {
     let lattice = cube_lattice(1.0, 2);
@@ -294,6 +312,55 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
     }
     check::<f64>(1e-13);
     check::<f32>(1e-5);
+}
+
+/// As many cells as are looked at side by side, fewer and more; in blocks of every shape, of which each cell counts: only there
+/// a sample is low.
+#[test]
+fn every_cell_that_a_triangle_meets_is_looked_at() {
+    let mut random = Random::of_test();
+    let lattice = sdf_core::grid::Lattice::new([0.0; 3], 1.0, [41, 23, 19]).unwrap();
+    let mut answered = 0;
+    for _ in 0..3000 {
+        let reach = [0, 1, 2].map(|_| 10.0_f64.powf(random.between(-1.0, 1.4)));
+        let corner = |random: &mut Random| Vector3::from([0, 1, 2].map(|axis| random.between(0.0, reach[axis])));
+        let first = Vector3::new(random.between(0.0, 40.0), random.between(0.0, 22.0), random.between(0.0, 18.0));
+        let inside = |point: Vector3<f64>| point.zip_map(&Vector3::new(40.0, 22.0, 18.0), |x, most: f64| x.min(most));
+        let corners = [0, 1, 2].map(|_| inside(first + corner(&mut random)));
+        let simplex = Simplex { corners };
+        let weights = project_weights([0, 1, 2].map(|_| random.between(-0.2, 1.0)));
+        let lowest = simplex.point(weights);
+        let node = [0, 1, 2].map(|axis| lowest[axis].round() as u32);
+        let mut samples = vec![1.0_f32; lattice.node_count()];
+        samples[lattice.index(node)] = 0.0;
+        let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 2.0).unwrap();
+        let Some(least) = grid.least_on_triangle(corners, [f64::INFINITY, 1e-3]) else { continue };
+        answered += 1;
+        let value = grid.value(lowest);
+        assert!(least.least <= value + 1e-12, "{least:?} on {simplex:?}, but {value} at {lowest}");
+    }
+    assert!(answered > 1000, "{answered} of 3000");
+}
+
+/// −(xy + yz + zx) is interpolated as itself. Where x + y + z is constant it is a bowl around x = y = z.
+#[test]
+fn the_least_of_a_bowl_within_a_cell_is_found() {
+    let mut random = Random::of_test();
+    let lattice = cube_lattice(1.0, 8);
+    let nodes = (0..lattice.node_count() as u32).map(|n| lattice.node([n % 9, n / 9 % 9, n / 81]));
+    let samples: Vec<f32> = nodes.map(|[x, y, z]| -(x * y + y * z + z * x) as f32).collect();
+    let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 4.0).unwrap();
+    for _ in 0..300 {
+        let middle = Vector3::repeat(random.between(-0.8, 0.8));
+        let mut ways = [0, 1].map(|_| random.in_cube(0.15)).map(|way| way - Vector3::repeat(way.mean()));
+        ways.iter_mut().for_each(|way| *way *= 0.5);
+        let corners = [middle + ways[0], middle + ways[1], middle - ways[0] * 0.4 - ways[1] * 0.7];
+        let gap = 1e-9;
+        let Some(least) = grid.least_on_triangle(corners, [f64::INFINITY, gap]) else { continue };
+        let value = -3.0 * middle.x * middle.x;
+        assert!((least.value - value).abs() <= gap, "{least:?} on {corners:?}, but {value} at {middle}");
+        assert!(least.least <= value + 1e-13, "{least:?} on {corners:?}, but {value} at {middle}");
+    }
 }
 
 /// On samples that are as rough as can be, where cells have minima of their own inside.

@@ -23,7 +23,7 @@ pub(super) struct Bends<R> {
 }
 
 impl<R: Float> Polynomial<R> {
-    #[inline]
+    #[inline(always)]
     pub fn new([c000, c100, c010, c110, c001, c101, c011, c111]: [R; 8]) -> Self {
         let (x, y, z) = (c100 - c000, c010 - c000, c001 - c000);
         let (xy, zx, yz) = (c110 - c100 - y, c101 - c100 - z, c011 - c010 - z);
@@ -31,12 +31,12 @@ impl<R: Float> Polynomial<R> {
         Self { constant: c000, linear: Vector3::new(x, y, z), xy, yz, zx, xyz }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn bends(&self, at: Vector3<R>) -> Bends<R> {
         Bends { xy: self.xy + self.xyz * at.z, yz: self.yz + self.xyz * at.x, zx: self.zx + self.xyz * at.y }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn gradient(&self, at: Vector3<R>, bends: &Bends<R>) -> Vector3<R> {
         Vector3::new(
             self.linear.x + bends.xy * at.y + self.zx * at.z,
@@ -45,7 +45,7 @@ impl<R: Float> Polynomial<R> {
         )
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn value(&self, at: Vector3<R>) -> R {
         let twist = (self.xy + self.xyz * at.z) * at.x * at.y;
         self.constant + self.linear.dot(&at) + twist + self.yz * at.y * at.z + self.zx * at.z * at.x
@@ -54,7 +54,7 @@ impl<R: Float> Polynomial<R> {
 
 impl<R: Float> Bends<R> {
     /// How the gradient changes over a way.
-    #[inline]
+    #[inline(always)]
     pub fn times(&self, way: Vector3<R>) -> Vector3<R> {
         Vector3::new(
             self.xy * way.y + self.zx * way.z,

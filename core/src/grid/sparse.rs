@@ -199,6 +199,15 @@ impl<B: Bricks> Sparse<B> {
         })
     }
 
+    /// Of a cell with all its corners in one place without a brick, so that all lie in one cell of the coarse grid.
+    fn coarse_corners_in(&self, cell: [u32; 3]) -> [f32; 8] {
+        let around = self.coarse_corners(cell.map(|index| index / BRICK));
+        core::array::from_fn(|corner| {
+            let share = |axis: usize| (cell[axis] % BRICK + (corner >> axis & 1) as u32) as f32 / BRICK as f32;
+            trilinear::interpolate(around, Vector3::new(share(0), share(1), share(2))).0
+        })
+    }
+
     /// What the coarse cell around a node interpolates there.
     fn coarse(&self, node: [u32; 3]) -> f32 {
         let share = node.map(|index| (index % BRICK) as f32 / BRICK as f32);
@@ -242,7 +251,14 @@ impl<B: Bricks> Storage for Sparse<B> {
         let in_one_brick = cell.iter().all(|index| index % BRICK != BRICK - 1);
         match self.brick(cell) {
             Some(brick) if in_one_brick => self.corners_in(brick, cell),
-            _ => core::array::from_fn(|index| self.node(corner(index as u32))),
+            None if in_one_brick => self.coarse_corners_in(cell),
+            _ => {
+                let mut corners = [0.0; 8];
+                for index in 0..8 {
+                    corners[index] = self.node(corner(index as u32));
+                }
+                corners
+            }
         }
     }
 

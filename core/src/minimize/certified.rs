@@ -59,10 +59,12 @@ const ROOM_TO_FINISH: usize = 40;
 
 impl<const N: usize> Minimizer<N> for Certified {
     /// Lane by lane, for each has pieces of its own.
+    #[cfg_attr(feature = "std", inline(always))]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         self.minimize_below(field, simplex, R::lift(f64::INFINITY))
     }
 
+    #[cfg_attr(feature = "std", inline(always))]
     fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
         let mut minimum = Minimum::default();
         for lane in 0..R::LANES {
@@ -73,13 +75,15 @@ impl<const N: usize> Minimizer<N> for Certified {
 }
 
 impl Certified {
+    #[cfg_attr(feature = "std", inline(always))]
     fn minimum<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
         if let Some(minimum) = of_segment(field, simplex) {
             return minimum;
         }
-        let in_cells = of_cells(field, simplex, [level, self.tolerance_on(field, simplex)]);
+        let longest = simplex.longest_edge();
+        let in_cells = of_cells(field, simplex, [level, self.tolerance_on(field, longest)]);
         if let Some(found) = in_cells {
-            let (gap, rounding) = self.gap(field, simplex, found.sample.value);
+            let [gap, rounding] = self.gap(field, simplex, longest, found.sample.value);
             let answer = found.answer(gap, rounding);
             if answer.converged || level < answer.lower_bound {
                 return answer;
@@ -88,19 +92,26 @@ impl Certified {
         self.search(field, simplex, level, in_cells)
     }
 
-    #[inline]
-    fn tolerance_on<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>) -> R {
-        simplex.longest_edge() * R::lift(field.slope_bound() * self.tolerance)
+    #[inline(always)]
+    fn tolerance_on<R: Float, F: Sdf>(&self, field: &F, longest_edge: R) -> R {
+        longest_edge * R::lift(field.slope_bound() * self.tolerance)
     }
 
     /// Below a value by how much none is looked for, and how much it is off by rounding.
-    #[inline]
-    fn gap<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>, value: R) -> (R, R) {
+    #[inline(always)]
+    fn gap<R: Float, F: Sdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        longest_edge: R,
+        value: R,
+    ) -> [R; 2] {
         // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
-        let rounding = rounding(field.slope_bound(), simplex.corners[0], simplex.longest_edge(), value);
-        (self.tolerance_on(field, simplex) + rounding * R::lift(MOST_ROUNDINGS), rounding)
+        let rounding = rounding(field.slope_bound(), simplex.corners[0], longest_edge, value);
+        [self.tolerance_on(field, longest_edge) + rounding * R::lift(MOST_ROUNDINGS), rounding]
     }
 
+    #[inline(never)]
     fn search<R: Float, F: Sdf, const N: usize>(
         &self,
         field: &F,
@@ -114,7 +125,7 @@ impl Certified {
             (None, Some(boundary)) => Search::from_boundary(field, simplex, boundary),
             (None, None) => Search::from_local(field, simplex, &self.local),
         };
-        let (gap, rounding) = self.gap(field, simplex, search.best.value);
+        let [gap, rounding] = self.gap(field, simplex, simplex.longest_edge(), search.best.value);
         if let Some(boundary) = boundary {
             search.settle(Real::min(boundary.value, search.best.value) - rounding);
         }
@@ -172,6 +183,7 @@ struct InCells<R: Real, const N: usize> {
 }
 
 /// `None` where the field knows nothing, or this is no triangle.
+#[cfg_attr(feature = "std", inline(always))]
 fn of_cells<R: Float, F: Sdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,
@@ -225,6 +237,7 @@ struct Boundary<R, const N: usize> {
 }
 
 /// Where a field knows the least of a segment by itself.
+#[cfg_attr(feature = "std", inline(always))]
 fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Minimum<R, N>> {
     let &[a, b] = simplex.corners.as_slice() else { return None };
     let least = field.least_on_segment([a, b])?;

@@ -1,0 +1,59 @@
+use nalgebra::Vector3;
+
+use super::outline::Outline;
+use crate::grid::Lattice;
+use crate::real::{Float, Real};
+
+/// A triangle whose box meets more cells is not looked at as a whole: cut in two, most of it is dropped at once.
+pub(super) const MOST_CELLS: u32 = 512;
+
+/// A triangle, counted in cells from the grid's first node.
+pub(super) struct Face<R: Real> {
+    pub corners: [Vector3<R>; 3],
+    pub normal: Vector3<R>,
+    pub outline: Outline<R>,
+    /// Of its box, with what rounding may add.
+    pub low: Vector3<R>,
+    pub high: Vector3<R>,
+    /// The first and the last cells that it meets.
+    pub first: [u32; 3],
+    pub last: [u32; 3],
+}
+
+impl<R: Float> Face<R> {
+    pub fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
+        let bounds = lattice.bounds();
+        let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
+        let slack = R::lift(16.0 * R::EPSILON * farthest * lattice.per_spacing());
+        let [a, b, c] = corners;
+        let low = a.zip_zip_map(&b, &c, |a, b, c| Real::min(a, Real::min(b, c)) - slack);
+        let high = a.zip_zip_map(&b, &c, |a, b, c| Real::max(a, Real::max(b, c)) + slack);
+        let most = lattice.cells().map(|cells| cells.wrapping_sub(1));
+        // Below zero, that is the first one too.
+        let cell = |at: Vector3<R>| -> [u32; 3] {
+            let at = at.map(|x| Real::max(x, R::zero()).trunc().to_f64() as u32);
+            [at.x.min(most[0]), at.y.min(most[1]), at.z.min(most[2])]
+        };
+        let (first, last) = (cell(low), cell(high));
+        let along = |k: usize| last[k % 3].checked_sub(first[k % 3])?.checked_add(1);
+        let count = along(0)?.checked_mul(along(1)?)?.checked_mul(along(2)?)?;
+        if count > MOST_CELLS {
+            return None;
+        }
+        let (u, v) = (b - a, c - a);
+        let normal = u.cross(&v);
+        let outline = Outline::new(&corners, normal, slack);
+        Some(Self { corners, normal, outline, low, high, first, last })
+    }
+
+    /// From the first corner to the others.
+    pub fn sides(&self) -> [Vector3<R>; 2] {
+        let [a, b, c] = self.corners;
+        [b - a, c - a]
+    }
+
+    pub fn point(&self, weights: [R; 3]) -> Vector3<R> {
+        let [u, v] = self.sides();
+        self.corners[0] + u * weights[1] + v * weights[2]
+    }
+}
