@@ -8,7 +8,7 @@ use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
 use crate::real::{Float, Real};
 use crate::survey::rounding;
 use crate::vector::norm;
-use crate::{Sdf, Simplex};
+use crate::{Aabb, Sdf, Simplex};
 
 /// What a simplex is in its mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -207,10 +207,22 @@ struct BoxBounds<R> {
 
 #[inline(always)]
 fn bounds_in_box<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, simplex: &Simplex<R, N>) -> BoxBounds<R> {
-    let local = field.local_bounds(&simplex.bounds());
+    BoxBounds::new(field, &simplex.bounds(), rounding_in_box(field.slope_bound(), margin, simplex))
+}
+
+/// More than a value of the field on the element, no larger than the margin in size, may be off by rounding.
+#[inline(always)]
+fn rounding_in_box<R: Real, const N: usize>(slope_bound: f64, margin: R, simplex: &Simplex<R, N>) -> R {
     let centroid = simplex.centroid();
-    let rounding = rounding(field.slope_bound(), centroid, simplex.reach(centroid), margin);
-    BoxBounds { least: R::lift(local.least) - rounding, slope_bound: R::lift(local.slope_bound) }
+    rounding(slope_bound, centroid, simplex.reach(centroid), margin)
+}
+
+impl<R: Float> BoxBounds<R> {
+    #[inline(always)]
+    fn new<F: Sdf>(field: &F, region: &Aabb, rounding: R) -> Self {
+        let local = field.local_bounds(region);
+        Self { least: R::lift(local.least) - rounding, slope_bound: R::lift(local.slope_bound) }
+    }
 }
 
 /// An infinite value tells nothing.

@@ -20,9 +20,9 @@ use slopes::Range;
 pub use triangle::TriangleMinimum;
 
 use crate::kernel::Kernel;
-use crate::real::{Float, Real};
+use crate::real::{Float, Mask, Real};
 use crate::survey::{bounds, reach, rounding};
-use crate::vector::norm;
+use crate::vector::{lift, norm};
 use crate::{Aabb, LocalBounds, Sample, Sdf, Status, Survey};
 
 /// Where a grid's samples come from.
@@ -31,14 +31,14 @@ pub trait Storage {
     /// are below [`Lattice::cells`].
     fn corners(&self, cell: [u32; 3]) -> [f32; 8];
 
-    /// [`corners`](Self::corners) of several cells.
+    /// [`corners`](Self::corners) of several cells, whose indices are given axis by axis as whole numbers.
     #[inline(always)]
-    fn corners_of<const N: usize>(&self, cells: [[u32; 3]; N]) -> [[f32; N]; 8] {
-        let mut corners = [[0.0; N]; 8];
+    fn corners_of<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
+        let mut corners = [[R::zero(); N]; 8];
         for cell in 0..N {
-            let of_cell = self.corners(cells[cell]);
+            let of_cell = self.corners([x[cell].to_index(), y[cell].to_index(), z[cell].to_index()]);
             for corner in 0..8 {
-                corners[corner][cell] = of_cell[corner];
+                corners[corner][cell] = R::of_stored(of_cell[corner]);
             }
         }
         corners
@@ -50,6 +50,25 @@ pub trait Storage {
     /// What is certain of the nodes from `first` to `last`, where the storage knows it without looking at each.
     fn bounds_of_nodes(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<NodeBounds> {
         None
+    }
+}
+
+impl<S: Storage> Storage for &S {
+    #[inline(always)]
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        (**self).corners(cell)
+    }
+
+    #[inline(always)]
+    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
+        (**self).corners_of(cells)
+    }
+
+    const HAS_BOUNDS: bool = S::HAS_BOUNDS;
+
+    #[inline(always)]
+    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
+        (**self).bounds_of_nodes(first, last)
     }
 }
 
@@ -93,6 +112,11 @@ impl<S: Storage> Grid<S> {
     /// `slope_bound` is what [`slope_bound`] measures, or more. `None` unless it is finite and not negative.
     pub fn new(lattice: Lattice, storage: S, slope_bound: f64) -> Option<Self> {
         (slope_bound.is_finite() && slope_bound >= 0.0).then_some(Self { lattice, storage, slope_bound })
+    }
+
+    /// The same grid of the same samples in a storage of another type, such as the only one of several that it can be.
+    pub fn with_storage<T: Storage>(&self, storage: T) -> Grid<T> {
+        Grid { lattice: self.lattice, storage, slope_bound: self.slope_bound }
     }
 
     pub fn lattice(&self) -> &Lattice {
@@ -162,23 +186,21 @@ pub fn cell_slope(corners: [f32; 8], spacing: f64) -> f64 {
     libm::sqrt(along_x * along_x + along_y * along_y + along_z * along_z) / spacing
 }
 
-/// Of a point: the cell of its nearest point in the box, how far that lies along each side of the cell, that point, and
-/// 1 along axes where the point is within the box, else 0.
-type Located<R> = [Vector3<R>; 4];
+/// Of a point: the cell of its nearest point in the box, how far that lies along each side of the cell, and 1 along axes
+/// where the point is within the box, else 0.
+type Located<R> = [Vector3<R>; 3];
 
 struct Locate<'a>(&'a Lattice);
 
 impl Locate<'_> {
     #[inline(always)]
-    fn along<R: Real>(&self, axis: usize, x: R) -> [R; 4] {
-        let (origin, spacing) = (R::lift(self.0.origin()[axis]), R::lift(self.0.spacing()));
+    fn along<R: Real>(&self, axis: usize, x: R) -> [R; 3] {
         let last = R::lift(f64::from(self.0.cells()[axis]));
-        let steps = (x - origin) * R::lift(self.0.per_spacing());
+        let steps = (x - R::lift(self.0.origin()[axis])) * R::lift(self.0.per_spacing());
         let clamped = steps.clamp(R::zero(), last);
         let cell = clamped.trunc().min(last - R::one());
         let within = R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
-        let nearest = R::select(within.is_zero(), origin + clamped * spacing, x);
-        [cell, clamped - cell, nearest, within]
+        [cell, clamped - cell, within]
     }
 }
 
@@ -193,18 +215,33 @@ impl Kernel for Locate<'_> {
     }
 }
 
+/// The value and the gradient in a cell, from the share of each side and the samples at the corners.
 struct Interpolate<'a>(&'a Lattice);
 
 impl Kernel for Interpolate<'_> {
-    type From<R: Real> = (Vector3<R>, Located<R>, [R; 8]);
+    type From<R: Real> = (Vector3<R>, [R; 8]);
+    type To<R: Real> = ([R; 1], Vector3<R>);
+
+    #[cfg_attr(feature = "std", inline(always))]
+    fn apply<R: Real>(&self, (share, corners): Self::From<R>) -> Self::To<R> {
+        let (value, by_share) = trilinear::interpolate(corners, share);
+        ([value], by_share * R::lift(self.0.per_spacing()))
+    }
+}
+
+/// What a point is answered, from what its nearest point in the box is: see [`Grid`].
+struct Continue<'a>(&'a Lattice);
+
+impl Kernel for Continue<'_> {
+    type From<R: Real> = (Vector3<R>, Located<R>, ([R; 1], Vector3<R>));
     type To<R: Real> = Sample<R>;
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn apply<R: Real>(&self, (point, located, corners): Self::From<R>) -> Sample<R> {
-        let [_, share, nearest, within] = located;
-        let (value, by_share) = trilinear::interpolate(corners, share);
-        let gradient = by_share * R::lift(self.0.per_spacing());
-
+    fn apply<R: Real>(&self, (point, located, ([value], gradient)): Self::From<R>) -> Sample<R> {
+        let [cell, share, within] = located;
+        let nearest = lift(self.0.origin()) + (cell + share) * R::lift(self.0.spacing());
+        let nearest =
+            within.zip_zip_map(&nearest, &point, |within, nearest, x| R::select(within.is_zero(), nearest, x));
         let from_box = point - nearest;
         let distance = norm(from_box);
         let is_outside = R::zero().lt(distance);
@@ -225,8 +262,15 @@ impl<S: Storage> Sdf for Grid<S> {
     #[cfg_attr(feature = "std", inline(always))]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let located = R::apply(&Locate(&self.lattice), point);
-        let corners = R::corners(located[0].into(), &self.storage);
-        R::apply(&Interpolate(&self.lattice), (point, located, corners))
+        let [cell, share, within] = located;
+        let corners = R::corners(cell.into(), &self.storage);
+        let inside = R::apply(&Interpolate(&self.lattice), (share, corners));
+        // Most points are within the box: what is said of others takes two roots and four divisions.
+        if (within.x * within.y * within.z).lt(R::one()).any() {
+            return R::apply(&Continue(&self.lattice), (point, located, inside));
+        }
+        let ([value], gradient) = inside;
+        Sample::new(value, gradient)
     }
 
     /// Reads the samples on the faces of the box: where one is negative, the field is so for as far beyond.

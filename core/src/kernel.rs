@@ -18,8 +18,9 @@ pub trait Bundle<R: Real>: Copy {
 ///
 /// An operator of [`Lanes`](crate::Lanes) is a loop over the lanes, and a formula of thirty operators thirty loops with all
 /// lanes stored between them. A kernel is one loop around the whole formula, and that is what compilers turn into vectors
-/// best. It holds no branch and no call that is not inlined: either would leave the loop as it is. What a closure would
-/// capture, such as a slope bound, are its fields.
+/// best, if it is long enough not to be unrolled before. It holds no branch and no call that is not inlined: either would leave
+/// the loop as it is. So do masks in what it takes or gives. What a closure would capture, such as a slope bound, are its
+/// fields.
 pub trait Kernel {
     /// What it takes.
     type From<R: Real>: Bundle<R, Lane = Self::From<R::Lane>>;

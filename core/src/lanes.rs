@@ -20,7 +20,7 @@ impl<const N: usize> Mask for LaneMask<N> {
     const NONE: Self = Self([false; N]);
     #[inline(always)]
     fn any(self) -> bool {
-        self.0.into_iter().any(|lane| lane)
+        self.0.into_iter().fold(false, |any, lane| any | lane)
     }
     #[inline(always)]
     fn lane(&self, lane: usize) -> bool {
@@ -151,18 +151,7 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
     }
     #[inline(always)]
     fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
-        let mut cells = [[0; 3]; N];
-        for lane in 0..N {
-            cells[lane] = [cell[0].0[lane].to_index(), cell[1].0[lane].to_index(), cell[2].0[lane].to_index()];
-        }
-        let fetched = storage.corners_of(cells);
-        let mut corners = [Self([T::of_stored(0.0); N]); 8];
-        for k in 0..8 {
-            for lane in 0..N {
-                corners[k].0[lane] = T::of_stored(fetched[k][lane]);
-            }
-        }
-        corners
+        storage.corners_of(cell.map(|along| along.0)).map(Self)
     }
     #[inline(always)]
     fn apply<K: Kernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {

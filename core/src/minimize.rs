@@ -46,6 +46,9 @@ pub trait Minimizer<const N: usize> {
     /// the same steps as the others it does, where all wait for the one that takes most it does not.
     const PAYS_IN_LANES: bool = false;
 
+    /// Whether a search of one simplex works side by side within itself, so that it pays to compile it for wide vectors.
+    const WORKS_IN_LANES: bool = Self::PAYS_IN_LANES;
+
     /// All corners must be finite and within ±[`Real::REACH`].
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
 

@@ -63,7 +63,7 @@ pub trait Real:
 
     fn sqrt(self) -> Self;
 
-    /// Towards zero, for 0 ≤ self < 2³¹.
+    /// Towards zero, for self < 2³¹; zero below zero.
     fn trunc(self) -> Self;
 
     fn lt(self, other: Self) -> Self::Mask;
@@ -246,29 +246,30 @@ use libm as roots;
 mod whole {
     #[inline(always)]
     pub fn truncf(x: f32) -> f32 {
-        x as i32 as f32
+        x as u32 as f32
     }
     #[inline(always)]
     pub fn trunc(x: f64) -> f64 {
-        x as i32 as f64
+        x as u32 as f64
     }
 }
 
-/// By sums alone, which vector units have. Beyond 2 to the number of digits a float is a whole number.
+/// By sums alone, which vector units have, and without a choice that could become a branch.
 #[cfg(feature = "std")]
 mod whole {
     #[inline(always)]
     pub fn truncf(x: f32) -> f32 {
         let nearest = (x + AT_ONES_F32) - AT_ONES_F32;
-        let whole = if x < nearest { nearest - 1.0 } else { nearest };
+        let whole = nearest - if x < nearest { 1.0 } else { 0.0 };
+        // Beyond 2 to the number of digits a float is a whole number.
         let whole = if x < AT_ONES_F32 { whole } else { x };
-        if 0.0 <= whole { whole } else { 0.0 }
+        if 0.0 < whole { whole } else { 0.0 }
     }
     #[inline(always)]
     pub fn trunc(x: f64) -> f64 {
         let nearest = (x + super::AT_ONES) - super::AT_ONES;
-        let whole = if x < nearest { nearest - 1.0 } else { nearest };
-        if 0.0 <= whole { whole } else { 0.0 }
+        let whole = nearest - if x < nearest { 1.0 } else { 0.0 };
+        if 0.0 < whole { whole } else { 0.0 }
     }
 
     const AT_ONES_F32: f32 = 8_388_608.0;

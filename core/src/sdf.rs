@@ -265,8 +265,14 @@ impl<M: Mask> Status<M> {
         }
     }
 
+    /// Nothing to know, in any lane.
+    #[inline(always)]
+    pub(crate) fn is_good(self) -> bool {
+        !(self.degenerate_gradient | self.outside_grid | self.not_finite).any()
+    }
+
     /// Every doubt of either.
-    #[inline]
+    #[inline(always)]
     pub fn merge(self, other: Self) -> Self {
         Self {
             degenerate_gradient: self.degenerate_gradient | other.degenerate_gradient,

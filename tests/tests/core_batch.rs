@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
+use sdf_core::contact::batch::{Passed, Refusal};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;
@@ -86,6 +87,24 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     batch::contacts::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, |at, outcome| {
         assert!(together[at].replace(outcome).is_none(), "{name}: told twice of one element");
     });
+    let mut by_halves = vec![];
+    let mut passed = vec![];
+    batch::cull::<_, _, _, N, L>(field, R::lift(margin), elements, |place, looked| match looked {
+        Ok(lower_bound) => passed.push(Passed { place, lower_bound }),
+        Err(Refusal::Culled) => by_halves.push((place, Outcome::Culled)),
+        Err(Refusal::NotFinite) => by_halves.push((place, Outcome::NotFinite)),
+    });
+    let order = passed.iter().map(|passed| passed.place).collect::<Vec<_>>();
+    let before = by_halves.len();
+    batch::search::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, &passed, |place, outcome| {
+        by_halves.push((place, outcome));
+    });
+    assert!(by_halves[before..].iter().map(|(place, _)| *place).eq(order), "{name}: not in the order that was given");
+    by_halves.sort_by_key(|(place, _)| *place);
+    assert!(by_halves.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not each once");
+    for ((_, outcome), together) in by_halves.iter().zip(&together) {
+        assert_eq!(together.as_ref().map(bits), Some(bits(outcome)), "{name} by {method:?}, by halves");
+    }
     for (element, outcome) in elements.iter().zip(together) {
         let outcome = outcome.unwrap_or_else(|| panic!("{name}: nothing told of {element:?}"));
         let alone = contact(field, method, R::lift(margin), element);

@@ -25,6 +25,7 @@ fn whole_parts_and_indices_are_exact<R: Float>(step: impl Fn(R, bool) -> R) {
             "the whole part of {x:?} in lanes"
         );
         assert_eq!(f64::from(Real::trunc(x).to_index()), whole, "the index of {x:?}");
+        assert_eq!(Real::trunc(-x), R::zero(), "the whole part of {:?}", -x);
     }
 }
 

@@ -27,11 +27,11 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use super::{BoxBounds, Element, ElementKind, Outcome, bounds_in_box, judge};
+use super::{BoxBounds, Element, ElementKind, Outcome, judge, rounding_in_box};
 use crate::minimize::{Minimizer, Minimum};
 use crate::real::{Float, Real};
 use crate::simplex::LowerBound;
-use crate::{Lanes, Sdf, Simplex};
+use crate::{Aabb, Lanes, Sdf, Simplex};
 
 /// What [`contact`](super::contact) answers of each of the elements, bit for bit, in `L` lanes, at least one.
 ///
@@ -49,32 +49,78 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     M: Minimizer<N>,
     T: FnMut(usize, Outcome<R, N>),
 {
-    const { assert!(L > 0) };
-    if ElementKind::of(N).is_none() {
-        return elements.iter().enumerate().for_each(|(place, _)| take(place, Outcome::NotFinite));
-    }
-    let near = Queue::new(Near { place: 0, of_box: BoxBounds { least: R::zero(), slope_bound: R::zero() } });
-    let passed = Queue::new(Passed { place: 0, lower_bound: R::zero() });
-    Batch::<R, F, M, T, N, L> { field, minimizer, margin, elements, near, passed, take }.run();
+    let search = Search { field, minimizer, margin, elements };
+    let mut waiting = Queue::<_, L>::new(Passed { place: 0, lower_bound: R::zero() });
+    let culling = Culling::<_, _, N, L> { field, margin, elements };
+    culling.run(|looked| {
+        let is_full = match looked {
+            Some((place, Ok(lower_bound))) => waiting.push(Passed { place, lower_bound }),
+            Some((place, Err(refusal))) => {
+                take(place, refusal.outcome());
+                false
+            }
+            None => true,
+        };
+        if is_full {
+            search.each_of(&mut waiting, &mut take);
+        }
+    });
 }
 
-/// An element that its box does not cull.
-#[derive(Clone, Copy)]
-struct Near<R> {
-    place: usize,
-    of_box: BoxBounds<R>,
+/// The first half of it: what no value on an element is below, or why it is not to be searched.
+///
+/// `take` is given this of each element once, with its place in the slice, in an order of no account.
+#[inline(always)]
+pub fn cull<R, F, T, const N: usize, const L: usize>(field: &F, margin: R, elements: &[Element<R, N>], mut take: T)
+where
+    R: Float,
+    F: Sdf,
+    T: FnMut(usize, Result<R, Refusal>),
+{
+    Culling::<_, _, N, L> { field, margin, elements }.run(|looked| {
+        if let Some((place, looked)) = looked {
+            take(place, looked);
+        }
+    });
+}
+
+/// The second half of it: the outcomes of the elements that passed [`cull`], with their places in the order of `passed`.
+#[inline(always)]
+pub fn search<R, F, M, T, const N: usize, const L: usize>(
+    field: &F,
+    minimizer: &M,
+    margin: R,
+    elements: &[Element<R, N>],
+    passed: &[Passed<R>],
+    mut take: T,
+) where
+    R: Float,
+    F: Sdf,
+    M: Minimizer<N>,
+    T: FnMut(usize, Outcome<R, N>),
+{
+    let search = Search { field, minimizer, margin, elements };
+    for passed in passed.chunks(L.max(1)) {
+        let mut waiting = Queue::<_, L>::new(Passed { place: 0, lower_bound: R::zero() });
+        for passed in passed {
+            waiting.push(*passed);
+        }
+        search.each_of(&mut waiting, &mut take);
+    }
 }
 
 /// An element that is to be searched.
-#[derive(Clone, Copy)]
-struct Passed<R> {
-    place: usize,
-    lower_bound: R,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passed<R> {
+    /// In the slice of elements.
+    pub place: usize,
+    /// No value on the element is below this.
+    pub lower_bound: R,
 }
 
 /// Why an element is not searched: an [`Outcome`] without the room for a contact, which is large.
-#[derive(Clone, Copy)]
-enum Refusal {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
     NotFinite,
     Culled,
 }
@@ -87,6 +133,35 @@ impl Refusal {
             Self::Culled => Outcome::Culled,
         }
     }
+}
+
+/// The boxes around `L` elements.
+struct Boxes<R, const L: usize> {
+    /// By axis.
+    min: [[R; L]; 3],
+    max: [[R; L]; 3],
+    /// See [`rounding_in_box`].
+    rounding: [R; L],
+    /// 1 where all corners are within reach, else 0.
+    is_in_reach: [R; L],
+}
+
+impl<R: Float, const L: usize> Boxes<R, L> {
+    fn nowhere() -> Self {
+        Self {
+            min: [[R::zero(); L]; 3],
+            max: [[R::zero(); L]; 3],
+            rounding: [R::zero(); L],
+            is_in_reach: [R::zero(); L],
+        }
+    }
+}
+
+/// An element that its box does not cull.
+#[derive(Clone, Copy)]
+struct Near<R> {
+    place: usize,
+    of_box: BoxBounds<R>,
 }
 
 /// What waits until all lanes are taken.
@@ -118,74 +193,86 @@ impl<T: Copy, const L: usize> Queue<T, L> {
     }
 }
 
-struct Batch<'a, R: Float, F, M, T, const N: usize, const L: usize> {
+struct Culling<'a, R: Float, F, const N: usize, const L: usize> {
     field: &'a F,
-    minimizer: &'a M,
     margin: R,
     elements: &'a [Element<R, N>],
-    near: Queue<Near<R>, L>,
-    passed: Queue<Passed<R>, L>,
-    take: T,
 }
 
-impl<R, F, M, T, const N: usize, const L: usize> Batch<'_, R, F, M, T, N, L>
-where
-    R: Float,
-    F: Sdf,
-    M: Minimizer<N>,
-    T: FnMut(usize, Outcome<R, N>),
-{
+impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
+    /// `take` is given nothing at the end, once.
     #[inline(always)]
-    fn run(&mut self) {
-        // One place more than there are: there the queues are emptied. So each stage stands here, and is inlined, once.
+    fn run(&self, mut take: impl FnMut(Option<(usize, Result<R, Refusal>)>)) {
+        const { assert!(L > 0) };
+        let mut boxes = Boxes::nowhere();
+        let mut near = Queue::new(Near { place: 0, of_box: BoxBounds { least: R::zero(), slope_bound: R::zero() } });
+        // One place more than there are: there the queue is emptied. So each stage stands here, and is inlined, once.
         for place in 0..=self.elements.len() {
-            let is_full = match self.elements.get(place).map(|element| self.look_at_box(place, element)) {
-                Some(Ok(near)) => self.near.push(near),
-                Some(Err(refusal)) => {
-                    (self.take)(place, refusal.outcome());
-                    false
-                }
-                None => true,
-            };
-            if !is_full {
-                continue;
+            let lane = place % L;
+            if lane == 0 {
+                boxes = self.boxes(place);
             }
-            let (near, count) = self.near.drain();
-            let lower_bounds = if count > 0 { self.look_at_centroids(&near) } else { [Err(Refusal::Culled); L] };
-            for lane in 0..=L {
-                let is_full = match lower_bounds.get(lane) {
-                    Some(_) if lane >= count => false,
-                    Some(Ok(lower_bound)) => {
-                        self.passed.push(Passed { place: near[lane].place, lower_bound: *lower_bound })
+            let is_last = place == self.elements.len();
+            let looked = if is_last { Err(Refusal::Culled) } else { self.look_at_box(&boxes, lane) };
+            let is_full = match looked {
+                Ok(of_box) => near.push(Near { place, of_box }),
+                Err(refusal) => {
+                    if !is_last {
+                        take(Some((place, Err(refusal))));
                     }
-                    Some(Err(refusal)) => {
-                        (self.take)(near[lane].place, refusal.outcome());
-                        false
-                    }
-                    None => place == self.elements.len(),
-                };
-                if is_full {
-                    self.search();
+                    is_last
                 }
+            };
+            if is_full {
+                let (near, count) = near.drain();
+                let lower_bounds = self.look_at_centroids(&near);
+                let looked = near.iter().zip(lower_bounds).take(count);
+                looked.for_each(|(near, looked)| take(Some((near.place, looked))));
             }
         }
+        take(None);
+    }
+
+    /// The boxes around the elements from the given one on; beyond the last, that of the last.
+    #[inline(always)]
+    fn boxes(&self, first: usize) -> Boxes<R, L> {
+        let mut boxes = Boxes::nowhere();
+        let Some(last) = self.elements.len().checked_sub(1) else { return boxes };
+        let slope_bound = self.field.slope_bound();
+        // Numbers alone, and no branch, in a loop over the lanes: that compilers turn into vectors.
+        for lane in 0..L {
+            let Some(element) = self.elements.get(first.saturating_add(lane).min(last)) else { continue };
+            let corners = &element.simplex.corners;
+            for axis in 0..3 {
+                let along = |corner: usize| corners[corner].as_slice()[axis];
+                let (mut min, mut max) = (along(0), along(0));
+                for corner in 1..N {
+                    (min, max) = (Real::min(min, along(corner)), Real::max(max, along(corner)));
+                }
+                (boxes.min[axis][lane], boxes.max[axis][lane]) = (min, max);
+            }
+            boxes.rounding[lane] = rounding_in_box(slope_bound, self.margin, &element.simplex);
+            boxes.is_in_reach[lane] = R::select(element.simplex.is_in_reach(), R::one(), R::zero());
+        }
+        boxes
     }
 
     /// The first half of [`contact`](super::contact)'s cull.
     #[inline(always)]
-    fn look_at_box(&self, place: usize, element: &Element<R, N>) -> Result<Near<R>, Refusal> {
-        let simplex = &element.simplex;
-        if !simplex.is_in_reach() {
+    fn look_at_box(&self, boxes: &Boxes<R, L>, lane: usize) -> Result<BoxBounds<R>, Refusal> {
+        if ElementKind::of(N).is_none() || boxes.is_in_reach[lane] <= R::zero() {
             return Err(Refusal::NotFinite);
         }
-        let of_box = bounds_in_box(self.field, self.margin, simplex);
-        if self.margin < of_box.least { Err(Refusal::Culled) } else { Ok(Near { place, of_box }) }
+        let along = |bounds: &[[R; L]; 3]| from_fn(|axis| bounds[axis][lane].to_f64());
+        let region = Aabb { min: along(&boxes.min), max: along(&boxes.max) };
+        let of_box = BoxBounds::new(self.field, &region, boxes.rounding[lane]);
+        if self.margin < of_box.least { Err(Refusal::Culled) } else { Ok(of_box) }
     }
 
     /// The second half of it, which gives a lower bound of each that passes.
     #[inline(always)]
     fn look_at_centroids(&self, near: &[Near<R>; L]) -> [Result<R, Refusal>; L] {
-        let simplex = self.simplices(near.map(|near| near.place));
+        let simplex = side_by_side(self.elements, near.map(|near| near.place));
         let centroid = simplex.centroid();
         let below = LowerBound { slope_bound: self.field.slope_bound() };
         let slope_bound = Lanes(near.map(|near| near.of_box.slope_bound));
@@ -199,46 +286,57 @@ where
             () => Err(Refusal::NotFinite),
         })
     }
+}
 
+struct Search<'a, R: Float, F, M, const N: usize> {
+    field: &'a F,
+    minimizer: &'a M,
+    margin: R,
+    elements: &'a [Element<R, N>],
+}
+
+impl<R: Float, F: Sdf, M: Minimizer<N>, const N: usize> Search<'_, R, F, M, N> {
+    /// Side by side where that pays.
     #[inline(always)]
-    fn search(&mut self) {
-        let (passed, count) = self.passed.drain();
+    fn each_of<const L: usize>(&self, waiting: &mut Queue<Passed<R>, L>, take: &mut impl FnMut(usize, Outcome<R, N>)) {
+        let (passed, count) = waiting.drain();
         if count == 0 {
             return;
         }
+        let mut report = |passed: &Passed<R>, minimum: &Minimum<R, N>| {
+            if let Some(element) = self.elements.get(passed.place) {
+                take(passed.place, judge(self.margin, element, minimum, passed.lower_bound));
+            }
+        };
         if M::PAYS_IN_LANES {
-            let simplices = self.simplices(passed.map(|passed| passed.place));
+            let simplices = side_by_side(self.elements, passed.map(|passed| passed.place));
             let minimum = self.minimizer.minimize_below(self.field, &simplices, Lanes([self.margin; L]));
             for (lane, passed) in passed.iter().enumerate().take(count) {
-                self.report(passed, &minimum.lane(lane));
+                report(passed, &minimum.lane(lane));
             }
         } else {
             for passed in passed.iter().take(count) {
                 let Some(element) = self.elements.get(passed.place) else { continue };
-                let minimum = self.minimizer.minimize_below(self.field, &element.simplex, self.margin);
-                self.report(passed, &minimum);
+                report(passed, &self.minimizer.minimize_below(self.field, &element.simplex, self.margin));
             }
         }
     }
+}
 
-    #[inline(always)]
-    fn report(&mut self, passed: &Passed<R>, minimum: &Minimum<R, N>) {
-        if let Some(element) = self.elements.get(passed.place) {
-            (self.take)(passed.place, judge(self.margin, element, minimum, passed.lower_bound));
+/// The simplices of the elements at these places, none of which is beyond them.
+#[inline(always)]
+fn side_by_side<R: Float, const N: usize, const L: usize>(
+    elements: &[Element<R, N>],
+    places: [usize; L],
+) -> Simplex<Lanes<R, L>, N> {
+    let mut corners = [Vector3::new(Lanes([R::zero(); L]), Lanes([R::zero(); L]), Lanes([R::zero(); L])); N];
+    let Some(last) = elements.len().checked_sub(1) else { return Simplex { corners } };
+    for lane in 0..L {
+        let Some(element) = elements.get(places[lane].min(last)) else { continue };
+        for corner in 0..N {
+            let one = element.simplex.corners[corner];
+            (corners[corner].x.0[lane], corners[corner].y.0[lane], corners[corner].z.0[lane]) = (one.x, one.y, one.z);
         }
     }
-
-    #[inline(always)]
-    fn simplices(&self, places: [usize; L]) -> Simplex<Lanes<R, L>, N> {
-        let mut corners = [Vector3::new(Lanes([R::zero(); L]), Lanes([R::zero(); L]), Lanes([R::zero(); L])); N];
-        for lane in 0..L {
-            let Some(element) = self.elements.get(places[lane]) else { continue };
-            for corner in 0..N {
-                let one = element.simplex.corners[corner];
-                (corners[corner].x.0[lane], corners[corner].y.0[lane], corners[corner].z.0[lane]) =
-                    (one.x, one.y, one.z);
-            }
-        }
-        Simplex { corners }
-    }
+    Simplex { corners }
 }

@@ -1,5 +1,6 @@
 use super::sparse::{BRICK, brick_counts};
 use super::{Lattice, NodeBounds, Storage};
+use crate::real::Float;
 
 /// A storage beside which stands what is certain of each place of 8 × 8 × 8 nodes, so that culls can go by what is near an
 /// element and not by the steepest cell of all.
@@ -35,7 +36,7 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
     }
 
     #[inline(always)]
-    fn corners_of<const N: usize>(&self, cells: [[u32; 3]; N]) -> [[f32; N]; 8] {
+    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
         self.storage.corners_of(cells)
     }
 

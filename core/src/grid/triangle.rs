@@ -97,13 +97,13 @@ impl<S: Storage> Grid<S> {
         let points = [mean(corners), corners[0], corners[1], corners[2]];
         let cells = points
             .map(|point| point.zip_map(&last, |x, last| Real::min(Real::max(x, R::zero()).trunc(), last - R::one())));
-        let samples = self.storage.corners_of(cells.map(|cell| [cell.x, cell.y, cell.z].map(Float::to_index)));
+        let samples = self.storage.corners_of([0, 1, 2].map(|axis| cells.map(|cell| cell.as_slice()[axis % 3])));
         let mut values = [R::zero(); 4];
         for k in 0..4 {
-            let field = Polynomial::new(samples.map(|lanes| R::of_stored(lanes[k % 4])));
+            let field = Polynomial::new(samples.map(|lanes| lanes[k % 4]));
             values[k] = field.value(points[k] - cells[k]);
         }
-        let field = Polynomial::new(samples.map(|lanes| R::of_stored(lanes[0])));
+        let field = Polynomial::new(samples.map(|lanes| lanes[0]));
         let share = points[0] - cells[0];
         let gradient = field.gradient(share, &field.bends(share));
         (values, gradient)

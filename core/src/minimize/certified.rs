@@ -58,6 +58,8 @@ const MOST_PIECES: usize = 64;
 const ROOM_TO_FINISH: usize = 40;
 
 impl<const N: usize> Minimizer<N> for Certified {
+    const WORKS_IN_LANES: bool = true;
+
     /// Lane by lane, for each has pieces of its own.
     #[cfg_attr(feature = "std", inline(always))]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {

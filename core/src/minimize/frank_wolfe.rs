@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::search::{Search, Visit};
+use super::search::{Numbers, Search, Visit, lower};
 use super::{Minimizer, Minimum};
 use crate::kernel::Kernel;
 use crate::real::{Mask, Real};
@@ -34,48 +34,57 @@ impl<const N: usize> Minimizer<N> for FrankWolfe {
         let mut search = Search::from_corners(field, simplex);
         let [longest_edge] = R::apply(&LongestEdge, *simplex);
         let tolerance = longest_edge * R::lift(field.slope_bound() * self.tolerance);
-        let mut current = search.best();
-        let mut active = !R::Mask::NONE;
+        let (mut current, mut active) = (search.best(), R::one());
         for i in 1..=self.iterations {
-            let rate = 2.0 / (f64::from(i) + 2.0);
-            let (next, [gap]) = R::apply(&Step { rate }, (*simplex, current.sample.gradient, current.weights));
-            active = active & tolerance.lt(gap);
-            if !active.any() {
+            let step = Step { rate: 2.0 / (f64::from(i) + 2.0) };
+            let (kept, next, point, [goes_on]) =
+                R::apply(&step, (*simplex, current.numbers(), search.best.numbers(), [active, tolerance]));
+            search.take(kept, current.sample.status);
+            active = goes_on;
+            if !R::zero().lt(active).any() {
                 break;
             }
-            let visit = search.visit(next, active);
-            current = Visit::select(active, visit, current);
+            search.evaluations += active;
+            current = Visit { weights: next, sample: field.evaluate(point) };
         }
-        search.finish(!active)
+        search.keep(current, active);
+        search.finish(Real::is_zero(active))
     }
 }
 
-/// From weights and the gradient there to the next weights, and the duality gap.
+/// From the point that was asked last, the best so far, 1 where the search goes on and 0 where it has ended, and the gap at
+/// which it ends, to the best of the two, the next weights and their point, and 1 or 0 again.
+///
+/// One kernel and not four: compilers unroll a short one, and what is unrolled becomes no vectors.
 struct Step<const N: usize> {
     rate: f64,
 }
 
 impl<const N: usize> Kernel for Step<N> {
-    type From<R: Real> = (Simplex<R, N>, Vector3<R>, [R; N]);
-    type To<R: Real> = ([R; N], [R; 1]);
+    type From<R: Real> = (Simplex<R, N>, Numbers<R, N>, Numbers<R, N>, [R; 2]);
+    type To<R: Real> = ((Numbers<R, N>, [R; 1]), [R; N], Vector3<R>, [R; 1]);
 
     #[inline(always)]
-    fn apply<R: Real>(&self, (simplex, gradient, current): Self::From<R>) -> Self::To<R> {
+    fn apply<R: Real>(&self, (simplex, current, best, [active, tolerance]): Self::From<R>) -> Self::To<R> {
+        let kept = lower(current, best, active);
+        let (weights, _, gradient) = current;
         let slopes = simplex.slopes(gradient);
         let (mut least, mut target) = (slopes[0], corner_weights::<R, N>(0));
         for corner in 1..N {
-            let lower = slopes[corner].lt(least);
+            let is_lower = slopes[corner].lt(least);
             for k in 0..N {
                 let weight = if k == corner { R::one() } else { R::zero() };
-                target[k] = R::select(lower, weight, target[k]);
+                target[k] = R::select(is_lower, weight, target[k]);
             }
-            least = R::select(lower, slopes[corner], least);
+            least = R::select(is_lower, slopes[corner], least);
         }
-        let (mut here, mut next) = (R::zero(), current);
+        let (mut here, mut next) = (R::zero(), weights);
         for k in 0..N {
-            here += current[k] * slopes[k];
-            next[k] += (target[k] - current[k]) * R::lift(self.rate);
+            here += weights[k] * slopes[k];
+            next[k] += (target[k] - weights[k]) * R::lift(self.rate);
         }
-        (next, [here - least])
+        let gap = here - least;
+        let goes_on = R::select(tolerance.lt(gap), active, R::zero());
+        (kept, next, simplex.point(next), [goes_on])
     }
 }

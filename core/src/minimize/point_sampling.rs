@@ -1,5 +1,8 @@
+use nalgebra::Vector3;
+
 use super::search::Search;
 use super::{Minimizer, Minimum};
+use crate::kernel::Kernel;
 use crate::real::{Mask, Real};
 use crate::{Sdf, Simplex};
 
@@ -25,7 +28,9 @@ impl Minimizer<3> for PointSampling {
 
     #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
-        least_of(field, simplex, self.samples, triangle_weights)
+        least_of(field, simplex, self.samples, |number| {
+            FIRST_WEIGHTS.get(number as usize).copied().unwrap_or_else(|| triangle_weights(number))
+        })
     }
 }
 
@@ -50,6 +55,7 @@ impl Minimizer<1> for PointSampling {
     }
 }
 
+/// By values alone. Where the least is, the field is asked once more, for the gradient; that is not counted.
 #[inline(always)]
 fn least_of<R: Real, F: Sdf, const N: usize>(
     field: &F,
@@ -57,15 +63,55 @@ fn least_of<R: Real, F: Sdf, const N: usize>(
     samples: u32,
     weights: impl Fn(u32) -> [f64; N],
 ) -> Minimum<R, N> {
-    let mut search = Search::from(field, simplex, weights(0).map(R::lift));
+    let mut asked = weights(0);
+    let mut value = field.value(simplex.point(asked.map(R::lift)));
+    let mut best = (asked.map(R::lift), [value]);
     for number in 1..samples {
-        search.visit(weights(number).map(R::lift), !R::Mask::NONE);
+        let next = weights(number);
+        let point;
+        (best, point) = R::apply(&Step { asked, next }, (*simplex, best, [value]));
+        (asked, value) = (next, field.value(point));
     }
+    (best, _) = R::apply(&Step { asked, next: asked }, (*simplex, best, [value]));
+    let mut search = Search::from(field, simplex, best.0);
+    search.evaluations = R::lift(f64::from(samples.max(1)));
     search.finish(R::Mask::NONE)
 }
 
+/// From the weights that were asked last, the same in all lanes, and their value to the weights and the value of the least so
+/// far, and to the next point.
+struct Step<const N: usize> {
+    asked: [f64; N],
+    next: [f64; N],
+}
+
+impl<const N: usize> Kernel for Step<N> {
+    type From<R: Real> = (Simplex<R, N>, ([R; N], [R; 1]), [R; 1]);
+    type To<R: Real> = (([R; N], [R; 1]), Vector3<R>);
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (simplex, (mut weights, [least]), [value]): Self::From<R>) -> Self::To<R> {
+        let is_less = value.lt(least);
+        for k in 0..N {
+            weights[k] = R::select(is_less, R::lift(self.asked[k]), weights[k]);
+        }
+        ((weights, [R::select(is_less, value, least)]), simplex.point(self.next.map(R::lift)))
+    }
+}
+
+/// Of as many points as the paper takes at most.
+const FIRST_WEIGHTS: [[f64; 3]; 64] = {
+    let mut all = [[0.0; 3]; 64];
+    let mut number = 0;
+    while number < all.len() {
+        all[number] = triangle_weights(number as u32);
+        number += 1;
+    }
+    all
+};
+
 /// Barycentric weights of the point with this number.
-pub fn triangle_weights(number: u32) -> [f64; 3] {
+pub const fn triangle_weights(number: u32) -> [f64; 3] {
     let mut triangle = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut digits = number;
     while digits > 0 {
@@ -79,10 +125,10 @@ pub fn triangle_weights(number: u32) -> [f64; 3] {
         };
         digits /= 4;
     }
-    let [a, b, c] = triangle;
-    core::array::from_fn(|k| (a[k] + b[k] + c[k]) / 3.0)
+    let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2]] = triangle;
+    [(a0 + b0 + c0) / 3.0, (a1 + b1 + c1) / 3.0, (a2 + b2 + c2) / 3.0]
 }
 
-fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    core::array::from_fn(|k| 0.5 * (a[k] + b[k]))
+const fn middle([a0, a1, a2]: [f64; 3], [b0, b1, b2]: [f64; 3]) -> [f64; 3] {
+    [0.5 * (a0 + b0), 0.5 * (a1 + b1), 0.5 * (a2 + b2)]
 }

@@ -1,6 +1,6 @@
 use core::array::from_fn;
 
-use super::search::{Search, Visit};
+use super::search::Search;
 use super::{Minimizer, Minimum};
 use crate::real::{Mask, Real};
 use crate::simplex::project_weights;
@@ -47,7 +47,7 @@ impl<const N: usize> Minimizer<N> for ProjectedGradient {
             if !active.any() {
                 break;
             }
-            current = Visit::select(active, search.visit(next, active), current);
+            current = search.visit(next, active);
         }
         search.finish(!active)
     }

@@ -1,10 +1,11 @@
+use core::array::from_fn;
+
 use nalgebra::Vector3;
 
 use super::Minimum;
 use crate::kernel::Kernel;
 use crate::real::{Mask, Real};
-use crate::simplex::LowerBound;
-use crate::simplex::corner_weights;
+use crate::simplex::{LowerBound, corner_weights};
 use crate::vector::select;
 use crate::{Sample, Sdf, Simplex, Status};
 
@@ -12,60 +13,68 @@ use crate::{Sample, Sdf, Simplex, Status};
 pub(super) struct Search<'a, R: Real, F, const N: usize> {
     field: &'a F,
     simplex: &'a Simplex<R, N>,
-    best: Visit<R, N>,
-    evaluations: R,
+    pub best: Visit<R, N>,
+    pub evaluations: R,
 }
 
 /// A point that was asked.
 #[derive(Clone, Copy)]
 pub(super) struct Visit<R: Real, const N: usize> {
     pub weights: [R; N],
-    pub point: Vector3<R>,
     pub sample: Sample<R>,
 }
 
+/// Of a [`Visit`] the weights, the value and the gradient: what a kernel can take. Masks would keep it from becoming vectors.
+pub(super) type Numbers<R, const N: usize> = ([R; N], [R; 1], Vector3<R>);
+
 impl<R: Real, const N: usize> Visit<R, N> {
-    #[cfg_attr(feature = "std", inline(always))]
+    #[inline(always)]
     fn new<F: Sdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
         let point = R::apply(&AtWeights, (*simplex, weights));
-        Self { weights, point, sample: field.evaluate(point) }
+        Self { weights, sample: field.evaluate(point) }
+    }
+
+    #[inline(always)]
+    pub fn numbers(&self) -> Numbers<R, N> {
+        (self.weights, [self.sample.value], self.sample.gradient)
     }
 
     /// The first where the mask holds, else the second.
     #[inline(always)]
     pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
-        let mask_number = R::select(mask, R::one(), R::zero());
-        let (weights, point, [value], gradient) = R::apply(&Choose, ([mask_number], yes.numbers(), no.numbers()));
-        Self {
-            weights,
-            point,
-            sample: Sample { value, gradient, status: Status::select(mask, yes.sample.status, no.sample.status) },
-        }
-    }
-
-    #[inline(always)]
-    fn numbers(&self) -> Numbers<R, N> {
-        (self.weights, self.point, [self.sample.value], self.sample.gradient)
+        let weights = from_fn(|k| R::select(mask, yes.weights[k], no.weights[k]));
+        Self { weights, sample: Sample::select(mask, yes.sample, no.sample) }
     }
 }
 
-type Numbers<R, const N: usize> = ([R; N], Vector3<R>, [R; 1], Vector3<R>);
+/// The numbers of a visit where it is lower than the best so far and `active`, which is 1 or 0, else those of the best; and 1
+/// where it is. For use in a kernel.
+#[inline(always)]
+pub(super) fn lower<R: Real, const N: usize>(
+    visit: Numbers<R, N>,
+    best: Numbers<R, N>,
+    active: R,
+) -> (Numbers<R, N>, [R; 1]) {
+    let is_lower = R::zero().lt(active) & visit.1[0].lt(best.1[0]);
+    let mut weights = best.0;
+    for k in 0..N {
+        weights[k] = R::select(is_lower, visit.0[k], best.0[k]);
+    }
+    let value = R::select(is_lower, visit.1[0], best.1[0]);
+    let gradient = select(is_lower, visit.2, best.2);
+    ((weights, [value], gradient), [R::select(is_lower, R::one(), R::zero())])
+}
 
-/// The first numbers where the choice is 1, the second where it is 0.
-struct Choose<const N: usize>;
+/// [`lower`] of a visit, the best so far and what is active.
+struct Lower<const N: usize>;
 
-impl<const N: usize> Kernel for Choose<N> {
-    type From<R: Real> = ([R; 1], Numbers<R, N>, Numbers<R, N>);
-    type To<R: Real> = Numbers<R, N>;
+impl<const N: usize> Kernel for Lower<N> {
+    type From<R: Real> = (Numbers<R, N>, Numbers<R, N>, [R; 1]);
+    type To<R: Real> = (Numbers<R, N>, [R; 1]);
 
     #[inline(always)]
-    fn apply<R: Real>(&self, ([choice], yes, no): Self::From<R>) -> Numbers<R, N> {
-        let mask = R::zero().lt(choice);
-        let mut weights = no.0;
-        for k in 0..N {
-            weights[k] = R::select(mask, yes.0[k], no.0[k]);
-        }
-        (weights, select(mask, yes.1, no.1), [R::select(mask, yes.2[0], no.2[0])], select(mask, yes.3, no.3))
+    fn apply<R: Real>(&self, (visit, best, [active]): Self::From<R>) -> Self::To<R> {
+        lower(visit, best, active)
     }
 }
 
@@ -108,15 +117,37 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
     #[cfg_attr(feature = "std", inline(always))]
     pub fn visit(&mut self, weights: [R; N], active: R::Mask) -> Visit<R, N> {
         let visit = Visit::new(self.field, self.simplex, weights);
-        let better = active & visit.sample.value.lt(self.best.sample.value);
-        self.best = Visit::select(better, visit, self.best);
-        self.evaluations += R::select(active, R::one(), R::zero());
+        let active = R::select(active, R::one(), R::zero());
+        self.keep(visit, active);
+        self.evaluations += active;
         visit
+    }
+
+    /// Takes a point that was asked for the best where it is lower and `active` above zero.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn keep(&mut self, visit: Visit<R, N>, active: R) {
+        let kept = R::apply(&Lower, (visit.numbers(), self.best.numbers(), [active]));
+        self.take(kept, visit.sample.status);
+    }
+
+    /// What [`lower`] says of the best and a visit with this status.
+    #[inline(always)]
+    pub fn take(
+        &mut self,
+        ((weights, [value], gradient), [is_visit]): (Numbers<R, N>, [R; 1]),
+        status: Status<R::Mask>,
+    ) {
+        let status = match self.best.sample.status {
+            best if best.merge(status).is_good() => best,
+            best => Status::select(R::zero().lt(is_visit), status, best),
+        };
+        self.best = Visit { weights, sample: Sample { value, gradient, status } };
     }
 
     #[cfg_attr(feature = "std", inline(always))]
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
-        let Visit { weights, point, sample } = self.best;
+        let Visit { weights, sample } = self.best;
+        let point = R::apply(&AtWeights, (*self.simplex, weights));
         let below = LowerBound { slope_bound: self.field.slope_bound() };
         let [lower_bound] = R::apply(&below, (*self.simplex, [R::lift(below.slope_bound)], point, [sample.value]));
         Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }

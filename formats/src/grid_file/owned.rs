@@ -1,3 +1,4 @@
+use sdf_core::Float;
 use sdf_core::grid::sparse::{Bricks, Code, Scale, Sparse};
 use sdf_core::grid::{Bounded, Dense, Grid, NodeBounds, Storage};
 
@@ -26,7 +27,7 @@ impl Storage for OwnedSamples {
 
     // Vectors are of no use to it, and inlined it would be compiled anew for each minimizer and instruction set.
     #[inline(never)]
-    fn corners_of<const N: usize>(&self, cells: [[u32; 3]; N]) -> [[f32; N]; 8] {
+    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
         match self {
             Self::Dense(samples) => samples.corners_of(cells),
             Self::SparseF32(samples) => samples.corners_of(cells),

@@ -2,14 +2,18 @@
 
 use pulp::{Arch, NullaryFnOnce};
 use sdf_core::Sdf;
+use sdf_core::contact::batch::{Passed, Refusal};
 use sdf_core::contact::{Element, Outcome, batch, contact};
 use sdf_core::minimize::Minimizer;
 use sdf_core::placed::{Placed, Rigid};
 use sdf_formats::field_file::Node;
-use sdf_formats::grid_file::OwnedGrid;
+use sdf_formats::grid_file::{OwnedGrid, OwnedSamples};
 
-/// As many f64 as the widest vectors hold.
-const LANES: usize = 8;
+/// So many elements are culled side by side: as many f64 as the widest vectors hold.
+const CULLED: usize = 8;
+
+/// So many are searched side by side: a step waits for the one before, and two vectors wait no longer than one.
+const SEARCHED: usize = 16;
 
 /// A field that is searched in the way that is fastest for it.
 pub trait Search: Sdf + Sync {
@@ -20,22 +24,6 @@ pub trait Search: Sdf + Sync {
         margin: f64,
         elements: &[Element<f64, N>],
     ) -> Vec<Outcome<f64, N>>;
-}
-
-macro_rules! several_at_a_time {
-    ($($field:ty),*) => {$(
-        impl Search for $field {
-            fn outcomes<M: Minimizer<N>, const N: usize>(
-                &self,
-                minimizer: &M,
-                margin: f64,
-                elements: &[Element<f64, N>],
-            ) -> Vec<Outcome<f64, N>> {
-                let batch = Batch { field: self, minimizer, margin, elements };
-                Arch::new().dispatch(batch)
-            }
-        }
-    )*};
 }
 
 macro_rules! one_by_one {
@@ -54,31 +42,124 @@ macro_rules! one_by_one {
     )*};
 }
 
-several_at_a_time!(OwnedGrid, Placed<&OwnedGrid, Rigid>);
 // A tree of shapes is asked by calls, which take no part in wider vectors.
 one_by_one!(Node, Placed<&Node, Rigid>);
 
-struct Batch<'a, F, M, const N: usize> {
+impl Search for OwnedGrid {
+    fn outcomes<M: Minimizer<N>, const N: usize>(
+        &self,
+        minimizer: &M,
+        margin: f64,
+        elements: &[Element<f64, N>],
+    ) -> Vec<Outcome<f64, N>> {
+        match self.storage() {
+            OwnedSamples::Dense(samples) => {
+                Batch { field: self, wide: &self.with_storage(samples), minimizer, margin, elements }.outcomes()
+            }
+            _ => Batch { field: self, wide: self, minimizer, margin, elements }.outcomes(),
+        }
+    }
+}
+
+impl Search for Placed<&OwnedGrid, Rigid> {
+    fn outcomes<M: Minimizer<N>, const N: usize>(
+        &self,
+        minimizer: &M,
+        margin: f64,
+        elements: &[Element<f64, N>],
+    ) -> Vec<Outcome<f64, N>> {
+        match self.field.storage() {
+            OwnedSamples::Dense(samples) => {
+                let wide = Placed { field: self.field.with_storage(samples), placement: self.placement };
+                Batch { field: self, wide: &wide, minimizer, margin, elements }.outcomes()
+            }
+            _ => Batch { field: self, wide: self, minimizer, margin, elements }.outcomes(),
+        }
+    }
+}
+
+/// The same field twice: as it is, and as the type that vectors are compiled for.
+struct Batch<'a, F, W, M, const N: usize> {
     field: &'a F,
+    wide: &'a W,
     minimizer: &'a M,
     margin: f64,
     elements: &'a [Element<f64, N>],
 }
 
-impl<F: Sdf, M: Minimizer<N>, const N: usize> NullaryFnOnce for Batch<'_, F, M, N> {
-    type Output = Vec<Outcome<f64, N>>;
+impl<F: Sdf, W: Sdf, M: Minimizer<N>, const N: usize> Batch<'_, F, W, M, N> {
+    fn outcomes(&self) -> Vec<Outcome<f64, N>> {
+        let Self { field, wide, minimizer, margin, elements } = *self;
+        let mut looked = Arch::new().dispatch(Cull { field: wide, margin, elements });
+        looked.sort_unstable_by_key(|(place, _)| *place);
+        let passed = looked
+            .iter()
+            .filter_map(|(place, looked)| looked.ok().map(|lower_bound| Passed { place: *place, lower_bound }));
+        let passed: Vec<_> = passed.collect();
+        let mut outcomes = if M::WORKS_IN_LANES {
+            Arch::new().dispatch(Wide { field: wide, minimizer, margin, elements, passed: &passed })
+        } else {
+            search(field, minimizer, margin, elements, &passed)
+        };
+        for (at, (_, looked)) in looked.iter().enumerate() {
+            if looked.is_err() {
+                outcomes.insert(at, Outcome::NotFinite);
+            }
+        }
+        outcomes
+    }
+}
+
+/// Of the elements that are not culled their places and what no value on them is below.
+struct Cull<'a, F, const N: usize> {
+    field: &'a F,
+    margin: f64,
+    elements: &'a [Element<f64, N>],
+}
+
+impl<F: Sdf, const N: usize> NullaryFnOnce for Cull<'_, F, N> {
+    type Output = Vec<(usize, Result<f64, Refusal>)>;
 
     // Only what is inlined here is compiled for the processor's own vectors.
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let mut outcomes = vec![];
-        let take = |at, outcome| {
-            if !matches!(outcome, Outcome::Culled) {
-                outcomes.push((at, outcome));
+        let mut passed = vec![];
+        batch::cull::<_, _, _, N, CULLED>(self.field, self.margin, self.elements, |place, looked| {
+            if looked != Err(Refusal::Culled) {
+                passed.push((place, looked));
             }
-        };
-        batch::contacts::<_, _, _, _, N, LANES>(self.field, self.minimizer, self.margin, self.elements, take);
-        outcomes.sort_unstable_by_key(|(at, _)| *at);
-        outcomes.into_iter().map(|(_, outcome)| outcome).collect()
+        });
+        passed
     }
+}
+
+struct Wide<'a, F, M, const N: usize> {
+    field: &'a F,
+    minimizer: &'a M,
+    margin: f64,
+    elements: &'a [Element<f64, N>],
+    passed: &'a [Passed<f64>],
+}
+
+impl<F: Sdf, M: Minimizer<N>, const N: usize> NullaryFnOnce for Wide<'_, F, M, N> {
+    type Output = Vec<Outcome<f64, N>>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        search(self.field, self.minimizer, self.margin, self.elements, self.passed)
+    }
+}
+
+#[inline(always)]
+fn search<F: Sdf, M: Minimizer<N>, const N: usize>(
+    field: &F,
+    minimizer: &M,
+    margin: f64,
+    elements: &[Element<f64, N>],
+    passed: &[Passed<f64>],
+) -> Vec<Outcome<f64, N>> {
+    let mut outcomes = Vec::with_capacity(passed.len());
+    let take = |_, outcome| outcomes.push(outcome);
+    batch::search::<_, _, _, _, N, SEARCHED>(field, minimizer, margin, elements, passed, take);
+    outcomes
 }

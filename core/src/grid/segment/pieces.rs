@@ -16,8 +16,7 @@ pub(super) struct Pieces<R: Real> {
     pub ends: [[[R; 3]; 2]; LANES],
     pub bound: [R; LANES],
     pub is_first: [bool; LANES],
-    cells: [[u32; 3]; LANES],
-    /// Along each axis.
+    /// Along each axis: the cell's first corner, a whole number.
     first: [[R; LANES]; 3],
     from: [[R; LANES]; 3],
     way: [[R; LANES]; 3],
@@ -45,7 +44,6 @@ impl<R: Float> Pieces<R> {
             ends: [[[R::zero(); 3]; 2]; LANES],
             bound: nothing[0],
             is_first: [false; LANES],
-            cells: [[0; 3]; LANES],
             first: nothing,
             from: nothing,
             way: nothing,
@@ -60,7 +58,6 @@ impl<R: Float> Pieces<R> {
         (self.ends[at], self.bound[at]) = (line.ends, line.bound);
         self.is_first[at] = step.is_first;
         for axis in 0..3 {
-            self.cells[at][axis] = step.cell[axis].to_index();
             self.first[axis][at] = step.cell[axis];
             self.from[axis][at] = line.from[axis];
             self.way[axis][at] = line.way[axis];
@@ -72,7 +69,7 @@ impl<R: Float> Pieces<R> {
     /// Of all lanes; where no piece was put, what stood there before.
     #[inline(always)]
     pub fn least<S: Storage>(&self, storage: &S) -> Least<R> {
-        let samples = storage.corners_of(self.cells);
+        let samples = storage.corners_of(self.first);
         let nothing = [R::zero(); LANES];
         let mut least = Least { share: nothing, value: nothing, corner: nothing, is_finite: [false; LANES] };
         for lane in 0..LANES {
@@ -83,7 +80,7 @@ impl<R: Float> Pieces<R> {
             let mut corners = [R::zero(); 8];
             let (mut lowest, mut sum) = (R::lift(f64::INFINITY), R::zero());
             for corner in 0..8 {
-                corners[corner] = R::of_stored(samples[corner][lane]);
+                corners[corner] = samples[corner][lane];
                 lowest = Real::min(lowest, corners[corner]);
                 sum += corners[corner] * R::zero();
             }

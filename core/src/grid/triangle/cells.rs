@@ -77,9 +77,10 @@ impl<R: Float> Cells<R> {
     #[inline(always)]
     pub fn look<S: Storage>(&mut self, storage: &S, ways: &Ways<R>, from: usize) -> Look<R> {
         let numbers = self.numbers(from);
-        let mut at = [[0; 3]; LANES];
+        let mut at = [[R::zero(); LANES]; 3];
         for lane in 0..LANES {
-            at[lane] = self.block.part(numbers[lane]).first.map(Float::to_index);
+            let first = self.block.part(numbers[lane]).first;
+            (at[0][lane], at[1][lane], at[2][lane]) = (first[0], first[1], first[2]);
         }
         let samples = storage.corners_of(at);
         let nothing = [R::zero(); LANES];
@@ -87,14 +88,14 @@ impl<R: Float> Cells<R> {
         for lane in 0..LANES {
             let part = self.block.part(numbers[lane]);
             let field = Polynomial::new([
-                R::of_stored(samples[0][lane]),
-                R::of_stored(samples[1][lane]),
-                R::of_stored(samples[2][lane]),
-                R::of_stored(samples[3][lane]),
-                R::of_stored(samples[4][lane]),
-                R::of_stored(samples[5][lane]),
-                R::of_stored(samples[6][lane]),
-                R::of_stored(samples[7][lane]),
+                samples[0][lane],
+                samples[1][lane],
+                samples[2][lane],
+                samples[3][lane],
+                samples[4][lane],
+                samples[5][lane],
+                samples[6][lane],
+                samples[7][lane],
             ]);
             let cell = part.of(field);
             let slopes = cell.slopes();
