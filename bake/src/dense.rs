@@ -39,8 +39,9 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
     in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells as u32 + 1)))?
 }
 
-/// Layers of nodes in a slab. Slabs are baked side by side.
-const SLAB: usize = 16;
+/// Layers of nodes in a slab. Slabs are signed side by side. Each takes several times the memory of its nodes; thinner ones have
+/// more neighbours that they cannot ask.
+const SLAB: usize = 4;
 
 /// The exact distance at every node, rounded once to f32. `on_nodes_done` is told, from any thread, how many nodes more
 /// are done. The result does not depend on the number of threads.

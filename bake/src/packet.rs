@@ -1,9 +1,9 @@
 //! The nearest triangles of 8 × 8 × 8 nodes at once.
 //!
-//! What may be nearest to any of them is gathered once for all, and sifted twice: for each of eight cubes of 4 × 4 × 4 nodes,
-//! and of these again for each of eight cubes of 2 × 2 × 2. The eight stand side by side in the lanes of registers, as do the
-//! eight nodes in the end. Sifting is in f32 and keeps all that rounding leaves in doubt. What remains is measured in f64, with
-//! the same bits as by [`Tree::nearest`].
+//! What may hold the nearest to any of them is gathered once for all: nodes of the tree, so few that each can be looked at. From
+//! cubes of 8 × 8 × 8 nodes down to 2 × 2 × 2, the nodes of the tree are told which of eight parts they matter to, and are opened for
+//! each. The eight stand side by side in the lanes of registers, as do the eight nodes in the end. Sifting is in f32 and keeps all
+//! that rounding leaves in doubt. What remains is measured in f64, with the same bits as by [`Tree::nearest`].
 
 mod candidates;
 mod eighths;
@@ -13,11 +13,11 @@ use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
 use crate::lanes_triangle::{LANES, Points, distances_sq};
-use crate::rough_triangle::{Frame, Lanes, Seen};
-use crate::tree::{Cube, NearestTriangle, Reached, Tree};
-use candidates::{AtNodes, Candidate, pick};
+use crate::near_cubes::{Lists, NearCubes, NearestPoints};
+use crate::rough_triangle::{Frame, Lanes};
+use crate::tree::{NearestTriangle, Reach, Tree};
 use eighths::{corner, sides, steps};
-use sift::{Cubes, sift};
+use sift::{Cubes, Sifted};
 
 /// Nodes along each side.
 pub(crate) const SIDE: usize = 8;
@@ -25,8 +25,9 @@ pub(crate) const SIDE: usize = 8;
 /// All of them.
 pub(crate) const NODES: usize = SIDE * SIDE * SIDE;
 
-/// More triangles than this are not sifted; each node is searched for by itself.
-const MOST_TRIANGLES: usize = 1 << 13;
+/// Nodes of the tree are opened for a packet while there are no more of them. With fewer, what is opened for each part of it is
+/// more than was needed; with more, too many are looked at.
+const MOST_OPENED: usize = 192;
 
 /// Where the nodes stand.
 #[derive(Clone, Copy, Debug)]
@@ -45,12 +46,14 @@ pub(crate) struct Packet<'a> {
     nearest: Vec<NearestInPacket>,
     /// Nearest to the middle of the last packet.
     guess: usize,
-    reached: Vec<Reached>,
-    candidates: Vec<Candidate>,
-    of_large: [Vec<Candidate>; LANES],
-    of_small: [Vec<Candidate>; LANES],
-    picked: Vec<u32>,
-    seen: Vec<(u32, Seen)>,
+    last: Option<Nodes>,
+    /// [`MOST_OPENED`].
+    most_opened: usize,
+    found: Vec<u32>,
+    opened: Vec<u32>,
+    of_large: Lists,
+    of_small: Lists,
+    sifted: Sifted,
 }
 
 /// What is nearest to a node.
@@ -94,6 +97,41 @@ impl Nodes {
     pub fn at(&self, step: [usize; 3]) -> Vector3<f64> {
         Vector3::from_fn(|axis, _| self.axes[axis][step[axis]])
     }
+
+    /// Of a cube of nodes.
+    fn middle_of(&self, first: [usize; 3], side: usize) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| 0.5 * (self.axes[axis][first[axis]] + self.axes[axis][first[axis] + side - 1]))
+    }
+
+    /// From that middle to the farthest node, and a bit more.
+    fn radius(&self, first: [usize; 3], side: usize) -> f64 {
+        let middle = self.middle_of(first, side);
+        let way = Vector3::from_fn(|axis, _| {
+            let ends = [first[axis], first[axis] + side - 1].map(|step| self.axes[axis][step]);
+            (middle[axis] - ends[0]).abs().max((middle[axis] - ends[1]).abs())
+        });
+        way.norm() * (1.0 + 1e-6)
+    }
+
+    /// The largest coordinate.
+    fn farthest(&self) -> f64 {
+        self.axes.iter().flat_map(|axis| [axis[0], axis[SIDE - 1]]).fold(0.0, |most, x| most.max(x.abs()))
+    }
+
+    /// Of so many along each axis, that are asked for, the first and the last coordinates.
+    #[inline(always)]
+    fn ends(&self, first: [usize; 3], side: usize) -> [[f64; 2]; 3] {
+        let last = |axis: usize| (first[axis] + side).min(self.counts[axis]).max(first[axis] + 1) - 1;
+        [0, 1, 2].map(|axis: usize| [self.axes[axis][first[axis]], self.axes[axis][last(axis)]])
+    }
+
+    /// That node that was asked for and is about the nearest to a point.
+    fn step_near(&self, point: Vector3<f64>) -> [usize; 3] {
+        [0, 1, 2].map(|axis: usize| {
+            let step = ((point[axis] - self.axes[axis][0]) / self.spacing).round().max(0.0) as usize;
+            step.min(self.counts[axis].clamp(1, SIDE) - 1)
+        })
+    }
 }
 
 impl<'a> Packet<'a> {
@@ -102,28 +140,42 @@ impl<'a> Packet<'a> {
             tree,
             nearest: vec![NearestInPacket::default(); NODES],
             guess: 0,
-            reached: vec![],
-            candidates: vec![],
-            of_large: Default::default(),
-            of_small: Default::default(),
-            picked: vec![],
-            seen: vec![],
+            last: None,
+            most_opened: MOST_OPENED,
+            found: vec![],
+            opened: vec![],
+            of_large: Lists::new(),
+            of_small: Lists::new(),
+            sifted: Sifted::new(),
         }
     }
 
     /// Finds the nearest triangle of each node. False where none is `within` so much of the mesh: then they are not set.
     pub fn measure(&mut self, nodes: &Nodes, within: f64) -> bool {
-        let middle = Vector3::from_fn(|axis, _| 0.5 * (nodes.axes[axis][0] + nodes.axes[axis][SIDE - 1]));
-        let nearest = self.tree.nearest(middle, self.guess);
+        let middle = nodes.middle_of([0; 3], SIDE);
+        let beside = self.last.map_or(self.guess, |last| self.nearest(last.step_near(middle)).slot as usize);
+        let nearest = self.tree.nearest(middle, beside);
         self.guess = nearest.slot;
-        match self.tree.arch.dispatch(MeasureTogether { packet: self, nodes, within, middle, nearest }) {
-            Outcome::Measured => true,
-            Outcome::Beyond => false,
-            Outcome::TooMany => {
-                self.measure_each(nodes);
-                true
-            }
+        if self.is_beyond(nodes, nearest, within) {
+            return false;
         }
+        self.tree.arch.dispatch(MeasureTogether { packet: self, nodes, near: nearest.on_triangle.point });
+        self.last = Some(*nodes);
+        true
+    }
+
+    /// No node is `within` so much of the mesh. Nodes that are not asked for count as well.
+    fn is_beyond(&self, nodes: &Nodes, nearest: NearestTriangle, within: f64) -> bool {
+        let is_within = |distance_sq: f64, first, side| distance_sq.sqrt() <= within + nodes.radius(first, side);
+        let is_octant_within = |octant: usize| {
+            let first = corner(octant).map(|side| side * SIDE / 2);
+            let nearest = self.tree.nearest(nodes.middle_of(first, SIDE / 2), nearest.slot);
+            is_within(nearest.on_triangle.distance_sq, first, SIDE / 2)
+        };
+        let distance_sq = nearest.on_triangle.distance_sq;
+        let is_any_within =
+            distance_sq.sqrt() <= within || is_within(distance_sq, [0; 3], SIDE) && (0..LANES).any(is_octant_within);
+        !is_any_within
     }
 
     /// Of a node that was asked for.
@@ -135,83 +187,49 @@ impl<'a> Packet<'a> {
     pub fn guess(&self) -> usize {
         self.guess
     }
-
-    fn measure_each(&mut self, nodes: &Nodes) {
-        let mut guess = self.guess;
-        for index in 0..NODES {
-            let step = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
-            if nodes.asks_from(step) {
-                let node = nodes.at(step);
-                let NearestTriangle { slot, on_triangle } = self.tree.nearest(node, guess);
-                guess = slot;
-                self.nearest[index] = NearestInPacket { slot: slot as u32, distance_sq: on_triangle.distance_sq };
-            }
-        }
-    }
 }
+
+/// So many times as far as rounding may move a coordinate of a node, a bound of three such is sure.
+const ROUNDINGS: f64 = 16.0;
 
 struct MeasureTogether<'a, 'b> {
     packet: &'a mut Packet<'b>,
     nodes: &'a Nodes,
-    within: f64,
-    middle: Vector3<f64>,
-    nearest: NearestTriangle,
-}
-
-enum Outcome {
-    Measured,
-    /// No node is as near as was asked.
-    Beyond,
-    /// More triangles may be nearest than are worth sifting.
-    TooMany,
+    /// Nearest to the middle.
+    near: Vector3<f64>,
 }
 
 impl pulp::NullaryFnOnce for MeasureTogether<'_, '_> {
-    type Output = Outcome;
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> Outcome {
-        let Self { packet, nodes, within, middle, nearest } = self;
-        packet.measure_together(nodes, within, middle, nearest)
+    fn call(self) {
+        let Self { packet, nodes, near } = self;
+        packet.measure_together(nodes, near)
     }
 }
 
 impl Packet<'_> {
     #[inline(always)]
-    fn measure_together(
-        &mut self,
-        nodes: &Nodes,
-        within: f64,
-        middle: Vector3<f64>,
-        nearest: NearestTriangle,
-    ) -> Outcome {
-        let cube = Cube { middle, half_side: 0.5 * (SIDE - 1) as f64 * nodes.spacing };
-        if !self.tree.reaching(cube, &nearest.on_triangle, MOST_TRIANGLES, &mut self.reached) {
-            return Outcome::TooMany;
-        }
-        self.take_reached(nearest.slot);
-        let Frame { per_length, .. } = self.tree.frame;
-        let middle = self.tree.frame.local(middle);
-        let spacing = (nodes.spacing * per_length) as f32;
+    fn measure_together(&mut self, nodes: &Nodes, near: Vector3<f64>) {
+        let reach = Reach::new(nodes.ends([0; 3], SIDE), near);
+        let height = self.tree.reached(&reach, self.most_opened, &mut self.found, &mut self.opened);
+        let frame = self.tree.frame;
+        let middle = frame.local(nodes.middle_of([0; 3], SIDE));
+        let spacing = (nodes.spacing * frame.per_length) as f32;
         let farthest = middle.iter().fold(0.0_f32, |most, x| most.max(x.abs())) + SIDE as f32 * spacing;
-        let rounding = Frame::rounding(farthest);
+        let moved = nodes.farthest() * frame.per_length * (ROUNDINGS * f64::EPSILON);
+        let rounding = Frame::rounding(farthest) + moved as f32;
         let large = Cubes { middle, step: 2.0 * spacing, half_side: 1.5 * spacing, rounding };
-        sift(&self.tree.rough, &self.candidates, &large, &mut self.picked, &mut self.seen, &mut self.of_large);
-        // From the middle of a large cube to its corners, and what rounding adds.
-        let reach = 3.0_f32.sqrt() * large.half_side + 2.0 * rounding;
-        let beyond = (within * per_length) as f32 + reach;
-        if self.of_large.iter().flatten().all(|candidate| candidate.least > beyond) {
-            return Outcome::Beyond;
-        }
+        let patches = deal_out(self.tree, height, &self.found, &large, &mut self.of_large);
         for octant in 0..LANES {
-            self.measure_octant(nodes, octant, &large);
+            self.measure_octant(nodes, octant, &large, height, patches[octant]);
         }
-        Outcome::Measured
     }
 
-    /// 4 × 4 × 4 nodes: one of the large cubes.
+    /// 4 × 4 × 4 nodes: one of the large cubes. `patch` is near to it.
     #[inline(always)]
-    fn measure_octant(&mut self, nodes: &Nodes, octant: usize, large: &Cubes) {
+    fn measure_octant(&mut self, nodes: &Nodes, octant: usize, large: &Cubes, height: usize, patch: u32) {
         let first = corner(octant).map(|side| side * SIDE / 2);
         if !nodes.asks_from(first) {
             return;
@@ -219,30 +237,26 @@ impl Packet<'_> {
         let sides = sides(octant);
         let middle = [0, 1, 2].map(|axis: usize| large.middle[axis] + sides[axis] * large.step);
         let small = Cubes { middle, step: 0.5 * large.step, half_side: 0.25 * large.step, rounding: large.rounding };
-        sift(&self.tree.rough, &self.of_large[octant], &small, &mut self.picked, &mut self.seen, &mut self.of_small);
+        let near = self.tree.corners[self.tree.patch(height, patch).slot as usize][0];
+        let reach = Reach::new(nodes.ends(first, SIDE / 2), near);
+        self.tree.open(height, self.of_large.of(octant), &reach, &mut self.found);
+        let height = height - 1;
+        let patches = if height == 0 {
+            self.sifted.sift(&self.tree.rough, &self.found, &small);
+            [0; LANES]
+        } else {
+            deal_out(self.tree, height, &self.found, &small, &mut self.of_small)
+        };
         for part in 0..LANES {
             let corner = corner(part);
             let first: [usize; 3] = [0, 1, 2].map(|axis: usize| first[axis] + 2 * corner[axis]);
-            if nodes.asks_from(first) {
-                self.measure_eight(nodes, first, part, &small);
+            if !nodes.asks_from(first) {
+                continue;
             }
-        }
-    }
-
-    /// Makes candidates of what was reached, that in the slot `nearest` the first.
-    #[inline(always)]
-    fn take_reached(&mut self, nearest: usize) {
-        self.candidates.clear();
-        for reached in &self.reached {
-            let per_distance = if reached.distance > 0.0 { 1.0 / reached.distance } else { 0.0 };
-            self.candidates.push(Candidate {
-                slot: reached.slot as u32,
-                least: (reached.distance * self.tree.frame.per_length) as f32,
-                direction: reached.way.map(|way| (way * per_distance) as f32),
-            });
-            if reached.slot == nearest {
-                let last = self.candidates.len() - 1;
-                self.candidates.swap(0, last);
+            if height == 0 {
+                self.measure_eight(nodes, first, part, &small);
+            } else {
+                self.open_for_eight(nodes, first, part, &small, height, patches[part]);
             }
         }
     }
@@ -251,28 +265,138 @@ impl Packet<'_> {
     #[inline(always)]
     fn measure_eight(&mut self, nodes: &Nodes, first: [usize; 3], part: usize, cubes: &Cubes) {
         let points = nodes.eight_from(first);
-        let candidates = &self.of_small[part];
-        let mut best_sq = distances_sq_of(self.tree, &points, candidates[0].slot);
-        let mut slots = [candidates[0].slot; LANES];
-        let mut most: Lanes = [0.0; LANES];
-        for lane in 0..LANES {
-            most[lane] = (best_sq[lane].sqrt() * self.tree.frame.per_length) as f32 + 2.0 * cubes.rounding;
-        }
-        let rest = &candidates[1..];
-        pick(rest, &mut self.picked, &AtNodes { steps: steps(cubes.half_side), most });
-        for picked in &self.picked {
-            let slot = rest[*picked as usize].slot;
-            let found_sq = distances_sq_of(self.tree, &points, slot);
-            for lane in 0..LANES {
-                let is_tied = (found_sq[lane] == best_sq[lane]) & (slot < slots[lane]);
-                let is_nearer = (found_sq[lane] < best_sq[lane]) | is_tied;
-                best_sq[lane] = if is_nearer { found_sq[lane] } else { best_sq[lane] };
-                slots[lane] = if is_nearer { slot } else { slots[lane] };
+        let nearest = self.sifted.nearest(part);
+        let mut bests = Bests::new(self.tree, &points, nearest);
+        let steps = steps(cubes.half_side);
+        let mut most = bests.most(self.tree, cubes.rounding);
+        for candidate in self.sifted.candidates(part) {
+            if candidate.may_be_within(&most, &steps) {
+                bests.consider(self.tree, &points, candidate.slot);
+                most = bests.most(self.tree, cubes.rounding);
             }
         }
+        self.set(first, &bests);
+    }
+
+    /// The same where nodes of the tree are still to be opened. `patch` is near.
+    #[inline(always)]
+    fn open_for_eight(
+        &mut self,
+        nodes: &Nodes,
+        first: [usize; 3],
+        part: usize,
+        cubes: &Cubes,
+        height: usize,
+        patch: u32,
+    ) {
+        let near = self.tree.corners[self.tree.patch(height, patch).slot as usize][0];
+        let reach = Reach::new(nodes.ends(first, 2), near);
+        let points = nodes.eight_from(first);
+        let mut local: [Lanes; 3] = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let point = self.tree.frame.local(Vector3::new(points[0][lane], points[1][lane], points[2][lane]));
+            (0..3).for_each(|axis| local[axis][lane] = point[axis]);
+        }
+        self.found.clear();
+        self.found.extend_from_slice(self.of_small.of(part));
+        for height in (1..=height).rev() {
+            pick_patches(self.tree, height, &mut self.found, &local, cubes.rounding);
+            self.tree.open(height, &self.found, &reach, &mut self.opened);
+            std::mem::swap(&mut self.found, &mut self.opened);
+        }
+        let triangles = &self.tree.rough;
+        let mut nearest = NearestPoints::NONE;
+        for slot in &self.found {
+            nearest.consider(*slot, triangles[*slot as usize].first_corner(), &local);
+        }
+        let near = NearCubes::new(local, 0.0, nearest.points, cubes.rounding);
+        let mut bests = Bests::new(self.tree, &points, nearest.names[0]);
+        for slot in &self.found {
+            let triangle = &triangles[*slot as usize];
+            let holds = near.may_hold_triangle(&triangle.corners(), triangle.radius_sq());
+            if holds.iter().fold(0, |any, one| any | one) != 0 {
+                bests.consider(self.tree, &points, *slot);
+            }
+        }
+        self.set(first, &bests);
+    }
+
+    /// What is nearest to 2 × 2 × 2 nodes.
+    #[inline(always)]
+    fn set(&mut self, first: [usize; 3], bests: &Bests) {
         for lane in 0..LANES {
             let [x, y, z]: [usize; 3] = [0, 1, 2].map(|axis: usize| first[axis] + corner(lane)[axis]);
-            self.nearest[(z * SIDE + y) * SIDE + x] = NearestInPacket { slot: slots[lane], distance_sq: best_sq[lane] };
+            self.nearest[(z * SIDE + y) * SIDE + x] =
+                NearestInPacket { slot: bests.slots[lane], distance_sq: bests.distances_sq[lane] };
+        }
+    }
+}
+
+/// To each of eight cubes the nodes of one height that may hold the nearest to a point of it. What comes back is that near to each.
+#[inline(always)]
+fn deal_out(tree: &Tree, height: usize, nodes: &[u32], cubes: &Cubes, lists: &mut Lists) -> [u32; LANES] {
+    let middles = cubes.middles();
+    let mut nearest = NearestPoints::NONE;
+    for node in nodes {
+        nearest.consider(*node, tree.patch(height, *node).middle, &middles);
+    }
+    let near = NearCubes::new(middles, cubes.half_side, nearest.points, cubes.rounding);
+    lists.clear(nodes.len());
+    for node in nodes {
+        lists.push(*node, &near.may_hold_patch(tree.patch(height, *node)));
+    }
+    nearest.names
+}
+
+/// Leaves of nodes of one height those that may hold the nearest to one of eight points.
+#[inline(always)]
+fn pick_patches(tree: &Tree, height: usize, nodes: &mut Vec<u32>, points: &[Lanes; 3], rounding: f32) {
+    let mut nearest = NearestPoints::NONE;
+    for node in nodes.iter() {
+        nearest.consider(*node, tree.patch(height, *node).middle, points);
+    }
+    let near = NearCubes::new(*points, 0.0, nearest.points, rounding);
+    let mut count = 0;
+    for number in 0..nodes.len() {
+        let node = nodes[number];
+        nodes[count] = node;
+        count += near.may_hold_patch(tree.patch(height, node)).iter().fold(0, |any, one| any | one) as usize;
+    }
+    nodes.truncate(count);
+}
+
+/// What is nearest to eight nodes so far.
+struct Bests {
+    slots: [u32; LANES],
+    distances_sq: [f64; LANES],
+}
+
+impl Bests {
+    #[inline(always)]
+    fn new(tree: &Tree, points: &Points, slot: u32) -> Self {
+        Self { slots: [slot; LANES], distances_sq: distances_sq_of(tree, points, slot) }
+    }
+
+    /// In the tree's frame, what rough distances may be.
+    #[inline(always)]
+    fn most(&self, tree: &Tree, rounding: f32) -> Lanes {
+        let mut most = [0.0; LANES];
+        for lane in 0..LANES {
+            most[lane] = (self.distances_sq[lane].sqrt() * tree.frame.per_length) as f32 + 2.0 * rounding;
+        }
+        most
+    }
+
+    /// The first in the tree's order where they are equally near.
+    #[inline(always)]
+    fn consider(&mut self, tree: &Tree, points: &Points, slot: u32) {
+        let found_sq = distances_sq_of(tree, points, slot);
+        for lane in 0..LANES {
+            let (best, best_sq) = (self.slots[lane], self.distances_sq[lane]);
+            let is_tied = (found_sq[lane] == best_sq) & (slot < best);
+            let is_nearer = (found_sq[lane] < best_sq) | is_tied;
+            self.distances_sq[lane] = if is_nearer { found_sq[lane] } else { best_sq };
+            self.slots[lane] = if is_nearer { slot } else { best };
         }
     }
 }

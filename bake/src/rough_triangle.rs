@@ -58,6 +58,10 @@ impl Frame {
         Self { middle, per_length: 2.0 / bounds.longest_side() }
     }
 
+    pub fn scaled(&self, point: Vector3<f64>) -> Vector3<f64> {
+        (point - self.middle) * self.per_length
+    }
+
     #[inline(always)]
     pub fn local(&self, point: Vector3<f64>) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| ((point[axis] - self.middle[axis]) * self.per_length) as f32)
@@ -89,6 +93,22 @@ impl RoughTriangle {
             // Without an area nothing is inside: all comparisons fail.
             per_area_sq: if area_sq > LEAST_SQ { 1.0 / area_sq } else { f32::NAN },
         }
+    }
+
+    pub fn first_corner(&self) -> [f32; 3] {
+        self.a
+    }
+
+    #[inline(always)]
+    pub fn corners(&self) -> [[f32; 3]; 3] {
+        let from_a = |way: [f32; 3]| [self.a[0] + way[0], self.a[1] + way[1], self.a[2] + way[2]];
+        [self.a, from_a(self.ab), from_a(self.ac)]
+    }
+
+    /// Of a ball around it. A third of the longest edge's square is enough (Jung's theorem), but for rounding.
+    #[inline(always)]
+    pub fn radius_sq(&self) -> f32 {
+        0.34 * larger(larger(self.ab_sq, self.ac_sq), self.ab_sq + self.ac_sq - 2.0 * self.ab_ac)
     }
 
     #[inline(always)]

@@ -3,6 +3,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::hilbert::{BITS, hilbert_index};
+use crate::patch::Patch;
 use crate::rough_triangle::{Frame, RoughTriangle};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 
@@ -21,6 +22,8 @@ pub(crate) struct Tree {
     /// From the triangles up: `levels[0][i]` holds the boxes of triangles 8i to 8i + 7, `levels[1][i]` those of the
     /// groups 8i to 8i + 7 of level 0. The last level is the root alone.
     levels: Vec<Vec<Boxes>>,
+    /// Around the triangles of each node: `patches[0][i]` of the triangles 8i to 8i + 7, and so on to the root.
+    patches: Vec<Vec<Patch>>,
     pub arch: pulp::Arch,
 }
 
@@ -55,26 +58,36 @@ impl pulp::NullaryFnOnce for Search<'_> {
     }
 }
 
-/// A cube, by its middle.
+/// A box of points, and a point of the mesh that is near to all of them.
+///
+/// What is nearer to x than that point p fills the ball around x through p. A point t is in none of the balls of a box of such
+/// points if it is in none of those around the box's corners: |x − t|² − |x − p|² is linear in x. Axes add up, so of a box
+/// of t the least of it is the sum over the axes of the lesser at both ends.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cube {
-    pub middle: Vector3<f64>,
-    pub half_side: f64,
+pub(crate) struct Reach {
+    /// Along each axis the first and the last of the points.
+    ends: [[f64; 2]; 3],
+    /// From there to the point of the mesh, squared.
+    ways_sq: [[f64; 2]; 3],
+    /// More than all rounding, of what is measured exactly as well.
+    slack: f64,
 }
 
-/// A triangle that a search came to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reached {
-    /// In the order of the tree.
-    pub slot: usize,
-    /// From the triangle's box.
-    pub distance: f64,
-    /// The way of that length.
-    pub way: [f64; 3],
-}
+/// In shares of the farthest squared distance that counts.
+const REACH_SLACK: f64 = 1e-6;
 
-/// More than all rounding of a search in a cube, and of where the nodes in it stand.
-const REACH_SLACK: f64 = 1.0 + 1e-6;
+impl Reach {
+    #[inline(always)]
+    pub fn new(ends: [[f64; 2]; 3], near: Vector3<f64>) -> Self {
+        let mut ways_sq = [[0.0; 2]; 3];
+        let mut farthest_sq = 0.0;
+        for axis in 0..3 {
+            ways_sq[axis] = ends[axis].map(|end| (end - near[axis]) * (end - near[axis]));
+            farthest_sq += larger(ways_sq[axis][0], ways_sq[axis][1]);
+        }
+        Self { ends, ways_sq, slack: REACH_SLACK * farthest_sq }
+    }
+}
 
 /// Boxes farther than this times the best distance so far are passed over. The excess over one is more than all
 /// rounding of both: so the answer does not depend on where the search began.
@@ -106,7 +119,14 @@ impl Tree {
         }
         let frame = Frame::around(&bounds);
         let rough = corners.iter().map(|corners| RoughTriangle::new(*corners, &frame)).collect();
-        Self { corners, triangles, rough, frame, levels, arch: pulp::Arch::new() }
+        let mut patches = vec![];
+        let mut triangles_below = 1;
+        for level in &levels {
+            triangles_below *= FAN;
+            let of_node = |node: usize| Patch::around(&corners, node * triangles_below, triangles_below, &frame);
+            patches.push((0..level.len()).into_par_iter().map(of_node).collect());
+        }
+        Self { corners, triangles, rough, frame, levels, patches, arch: pulp::Arch::new() }
     }
 
     /// The triangle nearest to `point`, the first in the tree's order where several are equally near. `guess` is any
@@ -155,57 +175,45 @@ impl Tree {
         best
     }
 
-    /// All triangles that may be nearest to a point of a cube, and perhaps some more. `nearest` is the nearest to its middle.
-    /// False where they are more than `most`.
-    ///
-    /// A point at v from the middle, v·v ≤ ρ², is no farther from the nearest point, at a distance D with direction e from
-    /// there to the middle, than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from a box, at d with
-    /// direction f, it is at least d + v·f away, as that lies behind the plane across f.
+    /// The nodes that may hold what is nearest to a point, all of one height, which comes back: 1 of those above the triangles, and
+    /// more where there are more than `most` of some height.
     #[inline(always)]
-    pub fn reaching(&self, cube: Cube, nearest: &NearestOnTriangle, most: usize, found: &mut Vec<Reached>) -> bool {
+    pub fn reached(&self, reach: &Reach, most: usize, found: &mut Vec<u32>, spare: &mut Vec<u32>) -> usize {
+        let mut height = self.levels.len();
         found.clear();
-        let half_side = cube.half_side * REACH_SLACK;
-        let hypotenuse = (nearest.distance_sq + 3.0 * half_side * half_side).sqrt();
-        let slope = (cube.middle - nearest.point) / hypotenuse;
-        let mut stack = [(0, 0); STACK];
-        let mut waiting = 1;
-        stack[0] = (self.levels.len() - 1, 0);
-        while waiting > 0 {
-            waiting -= 1;
-            let (level, node) = stack[waiting];
-            let (distances, ways) = self.levels[level][node].ways(cube.middle);
-            let mut enters = [false; FAN];
+        found.push(0);
+        while height > 1 && found.len() <= most {
+            self.open(height, found, reach, spare);
+            std::mem::swap(found, spare);
+            height -= 1;
+        }
+        height
+    }
+
+    /// Of nodes of some height those children that may hold what is nearest to a point: triangles where the height is 1.
+    #[inline(always)]
+    pub fn open(&self, height: usize, nodes: &[u32], reach: &Reach, found: &mut Vec<u32>) {
+        found.clear();
+        found.resize(nodes.len() * FAN, 0);
+        let mut count = 0;
+        let children = if height > 1 { self.levels[height - 2].len() } else { self.corners.len() };
+        for node in nodes {
+            let excess = self.levels[height - 1][*node as usize].excess(reach);
             for child in 0..FAN {
-                let mut apart = 0.0;
-                for axis in 0..3 {
-                    apart += (slope[axis] * distances[child] - ways[axis][child]).abs();
-                }
-                // Both sides times the distance.
-                let most = hypotenuse * distances[child] + half_side * apart;
+                let index = *node as usize * FAN + child;
+                found[count] = index as u32;
                 // What is not a number is not beyond.
-                let is_beyond = distances[child] * distances[child] > most * REACH_SLACK;
-                enters[child] = !is_beyond;
-            }
-            for child in 0..FAN {
-                let index = node * FAN + child;
-                if !enters[child] {
-                    continue;
-                }
-                if level > 0 {
-                    if index < self.levels[level - 1].len() {
-                        stack[waiting] = (level - 1, index);
-                        waiting += 1;
-                    }
-                } else if index < self.corners.len() {
-                    if found.len() == most {
-                        return false;
-                    }
-                    let way = [ways[0][child], ways[1][child], ways[2][child]];
-                    found.push(Reached { slot: index, distance: distances[child], way });
-                }
+                let is_beyond = excess[child] > reach.slack;
+                count += usize::from(!is_beyond & (index < children));
             }
         }
-        true
+        found.truncate(count);
+    }
+
+    /// Around the triangles of a node that is no triangle.
+    #[inline(always)]
+    pub fn patch(&self, height: usize, node: u32) -> &Patch {
+        &self.patches[height - 1][node as usize]
     }
 
     /// Calls `visit` with every triangle whose box is no farther from `point` than the root of `distance_sq`, and perhaps some
@@ -263,21 +271,22 @@ impl Boxes {
         distances_sq
     }
 
-    /// From each box to a point the shortest way, and how long it is. No numbers where there is no box.
+    /// Of each child the least |x − t|² − |x − p|² of [`Reach`], where positive. Infinite where there is no child.
     #[inline(always)]
-    fn ways(&self, point: Vector3<f64>) -> ([f64; FAN], [[f64; FAN]; 3]) {
-        let (mut distances, mut ways) = ([0.0; FAN], [[0.0; FAN]; 3]);
-        for child in 0..FAN {
-            let mut distance_sq = 0.0;
-            for axis in 0..3 {
-                let below = larger(self.min[axis][child] - point[axis], 0.0);
-                let above = larger(point[axis] - self.max[axis][child], 0.0);
-                ways[axis][child] = above - below;
-                distance_sq += ways[axis][child] * ways[axis][child];
+    fn excess(&self, reach: &Reach) -> [f64; FAN] {
+        let mut excess = [0.0; FAN];
+        for axis in 0..3 {
+            for child in 0..FAN {
+                let beyond = |end: usize| {
+                    let point = reach.ends[axis][end];
+                    let outside = larger(larger(self.min[axis][child] - point, point - self.max[axis][child]), 0.0);
+                    outside * outside - reach.ways_sq[axis][end]
+                };
+                let (first, last) = (beyond(0), beyond(1));
+                excess[child] += if first < last { first } else { last };
             }
-            distances[child] = distance_sq.sqrt();
         }
-        (distances, ways)
+        excess
     }
 
     /// The box around all children.
@@ -298,8 +307,8 @@ fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 2] {
     [a.inf(b).inf(c), a.sup(b).sup(c)]
 }
 
-fn group(children: impl Iterator<Item = [Vector3<f64>; 2]>) -> Vec<Boxes> {
-    let mut groups: Vec<Boxes> = Vec::new();
+fn group(children: impl ExactSizeIterator<Item = [Vector3<f64>; 2]>) -> Vec<Boxes> {
+    let mut groups: Vec<Boxes> = Vec::with_capacity(children.len().div_ceil(FAN));
     for (index, [min, max]) in children.enumerate() {
         let place = index % FAN;
         if place == 0 {
@@ -383,6 +392,42 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_is_nearer_to_a_point_of_a_box_than_another_point_is_reached() {
+        let mut state = 17;
+        println!("seed {state}");
+        let mut passed_over = 0;
+        for mesh in [sheet(20, 0.3, &mut state), soup(500, 0.1, &mut state), soup(3, 0.5, &mut state)] {
+            let tree = Tree::new(&mesh);
+            let bounds = mesh.bounds();
+            for _ in 0..200 {
+                let anywhere = |state: &mut u64| {
+                    Vector3::from_fn(|axis, _| {
+                        let share = random(state) + 0.5;
+                        bounds.min[axis] + share * (bounds.max[axis] - bounds.min[axis]) + random(state)
+                    })
+                };
+                let near = anywhere(&mut state);
+                let low = anywhere(&mut state);
+                let ends = [0, 1, 2].map(|axis| [low[axis], low[axis] + 0.3 * random(&mut state).abs()]);
+                let reach = Reach::new(ends, near);
+                let (mut found, mut spare) = (vec![], vec![]);
+                let height = tree.reached(&reach, usize::MAX, &mut found, &mut spare);
+                assert_eq!(height, 1);
+                tree.open(1, &found, &reach, &mut spare);
+                passed_over += tree.corners.len() - spare.len();
+                for (slot, corners) in tree.corners.iter().enumerate() {
+                    let is_nearer = (0..8_usize).any(|corner| {
+                        let point = Vector3::from_fn(|axis, _| ends[axis][corner >> axis & 1]);
+                        nearest_on_triangle(point, *corners).distance_sq <= (point - near).norm_squared()
+                    });
+                    assert!(!is_nearer || spare.contains(&(slot as u32)), "{slot} {reach:?}");
+                }
+            }
+        }
+        assert!(passed_over > 30_000, "{passed_over}");
     }
 
     #[test]

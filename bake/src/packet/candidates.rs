@@ -25,56 +25,15 @@ impl Candidate {
         }
         least
     }
-}
 
-/// Whether a candidate may be nearest, by lanes: 1, else 0.
-pub(super) trait Test {
-    fn passed(&self, candidate: &Candidate) -> [u32; LANES];
-}
-
-/// At nodes that are no farther from the mesh than `most`.
-pub(super) struct AtNodes {
-    pub steps: [Lanes; 3],
-    pub most: Lanes,
-}
-
-impl Test for AtNodes {
+    /// At one of eight points it may be no farther than `most` there.
     #[inline(always)]
-    fn passed(&self, candidate: &Candidate) -> [u32; LANES] {
-        let least = candidate.least_at(&self.steps);
-        let mut passed = [0; LANES];
+    pub fn may_be_within(&self, most: &Lanes, steps: &[Lanes; 3]) -> bool {
+        let least = self.least_at(steps);
+        let mut within = 0;
         for lane in 0..LANES {
-            passed[lane] = if least[lane] > self.most[lane] { 0 } else { 1 };
+            within |= if least[lane] > most[lane] { 0 } else { 1 };
         }
-        passed
+        within != 0
     }
-}
-
-/// The numbers of those candidates that pass in any lane. Without a branch for each, which would be hard to foretell.
-#[inline(always)]
-pub(super) fn pick(candidates: &[Candidate], picked: &mut Vec<u32>, test: &impl Test) {
-    picked.clear();
-    picked.resize(candidates.len(), 0);
-    let mut count = 0;
-    for (number, candidate) in (0..).zip(candidates) {
-        picked[count] = number;
-        count += test.passed(candidate).iter().fold(0, |any, one| any | one) as usize;
-    }
-    picked.truncate(count);
-}
-
-/// At each of eight points the number of the candidate that may be nearest by what is known: a good one to begin with.
-#[inline(always)]
-pub(super) fn lowest(candidates: &[Candidate], steps: &[Lanes; 3]) -> [u32; LANES] {
-    let mut numbers = [0; LANES];
-    let mut lowest = [f32::INFINITY; LANES];
-    for (number, candidate) in (0..).zip(candidates) {
-        let least = candidate.least_at(steps);
-        for lane in 0..LANES {
-            let is_lower = least[lane] < lowest[lane];
-            numbers[lane] = if is_lower { number } else { numbers[lane] };
-            lowest[lane] = if is_lower { least[lane] } else { lowest[lane] };
-        }
-    }
-    numbers
 }

@@ -1,8 +1,9 @@
 //! From what may be nearest somewhere in a cube to what may be in each of eight cubes in it.
 
-use super::candidates::{Candidate, Test, lowest, pick};
+use super::candidates::Candidate;
 use super::eighths::steps;
 use crate::lanes_triangle::LANES;
+use crate::near_cubes::{Lists, NearCubes, NearestPoints};
 use crate::rough_triangle::{Lanes, RoughTriangle, Seen};
 
 /// Eight cubes in a cube.
@@ -24,100 +25,124 @@ struct Bests {
 }
 
 /// How near what is nearest to a point of each of eight cubes is at most.
+///
+/// A point at v from the middle, v·v ≤ ρ², is no farther from the nearest point, at a distance D with direction e from there to
+/// the middle, than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from a triangle, at d with direction f,
+/// it is at least d + v·f away, as that lies behind the plane across f.
 struct Bounds {
-    /// A of [`Tree::reaching`], and twice the rounding.
+    /// A, and twice the rounding.
     most: Lanes,
     /// k e of the same.
     slope: [Lanes; 3],
 }
 
-/// Somewhere in cubes.
-struct InCubes {
-    steps: [Lanes; 3],
-    bounds: Bounds,
-    half_side: f32,
+/// Triangles, and room to tell which of them may be nearest in which of eight cubes.
+pub(super) struct Sifted {
+    picked: Vec<u32>,
+    /// What was looked at closely.
+    seen: Vec<(u32, Seen)>,
+    /// Of what was seen, by cube.
+    lists: Lists,
+    /// By cube, what is nearest to its middle of what was looked at.
+    nearest: [u32; LANES],
 }
 
-/// Of the candidates of a cube those of each of eight cubes in it, the nearest to its middle first.
-#[inline(always)]
-pub(super) fn sift(
-    triangles: &[RoughTriangle],
-    candidates: &[Candidate],
-    cubes: &Cubes,
-    picked: &mut Vec<u32>,
-    seen: &mut Vec<(u32, Seen)>,
-    of_cubes: &mut [Vec<Candidate>; LANES],
-) {
-    let Cubes { half_side, rounding, .. } = *cubes;
-    let steps = steps(cubes.step);
-    let mut middles = steps;
-    for axis in 0..3 {
-        for lane in 0..LANES {
-            middles[axis][lane] += cubes.middle[axis];
-        }
+impl Sifted {
+    pub fn new() -> Self {
+        Self { picked: vec![], seen: vec![], lists: Lists::new(), nearest: [0; LANES] }
     }
-    let mut bests = Bests::first_seen(triangles, candidates, &steps, &middles);
-    pick(candidates, picked, &InCubes { steps, bounds: bests.bounds(half_side, rounding), half_side });
-    seen.clear();
-    for picked in picked.iter() {
-        let slot = candidates[*picked as usize].slot;
-        let found = triangles[slot as usize].seen_from(&middles);
-        bests.update(slot, &found);
-        seen.push((slot, found));
-    }
-    bests.deal_out(seen, half_side, rounding, of_cubes);
-}
 
-impl Test for InCubes {
+    /// Nearest to the middle of a cube, about.
+    pub fn nearest(&self, cube: usize) -> u32 {
+        self.nearest[cube]
+    }
+
+    /// What else may be nearest to a point of a cube.
     #[inline(always)]
-    fn passed(&self, candidate: &Candidate) -> [u32; LANES] {
-        let [x, y, z] = candidate.direction;
-        self.bounds.passed(&candidate.least_at(&self.steps), &[[x; LANES], [y; LANES], [z; LANES]], self.half_side)
+    pub fn candidates(&self, cube: usize) -> impl Iterator<Item = Candidate> + '_ {
+        let nearest = self.nearest[cube];
+        let candidate = move |number: &u32| {
+            let (slot, seen) = &self.seen[*number as usize];
+            let direction = [seen.direction[0][cube], seen.direction[1][cube], seen.direction[2][cube]];
+            Candidate { slot: *slot, least: seen.least[cube], direction }
+        };
+        self.lists.of(cube).iter().map(candidate).filter(move |candidate| candidate.slot != nearest)
+    }
+
+    /// Finds which of the triangles in these `slots` may be nearest to a point of each of eight cubes.
+    #[inline(always)]
+    pub fn sift(&mut self, triangles: &[RoughTriangle], slots: &[u32], cubes: &Cubes) {
+        let Cubes { half_side, rounding, .. } = *cubes;
+        let middles = cubes.middles();
+        let mut bests = Bests::first_seen(triangles, slots, &middles);
+        let near = NearCubes::new(middles, half_side, bests.points(&middles), rounding);
+        self.picked.clear();
+        self.picked.resize(slots.len(), 0);
+        let mut count = 0;
+        for slot in slots {
+            let triangle = &triangles[*slot as usize];
+            self.picked[count] = *slot;
+            let holds = near.may_hold_triangle(&triangle.corners(), triangle.radius_sq());
+            count += holds.iter().fold(0, |any, one| any | one) as usize;
+        }
+        self.seen.clear();
+        for slot in &self.picked[..count] {
+            let found = triangles[*slot as usize].seen_from(&middles);
+            bests.update(*slot, &found);
+            self.seen.push((*slot, found));
+        }
+        let bounds = bests.bounds(half_side, rounding);
+        self.lists.clear(self.seen.len());
+        for (number, (_, found)) in (0..).zip(&self.seen) {
+            self.lists.push(number, &bounds.passed(&found.least, &found.direction, half_side));
+        }
+        self.nearest = bests.slots;
+    }
+}
+
+impl Cubes {
+    /// Of the eight.
+    #[inline(always)]
+    pub fn middles(&self) -> [Lanes; 3] {
+        let mut middles = steps(self.step);
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                middles[axis][lane] += self.middle[axis];
+            }
+        }
+        middles
     }
 }
 
 impl Bests {
-    /// Of the first candidate and those that look nearest from afar.
+    /// Of the triangles with the nearest corners.
     #[inline(always)]
-    fn first_seen(
-        triangles: &[RoughTriangle],
-        candidates: &[Candidate],
-        steps: &[Lanes; 3],
-        middles: &[Lanes; 3],
-    ) -> Self {
-        let slot = candidates[0].slot;
-        let mut bests = Self { slots: [slot; LANES], seen: triangles[slot as usize].seen_from(middles) };
-        let mut last = 0;
-        for number in lowest(candidates, steps) {
-            if number != last {
-                let slot = candidates[number as usize].slot;
+    fn first_seen(triangles: &[RoughTriangle], slots: &[u32], middles: &[Lanes; 3]) -> Self {
+        let mut nearest = NearestPoints::NONE;
+        for slot in slots {
+            nearest.consider(*slot, triangles[*slot as usize].first_corner(), middles);
+        }
+        let mut last = nearest.names[0];
+        let mut bests = Self { slots: [last; LANES], seen: triangles[last as usize].seen_from(middles) };
+        for slot in nearest.names {
+            if slot != last {
                 bests.update(slot, &triangles[slot as usize].seen_from(middles));
-                last = number;
+                last = slot;
             }
         }
         bests
     }
 
-    /// To each cube what may be nearest to a point of it.
+    /// Where they are.
     #[inline(always)]
-    fn deal_out(&self, seen: &[(u32, Seen)], half_side: f32, rounding: f32, of_cubes: &mut [Vec<Candidate>; LANES]) {
-        let bounds = self.bounds(half_side, rounding);
-        of_cubes.iter_mut().for_each(Vec::clear);
-        for (slot, found) in seen {
-            let passed = bounds.passed(&found.least, &found.direction, half_side);
-            let mut passed = (0..LANES).fold(0_u32, |bits, lane| bits | passed[lane] << lane);
-            while passed != 0 {
-                let lane = passed.trailing_zeros() as usize % LANES;
-                passed &= passed - 1;
-                let of_cube = &mut of_cubes[lane];
-                let direction = [found.direction[0][lane], found.direction[1][lane], found.direction[2][lane]];
-                of_cube.push(Candidate { slot: *slot, least: found.least[lane], direction });
-                if *slot == self.slots[lane] {
-                    let last = of_cube.len() - 1;
-                    of_cube.swap(0, last);
-                }
+    fn points(&self, middles: &[Lanes; 3]) -> [Lanes; 3] {
+        let mut points = *middles;
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                points[axis][lane] -= self.seen.most[lane] * self.seen.direction[axis][lane];
             }
         }
+        points
     }
 
     #[inline(always)]

@@ -105,10 +105,12 @@ fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_in
                     let tree = Tree::new(&mesh);
                     steps_of(counts).map(|step| nearest_of_all(&tree, nodes.at(step))).collect()
                 };
-                for arch in instruction_sets() {
+                for (arch, most_opened) in
+                    instruction_sets().into_iter().flat_map(|arch| [(arch, MOST_OPENED), (arch, 0)])
+                {
                     let mut tree = Tree::new(&mesh);
                     tree.arch = arch;
-                    let mut packet = Packet::new(&tree);
+                    let mut packet = Packet { most_opened, ..Packet::new(&tree) };
                     assert!(packet.measure(&nodes, f64::INFINITY));
                     for (step, wanted) in steps_of(counts).zip(&wanted) {
                         let found = packet.nearest(step);
@@ -123,18 +125,101 @@ fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_in
     }
 }
 
+/// A ball of triangles much smaller than a packet; with `bumps`, not round.
+fn fine_ball(rings: u32, bumps: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
+    let row = rings + 1;
+    let corner = |index: u32| {
+        let [along, down] = [index % row, index / row].map(|n| f64::from(n) / f64::from(rings));
+        let (sin, cos) = (down * std::f64::consts::PI).sin_cos();
+        let around = (along * std::f64::consts::TAU).sin_cos();
+        Vector3::new(sin * around.1, sin * around.0, cos) * (1.0 + bumps * random(state))
+    };
+    let corners: Vec<Vector3<f64>> = (0..row * row).map(corner).collect();
+    let at = |x: u32, y: u32| corners[(y * row + x) as usize];
+    let squares = (0..rings).flat_map(|y| (0..rings).map(move |x| (x, y)));
+    squares
+        .flat_map(|(x, y)| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect()
+}
+
+/// Of so many triangles that nodes of the tree are dealt out, and opened at last.
+fn fine_meshes(state: &mut u64) -> Vec<Vec<[Vector3<f64>; 3]>> {
+    let one = soup(1, 1.0, 1.0, state);
+    let many_times = vec![one[0]; 3000];
+    let mut at_one_point = soup(20_000, 1e-7, 1.0, state);
+    at_one_point.iter_mut().flatten().for_each(|corner| *corner *= 1e-6);
+    at_one_point.extend(one);
+    let far_off = fine_ball(60, 0.01, state).into_iter();
+    let far_off = far_off.map(|corners| corners.map(|corner| corner + Vector3::new(1e6, -1e6, 3e5))).collect();
+    vec![
+        fine_ball(100, 0.0, state),
+        fine_ball(100, 0.02, state),
+        sheet(130, 0.0, state),
+        sheet(130, 0.5, state),
+        soup(40_000, 0.02, 1.0, state),
+        soup(20_000, 0.02, 1e-6, state),
+        many_times,
+        at_one_point,
+        far_off,
+    ]
+}
+
 #[test]
-fn where_more_triangles_may_be_nearest_than_are_sifted_each_node_is_searched_for() {
+fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_than_it() {
     let mut state = 5;
-    let mesh = mesh_of(&soup(MOST_TRIANGLES + 500, 0.1, 1.0, &mut state), 1.0);
+    println!("seed {state}");
+    let mut heights = [0; 8];
+    for triangles in fine_meshes(&mut state) {
+        let mesh = mesh_of(&triangles, 1.0);
+        let bounds = mesh.bounds();
+        let side = bounds.longest_side();
+        let middle = Vector3::from_fn(|axis, _| 0.5 * (bounds.min[axis] + bounds.max[axis]));
+        let mut tree = Tree::new(&mesh);
+        for round in 0..12 {
+            let spacing = side * [0.3, 0.02, 0.05, 0.15][round % 4];
+            // Around the middle, through the surface, and far away.
+            let first = middle + random_vector(&mut state) * (side * [0.1, 0.6, 4.0][round % 3]);
+            let counts = if round % 2 == 0 { [SIDE; 3] } else { [3, 8, 5] };
+            let nodes = nodes(first - Vector3::repeat(3.5 * spacing), spacing, counts);
+            let reach =
+                Reach::new(nodes.ends([0; 3], SIDE), tree.nearest(nodes.middle_of([0; 3], SIDE), 0).on_triangle.point);
+            let wanted: Vec<_> = steps_of(counts).map(|step| tree.nearest(nodes.at(step), 0)).collect();
+            let (slot, distance_sq) = nearest_of_all(&tree, nodes.at([0; 3]));
+            assert_eq!((wanted[0].slot, wanted[0].on_triangle.distance_sq), (slot, distance_sq));
+            for (arch, most_opened) in instruction_sets().into_iter().cycle().zip([MOST_OPENED, 20, 0]) {
+                heights[tree.reached(&reach, most_opened, &mut vec![], &mut vec![])] += 1;
+                tree.arch = arch;
+                let mut packet = Packet { most_opened, ..Packet::new(&tree) };
+                assert!(packet.measure(&nodes, f64::INFINITY));
+                for (step, wanted) in steps_of(counts).zip(&wanted) {
+                    let found = packet.nearest(step);
+                    let wanted = (wanted.slot, wanted.on_triangle.distance_sq);
+                    assert_eq!((found.slot as usize, found.distance_sq), wanted, "{arch:?} {nodes:?} {step:?}");
+                }
+            }
+        }
+    }
+    assert!(heights[1..4].iter().all(|count| *count > 10), "{heights:?}");
+}
+
+#[test]
+fn a_packet_finds_the_same_whatever_was_measured_before_it() {
+    let mut state = 9;
+    println!("seed {state}");
+    let mesh = mesh_of(&fine_ball(40, 0.1, &mut state), 1.0);
     let tree = Tree::new(&mesh);
     let mut packet = Packet::new(&tree);
-    let nodes = nodes(Vector3::new(-30.0, -31.0, -29.0), 8.0, [SIDE; 3]);
-    assert!(packet.measure(&nodes, f64::INFINITY));
-    for step in steps_of([SIDE; 3]) {
-        let alone = tree.nearest(nodes.at(step), 0);
-        let found = packet.nearest(step);
-        assert_eq!((found.slot as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
+    for _ in 0..100 {
+        let counts = [0; 3].map(|_| 1 + (random(&mut state).abs() * 7.9) as usize);
+        let nodes = nodes(random_vector(&mut state) * 1.5, 0.04, counts);
+        assert!(packet.measure(&nodes, f64::INFINITY));
+        for step in steps_of(counts) {
+            let (found, alone) = (packet.nearest(step), tree.nearest(nodes.at(step), 0));
+            assert_eq!((found.slot as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
+        }
     }
 }
 
@@ -153,4 +238,18 @@ fn a_packet_is_beyond_only_where_no_node_is_as_near_as_was_asked() {
         beyond += u32::from(!packet.measure(&nodes, 0.5 * nearest));
     }
     assert!(beyond > 20, "{beyond}");
+}
+
+#[test]
+fn the_ends_of_a_cube_hold_those_of_its_nodes_that_are_asked_for() {
+    let nodes = nodes(Vector3::new(-3.0, 0.1, 7.0), 0.3, [8, 3, 6]);
+    for side in [2, 4, 8] {
+        for first in steps_of([SIDE / side; 3]).map(|part| part.map(|n| n * side)) {
+            let ends = nodes.ends(first, side);
+            for step in steps_of([side; 3]).map(|step| [0, 1, 2].map(|axis| first[axis] + step[axis])) {
+                let (is_asked_for, node) = (nodes.asks_from(step), nodes.at(step));
+                assert!(!is_asked_for || (0..3).all(|axis| (ends[axis][0]..=ends[axis][1]).contains(&node[axis])));
+            }
+        }
+    }
 }
