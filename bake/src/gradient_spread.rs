@@ -13,26 +13,166 @@ const NORMAL_ROUNDING: f64 = 1e-7;
 /// In wider caps a gradient's share across is bounded by the cap alone.
 const LEAST_COSINE: f64 = 0.1;
 
+/// Normals side by side: as many as f64 numbers fit the widest registers.
+const LANES: usize = 8;
+
+type Lanes = [f64; LANES];
+
+/// Unit normals of faces; a zero is one that is not known.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Normals {
+    /// In the places after the last stands the first of the same eight once more.
+    eights: Vec<[Lanes; 3]>,
+    count: usize,
+    is_any_unknown: bool,
+}
+
+impl Normals {
+    pub fn clear(&mut self) {
+        self.eights.clear();
+        (self.count, self.is_any_unknown) = (0, false);
+    }
+
+    pub fn push(&mut self, normal: Vector3<f64>) {
+        let lane = self.count % LANES;
+        if lane == 0 {
+            self.eights.push([0, 1, 2].map(|axis: usize| [normal[axis]; LANES]));
+        } else if let Some(eight) = self.eights.last_mut() {
+            (0..3).for_each(|axis| eight[axis][lane] = normal[axis]);
+        }
+        self.count += 1;
+        self.is_any_unknown |= normal == Vector3::zeros();
+    }
+
+    #[inline(always)]
+    fn first(&self) -> Vector3<f64> {
+        lane_of(&self.eights[0], 0)
+    }
+
+    /// The first of those with the least share along a direction.
+    #[inline(always)]
+    fn farthest_along(&self, along: Vector3<f64>) -> Vector3<f64> {
+        let (mut least, mut eights) = ([i64::MAX; LANES], [0_u64; LANES]);
+        for (number, eight) in (0..).zip(&self.eights) {
+            let shares = shares(eight, along);
+            for lane in 0..LANES {
+                let order = order(shares[lane]);
+                let is_less = order < least[lane];
+                least[lane] = if is_less { order } else { least[lane] };
+                eights[lane] = if is_less { number } else { eights[lane] };
+            }
+        }
+        let least_of_all = of_all(least, i64::min);
+        let mut firsts = [u64::MAX; LANES];
+        for lane in 0..LANES {
+            let number = eights[lane] * LANES as u64 + lane as u64;
+            firsts[lane] = if least[lane] == least_of_all { number } else { u64::MAX };
+        }
+        let first = of_all(firsts, u64::min) as usize;
+        lane_of(&self.eights[first / LANES], first % LANES)
+    }
+
+    /// The least and the greatest share along a direction, no more than one and no less than minus one.
+    #[inline(always)]
+    fn range_along(&self, along: Vector3<f64>) -> [f64; 2] {
+        let (mut least, mut greatest) = ([1.0; LANES], [-1.0; LANES]);
+        for eight in &self.eights {
+            let shares = shares(eight, along);
+            for lane in 0..LANES {
+                least[lane] = lesser(least[lane], shares[lane]);
+                greatest[lane] = greater(greatest[lane], shares[lane]);
+            }
+        }
+        [of_all(least, lesser), of_all(greatest, greater)]
+    }
+
+    /// The square of the largest sine of an angle to a unit vector.
+    #[inline(always)]
+    fn largest_sine_sq(&self, axis: Vector3<f64>) -> f64 {
+        let mut largest = [0.0; LANES];
+        for [x, y, z] in &self.eights {
+            for lane in 0..LANES {
+                let across = Vector3::new(x[lane], y[lane], z[lane]).cross(&axis);
+                largest[lane] = greater(largest[lane], across.dot(&across));
+            }
+        }
+        of_all(largest, greater)
+    }
+}
+
+/// In pairs, so that these too go side by side.
+#[inline(always)]
+pub(crate) fn of_all<T: Copy>(mut lanes: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
+    for half in [4, 2, 1] {
+        for lane in 0..half {
+            lanes[lane] = of_two(lanes[lane], lanes[lane + half]);
+        }
+    }
+    lanes[0]
+}
+
+#[inline(always)]
+fn lane_of(eight: &[Lanes; 3], lane: usize) -> Vector3<f64> {
+    Vector3::new(eight[0][lane], eight[1][lane], eight[2][lane])
+}
+
+#[inline(always)]
+fn shares([x, y, z]: &[Lanes; 3], along: Vector3<f64>) -> Lanes {
+    let mut shares = [0.0; LANES];
+    for lane in 0..LANES {
+        shares[lane] = x[lane] * along.x + y[lane] * along.y + z[lane] * along.z;
+    }
+    shares
+}
+
+/// A number that compares as [`f64::total_cmp`] does.
+#[inline(always)]
+fn order(x: f64) -> i64 {
+    let bits = x.to_bits() as i64;
+    bits ^ ((bits >> 63) as u64 >> 1) as i64
+}
+
 /// Unit normals, and a cap of the unit sphere around them: all directions u with u·axis ≥ cosine.
 struct Cone<'a> {
-    normals: &'a [Vector3<f64>],
+    normals: &'a Normals,
     axis: Vector3<f64>,
     cosine: f64,
     sine: f64,
 }
 
 /// The most by which the interpolant of exact distances can be off, in spacings, where each gradient lies in one of these
-/// cones. A cone is given by unit normals, of which it holds the nonnegative combinations; a zero is a
-/// normal that is not known.
-pub(crate) fn error_in_cones(cones: &[&[Vector3<f64>]]) -> f64 {
-    if cones.iter().any(|normals| normals.is_empty() || normals.contains(&Vector3::zeros())) {
+/// cones. A cone is given by unit normals, of which it holds the nonnegative combinations.
+pub(crate) fn error_in_cones(cones: &[Normals]) -> f64 {
+    if cones.iter().any(|normals| normals.count == 0 || normals.is_any_unknown) {
         return MOST_ERROR;
     }
-    let cones: Vec<Cone> = cones.iter().map(|normals| Cone::around(normals)).collect();
-    let by_ranges: f64 = axes(&cones).iter().map(|along| 0.25 * range(&cones, *along)).sum();
-    (by_ball(&cones).min(by_ranges) + NORMAL_ROUNDING).min(MOST_ERROR)
+    pulp::Arch::new().dispatch(ErrorInCones(cones))
 }
 
+struct ErrorInCones<'a>(&'a [Normals]);
+
+impl pulp::NullaryFnOnce for ErrorInCones<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        if let [normals] = self.0 {
+            return error_in(&[Cone::around(normals)]);
+        }
+        error_in(&self.0.iter().map(Cone::around).collect::<Vec<_>>())
+    }
+}
+
+#[inline(always)]
+fn error_in(cones: &[Cone]) -> f64 {
+    let mut by_ranges = 0.0;
+    for along in axes(cones) {
+        by_ranges += 0.25 * range(cones, along);
+    }
+    (by_ball(cones).min(by_ranges) + NORMAL_ROUNDING).min(MOST_ERROR)
+}
+
+#[inline(always)]
 fn by_ball(cones: &[Cone]) -> f64 {
     if let [cone] = cones {
         return MOST_ERROR * cone.sine;
@@ -44,17 +184,17 @@ fn by_ball(cones: &[Cone]) -> f64 {
 }
 
 impl<'a> Cone<'a> {
-    fn around(normals: &'a [Vector3<f64>]) -> Self {
-        let farthest = |from: Vector3<f64>| farthest_along(normals.iter(), from).unwrap_or(from);
-        let first = farthest(normals[0]);
-        let second = farthest(first);
+    #[inline(always)]
+    fn around(normals: &'a Normals) -> Self {
+        let first = normals.farthest_along(normals.first());
+        let second = normals.farthest_along(first);
         let mut cap = Self::with_axis(normals, first + second);
         if cap.cosine <= first.dot(&cap.axis) * (1.0 - NORMAL_ROUNDING) {
             // A third sticks out: the cap of all three, if it holds them in its smaller half.
-            let third = farthest(cap.axis);
+            let third = normals.farthest_along(cap.axis);
             let around_three = (second - first).cross(&(third - first));
-            let candidates = [around_three, -around_three, first + second + third];
-            for other in candidates.map(|axis| Self::with_axis(normals, axis)) {
+            for axis in [around_three, -around_three, first + second + third] {
+                let other = Self::with_axis(normals, axis);
                 if other.cosine > cap.cosine {
                     cap = other;
                 }
@@ -63,19 +203,20 @@ impl<'a> Cone<'a> {
         cap
     }
 
-    fn with_axis(normals: &'a [Vector3<f64>], axis: Vector3<f64>) -> Self {
-        let axis = axis.try_normalize(NORMAL_ROUNDING).unwrap_or(normals[0]);
-        let least = normals.iter().map(|normal| normal.dot(&axis)).fold(1.0, lesser);
+    #[inline(always)]
+    fn with_axis(normals: &'a Normals, axis: Vector3<f64>) -> Self {
+        let axis = axis.try_normalize(NORMAL_ROUNDING).unwrap_or(normals.first());
+        let [least, _] = normals.range_along(axis);
         if least <= 0.0 {
             return Self { normals, axis, cosine: least.max(-1.0), sine: 1.0 };
         }
         // The sine has its digits where the cosine is near one.
-        let sine_sq = normals.iter().map(|normal| normal.cross(&axis).norm_squared()).fold(0.0, greater);
-        let sine = sine_sq.sqrt().min(1.0);
+        let sine = normals.largest_sine_sq(axis).sqrt().min(1.0);
         Self { normals, axis, cosine: (1.0 - sine * sine).sqrt(), sine }
     }
 
     /// The least and the greatest that a unit vector of the cone has along a direction.
+    #[inline(always)]
     fn range(&self, along: Vector3<f64>) -> [f64; 2] {
         if self.cosine <= 0.0 {
             return [-1.0, 1.0];
@@ -87,9 +228,7 @@ impl<'a> Cone<'a> {
         if self.cosine < LEAST_COSINE {
             return [lowest, highest];
         }
-        let shares = self.normals.iter().map(|normal| normal.dot(&along));
-        let (least, greatest) =
-            shares.fold((1.0, -1.0), |(least, greatest), share| (lesser(least, share), greater(greatest, share)));
+        let [least, greatest] = self.normals.range_along(along);
         // The weights of a combination sum to between 1 and 1/cosine.
         let least = if least < 0.0 { least / self.cosine } else { least };
         let greatest = if greatest > 0.0 { greatest / self.cosine } else { greatest };
@@ -98,49 +237,48 @@ impl<'a> Cone<'a> {
 }
 
 /// Along a direction, from the least of all cones to the greatest.
+#[inline(always)]
 fn range(cones: &[Cone], along: Vector3<f64>) -> f64 {
-    let ranges = cones.iter().map(|cone| cone.range(along));
-    let [least, greatest] = ranges.fold([1.0_f64, -1.0_f64], |[a, b], [c, d]| [a.min(c), b.max(d)]);
+    let [mut least, mut greatest] = [1.0_f64, -1.0_f64];
+    for cone in cones {
+        let [low, high] = cone.range(along);
+        (least, greatest) = (least.min(low), greatest.max(high));
+    }
     (greatest - least).max(0.0)
 }
 
 /// At right angles to each other, the first where the normals differ most.
+#[inline(always)]
 fn axes(cones: &[Cone]) -> [Vector3<f64>; 3] {
-    let farthest_from = |along: Vector3<f64>| {
-        // Of each cone the first; of all the first of these.
-        let of_cones = cones.iter().filter_map(|cone| farthest_along(cone.normals.iter(), along));
-        of_cones.min_by(|a, b| a.dot(&along).total_cmp(&b.dot(&along)))
-    };
     let middle = cones[0].axis;
-    let first = farthest_from(middle).unwrap_or(middle);
-    let second = farthest_from(first).unwrap_or(middle);
+    let first = farthest_of(cones, middle);
+    let second = farthest_of(cones, first);
     let spread = (second - first).try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(middle));
-    let across = |v: Vector3<f64>| v - spread * v.dot(&spread);
-    let next = across(middle).try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(spread));
+    let next = middle - spread * middle.dot(&spread);
+    let next = next.try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(spread));
     [spread, next, spread.cross(&next)]
 }
 
-/// The first of those with the least share along a direction.
-fn farthest_along<'a>(
-    mut normals: impl Iterator<Item = &'a Vector3<f64>>,
-    along: Vector3<f64>,
-) -> Option<Vector3<f64>> {
-    let mut farthest = normals.next()?;
-    let mut least = farthest.dot(&along);
-    for normal in normals {
-        let share = normal.dot(&along);
-        if share.total_cmp(&least).is_lt() {
-            (farthest, least) = (normal, share);
+/// Of each cone the first of the normals with the least share along a direction; of all the first of these.
+#[inline(always)]
+fn farthest_of(cones: &[Cone], along: Vector3<f64>) -> Vector3<f64> {
+    let mut farthest = cones[0].normals.farthest_along(along);
+    for cone in &cones[1..] {
+        let other = cone.normals.farthest_along(along);
+        if order(other.dot(&along)) < order(farthest.dot(&along)) {
+            farthest = other;
         }
     }
-    Some(*farthest)
+    farthest
 }
 
 /// One instruction, as `f64::min` is not: it minds NaN, which nothing here is.
-fn lesser(a: f64, b: f64) -> f64 {
+#[inline(always)]
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
+#[inline(always)]
 fn greater(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
@@ -167,14 +305,42 @@ pub(crate) mod tests {
         Vector3::from_fn(|_, _| random(state))
     }
 
+    pub fn gathered(normals: &[Vector3<f64>]) -> Normals {
+        let mut gathered = Normals::default();
+        normals.iter().for_each(|normal| gathered.push(*normal));
+        gathered
+    }
+
     /// Whether a cone of these normals may hold a direction, as seen along some others.
-    pub fn may_hold(normals: &[Vector3<f64>], direction: Vector3<f64>, state: &mut u64) -> bool {
+    pub fn may_hold(normals: &Normals, direction: Vector3<f64>, state: &mut u64) -> bool {
         let cone = Cone::around(normals);
         (0..40).all(|_| {
             let along = random_vector(state).normalize();
             let [least, greatest] = cone.range(along);
             (least - 1e-9..=greatest + 1e-9).contains(&direction.dot(&along))
         })
+    }
+
+    #[test]
+    fn what_is_found_in_lanes_is_what_is_found_one_by_one() {
+        let mut state = 13;
+        println!("seed {state}");
+        for round in 0..3000 {
+            // Some stand several times, and some have no share along an axis.
+            let mut normals: Vec<_> = (0..1 + round % 30).map(|_| random_vector(&mut state).map(f64::round)).collect();
+            normals.retain(|normal| *normal != Vector3::zeros());
+            normals.push(random_vector(&mut state).normalize());
+            let found = gathered(&normals);
+            let along = if round % 2 == 0 { -Vector3::x() } else { random_vector(&mut state) };
+            let share = |normal: &Vector3<f64>| normal.dot(&along);
+            let farthest = normals.iter().min_by(|a, b| share(a).total_cmp(&share(b))).unwrap();
+            assert_eq!(found.farthest_along(along), *farthest, "{normals:?} {along}");
+            let shares = || normals.iter().map(share);
+            let range = [shares().fold(1.0, f64::min), shares().fold(-1.0, f64::max)];
+            assert_eq!(found.range_along(along), range, "{normals:?} {along}");
+            let sines_sq = normals.iter().map(|normal| normal.cross(&along).norm_squared());
+            assert_eq!(found.largest_sine_sq(along), sines_sq.fold(0.0, f64::max), "{normals:?} {along}");
+        }
     }
 
     #[test]
@@ -190,7 +356,7 @@ pub(crate) mod tests {
                 // Cubes: often one or two weigh nearly all.
                 let sum: Vector3<f64> = normals.iter().map(|normal| normal * random(&mut state).abs().powi(3)).sum();
                 let Some(direction) = sum.try_normalize(1e-6) else { continue };
-                assert!(may_hold(&normals, direction, &mut state), "{direction} {normals:?}");
+                assert!(may_hold(&gathered(&normals), direction, &mut state), "{direction} {normals:?}");
             }
         }
     }
@@ -206,8 +372,7 @@ pub(crate) mod tests {
             let cones: Vec<Vec<_>> = (0..1 + round % 3)
                 .map(|_| (0..3).map(|_| (middle + random_vector(&mut state) * spread).normalize()).collect())
                 .collect();
-            let slices: Vec<&[Vector3<f64>]> = cones.iter().map(|normals| &normals[..]).collect();
-            let bound = error_in_cones(&slices);
+            let bound = error_in_cones(&cones.iter().map(|normals| gathered(normals)).collect::<Vec<_>>());
             for _ in 0..10 {
                 let share = random_vector(&mut state).abs();
                 let gradients: Vec<Vector3<f64>> = cones

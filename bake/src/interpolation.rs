@@ -6,7 +6,7 @@ use std::ops::Range;
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
-use crate::gradient_spread::{MOST_ERROR, error_in_cones};
+use crate::gradient_spread::{MOST_ERROR, Normals, error_in_cones};
 use crate::nearby::{Nearby, ToCenter};
 
 /// A cube.
@@ -31,7 +31,7 @@ pub(crate) struct Blocks<'a> {
     /// Triangles of the tree, of block after block.
     candidates: Vec<u32>,
     of_cell: Vec<u32>,
-    normals: Vec<Vector3<f64>>,
+    normals: Normals,
 }
 
 /// A block, and where its candidates stand.
@@ -47,7 +47,7 @@ impl<'a> Blocks<'a> {
     /// `distance`.
     pub fn new(mesh: &'a MeshDistance<'a>, centers: Block, half_side: f64, distance: f64) -> Self {
         let [around, in_block] = [0, 1].map(|_| Nearby::new(mesh.tree()));
-        let (candidates, of_cell, normals) = (vec![], vec![], vec![]);
+        let (candidates, of_cell, normals) = (vec![], vec![], Normals::default());
         let mut blocks = Self { mesh, around, in_block, candidates, of_cell, normals };
         let way = 3.0_f64.sqrt() * (centers.half_side + 2.0 * half_side);
         blocks.around.gather(centers.center, distance + way);
@@ -71,7 +71,7 @@ impl<'a> Blocks<'a> {
     /// The most by which the interpolant of exact distances is off, in spacings, in a block's cells.
     pub fn error(&mut self, of: &Measured) -> f64 {
         self.mesh.normals(&self.candidates[of.candidates.clone()], &mut self.normals);
-        error_in_cones(&[&self.normals])
+        error_in_cones(std::slice::from_ref(&self.normals))
     }
 
     /// The same in each of the eight cells of a block, where fewer triangles can be nearest, as far as the cells come `within`
@@ -81,6 +81,7 @@ impl<'a> Blocks<'a> {
         let Some(to_center) = of.to_center else { return MOST_ERROR };
         in_block.clear();
         candidates[of.candidates.clone()].iter().for_each(|slot| in_block.push(*slot as usize));
+        in_block.group();
         let half_side = 0.5 * of.block.half_side;
         let mut most = 0.0_f64;
         for cell in 0..8 {
@@ -93,9 +94,8 @@ impl<'a> Blocks<'a> {
                 continue;
             }
             mesh.normals(of_cell, normals);
-            let of_all = error_in_cones(&[normals]);
-            let error =
-                if of_all <= OF_TWO_SHEETS { of_all } else { of_all.min(mesh.error_by_corners(of_cell, normals)) };
+            let of_all = error_in_cones(std::slice::from_ref(normals));
+            let error = if of_all <= OF_TWO_SHEETS { of_all } else { of_all.min(mesh.error_by_corners(of_cell)) };
             most = most.max(error);
         }
         most
@@ -103,29 +103,33 @@ impl<'a> Blocks<'a> {
 }
 
 impl MeshDistance<'_> {
-    /// Zero where a triangle has none that is sure.
-    fn normals(&self, candidates: &[u32], normals: &mut Vec<Vector3<f64>>) {
+    fn normals(&self, candidates: &[u32], normals: &mut Normals) {
         normals.clear();
-        let Some(known) = self.normals_of_one_solid() else { return };
-        normals.extend(candidates.iter().map(|slot| known.inside(self.tree().triangles[*slot as usize])));
+        candidates.iter().for_each(|slot| normals.push(self.normal(*slot)));
+    }
+
+    /// Zero where a triangle has none that is sure.
+    fn normal(&self, slot: u32) -> Vector3<f64> {
+        let known = self.normals_of_one_solid();
+        known.map_or_else(Vector3::zeros, |known| known.inside(self.tree().triangles[slot as usize]))
     }
 
     /// Whatever is nearest, a face, an edge or a corner: the faces that meet there meet at one of its corners.
-    fn error_by_corners(&self, candidates: &[u32], normals: &[Vector3<f64>]) -> f64 {
-        let normals = self.by_corners(candidates, normals);
-        let around_corners = normals.chunk_by(|a, b| a.0 == b.0);
-        let cones: Vec<Vec<Vector3<f64>>> =
-            around_corners.map(|around| around.iter().map(|(_, normal)| *normal).collect()).collect();
-        error_in_cones(&cones.iter().map(|cone| &cone[..]).collect::<Vec<_>>())
+    fn error_by_corners(&self, candidates: &[u32]) -> f64 {
+        error_in_cones(&self.by_corners(candidates))
     }
 
     /// Each normal once for each corner of its triangle, those of a corner together.
-    fn by_corners(&self, candidates: &[u32], normals: &[Vector3<f64>]) -> Vec<(u32, Vector3<f64>)> {
-        let corners =
-            |(slot, normal): (&u32, &Vector3<f64>)| self.points_of(*slot as usize).map(|point| (point, *normal));
-        let mut by_corner: Vec<(u32, Vector3<f64>)> = candidates.iter().zip(normals).flat_map(corners).collect();
+    fn by_corners(&self, candidates: &[u32]) -> Vec<Normals> {
+        let corners = |slot: &u32| self.points_of(*slot as usize).map(|point| (point, self.normal(*slot)));
+        let mut by_corner: Vec<(u32, Vector3<f64>)> = candidates.iter().flat_map(corners).collect();
         by_corner.sort_by_key(|(corner, _)| *corner);
-        by_corner
+        let around_corner = |around: &[(u32, Vector3<f64>)]| {
+            let mut normals = Normals::default();
+            around.iter().for_each(|(_, normal)| normals.push(*normal));
+            normals
+        };
+        by_corner.chunk_by(|a, b| a.0 == b.0).map(around_corner).collect()
     }
 }
 
@@ -162,19 +166,14 @@ mod tests {
                 let mut blocks = Blocks::new(&distance, block, block.half_side, to_center);
                 let measured = blocks.measure(block, to_center);
                 let candidates = blocks.candidates(&measured);
-                let mut normals = vec![];
-                distance.normals(candidates, &mut normals);
-                let by_corners = distance.by_corners(candidates, &normals);
+                let cones = distance.by_corners(candidates);
                 for _ in 0..10 {
                     let point = center + random_vector(&mut state) * block.half_side;
                     let nearest = distance.tree().nearest(point, 0);
                     assert!(candidates.iter().any(|slot| *slot as usize == nearest.slot), "{point} of {block:?}");
                     let outward = if distance.nearest(point, 0).is_inside { -1.0 } else { 1.0 };
                     let Some(way) = (point - nearest.on_triangle.point).try_normalize(1e-9) else { continue };
-                    let mut cones = by_corners
-                        .chunk_by(|a, b| a.0 == b.0)
-                        .map(|around| around.iter().map(|(_, normal)| *normal).collect::<Vec<_>>());
-                    let is_held = cones.any(|cone| may_hold(&cone, way * outward, &mut state));
+                    let is_held = cones.iter().any(|cone| may_hold(cone, way * outward, &mut state));
                     assert!(is_held, "no corner's faces make the gradient {way} at {point}");
                 }
             }

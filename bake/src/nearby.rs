@@ -3,6 +3,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
+use crate::gradient_spread::{lesser, of_all};
 use crate::interpolation::{Block, PLACE_ROUNDING};
 use crate::lanes_triangle::{dot, minus};
 use crate::tree::Tree;
@@ -24,6 +25,8 @@ pub(crate) struct Nearby<'a> {
     tree: &'a Tree,
     count: usize,
     eights: Vec<Eight>,
+    /// Of each eight of these, a ball around each.
+    groups: Vec<Balls>,
 }
 
 /// Of the nearest triangle to a block's center.
@@ -41,22 +44,29 @@ struct Eight {
     slots: [u32; LANES],
     corners: [[Lanes; 3]; 3],
     has_sliver: bool,
-    /// Of the ball.
-    middle: [Lanes; 3],
-    /// Less than any number where there is no triangle.
-    radius: Lanes,
-    /// To the block's center from the ball's.
-    from_middle: [Lanes; 3],
-    away: Lanes,
+    balls: Balls,
     is_measured: bool,
     /// To the block's center from the nearest point.
     way: [Lanes; 3],
+    /// Infinite where there is no triangle.
     distance_sq: Lanes,
+}
+
+/// Balls side by side, as seen from a block's center.
+#[derive(Clone)]
+struct Balls {
+    middle: [Lanes; 3],
+    /// Less than any number where there is none.
+    radius: Lanes,
+    is_seen: bool,
+    /// To the block's center from the middle.
+    from_middle: [Lanes; 3],
+    away: Lanes,
 }
 
 impl<'a> Nearby<'a> {
     pub fn new(tree: &'a Tree) -> Self {
-        Self { tree, count: 0, eights: vec![] }
+        Self { tree, count: 0, eights: vec![], groups: vec![] }
     }
 
     /// All triangles no farther from a point than that, and perhaps some more.
@@ -64,11 +74,19 @@ impl<'a> Nearby<'a> {
         self.clear();
         let within = within * SLACK;
         self.tree.near(center, within * within, |slot| self.push(slot));
+        self.group();
     }
 
     pub fn clear(&mut self) {
         self.count = 0;
         self.eights.clear();
+        self.groups.clear();
+    }
+
+    /// All that was pushed. Then candidates may be asked for.
+    pub fn group(&mut self) {
+        self.groups.clear();
+        self.groups.extend(self.eights.chunks(LANES).map(Balls::around));
     }
 
     pub fn push(&mut self, slot: usize) {
@@ -83,10 +101,10 @@ impl<'a> Nearby<'a> {
         self.count += 1;
         let Some(eight) = self.eights.last_mut() else { return };
         eight.slots[lane] = slot as u32;
-        eight.radius[lane] = radius_sq.sqrt();
+        eight.balls.radius[lane] = radius_sq.sqrt();
         eight.has_sliver |= is_sliver(corners);
         for axis in 0..3 {
-            eight.middle[axis][lane] = middle[axis];
+            eight.balls.middle[axis][lane] = middle[axis];
             (0..3).for_each(|corner| eight.corners[corner][axis][lane] = corners[corner][axis]);
         }
     }
@@ -94,53 +112,140 @@ impl<'a> Nearby<'a> {
     /// Adds those that can be nearest to a point of a block. At its center the surface is no farther than `distance`, and none
     /// of these is farther than `most`. `None` where there is no triangle.
     pub fn candidates(&mut self, block: Block, [distance, most]: [f64; 2], found: &mut Vec<u32>) -> Option<ToCenter> {
-        self.tree.arch.dispatch(Candidates { eights: &mut self.eights, block, distance, most, found })
+        let arch = self.tree.arch;
+        arch.dispatch(Candidates { nearby: self, block, distance, most, found })
     }
 }
 
-struct Candidates<'a> {
-    eights: &'a mut [Eight],
+struct Candidates<'a, 'b> {
+    nearby: &'a mut Nearby<'b>,
     block: Block,
     distance: f64,
     most: f64,
     found: &'a mut Vec<u32>,
 }
 
-impl pulp::NullaryFnOnce for Candidates<'_> {
+impl pulp::NullaryFnOnce for Candidates<'_, '_> {
     type Output = Option<ToCenter>;
 
     #[inline(always)]
     fn call(self) -> Option<ToCenter> {
-        let Self { eights, block, distance, most, found } = self;
-        let mut nearest: Option<ToCenter> = None;
-        let within = distance * SLACK + block.half_side * PLACE_ROUNDING;
+        let Self { nearby: Nearby { eights, groups, .. }, block, distance, most, found } = self;
+        groups.iter_mut().for_each(|group| group.see_anew(block.center));
         for eight in &mut *eights {
-            if !eight.may_be_within(block.center, within) {
+            (eight.balls.is_seen, eight.is_measured) = (false, false);
+        }
+        let nearest = nearest(eights, groups, block.center, distance * SLACK + block.half_side * PLACE_ROUNDING)?;
+        let reach = Reach::new(block.half_side, &nearest, most);
+        for (group, eights) in groups.iter().zip(eights.chunks_mut(LANES)) {
+            let may_hold = reach.may_hold(group);
+            for (eight, _) in eights.iter_mut().zip(may_hold).filter(|(_, may_hold)| *may_hold) {
+                eight.balls.see(block.center);
+                if !any(reach.may_hold(&eight.balls)) {
+                    continue;
+                }
+                eight.measure(block.center);
+                // Without a branch for each, which would be hard to foretell.
+                let mut count = found.len();
+                found.resize(count + LANES, 0);
+                for (slot, holds) in eight.slots.into_iter().zip(reach.holds(eight)) {
+                    found[count] = slot;
+                    count += usize::from(holds);
+                }
+                found.truncate(count);
+            }
+        }
+        Some(nearest)
+    }
+}
+
+#[inline(always)]
+fn any(lanes: [bool; LANES]) -> bool {
+    lanes.into_iter().fold(false, |any, one| any | one)
+}
+
+/// The first of the nearest to a point, which is no farther than `within`.
+#[inline(always)]
+fn nearest(eights: &mut [Eight], groups: &[Balls], point: Vector3<f64>, within: f64) -> Option<ToCenter> {
+    let (mut least_sq, mut numbers) = ([f64::INFINITY; LANES], [usize::MAX; LANES]);
+    for (group, balls) in groups.iter().enumerate() {
+        let may_be_within = balls.may_be_within(within);
+        let first = group * LANES;
+        for number in (first..eights.len().min(first + LANES)).filter(|number| may_be_within[number - first]) {
+            let eight = &mut eights[number];
+            eight.balls.see(point);
+            if !any(eight.balls.may_be_within(within)) {
                 continue;
             }
-            eight.measure(block.center);
+            eight.measure(point);
             for lane in 0..LANES {
-                // The first of the nearest.
-                let is_nearer = nearest.is_none_or(|nearest| eight.distance_sq[lane] < nearest.distance_sq);
-                if is_nearer && eight.radius[lane] >= 0.0 {
-                    let way = Vector3::from_fn(|axis, _| eight.way[axis][lane]);
-                    nearest = Some(ToCenter { way, distance_sq: eight.distance_sq[lane] });
-                }
+                let is_nearer = eight.distance_sq[lane] < least_sq[lane];
+                least_sq[lane] = if is_nearer { eight.distance_sq[lane] } else { least_sq[lane] };
+                numbers[lane] = if is_nearer { number * LANES + lane } else { numbers[lane] };
             }
         }
-        let reach = Reach::new(block.half_side, nearest.as_ref()?, most);
-        for eight in eights {
-            if !reach.may_hold(eight) {
-                continue;
-            }
-            eight.measure(block.center);
-            for (slot, holds) in eight.slots.into_iter().zip(reach.holds(eight)) {
-                if holds {
-                    found.push(slot);
-                }
-            }
+    }
+    let least_of_all = of_all(least_sq, lesser);
+    for lane in 0..LANES {
+        numbers[lane] = if least_sq[lane] == least_of_all { numbers[lane] } else { usize::MAX };
+    }
+    let first = of_all(numbers, usize::min);
+    let (eight, lane) = (eights.get(first / LANES)?, first % LANES);
+    let way = Vector3::from_fn(|axis, _| eight.way[axis][lane]);
+    Some(ToCenter { way, distance_sq: eight.distance_sq[lane] })
+}
+
+impl Balls {
+    const NONE: Self = Self {
+        middle: [[0.0; LANES]; 3],
+        radius: [f64::NEG_INFINITY; LANES],
+        is_seen: false,
+        from_middle: [[0.0; LANES]; 3],
+        away: [0.0; LANES],
+    };
+
+    /// One around all balls of each eight.
+    fn around(eights: &[Eight]) -> Self {
+        let mut around = Self::NONE;
+        for (lane, Eight { balls, .. }) in eights.iter().enumerate() {
+            let middle_of = |lane: usize| Vector3::from_fn(|axis, _| balls.middle[axis][lane]);
+            let used = || (0..LANES).filter(|lane| balls.radius[*lane] >= 0.0);
+            let low = used().map(middle_of).reduce(|a, b| a.inf(&b)).unwrap_or_default();
+            let high = used().map(middle_of).reduce(|a, b| a.sup(&b)).unwrap_or_default();
+            let middle = (low + high) * 0.5;
+            (0..3).for_each(|axis| around.middle[axis][lane] = middle[axis]);
+            let reach = |lane: usize| (middle_of(lane) - middle).norm() + balls.radius[lane];
+            around.radius[lane] = used().map(reach).fold(f64::NEG_INFINITY, f64::max);
         }
-        nearest
+        around
+    }
+
+    #[inline(always)]
+    fn see(&mut self, center: Vector3<f64>) {
+        if self.is_seen {
+            return;
+        }
+        self.is_seen = true;
+        self.see_anew(center);
+    }
+
+    #[inline(always)]
+    fn see_anew(&mut self, center: Vector3<f64>) {
+        for lane in 0..LANES {
+            let way =
+                [center.x - self.middle[0][lane], center.y - self.middle[1][lane], center.z - self.middle[2][lane]];
+            (0..3).for_each(|axis| self.from_middle[axis][lane] = way[axis]);
+            self.away[lane] = dot(way, way).sqrt();
+        }
+    }
+
+    #[inline(always)]
+    fn may_be_within(&self, distance: f64) -> [bool; LANES] {
+        let mut may_be_within = [false; LANES];
+        for lane in 0..LANES {
+            may_be_within[lane] = self.away[lane] - self.radius[lane] <= distance;
+        }
+        may_be_within
     }
 }
 
@@ -149,28 +254,11 @@ impl Eight {
         slots: [0; LANES],
         corners: [[[0.0; LANES]; 3]; 3],
         has_sliver: false,
-        middle: [[0.0; LANES]; 3],
-        radius: [f64::NEG_INFINITY; LANES],
-        from_middle: [[0.0; LANES]; 3],
-        away: [0.0; LANES],
+        balls: Balls::NONE,
         is_measured: false,
         way: [[0.0; LANES]; 3],
         distance_sq: [f64::INFINITY; LANES],
     };
-
-    /// Begins with another block.
-    #[inline(always)]
-    fn may_be_within(&mut self, center: Vector3<f64>, distance: f64) -> bool {
-        self.is_measured = false;
-        let mut is_any = false;
-        for lane in 0..LANES {
-            let way: [f64; 3] = std::array::from_fn(|axis| center[axis] - self.middle[axis][lane]);
-            (0..3).for_each(|axis| self.from_middle[axis][lane] = way[axis]);
-            self.away[lane] = dot(way, way).sqrt();
-            is_any |= self.away[lane] - self.radius[lane] <= distance;
-        }
-        is_any
-    }
 
     #[inline(always)]
     fn measure(&mut self, center: Vector3<f64>) {
@@ -187,7 +275,7 @@ impl Eight {
                 std::array::from_fn(|corner| std::array::from_fn(|axis| self.corners[corner][axis][lane]));
             let (way, distance_sq) = way_from(corners, center);
             (0..3).for_each(|axis| self.way[axis][lane] = way[axis]);
-            self.distance_sq[lane] = distance_sq;
+            self.distance_sq[lane] = if self.balls.radius[lane] >= 0.0 { distance_sq } else { f64::INFINITY };
         }
     }
 
@@ -198,7 +286,8 @@ impl Eight {
             let on_triangle = nearest_on_triangle(center, [corner(0), corner(1), corner(2)]);
             let way = center - on_triangle.point;
             (0..3).for_each(|axis| self.way[axis][lane] = way[axis]);
-            self.distance_sq[lane] = on_triangle.distance_sq;
+            let is_there = self.balls.radius[lane] >= 0.0;
+            self.distance_sq[lane] = if is_there { on_triangle.distance_sq } else { f64::INFINITY };
         }
     }
 }
@@ -225,25 +314,25 @@ impl Reach {
         Self { half_side, hypotenuse, slope: slope.into(), most }
     }
 
-    /// What is said of the balls. False of no eight that has a triangle which holds.
+    /// What is said of balls. False of none that has a triangle which holds.
     ///
     /// A triangle in a ball of radius r whose middle is L away in direction g is at a distance d ≥ L − r. Its own direction f
     /// is at an angle α from g with sin α ≤ r/L, so |f − g|₁ ≤ √3 · √2 · r/L; where r ≥ L it may hold. So where d ≤ A + s |k e − f|₁,
     /// also L − r ≤ A + s (|k e − g|₁ + √6 · r/L). Both sides are multiplied by L.
     #[inline(always)]
-    fn may_hold(&self, eight: &Eight) -> bool {
-        let mut is_any = false;
+    fn may_hold(&self, balls: &Balls) -> [bool; LANES] {
+        let mut may_hold = [false; LANES];
         for lane in 0..LANES {
-            let (away, radius) = (eight.away[lane], eight.radius[lane]);
+            let (away, radius) = (balls.away[lane], balls.radius[lane]);
             let mut apart = ROOT_OF_SIX * radius;
             for axis in 0..3 {
-                apart += (self.slope[axis] * away - eight.from_middle[axis][lane]).abs();
+                apart += (self.slope[axis] * away - balls.from_middle[axis][lane]).abs();
             }
             let least = away - radius;
             let may_be_nearest = least * away <= (self.hypotenuse * away + self.half_side * apart) * SLACK;
-            is_any |= may_be_nearest & (least <= self.most * SLACK);
+            may_hold[lane] = may_be_nearest & (least <= self.most * SLACK);
         }
-        is_any
+        may_hold
     }
 
     #[inline(always)]
@@ -258,8 +347,7 @@ impl Reach {
             let apart = self.half_side * (apart(0) + apart(1) + apart(2));
             let distance_sq = eight.distance_sq[lane];
             holds[lane] = (distance_sq <= self.most * self.most)
-                & (distance_sq.sqrt() <= (self.hypotenuse + apart) * (1.0 + PLACE_ROUNDING))
-                & (eight.radius[lane] >= 0.0);
+                & (distance_sq.sqrt() <= (self.hypotenuse + apart) * (1.0 + PLACE_ROUNDING));
         }
         holds
     }

@@ -30,6 +30,11 @@ impl Winding {
     fn is_sure(self) -> bool {
         (self.value.abs() - 0.5).abs() > self.error
     }
+
+    /// And its error, to which the last way added `loss`, leaves room for ways to come.
+    fn may_go_on(self, loss: f64) -> bool {
+        self.is_sure() && self.error <= MOST_CARRIED_ERROR && loss <= MOST_LOSS
+    }
 }
 
 /// Two points whose distances sum to this many times the way between them have no triangle between them, though distances were
@@ -75,12 +80,16 @@ impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
         for point in known {
             spread.accept(point);
         }
+        // Through the surface from what is known, which takes less time than to ask.
+        if spread.is_begun() {
+            spread.give_sides(0.0, false);
+        }
         // From far out first, where a side holds for the most nodes.
         for least in [4.0, 1.0] {
-            spread.ask_beyond((least * self.spacing) as f32);
+            spread.give_sides((least * self.spacing) as f32, true);
         }
         spread.spread_across();
-        spread.ask_beyond(0.0);
+        spread.give_sides(0.0, true);
         for (distance, winding) in distances.iter_mut().zip(spread.windings()) {
             *distance = if winding.is_inside() { -distance.abs() } else { distance.abs() };
         }
@@ -179,20 +188,21 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         }
         let node = self.node(index);
         let by = |loss: f64| Winding { error: of.error + (way * loss) as f32, ..of };
-        let mut winding = by(self.losses.in_cube(node));
-        if !winding.is_sure() {
-            winding = by(self.losses.in_small_cube(self.block, self.mesh, node));
+        let mut loss = self.losses.in_cube(node);
+        if !by(loss).may_go_on(way * loss) {
+            loss = self.losses.in_small_cube(self.block, self.mesh, node);
         }
-        if winding.is_sure() {
-            return winding;
+        if by(loss).may_go_on(way * loss) {
+            return by(loss);
         }
         let point = (self.block.position)(node);
-        if winding.error > MOST_ERROR {
+        if by(loss).error > MOST_ERROR {
             let middle = (point + from(self)) * 0.5;
             let radius = 0.5 * way * self.block.spacing * FREE_WAY;
-            winding = by(self.block.spacing * FREE_WAY * self.mesh.winding_slope(middle, radius));
+            loss = self.block.spacing * FREE_WAY * self.mesh.winding_slope(middle, radius);
         }
-        if winding.is_sure() { winding } else { self.by_rim(point, winding) }
+        let by_rim = self.by_rim(point, by(loss));
+        if by_rim.is_sure() { by_rim } else { by(loss) }
     }
 
     /// With the fraction that the rim gives. Unknown where that does not tell the side for sure.
@@ -237,8 +247,8 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         }
     }
 
-    /// Gives a side to all nodes with at least this distance.
-    fn ask_beyond(&mut self, least: f32) {
+    /// Gives a side to nodes with at least this distance: to all of them where it `asks`.
+    fn give_sides(&mut self, least: f32, asks: bool) {
         for [y, z] in self.block.rows() {
             let from = self.index([0, y, z]);
             for index in from..from + self.block.counts[0] {
@@ -249,12 +259,16 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
                 if !self.windings[index].is_known() {
                     self.take_through(index);
                 }
-                if !self.windings[index].is_known() {
+                if asks && !self.windings[index].is_known() {
                     self.ask(index);
                 }
                 self.spread();
             }
         }
+    }
+
+    fn is_begun(&self) -> bool {
+        self.windings.iter().any(|winding| winding.is_known())
     }
 
     fn ask(&mut self, index: usize) {
@@ -337,6 +351,13 @@ const TRIES: usize = 3;
 
 /// With more, a fraction would not tell which whole number to add.
 const MOST_ERROR: f32 = 0.45;
+
+/// With more, a winding number is asked of the rim again before it goes on. With less that is asked too often; with much more,
+/// sides that were reached by a long way do not spread on, and nodes beyond are asked one by one.
+const MOST_CARRIED_ERROR: f32 = 0.3;
+
+/// Where a way may add more than this to the error, the rim is near, and is asked each time.
+const MOST_LOSS: f64 = 0.2;
 
 /// What the rim says is exact but for rounding. Nearer to one half than this the side is what the sum over the triangles
 /// tells, which is less exact.

@@ -176,7 +176,7 @@ impl<'a> Plan<'a> {
     pub fn bake<C: Quantize>(&self, on_places_done: &(dyn Fn(usize) + Sync)) -> SparseGrid<C> {
         let Self { mesh, lattice, places } = self;
         let mut wanted: Vec<usize> = (0..places.count()).filter(|index| places.may_need_brick(*index)).collect();
-        wanted.par_sort_unstable_by_key(|index| hilbert_index(places.place(*index)));
+        wanted.par_sort_by_cached_key(|index| hilbert_index(places.place(*index)));
         on_places_done(places.count() - wanted.len());
         let mut parts = Parts::with_room_for(self.most_bricks());
         for some in wanted.chunks(PLACES_AT_A_TIME) {

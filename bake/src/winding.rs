@@ -2,6 +2,7 @@
 //! as one dipole and its first correction (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders
 //! 1 and 2).
 
+mod cap;
 mod lanes;
 mod moments;
 mod rim;

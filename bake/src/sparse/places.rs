@@ -5,8 +5,9 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
-use crate::mesh_distance::Nearest;
+use crate::packet::{Nodes, Packet, SIDE};
 use crate::signs::{Known, NodeBlock, Winding};
+use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
 
 /// The places of bricks, each with the signed distance at its middle, and what follows from that before any brick is made.
@@ -33,37 +34,63 @@ struct Sides {
 /// With more, more bricks are kept: a sixteenth costs 0.87 voxels around the band.
 const TILT: f64 = 1.0 / 16.0;
 
+/// Nodes of the coarse grid so many spacings from the surface have a free way to those of their neighbours that are too.
+const FREE: f64 = 0.51 * BRICK as f64;
+
 /// More than f32's own rounding, twice.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 impl Places {
     pub fn measure(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
         let counts = brick_counts(lattice);
-        let [row, rows, layers] = counts.map(|n| n as usize);
-        let mut distances =
-            at_nodes(mesh, [row, rows, layers], |place| middle(lattice, place), |nearest| nearest.signed());
+        let along = counts.map(|n| n as usize);
+        let block = NodeBlock {
+            counts: along,
+            spacing: lattice.spacing() * f64::from(BRICK),
+            position: |place| middle(lattice, place),
+        };
+        let (mut distances, slots): (Vec<f32>, Vec<u32>) = nearest_to_middles(mesh, &block).into_iter().unzip();
         let is_winding = mesh.sign_method() == SignMethod::Winding;
-        let spacing = lattice.spacing() * f64::from(BRICK);
-        let of_middles = is_winding.then(|| {
-            let position = |place| middle(lattice, place);
-            NodeBlock { counts: [row, rows, layers], spacing, position }.sign(mesh, &[], &mut distances)
-        });
+        let of_middles = is_winding.then(|| sign_by_slabs(mesh, &block, &mut distances));
         let mut places = Self { counts, distances, magnitudes: vec![], sides: None, spacing: lattice.spacing(), band };
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
-        let mut at_nodes = at_nodes(mesh, [row, rows, layers].map(|n| n + 1), position, |nearest| nearest.distance);
-        let magnitude = |(node, distance): ([u32; 3], &f32)| {
-            let least = places.around(node).map(|index| places.bound(index)).fold(f64::INFINITY, f64::min);
-            // Towards zero, whatever the rounding.
-            let tilted = places.tilted(f64::from(*distance) * (1.0 - ROUNDING));
-            (least.max(tilted) * (1.0 - ROUNDING)) as f32
-        };
-        places.magnitudes = places.coarse_nodes().zip(&at_nodes).map(magnitude).collect();
+        let of_nodes = places
+            .coarse_nodes()
+            .map(|node| places.of_coarse_node(mesh, node, position(node.map(|n| n as usize)), &slots));
+        let (magnitudes, mut distances_of_nodes): (Vec<f32>, Vec<f32>) = of_nodes.unzip();
+        places.magnitudes = magnitudes;
         if let Some(of_middles) = of_middles {
-            let block = NodeBlock { counts: [row, rows, layers].map(|n| n + 1), spacing, position };
-            let of_nodes = block.sign(mesh, &[], &mut at_nodes);
-            places.sides = Some(Sides { of_middles, of_nodes, distances_of_nodes: at_nodes });
+            let block = NodeBlock { counts: along.map(|n| n + 1), spacing: block.spacing, position };
+            let of_nodes = sign_by_slabs(mesh, &block, &mut distances_of_nodes);
+            places.sides = Some(Sides { of_middles, of_nodes, distances_of_nodes });
         }
         places
+    }
+
+    /// Its magnitude, and its distance or a bound of it from below. It is only searched for where either needs it: the
+    /// triangle that is nearest to the middle of a place beside it, one of `slots`, bounds it from above.
+    fn of_coarse_node(&self, mesh: &MeshDistance, node: [u32; 3], at: Vector3<f64>, slots: &[u32]) -> (f32, f32) {
+        let of_middle = |index: &usize| self.distances[*index].abs();
+        let nearest = self.around(node).min_by(|a, b| of_middle(a).total_cmp(&of_middle(b)));
+        let guess = nearest.map_or(0, |index| slots[index] as usize);
+        let most = nearest_on_triangle(at, mesh.tree().corners[guess]).distance_sq.sqrt() as f32;
+        let farthest = self.around(node).map(|index| of_middle(&index)).fold(0.0, f32::max);
+        let least = (f64::from(farthest) - self.reach()) * (1.0 - ROUNDING);
+        let is_too_near = mesh.sign_method() == SignMethod::Winding && least < FREE * self.spacing;
+        let flat = self.magnitude(node, 0.0);
+        if !is_too_near && self.magnitude(node, most) == flat {
+            return (flat, least as f32);
+        }
+        let distance = mesh.nearest(at, guess).distance as f32;
+        (self.magnitude(node, distance), distance)
+    }
+
+    /// Of a node of the coarse grid at a distance from the surface. It rises with that.
+    fn magnitude(&self, node: [u32; 3], distance: f32) -> f32 {
+        let least = self.around(node).map(|index| self.bound(index)).fold(f64::INFINITY, f64::min);
+        // Towards zero, whatever the rounding.
+        let tilted = self.tilted(f64::from(distance) * (1.0 - ROUNDING));
+        (least.max(tilted) * (1.0 - ROUNDING)) as f32
     }
 
     pub fn count(&self) -> usize {
@@ -221,27 +248,56 @@ impl Sides {
     }
 }
 
-/// A number for each node of a lattice, x fastest, from what is nearest to it.
-fn at_nodes(
-    mesh: &MeshDistance,
-    [row, rows, layers]: [usize; 3],
-    position: impl Fn([usize; 3]) -> Vector3<f64> + Sync,
-    value: impl Fn(Nearest) -> f64 + Sync,
-) -> Vec<f32> {
-    let mut values = vec![0.0_f32; row * rows * layers];
-    values.par_chunks_mut(row * rows).enumerate().for_each(|(z, layer)| {
-        let mut guess = 0;
-        for (y, values) in layer.chunks_mut(row).enumerate() {
-            for step in 0..row {
-                // To and fro, so that the next node is a neighbour and its nearest triangle a good guess.
-                let x = if y % 2 == 0 { step } else { row - 1 - step };
-                let nearest = mesh.nearest(position([x, y, z]), guess);
-                guess = nearest.guess;
-                values[x] = value(nearest) as f32;
+/// Layers of nodes that are given their sides side by side with others.
+const SLAB: usize = 8;
+
+/// As [`NodeBlock::sign`], with nothing known.
+fn sign_by_slabs<P>(mesh: &MeshDistance, block: &NodeBlock<P>, distances: &mut [f32]) -> Vec<Winding>
+where
+    P: Fn([usize; 3]) -> Vector3<f64> + Sync,
+{
+    let [row, rows, _] = block.counts;
+    let of_slab = |(slab, distances): (usize, &mut [f32])| {
+        let counts = [row, rows, distances.len() / (row * rows)];
+        let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
+        NodeBlock { counts, spacing: block.spacing, position }.sign(mesh, &[], distances)
+    };
+    distances.par_chunks_mut(row * rows * SLAB).enumerate().map(of_slab).collect::<Vec<_>>().concat()
+}
+
+/// The signed distance at the middle of each place, and which triangle of the tree is nearest.
+fn nearest_to_middles<P>(mesh: &MeshDistance, block: &NodeBlock<P>) -> Vec<(f32, u32)>
+where
+    P: Fn([usize; 3]) -> Vector3<f64> + Sync,
+{
+    let [row, rows, layers] = block.counts;
+    let mut nearest = vec![(0.0, 0); row * rows * layers];
+    let rows_of_packets = rows.div_ceil(SIDE);
+    let mut tiles: Vec<Vec<&mut [(f32, u32)]>> = vec![];
+    tiles.resize_with(rows_of_packets * layers.div_ceil(SIDE), Vec::new);
+    for (index, middles) in nearest.chunks_mut(row).enumerate() {
+        tiles[index / rows / SIDE * rows_of_packets + index % rows / SIDE].push(middles);
+    }
+    tiles.into_par_iter().enumerate().for_each(|(tile, mut tile_rows)| {
+        let [y, z] = [tile % rows_of_packets, tile / rows_of_packets].map(|packet| packet * SIDE);
+        let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
+        let mut packet = Packet::new(mesh.tree());
+        for x in (0..row).step_by(SIDE) {
+            let along =
+                |axis: usize| std::array::from_fn(|step| (block.position)([x + step, y + step, z + step])[axis]);
+            let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
+            let nodes = Nodes { axes: std::array::from_fn(along), spacing: block.spacing, counts };
+            packet.measure(&nodes, f64::INFINITY);
+            for (above, middles) in tile_rows.iter_mut().enumerate() {
+                for i in 0..counts[0] {
+                    let step = [i, above % counts[1], above / counts[1]];
+                    let nearest = mesh.nearest_in(&packet, &nodes, step, None);
+                    middles[x + i] = (nearest.signed() as f32, nearest.guess as u32);
+                }
             }
         }
     });
-    values
+    nearest
 }
 
 /// The middle of a place: of the cells whose first corners it holds.
@@ -255,4 +311,54 @@ fn place_node(counts: [u32; 3], place: [u32; 3], corner: u32) -> usize {
     let [row, rows, _] = counts.map(|n| n as usize + 1);
     let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| (place[axis] + (corner >> axis & 1)) as usize);
     (z * rows + y) * row + x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gradient_spread::tests::{random, random_vector};
+    use crate::{TriangleMesh, lattice_around};
+
+    /// Some tetrahedra, and some triangles that make the mesh open.
+    fn mesh(tetrahedra: u32, triangles: u32, state: &mut u64) -> TriangleMesh {
+        let (mut points, mut corners) = (vec![], vec![]);
+        for part in 0..tetrahedra + triangles {
+            let (middle, size) = (random_vector(state), 0.02 + 0.3 * random(state).abs());
+            let first = 4 * part;
+            points.extend((0..4).map(|_| <[f64; 3]>::from(middle + random_vector(state) * size)));
+            let of_part = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|of: [u32; 3]| of.map(|c| first + c));
+            corners.extend(&of_part[..if part < tetrahedra { 4 } else { 1 }]);
+        }
+        TriangleMesh::new(&points, &corners).unwrap()
+    }
+
+    #[test]
+    fn distances_and_magnitudes_are_those_of_every_node_searched_by_itself() {
+        let mut state = 47;
+        println!("seed {state}");
+        for (tetrahedra, triangles, cells) in [(1, 0, 20.0), (1, 0, 150.0), (9, 0, 150.0), (0, 40, 90.0), (3, 1, 200.0)]
+        {
+            let mesh = mesh(tetrahedra, triangles, &mut state);
+            let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 2).unwrap();
+            let mesh = MeshDistance::new(&mesh, None);
+            let places = Places::measure(&mesh, &lattice, 3.0 * lattice.spacing());
+            for index in 0..places.count() {
+                let at = middle(&lattice, places.place(index).map(|n| n as usize));
+                let wanted = mesh.nearest(at, 0).distance as f32;
+                assert_eq!(places.distances[index].abs(), wanted, "place {index}");
+            }
+            let mut rises = 0;
+            let nodes: Vec<[u32; 3]> = places.coarse_nodes().collect();
+            for (number, node) in nodes.into_iter().enumerate() {
+                let at = Vector3::from(lattice.node(node.map(|n| n * BRICK)));
+                let distance = mesh.nearest(at, 0).distance as f32;
+                assert_eq!(places.magnitudes[number], places.magnitude(node, distance), "{node:?}");
+                rises += usize::from(places.magnitudes[number] > places.magnitude(node, 0.0));
+                if let Some(sides) = &places.sides {
+                    assert!(sides.distances_of_nodes[number].abs() <= distance * (1.0 + f32::EPSILON), "{node:?}");
+                }
+            }
+            assert!(rises > 0, "{tetrahedra} {triangles}");
+        }
+    }
 }

@@ -25,29 +25,6 @@ impl pulp::WithSimd for FastSum<'_> {
     }
 }
 
-struct PlainSum<'a> {
-    triangles: &'a [[Vector3<f64>; 3]],
-    senses: &'a [f64],
-    point: Vector3<f64>,
-}
-
-impl pulp::WithSimd for PlainSum<'_> {
-    type Output = Option<f64>;
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<f64> {
-        let mut sums = [0.0; FAN];
-        let mut least = [1.0; FAN];
-        for (triangles, senses) in self.triangles.chunks(FAN).zip(self.senses.chunks(FAN)) {
-            let clearness = add_triangles(triangles, senses, self.point, &mut sums);
-            for lane in 0..FAN {
-                least[lane] = if clearness[lane] >= least[lane] { least[lane] } else { clearness[lane] };
-            }
-        }
-        let is_clear = least.iter().all(|clearness| *clearness > LEAST_CLEARNESS);
-        is_clear.then(|| sums.iter().sum::<f64>() / (4.0 * PI))
-    }
-}
-
 impl WindingNumbers {
     /// What `sum` gives, but for rounding.
     pub(super) fn sum_in_lanes(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> f64 {
@@ -81,14 +58,6 @@ impl WindingNumbers {
     }
 }
 
-/// Like [`WindingNumbers`], of any triangles and to the last digits. `None` where the point may be on an edge of one.
-pub(super) fn plain_sum(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3<f64>) -> Option<f64> {
-    pulp::Arch::new().dispatch(PlainSum { triangles, senses, point })
-}
-
-/// At least a millionth of an edge away from it, so that the angles have ten digits.
-const LEAST_CLEARNESS: f64 = 1e-12;
-
 /// Adds what nodes far away are seen as. Which of them are far.
 #[inline(always)]
 fn add_far(fan: &Fan, point: Vector3<f64>, far_radii: f64, sums: &mut Lanes) -> [bool; FAN] {
@@ -109,10 +78,9 @@ fn add_far(fan: &Fan, point: Vector3<f64>, far_radii: f64, sums: &mut Lanes) -> 
     is_far
 }
 
-/// Adds the angles that at most [`FAN`] triangles fill. How far the point is from being on an edge of each: with α, β, γ the angles
-/// between the ways to its corners it is 2 (1 + cos α) (1 + cos β) (1 + cos γ), which is zero where two corners lie opposite.
+/// Adds the angles that at most [`FAN`] triangles fill.
 #[inline(always)]
-fn add_triangles(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3<f64>, sums: &mut Lanes) -> Lanes {
+fn add_triangles(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3<f64>, sums: &mut Lanes) {
     let mut corners = [[[0.0; FAN]; 3]; 3];
     let mut twice = [0.0; FAN];
     for (lane, (triangle, sense)) in triangles.iter().zip(senses).enumerate().take(FAN) {
@@ -124,7 +92,6 @@ fn add_triangles(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3
         }
     }
     let [a, b, c] = corners;
-    let mut clearness = [0.0; FAN];
     for lane in 0..FAN {
         let [a, b, c] = [&a, &b, &c].map(|corner| [corner[0][lane], corner[1][lane], corner[2][lane]]);
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -134,18 +101,13 @@ fn add_triangles(triangles: &[[Vector3<f64>; 3]], senses: &[f64], point: Vector3
         let denominator = product + dot(a, b) * lengths[2] + dot(b, c) * lengths[0] + dot(c, a) * lengths[1];
         let triple = dot(a, across);
         sums[lane] += twice[lane] * angle(triple, denominator);
-        let clear = (triple * triple + denominator * denominator) / (product * product);
-        // At a corner it is no number.
-        let clear = if product > 0.0 { clear } else { 0.0 };
-        clearness[lane] = if twice[lane] == 0.0 { 1.0 } else { clear };
     }
-    clearness
 }
 
 /// `y.atan2(x)` but for the last digits, and at the origin 0. (Cephes 2.8, `atan.c`: the arc tangent up to 0.66 as a
 /// quotient of polynomials.)
 #[inline(always)]
-fn angle(y: f64, x: f64) -> f64 {
+pub(super) fn angle(y: f64, x: f64) -> f64 {
     const NUMERATOR: [f64; 5] = [
         -8.750_608_600_031_904e-1,
         -1.615_753_718_733_365e1,
@@ -180,7 +142,7 @@ mod tests {
     use super::*;
     use crate::TriangleMesh;
     use crate::gradient_spread::tests::{random, random_vector};
-    use crate::winding::{FAR_RADII, SURE_FAR_RADII, solid_angle};
+    use crate::winding::{FAR_RADII, SURE_FAR_RADII};
 
     #[test]
     fn the_angle_is_that_of_the_library() {
@@ -217,14 +179,7 @@ mod tests {
                         [windings.sum(&tree, point, far_radii), windings.sum_in_lanes(&tree, point, far_radii)];
                     assert!((plain - lanes).abs() < 1e-10, "{plain} {lanes} at {point}");
                 }
-                let all = tree.corners.iter().zip(&senses);
-                let all = all.map(|(corners, sense)| sense * solid_angle(corners.map(|corner| corner - point)));
-                let wanted = all.sum::<f64>() / (4.0 * PI);
-                let summed = plain_sum(&tree.corners, &senses, point).unwrap();
-                assert!((summed - wanted).abs() < 1e-10, "{summed} {wanted} at {point}");
             }
-            let [a, b, _] = tree.corners[0];
-            assert_eq!(plain_sum(&tree.corners, &senses.iter().map(|_| 1.0).collect::<Vec<_>>(), (a + b) * 0.5), None);
         }
     }
 }

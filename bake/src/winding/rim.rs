@@ -2,20 +2,18 @@ use std::f64::consts::PI;
 
 use sdf_core::nalgebra::Vector3;
 
-use super::lanes::plain_sum;
+use super::cap::Cap;
 use crate::hilbert::{BITS, hilbert_index};
 
 /// The curve that bounds a mesh: where its triangles, turned to agree, do not cancel along an edge. By Stokes' theorem
 /// the winding number varies away from the triangles as this curve alone says, by the law of Biot and Savart.
 pub(crate) struct Rim {
     /// Neighbours together.
-    edges: Vec<Parts>,
+    edges: Vec<Edges>,
     /// Each part the edges of one of [`Self::edges`].
     groups: Vec<Parts>,
-    /// Triangles from one point to each edge: a surface with the same rim, none where it has too many edges to be of use.
-    cap: Vec<[Vector3<f64>; 3]>,
-    /// Of each of them.
-    multiplicities: Vec<f64>,
+    /// Without an edge where the rim has too many to be of use.
+    cap: Cap,
 }
 
 /// Parts of the rim looked at together.
@@ -28,6 +26,17 @@ struct Parts {
     radius: [f64; LANES],
     /// Length times how many triangles more run along it one way than the other.
     weight: [f64; LANES],
+}
+
+/// Edges of the rim side by side. In the places after the last stands the first once more, without weight.
+struct Edges {
+    from: [[f64; LANES]; 3],
+    way: [[f64; LANES]; 3],
+    /// One over the length's square.
+    per_length_sq: [f64; LANES],
+    length: [f64; LANES],
+    /// How many triangles more run along it one way than the other.
+    times: [f64; LANES],
 }
 
 struct Part {
@@ -51,7 +60,7 @@ impl Rim {
         let mut edges: Vec<_> = edges.collect();
         let ends = || edges.iter().flat_map(|(ends, _)| ends);
         let Some(low) = ends().copied().reduce(|a, b| a.inf(&b)) else {
-            return Self { edges: vec![], groups: vec![], cap: vec![], multiplicities: vec![] };
+            return Self { edges: vec![], groups: vec![], cap: Cap::new(Vector3::zeros(), &[]) };
         };
         let middle = ends().sum::<Vector3<f64>>() / (2.0 * edges.len() as f64);
         let side = ends().map(|end| (end - low).max()).fold(0.0, f64::max);
@@ -64,17 +73,16 @@ impl Rim {
         let groups: Vec<Part> = parts.chunks(LANES).map(Part::around).collect();
         let with_cap = &edges[..if edges.len() > MOST_CAP_EDGES { 0 } else { edges.len() }];
         Self {
-            edges: parts.chunks(LANES).map(Parts::new).collect(),
+            edges: edges.chunks(LANES).map(Edges::new).collect(),
             groups: groups.chunks(LANES).map(Parts::new).collect(),
-            cap: with_cap.iter().map(|([from, to], _)| [middle, *from, *to]).collect(),
-            multiplicities: with_cap.iter().map(|(_, times)| *times).collect(),
+            cap: Cap::new(middle, with_cap),
         }
     }
 
     /// The winding number but for a whole number: together with the cap turned around, the mesh is closed. `None` where that
     /// is not known.
     pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<f64> {
-        if self.cap.is_empty() { None } else { plain_sum(&self.cap, &self.multiplicities, point) }
+        if self.cap.is_empty() { None } else { self.cap.winding_fraction(point) }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -89,6 +97,9 @@ impl Rim {
         pulp::Arch::new().dispatch(SlopeSum { rim: self, center, radius })
     }
 }
+
+/// Less than one by more than all rounding of a distance.
+const NEARER: f64 = 1.0 - 1e-9;
 
 struct SlopeSum<'a> {
     rim: &'a Rim,
@@ -108,7 +119,7 @@ impl pulp::WithSimd for SlopeSum<'_> {
             for (group, edges) in edges.iter().enumerate() {
                 if distances[group] <= FAR_RADII * groups.radius[group] {
                     far[group] = 0.0;
-                    let slopes = edges.slopes(edges.distances(center, radius));
+                    let slopes = edges.slopes(center, radius);
                     (0..LANES).for_each(|lane| sums[lane] += slopes[lane]);
                 }
             }
@@ -129,6 +140,44 @@ impl Part {
         let reach = |part: &Self| (part.center - center).norm() + part.radius;
         let radius = parts.iter().map(reach).fold(0.0, f64::max) * (1.0 + 1e-9);
         Self { center, radius, weight: parts.iter().map(|part| part.weight).sum() }
+    }
+}
+
+impl Edges {
+    fn new(edges: &[([Vector3<f64>; 2], f64)]) -> Self {
+        let edge = |lane: usize| edges.get(lane).unwrap_or(&edges[0]);
+        let way = |lane: usize| edge(lane).0[1] - edge(lane).0[0];
+        Self {
+            from: std::array::from_fn(|axis| std::array::from_fn(|lane| edge(lane).0[0][axis])),
+            way: std::array::from_fn(|axis| std::array::from_fn(|lane| way(lane)[axis])),
+            per_length_sq: std::array::from_fn(|lane| 1.0 / way(lane).norm_squared()),
+            length: std::array::from_fn(|lane| way(lane).norm()),
+            times: std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |(_, times)| times.abs())),
+        }
+    }
+
+    /// What each adds at most. From a point at a distance d of an edge the integral of one over the square of the distance, along
+    /// it, is at most length/d²; and at most π/d, that along the line on both sides. In a ball of radius r around that point no
+    /// distance is less by a factor of more than (d − r)/d.
+    #[inline(always)]
+    fn slopes(&self, center: Vector3<f64>, radius: f64) -> [f64; LANES] {
+        let mut slopes = [0.0; LANES];
+        for lane in 0..LANES {
+            let [x, y, z] =
+                [center.x - self.from[0][lane], center.y - self.from[1][lane], center.z - self.from[2][lane]];
+            let [along_x, along_y, along_z] = [self.way[0][lane], self.way[1][lane], self.way[2][lane]];
+            let share = (x * along_x + y * along_y + z * along_z) * self.per_length_sq[lane];
+            let share = if share > 0.0 { share } else { 0.0 };
+            let share = if share < 1.0 { share } else { 1.0 };
+            let [x, y, z] = [x - share * along_x, y - share * along_y, z - share * along_z];
+            let distance = (x * x + y * y + z * z).sqrt();
+            let most = PI * distance;
+            let most = if self.length[lane] < most { self.length[lane] } else { most };
+            let least = distance * NEARER - radius;
+            let slope = self.times[lane] * most / (least * least);
+            slopes[lane] = if least > 0.0 { slope } else { f64::INFINITY };
+        }
+        slopes
     }
 }
 
@@ -210,6 +259,9 @@ mod tests {
                 let off = winding(&triangles, point) - rim.winding_fraction(point).unwrap();
                 assert!((off - off.round()).abs() < 1e-9, "{off} at {point}");
             }
+            let edge = &rim.edges[0];
+            let middle = Vector3::from_fn(|axis, _| edge.from[axis][0] + 0.5 * edge.way[axis][0]);
+            assert_eq!(rim.winding_fraction(middle), None);
         }
     }
 
