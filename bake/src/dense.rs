@@ -43,6 +43,10 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
 /// more neighbours that they cannot ask.
 const SLAB: usize = 4;
 
+/// What signs by winding number take on each thread for a while, in bytes for each node of a layer: those of a slab and of a
+/// layer to either side, of their ways, and of the list of those whose neighbours are to be looked at.
+pub const SIGN_BYTES: usize = 40 * SLAB;
+
 /// The exact distance at every node, rounded once to f32. `on_nodes_done` is told, from any thread, how many nodes more
 /// are done. The result does not depend on the number of threads.
 pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usize) + Sync)) -> DenseGrid {

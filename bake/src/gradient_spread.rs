@@ -143,7 +143,7 @@ struct Cone<'a> {
 /// The most by which the interpolant of exact distances can be off, in spacings, where each gradient lies in one of these
 /// cones. A cone is given by unit normals, of which it holds the nonnegative combinations.
 pub(crate) fn error_in_cones(cones: &[Normals]) -> f64 {
-    if cones.iter().any(|normals| normals.count == 0 || normals.is_any_unknown) {
+    if cones.is_empty() || cones.iter().any(|normals| normals.count == 0 || normals.is_any_unknown) {
         return MOST_ERROR;
     }
     pulp::Arch::new().dispatch(ErrorInCones(cones))

@@ -22,6 +22,9 @@ pub(crate) struct Patch {
 /// More than rounding takes from a radius.
 const ROUND_UP: f64 = 1.0 + 1e-6;
 
+/// Of an area less than this the normal would not come out with a length of one.
+const LEAST_AREA: f64 = 1e-100;
+
 impl Patch {
     /// Around so many of the triangles, and no more than there are.
     pub fn around(all: &[[Vector3<f64>; 3]], first: usize, count: usize, frame: &Frame) -> Self {
@@ -41,7 +44,7 @@ impl Patch {
             (b - a).cross(&(c - a))
         };
         let normal = triangles.iter().map(area).sum::<Vector3<f64>>();
-        let normal = normal.try_normalize(0.0).unwrap_or_default().map(|x| x as f32);
+        let normal = normal.try_normalize(LEAST_AREA).unwrap_or_default().map(|x| x as f32);
         let (mut radius_sq, mut half_thickness) = (0.0_f64, 0.0_f64);
         for corner in corners() {
             let way = corner - middle.map(f64::from);

@@ -76,16 +76,24 @@ pub(crate) struct Reach {
 /// In shares of the farthest squared distance that counts.
 const REACH_SLACK: f64 = 1e-6;
 
+/// In shares of the largest coordinate, twice over: twice a way to the point times how far that is off is how much its square
+/// is.
+const COORDINATE_ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 impl Reach {
     #[inline(always)]
     pub fn new(ends: [[f64; 2]; 3], near: Vector3<f64>) -> Self {
         let mut ways_sq = [[0.0; 2]; 3];
-        let mut farthest_sq = 0.0;
+        let (mut farthest_sq, mut largest) = (0.0_f64, 0.0_f64);
         for axis in 0..3 {
+            let [first, last] = ends[axis].map(f64::abs);
+            largest = largest.max(first).max(last).max(near[axis].abs());
             ways_sq[axis] = ends[axis].map(|end| (end - near[axis]) * (end - near[axis]));
             farthest_sq += larger(ways_sq[axis][0], ways_sq[axis][1]);
         }
-        Self { ends, ways_sq, slack: REACH_SLACK * farthest_sq }
+        // Far from the origin the point is off the mesh by some roundings of its coordinates.
+        let rounding = COORDINATE_ROUNDING * largest * farthest_sq.sqrt();
+        Self { ends, ways_sq, slack: REACH_SLACK * farthest_sq + rounding }
     }
 }
 

@@ -79,7 +79,7 @@ pub struct Contact<R: Float, const N: usize> {
     pub distance: R,
     /// No point of the element is deeper than this.
     pub lower_bound: R,
-    /// How many times the field was asked, the cull included.
+    /// At how many points the field was asked, the cull included.
     pub evaluations: u32,
     pub status: ContactStatus,
 }

@@ -69,7 +69,7 @@ pub struct Minimum<R: Real, const N: usize> {
     pub sample: Sample<R>,
     /// No point of the simplex has a value below this, by the field's slope bound and the sample.
     pub lower_bound: R,
-    /// How many times the field was asked; a whole number.
+    /// At how many points the field was asked; a whole number.
     pub evaluations: R,
     /// The method's own condition for a local minimum was met before its budget was spent.
     pub converged: R::Mask,

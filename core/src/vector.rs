@@ -1,4 +1,4 @@
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::real::Real;
 
@@ -28,6 +28,16 @@ pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
 #[inline(always)]
 pub(crate) fn lift<R: Real>(vector: [f64; 3]) -> Vector3<R> {
     Vector3::new(R::lift(vector[0]), R::lift(vector[1]), R::lift(vector[2]))
+}
+
+/// As nalgebra multiplies, to the same bits, but inlined, for wide vectors are only made of what is.
+#[inline(always)]
+pub(crate) fn times<R: Real>(matrix: &Matrix3<R>, vector: Vector3<R>) -> Vector3<R> {
+    let row = |row: usize| {
+        let [x, y, z] = [0, 1, 2].map(|column: usize| matrix.data.0[column % 3][row % 3]);
+        x * vector.x + y * vector.y + z * vector.z
+    };
+    Vector3::new(row(0), row(1), row(2))
 }
 
 /// Coordinate by coordinate.

@@ -68,8 +68,8 @@ pub enum MeshFormat {
     Stl,
 }
 
-/// Reads a file once, and parses it, an OBJ file without holding more than a little of its text. To do more with its bytes,
-/// such as hashing them, read it and call [`parse`].
+/// Reads a file once, and parses it: of an OBJ file whose lines end in LF without holding more than a little of its text. To do
+/// more with its bytes, such as hashing them, read it and call [`parse`].
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     let name = path.display().to_string();
     match streamed::read(path, &name) {

@@ -86,7 +86,6 @@ fn numbers_are_those_of_the_standard_library() {
     assert_eq!(mesh.points, [[1e5, 1.0, -0.5], [0.0, 0.0, 9007199254740992.0]]);
 }
 
-/// Blanks that are neither spaces nor tabs, joined lines and comments take the long way through the reader.
 /// Lines of any ends and lengths, wherever a reader may cut them.
 #[test]
 fn a_large_file_reads_as_its_bytes_do() {
@@ -133,6 +132,23 @@ fn a_large_file_reads_as_its_bytes_do() {
     assert!((3..18).contains(&refused), "{refused} refused");
 }
 
+#[test]
+fn a_first_line_does_not_hide_that_the_rest_is_no_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let zeros = [b"v 0 0 0\n".to_vec(), vec![0; 300_000]].concat();
+    let count = 6_000_u32;
+    let mut header = b"v 1 2 3\n".to_vec();
+    header.resize(80, b' ');
+    let stl = [header, count.to_le_bytes().to_vec(), vec![0; 50 * count as usize]].concat();
+    for bytes in [zeros, stl] {
+        std::fs::write(&path, &bytes).unwrap();
+        let name = path.display().to_string();
+        assert_eq!(sdf_formats::mesh::read(&path).is_ok(), parse(&bytes, &name).is_ok());
+    }
+}
+
+/// Blanks that are neither spaces nor tabs, joined lines and comments take the long way through the reader.
 #[test]
 fn a_file_reads_the_same_by_the_short_way_and_the_long() {
     let mut random = Random::new(11);

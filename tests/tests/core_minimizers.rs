@@ -268,7 +268,7 @@ impl Sdf for Counted<'_> {
 }
 
 #[test]
-fn evaluations_are_how_often_the_field_was_asked() {
+fn evaluations_are_at_how_many_points_the_field_was_asked() {
     fn check<const N: usize>()
     where
         Method: Minimizer<N>,
@@ -276,7 +276,9 @@ fn evaluations_are_how_often_the_field_was_asked() {
         everywhere::<f64, N>(24, 10, |told, scene, method, simplex| {
             let counted = Counted(scene, Default::default());
             let minimum = method.minimize(&counted, simplex);
-            assert_eq!(minimum.evaluations, f64::from(counted.1.get()), "{told}");
+            // Point sampling asks the lowest of its points a second time, for the gradient.
+            let again = u32::from(matches!(method, Method::PointSampling(_)));
+            assert_eq!(minimum.evaluations, f64::from(counted.1.get() - again), "{told}");
         });
     }
     check::<1>();

@@ -99,7 +99,11 @@ impl Places {
 
     /// Of its own numbers, a table, a list of places and a coarse grid.
     pub fn bytes(&self) -> usize {
-        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 3]>()
+        let of_sides = self.sides.as_ref().map_or(0, |sides| {
+            (sides.of_middles.len() + sides.of_nodes.len()) * size_of::<Winding>()
+                + size_of_val(&sides.distances_of_nodes[..])
+        });
+        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 3]>() + of_sides
     }
 
     pub fn band(&self) -> f64 {

@@ -48,8 +48,9 @@ struct Part {
 /// With more edges than this the bound would cost more than the winding numbers that it saves.
 const MOST_RIM_EDGES: usize = 20_000;
 
-/// With more edges than this the sum over the mesh's triangles takes no longer than that over the cap's.
-const MOST_CAP_EDGES: usize = 2000;
+/// With more edges than this, each as often as it is there, the sum over the mesh's triangles takes no longer than that over
+/// the cap's.
+const MOST_CAP_EDGES: f64 = 2000.0;
 
 /// A group farther than this many of its radii counts as one.
 const FAR_RADII: f64 = 2.0;
@@ -71,7 +72,8 @@ impl Rim {
         edges.sort_by_cached_key(|(ends, _)| place(*ends));
         let parts: Vec<Part> = edges.iter().map(Part::of_edge).collect();
         let groups: Vec<Part> = parts.chunks(LANES).map(Part::around).collect();
-        let with_cap = &edges[..if edges.len() > MOST_CAP_EDGES { 0 } else { edges.len() }];
+        let of_cap: f64 = edges.iter().map(|(_, times)| times.abs()).sum();
+        let with_cap = &edges[..if of_cap > MOST_CAP_EDGES { 0 } else { edges.len() }];
         Self {
             edges: edges.chunks(LANES).map(Edges::new).collect(),
             groups: groups.chunks(LANES).map(Parts::new).collect(),

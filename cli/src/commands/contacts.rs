@@ -134,7 +134,9 @@ fn read_reached<const N: usize>(
         bounds.min.into_iter().chain(bounds.max).fold(most, |most, x| most.max(x.abs()))
     });
     let stays = stays(args);
-    let regions = world().map(|bounds| if stays { bounds } else { pose.pull_bounds(bounds) });
+    // What is asked of an element may lie beyond its box by the rounding of the world's coordinates.
+    let off = farthest * 4.0 * f64::EPSILON;
+    let regions = world().map(|bounds| if stays { bounds } else { pose.pull_bounds(bounds.inflate(off)) });
     Ok(reader.read_reached(regions, args.margin + farthest * ROUNDING)?)
 }
 

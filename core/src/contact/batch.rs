@@ -223,7 +223,8 @@ impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
                     is_last
                 }
             };
-            if is_full {
+            // Without any there would be elements that were refused in the lanes.
+            if is_full && near.count > 0 {
                 let (near, count) = near.drain();
                 let lower_bounds = self.look_at_centroids(&near);
                 let looked = near.iter().zip(lower_bounds).take(count);

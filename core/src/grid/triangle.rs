@@ -47,7 +47,7 @@ pub struct TriangleMinimum<R> {
     pub value: R,
     /// No value on the triangle is below this, but for rounding.
     pub least: R,
-    /// How many points and cells were looked at.
+    /// How many points were asked and cells searched. Cells of which no more than bounds were taken do not count.
     pub looks: u32,
 }
 

@@ -55,7 +55,7 @@ impl Minimizer<1> for PointSampling {
     }
 }
 
-/// By values alone. Where the least is, the field is asked once more, for the gradient; that is not counted.
+/// By values alone. Where the least is, the field is asked once more, for the gradient; the point is counted once.
 #[inline(always)]
 fn least_of<R: Real, F: Sdf, const N: usize>(
     field: &F,

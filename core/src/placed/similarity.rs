@@ -3,7 +3,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::{Placement, Pulled};
 use crate::Aabb;
 use crate::real::Real;
-use crate::vector::lift;
+use crate::vector::{lift, times};
 
 /// A turn, then a uniform scale, then a shift: world = translation + scale · rotation · local.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +49,7 @@ impl Placement for Similarity {
     #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
         let jacobian = self.local_from_world.map(R::lift);
-        let point = jacobian * (world_point - lift(self.translation));
+        let point = times(&jacobian, world_point - lift(self.translation));
         Pulled { point, jacobian, scale: R::lift(self.scale) }
     }
 

@@ -8,7 +8,7 @@ use super::tiling::Tile;
 
 /// How far, of the largest coordinate, a point may be from where it should be when it is asked for in f32: a minimizer's
 /// point and its steps from the origin are off by three roundings of a half.
-const OFF: f64 = 8.0 * f32::EPSILON as f64;
+const OFF: f64 = 32.0 * f32::EPSILON as f64;
 
 /// How far off, of the largest number and a slope of one, a cull may be that goes by an element's bounds: twice what
 /// [`sdf_core::contact`] allows for in f32.

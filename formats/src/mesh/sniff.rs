@@ -12,21 +12,16 @@ pub(super) enum Kind {
 
 /// The kind, or what the file looks like instead and what to do: empty where there is no telling.
 pub(super) fn kind(bytes: &[u8], name: &str) -> Result<Kind, &'static str> {
-    kind_of_beginning(bytes, bytes.len() as u64, name)
-}
-
-/// As [`kind`], of a file of which only the first lines are known: where it says OBJ, so does all of the file.
-pub(super) fn kind_of_beginning(bytes: &[u8], length: u64, name: &str) -> Result<Kind, &'static str> {
     if matches!(bytes, [b'p', b'l', b'y', b'\n' | b'\r' | b' ' | b'\t', ..]) {
         return Ok(Kind::Ply);
     }
-    if stl::is_binary(bytes, length) {
+    if stl::is_binary(bytes, bytes.len() as u64) {
         return Ok(Kind::StlBinary);
     }
     if let Some(likely) = other_kind(bytes) {
         return Err(likely);
     }
-    let is_text = !bytes[..bytes.len().min(TEXT)].contains(&0);
+    let is_text = is_text(bytes);
     if is_text && is_stl_text(bytes) {
         return Ok(Kind::StlText);
     }
@@ -43,6 +38,11 @@ pub(super) fn kind_of_beginning(bytes: &[u8], length: u64, name: &str) -> Result
 
 /// The bytes at the beginning that must be free of NUL in a text. Binary headers are full of it.
 const TEXT: usize = 1024;
+
+/// Whether a file that begins so may be a text.
+pub(super) fn is_text(beginning: &[u8]) -> bool {
+    !beginning[..beginning.len().min(TEXT)].contains(&0)
+}
 
 fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     let signatures: [(&[u8], &str); 9] = [

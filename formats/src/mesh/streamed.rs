@@ -9,7 +9,7 @@ use memchr::memrchr_iter;
 use super::error::Fault;
 use super::sniff::{self, Kind};
 use super::text::Text;
-use super::{Mesh, MeshError, checked, obj, parse};
+use super::{Mesh, MeshError, checked, obj, parse, stl};
 
 /// Bytes that are read at a time: what a processor's second cache holds, and enough that a call to the system is cheap.
 const AT_A_TIME: usize = 256 << 10;
@@ -20,7 +20,8 @@ pub(super) fn read(path: &Path, name: &str) -> io::Result<Result<Mesh, MeshError
     let length = file.metadata()?.len();
     let mut bytes = Vec::with_capacity(AT_A_TIME);
     let more = read_some(&mut file, &mut bytes)?;
-    if more && matches!(sniff::kind_of_beginning(&bytes[..whole_lines(&bytes)], length, name), Ok(Kind::Obj)) {
+    let may_be_lines = more && sniff::is_text(&bytes) && !stl::is_binary(&bytes, length);
+    if may_be_lines && matches!(sniff::kind(&bytes[..whole_lines(&bytes)], name), Ok(Kind::Obj)) {
         return Ok(checked(read_obj(&mut file, bytes)?, name));
     }
     file.read_to_end(&mut bytes)?;

@@ -45,11 +45,9 @@ pub(super) fn lower_to_corners<R: Float>(rises: &Rises<R>, values: [R; 3], lowes
 #[inline(always)]
 pub(super) fn edges<R: Float>(face: &Face<R>, rises: &Rises<R>, values: [R; 3], lowest: R) -> [Line<R>; 3] {
     let nothing = R::lift(f64::INFINITY);
-    let is_off = rises.leads_down_from_corners();
-    let value = |k: usize| if is_off[k % 3] { -nothing } else { values[k % 3] };
     let (up, down) = (|way| rises.up(way), |way| rises.down(way));
     let edge = |way: usize, [from, to]: [usize; 2], leads_down: bool| {
-        let bound = rises.least_between(way, [value(from), value(to)]);
+        let bound = rises.least_between(way, [values[from % 3], values[to % 3]]);
         Line {
             from: face.corners[from % 3],
             way: face.corners[to % 3] - face.corners[from % 3],
