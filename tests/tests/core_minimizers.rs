@@ -550,7 +550,11 @@ fn sampled_weights(samples: u32) -> Vec<[f64; 3]> {
     // Where the second and third weight are x and y.
     let triangle = Simplex::<f64, 3> { corners: [Vector3::zeros(), Vector3::x(), Vector3::y()] };
     PointSampling { samples }.minimize(&noted, &triangle);
-    noted.0.into_inner().into_iter().map(|point| [1.0 - point.x - point.y, point.x, point.y]).collect()
+    let mut points = noted.0.into_inner();
+    // Where the least is, the field is asked a second time, for the gradient.
+    let again = points.pop().expect("a point that was asked");
+    assert!(points.contains(&again));
+    points.into_iter().map(|point| [1.0 - point.x - point.y, point.x, point.y]).collect()
 }
 
 fn is_within(weights: [f64; 3], triangle: &[[f64; 3]; 3]) -> bool {
