@@ -8,7 +8,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::mesh_distance::Beside;
 use crate::node_bounds::{Around, inside_reaches_box};
-use crate::packet::{Nodes, Packet, SIDE};
+use crate::packet::{Nodes, Packet, SIDE, rows_of_packets};
 use crate::signs::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 
@@ -80,16 +80,9 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
 
 /// The distance at every node, with its sign where pseudo-normals tell it.
 fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nodes_done: &(dyn Fn(usize) + Sync)) {
-    let [row, rows, layers] = lattice.nodes().map(|n| n as usize);
-    // Rows of nodes, by the rows of packets that they are in.
-    let rows_of_packets = rows.div_ceil(SIDE);
-    let mut tiles: Vec<Vec<&mut [f32]>> = vec![];
-    tiles.resize_with(rows_of_packets * layers.div_ceil(SIDE), Vec::new);
-    for (index, nodes) in distances.chunks_mut(row).enumerate() {
-        tiles[index / rows / SIDE * rows_of_packets + index % rows / SIDE].push(nodes);
-    }
-    tiles.into_par_iter().enumerate().for_each(|(tile, mut tile_rows)| {
-        let [y, z] = [tile % rows_of_packets, tile / rows_of_packets].map(|packet| packet * SIDE);
+    let counts = lattice.nodes().map(|n| n as usize);
+    let [row, rows, layers] = counts;
+    rows_of_packets(distances, counts).into_par_iter().for_each(|([y, z], mut tile_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut packet = Packet::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {

@@ -29,6 +29,17 @@ pub(crate) const NODES: usize = SIDE * SIDE * SIDE;
 /// more than was needed; with more, too many are looked at.
 const MOST_OPENED: usize = 192;
 
+/// Nodes, x fastest, cut into rows: those of the packets that begin at the same y and z, with these.
+pub(crate) fn rows_of_packets<T>(nodes: &mut [T], [row, rows, layers]: [usize; 3]) -> Vec<([usize; 2], Vec<&mut [T]>)> {
+    let along_y = rows.div_ceil(SIDE);
+    let first = |tile: usize| [tile % along_y * SIDE, tile / along_y * SIDE];
+    let mut tiles: Vec<_> = (0..along_y * layers.div_ceil(SIDE)).map(|tile| (first(tile), vec![])).collect();
+    for (index, nodes) in nodes.chunks_mut(row).enumerate() {
+        tiles[index / rows / SIDE * along_y + index % rows / SIDE].1.push(nodes);
+    }
+    tiles
+}
+
 /// Where the nodes stand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nodes {

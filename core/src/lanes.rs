@@ -161,15 +161,4 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
         }
         to
     }
-    #[inline(always)]
-    fn gather<const K: usize>(at: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; K]) -> [Self; K] {
-        let mut gathered = [Self::zero(); K];
-        for lane in 0..N {
-            let values = T::gather([at[0].0[lane], at[1].0[lane], at[2].0[lane]], &mut fetch);
-            for k in 0..K {
-                gathered[k].0[lane] = values[k];
-            }
-        }
-        gathered
-    }
 }

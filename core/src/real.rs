@@ -77,14 +77,8 @@ pub trait Real:
 
     fn set_lane(&mut self, lane: usize, value: Self::Lane);
 
-    /// Fetches `N` stored floats for each lane's three whole numbers, which must lie in 0 ≤ at < 2³¹.
-    fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N];
-
-    /// The samples at the corners of each lane's cell, whole numbers.
-    #[inline(always)]
-    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
-        Self::gather(cell, |cell| storage.corners(cell))
-    }
+    /// The samples at the corners of each lane's cell, whole numbers, which must lie in 0 ≤ cell < 2³¹.
+    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8];
 
     /// What a kernel answers in each lane.
     #[inline(always)]
@@ -194,9 +188,8 @@ macro_rules! float {
                 *self = value;
             }
             #[inline(always)]
-            fn gather<const N: usize>([x, y, z]: [Self; 3], mut fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {
-                let values = fetch([x as u32, y as u32, z as u32]);
-                core::array::from_fn(|k| values[k] as $float)
+            fn corners<S: Storage>([x, y, z]: [Self; 3], storage: &S) -> [Self; 8] {
+                storage.corners([x as u32, y as u32, z as u32]).map(Self::of_stored)
             }
         }
 

@@ -4,6 +4,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use nalgebra::Vector3;
 use num_traits::{One, Zero};
+use sdf_core::grid::Storage;
 use sdf_core::{Float, Real};
 
 /// A number and its derivatives by x, y and z. Comparisons and choices go by the value, so the derivative is that of the
@@ -110,7 +111,7 @@ impl<T: Float> Real for Dual<T> {
     fn set_lane(&mut self, _lane: usize, value: T) {
         *self = Self::constant(value);
     }
-    fn gather<const N: usize>(at: [Self; 3], fetch: impl FnMut([u32; 3]) -> [f32; N]) -> [Self; N] {
-        T::gather(at.map(|axis| axis.value), fetch).map(Self::constant)
+    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
+        T::corners(cell.map(|along| along.value), storage).map(Self::constant)
     }
 }

@@ -5,7 +5,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
-use crate::packet::{Nodes, Packet, SIDE};
+use crate::packet::{Nodes, Packet, SIDE, rows_of_packets};
 use crate::signs::{Known, NodeBlock, Winding};
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
@@ -276,14 +276,7 @@ where
 {
     let [row, rows, layers] = block.counts;
     let mut nearest = vec![(0.0, 0); row * rows * layers];
-    let rows_of_packets = rows.div_ceil(SIDE);
-    let mut tiles: Vec<Vec<&mut [(f32, u32)]>> = vec![];
-    tiles.resize_with(rows_of_packets * layers.div_ceil(SIDE), Vec::new);
-    for (index, middles) in nearest.chunks_mut(row).enumerate() {
-        tiles[index / rows / SIDE * rows_of_packets + index % rows / SIDE].push(middles);
-    }
-    tiles.into_par_iter().enumerate().for_each(|(tile, mut tile_rows)| {
-        let [y, z] = [tile % rows_of_packets, tile / rows_of_packets].map(|packet| packet * SIDE);
+    rows_of_packets(&mut nearest, block.counts).into_par_iter().for_each(|([y, z], mut tile_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut packet = Packet::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {
