@@ -49,6 +49,15 @@ pub trait Minimizer<const N: usize> {
     /// Whether a search of one simplex works side by side within itself, so that it pays to compile it for wide vectors.
     const WORKS_IN_LANES: bool = Self::PAYS_IN_LANES;
 
+    /// The same method with so small a budget that it is worth a try on many simplices side by side, before the whole budget is
+    /// spent on those that it leaves over. Where it converges it answers what the method itself does, bit for bit.
+    fn brief(&self) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
     /// All corners must be finite and within ±[`Real::REACH`].
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
 

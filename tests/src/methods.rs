@@ -34,6 +34,14 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
 }
 
 impl Minimizer<2> for Method {
+    fn brief(&self) -> Option<Self> {
+        match self {
+            Self::FrankWolfe(method) => Minimizer::<2>::brief(method).map(Self::FrankWolfe),
+            Self::ProjectedGradient(method) => Minimizer::<2>::brief(method).map(Self::ProjectedGradient),
+            _ => None,
+        }
+    }
+
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
         match self {
             Self::FrankWolfe(method) => method.minimize(field, simplex),
@@ -57,6 +65,16 @@ impl Minimizer<2> for Method {
 macro_rules! all_but_golden_section {
     ($corners:literal) => {
         impl Minimizer<$corners> for Method {
+            fn brief(&self) -> Option<Self> {
+                match self {
+                    Self::FrankWolfe(method) => Minimizer::<$corners>::brief(method).map(Self::FrankWolfe),
+                    Self::ProjectedGradient(method) => {
+                        Minimizer::<$corners>::brief(method).map(Self::ProjectedGradient)
+                    }
+                    _ => None,
+                }
+            }
+
             fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
                 match self {
                     Self::FrankWolfe(method) => method.minimize(field, simplex),

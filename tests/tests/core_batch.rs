@@ -24,6 +24,10 @@ macro_rules! in_lanes {
                 self.0.minimize(field, simplex)
             }
 
+            fn brief(&self) -> Option<Self> {
+                Minimizer::<$corners>::brief(&self.0).map(Self)
+            }
+
             fn minimize_below<R: Real, F: Sdf>(
                 &self,
                 field: &F,
@@ -94,12 +98,9 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
         Err(Refusal::Culled) => by_halves.push((place, Outcome::Culled)),
         Err(Refusal::NotFinite) => by_halves.push((place, Outcome::NotFinite)),
     });
-    let order = passed.iter().map(|passed| passed.place).collect::<Vec<_>>();
-    let before = by_halves.len();
-    batch::search::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, &passed, |place, outcome| {
-        by_halves.push((place, outcome));
+    batch::search::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, &passed, |at, outcome| {
+        by_halves.push((passed[at].place, outcome));
     });
-    assert!(by_halves[before..].iter().map(|(place, _)| *place).eq(order), "{name}: not in the order that was given");
     by_halves.sort_by_key(|(place, _)| *place);
     assert!(by_halves.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not each once");
     for ((_, outcome), together) in by_halves.iter().zip(&together) {

@@ -138,6 +138,34 @@ fn a_dual_number_walks_the_same_way_as_its_value() {
     check::<3>();
 }
 
+#[test]
+fn where_a_brief_search_converges_it_answers_what_the_method_does() {
+    fn check<R: Float, const N: usize>()
+    where
+        Method: Minimizer<N>,
+    {
+        let (converged, left_over) = (std::cell::Cell::new(0), std::cell::Cell::new(0));
+        everywhere::<R, N>(24, 20, |told, scene, method, simplex| {
+            let Some(brief) = Minimizer::<N>::brief(method) else { return };
+            let found = brief.minimize(scene, simplex);
+            if !found.converged {
+                left_over.set(left_over.get() + 1);
+                return;
+            }
+            converged.set(converged.get() + 1);
+            let whole = method.minimize(scene, simplex);
+            assert!(whole.converged, "{told}");
+            assert_eq!(bits(&found, R::to_f64), bits(&whole, R::to_f64), "{told}");
+        });
+        assert!(converged.get() > 0 && (N == 1 || left_over.get() > 0), "not both are seen");
+    }
+    check::<f32, 2>();
+    check::<f32, 3>();
+    check::<f64, 1>();
+    check::<f64, 2>();
+    check::<f64, 3>();
+}
+
 /// Points sampled on a segment are left out: more of them are other points, and may be worse ones.
 #[test]
 fn more_iterations_never_make_it_worse() {
@@ -284,6 +312,47 @@ fn evaluations_are_at_how_many_points_the_field_was_asked() {
     check::<1>();
     check::<2>();
     check::<3>();
+}
+
+/// A field that keeps the least value that it answered.
+struct Remembered<'a>(&'a Scene, std::cell::Cell<f64>);
+
+impl Sdf for Remembered<'_> {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let sample = self.0.evaluate(point);
+        self.1.set(self.1.get().min(sample.value.lane(0).to_f64()));
+        sample
+    }
+    fn bounds(&self, level: f64) -> Aabb {
+        self.0.bounds(level)
+    }
+    fn slope_bound(&self) -> f64 {
+        self.0.slope_bound()
+    }
+}
+
+/// The certified search is left out: what it found in a piece it asks anew at the weights in the whole, and that rounds.
+#[test]
+fn the_value_is_the_least_that_the_field_answered() {
+    fn check<const N: usize>(budget: u32)
+    where
+        Method: Minimizer<N>,
+    {
+        everywhere::<f64, N>(budget, 10, |told, scene, method, simplex| {
+            if matches!(method, Method::Certified(_)) {
+                return;
+            }
+            let remembered = Remembered(scene, f64::INFINITY.into());
+            let minimum = method.minimize(&remembered, simplex);
+            assert_eq!(minimum.sample.value, remembered.1.get(), "{told}");
+        });
+    }
+    // Small budgets end before the condition for a minimum does, and what was asked last is often the least.
+    for budget in [0, 1, 2, 3, 24] {
+        check::<1>(budget);
+        check::<2>(budget);
+        check::<3>(budget);
+    }
 }
 
 /// §3.2 of the paper with i from 0 goes to a corner first, whatever the start: after one step only the three corners

@@ -49,12 +49,12 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     M: Minimizer<N>,
     T: FnMut(usize, Outcome<R, N>),
 {
-    let search = Search { field, minimizer, margin, elements };
-    let mut waiting = Queue::<_, L>::new(Passed { place: 0, lower_bound: R::zero() });
+    let search = Search { field, margin, elements };
+    let mut waiting = Queue::<_, L>::none();
     let culling = Culling::<_, _, N, L> { field, margin, elements };
     culling.run(|looked| {
         let is_full = match looked {
-            Some((place, Ok(lower_bound))) => waiting.push(Passed { place, lower_bound }),
+            Some((place, Ok(lower_bound))) => waiting.push((place, Passed { place, lower_bound })),
             Some((place, Err(refusal))) => {
                 take(place, refusal.outcome());
                 false
@@ -62,7 +62,9 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
             None => true,
         };
         if is_full {
-            search.each_of(&mut waiting, &mut take);
+            search.each_of(minimizer, &mut waiting, |(place, passed), minimum| {
+                search.tell(*place, passed, minimum, &mut take);
+            });
         }
     });
 }
@@ -84,7 +86,10 @@ where
     });
 }
 
-/// The second half of it: the outcomes of the elements that passed [`cull`], with their places in the order of `passed`.
+/// The second half of it: the outcomes of the elements that passed [`cull`].
+///
+/// `take` is given each outcome once, with its place in `passed`, in an order of no account: what a [brief](Minimizer::brief) search
+/// leaves over waits until it fills all lanes.
 #[inline(always)]
 pub fn search<R, F, M, T, const N: usize, const L: usize>(
     field: &F,
@@ -99,13 +104,29 @@ pub fn search<R, F, M, T, const N: usize, const L: usize>(
     M: Minimizer<N>,
     T: FnMut(usize, Outcome<R, N>),
 {
-    let search = Search { field, minimizer, margin, elements };
-    for passed in passed.chunks(L.max(1)) {
-        let mut waiting = Queue::<_, L>::new(Passed { place: 0, lower_bound: R::zero() });
-        for passed in passed {
-            waiting.push(*passed);
+    let search = Search { field, margin, elements };
+    let brief = if M::PAYS_IN_LANES { minimizer.brief() } else { None };
+    let (mut left_over, mut waiting) = (Queue::<_, L>::none(), Queue::<_, L>::none());
+    let mut fresh = passed.chunks(L.max(1)).zip((0..).step_by(L.max(1)));
+    loop {
+        waiting.take_from(&mut left_over);
+        let next = if waiting.count == L { None } else { fresh.next() };
+        let method = next.and(brief.as_ref()).unwrap_or(minimizer);
+        let is_brief = next.is_some() && brief.is_some();
+        let mut queue = match next {
+            Some((chunk, first)) => Queue::of((first..).zip(chunk.iter().copied())),
+            None => core::mem::replace(&mut waiting, Queue::none()),
+        };
+        if queue.count == 0 {
+            break;
         }
-        search.each_of(&mut waiting, &mut take);
+        search.each_of(method, &mut queue, |item, minimum| {
+            if is_brief && !minimum.converged {
+                left_over.push(*item);
+            } else {
+                search.tell(item.0, &item.1, minimum, &mut take);
+            }
+        });
     }
 }
 
@@ -165,6 +186,7 @@ struct Near<R> {
 }
 
 /// What waits until all lanes are taken.
+#[derive(Clone, Copy)]
 struct Queue<T, const L: usize> {
     items: [T; L],
     count: usize,
@@ -185,11 +207,42 @@ impl<T: Copy, const L: usize> Queue<T, L> {
         self.count == L
     }
 
+    /// As many items of another as there is room for, its last ones first.
+    #[inline(always)]
+    fn take_from(&mut self, other: &mut Self) {
+        while self.count < L {
+            let Some(last) = other.count.checked_sub(1) else { return };
+            other.count = last;
+            if let Some(item) = other.items.get(last) {
+                self.push(*item);
+            }
+        }
+    }
+
     /// All items and their count; in the lanes beyond it stands the first.
     #[inline(always)]
     fn drain(&mut self) -> ([T; L], usize) {
         let count = core::mem::take(&mut self.count);
         (from_fn(|lane| self.items[if lane < count { lane } else { 0 }]), count)
+    }
+}
+
+/// A place, and what is to be searched.
+type Waiting<R> = (usize, Passed<R>);
+
+impl<R: Float, const L: usize> Queue<Waiting<R>, L> {
+    #[inline(always)]
+    fn none() -> Self {
+        Self::new((0, Passed { place: 0, lower_bound: R::zero() }))
+    }
+
+    #[inline(always)]
+    fn of(items: impl Iterator<Item = Waiting<R>>) -> Self {
+        let mut queue = Self::none();
+        for item in items {
+            queue.push(item);
+        }
+        queue
     }
 }
 
@@ -289,37 +342,49 @@ impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
     }
 }
 
-struct Search<'a, R: Float, F, M, const N: usize> {
+struct Search<'a, R: Float, F, const N: usize> {
     field: &'a F,
-    minimizer: &'a M,
     margin: R,
     elements: &'a [Element<R, N>],
 }
 
-impl<R: Float, F: Sdf, M: Minimizer<N>, const N: usize> Search<'_, R, F, M, N> {
+impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
     /// Side by side where that pays.
     #[inline(always)]
-    fn each_of<const L: usize>(&self, waiting: &mut Queue<Passed<R>, L>, take: &mut impl FnMut(usize, Outcome<R, N>)) {
-        let (passed, count) = waiting.drain();
+    fn each_of<M: Minimizer<N>, const L: usize>(
+        &self,
+        minimizer: &M,
+        waiting: &mut Queue<Waiting<R>, L>,
+        mut take: impl FnMut(&Waiting<R>, &Minimum<R, N>),
+    ) {
+        let (items, count) = waiting.drain();
         if count == 0 {
             return;
         }
-        let mut report = |passed: &Passed<R>, minimum: &Minimum<R, N>| {
-            if let Some(element) = self.elements.get(passed.place) {
-                take(passed.place, judge(self.margin, element, minimum, passed.lower_bound));
-            }
-        };
         if M::PAYS_IN_LANES {
-            let simplices = side_by_side(self.elements, passed.map(|passed| passed.place));
-            let minimum = self.minimizer.minimize_below(self.field, &simplices, Lanes([self.margin; L]));
-            for (lane, passed) in passed.iter().enumerate().take(count) {
-                report(passed, &minimum.lane(lane));
+            let simplices = side_by_side(self.elements, items.map(|(_, passed)| passed.place));
+            let minimum = minimizer.minimize_below(self.field, &simplices, Lanes([self.margin; L]));
+            for (lane, item) in items.iter().enumerate().take(count) {
+                take(item, &minimum.lane(lane));
             }
         } else {
-            for passed in passed.iter().take(count) {
-                let Some(element) = self.elements.get(passed.place) else { continue };
-                report(passed, &self.minimizer.minimize_below(self.field, &element.simplex, self.margin));
+            for item in items.iter().take(count) {
+                let Some(element) = self.elements.get(item.1.place) else { continue };
+                take(item, &minimizer.minimize_below(self.field, &element.simplex, self.margin));
             }
+        }
+    }
+
+    #[inline(always)]
+    fn tell(
+        &self,
+        place: usize,
+        passed: &Passed<R>,
+        minimum: &Minimum<R, N>,
+        take: &mut impl FnMut(usize, Outcome<R, N>),
+    ) {
+        if let Some(element) = self.elements.get(passed.place) {
+            take(place, judge(self.margin, element, minimum, passed.lower_bound));
         }
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct Bends<R> {
 }
 
 impl<R: Float> Polynomial<R> {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn new([c000, c100, c010, c110, c001, c101, c011, c111]: [R; 8]) -> Self {
         let (x, y, z) = (c100 - c000, c010 - c000, c001 - c000);
         let (xy, zx, yz) = (c110 - c100 - y, c101 - c100 - z, c011 - c010 - z);
@@ -36,7 +36,7 @@ impl<R: Float> Polynomial<R> {
         Bends { xy: self.xy + self.xyz * at.z, yz: self.yz + self.xyz * at.x, zx: self.zx + self.xyz * at.y }
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn gradient(&self, at: Vector3<R>, bends: &Bends<R>) -> Vector3<R> {
         Vector3::new(
             self.linear.x + bends.xy * at.y + self.zx * at.z,

@@ -11,7 +11,7 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 use pieces::{LANES, Pieces};
-use trace::{Step, Trace};
+use trace::Trace;
 
 use super::{Grid, Storage};
 use crate::real::{Float, Real};
@@ -64,7 +64,7 @@ impl<S: Storage> Grid<S> {
             bound: R::lift(f64::NEG_INFINITY),
         };
         let mut lowest = Lowest { weights: corner_weights(0), value: R::lift(f64::INFINITY), looks: 0 };
-        self.follow([line], None::<core::iter::Empty<_>>, &mut lowest)?;
+        self.follow([line], &mut core::iter::empty(), &mut lowest)?;
         Some(SegmentMinimum { share: lowest.weights[1], value: lowest.value, looks: lowest.looks })
     }
 
@@ -80,25 +80,38 @@ impl<S: Storage> Grid<S> {
     pub(super) fn follow<R: Float, const N: usize>(
         &self,
         lines: [Line<R>; N],
-        more: Option<impl Iterator<Item = Line<R>>>,
+        more: &mut impl Iterator<Item = Line<R>>,
         lowest: &mut Lowest<R>,
     ) -> Option<()> {
         let last = lift::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
-        let mut steps = Steps { line: lines[0], lines, next: 0, more, trace: Trace::none(), last };
+        let (mut line, mut next, mut trace) = (lines[0], 0_usize, Trace::none());
         let mut pieces = Pieces::new();
         let mut is_above = false;
         loop {
             while pieces.count < LANES {
-                let Some(step) = steps.next() else { break };
+                if trace.is_done {
+                    let following = match lines.get(next) {
+                        Some(line) => Some(*line),
+                        None => more.next(),
+                    };
+                    let Some(following) = following else { break };
+                    (line, next) = (following, next.saturating_add(1));
+                    if line.bound < R::lift(f64::INFINITY) {
+                        trace = Trace::new(line.from, line.way, last);
+                    }
+                    continue;
+                }
+                let step;
+                (step, trace) = trace.step();
                 if step.is_lost {
                     return None;
                 }
-                pieces.push(&steps.line, &step);
+                pieces.push(&line, &step);
             }
             if pieces.count == 0 {
                 return Some(());
             }
-            let least = pieces.least(&self.storage);
+            let least = pieces.least(&self.storage, lowest.value);
             for k in 0..pieces.count.min(LANES) {
                 if pieces.is_first[k] {
                     is_above = lowest.value <= pieces.bound[k];
@@ -107,6 +120,9 @@ impl<S: Storage> Grid<S> {
                     continue;
                 }
                 lowest.looks = lowest.looks.saturating_add(1);
+                if least.may_be_less[k] == 0 {
+                    continue;
+                }
                 // The interpolant is never below all of its corners, if they are numbers.
                 if least.is_finite[k] && lowest.value <= least.corner[k] {
                     continue;
@@ -124,33 +140,5 @@ impl<S: Storage> Grid<S> {
             }
             pieces.count = 0;
         }
-    }
-}
-
-/// The steps along several lines.
-struct Steps<R: Real, More, const N: usize> {
-    lines: [Line<R>; N],
-    /// Of these, the next.
-    next: usize,
-    more: Option<More>,
-    line: Line<R>,
-    trace: Trace<R>,
-    last: Vector3<R>,
-}
-
-impl<R: Float, More: Iterator<Item = Line<R>>, const N: usize> Steps<R, More, N> {
-    #[inline(always)]
-    fn next(&mut self) -> Option<Step<R>> {
-        while self.trace.is_done {
-            self.line = match self.lines.get(self.next) {
-                Some(line) => *line,
-                None => self.more.as_mut()?.next()?,
-            };
-            self.next = self.next.saturating_add(1);
-            if self.line.bound < R::lift(f64::INFINITY) {
-                self.trace = Trace::new(self.line.from, self.line.way, self.last);
-            }
-        }
-        Some(self.trace.next())
     }
 }

@@ -36,7 +36,6 @@ use super::{Grid, Storage};
 use crate::Aabb;
 use crate::real::{Float, Real};
 use crate::survey::{bounds, mean, reach, rounding};
-use crate::vector::lift;
 
 /// Where on a triangle a field is least.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +62,12 @@ impl<S: Storage> Grid<S> {
             return None;
         }
         let face = Face::new(&self.lattice, corners.map(|corner| self.in_cells(corner)))?;
-        let (values, gradient) = self.at_middle_and_corners(&face.corners);
+        let points = self.middle_and_corners(&face.corners);
+        // While the samples come from memory, and well before the cells are looked at: what was just stored one by one is slow to
+        // load side by side.
+        let mut cells = Cells::new(&face);
+        cells.find(&face);
+        let (values, gradient) = points.values();
         let value = values[0];
         // Of the corners where they stand in the world, and of the first node, from which they are counted.
         let Aabb { min, max } = self.lattice.bounds();
@@ -71,7 +75,6 @@ impl<S: Storage> Grid<S> {
         let reach = Real::max(reach(corners[0], &corners), R::lift(farthest));
         let rounding = rounding(self.slope_bound, corners[0], reach, value);
         let ways = Ways::new(&face, gradient, R::lift(self.slope_bound * self.lattice.spacing()));
-        let mut cells = Cells::of(&face);
         let rises = self.rises(&mut cells, &ways)?;
         let least = value + rises.fall() - rounding;
         let mut lowest = Lowest { weights: [R::lift(1.0 / 3.0); 3], value, looks: 1 };
@@ -79,9 +82,9 @@ impl<S: Storage> Grid<S> {
         if least <= level {
             lines::lower_to_corners(&rises, [values[1], values[2], values[3]], &mut lowest);
             let edges = lines::edges(&face, &rises, [values[1], values[2], values[3]], lowest.value);
-            let creases = if rises.is_steep() { None } else { Some(Creases::new(&face)) };
-            self.follow(edges, creases, &mut lowest)?;
-            if !rises.is_steep() {
+            let is_steep = rises.is_steep();
+            self.follow(edges, &mut Creases::new(&face, !is_steep), &mut lowest)?;
+            if !is_steep {
                 deficit = self.inside(&face, &cells, &ways, gap, &mut lowest);
             }
         }
@@ -90,23 +93,24 @@ impl<S: Storage> Grid<S> {
         Some(TriangleMinimum { weights, value, least, looks })
     }
 
-    /// The value at the mean of the corners and at each, all counted in cells, but for rounding; and the derivative at the mean.
+    /// All counted in cells.
     #[inline(always)]
-    fn at_middle_and_corners<R: Float>(&self, corners: &[Vector3<R>; 3]) -> ([R; 4], Vector3<R>) {
-        let last = lift::<R>(self.lattice.cells().map(f64::from));
-        let points = [mean(corners), corners[0], corners[1], corners[2]];
-        let cells = points
-            .map(|point| point.zip_map(&last, |x, last| Real::min(Real::max(x, R::zero()).trunc(), last - R::one())));
-        let samples = self.storage.corners_of([0, 1, 2].map(|axis| cells.map(|cell| cell.as_slice()[axis % 3])));
-        let mut values = [R::zero(); 4];
+    fn middle_and_corners<R: Float>(&self, corners: &[Vector3<R>; 3]) -> Points<R> {
+        let last = self.lattice.cells().map(|cells| R::lift(f64::from(cells)) - R::one());
+        let [a, b, c] = *corners;
+        let points = [mean(corners), a, b, c];
+        let mut cells = [[R::zero(); 4]; 3];
         for k in 0..4 {
-            let field = Polynomial::new(samples.map(|lanes| lanes[k % 4]));
-            values[k] = field.value(points[k] - cells[k]);
+            let cell = |x: R, last: R| Real::min(Real::max(x, R::zero()).trunc(), last);
+            (cells[0][k], cells[1][k]) = (cell(points[k].x, last[0]), cell(points[k].y, last[1]));
+            cells[2][k] = cell(points[k].z, last[2]);
         }
-        let field = Polynomial::new(samples.map(|lanes| lanes[0]));
-        let share = points[0] - cells[0];
-        let gradient = field.gradient(share, &field.bends(share));
-        (values, gradient)
+        let samples = self.storage.corners_of(cells);
+        let shares = [0, 1, 2, 3].map(|k: usize| {
+            let k = k % 4;
+            points[k] - Vector3::new(cells[0][k], cells[1][k], cells[2][k])
+        });
+        Points { shares, samples }
     }
 
     /// Over all cells. `None` where a sample is no number.
@@ -115,14 +119,10 @@ impl<S: Storage> Grid<S> {
         let mut rises = LaneRises::none();
         let mut from = 0;
         while from < cells.count {
-            let look = cells.look(&self.storage, ways, from);
-            if !look.is_finite {
-                return None;
-            }
-            rises.include(&look);
+            cells.look(&self.storage, ways, from, &mut rises);
             from = from.saturating_add(LANES);
         }
-        Some(rises.all())
+        rises.all()
     }
 
     /// Where the polynomial of a cell may be level. Answers by how much a value there may be less than what was found.
@@ -136,5 +136,32 @@ impl<S: Storage> Grid<S> {
             deficit = Real::max(deficit, if is_near { of_cell } else { cell.least_level(face, ways, gap, lowest) });
         }
         deficit
+    }
+}
+
+/// Some points, each in its cell.
+struct Points<R: Real> {
+    /// From the cell's first corner.
+    shares: [Vector3<R>; 4],
+    /// By corner of the cell.
+    samples: [[R; 4]; 8],
+}
+
+impl<R: Float> Points<R> {
+    /// The value at each, but for rounding, and the derivative at the first.
+    #[inline(always)]
+    fn values(&self) -> ([R; 4], Vector3<R>) {
+        let mut values = [R::zero(); 4];
+        for k in 0..4 {
+            values[k] = self.field(k).value(self.shares[k]);
+        }
+        let (field, share) = (self.field(0), self.shares[0]);
+        (values, field.gradient(share, &field.bends(share)))
+    }
+
+    #[inline(always)]
+    fn field(&self, k: usize) -> Polynomial<R> {
+        let of = |corner: usize| self.samples[corner % 8][k % 4];
+        Polynomial::new([of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)])
     }
 }

@@ -29,6 +29,11 @@ impl Default for FrankWolfe {
 impl<const N: usize> Minimizer<N> for FrankWolfe {
     const PAYS_IN_LANES: bool = true;
 
+    /// Of one step: where a corner is the least, that tells.
+    fn brief(&self) -> Option<Self> {
+        (self.iterations > 1).then_some(Self { iterations: 1, ..*self })
+    }
+
     #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);

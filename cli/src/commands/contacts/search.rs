@@ -92,19 +92,17 @@ impl<F: Sdf, W: Sdf, M: Minimizer<N>, const N: usize> Batch<'_, F, W, M, N> {
         let Self { field, wide, minimizer, margin, elements } = *self;
         let mut looked = Arch::new().dispatch(Cull { field: wide, margin, elements });
         looked.sort_unstable_by_key(|(place, _)| *place);
-        let passed = looked
-            .iter()
-            .filter_map(|(place, looked)| looked.ok().map(|lower_bound| Passed { place: *place, lower_bound }));
-        let passed: Vec<_> = passed.collect();
-        let mut outcomes = if M::WORKS_IN_LANES {
-            Arch::new().dispatch(Wide { field: wide, minimizer, margin, elements, passed: &passed })
+        let passed = looked.iter().enumerate().filter_map(|(at, (place, looked))| {
+            let lower_bound = looked.ok()?;
+            Some((at, Passed { place: *place, lower_bound }))
+        });
+        let (ats, passed): (Vec<_>, Vec<_>) = passed.unzip();
+        let mut outcomes = vec![Outcome::NotFinite; looked.len()];
+        let take = |at: usize, outcome| outcomes[ats[at]] = outcome;
+        if M::WORKS_IN_LANES {
+            Arch::new().dispatch(Wide { field: wide, minimizer, margin, elements, passed: &passed, take });
         } else {
-            search(field, minimizer, margin, elements, &passed)
-        };
-        for (at, (_, looked)) in looked.iter().enumerate() {
-            if looked.is_err() {
-                outcomes.insert(at, Outcome::NotFinite);
-            }
+            batch::search::<_, _, _, _, N, SEARCHED>(field, minimizer, margin, elements, &passed, take);
         }
         outcomes
     }
@@ -133,33 +131,21 @@ impl<F: Sdf, const N: usize> NullaryFnOnce for Cull<'_, F, N> {
     }
 }
 
-struct Wide<'a, F, M, const N: usize> {
+struct Wide<'a, F, M, T, const N: usize> {
     field: &'a F,
     minimizer: &'a M,
     margin: f64,
     elements: &'a [Element<f64, N>],
     passed: &'a [Passed<f64>],
+    take: T,
 }
 
-impl<F: Sdf, M: Minimizer<N>, const N: usize> NullaryFnOnce for Wide<'_, F, M, N> {
-    type Output = Vec<Outcome<f64, N>>;
+impl<F: Sdf, M: Minimizer<N>, T: FnMut(usize, Outcome<f64, N>), const N: usize> NullaryFnOnce for Wide<'_, F, M, T, N> {
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> Self::Output {
-        search(self.field, self.minimizer, self.margin, self.elements, self.passed)
+    fn call(self) {
+        let Self { field, minimizer, margin, elements, passed, take } = self;
+        batch::search::<_, _, _, _, N, SEARCHED>(field, minimizer, margin, elements, passed, take);
     }
-}
-
-#[inline(always)]
-fn search<F: Sdf, M: Minimizer<N>, const N: usize>(
-    field: &F,
-    minimizer: &M,
-    margin: f64,
-    elements: &[Element<f64, N>],
-    passed: &[Passed<f64>],
-) -> Vec<Outcome<f64, N>> {
-    let mut outcomes = Vec::with_capacity(passed.len());
-    let take = |_, outcome| outcomes.push(outcome);
-    batch::search::<_, _, _, _, N, SEARCHED>(field, minimizer, margin, elements, passed, take);
-    outcomes
 }

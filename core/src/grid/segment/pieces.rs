@@ -33,6 +33,8 @@ pub(super) struct Least<R> {
     pub corner: [R; LANES],
     /// All of the cell's samples are numbers.
     pub is_finite: [bool; LANES],
+    /// 1 where the value may be less than the one to compare with, or no number; else 0.
+    pub may_be_less: [u8; LANES],
 }
 
 impl<R: Float> Pieces<R> {
@@ -66,12 +68,13 @@ impl<R: Float> Pieces<R> {
         self.count = self.count.saturating_add(1);
     }
 
-    /// Of all lanes; where no piece was put, what stood there before.
+    /// Of all lanes, and compared with a value; where no piece was put, what stood there before.
     #[inline(always)]
-    pub fn least<S: Storage>(&self, storage: &S) -> Least<R> {
+    pub fn least<S: Storage>(&self, storage: &S, than: R) -> Least<R> {
         let samples = storage.corners_of(self.first);
         let nothing = [R::zero(); LANES];
-        let mut least = Least { share: nothing, value: nothing, corner: nothing, is_finite: [false; LANES] };
+        let (is_finite, may_be_less) = ([false; LANES], [0; LANES]);
+        let mut least = Least { share: nothing, value: nothing, corner: nothing, is_finite, may_be_less };
         for lane in 0..LANES {
             let of_axis = |axis: &[R; LANES]| axis[lane % LANES];
             let [first, from, way] = [&self.first, &self.from, &self.way]
@@ -89,6 +92,8 @@ impl<R: Float> Pieces<R> {
             least.value[lane] = value;
             least.corner[lane] = lowest;
             least.is_finite[lane] = sum == R::zero();
+            let is_no_less = than <= value;
+            least.may_be_less[lane] = u8::from(!is_no_less | (sum != R::zero()));
         }
         least
     }

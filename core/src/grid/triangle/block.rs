@@ -44,7 +44,7 @@ impl<R: Float> Block<R> {
     }
 
     /// Of the cell of a number.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn part(&self, number: R) -> Part<R> {
         let half = R::lift(0.5);
         let [x, y, z] = self.place(number);

@@ -14,38 +14,41 @@ pub(super) const LANES: usize = 8;
 /// The cells that a triangle meets.
 pub(super) struct Cells<R> {
     block: Block<R>,
-    /// Their numbers in the block.
+    /// Their numbers in the block; [`STEEP`] is added where φ is not level along some of the ways, once that was looked at. Beyond
+    /// the last, the first again, to fill all lanes.
     numbers: [u16; MOST_CELLS as usize + LANES],
-    /// Whether φ is level along none of the ways, once it was looked at.
-    is_steep: [bool; MOST_CELLS as usize + LANES],
     pub count: usize,
 }
 
-/// What was seen of some of them.
-pub(super) struct Look<R> {
-    /// All samples are numbers.
-    pub is_finite: bool,
-    pub least: [[R; LANES]; 4],
-    pub most: [[R; LANES]; 4],
-}
+/// More than all numbers of cells.
+const STEEP: u16 = 1024;
 
 impl<R: Float> Cells<R> {
+    /// None yet.
     #[inline(always)]
-    pub fn of(face: &Face<R>) -> Self {
-        let block = Block::new(face);
-        let mut numbers = [0; MOST_CELLS as usize + LANES];
+    pub fn new(face: &Face<R>) -> Self {
+        Self { block: Block::new(face), numbers: [0; MOST_CELLS as usize + LANES], count: 0 }
+    }
+
+    /// Finds all of the triangle, the same that its box was made of.
+    #[inline(always)]
+    pub fn find(&mut self, face: &Face<R>) {
+        let (block, numbers) = (&self.block, &mut self.numbers);
+        let all = R::lift(block.count as u32 as f64);
         let mut count = 0;
         let mut from = 0;
         while from < block.count {
-            let mut room = [R::zero(); LANES];
+            let mut is_met = [0; LANES];
             for lane in 0..LANES {
-                let part = block.part(R::lift(from as f64) + R::lift(lane as f64));
+                let number = R::lift(from as u32 as f64) + R::lift(lane as f64);
+                let part = block.part(number);
                 let middle = Vector3::new(
                     part.first[0] + part.middle[0],
                     part.first[1] + part.middle[1],
                     part.first[2] + part.middle[2],
                 );
-                room[lane] = face.outline.room(middle, part.half.into());
+                let is_missed = face.outline.room(middle, part.half.into()) < R::zero();
+                is_met[lane] = u8::from(!is_missed & (number < all));
             }
             // All are written, so that nothing branches by what is met.
             for lane in 0..LANES {
@@ -53,38 +56,29 @@ impl<R: Float> Cells<R> {
                 if let Some(slot) = numbers.get_mut(count) {
                     *slot = number as u16;
                 }
-                let is_missed = room[lane] < R::zero();
-                count = count.wrapping_add(usize::from(!is_missed & (number < block.count)));
+                count = count.wrapping_add(usize::from(is_met[lane]));
             }
             from = from.saturating_add(LANES);
         }
-        Self { block, numbers, is_steep: [false; MOST_CELLS as usize + LANES], count }
-    }
-
-    /// The numbers of up to so many from one on; where there are no more, the first of these.
-    #[inline(always)]
-    fn numbers(&self, from: usize) -> [R; LANES] {
-        let at = |place: usize| self.numbers.get(place).copied().unwrap_or(0);
-        let mut numbers = [R::zero(); LANES];
-        for lane in 0..LANES {
-            let place = from.wrapping_add(lane);
-            numbers[lane] = R::lift(f64::from(at(if place < self.count { place } else { from })));
+        let first = numbers[0];
+        if let Some(beyond) = numbers.get_mut(count..).and_then(<[u16]>::first_chunk_mut::<LANES>) {
+            *beyond = [first; LANES];
         }
-        numbers
+        self.count = count;
     }
 
-    /// At those from one on, side by side.
+    /// How φ rises in those from one on, side by side.
     #[inline(always)]
-    pub fn look<S: Storage>(&mut self, storage: &S, ways: &Ways<R>, from: usize) -> Look<R> {
-        let numbers = self.numbers(from);
+    pub fn look<S: Storage>(&mut self, storage: &S, ways: &Ways<R>, from: usize, rises: &mut LaneRises<R>) {
+        let Some(place) = self.numbers.get_mut(from..).and_then(<[u16]>::first_chunk_mut::<LANES>) else { return };
+        let numbers = place.map(|number| R::lift(f64::from(number)));
         let mut at = [[R::zero(); LANES]; 3];
         for lane in 0..LANES {
             let first = self.block.part(numbers[lane]).first;
             (at[0][lane], at[1][lane], at[2][lane]) = (first[0], first[1], first[2]);
         }
         let samples = storage.corners_of(at);
-        let nothing = [R::zero(); LANES];
-        let (mut twists, mut least, mut most) = (nothing, [nothing; 4], [nothing; 4]);
+        let mut marked = numbers;
         for lane in 0..LANES {
             let part = self.block.part(numbers[lane]);
             let field = Polynomial::new([
@@ -99,29 +93,24 @@ impl<R: Float> Cells<R> {
             ]);
             let cell = part.of(field);
             let slopes = cell.slopes();
-            let (u, v, w, x) = (slopes.over(ways, 0), slopes.over(ways, 1), slopes.over(ways, 2), slopes.over(ways, 3));
-            (least[0][lane], most[0][lane]) = (u[0], u[1]);
-            (least[1][lane], most[1][lane]) = (v[0], v[1]);
-            (least[2][lane], most[2][lane]) = (w[0], w[1]);
-            (least[3][lane], most[3][lane]) = (x[0], x[1]);
-            twists[lane] = cell.field.xyz * R::zero();
-        }
-        let (mut sum, mut is_steep) = (R::zero(), [false; LANES]);
-        for lane in 0..LANES {
-            sum += twists[lane];
+            let mut steepest = R::zero();
             for way in 0..4 {
-                is_steep[lane] |= (R::zero() < least[way][lane]) | (most[way][lane] < R::zero());
+                let [least, most] = slopes.over(ways, way);
+                rises.least[way][lane] = Real::min(rises.least[way][lane], least);
+                rises.most[way][lane] = Real::max(rises.most[way][lane], most);
+                steepest = Real::max(steepest, Real::max(least, -most));
             }
+            let mark = if R::zero() < steepest { R::lift(f64::from(STEEP)) } else { R::zero() };
+            marked[lane] = numbers[lane] + mark;
+            rises.doubt[lane] += cell.field.xyz * R::zero();
         }
-        let places = self.is_steep.get_mut(from..).unwrap_or(&mut []);
-        places.iter_mut().zip(is_steep).for_each(|(place, is_steep)| *place = is_steep);
-        Look { is_finite: sum == R::zero(), least, most }
+        *place = marked.map(|number| number.to_index() as u16);
     }
 
     /// Those where the field may be level along the triangle.
     pub fn level<S: Storage>(&self, storage: &S) -> impl Iterator<Item = Cell<R>> {
-        let places = self.numbers.iter().zip(&self.is_steep).take(self.count);
-        places.filter(|(_, is_steep)| !**is_steep).map(|(number, _)| self.cell(storage, *number))
+        let looked_at = self.numbers.iter().take(self.count);
+        looked_at.filter(|number| **number < STEEP).map(|number| self.cell(storage, *number))
     }
 
     fn cell<S: Storage>(&self, storage: &S, number: u16) -> Cell<R> {
@@ -135,35 +124,34 @@ impl<R: Float> Cells<R> {
 pub(super) struct LaneRises<R> {
     least: [[R; LANES]; 4],
     most: [[R; LANES]; 4],
+    /// Zero as long as all samples are numbers.
+    doubt: [R; LANES],
 }
 
 impl<R: Float> LaneRises<R> {
     #[inline(always)]
     pub fn none() -> Self {
         let Rises { least, most } = Rises::none();
-        Self { least: least.map(|x| [x; LANES]), most: most.map(|x| [x; LANES]) }
+        Self { least: least.map(|x| [x; LANES]), most: most.map(|x| [x; LANES]), doubt: [R::zero(); LANES] }
     }
 
+    /// Of all lanes. `None` where a sample is no number.
     #[inline(always)]
-    pub fn include(&mut self, look: &Look<R>) {
-        for way in 0..4 {
-            for lane in 0..LANES {
-                self.least[way][lane] = Real::min(self.least[way][lane], look.least[way][lane]);
-                self.most[way][lane] = Real::max(self.most[way][lane], look.most[way][lane]);
+    pub fn all(mut self) -> Option<Rises<R>> {
+        let mut apart = LANES / 2;
+        while apart > 0 {
+            for lane in 0..apart {
+                let other = (lane + apart) % LANES;
+                for way in 0..4 {
+                    self.least[way][lane] = Real::min(self.least[way][lane], self.least[way][other]);
+                    self.most[way][lane] = Real::max(self.most[way][lane], self.most[way][other]);
+                }
+                let doubt = self.doubt[other];
+                self.doubt[lane] += doubt;
             }
+            apart /= 2;
         }
-    }
-
-    /// Of all lanes.
-    #[inline(always)]
-    pub fn all(&self) -> Rises<R> {
-        let mut all = Rises::none();
-        for way in 0..4 {
-            for lane in 0..LANES {
-                all.least[way] = Real::min(all.least[way], self.least[way][lane]);
-                all.most[way] = Real::max(all.most[way], self.most[way][lane]);
-            }
-        }
-        all
+        let rises = Rises { least: self.least.map(|lanes| lanes[0]), most: self.most.map(|lanes| lanes[0]) };
+        (self.doubt[0] == R::zero()).then_some(rises)
     }
 }

@@ -21,6 +21,7 @@ pub(super) struct Face<R: Real> {
 }
 
 impl<R: Float> Face<R> {
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
         let bounds = lattice.bounds();
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
@@ -46,12 +47,21 @@ impl<R: Float> Face<R> {
         Some(Self { corners, normal, outline, low, high, first, last })
     }
 
+    /// How many faces of cells, along each axis, may cross it.
+    #[inline(always)]
+    pub fn planes(&self) -> [u32; 3] {
+        let along = |axis: usize| self.last[axis % 3].wrapping_sub(self.first[axis % 3]);
+        [along(0), along(1), along(2)]
+    }
+
     /// From the first corner to the others.
+    #[inline(always)]
     pub fn sides(&self) -> [Vector3<R>; 2] {
         let [a, b, c] = self.corners;
         [b - a, c - a]
     }
 
+    #[inline(always)]
     pub fn point(&self, weights: [R; 3]) -> Vector3<R> {
         let [u, v] = self.sides();
         self.corners[0] + u * weights[1] + v * weights[2]

@@ -9,12 +9,15 @@ pub(super) struct Outline<R> {
     pub x: [R; 4],
     pub y: [R; 4],
     pub z: [R; 4],
+    /// Their sizes.
+    pub sizes: [[R; 4]; 3],
     pub offset: [R; 4],
     /// More than what is off by rounding in how far a point of the triangle's box lies from a plane, times its normal's length.
     pub rounding: [R; 4],
 }
 
 impl<R: Float> Outline<R> {
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn new(&[a, b, c]: &[Vector3<R>; 3], normal: Vector3<R>, slack: R) -> Self {
         let size = |of: Vector3<R>| of.x.abs() + of.y.abs() + of.z.abs();
         let (u, v, w) = (b - a, c - a, c - b);
@@ -24,6 +27,7 @@ impl<R: Float> Outline<R> {
         let squares = [square, square * size(u), square * size(w), square * size(v)];
         let part = extent * R::lift(32.0 * R::EPSILON);
         Self {
+            sizes: [0, 1, 2].map(|axis: usize| normals.map(|normal| normal[axis % 3].abs())),
             x: normals.map(|normal| normal.x),
             y: normals.map(|normal| normal.y),
             z: normals.map(|normal| normal.z),
@@ -50,10 +54,11 @@ impl<R: Float> Outline<R> {
     }
 
     /// How far a box's middle lies across a plane, and how far the box reaches to either side, times its normal's length.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn across(&self, k: usize, middle: Vector3<R>, half: Vector3<R>) -> [R; 2] {
         let (x, y, z) = (self.x[k % 4], self.y[k % 4], self.z[k % 4]);
         let inwards = x * middle.x + y * middle.y + z * middle.z - self.offset[k % 4];
-        [inwards, x.abs() * half.x + y.abs() * half.y + z.abs() * half.z + self.rounding[k % 4]]
+        let [size_x, size_y, size_z] = &self.sizes;
+        [inwards, size_x[k % 4] * half.x + size_y[k % 4] * half.y + size_z[k % 4] * half.z + self.rounding[k % 4]]
     }
 }

@@ -14,6 +14,7 @@ pub(super) struct Ways<R> {
 }
 
 impl<R: Float> Ways<R> {
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn new(face: &Face<R>, gradient: Vector3<R>, slope_bound: R) -> Self {
         let [a, b, c] = face.corners;
         let (u, v, normal) = (b - a, c - a, face.normal);
