@@ -88,7 +88,7 @@ fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nod
         for x in (0..row).step_by(SIDE) {
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
             let nodes = Nodes::of_lattice(lattice, [x, y, z], counts);
-            packet.measure(&nodes, f64::INFINITY);
+            packet.measure(&nodes, f64::INFINITY, f64::INFINITY);
             let mut last: Option<Beside> = None;
             for (above, nodes_of_row) in tile_rows.iter_mut().enumerate() {
                 for i in 0..counts[0] {

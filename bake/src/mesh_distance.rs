@@ -131,7 +131,7 @@ impl<'a> MeshDistance<'a> {
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
     }
 
-    /// The same of a node that was measured. It takes less time `beside` a point that is near.
+    /// The same of a node that was measured, or was found to be far: then the distance is a bound from below. It takes less time `beside` a point that is near.
     pub(crate) fn nearest_in(
         &self,
         packet: &Packet,
@@ -140,13 +140,23 @@ impl<'a> MeshDistance<'a> {
         beside: Option<Beside>,
     ) -> Nearest {
         let NearestInPacket { slot, distance_sq } = packet.nearest(step);
-        let (slot, node) = (slot as usize, nodes.at(step));
+        let node = nodes.at(step);
         let distance = distance_sq.sqrt();
-        let is_inside = match beside.filter(|beside| self.are_on_one_side(beside, node, distance)) {
-            Some(beside) => beside.nearest.is_inside,
-            None => self.is_inside_by_normal(node, slot, || nearest_on_triangle(node, self.tree.corners[slot])),
-        };
-        Nearest { distance, guess: slot, is_inside }
+        let guess = slot.map_or(packet.guess(), |slot| slot as usize);
+        if let Some(beside) = beside.filter(|beside| self.are_on_one_side(beside, node, distance)) {
+            return Nearest { distance, guess, is_inside: beside.nearest.is_inside };
+        }
+        if slot.is_none() && self.pseudo_normals.is_some() {
+            return self.nearest(node, guess);
+        }
+        let is_inside = self.is_inside_by_normal(node, guess, || nearest_on_triangle(node, self.tree.corners[guess]));
+        Nearest { distance, guess, is_inside }
+    }
+
+    /// Of nodes farther than this, that they are so is enough to tell their sides from those of their neighbours.
+    pub(crate) fn measured_within(&self, far: f64) -> f64 {
+        let needs_all = self.pseudo_normals.is_some() && self.normals_of_one_solid().is_none();
+        if needs_all { f64::INFINITY } else { far }
     }
 
     /// Two points are so near to each other that the surface of one solid cannot pass between them.
@@ -256,10 +266,10 @@ mod tests {
     }
 
     #[test]
-    fn a_node_is_on_the_same_side_whatever_point_it_is_measured_beside() {
+    fn a_node_is_on_the_same_side_whatever_point_it_is_measured_beside_and_however_far_it_is() {
         let mut state = 11;
         println!("seed {state}");
-        let mut taken = 0;
+        let [mut taken, mut bounded] = [0; 2];
         for _ in 0..20 {
             let mesh = spiky_solid(&mut state);
             let mesh = MeshDistance::new(&mesh, None);
@@ -267,8 +277,9 @@ mod tests {
             let origin = (random_vector(&mut state) * 0.5).into();
             let lattice = Lattice::new(origin, 0.1, [SIDE as u32; 3]).unwrap();
             let nodes = Nodes::of_lattice(&lattice, [0; 3], [SIDE; 3]);
-            let mut packet = Packet::new(mesh.tree());
-            packet.measure(&nodes, f64::INFINITY);
+            let [mut packet, mut near] = [0; 2].map(|_| Packet::new(mesh.tree()));
+            packet.measure(&nodes, f64::INFINITY, f64::INFINITY);
+            near.measure(&nodes, f64::INFINITY, 0.1);
             for index in 0..SIDE * SIDE * SIDE {
                 let step = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
                 let point = nodes.at(step) + random_vector(&mut state) * 0.3;
@@ -277,8 +288,16 @@ mod tests {
                 taken += usize::from(mesh.are_on_one_side(&beside, nodes.at(step), alone.distance));
                 let found = mesh.nearest_in(&packet, &nodes, step, Some(beside));
                 assert_eq!(found.is_inside, alone.is_inside, "{point:?} {:?}", nodes.at(step));
+                for beside in [None, Some(beside)] {
+                    let found = mesh.nearest_in(&near, &nodes, step, beside);
+                    assert_eq!(found.is_inside, alone.is_inside, "{point:?} {:?}", nodes.at(step));
+                    assert!(
+                        found.distance == alone.distance || 0.1 < found.distance && found.distance < alone.distance
+                    );
+                    bounded += usize::from(found.distance < alone.distance);
+                }
             }
         }
-        assert!(taken > 1000, "{taken}");
+        assert!(taken > 1000 && bounded > 1000, "{taken} {bounded}");
     }
 }

@@ -150,6 +150,10 @@ impl Lists {
         }
     }
 
+    pub fn empty(&mut self, lane: usize) {
+        self.counts[lane] = 0;
+    }
+
     pub fn of(&self, lane: usize) -> &[u32] {
         &self.of_lanes[lane][..self.counts[lane]]
     }

@@ -5,7 +5,6 @@
 //! each. The eight stand side by side in the lanes of registers, as do the eight nodes in the end. Sifting is in f32 and keeps all
 //! that rounding leaves in doubt. What remains is measured in f64, with the same bits as by [`Tree::nearest`].
 
-mod candidates;
 mod eighths;
 mod sift;
 
@@ -16,7 +15,7 @@ use crate::lanes_triangle::{LANES, Points, distances_sq};
 use crate::near_cubes::{Lists, NearCubes, NearestPoints};
 use crate::rough_triangle::{Frame, Lanes};
 use crate::tree::{NearestTriangle, Reach, Tree};
-use eighths::{corner, sides, steps};
+use eighths::{corner, sides};
 use sift::{Cubes, Sifted};
 
 /// Nodes along each side.
@@ -27,7 +26,7 @@ pub(crate) const NODES: usize = SIDE * SIDE * SIDE;
 
 /// Nodes of the tree are opened for a packet while there are no more of them. With fewer, what is opened for each part of it is
 /// more than was needed; with more, too many are looked at.
-const MOST_OPENED: usize = 192;
+pub(crate) const MOST_OPENED: usize = 192;
 
 /// Nodes, x fastest, cut into rows: those of the packets that begin at the same y and z, with these.
 pub(crate) fn rows_of_packets<T>(nodes: &mut [T], [row, rows, layers]: [usize; 3]) -> Vec<([usize; 2], Vec<&mut [T]>)> {
@@ -70,8 +69,8 @@ pub(crate) struct Packet<'a> {
 /// What is nearest to a node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NearestInPacket {
-    /// In the order of the tree.
-    pub slot: u32,
+    /// In the order of the tree. `None` of a node so far that it was not measured: then no triangle is nearer than the distance.
+    pub slot: Option<u32>,
     pub distance_sq: f64,
 }
 
@@ -161,16 +160,17 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// Finds the nearest triangle of each node. False where none is `within` so much of the mesh: then they are not set.
-    pub fn measure(&mut self, nodes: &Nodes, within: f64) -> bool {
+    /// Finds the nearest triangle of each node that is no farther than `far`, and of some that are. False where no node is `within`
+    /// so much of the mesh: then none is set.
+    pub fn measure(&mut self, nodes: &Nodes, within: f64, far: f64) -> bool {
         let middle = nodes.middle_of([0; 3], SIDE);
-        let beside = self.last.map_or(self.guess, |last| self.nearest(last.step_near(middle)).slot as usize);
-        let nearest = self.tree.nearest(middle, beside);
+        let beside = self.last.and_then(|last| self.nearest(last.step_near(middle)).slot);
+        let nearest = self.tree.nearest(middle, beside.map_or(self.guess, |slot| slot as usize));
         self.guess = nearest.slot;
         if self.is_beyond(nodes, nearest, within) {
             return false;
         }
-        self.tree.arch.dispatch(MeasureTogether { packet: self, nodes, near: nearest.on_triangle.point });
+        self.tree.arch.dispatch(MeasureTogether { packet: self, nodes, near: nearest.on_triangle.point, far });
         self.last = Some(*nodes);
         true
     }
@@ -203,11 +203,16 @@ impl<'a> Packet<'a> {
 /// So many times as far as rounding may move a coordinate of a node, a bound of three such is sure.
 const ROUNDINGS: f64 = 16.0;
 
+/// What is farther than this times as far as is asked for is so whatever the rounding.
+const BEYOND: f64 = 1.0 + 1e-5;
+
 struct MeasureTogether<'a, 'b> {
     packet: &'a mut Packet<'b>,
     nodes: &'a Nodes,
     /// Nearest to the middle.
     near: Vector3<f64>,
+    /// Farther nodes are not measured.
+    far: f64,
 }
 
 impl pulp::NullaryFnOnce for MeasureTogether<'_, '_> {
@@ -215,14 +220,14 @@ impl pulp::NullaryFnOnce for MeasureTogether<'_, '_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { packet, nodes, near } = self;
-        packet.measure_together(nodes, near)
+        let Self { packet, nodes, near, far } = self;
+        packet.measure_together(nodes, near, far)
     }
 }
 
 impl Packet<'_> {
     #[inline(always)]
-    fn measure_together(&mut self, nodes: &Nodes, near: Vector3<f64>) {
+    fn measure_together(&mut self, nodes: &Nodes, near: Vector3<f64>, far: f64) {
         let reach = Reach::new(nodes.ends([0; 3], SIDE), near);
         let height = self.tree.reached(&reach, self.most_opened, &mut self.found, &mut self.opened);
         let frame = self.tree.frame;
@@ -234,13 +239,13 @@ impl Packet<'_> {
         let large = Cubes { middle, step: 2.0 * spacing, half_side: 1.5 * spacing, rounding };
         let patches = deal_out(self.tree, height, &self.found, &large, &mut self.of_large);
         for octant in 0..LANES {
-            self.measure_octant(nodes, octant, &large, height, patches[octant]);
+            self.measure_octant(nodes, octant, &large, height, patches[octant], far);
         }
     }
 
     /// 4 × 4 × 4 nodes: one of the large cubes. `patch` is near to it.
     #[inline(always)]
-    fn measure_octant(&mut self, nodes: &Nodes, octant: usize, large: &Cubes, height: usize, patch: u32) {
+    fn measure_octant(&mut self, nodes: &Nodes, octant: usize, large: &Cubes, height: usize, patch: u32, far: f64) {
         let first = corner(octant).map(|side| side * SIDE / 2);
         if !nodes.asks_from(first) {
             return;
@@ -251,42 +256,52 @@ impl Packet<'_> {
         let near = self.tree.corners[self.tree.patch(height, patch).slot as usize][0];
         let reach = Reach::new(nodes.ends(first, SIDE / 2), near);
         self.tree.open(height, self.of_large.of(octant), &reach, &mut self.found);
-        let height = height - 1;
-        let patches = if height == 0 {
-            self.sifted.sift(&self.tree.rough, &self.found, &small);
-            [0; LANES]
-        } else {
-            deal_out(self.tree, height, &self.found, &small, &mut self.of_small)
-        };
+        match height - 1 {
+            0 => self.measure_found(nodes, first, &small, far),
+            height => self.open_found(nodes, first, &small, height),
+        }
+    }
+
+    /// 4 × 4 × 4 nodes from the `first` on, of which triangles were found.
+    #[inline(always)]
+    fn measure_found(&mut self, nodes: &Nodes, first: [usize; 3], cubes: &Cubes, far: f64) {
+        let Tree { rough, frame, .. } = self.tree;
+        self.sifted.sift(rough, &self.found, cubes);
+        let least = if far < f64::INFINITY { self.sifted.least(cubes) } else { [0.0; LANES] };
+        let far = (far * BEYOND * frame.per_length) as f32;
+        let is_near = std::array::from_fn(|part| least[part] <= far && nodes.asks_from(first_of(first, part)));
+        self.sifted.pick(rough, cubes, &is_near);
         for part in 0..LANES {
-            let corner = corner(part);
-            let first: [usize; 3] = [0, 1, 2].map(|axis: usize| first[axis] + 2 * corner[axis]);
-            if !nodes.asks_from(first) {
-                continue;
-            }
-            if height == 0 {
-                self.measure_eight(nodes, first, part, &small);
+            if is_near[part] {
+                self.measure_eight(nodes, first_of(first, part), part);
             } else {
-                self.open_for_eight(nodes, first, part, &small, height, patches[part]);
+                let least = f64::from(least[part]) / frame.per_length;
+                self.set(first_of(first, part), |_| NearestInPacket { slot: None, distance_sq: least * least });
+            }
+        }
+    }
+
+    /// The same where nodes of the tree were found.
+    #[inline(always)]
+    fn open_found(&mut self, nodes: &Nodes, first: [usize; 3], cubes: &Cubes, height: usize) {
+        let patches = deal_out(self.tree, height, &self.found, cubes, &mut self.of_small);
+        for part in 0..LANES {
+            let first = first_of(first, part);
+            if nodes.asks_from(first) {
+                self.open_for_eight(nodes, first, part, cubes, height, patches[part]);
             }
         }
     }
 
     /// 2 × 2 × 2 nodes from the `first` on: a part of those cubes.
     #[inline(always)]
-    fn measure_eight(&mut self, nodes: &Nodes, first: [usize; 3], part: usize, cubes: &Cubes) {
+    fn measure_eight(&mut self, nodes: &Nodes, first: [usize; 3], part: usize) {
         let points = nodes.eight_from(first);
-        let nearest = self.sifted.nearest(part);
-        let mut bests = Bests::new(self.tree, &points, nearest);
-        let steps = steps(cubes.half_side);
-        let mut most = bests.most(self.tree, cubes.rounding);
-        for candidate in self.sifted.candidates(part) {
-            if candidate.may_be_within(&most, &steps) {
-                bests.consider(self.tree, &points, candidate.slot);
-                most = bests.most(self.tree, cubes.rounding);
-            }
+        let mut bests = Bests::new(self.tree, &points, self.sifted.nearest(part));
+        for slot in self.sifted.picked(part) {
+            bests.consider(self.tree, &points, *slot);
         }
-        self.set(first, &bests);
+        self.set(first, |lane| bests.nearest(lane));
     }
 
     /// The same where nodes of the tree are still to be opened. `patch` is near.
@@ -329,18 +344,23 @@ impl Packet<'_> {
                 bests.consider(self.tree, &points, *slot);
             }
         }
-        self.set(first, &bests);
+        self.set(first, |lane| bests.nearest(lane));
     }
 
     /// What is nearest to 2 × 2 × 2 nodes.
     #[inline(always)]
-    fn set(&mut self, first: [usize; 3], bests: &Bests) {
+    fn set(&mut self, first: [usize; 3], nearest: impl Fn(usize) -> NearestInPacket) {
         for lane in 0..LANES {
             let [x, y, z]: [usize; 3] = [0, 1, 2].map(|axis: usize| first[axis] + corner(lane)[axis]);
-            self.nearest[(z * SIDE + y) * SIDE + x] =
-                NearestInPacket { slot: bests.slots[lane], distance_sq: bests.distances_sq[lane] };
+            self.nearest[(z * SIDE + y) * SIDE + x] = nearest(lane);
         }
     }
+}
+
+/// The first node of a part of 4 × 4 × 4 nodes.
+#[inline(always)]
+fn first_of(first: [usize; 3], part: usize) -> [usize; 3] {
+    [0, 1, 2].map(|axis: usize| first[axis] + 2 * corner(part)[axis])
 }
 
 /// To each of eight cubes the nodes of one height that may hold the nearest to a point of it. What comes back is that near to each.
@@ -388,14 +408,9 @@ impl Bests {
         Self { slots: [slot; LANES], distances_sq: distances_sq_of(tree, points, slot) }
     }
 
-    /// In the tree's frame, what rough distances may be.
     #[inline(always)]
-    fn most(&self, tree: &Tree, rounding: f32) -> Lanes {
-        let mut most = [0.0; LANES];
-        for lane in 0..LANES {
-            most[lane] = (self.distances_sq[lane].sqrt() * tree.frame.per_length) as f32 + 2.0 * rounding;
-        }
-        most
+    fn nearest(&self, lane: usize) -> NearestInPacket {
+        NearestInPacket { slot: Some(self.slots[lane]), distance_sq: self.distances_sq[lane] }
     }
 
     /// The first in the tree's order where they are equally near.

@@ -41,15 +41,15 @@ pub(crate) struct RoughTriangle {
     per_area_sq: f32,
 }
 
-/// A triangle as seen from eight points.
+/// A triangle as seen from eight points. Without the length of the way, whose root would have to be waited for.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen {
-    /// The triangle is no farther, but for rounding.
-    pub most: Lanes,
-    /// From a point at v from the point itself, the triangle is no nearer than `least` + v · `direction`, but for rounding.
-    pub least: Lanes,
-    /// No longer than one.
-    pub direction: [Lanes; 3],
+    /// From a point of the triangle, near to the nearest.
+    pub way: [Lanes; 3],
+    /// So the triangle is no farther than its root, but for rounding.
+    pub way_sq: Lanes,
+    /// From a point at v from the point itself, the triangle is no nearer than (`along` + v · `way`) / |`way`|, but for rounding.
+    pub along: Lanes,
 }
 
 impl Frame {
@@ -113,21 +113,19 @@ impl RoughTriangle {
 
     #[inline(always)]
     pub fn seen_from(&self, points: &[Lanes; 3]) -> Seen {
-        let mut seen = Seen { most: [0.0; LANES], least: [0.0; LANES], direction: [[0.0; LANES]; 3] };
+        let mut seen = Seen { way: [[0.0; LANES]; 3], way_sq: [0.0; LANES], along: [0.0; LANES] };
         for lane in 0..LANES {
             let from_a = minus([points[0][lane], points[1][lane], points[2][lane]], self.a);
             let [along_ab, along_ac] = self.nearest_weights(dot(self.ab, from_a), dot(self.ac, from_a));
             let way = |axis: usize| from_a[axis] - (self.ab[axis] * along_ab + self.ac[axis] * along_ac);
             let way = [way(0), way(1), way(2)];
             let way_sq = dot(way, way);
-            let most = way_sq.sqrt();
-            let per_most = if way_sq > LEAST_SQ { 1.0 / most } else { 0.0 };
-            let direction = [way[0] * per_most, way[1] * per_most, way[2] * per_most];
-            let foremost = larger(larger(dot(self.ab, direction), dot(self.ac, direction)), 0.0);
-            seen.most[lane] = most;
-            seen.least[lane] = dot(from_a, direction) - foremost;
+            let foremost = larger(larger(dot(self.ab, way), dot(self.ac, way)), 0.0);
+            let along = dot(from_a, way) - foremost;
+            seen.way_sq[lane] = way_sq;
+            seen.along[lane] = if way_sq > LEAST_SQ { along } else { 0.0 };
             for axis in 0..3 {
-                seen.direction[axis][lane] = direction[axis];
+                seen.way[axis][lane] = way[axis];
             }
         }
         seen
@@ -213,11 +211,15 @@ mod tests {
                 let step = random_vector(&mut state) * (0.3 * distance);
                 let rounding = f64::from(Frame::rounding((point.abs() + step.abs()).max() as f32));
                 let at_point = nearest_on_triangle(point, corners).distance_sq.sqrt();
-                assert!(f64::from(seen.most[lane]) + rounding >= at_point, "{corners:?} {point:?}");
+                let length = f64::from(seen.way_sq[lane]).sqrt();
+                assert!(length + rounding >= at_point, "{corners:?} {point:?}");
                 let there = nearest_on_triangle(point + step, corners).distance_sq.sqrt();
-                let direction = Vector3::from_fn(|axis, _| f64::from(seen.direction[axis][lane]));
-                let least = f64::from(seen.least[lane]) + direction.dot(&step);
-                assert!(least - rounding <= there, "{corners:?} {point:?} {step:?}: {least} > {there}");
+                let way = Vector3::from_fn(|axis, _| f64::from(seen.way[axis][lane]));
+                let least = (f64::from(seen.along[lane]) + way.dot(&step)) / length;
+                assert!(
+                    length < 1e-18 || least - rounding <= there,
+                    "{corners:?} {point:?} {step:?}: {least} > {there}"
+                );
             }
         }
     }

@@ -232,7 +232,7 @@ impl<'a> Plan<'a> {
         let mut exact = [f64::INFINITY; BRICK_SAMPLES];
         let mut wanted = [0.0_f64; BRICK_SAMPLES];
         let nodes = Nodes::of_lattice(lattice, place.map(|n| (n * BRICK) as usize), [SIDE; 3]);
-        if !packet.measure(&nodes, within) {
+        if !packet.measure(&nodes, within, mesh.measured_within(far)) {
             return None;
         }
         let point = middle(lattice, place.map(|n| n as usize));

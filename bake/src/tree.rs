@@ -3,6 +3,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::hilbert::{BITS, hilbert_index};
+use crate::packet::MOST_OPENED;
 use crate::patch::Patch;
 use crate::rough_triangle::{Frame, RoughTriangle};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
@@ -22,7 +23,7 @@ pub(crate) struct Tree {
     /// From the triangles up: `levels[0][i]` holds the boxes of triangles 8i to 8i + 7, `levels[1][i]` those of the
     /// groups 8i to 8i + 7 of level 0. The last level is the root alone.
     levels: Vec<Vec<Boxes>>,
-    /// Around the triangles of each node: `patches[0][i]` of the triangles 8i to 8i + 7, and so on to the root.
+    /// Around the triangles of each node: `patches[0][i]` of the triangles 8i to 8i + 7, and so on, as far up as they are asked for.
     patches: Vec<Vec<Patch>>,
     pub arch: pulp::Arch,
 }
@@ -106,6 +107,11 @@ pub(crate) const STACK: usize = 11 * FAN;
 
 impl Tree {
     pub fn new(mesh: &TriangleMesh) -> Self {
+        Self::with_patches(mesh, MOST_OPENED)
+    }
+
+    /// With [`Self::patch`] of the lowest nodes, and of those of each height that has more than so many.
+    pub fn with_patches(mesh: &TriangleMesh, more_than: usize) -> Self {
         let bounds = mesh.bounds();
         let cells_per_length = f64::from((1_u32 << BITS) - 1) / bounds.longest_side();
         let mut order: Vec<(u64, u32)> = (0..mesh.triangle_count() as u32)
@@ -119,17 +125,17 @@ impl Tree {
         order.par_sort_unstable();
         let triangles: Vec<u32> = order.into_iter().map(|(_, triangle)| triangle).collect();
         let corners: Vec<_> =
-            triangles.iter().map(|triangle| mesh.corner_points(mesh.triangles[*triangle as usize])).collect();
+            triangles.par_iter().map(|triangle| mesh.corner_points(mesh.triangles[*triangle as usize])).collect();
 
-        let mut levels = vec![group(corners.iter().map(box_around))];
+        let mut levels = vec![group(&corners, box_around)];
         while levels[levels.len() - 1].len() > 1 {
-            levels.push(group(levels[levels.len() - 1].iter().map(Boxes::outer)));
+            levels.push(group(&levels[levels.len() - 1], Boxes::outer));
         }
         let frame = Frame::around(&bounds);
-        let rough = corners.iter().map(|corners| RoughTriangle::new(*corners, &frame)).collect();
+        let rough = corners.par_iter().map(|corners| RoughTriangle::new(*corners, &frame)).collect();
         let mut patches = vec![];
         let mut triangles_below = 1;
-        for level in &levels {
+        for level in levels.iter().take_while(|level| level.len() > more_than || level.len() == levels[0].len()) {
             triangles_below *= FAN;
             let of_node = |node: usize| Patch::around(&corners, node * triangles_below, triangles_below, &frame);
             patches.push((0..level.len()).into_par_iter().map(of_node).collect());
@@ -218,7 +224,7 @@ impl Tree {
         found.truncate(count);
     }
 
-    /// Around the triangles of a node that is no triangle.
+    /// Around the triangles of a node that is no triangle, as high as [`Self::with_patches`] says.
     #[inline(always)]
     pub fn patch(&self, height: usize, node: u32) -> &Patch {
         &self.patches[height - 1][node as usize]
@@ -315,20 +321,19 @@ fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 2] {
     [a.inf(b).inf(c), a.sup(b).sup(c)]
 }
 
-fn group(children: impl ExactSizeIterator<Item = [Vector3<f64>; 2]>) -> Vec<Boxes> {
-    let mut groups: Vec<Boxes> = Vec::with_capacity(children.len().div_ceil(FAN));
-    for (index, [min, max]) in children.enumerate() {
-        let place = index % FAN;
-        if place == 0 {
-            groups.push(Boxes::NOTHING);
+fn group<T: Sync>(children: &[T], around: impl Fn(&T) -> [Vector3<f64>; 2] + Sync) -> Vec<Boxes> {
+    let of_group = |children: &[T]| {
+        let mut group = Boxes::NOTHING;
+        for (place, child) in children.iter().enumerate() {
+            let [min, max] = around(child);
+            for axis in 0..3 {
+                group.min[axis][place] = min[axis];
+                group.max[axis][place] = max[axis];
+            }
         }
-        let Some(group) = groups.last_mut() else { continue };
-        for axis in 0..3 {
-            group.min[axis][place] = min[axis];
-            group.max[axis][place] = max[axis];
-        }
-    }
-    groups
+        group
+    };
+    children.par_chunks(FAN).map(of_group).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! From what may be nearest somewhere in a cube to what may be in each of eight cubes in it.
 
-use super::candidates::Candidate;
-use super::eighths::steps;
+use super::eighths::{sides, steps};
 use crate::lanes_triangle::LANES;
 use crate::near_cubes::{Lists, NearCubes, NearestPoints};
 use crate::rough_triangle::{Lanes, RoughTriangle, Seen};
@@ -38,18 +37,29 @@ struct Bounds {
 
 /// Triangles, and room to tell which of them may be nearest in which of eight cubes.
 pub(super) struct Sifted {
+    /// In the end of the corners of each cube, one after the other.
     picked: Vec<u32>,
     /// What was looked at closely.
     seen: Vec<(u32, Seen)>,
     /// Of what was seen, by cube.
     lists: Lists,
+    /// Of each of these, from the corners of its cube, [`Seen::way_sq`] and [`Seen::along`].
+    near: Vec<(Lanes, Lanes)>,
+    picked_ends: [usize; LANES],
     /// By cube, what is nearest to its middle of what was looked at.
     nearest: [u32; LANES],
 }
 
 impl Sifted {
     pub fn new() -> Self {
-        Self { picked: vec![], seen: vec![], lists: Lists::new(), nearest: [0; LANES] }
+        Self {
+            picked: vec![],
+            seen: vec![],
+            lists: Lists::new(),
+            near: vec![],
+            picked_ends: [0; LANES],
+            nearest: [0; LANES],
+        }
     }
 
     /// Nearest to the middle of a cube, about.
@@ -57,16 +67,63 @@ impl Sifted {
         self.nearest[cube]
     }
 
-    /// What else may be nearest to a point of a cube.
+    /// In each cube no corner is nearer to anything.
     #[inline(always)]
-    pub fn candidates(&self, cube: usize) -> impl Iterator<Item = Candidate> + '_ {
-        let nearest = self.nearest[cube];
-        let candidate = move |number: &u32| {
-            let (slot, seen) = &self.seen[*number as usize];
-            let direction = [seen.direction[0][cube], seen.direction[1][cube], seen.direction[2][cube]];
-            Candidate { slot: *slot, least: seen.least[cube], direction }
-        };
-        self.lists.of(cube).iter().map(candidate).filter(move |candidate| candidate.slot != nearest)
+    pub fn least(&self, cubes: &Cubes) -> Lanes {
+        let mut least = [f32::INFINITY; LANES];
+        for (_, Seen { way_sq, along, .. }) in &self.seen {
+            for lane in 0..LANES {
+                let found = if along[lane] > 0.0 { along[lane] / way_sq[lane].sqrt() } else { 0.0 };
+                least[lane] = if found < least[lane] { found } else { least[lane] };
+            }
+        }
+        least.map(|least| least - 3.0_f32.sqrt() * cubes.half_side - 2.0 * cubes.rounding)
+    }
+
+    /// Picks what may be nearest to a corner of each cube that `is_asked` for. All cubes are looked at before any is picked for, so that
+    /// nothing waits for the last that was looked at.
+    #[inline(always)]
+    pub fn pick(&mut self, triangles: &[RoughTriangle], cubes: &Cubes, is_asked: &[bool; LANES]) {
+        let mut most_sq = [[f32::INFINITY; LANES]; LANES];
+        self.near.clear();
+        for cube in 0..LANES {
+            if !is_asked[cube] {
+                self.lists.empty(cube);
+            }
+            let corners = cubes.corners_of(cube);
+            for slot in self.lists.of(cube) {
+                let Seen { way_sq, along, .. } = triangles[*slot as usize].seen_from(&corners);
+                for lane in 0..LANES {
+                    let most_sq = &mut most_sq[cube][lane];
+                    *most_sq = if way_sq[lane] < *most_sq { way_sq[lane] } else { *most_sq };
+                }
+                self.near.push((way_sq, along));
+            }
+        }
+        self.picked.clear();
+        self.picked.resize(self.near.len(), 0);
+        let (mut first, mut count) = (0, 0);
+        for cube in 0..LANES {
+            let most = most_sq[cube].map(|most_sq| most_sq.sqrt() + 2.0 * cubes.rounding);
+            let slots = self.lists.of(cube);
+            for (slot, (way_sq, along)) in slots.iter().zip(&self.near[first..]) {
+                self.picked[count] = *slot;
+                let mut within = 0;
+                for lane in 0..LANES {
+                    let is_beyond = along[lane] * along[lane].abs() > most[lane] * most[lane] * way_sq[lane];
+                    within |= if is_beyond { 0 } else { 1 };
+                }
+                count += within & usize::from(*slot != self.nearest[cube]);
+            }
+            first += slots.len();
+            self.picked_ends[cube] = count;
+        }
+    }
+
+    /// Beside what is nearest to the middle of a cube.
+    pub fn picked(&self, cube: usize) -> &[u32] {
+        let first = if cube == 0 { 0 } else { self.picked_ends[cube - 1] };
+        &self.picked[first..self.picked_ends[cube]]
     }
 
     /// Finds which of the triangles in these `slots` may be nearest to a point of each of eight cubes.
@@ -93,8 +150,8 @@ impl Sifted {
         }
         let bounds = bests.bounds(half_side, rounding);
         self.lists.clear(self.seen.len());
-        for (number, (_, found)) in (0..).zip(&self.seen) {
-            self.lists.push(number, &bounds.passed(&found.least, &found.direction, half_side));
+        for (slot, found) in &self.seen {
+            self.lists.push(*slot, &bounds.passed(found, half_side));
         }
         self.nearest = bests.slots;
     }
@@ -111,6 +168,13 @@ impl Cubes {
             }
         }
         middles
+    }
+
+    /// Of one of the eight.
+    #[inline(always)]
+    fn corners_of(&self, cube: usize) -> [Lanes; 3] {
+        let middle = [0, 1, 2].map(|axis: usize| self.middle[axis] + sides(cube)[axis] * self.step);
+        Self { middle, step: self.half_side, ..*self }.middles()
     }
 }
 
@@ -139,7 +203,7 @@ impl Bests {
         let mut points = *middles;
         for axis in 0..3 {
             for lane in 0..LANES {
-                points[axis][lane] -= self.seen.most[lane] * self.seen.direction[axis][lane];
+                points[axis][lane] -= self.seen.way[axis][lane];
             }
         }
         points
@@ -148,12 +212,12 @@ impl Bests {
     #[inline(always)]
     fn update(&mut self, slot: u32, found: &Seen) {
         for lane in 0..LANES {
-            let is_nearer = found.most[lane] < self.seen.most[lane];
+            let is_nearer = found.way_sq[lane] < self.seen.way_sq[lane];
             self.slots[lane] = if is_nearer { slot } else { self.slots[lane] };
-            self.seen.most[lane] = if is_nearer { found.most[lane] } else { self.seen.most[lane] };
+            self.seen.way_sq[lane] = if is_nearer { found.way_sq[lane] } else { self.seen.way_sq[lane] };
             for axis in 0..3 {
-                let best = &mut self.seen.direction[axis][lane];
-                *best = if is_nearer { found.direction[axis][lane] } else { *best };
+                let best = &mut self.seen.way[axis][lane];
+                *best = if is_nearer { found.way[axis][lane] } else { *best };
             }
         }
     }
@@ -162,12 +226,10 @@ impl Bests {
     fn bounds(&self, half_side: f32, rounding: f32) -> Bounds {
         let mut bounds = Bounds { most: [0.0; LANES], slope: [[0.0; LANES]; 3] };
         for lane in 0..LANES {
-            let distance = self.seen.most[lane];
-            let hypotenuse = (distance * distance + 3.0 * half_side * half_side).sqrt();
-            let share = distance / hypotenuse;
+            let hypotenuse = (self.seen.way_sq[lane] + 3.0 * half_side * half_side).sqrt();
             bounds.most[lane] = hypotenuse + 2.0 * rounding;
             for axis in 0..3 {
-                bounds.slope[axis][lane] = share * self.seen.direction[axis][lane];
+                bounds.slope[axis][lane] = self.seen.way[axis][lane] / hypotenuse;
             }
         }
         bounds
@@ -175,15 +237,15 @@ impl Bests {
 }
 
 impl Bounds {
-    /// In which of the cubes a triangle may be nearest to a point: 1, else 0.
+    /// In which of the cubes a triangle may be nearest to a point: 1, else 0. All of it times the length of the way.
     #[inline(always)]
-    fn passed(&self, least: &Lanes, direction: &[Lanes; 3], half_side: f32) -> [u32; LANES] {
+    fn passed(&self, found: &Seen, half_side: f32) -> [u32; LANES] {
         let mut passed = [0; LANES];
         for lane in 0..LANES {
-            let apart = (self.slope[0][lane] - direction[0][lane]).abs()
-                + (self.slope[1][lane] - direction[1][lane]).abs()
-                + (self.slope[2][lane] - direction[2][lane]).abs();
-            passed[lane] = if least[lane] > self.most[lane] + half_side * apart { 0 } else { 1 };
+            let length = found.way_sq[lane].sqrt();
+            let apart = |axis: usize| (length * self.slope[axis][lane] - found.way[axis][lane]).abs();
+            let most = length * self.most[lane] + half_side * (apart(0) + apart(1) + apart(2));
+            passed[lane] = if found.along[lane] > most { 0 } else { 1 };
         }
         passed
     }

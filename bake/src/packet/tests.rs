@@ -108,13 +108,13 @@ fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_in
                 for (arch, most_opened) in
                     instruction_sets().into_iter().flat_map(|arch| [(arch, MOST_OPENED), (arch, 0)])
                 {
-                    let mut tree = Tree::new(&mesh);
+                    let mut tree = Tree::with_patches(&mesh, 0);
                     tree.arch = arch;
                     let mut packet = Packet { most_opened, ..Packet::new(&tree) };
-                    assert!(packet.measure(&nodes, f64::INFINITY));
+                    assert!(packet.measure(&nodes, f64::INFINITY, f64::INFINITY));
                     for (step, wanted) in steps_of(counts).zip(&wanted) {
                         let found = packet.nearest(step);
-                        let found = (found.slot as usize, found.distance_sq);
+                        let found = (found.slot.unwrap() as usize, found.distance_sq);
                         assert_eq!(found, *wanted, "{arch:?} {nodes:?} {step:?} of {} at {scale}", triangles.len());
                         let alone = tree.nearest(nodes.at(step), 0);
                         assert_eq!((alone.slot, alone.on_triangle.distance_sq), *wanted);
@@ -177,7 +177,7 @@ fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_th
         let bounds = mesh.bounds();
         let side = bounds.longest_side();
         let middle = Vector3::from_fn(|axis, _| 0.5 * (bounds.min[axis] + bounds.max[axis]));
-        let mut tree = Tree::new(&mesh);
+        let mut tree = Tree::with_patches(&mesh, 0);
         for round in 0..12 {
             let spacing = side * [0.3, 0.02, 0.05, 0.15][round % 4];
             // Around the middle, through the surface, and far away.
@@ -193,11 +193,15 @@ fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_th
                 heights[tree.reached(&reach, most_opened, &mut vec![], &mut vec![])] += 1;
                 tree.arch = arch;
                 let mut packet = Packet { most_opened, ..Packet::new(&tree) };
-                assert!(packet.measure(&nodes, f64::INFINITY));
+                assert!(packet.measure(&nodes, f64::INFINITY, f64::INFINITY));
                 for (step, wanted) in steps_of(counts).zip(&wanted) {
                     let found = packet.nearest(step);
                     let wanted = (wanted.slot, wanted.on_triangle.distance_sq);
-                    assert_eq!((found.slot as usize, found.distance_sq), wanted, "{arch:?} {nodes:?} {step:?}");
+                    assert_eq!(
+                        (found.slot.unwrap() as usize, found.distance_sq),
+                        wanted,
+                        "{arch:?} {nodes:?} {step:?}"
+                    );
                 }
             }
         }
@@ -215,10 +219,10 @@ fn a_packet_finds_the_same_whatever_was_measured_before_it() {
     for _ in 0..100 {
         let counts = [0; 3].map(|_| 1 + (random(&mut state).abs() * 7.9) as usize);
         let nodes = nodes(random_vector(&mut state) * 1.5, 0.04, counts);
-        assert!(packet.measure(&nodes, f64::INFINITY));
+        assert!(packet.measure(&nodes, f64::INFINITY, f64::INFINITY));
         for step in steps_of(counts) {
             let (found, alone) = (packet.nearest(step), tree.nearest(nodes.at(step), 0));
-            assert_eq!((found.slot as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
+            assert_eq!((found.slot.unwrap() as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
         }
     }
 }
@@ -234,10 +238,41 @@ fn a_packet_is_beyond_only_where_no_node_is_as_near_as_was_asked() {
         let nodes = nodes(random_vector(&mut state) * 6.0, 0.3, [SIDE; 3]);
         let distances = steps_of([SIDE; 3]).map(|step| tree.nearest(nodes.at(step), 0).on_triangle.distance_sq.sqrt());
         let nearest = distances.fold(f64::INFINITY, f64::min);
-        assert!(packet.measure(&nodes, nearest), "{nodes:?}");
-        beyond += u32::from(!packet.measure(&nodes, 0.5 * nearest));
+        assert!(packet.measure(&nodes, nearest, f64::INFINITY), "{nodes:?}");
+        beyond += u32::from(!packet.measure(&nodes, 0.5 * nearest, f64::INFINITY));
     }
     assert!(beyond > 20, "{beyond}");
+}
+
+#[test]
+fn a_packet_measures_what_is_as_near_as_was_asked_and_bounds_the_rest_from_below() {
+    let mut state = 15;
+    println!("seed {state}");
+    let [mut measured, mut bounded] = [0; 2];
+    for triangles in meshes(&mut state).into_iter().chain([fine_ball(60, 0.02, &mut state)]) {
+        let mesh = mesh_of(&triangles, 1.0);
+        let mut tree = Tree::new(&mesh);
+        for (round, arch) in instruction_sets().into_iter().cycle().take(12).enumerate() {
+            tree.arch = arch;
+            let far = [0.0, 0.1, 0.5, 2.0][round % 4];
+            let nodes = nodes(random_vector(&mut state) * 3.0, [0.2, 0.05][round % 2], [SIDE; 3]);
+            let mut packet = Packet::new(&tree);
+            assert!(packet.measure(&nodes, f64::INFINITY, far));
+            for step in steps_of([SIDE; 3]) {
+                let (found, alone) = (packet.nearest(step), tree.nearest(nodes.at(step), 0));
+                let distance = alone.on_triangle.distance_sq.sqrt();
+                let Some(slot) = found.slot else {
+                    let least = found.distance_sq.sqrt();
+                    assert!(far < least && least <= distance, "{arch:?} {nodes:?} {step:?}: {least} {distance}");
+                    bounded += 1;
+                    continue;
+                };
+                assert_eq!((slot as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
+                measured += 1;
+            }
+        }
+    }
+    assert!(measured > 1000 && bounded > 10_000, "{measured} {bounded}");
 }
 
 #[test]

@@ -284,7 +284,7 @@ where
                 |axis: usize| std::array::from_fn(|step| (block.position)([x + step, y + step, z + step])[axis]);
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
             let nodes = Nodes { axes: std::array::from_fn(along), spacing: block.spacing, counts };
-            packet.measure(&nodes, f64::INFINITY);
+            packet.measure(&nodes, f64::INFINITY, f64::INFINITY);
             for (above, middles) in tile_rows.iter_mut().enumerate() {
                 for i in 0..counts[0] {
                     let step = [i, above % counts[1], above / counts[1]];
