@@ -1,7 +1,11 @@
 //! How far apart the gradients of a distance can lie, and so by how much its trilinear interpolant can be off. The proof
 //! stands in `docs/error-bounds.md`; the letters here are the same.
 
+mod most_errors;
+
 use sdf_core::nalgebra::Vector3;
+
+pub(crate) use most_errors::most_errors;
 
 /// Nothing is known of the gradients but that they are no longer than one: half a cell's diagonal over its side.
 pub(crate) const MOST_ERROR: f64 = 0.866_025_403_784_438_7;
@@ -42,6 +46,12 @@ impl Normals {
         }
         self.count += 1;
         self.is_any_unknown |= normal == Vector3::zeros();
+    }
+
+    /// Some of these, by their numbers.
+    pub fn collect(&mut self, of: &[Vector3<f64>], numbers: &[u32]) {
+        self.clear();
+        numbers.iter().for_each(|number| self.push(of[*number as usize]));
     }
 
     #[inline(always)]

@@ -6,8 +6,10 @@ use std::ops::Range;
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
-use crate::gradient_spread::{MOST_ERROR, Normals, error_in_cones};
-use crate::nearby::{Nearby, ToCenter};
+use crate::candidates::{Blocks, Candidates};
+use crate::gradient_spread::{MOST_ERROR, Normals, error_in_cones, most_errors};
+use crate::lanes_triangle::LANES;
+use crate::nearby::Nearby;
 
 /// A cube.
 #[derive(Clone, Copy, Debug)]
@@ -24,42 +26,69 @@ pub(crate) const PLACE_ROUNDING: f64 = 1e-6;
 const OF_TWO_SHEETS: f64 = 0.5;
 
 /// The blocks of one place, and the triangles around them.
-pub(crate) struct Blocks<'a> {
+pub(crate) struct BlocksOfPlace<'a> {
     mesh: &'a MeshDistance<'a>,
     around: Nearby<'a>,
-    in_block: Nearby<'a>,
-    /// Triangles of the tree, of block after block.
+    in_block: Candidates<'a>,
+    /// Of block after block the candidates, triangles of the tree.
     candidates: Vec<u32>,
-    of_cell: Vec<u32>,
-    normals: Normals,
+    /// Of each of these.
+    normals: Vec<Vector3<f64>>,
+    of_picked: Vec<Vector3<f64>>,
+    of_one: Normals,
+}
+
+/// A block, the distance at its center, and a triangle of the tree that is nearest to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    pub block: Block,
+    pub distance: f64,
+    pub slot: usize,
 }
 
 /// A block, and where its candidates stand.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
-    pub block: Block,
+    block: Block,
     candidates: Range<usize>,
-    to_center: Option<ToCenter>,
+    /// No less than [`BlocksOfPlace::error`].
+    pub most_error: f64,
 }
 
-impl<'a> Blocks<'a> {
+impl<'a> BlocksOfPlace<'a> {
     /// For blocks with so long a half side and their centers in a cube. None of these is farther from the surface than
     /// `distance`.
     pub fn new(mesh: &'a MeshDistance<'a>, centers: Block, half_side: f64, distance: f64) -> Self {
-        let [around, in_block] = [0, 1].map(|_| Nearby::new(mesh.tree()));
-        let (candidates, of_cell, normals) = (vec![], vec![], Normals::default());
-        let mut blocks = Self { mesh, around, in_block, candidates, of_cell, normals };
         let way = 3.0_f64.sqrt() * (centers.half_side + 2.0 * half_side);
-        blocks.around.gather(centers.center, distance + way);
-        blocks
+        let around = Nearby::gather(mesh.tree(), centers.center, distance + way, half_side);
+        let (in_block, of_one) = (Candidates::new(mesh.tree()), Normals::default());
+        let (candidates, normals, of_picked) = (vec![], vec![], vec![]);
+        Self { mesh, around, in_block, candidates, normals, of_picked, of_one }
     }
 
-    /// Finds the triangles that can be nearest to a point of a block. `distance` is that at the block's center.
-    pub fn measure(&mut self, block: Block, distance: f64) -> Measured {
+    /// Finds the triangles that can be nearest to a point of each of up to eight blocks.
+    pub fn measure(&mut self, asked: &[Asked]) -> Vec<Measured> {
+        let Self { mesh, around, of_picked, .. } = self;
+        around.find(asked);
+        of_picked.clear();
+        of_picked.extend(around.picked.iter().map(|slot| mesh.normal(*slot)));
+        let most_errors = most_errors(mesh.tree().arch, of_picked, around.found.of_each(), around.found.holds());
+        (0..asked.len()).map(|number| self.measured(number, asked[number].block, most_errors[number])).collect()
+    }
+
+    fn measured(&mut self, number: usize, block: Block, most_error: f64) -> Measured {
         let from = self.candidates.len();
-        let most = distance + 2.0 * 3.0_f64.sqrt() * block.half_side * (1.0 + PLACE_ROUNDING);
-        let to_center = self.around.candidates(block, [distance, most], &mut self.candidates);
-        Measured { block, candidates: from..self.candidates.len(), to_center }
+        let numbers = self.around.found.of(number).iter().map(|number| *number as usize);
+        self.candidates.extend(numbers.clone().map(|number| self.around.picked[number]));
+        self.normals.extend(numbers.map(|number| self.of_picked[number]));
+        Measured { block, candidates: from..self.candidates.len(), most_error }
+    }
+
+    /// The most by which the interpolant of exact distances is off, in spacings, in a block's cells.
+    pub fn error(&mut self, of: &Measured) -> f64 {
+        self.of_one.clear();
+        self.normals[of.candidates.clone()].iter().for_each(|normal| self.of_one.push(*normal));
+        error_in_cones(std::slice::from_ref(&self.of_one))
     }
 
     /// The triangles that can be nearest.
@@ -68,46 +97,38 @@ impl<'a> Blocks<'a> {
         &self.candidates[of.candidates.clone()]
     }
 
-    /// The most by which the interpolant of exact distances is off, in spacings, in a block's cells.
-    pub fn error(&mut self, of: &Measured) -> f64 {
-        self.mesh.normals(&self.candidates[of.candidates.clone()], &mut self.normals);
-        error_in_cones(std::slice::from_ref(&self.normals))
-    }
-
     /// The same in each of the eight cells of a block, where fewer triangles can be nearest, as far as the cells come `within`
-    /// so much of the surface.
-    pub fn error_in_cells(&mut self, of: &Measured, within: f64) -> f64 {
-        let Self { mesh, in_block, candidates, of_cell, normals, .. } = self;
-        let Some(to_center) = of.to_center else { return MOST_ERROR };
-        in_block.clear();
-        candidates[of.candidates.clone()].iter().for_each(|slot| in_block.push(*slot as usize));
-        in_block.group();
+    /// so much of the surface; or `least` where it is no more than that.
+    pub fn error_in_cells(&mut self, of: &Measured, within: f64, least: f64) -> f64 {
+        let Self { mesh, in_block, normals, of_one, candidates, .. } = self;
+        let (candidates, normals) = (&candidates[of.candidates.clone()], &normals[of.candidates.clone()]);
         let half_side = 0.5 * of.block.half_side;
-        let mut most = 0.0_f64;
-        for cell in 0..8 {
+        let cell = |cell: usize| {
             let step = Vector3::from_fn(|axis, _| if cell >> axis & 1 == 0 { -half_side } else { half_side });
-            let cell = Block { center: of.block.center + step, half_side };
-            of_cell.clear();
-            let distance = (to_center.way + step).norm();
-            let Some(to_center) = in_block.candidates(cell, [distance, f64::INFINITY], of_cell) else { continue };
-            if to_center.distance_sq.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + PLACE_ROUNDING) {
+            (Block { center: of.block.center + step, half_side }, f64::INFINITY)
+        };
+        in_block.find(candidates, &Blocks::new(LANES, cell));
+        let most_errors = most_errors(mesh.tree().arch, normals, in_block.of_each(), in_block.holds());
+        let mut most = least;
+        for cell in 0..LANES {
+            let Some(nearest) = in_block.nearest(cell) else { return MOST_ERROR };
+            let is_beyond = nearest.distance_sq.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + PLACE_ROUNDING);
+            if is_beyond || most_errors[cell] <= most {
                 continue;
             }
-            mesh.normals(of_cell, normals);
-            let of_all = error_in_cones(std::slice::from_ref(normals));
-            let error = if of_all <= OF_TWO_SHEETS { of_all } else { of_all.min(mesh.error_by_corners(of_cell)) };
-            most = most.max(error);
+            of_one.collect(normals, in_block.of(cell));
+            let of_all = error_in_cones(std::slice::from_ref(of_one));
+            let by_corners = || {
+                let of_cell: Vec<u32> = in_block.of(cell).iter().map(|number| candidates[*number as usize]).collect();
+                mesh.error_by_corners(&of_cell)
+            };
+            most = most.max(if of_all <= OF_TWO_SHEETS { of_all } else { of_all.min(by_corners()) });
         }
         most
     }
 }
 
 impl MeshDistance<'_> {
-    fn normals(&self, candidates: &[u32], normals: &mut Normals) {
-        normals.clear();
-        candidates.iter().for_each(|slot| normals.push(self.normal(*slot)));
-    }
-
     /// Zero where a triangle has none that is sure.
     fn normal(&self, slot: u32) -> Vector3<f64> {
         let known = self.normals_of_one_solid();
@@ -162,10 +183,11 @@ mod tests {
             for _ in 0..300 {
                 let center = random_vector(&mut state) * 1.3;
                 let block = Block { center, half_side: 0.3 * random(&mut state).abs() };
-                let to_center = distance.nearest(center, 0).distance;
-                let mut blocks = Blocks::new(&distance, block, block.half_side, to_center);
-                let measured = blocks.measure(block, to_center);
-                let candidates = blocks.candidates(&measured);
+                let to_center = distance.nearest(center, 0);
+                let mut blocks = BlocksOfPlace::new(&distance, block, block.half_side, to_center.distance);
+                let asked = Asked { block, distance: to_center.distance, slot: to_center.guess };
+                let measured = blocks.measure(&[asked]);
+                let candidates = blocks.candidates(&measured[0]);
                 let cones = distance.by_corners(candidates);
                 for _ in 0..10 {
                     let point = center + random_vector(&mut state) * block.half_side;
@@ -176,6 +198,42 @@ mod tests {
                     let is_held = cones.iter().any(|cone| may_hold(cone, way * outward, &mut state));
                     assert!(is_held, "no corner's faces make the gradient {way} at {point}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn where_there_is_no_candidate_nothing_better_is_stated_than_what_holds_of_any_distance() {
+        let mesh = bipyramid(5, 1.0, 0.5);
+        let distance = MeshDistance::new(&mesh, None);
+        let block = Block { center: Vector3::zeros(), half_side: 0.1 };
+        let mut blocks = BlocksOfPlace::new(&distance, block, block.half_side, 1.0);
+        let none = Measured { block, candidates: 0..0, most_error: MOST_ERROR };
+        assert_eq!(blocks.error(&none), MOST_ERROR);
+        assert_eq!(blocks.error_in_cells(&none, 1.0, 0.0), MOST_ERROR);
+    }
+
+    #[test]
+    fn where_coordinates_are_rounded_far_out_a_cell_around_a_corner_states_as_much_as_near_the_origin() {
+        let mut state = 21;
+        println!("seed {state}");
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector3::from);
+        for far in [0.0, 1e6, 1e8, 1e9] {
+            let points = points.map(|point| <[f64; 3]>::from(point + Vector3::new(far, 0.7 * far, -0.3 * far)));
+            let mesh = TriangleMesh::new(&points, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap();
+            let distance = MeshDistance::new(&mesh, None);
+            for _ in 0..300 {
+                let half_side = 0.004 + 0.004 * random(&mut state).abs();
+                // The corner of three right angles is the middle of the last cell, but for rounding. No other is in the band.
+                let rounding = random_vector(&mut state) * (4e-16 * far);
+                let center = Vector3::from(points[0]).add_scalar(-0.5 * half_side) + rounding;
+                let block = Block { center, half_side };
+                let nearest = distance.nearest(block.center, 0);
+                let mut blocks = BlocksOfPlace::new(&distance, block, half_side, nearest.distance);
+                let asked = Asked { block, distance: nearest.distance, slot: nearest.guess };
+                let measured = blocks.measure(&[asked]);
+                let error = blocks.error_in_cells(&measured[0], 0.05 * half_side, 0.0);
+                assert!(error > 0.6, "{error} at {far}");
             }
         }
     }

@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 pub mod budget;
+mod candidates;
 pub mod dense;
 mod gradient_spread;
 mod hilbert;

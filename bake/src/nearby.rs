@@ -1,399 +1,244 @@
-//! Triangles around a few blocks, gathered once, and of these the ones that can be nearest to a point of a block. Eight go
-//! side by side, each step of it with the bits of [`nearest_on_triangle`].
+//! Triangles around a place, gathered once, and of these the candidates of its blocks, for eight at a time. Most triangles are
+//! passed over by balls around them in f32.
 
 use sdf_core::nalgebra::Vector3;
 
-use crate::gradient_spread::{lesser, of_all};
-use crate::interpolation::{Block, PLACE_ROUNDING};
-use crate::lanes_triangle::{dot, minus};
+use crate::candidates::{Blocks, Candidates, ToCenter};
+use crate::interpolation::{Asked, PLACE_ROUNDING};
+use crate::lanes_triangle::LANES;
+use crate::rough_triangle::Lanes;
 use crate::tree::Tree;
-use crate::triangle::{is_sliver, nearest_on_triangle};
+use crate::triangle::nearest_on_triangle;
 
-/// Triangles side by side: as many as f64 numbers fit the widest registers.
-const LANES: usize = 8;
+/// More than all rounding of what is said of balls, but for where they are.
+const SLACK: f32 = 1.0 + 1e-5;
 
-/// A number of each.
-type Lanes = [f64; LANES];
+const ROOT_OF_SIX: f32 = 2.449_489_8;
 
-/// More than all rounding of what is said of balls, and of what a closer look says.
-const SLACK: f64 = 1.0 + 1e-5;
+/// Wider than all rounding of where a ball is, of its radius and of a point that it is seen from, in shares of these.
+const BALL_ROUNDING: f64 = 4e-6;
 
-const ROOT_OF_SIX: f64 = 2.449_489_742_783_178;
+/// In units. Squares of more may be too much for f32.
+const FARTHEST: f64 = 1e15;
+
+/// A direction may be off by so much, squared, before other triangles are picked by it.
+const SAME_WAY_SQ: f64 = 1e-13;
 
 /// Triangles of a tree in an order that does not depend on where they were gathered.
 pub(crate) struct Nearby<'a> {
     tree: &'a Tree,
-    count: usize,
-    eights: Vec<Eight>,
-    /// Of each eight of these, a ball around each.
+    center: Vector3<f64>,
+    per_length: f64,
+    slots: Vec<u32>,
+    /// Around each.
+    balls: Vec<Balls>,
+    /// Around all balls of each eight.
     groups: Vec<Balls>,
+    /// Those among which candidates were looked for last.
+    pub picked: Vec<u32>,
+    pub found: Candidates<'a>,
 }
 
-/// Of the nearest triangle to a block's center.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ToCenter {
-    /// From the nearest point.
-    pub way: Vector3<f64>,
-    pub distance_sq: f64,
-}
-
-/// Triangles, a ball around each, and what is nearest of them to the block that was asked for last.
-#[derive(Clone)]
-struct Eight {
-    /// In the order of the tree.
-    slots: [u32; LANES],
-    corners: [[Lanes; 3]; 3],
-    has_sliver: bool,
-    balls: Balls,
-    is_measured: bool,
-    /// To the block's center from the nearest point.
-    way: [Lanes; 3],
-    /// Infinite where there is no triangle.
-    distance_sq: Lanes,
-}
-
-/// Balls side by side, as seen from a block's center.
+/// Balls side by side.
 #[derive(Clone)]
 struct Balls {
     middle: [Lanes; 3],
     /// Less than any number where there is none.
     radius: Lanes,
-    is_seen: bool,
-    /// To the block's center from the middle.
-    from_middle: [Lanes; 3],
-    away: Lanes,
 }
 
 impl<'a> Nearby<'a> {
-    pub fn new(tree: &'a Tree) -> Self {
-        Self { tree, count: 0, eights: vec![], groups: vec![] }
+    /// All triangles no farther from a point than that, and perhaps some more. In f32 ways are counted from there in `unit`s,
+    /// and blocks stand within `within`.
+    pub fn gather(tree: &'a Tree, center: Vector3<f64>, within: f64, unit: f64) -> Self {
+        let (slots, balls, groups) = (vec![], vec![], vec![]);
+        let (picked, found) = (vec![], Candidates::new(tree));
+        let mut nearby = Self { tree, center, per_length: 1.0 / unit, slots, balls, groups, picked, found };
+        let within = within * f64::from(SLACK);
+        let farthest = within / unit;
+        tree.near(center, within * within, |slot| nearby.push(slot, farthest));
+        let around = |eights: &[Balls]| Balls::around(eights, farthest);
+        nearby.groups.extend(nearby.balls.chunks(LANES).map(around));
+        nearby
     }
 
-    /// All triangles no farther from a point than that, and perhaps some more.
-    pub fn gather(&mut self, center: Vector3<f64>, within: f64) {
-        self.clear();
-        let within = within * SLACK;
-        self.tree.near(center, within * within, |slot| self.push(slot));
-        self.group();
-    }
-
-    pub fn clear(&mut self) {
-        self.count = 0;
-        self.eights.clear();
-        self.groups.clear();
-    }
-
-    /// All that was pushed. Then candidates may be asked for.
-    pub fn group(&mut self) {
-        self.groups.clear();
-        self.groups.extend(self.eights.chunks(LANES).map(Balls::around));
-    }
-
-    pub fn push(&mut self, slot: usize) {
+    fn push(&mut self, slot: usize, farthest: f64) {
         let corners = self.tree.corners[slot];
         let [a, b, c] = corners;
         let middle = (a.inf(&b).inf(&c) + a.sup(&b).sup(&c)) * 0.5;
         let radius_sq = corners.iter().map(|corner| (corner - middle).norm_squared()).fold(0.0, f64::max);
-        let lane = self.count % LANES;
+        let lane = self.slots.len() % LANES;
         if lane == 0 {
-            self.eights.push(Eight::NONE);
+            self.balls.push(Balls::NONE);
         }
-        self.count += 1;
-        let Some(eight) = self.eights.last_mut() else { return };
-        eight.slots[lane] = slot as u32;
-        eight.balls.radius[lane] = radius_sq.sqrt();
-        eight.has_sliver |= is_sliver(corners);
-        for axis in 0..3 {
-            eight.balls.middle[axis][lane] = middle[axis];
-            (0..3).for_each(|corner| eight.corners[corner][axis][lane] = corners[corner][axis]);
+        self.slots.push(slot as u32);
+        let middle = (middle - self.center) * self.per_length;
+        if let Some(balls) = self.balls.last_mut() {
+            balls.set(lane, middle, radius_sq.sqrt() * self.per_length, farthest);
         }
     }
 
-    /// Adds those that can be nearest to a point of a block. At its center the surface is no farther than `distance`, and none
-    /// of these is farther than `most`. `None` where there is no triangle.
-    pub fn candidates(&mut self, block: Block, [distance, most]: [f64; 2], found: &mut Vec<u32>) -> Option<ToCenter> {
-        let arch = self.tree.arch;
-        arch.dispatch(Candidates { nearby: self, block, distance, most, found })
+    /// The triangles that can be nearest to a point of each of up to eight blocks, all of one size. These are not farther from the
+    /// surface, nor from where triangles were gathered, than was said.
+    pub fn find(&mut self, asked: &[Asked]) {
+        let most =
+            |asked: &Asked| asked.distance + 2.0 * 3.0_f64.sqrt() * asked.block.half_side * (1.0 + PLACE_ROUNDING);
+        let blocks = Blocks::new(asked.len(), |number| (asked[number].block, most(&asked[number])));
+        let mut nearest: Vec<ToCenter> = asked.iter().map(|asked| self.to_center(asked)).collect();
+        self.pick(&blocks, &nearest);
+        self.found.find(&self.picked, &blocks);
+        if !self.are_as_found(&nearest) {
+            // Of several at the same distance another is the first.
+            for (number, nearest) in nearest.iter_mut().enumerate() {
+                *nearest = self.found.nearest(number).unwrap_or(*nearest);
+            }
+            self.pick(&blocks, &nearest);
+            self.found.find(&self.picked, &blocks);
+        }
+    }
+
+    fn to_center(&self, asked: &Asked) -> ToCenter {
+        let on_triangle = nearest_on_triangle(asked.block.center, self.tree.corners[asked.slot]);
+        ToCenter { way: asked.block.center - on_triangle.point, distance_sq: on_triangle.distance_sq }
+    }
+
+    fn are_as_found(&self, nearest: &[ToCenter]) -> bool {
+        nearest.iter().enumerate().all(|(number, nearest)| {
+            let found = self.found.nearest(number);
+            found.is_some_and(|found| (found.way - nearest.way).norm_squared() <= SAME_WAY_SQ * nearest.distance_sq)
+        })
+    }
+
+    /// Those that may be candidates of one of some blocks, of which each has another in `nearest` that is as near to its center as
+    /// any; in their order.
+    fn pick(&mut self, blocks: &Blocks, nearest: &[ToCenter]) {
+        let seen = |number: usize| Seen::new(self, blocks, number, &nearest[number]);
+        let from: [Seen; LANES] = std::array::from_fn(|number| seen(number.min(nearest.len() - 1)));
+        let Self { tree, slots, balls, groups, picked, .. } = self;
+        tree.arch.dispatch(Pick { slots, balls, groups, from: &from[..nearest.len()], picked });
     }
 }
 
-struct Candidates<'a, 'b> {
-    nearby: &'a mut Nearby<'b>,
-    block: Block,
-    distance: f64,
-    most: f64,
-    found: &'a mut Vec<u32>,
+struct Pick<'a> {
+    slots: &'a [u32],
+    balls: &'a [Balls],
+    groups: &'a [Balls],
+    from: &'a [Seen],
+    picked: &'a mut Vec<u32>,
 }
 
-impl pulp::NullaryFnOnce for Candidates<'_, '_> {
-    type Output = Option<ToCenter>;
+impl pulp::NullaryFnOnce for Pick<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> Option<ToCenter> {
-        let Self { nearby: Nearby { eights, groups, .. }, block, distance, most, found } = self;
-        groups.iter_mut().for_each(|group| group.see_anew(block.center));
-        for eight in &mut *eights {
-            (eight.balls.is_seen, eight.is_measured) = (false, false);
-        }
-        let nearest = nearest(eights, groups, block.center, distance * SLACK + block.half_side * PLACE_ROUNDING)?;
-        let reach = Reach::new(block.half_side, &nearest, most);
-        for (group, eights) in groups.iter().zip(eights.chunks_mut(LANES)) {
-            let may_hold = reach.may_hold(group);
-            for (eight, _) in eights.iter_mut().zip(may_hold).filter(|(_, may_hold)| *may_hold) {
-                eight.balls.see(block.center);
-                if !any(reach.may_hold(&eight.balls)) {
-                    continue;
-                }
-                eight.measure(block.center);
+    fn call(self) {
+        let Self { slots, balls, groups, from, picked } = self;
+        picked.clear();
+        picked.resize(slots.len() + LANES, 0);
+        let mut count = 0;
+        for ((group, balls), slots) in groups.iter().zip(balls.chunks(LANES)).zip(slots.chunks(LANES * LANES)) {
+            let may_hold = may_hold(from, group);
+            let eights = balls.iter().zip(slots.chunks(LANES)).zip(may_hold);
+            for ((balls, slots), _) in eights.filter(|(_, may_hold)| *may_hold != 0) {
+                let may_hold = self::may_hold(from, balls);
                 // Without a branch for each, which would be hard to foretell.
-                let mut count = found.len();
-                found.resize(count + LANES, 0);
-                for (slot, holds) in eight.slots.into_iter().zip(reach.holds(eight)) {
-                    found[count] = slot;
-                    count += usize::from(holds);
+                for (slot, may_hold) in slots.iter().zip(may_hold) {
+                    picked[count] = *slot;
+                    count += may_hold as usize;
                 }
-                found.truncate(count);
             }
         }
-        Some(nearest)
+        picked.truncate(count);
     }
 }
 
 #[inline(always)]
-fn any(lanes: [bool; LANES]) -> bool {
-    lanes.into_iter().fold(false, |any, one| any | one)
-}
-
-/// The first of the nearest to a point, which is no farther than `within`.
-#[inline(always)]
-fn nearest(eights: &mut [Eight], groups: &[Balls], point: Vector3<f64>, within: f64) -> Option<ToCenter> {
-    let (mut least_sq, mut numbers) = ([f64::INFINITY; LANES], [usize::MAX; LANES]);
-    for (group, balls) in groups.iter().enumerate() {
-        let may_be_within = balls.may_be_within(within);
-        let first = group * LANES;
-        for number in (first..eights.len().min(first + LANES)).filter(|number| may_be_within[number - first]) {
-            let eight = &mut eights[number];
-            eight.balls.see(point);
-            if !any(eight.balls.may_be_within(within)) {
-                continue;
-            }
-            eight.measure(point);
-            for lane in 0..LANES {
-                let is_nearer = eight.distance_sq[lane] < least_sq[lane];
-                least_sq[lane] = if is_nearer { eight.distance_sq[lane] } else { least_sq[lane] };
-                numbers[lane] = if is_nearer { number * LANES + lane } else { numbers[lane] };
-            }
+fn may_hold(from: &[Seen], balls: &Balls) -> [u32; LANES] {
+    let mut may_hold = [0; LANES];
+    for block in from {
+        let of_block = block.may_hold(balls);
+        for lane in 0..LANES {
+            may_hold[lane] |= of_block[lane];
         }
     }
-    let least_of_all = of_all(least_sq, lesser);
-    for lane in 0..LANES {
-        numbers[lane] = if least_sq[lane] == least_of_all { numbers[lane] } else { usize::MAX };
-    }
-    let first = of_all(numbers, usize::min);
-    let (eight, lane) = (eights.get(first / LANES)?, first % LANES);
-    let way = Vector3::from_fn(|axis, _| eight.way[axis][lane]);
-    Some(ToCenter { way, distance_sq: eight.distance_sq[lane] })
+    may_hold
 }
 
 impl Balls {
-    const NONE: Self = Self {
-        middle: [[0.0; LANES]; 3],
-        radius: [f64::NEG_INFINITY; LANES],
-        is_seen: false,
-        from_middle: [[0.0; LANES]; 3],
-        away: [0.0; LANES],
-    };
+    const NONE: Self = Self { middle: [[0.0; LANES]; 3], radius: [f32::NEG_INFINITY; LANES] };
+
+    /// Seen from points that are no farther than that.
+    fn set(&mut self, lane: usize, middle: Vector3<f64>, radius: f64, farthest: f64) {
+        let radius = radius + BALL_ROUNDING * (middle.abs().sum() + radius + farthest);
+        // What is not a number is not small.
+        let is_small = radius < FARTHEST && middle.amax() < FARTHEST;
+        self.radius[lane] = if is_small { radius as f32 } else { f32::INFINITY };
+        (0..3).for_each(|axis| self.middle[axis][lane] = if is_small { middle[axis] as f32 } else { 0.0 });
+    }
 
     /// One around all balls of each eight.
-    fn around(eights: &[Eight]) -> Self {
+    fn around(eights: &[Self], farthest: f64) -> Self {
         let mut around = Self::NONE;
-        for (lane, Eight { balls, .. }) in eights.iter().enumerate() {
-            let middle_of = |lane: usize| Vector3::from_fn(|axis, _| balls.middle[axis][lane]);
+        for (lane, balls) in eights.iter().enumerate() {
+            let middle_of = |lane: usize| Vector3::from_fn(|axis, _| f64::from(balls.middle[axis][lane]));
             let used = || (0..LANES).filter(|lane| balls.radius[*lane] >= 0.0);
             let low = used().map(middle_of).reduce(|a, b| a.inf(&b)).unwrap_or_default();
             let high = used().map(middle_of).reduce(|a, b| a.sup(&b)).unwrap_or_default();
             let middle = (low + high) * 0.5;
-            (0..3).for_each(|axis| around.middle[axis][lane] = middle[axis]);
-            let reach = |lane: usize| (middle_of(lane) - middle).norm() + balls.radius[lane];
-            around.radius[lane] = used().map(reach).fold(f64::NEG_INFINITY, f64::max);
+            let reach = |lane: usize| (middle_of(lane) - middle).norm() + f64::from(balls.radius[lane]);
+            around.set(lane, middle, used().map(reach).fold(0.0, f64::max), farthest);
         }
         around
     }
-
-    #[inline(always)]
-    fn see(&mut self, center: Vector3<f64>) {
-        if self.is_seen {
-            return;
-        }
-        self.is_seen = true;
-        self.see_anew(center);
-    }
-
-    #[inline(always)]
-    fn see_anew(&mut self, center: Vector3<f64>) {
-        for lane in 0..LANES {
-            let way =
-                [center.x - self.middle[0][lane], center.y - self.middle[1][lane], center.z - self.middle[2][lane]];
-            (0..3).for_each(|axis| self.from_middle[axis][lane] = way[axis]);
-            self.away[lane] = dot(way, way).sqrt();
-        }
-    }
-
-    #[inline(always)]
-    fn may_be_within(&self, distance: f64) -> [bool; LANES] {
-        let mut may_be_within = [false; LANES];
-        for lane in 0..LANES {
-            may_be_within[lane] = self.away[lane] - self.radius[lane] <= distance;
-        }
-        may_be_within
-    }
 }
 
-impl Eight {
-    const NONE: Self = Self {
-        slots: [0; LANES],
-        corners: [[[0.0; LANES]; 3]; 3],
-        has_sliver: false,
-        balls: Balls::NONE,
-        is_measured: false,
-        way: [[0.0; LANES]; 3],
-        distance_sq: [f64::INFINITY; LANES],
-    };
-
-    #[inline(always)]
-    fn measure(&mut self, center: Vector3<f64>) {
-        if self.is_measured {
-            return;
-        }
-        self.is_measured = true;
-        if self.has_sliver {
-            return self.measure_one_by_one(center);
-        }
-        let center: [f64; 3] = center.into();
-        for lane in 0..LANES {
-            let corners: [[f64; 3]; 3] =
-                std::array::from_fn(|corner| std::array::from_fn(|axis| self.corners[corner][axis][lane]));
-            let (way, distance_sq) = way_from(corners, center);
-            (0..3).for_each(|axis| self.way[axis][lane] = way[axis]);
-            self.distance_sq[lane] = if self.balls.radius[lane] >= 0.0 { distance_sq } else { f64::INFINITY };
-        }
-    }
-
-    #[inline(never)]
-    fn measure_one_by_one(&mut self, center: Vector3<f64>) {
-        for lane in 0..LANES {
-            let corner = |corner: usize| Vector3::from_fn(|axis, _| self.corners[corner][axis][lane]);
-            let on_triangle = nearest_on_triangle(center, [corner(0), corner(1), corner(2)]);
-            let way = center - on_triangle.point;
-            (0..3).for_each(|axis| self.way[axis][lane] = way[axis]);
-            let is_there = self.balls.radius[lane] >= 0.0;
-            self.distance_sq[lane] = if is_there { on_triangle.distance_sq } else { f64::INFINITY };
-        }
-    }
+/// A block that balls are seen from, as [`Reach`](crate::candidates::Reach) in f32.
+struct Seen {
+    center: [f32; 3],
+    half_side: f32,
+    hypotenuse: f32,
+    slope: [f32; 3],
+    most: f32,
 }
 
-/// What tells whether a triangle can be nearest to a point of a block, and is no farther from its center than `most`.
-///
-/// A point x = c + v of it, v·v ≤ ρ², is no farther from the triangle nearest to c, at D with direction e from there to c,
-/// than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from any other, at d with direction f, it is at
-/// least d + v·f away, as that lies behind the plane across f.
-struct Reach {
-    half_side: f64,
-    hypotenuse: f64,
-    slope: [f64; 3],
-    most: f64,
-}
-
-impl Reach {
-    #[inline(always)]
-    fn new(half_side: f64, nearest: &ToCenter, most: f64) -> Self {
-        let half_side = half_side * (1.0 + PLACE_ROUNDING);
-        let hypotenuse = (nearest.distance_sq + 3.0 * half_side * half_side).sqrt();
+impl Seen {
+    fn new(nearby: &Nearby, blocks: &Blocks, block: usize, nearest: &ToCenter) -> Self {
+        let per_length = nearby.per_length;
+        let center = Vector3::from_fn(|axis, _| blocks.centers[axis][block]);
+        let hypotenuse = (nearest.distance_sq + 3.0 * blocks.half_side * blocks.half_side).sqrt();
         let toward = nearest.way.try_normalize(0.0).unwrap_or_default();
         let slope = toward * (nearest.distance_sq.sqrt() / hypotenuse);
-        Self { half_side, hypotenuse, slope: slope.into(), most }
+        Self {
+            center: ((center - nearby.center) * per_length).map(|x| x as f32).into(),
+            half_side: (blocks.half_side * per_length) as f32,
+            hypotenuse: (hypotenuse * per_length) as f32,
+            slope: slope.map(|x| x as f32).into(),
+            most: (blocks.most[block] * per_length) as f32,
+        }
     }
 
-    /// What is said of balls. False of none that has a triangle which holds.
+    /// 0 of no ball that has a triangle which is a candidate, else 1.
     ///
     /// A triangle in a ball of radius r whose middle is L away in direction g is at a distance d ≥ L − r. Its own direction f
     /// is at an angle α from g with sin α ≤ r/L, so |f − g|₁ ≤ √3 · √2 · r/L; where r ≥ L it may hold. So where d ≤ A + s |k e − f|₁,
     /// also L − r ≤ A + s (|k e − g|₁ + √6 · r/L). Both sides are multiplied by L.
     #[inline(always)]
-    fn may_hold(&self, balls: &Balls) -> [bool; LANES] {
-        let mut may_hold = [false; LANES];
+    fn may_hold(&self, balls: &Balls) -> [u32; LANES] {
+        let mut may_hold = [0; LANES];
         for lane in 0..LANES {
-            let (away, radius) = (balls.away[lane], balls.radius[lane]);
-            let mut apart = ROOT_OF_SIX * radius;
-            for axis in 0..3 {
-                apart += (self.slope[axis] * away - balls.from_middle[axis][lane]).abs();
-            }
+            let way = [0, 1, 2].map(|axis: usize| self.center[axis] - balls.middle[axis][lane]);
+            let radius = balls.radius[lane];
+            let away = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
+            let apart = |axis: usize| (self.slope[axis] * away - way[axis]).abs();
+            let apart = ROOT_OF_SIX * radius + apart(0) + apart(1) + apart(2);
             let least = away - radius;
-            let may_be_nearest = least * away <= (self.hypotenuse * away + self.half_side * apart) * SLACK;
-            may_hold[lane] = may_be_nearest & (least <= self.most * SLACK);
+            // What is not a number is not beyond.
+            let is_beyond = (least * away > (self.hypotenuse * away + self.half_side * apart) * SLACK)
+                | (least > self.most * SLACK);
+            may_hold[lane] = u32::from(!is_beyond);
         }
         may_hold
     }
-
-    #[inline(always)]
-    fn holds(&self, eight: &Eight) -> [bool; LANES] {
-        let mut holds = [false; LANES];
-        for lane in 0..LANES {
-            let way = [eight.way[0][lane], eight.way[1][lane], eight.way[2][lane]];
-            let length = dot(way, way).sqrt();
-            // No way has no direction.
-            let length = if length > 0.0 { length } else { 1.0 };
-            let apart = |axis: usize| (self.slope[axis] - way[axis] / length).abs();
-            let apart = self.half_side * (apart(0) + apart(1) + apart(2));
-            let distance_sq = eight.distance_sq[lane];
-            holds[lane] = (distance_sq <= self.most * self.most)
-                & (distance_sq.sqrt() <= (self.hypotenuse + apart) * (1.0 + PLACE_ROUNDING));
-        }
-        holds
-    }
-}
-
-/// To a point from what of a triangle is nearest to it, and the distance's square. The steps of [`nearest_on_triangle`], all of
-/// them taken and one chosen.
-#[inline(always)]
-fn way_from([a, b, c]: [[f64; 3]; 3], point: [f64; 3]) -> ([f64; 3], f64) {
-    let [ab, ac, bc] = [minus(b, a), minus(c, a), minus(c, b)];
-    let normal = [ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]];
-    let [from_a, from_b, from_c] = [minus(point, a), minus(point, b), minus(point, c)];
-    let (d1, d2) = (dot(ab, from_a), dot(ac, from_a));
-    let (d3, d4) = (dot(ab, from_b), dot(ac, from_b));
-    let (d5, d6) = (dot(ab, from_c), dot(ac, from_c));
-    let opposite_a = d3 * d6 - d5 * d4;
-    let opposite_b = d5 * d2 - d1 * d6;
-    let opposite_c = d1 * d4 - d3 * d2;
-    let (from_b_on, to_c_on) = (d4 - d3, d5 - d6);
-
-    let at_a = (d1 <= 0.0) & (d2 <= 0.0);
-    let at_b = (d3 >= 0.0) & (d4 <= d3);
-    let on_ab = (opposite_c <= 0.0) & (d1 >= 0.0) & (d3 <= 0.0);
-    let at_c = (d6 >= 0.0) & (d5 <= d6) & !on_ab;
-    let on_ac = (opposite_b <= 0.0) & (d2 >= 0.0) & (d6 <= 0.0);
-    let on_bc = (opposite_a <= 0.0) & (from_b_on >= 0.0) & (to_c_on >= 0.0);
-    let is_inside = !(at_a | at_b | at_c | on_ab | on_ac | on_bc);
-
-    // From the last choice to the first, which so prevails.
-    let choose = |ab: f64, ac: f64, bc: f64, inside: f64| {
-        let chosen = if on_bc { bc } else { inside };
-        let chosen = if on_ac { ac } else { chosen };
-        if on_ab { ab } else { chosen }
-    };
-    let share = choose(d1, d2, from_b_on, dot(normal, from_a))
-        / choose(d1 - d3, d2 - d6, from_b_on + to_c_on, dot(normal, normal));
-    let along: [f64; 3] = std::array::from_fn(|axis| choose(ab[axis], ac[axis], bc[axis], normal[axis]) * share);
-    let way: [f64; 3] = std::array::from_fn(|axis| {
-        let nearest = choose(a[axis], a[axis], b[axis], 0.0) + along[axis];
-        let nearest = if is_inside { point[axis] - along[axis] } else { nearest };
-        let way = point[axis] - nearest;
-        let way = if at_c { from_c[axis] } else { way };
-        let way = if at_b { from_b[axis] } else { way };
-        if at_a { from_a[axis] } else { way }
-    });
-    (way, if is_inside { dot(along, along) } else { dot(way, way) })
 }
 
 #[cfg(test)]
@@ -401,6 +246,7 @@ mod tests {
     use super::*;
     use crate::TriangleMesh;
     use crate::gradient_spread::tests::{random, random_vector};
+    use crate::interpolation::Block;
     use crate::packet::tests::instruction_sets;
     use crate::triangle::NearestOnTriangle;
 
@@ -419,57 +265,117 @@ mod tests {
         TriangleMesh::new(&points, &triangles).unwrap()
     }
 
+    fn most(asked: &Asked) -> f64 {
+        asked.distance + 12.0_f64.sqrt() * asked.block.half_side * (1.0 + PLACE_ROUNDING)
+    }
+
     /// By the same formula, of all triangles and one by one.
-    fn one_by_one(tree: &Tree, block: Block, most: f64) -> (Vec<u32>, ToCenter) {
+    fn one_by_one(tree: &Tree, asked: &Asked) -> (Vec<u32>, ToCenter) {
+        let Block { center, half_side } = asked.block;
         let mut all: Vec<(u32, NearestOnTriangle)> = vec![];
-        tree.near(block.center, 1e6, |slot| {
-            all.push((slot as u32, nearest_on_triangle(block.center, tree.corners[slot])));
-        });
-        all.retain(|(_, on_triangle)| on_triangle.distance_sq <= most * most);
+        tree.near(center, 1e6, |slot| all.push((slot as u32, nearest_on_triangle(center, tree.corners[slot]))));
         let (_, nearest) = *all.iter().min_by(|a, b| a.1.distance_sq.total_cmp(&b.1.distance_sq)).unwrap();
-        let toward = |of: &NearestOnTriangle| (block.center - of.point).try_normalize(0.0).unwrap_or_default();
-        let half_side = block.half_side * (1.0 + PLACE_ROUNDING);
+        let toward = |of: &NearestOnTriangle| (center - of.point).try_normalize(0.0).unwrap_or_default();
+        let half_side = half_side * (1.0 + PLACE_ROUNDING);
         let hypotenuse = (nearest.distance_sq + 3.0 * half_side * half_side).sqrt();
         let slope = toward(&nearest) * (nearest.distance_sq.sqrt() / hypotenuse);
+        let most = 2.0 * 3.0_f64.sqrt() * asked.block.half_side * (1.0 + PLACE_ROUNDING) + asked.distance;
         all.retain(|(_, on_triangle)| {
             let way = half_side * (slope - toward(on_triangle)).abs().sum();
-            on_triangle.distance_sq.sqrt() <= (hypotenuse + way) * (1.0 + PLACE_ROUNDING)
+            on_triangle.distance_sq <= most * most
+                && on_triangle.distance_sq.sqrt() <= (hypotenuse + way) * (1.0 + PLACE_ROUNDING)
         });
-        let way = block.center - nearest.point;
+        let way = center - nearest.point;
         (all.into_iter().map(|(slot, _)| slot).collect(), ToCenter { way, distance_sq: nearest.distance_sq })
     }
 
     #[test]
-    fn the_candidates_of_a_block_are_those_that_are_found_one_by_one_among_all() {
+    fn the_candidates_of_blocks_are_those_that_are_found_one_by_one_among_all() {
         let mut state = 11;
+        println!("seed {state}");
         for (arch, triangles) in instruction_sets().into_iter().cycle().zip([1, 3, 30, 300, 300, 300, 300]) {
             let mut tree = Tree::new(&soup(triangles, &mut state));
             tree.arch = arch;
-            let mut nearby = Nearby::new(&tree);
-            for _ in 0..60 {
+            for round in 0..90 {
                 let (middle, size) = (random_vector(&mut state) * 1.2, 0.2 * random(&mut state).abs().powi(2));
-                let mut blocks = vec![];
-                for _ in 0..10 {
+                let half_side = size * random(&mut state).abs();
+                let mut asked = || {
                     let mut center = middle + random_vector(&mut state) * size;
                     if random(&mut state) > 0.8 {
                         // In a corner, where several are equally near.
                         center = tree.corners[tree.nearest(center, 0).slot][1];
                     }
-                    let block = Block { center, half_side: size * random(&mut state).abs() };
-                    blocks.push((block, tree.nearest(center, 0).on_triangle.distance_sq.sqrt()));
-                }
-                let most = |(block, distance): &(Block, f64)| distance + 12.0_f64.sqrt() * block.half_side * 1.000_001;
-                let reach = |of: &(Block, f64)| (of.0.center - middle).norm() + most(of);
-                nearby.gather(middle, blocks.iter().map(reach).fold(0.0, f64::max));
-                for of in blocks {
-                    let mut found = vec![];
-                    let nearest = nearby.candidates(of.0, [of.1, most(&of)], &mut found).unwrap();
-                    let (wanted, wanted_nearest) = one_by_one(&tree, of.0, most(&of));
-                    assert_eq!(found, wanted, "{of:?} of {triangles} triangles by {arch:?}");
+                    let nearest = tree.nearest(center, 0);
+                    let block = Block { center, half_side };
+                    Asked { block, distance: nearest.on_triangle.distance_sq.sqrt(), slot: nearest.slot }
+                };
+                let asked: Vec<Asked> = (0..1 + round % LANES).map(|_| asked()).collect();
+                let reach = |of: &Asked| (of.block.center - middle).norm() + most(of);
+                let within = asked.iter().map(reach).fold(0.0, f64::max);
+                let mut nearby = Nearby::gather(&tree, middle, within, half_side);
+                nearby.find(&asked);
+                for (number, of) in asked.iter().enumerate() {
+                    let found = nearby.found.of(number).iter().map(|number| nearby.picked[*number as usize]);
+                    let (wanted, wanted_nearest) = one_by_one(&tree, of);
+                    assert_eq!(found.collect::<Vec<u32>>(), wanted, "{of:?} of {triangles} triangles by {arch:?}");
+                    let nearest = nearby.found.nearest(number).unwrap();
                     assert_eq!(nearest.distance_sq.to_bits(), wanted_nearest.distance_sq.to_bits());
                     assert_eq!(nearest.way, wanted_nearest.way);
                 }
             }
         }
+    }
+
+    #[test]
+    fn between_two_equally_near_triangles_candidates_are_those_of_the_first_whichever_was_named() {
+        // Around the middle of one side, and of the other. Those that are a little farther are candidates behind the first alone.
+        let side = |x: f64| [[x, -0.005, -0.005], [x, 0.005, -0.005], [x, 0.0, 0.005]];
+        let both = |step: u32| [0.1 + 0.002 * f64::from(step), -0.1 - 0.002 * f64::from(step)].map(side);
+        let points: Vec<[f64; 3]> = (0..39).flat_map(both).flatten().collect();
+        let triangles: Vec<[u32; 3]> = (0..78).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let tree = Tree::new(&TriangleMesh::new(&points, &triangles).unwrap());
+        let block = Block { center: Vector3::zeros(), half_side: 0.02 };
+        for slot in (0..78).filter(|slot| tree.corners[*slot][0].x.abs() < 0.101) {
+            let asked = Asked { block, distance: 0.1, slot };
+            let mut nearby = Nearby::gather(&tree, block.center, most(&asked), block.half_side);
+            nearby.find(&[asked]);
+            let found: Vec<u32> = nearby.found.of(0).iter().map(|number| nearby.picked[*number as usize]).collect();
+            let (wanted, wanted_nearest) = one_by_one(&tree, &asked);
+            assert_eq!(found, wanted);
+            assert_eq!(nearby.found.nearest(0).unwrap().way, wanted_nearest.way);
+            assert!((10..70).contains(&wanted.len()), "{}", wanted.len());
+        }
+    }
+
+    #[test]
+    fn no_ball_is_passed_over_with_a_point_that_is_a_candidate_even_where_it_is_only_just_passed_over() {
+        let mut state = 23;
+        println!("seed {state}");
+        let mut just_held = 0;
+        for round in 0..40_000 {
+            let (half_side, distance) = (1.0, [0.1, 1.0, 4.0][round % 3] * random(&mut state).abs());
+            let hypotenuse = (distance * distance + 3.0 * half_side * half_side).sqrt();
+            let slope = random_vector(&mut state).normalize() * (distance / hypotenuse);
+            let toward = random_vector(&mut state).normalize();
+            let radius = [0.1, 1.0][round / 3 % 2] * random(&mut state).abs();
+            let apart = half_side * (slope - toward).abs().sum();
+            let away = radius + hypotenuse + apart + 0.4 * half_side * radius * random(&mut state).abs();
+            // From the ball's middle to its rim, where a point comes nearest to being a candidate.
+            let excess = |point: Vector3<f64>| {
+                let way = -point;
+                way.norm() - hypotenuse - half_side * (slope - way.normalize()).abs().sum()
+            };
+            let middle = -toward * away;
+            let on_rim = || middle + (toward + random_vector(&mut state) * 0.6).normalize() * radius;
+            let least = std::iter::repeat_with(on_rim).take(30).map(excess).fold(f64::INFINITY, f64::min);
+            let mut balls = Balls::NONE;
+            balls.set(0, middle, radius, 10.0);
+            let slope: [f32; 3] = slope.map(|x| x as f32).into();
+            let [half_side, hypotenuse] = [half_side, hypotenuse].map(|x| x as f32);
+            let seen = Seen { center: [0.0; 3], half_side, hypotenuse, slope, most: 1e6 };
+            assert!(least > 0.0 || seen.may_hold(&balls)[0] == 1, "{middle} {radius} {least}");
+            just_held += usize::from(least <= 0.0);
+        }
+        assert!(just_held > 1000, "{just_held}");
     }
 }

@@ -15,6 +15,8 @@
 mod places;
 mod quantize;
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse};
 use sdf_core::grid::{Lattice, NodeBounds, cell_slope, slope_bound_with_outside};
@@ -24,7 +26,8 @@ pub use quantize::Quantize;
 
 use crate::gradient_spread::MOST_ERROR;
 use crate::hilbert::hilbert_index;
-use crate::interpolation::{Block, Blocks, Measured};
+use crate::interpolation::{Asked, Block, BlocksOfPlace, Measured};
+use crate::lanes_triangle::LANES;
 use crate::mesh_distance::Beside;
 use crate::node_bounds::{Around, inside_reaches_box, round_up};
 use crate::packet::{Nodes, Packet};
@@ -101,6 +104,24 @@ const PLACES_AT_A_TIME: usize = 1024;
 /// the time is saved.
 const NEARLY: f64 = 1.05;
 
+/// A block that waits to be looked at cell by cell.
+#[derive(Clone, Copy)]
+struct Waiting {
+    block: usize,
+    /// Not less than it is.
+    error: f64,
+    /// Nor more.
+    is_sure: bool,
+}
+
+impl Waiting {
+    /// Greater is what has its turn before: of equal errors what is not sure yet, and then the first.
+    fn before(&self, other: &Self) -> Ordering {
+        let by_error = self.error.total_cmp(&other.error);
+        by_error.then(other.is_sure.cmp(&self.is_sure)).then(other.block.cmp(&self.block))
+    }
+}
+
 /// One brick under way.
 struct Brick<C> {
     place: [u32; 3],
@@ -162,7 +183,7 @@ impl<'a> Plan<'a> {
                 let node = std::array::from_fn(|axis| place[axis] * BRICK + step[axis] as u32);
                 let nearest = self.mesh.nearest(self.lattice.node(node).into(), guess);
                 guess = nearest.guess;
-                nearest.distance
+                (nearest.distance, nearest.guess)
             });
             (error <= most).then_some(error)
         };
@@ -277,45 +298,54 @@ impl<'a> Plan<'a> {
             (f64::from(code.decode(scale)) - wanted.abs().copysign(f64::from(*rounded))).abs()
         };
         let rounding = samples.iter().zip(wanted.iter().zip(&rounded)).map(off).fold(0.0, f64::max);
-        let interpolation = self.interpolation_error_in(place, |[x, y, z]| exact[(z * SIDE + y) * SIDE + x]);
+        let interpolation = self.interpolation_error_in(place, |[x, y, z]| {
+            (exact[(z * SIDE + y) * SIDE + x], packet.nearest([x, y, z]).slot as usize)
+        });
         Some(Brick { place, scale, samples, rounding, interpolation })
     }
 
-    /// In the cells of a place, as far as the band reaches. `distance` is asked of nodes in the middle of 2 × 2 × 2 cells,
-    /// and may answer anything more than the band and a cell's diagonal where it is that.
-    fn interpolation_error_in(&self, place: [u32; 3], mut distance: impl FnMut([usize; 3]) -> f64) -> f64 {
+    /// In the cells of a place, as far as the band reaches. `nearest` is asked of nodes in the middle of 2 × 2 × 2 cells for the
+    /// distance and the triangle of the tree, and may answer anything more than the band and a cell's diagonal where it is that.
+    fn interpolation_error_in(&self, place: [u32; 3], mut nearest: impl FnMut([usize; 3]) -> (f64, usize)) -> f64 {
         let spacing = self.lattice.spacing();
         if self.mesh.normals_of_one_solid().is_none() {
             return MOST_ERROR * spacing;
         }
-        let mut centers = vec![];
+        let mut asked = vec![];
         for step in (0..64).map(|index| [index % 4, index / 4 % 4, index / 16].map(|n: usize| 2 * n + 1)) {
             let node: [u32; 3] = std::array::from_fn(|axis| place[axis] * BRICK + step[axis] as u32);
             // Blocks beyond the last node hold no cell.
             let is_there = (0..3).all(|axis| node[axis] < self.lattice.nodes()[axis]);
-            let distance = distance(step);
+            let (distance, slot) = nearest(step);
             if is_there && distance <= self.places.exact_within() {
-                centers.push((Vector3::from(self.lattice.node(node)), distance));
+                let block = Block { center: self.lattice.node(node).into(), half_side: spacing };
+                asked.push(Asked { block, distance, slot });
             }
         }
-        let farthest = centers.iter().map(|(_, distance)| *distance).fold(0.0, f64::max);
+        let farthest = asked.iter().map(|asked| asked.distance).fold(0.0, f64::max);
         // Their centers are a spacing inside the place.
         let half_side = (0.5 * f64::from(BRICK) - 1.0) * spacing;
         let place = Block { center: middle(&self.lattice, place.map(|n| n as usize)), half_side };
-        let mut blocks = Blocks::new(self.mesh, place, spacing, farthest);
-        let measured = centers.into_iter().map(|(center, distance)| {
-            let measured = blocks.measure(Block { center, half_side: spacing }, distance);
-            (blocks.error(&measured), measured)
-        });
-        let mut measured: Vec<(f64, Measured)> = measured.collect();
-        // The worst first, until it is hardly worse than cells that were looked at one by one.
-        measured.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut blocks = BlocksOfPlace::new(self.mesh, place, spacing, farthest);
+        let measured: Vec<Measured> = asked.chunks(LANES).flat_map(|asked| blocks.measure(asked)).collect();
+        // The worst first, until it is hardly worse than cells that were looked at one by one. How bad a block is is only found out
+        // where it may be the worst.
+        let waiting =
+            |(block, measured): (usize, &Measured)| Waiting { block, error: measured.most_error, is_sure: false };
+        let mut waiting: Vec<Waiting> = measured.iter().enumerate().map(waiting).collect();
         let mut of_cells = 0.0_f64;
-        for (of_block, block) in measured {
-            if of_block <= NEARLY * of_cells {
-                return spacing * of_block.max(of_cells);
+        while let Some(worst) = waiting.iter_mut().max_by(|a, b| a.before(b)) {
+            let block = &measured[worst.block];
+            if worst.error <= of_cells {
+                break;
+            } else if !worst.is_sure {
+                *worst = Waiting { error: blocks.error(block), is_sure: true, ..*worst };
+            } else if worst.error <= NEARLY * of_cells {
+                return spacing * worst.error;
+            } else {
+                of_cells = blocks.error_in_cells(block, self.places.band(), of_cells);
+                worst.error = f64::NEG_INFINITY;
             }
-            of_cells = of_cells.max(blocks.error_in_cells(&block, self.places.band()));
         }
         spacing * of_cells
     }
