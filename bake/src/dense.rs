@@ -39,27 +39,21 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
     in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells as u32 + 1)))?
 }
 
-/// Layers of nodes in a slab. Slabs are signed side by side. Each takes several times the memory of its nodes; thinner ones have
-/// more neighbours that they cannot ask.
-const SLAB: usize = 4;
-
-/// What signs by winding number take on each thread for a while, in bytes for each node of a layer: those of a slab and of a
-/// layer to either side, of their ways, and of the list of those whose neighbours are to be looked at.
-pub const SIGN_BYTES: usize = 40 * SLAB;
+/// What signs by winding number take on each thread for a while, in bytes for each node of a row: those of 8 × 8 rows and of one
+/// more to each side, of lists of those that are not yet known, and of ways yet to be taken.
+pub const SIGN_BYTES: usize = 10 * 10 * 12 + 2 * 8 * 8 * 16;
 
 /// The exact distance at every node, rounded once to f32. `on_nodes_done` is told, from any thread, how many nodes more
 /// are done. The result does not depend on the number of threads.
 pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usize) + Sync)) -> DenseGrid {
-    let [row, rows, _] = lattice.nodes().map(|n| n as usize);
-    let layer = row * rows;
+    let counts = lattice.nodes().map(|n| n as usize);
     let mut distances = vec![0.0_f32; lattice.node_count()];
     measure(mesh, lattice, &mut distances, on_nodes_done);
     if mesh.sign_method() == SignMethod::Winding {
-        let slabs = distances.par_chunks_mut(layer * SLAB).enumerate();
-        slabs.for_each(|(slab, distances)| {
-            let position = |[x, y, z]: [usize; 3]| node(lattice, [x, y, z + slab * SLAB]);
-            let counts = [row, rows, distances.len() / layer];
-            NodeBlock { counts, spacing: lattice.spacing(), position }.sign(mesh, &[], distances);
+        rows_of_packets(&mut distances, counts).into_par_iter().for_each(|([y, z], mut rows)| {
+            let position = |[x, above, behind]: [usize; 3]| node(lattice, [x, y + above, z + behind]);
+            let counts = [counts[0], (counts[1] - y).min(SIDE), (counts[2] - z).min(SIDE)];
+            NodeBlock { counts, spacing: lattice.spacing(), position }.sign_rows(mesh, &[], &mut rows);
         });
     }
     let value = |node: [u32; 3]| distances[lattice.index(node)];

@@ -1,3 +1,5 @@
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 use sdf_core::Aabb;
@@ -17,7 +19,10 @@ pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Tree, senses: &[f64
         let around = boxes[group.clone()].iter().copied().reduce(|a, b| a.union(&b));
         let mut near = vec![];
         let Some(around) = around else { return 0 };
-        tree.overlapping(around.min.into(), around.max.into(), |slot| near.push(slot));
+        tree.overlapping(around.min.into(), around.max.into(), |slot| {
+            near.push(slot);
+            ControlFlow::Continue(())
+        });
         let near = || near.iter().copied().filter(counting);
         let pairs = group.filter(counting).flat_map(|slot| near().map(move |other| [slot, other]));
         let pairs = pairs.filter(|[slot, other]| slot < other && meet(&boxes[*slot], &boxes[*other]));
@@ -117,12 +122,10 @@ pub(crate) fn winding_step(tree: &Tree, senses: &[f64], [from, to]: [Vector3<f64
     let (mut step, mut triangles) = (Some(0.0), 0);
     tree.overlapping(from.inf(&to), from.sup(&to), |slot| {
         triangles += 1;
-        if triangles > MOST_TRIANGLES || step.is_none() {
-            step = None;
-            return;
-        }
         let of_triangle = if senses[slot] == 0.0 { Some(0.0) } else { passes([from, to], tree.corners[slot]) };
+        let of_triangle = of_triangle.filter(|_| triangles <= MOST_TRIANGLES);
         step = step.zip(of_triangle).map(|(step, turns)| step + turns * senses[slot]);
+        if step.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     step
 }

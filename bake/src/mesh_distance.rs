@@ -7,11 +7,11 @@ use crate::TriangleMesh;
 use crate::intersections::{intersecting_pairs, winding_step};
 use crate::packet::{NearestInPacket, Nodes, Packet};
 use crate::pseudo_normals::PseudoNormals;
-use crate::signs::{FREE_WAY, Winding};
+use crate::signs::FREE_WAY;
 use crate::topology::{Topology, orient};
 use crate::tree::{NearestTriangle, Tree};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
-use crate::winding::{Rim, WINDING_ERROR, WindingNumbers};
+use crate::winding::{Bounded, Rim, WindingNumbers};
 
 /// How inside is told from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,6 @@ pub struct MeshDistance<'a> {
     tree: Tree,
     topology: Topology,
     winding: WindingNumbers,
-    rim: Rim,
     pseudo_normals: Option<PseudoNormals>,
     verdict: String,
 }
@@ -80,7 +79,7 @@ impl<'a> MeshDistance<'a> {
         let verdict = verdict(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
         let rim = Rim::new(oriented.rim().map(|(points, times)| (points.map(|p| mesh.points[p as usize]), times)));
-        Self { mesh, winding: WindingNumbers::new(&tree, senses), rim, tree, topology, pseudo_normals, verdict }
+        Self { mesh, winding: WindingNumbers::new(&tree, senses, rim), tree, topology, pseudo_normals, verdict }
     }
 
     /// The box around the mesh.
@@ -113,15 +112,16 @@ impl<'a> MeshDistance<'a> {
         let nearest = self.nearest(point.into(), 0);
         let is_inside = match self.pseudo_normals {
             Some(_) => nearest.is_inside,
-            None => self.winding_number(point).abs() >= 0.5,
+            None => self.is_inside_by_winding(point.into()),
         };
         if is_inside { -nearest.distance } else { nearest.distance }
     }
 
-    /// The generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole. Off by less than 0.1,
-    /// and near one half, where it tells the side, by about 1e-3.
+    /// The generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole. Exact but for rounding where
+    /// the mesh is closed or its rim is short; else off by less than 0.1, and never on the wrong side of one half but for rounding.
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
-        self.winding.at(&self.tree, point.into())
+        const MOST_ERROR: f64 = 0.1;
+        self.bounded_winding(point.into(), MOST_ERROR).value
     }
 
     /// `guess` is a triangle to begin with: any will do, a near one saves time.
@@ -176,10 +176,14 @@ impl<'a> MeshDistance<'a> {
             let on_triangle = on_triangle();
             let normal = normals.of(self.mesh, self.tree.triangles[slot], on_triangle.feature);
             if normal == Vector3::zeros() {
-                return self.winding_number(point.into()).abs() >= 0.5;
+                return self.is_inside_by_winding(point);
             }
             normal.dot(&(point - on_triangle.point)) < 0.0
         })
+    }
+
+    fn is_inside_by_winding(&self, point: Vector3<f64>) -> bool {
+        self.bounded_winding(point, f64::INFINITY).value.abs() >= 0.5
     }
 
     pub(crate) fn tree(&self) -> &Tree {
@@ -196,36 +200,19 @@ impl<'a> MeshDistance<'a> {
         self.mesh.triangles[self.tree.triangles[slot] as usize]
     }
 
-    /// On the side that [`Self::winding_number`] tells.
-    pub(crate) fn winding_near(&self, point: Vector3<f64>, is_on_surface: bool) -> Winding {
-        let value = self.winding.near(&self.tree, point, is_on_surface);
-        // Rounded to f32, no number leaves the side of one half that it is on but for one just below.
-        let rounded = value as f32;
-        let is_moved = value.abs() < 0.5 && rounded.abs() >= 0.5;
-        Winding {
-            value: if is_moved { 0.5_f32.next_down().copysign(rounded) } else { rounded },
-            error: WINDING_ERROR as f32,
-        }
+    /// The winding number, off by less than `most`, and by so little that the side of one half is right.
+    pub(crate) fn bounded_winding(&self, point: Vector3<f64>, most: f64) -> Bounded {
+        self.winding.at(&self.tree, point, most)
     }
 
-    /// The winding number but for a whole number, where the rim tells it.
-    pub(crate) fn winding_by_rim(&self, point: Vector3<f64>) -> Option<f64> {
-        self.rim.winding_fraction(point)
+    /// The curve away from which the winding number varies as it says, other than across triangles.
+    pub(crate) fn rim(&self) -> &Rim {
+        self.winding.rim()
     }
 
     /// What triangles between two points add to the winding number. `None` where that is a matter of rounding.
     pub(crate) fn winding_step(&self, way: [Vector3<f64>; 2]) -> Option<f64> {
         winding_step(&self.tree, self.winding.senses(), way)
-    }
-
-    /// The winding number varies other than across triangles.
-    pub(crate) fn has_rim(&self) -> bool {
-        !self.rim.is_empty()
-    }
-
-    /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.
-    pub(crate) fn winding_slope(&self, center: Vector3<f64>, radius: f64) -> f64 {
-        self.rim.winding_slope(center, radius)
     }
 }
 

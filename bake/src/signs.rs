@@ -2,40 +2,26 @@
 //!
 //! Between two points whose distances sum to more than the way between them there is no triangle: each point of that way
 //! lies in one of two balls without any. Along it the winding number changes as slowly as the mesh's rim allows. So a side
-//! spreads from where it is sure, and the winding number is asked where nothing has spread to.
+//! spreads from where it is sure, and the winding number is asked where nothing has spread to. Where the rim is far, a whole cube
+//! of nodes is spread through at once.
+//!
+//! A winding number never comes without a bound of its error, and no side is told where that covers one half but by the exact sum:
+//! so every side is that of the exact winding number. (That sum is rounded; where it is nearer to one half than 1e-9, the side is
+//! a matter of rounding, as it is on a triangle.)
+
+mod cube;
+mod regions;
+mod winding;
+
+use std::collections::VecDeque;
 
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
-
-/// A winding number near a point, and by how much that at the point may be another.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Winding {
-    pub value: f32,
-    pub error: f32,
-}
-
-impl Winding {
-    pub const UNKNOWN: Self = Self { value: 0.0, error: f32::INFINITY };
-
-    fn is_known(self) -> bool {
-        self.error < f32::INFINITY
-    }
-
-    pub fn is_inside(self) -> bool {
-        self.value.abs() >= 0.5
-    }
-
-    /// The side is the same for all that the winding number may be.
-    fn is_sure(self) -> bool {
-        (self.value.abs() - 0.5).abs() > self.error
-    }
-
-    /// And its error, to which the last way added `loss`, leaves room for ways to come.
-    fn may_go_on(self, loss: f64) -> bool {
-        self.is_sure() && self.error <= MOST_CARRIED_ERROR && loss <= MOST_LOSS
-    }
-}
+use crate::winding::{Bounded, MOST_DOUBT};
+use cube::{Part, SIDE, Ways};
+use regions::{Region, Regions};
+pub(crate) use winding::Winding;
 
 /// Two points whose distances sum to this many times the way between them have no triangle between them, though distances were
 /// rounded to f32.
@@ -43,13 +29,6 @@ pub(crate) const FREE_WAY: f64 = 1.0 + 1e-6;
 
 /// How many of the smallest steps of the largest coordinate neighbours may be farther apart than a spacing.
 const STEPS_OFF: f64 = 8.0;
-
-/// Winding numbers beyond this are not carried through triangles: of many shells one around the other the sum from afar is off by
-/// more than a half, which does no harm while all that it can be is inside.
-const MOST_CARRIED: f32 = 1.5;
-
-/// A mesh without a rim has whole winding numbers. One that was summed and is farther from all of them is not carried.
-const MOST_FRACTION: f32 = 0.25;
 
 /// Nodes nearer to the surface than this part of a spacing are on it but for rounding.
 const ON_SURFACE: f64 = 1e-4;
@@ -72,28 +51,45 @@ pub(crate) struct Known {
     pub winding: Winding,
 }
 
+/// The winding numbers of a block's nodes.
+pub(crate) struct Signed {
+    strides: [usize; 3],
+    windings: Vec<Winding>,
+}
+
+impl Signed {
+    pub fn at(&self, node: [usize; 3]) -> Winding {
+        self.windings[index_of(node, self.strides)]
+    }
+}
+
+/// Of a node in a block that has one more on each side.
+fn index_of(node: [usize; 3], strides: [usize; 3]) -> usize {
+    (0..3).map(|axis| (node[axis] + 1) * strides[axis]).sum()
+}
+
 impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
-    /// Negates the distances of all nodes inside. A distance may be less than the true one. The sides do not depend on what is
-    /// `known`, only the time does. The winding numbers come back.
-    pub fn sign(&self, mesh: &MeshDistance, known: &[Known], distances: &mut [f32]) -> Vec<Winding> {
-        let mut spread = Spread::new(self, mesh, distances);
+    /// Negates the distances of all nodes inside, x fastest. A distance may be less than the true one. The side is that of the exact
+    /// winding number but for rounding, whatever is `known`: only the time depends on that.
+    pub fn sign(&self, mesh: &MeshDistance, known: &[Known], distances: &mut [f32]) {
+        self.sign_rows(mesh, known, &mut distances.chunks_mut(self.counts[0]).collect::<Vec<_>>());
+    }
+
+    /// As [`Self::sign`], of rows that need not follow on each other: those of the first layer first. The winding numbers come
+    /// back.
+    pub fn sign_rows(&self, mesh: &MeshDistance, known: &[Known], rows: &mut [&mut [f32]]) -> Signed {
+        let mut spread = Spread::new(self, mesh, rows);
         for point in known {
             spread.accept(point);
         }
-        // Through the surface from what is known, which takes less time than to ask.
-        if spread.is_begun() {
-            spread.give_sides(0.0, false);
+        spread.give_all_sides();
+        for ([y, z], row) in self.rows().zip(rows) {
+            let from = spread.index([0, y, z]);
+            for (distance, winding) in row.iter_mut().zip(&spread.windings[from..]) {
+                *distance = if winding.is_inside() { -distance.abs() } else { distance.abs() };
+            }
         }
-        // From far out first, where a side holds for the most nodes.
-        for least in [4.0, 1.0] {
-            spread.give_sides((least * self.spacing) as f32, true);
-        }
-        spread.spread_across();
-        spread.give_sides(0.0, true);
-        for (distance, winding) in distances.iter_mut().zip(spread.windings()) {
-            *distance = if winding.is_inside() { -distance.abs() } else { distance.abs() };
-        }
-        spread.windings().collect()
+        Signed { strides: spread.strides, windings: spread.windings }
     }
 
     fn rows(&self) -> impl Iterator<Item = [usize; 2]> + use<P> {
@@ -102,49 +98,43 @@ impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
     }
 }
 
-/// A block with one more node on each side, so that every node of the block has all its neighbours.
+/// A block of whole cubes, with one more node on each side, so that every node of the block has all its neighbours.
 struct Spread<'a, P> {
     block: &'a NodeBlock<P>,
     mesh: &'a MeshDistance<'a>,
     /// To the next node along each axis.
     strides: [usize; 3],
-    /// Of nodes around the block so negative that no way to them is free.
+    /// Of nodes that are not the block's so negative that no way to them is free.
     distances: Vec<f32>,
     windings: Vec<Winding>,
-    losses: Losses,
+    regions: Regions,
     /// [`FREE_WAY`], and more where coordinates are so large that nodes do not stand where the lattice says.
     free_way: f64,
-    /// Nodes whose neighbours are yet to be looked at.
-    queue: Vec<usize>,
+    /// Free ways yet to be taken, from nodes that are known.
+    ways: VecDeque<[usize; 2]>,
 }
 
 impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
-    fn new(block: &'a NodeBlock<P>, mesh: &'a MeshDistance<'a>, distances: &[f32]) -> Self {
-        let [row, rows, layers] = block.counts.map(|n| n + 2);
+    fn new(block: &'a NodeBlock<P>, mesh: &'a MeshDistance<'a>, of_rows: &[&mut [f32]]) -> Self {
+        let [row, rows, layers] = block.counts.map(|n| n.next_multiple_of(SIDE) + 2);
         let mut padded = vec![f32::NEG_INFINITY; row * rows * layers];
-        for ([y, z], distances) in block.rows().zip(distances.chunks_exact(block.counts[0])) {
+        for ([y, z], distances) in block.rows().zip(of_rows) {
             let from = ((z + 1) * rows + y + 1) * row + 1;
-            for (padded, distance) in padded[from..].iter_mut().zip(distances) {
+            for (padded, distance) in padded[from..].iter_mut().zip(distances.iter()) {
                 *padded = distance.abs();
             }
         }
         let windings = vec![Winding::UNKNOWN; padded.len()];
-        let losses = Losses::new(block, mesh);
+        let regions = Regions::new(block.counts, mesh);
         let ends = [[0; 3], block.counts.map(|n| n - 1)].map(&block.position);
         let farthest = ends.iter().map(|end| end.amax()).fold(0.0, f64::max);
         let free_way = FREE_WAY + STEPS_OFF * f64::EPSILON * farthest / block.spacing;
         let strides = [1, row, row * rows];
-        Self { block, mesh, strides, distances: padded, windings, losses, free_way, queue: vec![] }
-    }
-
-    /// Of the block's nodes.
-    fn windings(&self) -> impl Iterator<Item = Winding> + '_ {
-        let rows = self.block.rows().map(|[y, z]| self.index([0, y, z]));
-        rows.flat_map(|from| self.windings[from..from + self.block.counts[0]].iter().copied())
+        Self { block, mesh, strides, distances: padded, windings, regions, free_way, ways: VecDeque::new() }
     }
 
     fn index(&self, node: [usize; 3]) -> usize {
-        (0..3).map(|axis| (node[axis] + 1) * self.strides[axis]).sum()
+        index_of(node, self.strides)
     }
 
     fn node(&self, index: usize) -> [usize; 3] {
@@ -172,114 +162,177 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         self.distances[index] + distance > (way * self.block.spacing * self.free_way) as f32
     }
 
-    /// The winding number of a point so many spacings away, if that suffices.
+    /// The winding number of a point so many spacings away on a free way, if that tells the side; and with it all nodes of the cube
+    /// that free ways lead to, if the rim is so far that it tells theirs.
     fn take(&mut self, index: usize, of: Winding, way: f64, from: impl FnOnce(&Self) -> Vector3<f64>) {
-        let winding = self.along(index, of, way, from);
-        if winding.is_sure() {
-            self.windings[index] = winding;
-            self.queue.push(index);
-        }
-    }
-
-    /// At the end of a free way. It changes by what the rim adds at most; where that is too much, by what the rim says.
-    fn along(&mut self, index: usize, of: Winding, way: f64, from: impl FnOnce(&Self) -> Vector3<f64>) -> Winding {
-        if way == 0.0 || self.losses.are_none() {
-            return of;
+        if self.regions.are_none() {
+            return self.fill(index, of, SIDE);
         }
         let node = self.node(index);
-        let by = |loss: f64| Winding { error: of.error + (way * loss) as f32, ..of };
-        let mut loss = self.losses.in_cube(node);
-        if !by(loss).may_go_on(way * loss) {
-            loss = self.losses.in_small_cube(self.block, self.mesh, node);
+        let has_cap = self.mesh.rim().has_cap();
+        if let Some(winding) = self.regions.whole(self.block, self.mesh, node).carry(of, way, has_cap) {
+            return self.fill(index, winding, SIDE);
         }
-        if by(loss).may_go_on(way * loss) {
-            return by(loss);
+        if has_cap && let Some(winding) = self.part(node, SIDE / 2).carry(of, way, true) {
+            return self.fill(index, winding, SIDE / 2);
         }
+        if let Some(winding) = self.alone(index, of, way, from) {
+            self.windings[index] = winding;
+            for way in self.ways_around(index) {
+                if self.leads_on(way) {
+                    self.ways.push_back(way);
+                }
+            }
+        }
+    }
+
+    fn part(&mut self, node: [usize; 3], side: usize) -> Region {
+        self.regions.part(self.block, self.mesh, node, side)
+    }
+
+    /// At this node alone, where the rim is near.
+    fn alone(
+        &mut self,
+        index: usize,
+        of: Winding,
+        way: f64,
+        from: impl FnOnce(&Self) -> Vector3<f64>,
+    ) -> Option<Winding> {
+        let node = self.node(index);
+        let around = self.part(node, SIDE / 4);
+        if self.mesh.rim().has_cap()
+            && let Some(winding) = around.carry(of, way, true)
+        {
+            return Some(winding);
+        }
+        let at = |slope: f64| Bounded { error: f64::from(of.error) + way * slope, ..of.into() };
         let point = (self.block.position)(node);
-        if by(loss).error > MOST_ERROR {
-            let middle = (point + from(self)) * 0.5;
+        let mut about = at(around.slope);
+        if about.error > MOST_DOUBT {
             let radius = 0.5 * way * self.block.spacing * FREE_WAY;
-            loss = self.block.spacing * FREE_WAY * self.mesh.winding_slope(middle, radius);
+            let slope = self.mesh.rim().winding_slope((point + from(self)) * 0.5, radius);
+            about = at(slope * self.block.spacing * FREE_WAY);
         }
-        let by_rim = self.by_rim(point, by(loss));
-        if by_rim.is_sure() { by_rim } else { by(loss) }
+        let found = Winding::new(self.mesh.rim().sharpen(about, point).unwrap_or(about));
+        found.is_sure().then_some(found)
     }
 
-    /// With the fraction that the rim gives. Unknown where that does not tell the side for sure.
-    fn by_rim(&self, point: Vector3<f64>, about: Winding) -> Winding {
-        if about.error > MOST_ERROR {
-            return Winding::UNKNOWN;
+    /// Gives a winding number to a node, and to all that free ways lead to in its cube of so many nodes along a side.
+    fn fill(&mut self, index: usize, winding: Winding, side: usize) {
+        self.windings[index] = winding;
+        if !self.ways_around(index).into_iter().any(|way| self.leads_on(way)) {
+            return;
         }
-        let Some(fraction) = self.mesh.winding_by_rim(point) else { return Winding::UNKNOWN };
-        let value = fraction + (f64::from(about.value) - fraction).round();
-        let winding = Winding { value: value as f32, error: RIM_ERROR };
-        let agrees = (winding.value - about.value).abs() <= about.error + RIM_ERROR;
-        if agrees { winding } else { Winding::UNKNOWN }
-    }
-
-    /// Spreads from the nodes of the queue, the first to come first: so by the shortest ways.
-    fn spread(&mut self) {
-        let free_way = (self.block.spacing * self.free_way) as f32;
-        let mut next = 0;
-        while let Some(index) = self.queue.get(next).copied() {
-            next += 1;
-            for stride in self.strides {
-                for neighbour in [index - stride, index + stride] {
-                    let is_free = self.distances[index] + self.distances[neighbour] > free_way;
-                    if is_free && !self.windings[neighbour].is_known() {
-                        self.take(neighbour, self.windings[index], 1.0, |spread| spread.position(index));
-                    }
-                }
-            }
-        }
-        self.queue.clear();
-    }
-
-    fn spread_across(&mut self) {
-        for [y, z] in self.block.rows() {
-            let from = self.index([0, y, z]);
-            for index in from..from + self.block.counts[0] {
-                if !self.windings[index].is_known() {
-                    self.take_across(index);
-                    self.spread();
-                }
-            }
-        }
-    }
-
-    /// Gives a side to nodes with at least this distance: to all of them where it `asks`.
-    fn give_sides(&mut self, least: f32, asks: bool) {
-        for [y, z] in self.block.rows() {
-            let from = self.index([0, y, z]);
-            for index in from..from + self.block.counts[0] {
-                if self.windings[index].is_known() || self.distances[index] < least {
+        let node = self.node(index);
+        let corner = self.index(node.map(|n| n / SIDE * SIDE));
+        let part = Part::new(node.map(|n| n % SIDE), side);
+        let nodes = self.ways(node, corner).within(&part).from(node.map(|n| n % SIDE));
+        let [_, row, layer] = self.strides;
+        for (z, bits) in nodes.into_iter().enumerate().filter(|(_, bits)| *bits != 0) {
+            for y in 0..SIDE {
+                let from = corner + z * layer + y * row;
+                let of_row = (bits >> (8 * y)) as u8;
+                let windings = &mut self.windings[from..from + SIDE];
+                if of_row == u8::MAX {
+                    windings.fill(winding);
                     continue;
                 }
-                self.take_across(index);
-                if !self.windings[index].is_known() {
-                    self.take_through(index);
+                for (x, of_node) in windings.iter_mut().enumerate() {
+                    *of_node = if of_row >> x & 1 == 1 { winding } else { *of_node };
                 }
-                if asks && !self.windings[index].is_known() {
-                    self.ask(index);
-                }
+            }
+        }
+        part.on_faces(&nodes, |[x, y, z], axis, is_last| {
+            let from = corner + z * layer + y * row + x;
+            let stride = self.strides[axis];
+            let way = [from, if is_last { from + stride } else { from - stride }];
+            if self.leads_on(way) {
+                self.ways.push_back(way);
+            }
+        });
+    }
+
+    /// In the cube of a node. If its middle is farther from the surface than its corners from there, all are free.
+    fn ways(&self, node: [usize; 3], corner: usize) -> Ways {
+        let middle = corner + SIDE / 2 * self.strides.iter().sum::<usize>();
+        let is_whole = (0..3).all(|axis| node[axis] / SIDE * SIDE + SIDE <= self.block.counts[axis]);
+        let reach = (SIDE / 2) as f64 * 3.0_f64.sqrt() * self.block.spacing * self.free_way;
+        if is_whole && self.distances[middle] > reach as f32 {
+            return Ways::ALL;
+        }
+        Ways::new(&self.distances[corner..], self.strides, (self.block.spacing * self.free_way) as f32)
+    }
+
+    /// Whether a way is free and leads to a node that is not known.
+    fn leads_on(&self, [from, to]: [usize; 2]) -> bool {
+        let free_way = (self.block.spacing * self.free_way) as f32;
+        self.distances[from] + self.distances[to] > free_way && !self.windings[to].is_known()
+    }
+
+    fn ways_around(&self, index: usize) -> [[usize; 2]; 6] {
+        let [x, y, z] = self.strides;
+        [index - x, index + x, index - y, index + y, index - z, index + z].map(|to| [index, to])
+    }
+
+    /// Along all ways, the first to come first: so by the shortest.
+    fn spread(&mut self) {
+        while let Some([from, to]) = self.ways.pop_front() {
+            if !self.windings[to].is_known() {
+                self.take(to, self.windings[from], 1.0, |spread| spread.position(from));
+            }
+        }
+    }
+
+    fn give_all_sides(&mut self) {
+        let mut unknown = self.unknown();
+        // Through the surface from what is known, which takes less time than to ask.
+        if unknown.len() < self.block.counts.iter().product() {
+            self.give_sides(&mut unknown, 0.0, false);
+        }
+        // From far out first, where a side holds for the most nodes.
+        for least in [4.0, 1.0] {
+            self.give_sides(&mut unknown, (least * self.block.spacing) as f32, true);
+        }
+        for index in &unknown {
+            if !self.windings[*index].is_known() {
+                self.take_across(*index);
                 self.spread();
             }
         }
+        self.give_sides(&mut unknown, 0.0, true);
     }
 
-    fn is_begun(&self) -> bool {
-        self.windings.iter().any(|winding| winding.is_known())
+    fn unknown(&self) -> Vec<usize> {
+        let rows = self.block.rows().map(|[y, z]| self.index([0, y, z]));
+        let nodes = rows.flat_map(|from| from..from + self.block.counts[0]);
+        nodes.filter(|index| !self.windings[*index].is_known()).collect()
+    }
+
+    /// Gives a side to nodes with at least this distance: to all of them where it `asks`.
+    fn give_sides(&mut self, unknown: &mut Vec<usize>, least: f32, asks: bool) {
+        for index in unknown.iter().copied() {
+            if self.windings[index].is_known() || self.distances[index] < least {
+                continue;
+            }
+            self.take_across(index);
+            if !self.windings[index].is_known() {
+                self.take_through(index);
+            }
+            if asks && !self.windings[index].is_known() {
+                self.ask(index);
+            }
+            self.spread();
+        }
+        unknown.retain(|index| !self.windings[*index].is_known());
     }
 
     fn ask(&mut self, index: usize) {
-        let point = self.position(index);
-        let is_on_surface = self.is_on_surface(index);
-        let asked = self.mesh.winding_near(point, is_on_surface);
-        let by_rim = if self.losses.are_none() || is_on_surface { asked } else { self.by_rim(point, asked) };
-        let winding = if by_rim.is_sure() { by_rim } else { asked };
-        self.windings[index] = winding;
+        let winding = Winding::new(self.mesh.bounded_winding(self.position(index), MOST_ASKED_ERROR));
         if winding.is_sure() {
-            self.queue.push(index);
+            self.take(index, winding, 0.0, |spread| spread.position(index));
+        }
+        if !self.windings[index].is_known() {
+            self.windings[index] = winding;
         }
     }
 
@@ -301,22 +354,18 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         if self.is_on_surface(index) {
             return;
         }
-        let known = |(neighbour, _): &(usize, f64)| self.may_be_carried(*neighbour) && !self.is_on_surface(*neighbour);
+        let known =
+            |(neighbour, _): &(usize, f64)| self.windings[*neighbour].is_sure() && !self.is_on_surface(*neighbour);
         let tried: Vec<_> = self.neighbours(index).filter(known).take(TRIES).collect();
         for (neighbour, way) in tried {
-            let Winding { value, error } = self.windings[neighbour];
+            let before = Bounded::from(self.windings[neighbour]);
             let Some(step) = self.mesh.winding_step([neighbour, index].map(|end| self.position(end))) else { continue };
-            self.take(index, Winding { value: value + step as f32, error }, way, |spread| spread.position(neighbour));
+            let after = Winding::new(Bounded { value: before.value + step, ..before });
+            self.take(index, after, way, |spread| spread.position(neighbour));
             if self.windings[index].is_known() {
                 return;
             }
         }
-    }
-
-    fn may_be_carried(&self, index: usize) -> bool {
-        let winding = self.windings[index];
-        let is_whole = (winding.value - winding.value.round()).abs() <= MOST_FRACTION;
-        winding.is_sure() && winding.value.abs() <= MOST_CARRIED && (is_whole || !self.losses.are_none())
     }
 
     fn is_on_surface(&self, index: usize) -> bool {
@@ -349,79 +398,5 @@ const STEPS: [[usize; 3]; 26] = {
 /// Neighbours from which it is tried to pass through the surface. It seldom fails but where the rim is near.
 const TRIES: usize = 3;
 
-/// With more, a fraction would not tell which whole number to add.
-const MOST_ERROR: f32 = 0.45;
-
-/// With more, a winding number is asked of the rim again before it goes on. With less that is asked too often; with much more,
-/// sides that were reached by a long way do not spread on, and nodes beyond are asked one by one.
-const MOST_CARRIED_ERROR: f32 = 0.3;
-
-/// Where a way may add more than this to the error, the rim is near, and is asked each time.
-const MOST_LOSS: f64 = 0.2;
-
-/// What the rim says is exact but for rounding. Nearer to one half than this the side is what the sum over the triangles
-/// tells, which is less exact.
-const RIM_ERROR: f32 = 0.004;
-
-/// By how much the winding number may change from a node to any of its neighbours, for each spacing of the way.
-struct Losses {
-    /// Of cubes of nodes, x fastest; none where there is no rim.
-    of_cubes: Vec<f64>,
-    /// Of the small cubes in each of them, where they were asked for; not a number where not yet.
-    of_small_cubes: Vec<Option<Box<[f64; PARTS * PARTS * PARTS]>>>,
-    counts: [usize; 3],
-}
-
-/// Nodes along a side of a cube, and of the small ones that are looked at where the rim is near.
-const CUBE: usize = 8;
-const SMALL_CUBE: usize = 2;
-const PARTS: usize = CUBE / SMALL_CUBE;
-
-impl Losses {
-    fn new<P: Fn([usize; 3]) -> Vector3<f64>>(block: &NodeBlock<P>, mesh: &MeshDistance) -> Self {
-        let counts = if mesh.has_rim() { block.counts.map(|n| n.div_ceil(CUBE)) } else { [0; 3] };
-        let of_cube = |cube: usize| {
-            let cube = [cube % counts[0], cube / counts[0] % counts[1], cube / counts[0] / counts[1]];
-            block.loss(mesh, cube.map(|n| n * CUBE), CUBE)
-        };
-        let cubes = counts.iter().product();
-        Self { of_cubes: (0..cubes).map(of_cube).collect(), of_small_cubes: vec![None; cubes], counts }
-    }
-
-    fn are_none(&self) -> bool {
-        self.of_cubes.is_empty()
-    }
-
-    fn cube(&self, node: [usize; 3]) -> usize {
-        let [x, y, z] = node.map(|n| n / CUBE);
-        (z * self.counts[1] + y) * self.counts[0] + x
-    }
-
-    fn in_cube(&self, node: [usize; 3]) -> f64 {
-        self.of_cubes[self.cube(node)]
-    }
-
-    fn in_small_cube<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3]) -> f64
-    where
-        P: Fn([usize; 3]) -> Vector3<f64>,
-    {
-        let cube = self.cube(node);
-        let of_parts = self.of_small_cubes[cube].get_or_insert_with(|| Box::new([f64::NAN; PARTS * PARTS * PARTS]));
-        let [x, y, z] = node.map(|n| n % CUBE / SMALL_CUBE);
-        let loss = &mut of_parts[(z * PARTS + y) * PARTS + x];
-        if loss.is_nan() {
-            *loss = block.loss(mesh, node.map(|n| n / SMALL_CUBE * SMALL_CUBE), SMALL_CUBE);
-        }
-        *loss
-    }
-}
-
-impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
-    /// In a cube of nodes, to the farthest neighbour.
-    fn loss(&self, mesh: &MeshDistance, first: [usize; 3], side: usize) -> f64 {
-        let last = std::array::from_fn(|axis| (first[axis] + side).min(self.counts[axis]) - 1);
-        let [low, high] = [first, last].map(&self.position);
-        let radius = 0.5 * (high - low).norm() + 3.0_f64.sqrt() * self.spacing * FREE_WAY;
-        self.spacing * FREE_WAY * mesh.winding_slope((low + high) * 0.5, radius)
-    }
-}
+/// With more, a winding number that was asked for would not be carried on.
+const MOST_ASKED_ERROR: f64 = 0.25;

@@ -1,3 +1,5 @@
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
@@ -232,13 +234,16 @@ impl Tree {
 
     /// Calls `visit` with every triangle whose box is no farther from `point` than the root of `distance_sq`, and perhaps some
     /// more. Whatever the point, they come in the same order.
-    pub fn near(&self, point: Vector3<f64>, distance_sq: f64, visit: impl FnMut(usize)) {
+    pub fn near(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {
         let is_near = |boxes: &Boxes| boxes.distances_sq(point).map(|away_sq| away_sq <= distance_sq * PRUNE_SLACK);
-        self.walk(is_near, visit);
+        self.walk(is_near, |slot| {
+            visit(slot);
+            ControlFlow::Continue(())
+        });
     }
 
-    /// Calls `visit` with every triangle whose box meets the box from `min` to `max`.
-    pub fn overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, visit: impl FnMut(usize)) {
+    /// Calls `visit` with every triangle whose box meets the box from `min` to `max`, until it breaks off.
+    pub fn overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, visit: impl FnMut(usize) -> ControlFlow<()>) {
         let apart = |boxes: &Boxes, child: usize, axis: usize| {
             boxes.max[axis][child] < min[axis] || max[axis] < boxes.min[axis][child]
         };
@@ -246,8 +251,8 @@ impl Tree {
     }
 
     /// Calls `visit` with every triangle whose box, and all boxes around it, are among those that `enters` picks of a node's
-    /// children.
-    fn walk(&self, enters: impl Fn(&Boxes) -> [bool; FAN], mut visit: impl FnMut(usize)) {
+    /// children, until it breaks off.
+    fn walk(&self, enters: impl Fn(&Boxes) -> [bool; FAN], mut visit: impl FnMut(usize) -> ControlFlow<()>) {
         let mut stack = [(0, 0); STACK];
         let mut waiting = 1;
         stack[0] = (self.levels.len() - 1, 0);
@@ -258,7 +263,9 @@ impl Tree {
             for (child, _) in entered.iter().enumerate().filter(|(_, enters)| **enters) {
                 let index = node * FAN + child;
                 if level == 0 {
-                    visit(index);
+                    if visit(index).is_break() {
+                        return;
+                    }
                 } else {
                     stack[waiting] = (level - 1, index);
                     waiting += 1;
@@ -452,7 +459,10 @@ mod tests {
             let [a, b] = [0, 1].map(|_| Vector3::from_fn(|_, _| random(&mut state)));
             let (min, max) = (a.inf(&b), a.sup(&b));
             let mut found = vec![];
-            tree.overlapping(min, max, |slot| found.push(slot));
+            tree.overlapping(min, max, |slot| {
+                found.push(slot);
+                ControlFlow::Continue(())
+            });
             found.sort_unstable();
             let meets = |corners: &[Vector3<f64>; 3]| {
                 let [low, high] = box_around(corners);

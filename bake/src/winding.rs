@@ -7,8 +7,6 @@ mod lanes;
 mod moments;
 mod rim;
 
-use std::f64::consts::PI;
-
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
@@ -22,18 +20,27 @@ const FAN: usize = 8;
 /// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
 const STACK: usize = 11 * FAN;
 
-/// A node is far when it is farther than this many of its radii, the paper's own choice. More costs time, less precision.
-const FAR_RADII: f64 = 2.0;
+/// A node is far when it is farther than this many of its radii: the paper's own choice first, which costs the least, and more
+/// until the sum's error leaves no doubt. At last every triangle is summed.
+const FAR_RADII: [f64; 5] = [2.0, 3.0, 5.0, 12.0, f64::INFINITY];
 
-/// How far a sum with [`FAR_RADII`] may be off. The largest error seen is 0.042: within round shells all errors add up.
-pub(crate) const WINDING_ERROR: f64 = 0.1;
+/// Up to this it is told which whole number to add to what the rim says.
+pub(crate) const MOST_DOUBT: f64 = 0.49;
 
-/// Nearer to one half than [`WINDING_ERROR`] the sum is taken again with this many radii, and seen to be off by 1e-3.
-const SURE_FAR_RADII: f64 = 5.0;
+/// More than the rounding of a sum.
+const ROUNDING: f64 = 1e-9;
 
-/// By how much less than this may two sums of the same terms differ, each rounded in its own way: that in lanes and the
-/// plain one.
-const LANES_ERROR: f64 = 1e-6;
+/// A winding number, and by how much it may be off.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounded {
+    pub value: f64,
+    pub error: f64,
+}
+
+/// The number nearest to what is known that has a fraction. `None` where too much doubt is left which one it is.
+pub(crate) fn round_to_fraction(about: Bounded, fraction: f64) -> Option<f64> {
+    (about.error <= MOST_DOUBT).then(|| fraction + (about.value - fraction).round())
+}
 
 /// Sums over the triangles below each node of a tree.
 pub(crate) struct WindingNumbers {
@@ -44,11 +51,12 @@ pub(crate) struct WindingNumbers {
     sizes: Vec<usize>,
     /// Of each triangle, in the order of the tree: its sense, and zero for one that does not count.
     senses: Vec<f64>,
+    rim: Rim,
 }
 
 impl WindingNumbers {
-    /// `senses`: 1 for each triangle of the tree wound outward, −1 inward, 0 where it is not to count.
-    pub fn new(tree: &Tree, senses: Vec<f64>) -> Self {
+    /// `senses`: 1 for each triangle of the tree wound outward, −1 inward, 0 where it is not to count. `rim`: of those.
+    pub fn new(tree: &Tree, senses: Vec<f64>, rim: Rim) -> Self {
         let triangles: Vec<Weighted> =
             tree.corners.par_iter().zip(&senses).map(|(corners, sense)| Weighted::new(corners, *sense)).collect();
         let (mut levels, mut sizes) = (vec![], vec![]);
@@ -63,69 +71,33 @@ impl WindingNumbers {
             levels.push(moments.chunks(FAN).map(Fan::new).collect());
             sizes.push(moments.len());
             if moments.len() == 1 {
-                return Self { levels, sizes, senses };
+                return Self { levels, sizes, senses, rim };
             }
             triangles_below *= FAN;
         }
     }
 
-    /// Off by less than [`WINDING_ERROR`], and by much less where that could change the side.
-    pub fn at(&self, tree: &Tree, point: Vector3<f64>) -> f64 {
-        let winding = self.sum(tree, point, FAR_RADII);
-        let is_sure = (winding.abs() - 0.5).abs() > WINDING_ERROR;
-        if is_sure { winding } else { self.sum(tree, point, SURE_FAR_RADII) }
-    }
-
-    /// On the side of one half that [`Self::at`] is on, and as exact, sooner. At a point on a triangle that side is a matter of
-    /// rounding, and takes longer.
-    pub fn near(&self, tree: &Tree, point: Vector3<f64>, is_on_surface: bool) -> f64 {
-        let sooner = if is_on_surface { None } else { self.sure_sum(tree, point) };
-        sooner.unwrap_or_else(|| self.at(tree, point))
-    }
-
-    /// `None` where the plain sum might tell another side.
-    fn sure_sum(&self, tree: &Tree, point: Vector3<f64>) -> Option<f64> {
-        let off_half = |winding: f64| (winding.abs() - 0.5).abs();
-        let winding = self.sum_in_lanes(tree, point, FAR_RADII);
-        if off_half(winding) > WINDING_ERROR + LANES_ERROR {
-            return Some(winding);
+    /// Exact but for rounding where the rim tells the fraction, as it does of a closed mesh. Elsewhere off by less than `most`, and by
+    /// so little that the side of one half is that of the exact winding number, but for rounding.
+    pub fn at(&self, tree: &Tree, point: Vector3<f64>, most: f64) -> Bounded {
+        let mut found = Bounded { value: 0.0, error: f64::INFINITY };
+        for far_radii in FAR_RADII {
+            let sum = self.sum(tree, point, far_radii);
+            found = self.rim.sharpen(sum, point).unwrap_or(sum);
+            if found.error < most && (found.value.abs() - 0.5).abs() > found.error {
+                break;
+            }
         }
-        let is_taken_again = off_half(winding) < WINDING_ERROR - LANES_ERROR;
-        let winding = self.sum_in_lanes(tree, point, SURE_FAR_RADII);
-        (is_taken_again && off_half(winding) > LANES_ERROR).then_some(winding)
+        found
+    }
+
+    pub fn rim(&self) -> &Rim {
+        &self.rim
     }
 
     /// Of each triangle, in the order of the tree.
     pub fn senses(&self) -> &[f64] {
         &self.senses
-    }
-
-    fn sum(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> f64 {
-        let mut sum = 0.0;
-        let mut stack = [(0, 0); STACK];
-        let mut waiting = 1;
-        stack[0] = (self.levels.len() - 1, 0);
-        while waiting > 0 {
-            waiting -= 1;
-            let (level, node) = stack[waiting];
-            let moments = self.levels[level][node / FAN].of(node % FAN);
-            let way = moments.center - point;
-            let distance_sq = way.norm_squared();
-            if distance_sq > far_radii * far_radii * moments.radius_sq {
-                sum += moments.seen_from(way, distance_sq);
-            } else if level > 0 {
-                for child in node * FAN..self.sizes[level - 1].min((node + 1) * FAN) {
-                    stack[waiting] = (level - 1, child);
-                    waiting += 1;
-                }
-            } else {
-                for slot in node * FAN..tree.corners.len().min((node + 1) * FAN) {
-                    let corners = tree.corners[slot].map(|corner| corner - point);
-                    sum += self.senses[slot] * solid_angle(corners) / (4.0 * PI);
-                }
-            }
-        }
-        sum
     }
 }
 
@@ -136,6 +108,7 @@ pub(crate) fn area_vector([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
 
 /// The angle that a triangle fills as seen from the origin, positive from its back side. (Van Oosterom and Strackee
 /// 1983, "The solid angle of a plane triangle", eq. 8.)
+#[cfg(test)]
 pub(crate) fn solid_angle([a, b, c]: [Vector3<f64>; 3]) -> f64 {
     let lengths = [a.norm(), b.norm(), c.norm()];
     let triple = a.dot(&b.cross(&c));

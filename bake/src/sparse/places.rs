@@ -261,10 +261,12 @@ where
     P: Fn([usize; 3]) -> Vector3<f64> + Sync,
 {
     let [row, rows, _] = block.counts;
-    let of_slab = |(slab, distances): (usize, &mut [f32])| {
+    let of_slab = |(slab, distances): (usize, &mut [f32])| -> Vec<Winding> {
         let counts = [row, rows, distances.len() / (row * rows)];
         let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
-        NodeBlock { counts, spacing: block.spacing, position }.sign(mesh, &[], distances)
+        let block = NodeBlock { counts, spacing: block.spacing, position };
+        let signed = block.sign_rows(mesh, &[], &mut distances.chunks_mut(row).collect::<Vec<_>>());
+        (0..distances.len()).map(|index| signed.at([index % row, index / row % rows, index / row / rows])).collect()
     };
     distances.par_chunks_mut(row * rows * SLAB).enumerate().map(of_slab).collect::<Vec<_>>().concat()
 }

@@ -2,6 +2,7 @@ use std::f64::consts::PI;
 
 use sdf_core::nalgebra::Vector3;
 
+use super::Bounded;
 use super::lanes::angle;
 use crate::lanes_triangle::{dot, minus};
 
@@ -29,6 +30,9 @@ struct Edges {
 /// the angles have ten digits.
 const LEAST_CLEARNESS: f64 = 1e-12;
 
+/// More than the rounding of a triangle's complex number, of length one at least where the point is not near an edge.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// After so many products of numbers from [`LEAST_CLEARNESS`] to 16, squared, there is still room for more.
 const PRODUCTS: usize = 8;
 
@@ -47,7 +51,7 @@ impl Cap {
     }
 
     /// The winding number but for a whole number, to the last digits. `None` where the point may be on an edge of a triangle.
-    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<f64> {
+    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Bounded> {
         pulp::Arch::new().dispatch(Fraction { cap: self, point })
     }
 }
@@ -91,12 +95,12 @@ struct Fraction<'a> {
 }
 
 impl pulp::WithSimd for Fraction<'_> {
-    type Output = Option<f64>;
+    type Output = Option<Bounded>;
 
     /// Half of the angle that a triangle fills is that of a complex number (as in [`super::solid_angle`]), and the sum of
     /// angles but for whole turns is that of the product.
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<f64> {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<Bounded> {
         let Self { cap, point } = self;
         let apex: [f64; 3] = (cap.apex - point).into();
         let point: [f64; 3] = point.into();
@@ -108,11 +112,13 @@ impl pulp::WithSimd for Fraction<'_> {
             product.shorten();
         }
         let is_clear = product.least.iter().all(|clearness| *clearness > LEAST_CLEARNESS);
+        let least = product.least.iter().copied().fold(1.0, f64::min);
+        let error = ROUNDING * (cap.edges.len() * LANES) as f64 / least.sqrt();
         let mut angles = 0.0;
         for lane in 0..LANES {
             angles += angle(product.imaginary[lane], product.real[lane]);
         }
-        is_clear.then_some(angles / (2.0 * PI))
+        is_clear.then_some(Bounded { value: angles / (2.0 * PI), error })
     }
 }
 

@@ -3,6 +3,7 @@ use std::f64::consts::PI;
 use sdf_core::nalgebra::Vector3;
 
 use super::cap::Cap;
+use super::{Bounded, MOST_DOUBT, round_to_fraction};
 use crate::hilbert::{BITS, hilbert_index};
 
 /// The curve that bounds a mesh: where its triangles, turned to agree, do not cancel along an edge. By Stokes' theorem
@@ -83,8 +84,27 @@ impl Rim {
 
     /// The winding number but for a whole number: together with the cap turned around, the mesh is closed. `None` where that
     /// is not known.
-    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<f64> {
-        if self.cap.is_empty() { None } else { self.cap.winding_fraction(point) }
+    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Bounded> {
+        match (self.is_empty(), self.has_cap()) {
+            (true, _) => Some(Bounded { value: 0.0, error: 0.0 }),
+            (false, true) => self.cap.winding_fraction(point),
+            (false, false) => None,
+        }
+    }
+
+    /// A winding number at a point, with the fraction that the rim gives there. `None` where that is not known, or too much doubt
+    /// is left which whole number to add.
+    pub fn sharpen(&self, about: Bounded, point: Vector3<f64>) -> Option<Bounded> {
+        if about.error > MOST_DOUBT {
+            return None;
+        }
+        let Bounded { value: fraction, error } = self.winding_fraction(point)?;
+        Some(Bounded { value: round_to_fraction(about, fraction)?, error })
+    }
+
+    /// It tells the fraction at most points.
+    pub fn has_cap(&self) -> bool {
+        !self.cap.is_empty()
     }
 
     pub fn is_empty(&self) -> bool {
@@ -258,12 +278,13 @@ mod tests {
             let (triangles, rim) = sheet(cells, &mut state);
             for _ in 0..1000 {
                 let point = random_vector(&mut state) * 1.5;
-                let off = winding(&triangles, point) - rim.winding_fraction(point).unwrap();
-                assert!((off - off.round()).abs() < 1e-9, "{off} at {point}");
+                let fraction = rim.winding_fraction(point).unwrap();
+                let off = winding(&triangles, point) - fraction.value;
+                assert!((off - off.round()).abs() < fraction.error.min(1e-9) + 1e-13, "{off} at {point}");
             }
             let edge = &rim.edges[0];
             let middle = Vector3::from_fn(|axis, _| edge.from[axis][0] + 0.5 * edge.way[axis][0]);
-            assert_eq!(rim.winding_fraction(middle), None);
+            assert!(rim.winding_fraction(middle).is_none());
         }
     }
 

@@ -238,7 +238,7 @@ fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
         if args.layout() == Layout::Dense { format!("{smaller}, or --layout sparse") } else { smaller.to_owned() };
     let bytes_of_signs = match (args.layout(), args.sign) {
         (Layout::Sparse, _) | (_, Sign::PseudoNormal) => 0.0,
-        _ => rayon::current_num_threads() as f64 * dense::SIGN_BYTES as f64 * nodes[0] * nodes[1],
+        _ => rayon::current_num_threads() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
     };
     memory::require(nodes.iter().product::<f64>() * bytes_a_node + bytes_of_signs, &what, &smaller)?;
     lattice_around(bounds, spacing, args.padding).with_context(|| format!("{what} is no grid: {smaller}"))
