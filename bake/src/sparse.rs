@@ -299,7 +299,8 @@ impl<'a> Plan<'a> {
         };
         let rounding = samples.iter().zip(wanted.iter().zip(&rounded)).map(off).fold(0.0, f64::max);
         let interpolation = self.interpolation_error_in(place, |[x, y, z]| {
-            (exact[(z * SIDE + y) * SIDE + x], packet.nearest([x, y, z]).slot as usize)
+            let slot = packet.nearest([x, y, z]).slot.map_or(packet.guess(), |slot| slot as usize);
+            (exact[(z * SIDE + y) * SIDE + x], slot)
         });
         Some(Brick { place, scale, samples, rounding, interpolation })
     }
