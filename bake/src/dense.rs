@@ -40,8 +40,8 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
 }
 
 /// What signs by winding number take on each thread for a while, in bytes for each node of a row: those of 8 × 8 rows and of one
-/// more to each side, of lists of those that are not yet known, and of ways yet to be taken.
-pub const SIGN_BYTES: usize = 10 * 10 * 12 + 2 * 8 * 8 * 16;
+/// more to each side, of lists of those that are not yet known, of ways yet to be taken, and of what the rim says around them.
+pub const SIGN_BYTES: usize = 10 * 10 * 12 + 2 * 8 * 8 * 16 + 300;
 
 /// The exact distance at every node, rounded once to f32. `on_nodes_done` is told, from any thread, how many nodes more
 /// are done. The result does not depend on the number of threads.

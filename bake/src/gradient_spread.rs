@@ -112,7 +112,7 @@ impl Normals {
 
 /// In pairs, so that these too go side by side.
 #[inline(always)]
-pub(crate) fn of_all<T: Copy>(mut lanes: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
+fn of_all<T: Copy>(mut lanes: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
     for half in [4, 2, 1] {
         for lane in 0..half {
             lanes[lane] = of_two(lanes[lane], lanes[lane + half]);
@@ -284,7 +284,7 @@ fn farthest_of(cones: &[Cone], along: Vector3<f64>) -> Vector3<f64> {
 
 /// One instruction, as `f64::min` is not: it minds NaN, which nothing here is.
 #[inline(always)]
-pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+fn lesser(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 

@@ -32,9 +32,8 @@ pub(crate) struct BlocksOfPlace<'a> {
     in_block: Candidates<'a>,
     /// Of block after block the candidates, triangles of the tree.
     candidates: Vec<u32>,
-    /// Of each of these.
+    /// Of those of one block, or of those that were picked for eight.
     normals: Vec<Vector3<f64>>,
-    of_picked: Vec<Vector3<f64>>,
     of_one: Normals,
 }
 
@@ -62,32 +61,30 @@ impl<'a> BlocksOfPlace<'a> {
         let way = 3.0_f64.sqrt() * (centers.half_side + 2.0 * half_side);
         let around = Nearby::gather(mesh.tree(), centers.center, distance + way, half_side);
         let (in_block, of_one) = (Candidates::new(mesh.tree()), Normals::default());
-        let (candidates, normals, of_picked) = (vec![], vec![], vec![]);
-        Self { mesh, around, in_block, candidates, normals, of_picked, of_one }
+        Self { mesh, around, in_block, candidates: vec![], normals: vec![], of_one }
     }
 
     /// Finds the triangles that can be nearest to a point of each of up to eight blocks.
     pub fn measure(&mut self, asked: &[Asked]) -> Vec<Measured> {
-        let Self { mesh, around, of_picked, .. } = self;
+        let Self { mesh, around, normals, .. } = self;
         around.find(asked);
-        of_picked.clear();
-        of_picked.extend(around.picked.iter().map(|slot| mesh.normal(*slot)));
-        let most_errors = most_errors(mesh.tree().arch, of_picked, around.found.of_each(), around.found.holds());
+        normals.clear();
+        normals.extend(around.picked.iter().map(|slot| mesh.normal(*slot)));
+        let most_errors = most_errors(mesh.tree().arch, normals, around.found.of_each(), around.found.holds());
         (0..asked.len()).map(|number| self.measured(number, asked[number].block, most_errors[number])).collect()
     }
 
     fn measured(&mut self, number: usize, block: Block, most_error: f64) -> Measured {
         let from = self.candidates.len();
-        let numbers = self.around.found.of(number).iter().map(|number| *number as usize);
-        self.candidates.extend(numbers.clone().map(|number| self.around.picked[number]));
-        self.normals.extend(numbers.map(|number| self.of_picked[number]));
+        let numbers = self.around.found.of(number).iter();
+        self.candidates.extend(numbers.map(|number| self.around.picked[*number as usize]));
         Measured { block, candidates: from..self.candidates.len(), most_error }
     }
 
     /// The most by which the interpolant of exact distances is off, in spacings, in a block's cells.
     pub fn error(&mut self, of: &Measured) -> f64 {
         self.of_one.clear();
-        self.normals[of.candidates.clone()].iter().for_each(|normal| self.of_one.push(*normal));
+        self.candidates[of.candidates.clone()].iter().for_each(|slot| self.of_one.push(self.mesh.normal(*slot)));
         error_in_cones(std::slice::from_ref(&self.of_one))
     }
 
@@ -101,7 +98,9 @@ impl<'a> BlocksOfPlace<'a> {
     /// so much of the surface; or `least` where it is no more than that.
     pub fn error_in_cells(&mut self, of: &Measured, within: f64, least: f64) -> f64 {
         let Self { mesh, in_block, normals, of_one, candidates, .. } = self;
-        let (candidates, normals) = (&candidates[of.candidates.clone()], &normals[of.candidates.clone()]);
+        let candidates = &candidates[of.candidates.clone()];
+        normals.clear();
+        normals.extend(candidates.iter().map(|slot| mesh.normal(*slot)));
         let half_side = 0.5 * of.block.half_side;
         let cell = |cell: usize| {
             let step = Vector3::from_fn(|axis, _| if cell >> axis & 1 == 0 { -half_side } else { half_side });

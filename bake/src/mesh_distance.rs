@@ -118,7 +118,8 @@ impl<'a> MeshDistance<'a> {
     }
 
     /// The generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole. Exact but for rounding where
-    /// the mesh is closed or its rim is short; else off by less than 0.1, and never on the wrong side of one half but for rounding.
+    /// the mesh is closed, and at most points where its rim is short; else off by less than 0.1, and never on the wrong side of one half
+    /// but for rounding.
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
         const MOST_ERROR: f64 = 0.1;
         self.bounded_winding(point.into(), MOST_ERROR).value
@@ -131,7 +132,8 @@ impl<'a> MeshDistance<'a> {
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
     }
 
-    /// The same of a node that was measured, or was found to be far: then the distance is a bound from below. It takes less time `beside` a point that is near.
+    /// The same of a node that was measured, or was found to be far: then the distance is a bound from below. It takes less time
+    /// `beside` a point that is near.
     pub(crate) fn nearest_in(
         &self,
         packet: &Packet,

@@ -274,7 +274,7 @@ impl Packet<'_> {
         for part in 0..LANES {
             if is_near[part] {
                 self.measure_eight(nodes, first_of(first, part), part);
-            } else {
+            } else if nodes.asks_from(first_of(first, part)) {
                 let least = f64::from(least[part]) / frame.per_length;
                 self.set(first_of(first, part), |_| NearestInPacket { slot: None, distance_sq: least * least });
             }

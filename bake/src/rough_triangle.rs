@@ -49,6 +49,7 @@ pub(crate) struct Seen {
     /// So the triangle is no farther than its root, but for rounding.
     pub way_sq: Lanes,
     /// From a point at v from the point itself, the triangle is no nearer than (`along` + v · `way`) / |`way`|, but for rounding.
+    /// Zero, and then it says nothing, where the way is shorter than 1e-18.
     pub along: Lanes,
 }
 

@@ -6,8 +6,8 @@
 //! of nodes is spread through at once.
 //!
 //! A winding number never comes without a bound of its error, and no side is told where that covers one half but by the exact sum:
-//! so every side is that of the exact winding number. (That sum is rounded; where it is nearer to one half than 1e-9, the side is
-//! a matter of rounding, as it is on a triangle.)
+//! so every side is that of the exact winding number. (That sum is rounded; where it is nearer to one half than 1e-9, or a point
+//! nearer to a triangle's edge than a millionth of its length, the side is a matter of rounding.)
 
 mod cube;
 mod regions;
@@ -125,10 +125,10 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
             }
         }
         let windings = vec![Winding::UNKNOWN; padded.len()];
-        let regions = Regions::new(block.counts, mesh);
         let ends = [[0; 3], block.counts.map(|n| n - 1)].map(&block.position);
         let farthest = ends.iter().map(|end| end.amax()).fold(0.0, f64::max);
         let free_way = FREE_WAY + STEPS_OFF * f64::EPSILON * farthest / block.spacing;
+        let regions = Regions::new(block.counts, mesh, free_way);
         let strides = [1, row, row * rows];
         Self { block, mesh, strides, distances: padded, windings, regions, free_way, ways: VecDeque::new() }
     }
@@ -209,9 +209,9 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         let point = (self.block.position)(node);
         let mut about = at(around.slope);
         if about.error > MOST_DOUBT {
-            let radius = 0.5 * way * self.block.spacing * FREE_WAY;
+            let radius = 0.5 * way * self.block.spacing * self.free_way;
             let slope = self.mesh.rim().winding_slope((point + from(self)) * 0.5, radius);
-            about = at(slope * self.block.spacing * FREE_WAY);
+            about = at((slope * self.block.spacing * self.free_way).min(f64::MAX));
         }
         let found = Winding::new(self.mesh.rim().sharpen(about, point).unwrap_or(about));
         found.is_sure().then_some(found)
@@ -327,7 +327,9 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
     }
 
     fn ask(&mut self, index: usize) {
-        let winding = Winding::new(self.mesh.bounded_winding(self.position(index), MOST_ASKED_ERROR));
+        // What cannot be carried on needs no less doubt than the side does.
+        let most = if self.mesh.rim().tells_slopes() { MOST_ASKED_ERROR } else { f64::INFINITY };
+        let winding = Winding::new(self.mesh.bounded_winding(self.position(index), most));
         if winding.is_sure() {
             self.take(index, winding, 0.0, |spread| spread.position(index));
         }

@@ -83,7 +83,7 @@ impl WindingNumbers {
         let mut found = Bounded { value: 0.0, error: f64::INFINITY };
         for far_radii in FAR_RADII {
             let sum = self.sum(tree, point, far_radii);
-            found = self.rim.sharpen(sum, point).unwrap_or(sum);
+            found = self.rim.sharpen(sum, point).filter(|found| found.error <= sum.error).unwrap_or(sum);
             if found.error < most && (found.value.abs() - 0.5).abs() > found.error {
                 break;
             }

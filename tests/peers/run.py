@@ -251,7 +251,7 @@ class Run:
         programs = [in_process("fw"), in_process("auto"), in_process("sample64"), one_command]
         field = {"file": str(file), "margin": margin, "slope_bound": said["slope_bound"]}
         programs += self.worker("Warp kernel; 32 Frank-Wolfe steps", self.python("warp_frank_wolfe", cloth, field))
-        programs += self.worker("MuJoCo; 32 steps", self.python("mujoco", cloth, {"body": str(body), "margin": margin}))
+        programs += self.worker("MuJoCo; 32 steps", self.python("mujoco", cloth, {"body": str(body)}))
         programs += self.worker("parry3d triangle pairs", self.rust("parry3d-pairs", cloth, body, margin))
         self.take_turns("contacts", f"{cloth.stem} on {body.stem}", "", 256, programs)
         file.unlink()

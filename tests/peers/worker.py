@@ -162,13 +162,13 @@ def mujoco(mesh, field):
 
     points, faces = mesh
     body_points, body_faces = read_obj(field["body"])
-    # It bakes the body into an octree of its own, and moves the cloth as one rigid body.
+    # It bakes the body into an octree of its own, moves the cloth as one rigid body, and takes no account of a margin here.
     model = mj.MjModel.from_xml_string(f"""
         <mujoco>
           <option sdf_iterations="32" sdf_initpoints="1" gravity="0 0 0"/>
           <asset><mesh name="body" vertex="{words(body_points)}" face="{words(body_faces)}"/></asset>
           <worldbody>
-            <geom type="sdf" mesh="body" margin="{field["margin"]}"/>
+            <geom type="sdf" mesh="body"/>
             <body name="cloth">
               <freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
               <flexcomp name="cloth" type="direct" dim="2" rigid="true" radius="1e-5"

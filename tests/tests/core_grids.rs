@@ -442,6 +442,19 @@ fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
     check::<f64>();
 }
 
+#[test]
+fn a_segment_on_which_numbers_end_between_finite_samples_has_no_least_in_closed_form() {
+    let lattice = cube_lattice(1.0, 8);
+    let samples: Vec<f32> = (0..lattice.node_count()).map(|index| if index % 2 == 0 { -3e38 } else { 3e38 }).collect();
+    let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 10.0).unwrap();
+    let node = |node: [u32; 3]| Vector3::from(lattice.node(node)).map(|x| x as f32);
+    for row in 0..4 {
+        let [from, to] = [node([2, row, 3]), node([3, row, 3])];
+        let segment = [from * 0.75 + to * 0.25, from * 0.25 + to * 0.75];
+        assert_eq!(grid.least_on_segment(segment), None, "row {row}");
+    }
+}
+
 /// What a search does then is not sure of what it says; the closed form would be.
 #[test]
 fn a_segment_through_samples_that_are_not_finite_has_no_least_in_closed_form() {

@@ -73,7 +73,9 @@ impl Sifted {
         let mut least = [f32::INFINITY; LANES];
         for (_, Seen { way_sq, along, .. }) in &self.seen {
             for lane in 0..LANES {
-                let found = if along[lane] > 0.0 { along[lane] / way_sq[lane].sqrt() } else { 0.0 };
+                // What is too much for f32 says nothing.
+                let is_told = (along[lane] > 0.0) & (along[lane] < f32::INFINITY) & (way_sq[lane] < f32::INFINITY);
+                let found = if is_told { along[lane] / way_sq[lane].sqrt() } else { 0.0 };
                 least[lane] = if found < least[lane] { found } else { least[lane] };
             }
         }

@@ -1,7 +1,7 @@
 use sdf_core::nalgebra::Vector3;
 
 use super::cube::SIDE;
-use super::{FREE_WAY, NodeBlock, Winding};
+use super::{NodeBlock, Winding};
 use crate::MeshDistance;
 use crate::winding::{Bounded, round_to_fraction};
 
@@ -25,6 +25,8 @@ pub(super) struct Regions {
     of_cubes: Vec<Option<Region>>,
     of_parts: Vec<Option<Box<Parts>>>,
     counts: [usize; 3],
+    /// More than one by how much farther from each other nodes may be than the lattice says.
+    free_way: f64,
 }
 
 #[derive(Clone)]
@@ -40,10 +42,10 @@ const MOST_CARRIED_ERROR: f64 = 0.2;
 const MOST_ACCUMULATED_ERROR: f64 = 0.3;
 
 impl Regions {
-    pub fn new(counts: [usize; 3], mesh: &MeshDistance) -> Self {
+    pub fn new(counts: [usize; 3], mesh: &MeshDistance, free_way: f64) -> Self {
         let counts = if mesh.rim().is_empty() { [0; 3] } else { counts.map(|n| n.div_ceil(SIDE)) };
         let cubes = counts.iter().product();
-        Self { of_cubes: vec![None; cubes], of_parts: vec![None; cubes], counts }
+        Self { of_cubes: vec![None; cubes], of_parts: vec![None; cubes], counts, free_way }
     }
 
     pub fn are_none(&self) -> bool {
@@ -61,7 +63,7 @@ impl Regions {
         P: Fn([usize; 3]) -> Vector3<f64>,
     {
         let cube = self.cube(node);
-        *self.of_cubes[cube].get_or_insert_with(|| Region::new(block, mesh, node, SIDE))
+        *self.of_cubes[cube].get_or_insert_with(|| Region::new(block, mesh, node, SIDE, self.free_way))
     }
 
     /// Of the smaller cube around a node with so many nodes along a side: 4 or 2.
@@ -76,27 +78,28 @@ impl Regions {
         let [x, y, z] = node.map(|n| n % SIDE / side);
         let place = (z * along + y) * along + x;
         let part = if side == 4 { &mut parts.halves[place] } else { &mut parts.quarters[place] };
-        *part.get_or_insert_with(|| Region::new(block, mesh, node, side))
+        *part.get_or_insert_with(|| Region::new(block, mesh, node, side, self.free_way))
     }
 }
 
 impl Region {
-    fn new<P>(block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize) -> Self
+    fn new<P>(block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize, free_way: f64) -> Self
     where
         P: Fn([usize; 3]) -> Vector3<f64>,
     {
         let first = node.map(|n| n / side * side);
         let last = std::array::from_fn(|axis| (first[axis] + side).min(block.counts[axis]) - 1);
         let [low, high] = [first, last].map(&block.position);
-        let (middle, half_diagonal) = ((low + high) * 0.5, 0.5 * (high - low).norm() * FREE_WAY);
-        let slope_within = |radius: f64| mesh.rim().winding_slope(middle, radius);
+        let (middle, half_diagonal) = ((low + high) * 0.5, 0.5 * (high - low).norm() * free_way);
+        // So that along no way it is nothing, where there is no bound of it.
+        let slope_within = |radius: f64| mesh.rim().winding_slope(middle, radius).min(f64::MAX);
         let error = slope_within(half_diagonal) * half_diagonal;
         let fraction = if error > MOST_CARRIED_ERROR { None } else { mesh.rim().winding_fraction(middle) };
-        let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * block.spacing * FREE_WAY);
+        let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * block.spacing * free_way);
         Self {
             fraction: fraction.map(|fraction| fraction.value),
             error: error + fraction.map_or(0.0, |fraction| fraction.error),
-            slope: slope * block.spacing * FREE_WAY,
+            slope: (slope * block.spacing * free_way).min(f64::MAX),
         }
     }
 

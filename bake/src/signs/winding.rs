@@ -30,7 +30,7 @@ impl Winding {
 
     /// The side is the same for all that the winding number may be.
     pub fn is_sure(self) -> bool {
-        (self.value.abs() - 0.5).abs() > self.error
+        (f64::from(self.value.abs()) - 0.5).abs() > f64::from(self.error)
     }
 }
 

@@ -53,16 +53,17 @@ impl Moments {
             triangles[0].centroid
         };
         let radius_sq = corners.iter().flatten().map(|corner| (corner - center).norm_squared()).fold(0.0_f64, f64::max);
-        let quadrupole =
-            triangles.iter().map(|triangle| (triangle.centroid - center) * triangle.vector.transpose()).sum();
-        let inertia =
-            |triangle: &Weighted| triangle.inertia + triangle.area * (triangle.centroid - center).norm_squared();
+        // Of differences, for far off a centroid by itself is rounded as its coordinates are.
+        let ways =
+            || corners.iter().map(|corners| corners.iter().map(|corner| corner - center).sum::<Vector3<f64>>() / 3.0);
+        let quadrupole = triangles.iter().zip(ways()).map(|(triangle, way)| way * triangle.vector.transpose()).sum();
+        let inertia = triangles.iter().zip(ways()).map(|(of, way)| of.inertia + of.area * way.norm_squared());
         Self {
             center,
             radius: radius_sq.sqrt() * ROUNDED_UP,
             dipole: triangles.iter().map(|triangle| triangle.vector).sum(),
             quadrupole,
-            inertia: triangles.iter().map(inertia).sum::<f64>() * ROUNDED_UP,
+            inertia: inertia.sum::<f64>() * ROUNDED_UP,
         }
     }
 }

@@ -49,8 +49,7 @@ struct Part {
 /// With more edges than this the bound would cost more than the winding numbers that it saves.
 const MOST_RIM_EDGES: usize = 20_000;
 
-/// With more edges than this, each as often as it is there, the sum over the mesh's triangles takes no longer than that over
-/// the cap's.
+/// With more edges than this, each as often as it is there, the cap takes about as long as the mesh.
 const MOST_CAP_EDGES: f64 = 2000.0;
 
 /// A group farther than this many of its radii counts as one.
@@ -111,9 +110,14 @@ impl Rim {
         self.edges.is_empty()
     }
 
+    /// There is a bound of the slope.
+    pub fn tells_slopes(&self) -> bool {
+        self.edges.len() * LANES <= MOST_RIM_EDGES
+    }
+
     /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.
     pub fn winding_slope(&self, center: Vector3<f64>, radius: f64) -> f64 {
-        if self.edges.len() * LANES > MOST_RIM_EDGES {
+        if !self.tells_slopes() {
             return f64::INFINITY;
         }
         pulp::Arch::new().dispatch(SlopeSum { rim: self, center, radius })

@@ -162,14 +162,15 @@ fn every_sign_is_that_of_the_exact_winding_number() {
 #[test]
 fn far_away_the_error_falls_with_the_fourth_power_of_the_distance() {
     let mut random = Random::of_test();
-    let mesh = meshes::soup(300, 0.5, &mut random);
+    // Of so many edges that no cap tells the fraction.
+    let mesh = meshes::soup(800, 0.5, &mut random);
     let (baked, corners) = (mesh.baked(), mesh.corners());
     let distance = MeshDistance::new(&baked, None);
     for far in [10.0, 100.0, 1000.0_f64] {
         for _ in 0..200 {
             let point = random.in_cube(1.0).normalize() * far;
             let off = (distance.winding_number(point.into()) - oracle::winding_number(&corners, point)).abs();
-            assert!(off <= 10.0 / far.powi(4) + 1e-13, "{off:e} off, {far} away");
+            assert!(off <= 30.0 / far.powi(4) + 1e-13, "{off:e} off, {far} away");
         }
     }
 }

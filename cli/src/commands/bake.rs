@@ -229,10 +229,10 @@ fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
         (smaller, asked)
     };
     let what = format!("{asked}: a grid of {} nodes", nodes.map(many).join(" × "));
-    // A sparse grid has a number of each place of 8 × 8 × 8 nodes, and one of its middle while it is baked.
+    // A sparse grid has a number of each place of 8 × 8 × 8 nodes, and while it is baked what is known of its middle.
     let bytes_a_node = match args.layout() {
-        Layout::Dense => size_of::<f32>() as f64,
-        Layout::Sparse => 16.0 / BRICK_SAMPLES as f64,
+        Layout::Dense => size_of::<f32>() as f64 + size_of::<&mut [f32]>() as f64 / nodes[0],
+        Layout::Sparse => 72.0 / BRICK_SAMPLES as f64,
     };
     let smaller =
         if args.layout() == Layout::Dense { format!("{smaller}, or --layout sparse") } else { smaller.to_owned() };

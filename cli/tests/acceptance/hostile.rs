@@ -172,7 +172,7 @@ fn a_grid_that_does_not_fit_is_refused_at_once_with_its_bytes() {
     let folder = scene();
     let started = Instant::now();
     for (words, say) in [
-        ("--res 100000 --sign pseudo-normal", ["4001080097202916 bytes (4.0 PB)", "smaller --res"]),
+        ("--res 100000 --sign pseudo-normal", ["4001240126004212 bytes (4.0 PB)", "smaller --res"]),
         // With what signs by winding number take on each thread.
         ("--res 100000", ["bytes (4.0 PB)", "smaller --res"]),
         ("--res 4294967295", ["3.2e29 bytes", "smaller --res"]),

@@ -104,10 +104,11 @@ pub fn search<R, F, M, T, const N: usize, const L: usize>(
     M: Minimizer<N>,
     T: FnMut(usize, Outcome<R, N>),
 {
+    const { assert!(L > 0) };
     let search = Search { field, margin, elements };
     let brief = if M::PAYS_IN_LANES { minimizer.brief() } else { None };
     let (mut left_over, mut waiting) = (Queue::<_, L>::none(), Queue::<_, L>::none());
-    let mut fresh = passed.chunks(L.max(1)).zip((0..).step_by(L.max(1)));
+    let mut fresh = passed.chunks(L).zip((0..).step_by(L));
     loop {
         waiting.take_from(&mut left_over);
         let next = if waiting.count == L { None } else { fresh.next() };
@@ -186,7 +187,6 @@ struct Near<R> {
 }
 
 /// What waits until all lanes are taken.
-#[derive(Clone, Copy)]
 struct Queue<T, const L: usize> {
     items: [T; L],
     count: usize,

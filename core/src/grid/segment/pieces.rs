@@ -93,7 +93,8 @@ impl<R: Float> Pieces<R> {
             least.corner[lane] = lowest;
             least.is_finite[lane] = sum == R::zero();
             let is_no_less = than <= value;
-            least.may_be_less[lane] = u8::from(!is_no_less | (sum != R::zero()));
+            // Of what is no number, nor the value by it, nothing is certain.
+            least.may_be_less[lane] = u8::from(!is_no_less | (sum + value * R::zero() != R::zero()));
         }
         least
     }
