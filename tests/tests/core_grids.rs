@@ -445,7 +445,7 @@ fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
 #[test]
 fn a_segment_on_which_numbers_end_between_finite_samples_has_no_least_in_closed_form() {
     let lattice = cube_lattice(1.0, 8);
-    let of_layer = |node: usize| if node % 9 % 2 == 0 { -3e38 } else { 3e38 };
+    let of_layer = |node: usize| if (node % 9).is_multiple_of(2) { -3e38 } else { 3e38 };
     let samples: Vec<f32> = (0..lattice.node_count()).map(of_layer).collect();
     let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 10.0).unwrap();
     let node = |node: [u32; 3]| Vector3::from(lattice.node(node)).map(|x| x as f32);
