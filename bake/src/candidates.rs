@@ -4,7 +4,7 @@
 use sdf_core::nalgebra::Vector3;
 
 use crate::interpolation::{Block, PLACE_ROUNDING};
-use crate::lanes_triangle::{LANES, Points, dot, minus};
+use crate::lanes_triangle::{LANES, Points, Triangle, dot};
 use crate::near_cubes::Lists;
 use crate::tree::Tree;
 use crate::triangle::nearest_on_triangle;
@@ -132,11 +132,14 @@ impl Measured {
             return Self::one_by_one(*corners, centers);
         }
         let mut measured = Self::NONE;
-        let corners = [0, 1, 2].map(|corner: usize| [corners[corner].x, corners[corner].y, corners[corner].z]);
+        let triangle = Triangle::new(corners);
         for lane in 0..LANES {
-            let (way, distance_sq) = way_from(corners, [centers[0][lane], centers[1][lane], centers[2][lane]]);
-            (0..3).for_each(|axis| measured.way[axis][lane] = way[axis]);
-            measured.distance_sq[lane] = distance_sq;
+            let center = [centers[0][lane], centers[1][lane], centers[2][lane]];
+            let (way, is_inside) = triangle.way_to(center);
+            measured.distance_sq[lane] = dot(way, way);
+            // Inside, the nearest point is found by the way, and so is rounded.
+            let from_nearest = |axis: usize| center[axis] - (center[axis] - way[axis]);
+            (0..3).for_each(|axis| measured.way[axis][lane] = if is_inside { from_nearest(axis) } else { way[axis] });
         }
         measured
     }
@@ -219,47 +222,4 @@ impl Reach {
 fn length_or_one(way: [f64; 3]) -> f64 {
     let length = dot(way, way).sqrt();
     if length > 0.0 { length } else { 1.0 }
-}
-
-/// To a point from what of a triangle is nearest to it, and the distance's square. The steps of [`nearest_on_triangle`], all of
-/// them taken and one chosen.
-#[inline(always)]
-fn way_from([a, b, c]: [[f64; 3]; 3], point: [f64; 3]) -> ([f64; 3], f64) {
-    let [ab, ac, bc] = [minus(b, a), minus(c, a), minus(c, b)];
-    let normal = [ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]];
-    let [from_a, from_b, from_c] = [minus(point, a), minus(point, b), minus(point, c)];
-    let (d1, d2) = (dot(ab, from_a), dot(ac, from_a));
-    let (d3, d4) = (dot(ab, from_b), dot(ac, from_b));
-    let (d5, d6) = (dot(ab, from_c), dot(ac, from_c));
-    let opposite_a = d3 * d6 - d5 * d4;
-    let opposite_b = d5 * d2 - d1 * d6;
-    let opposite_c = d1 * d4 - d3 * d2;
-    let (from_b_on, to_c_on) = (d4 - d3, d5 - d6);
-
-    let at_a = (d1 <= 0.0) & (d2 <= 0.0);
-    let at_b = (d3 >= 0.0) & (d4 <= d3);
-    let on_ab = (opposite_c <= 0.0) & (d1 >= 0.0) & (d3 <= 0.0);
-    let at_c = (d6 >= 0.0) & (d5 <= d6) & !on_ab;
-    let on_ac = (opposite_b <= 0.0) & (d2 >= 0.0) & (d6 <= 0.0);
-    let on_bc = (opposite_a <= 0.0) & (from_b_on >= 0.0) & (to_c_on >= 0.0);
-    let is_inside = !(at_a | at_b | at_c | on_ab | on_ac | on_bc);
-
-    // From the last choice to the first, which so prevails.
-    let choose = |ab: f64, ac: f64, bc: f64, inside: f64| {
-        let chosen = if on_bc { bc } else { inside };
-        let chosen = if on_ac { ac } else { chosen };
-        if on_ab { ab } else { chosen }
-    };
-    let share = choose(d1, d2, from_b_on, dot(normal, from_a))
-        / choose(d1 - d3, d2 - d6, from_b_on + to_c_on, dot(normal, normal));
-    let along: [f64; 3] = std::array::from_fn(|axis| choose(ab[axis], ac[axis], bc[axis], normal[axis]) * share);
-    let way: [f64; 3] = std::array::from_fn(|axis| {
-        let nearest = choose(a[axis], a[axis], b[axis], 0.0) + along[axis];
-        let nearest = if is_inside { point[axis] - along[axis] } else { nearest };
-        let way = point[axis] - nearest;
-        let way = if at_c { from_c[axis] } else { way };
-        let way = if at_b { from_b[axis] } else { way };
-        if at_a { from_a[axis] } else { way }
-    });
-    (way, if is_inside { dot(along, along) } else { dot(way, way) })
 }

@@ -32,7 +32,7 @@ fn distances_sq_one_by_one(points: &Points, corners: [Vector3<f64>; 3]) -> [f64;
 }
 
 /// What does not depend on the point.
-struct Triangle {
+pub(crate) struct Triangle {
     a: [f64; 3],
     b: [f64; 3],
     c: [f64; 3],
@@ -45,16 +45,23 @@ struct Triangle {
 
 impl Triangle {
     #[inline(always)]
-    fn new(corners: &[Vector3<f64>; 3]) -> Self {
+    pub fn new(corners: &[Vector3<f64>; 3]) -> Self {
         let [a, b, c] = [0, 1, 2].map(|corner: usize| [corners[corner].x, corners[corner].y, corners[corner].z]);
         let [ab, ac, bc] = [minus(b, a), minus(c, a), minus(c, b)];
         let normal = [ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]];
         Self { a, b, c, ab, ac, bc, normal, normal_sq: dot(normal, normal) }
     }
 
-    /// The steps of [`nearest_on_triangle`], all of them taken and one chosen, so that points can go side by side.
     #[inline(always)]
     fn distance_sq(&self, point: [f64; 3]) -> f64 {
+        let (way, _) = self.way_to(point);
+        dot(way, way)
+    }
+
+    /// To the point from what of the triangle is nearest to it, and whether that is inside. The steps of [`nearest_on_triangle`], all
+    /// of them taken and one chosen, so that points can go side by side.
+    #[inline(always)]
+    pub fn way_to(&self, point: [f64; 3]) -> ([f64; 3], bool) {
         let [from_a, from_b, from_c] = [minus(point, self.a), minus(point, self.b), minus(point, self.c)];
         let (d1, d2) = (dot(self.ab, from_a), dot(self.ac, from_a));
         let (d3, d4) = (dot(self.ab, from_b), dot(self.ac, from_b));
@@ -89,8 +96,7 @@ impl Triangle {
             let way = if at_b { from_b[axis] } else { way };
             if at_a { from_a[axis] } else { way }
         };
-        let way = [way(0), way(1), way(2)];
-        dot(way, way)
+        ([way(0), way(1), way(2)], !(at_a | at_b | at_c | on_edge))
     }
 }
 
