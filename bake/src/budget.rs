@@ -8,7 +8,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::brick_counts;
 use thiserror::Error;
 
-use crate::gradient_spread::MOST_ERROR;
+use crate::gradient_spread::MAX_ERROR;
 use crate::sparse::{Plan, Quantize, SparseGrid};
 use crate::{MeshDistance, lattice_around};
 
@@ -66,7 +66,7 @@ pub struct Reachable {
 }
 
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum Refusal {
+pub enum ErrorBudgetError {
     #[error("no length: an error of {0} is asked for")]
     NoLength(f64),
     #[error(
@@ -127,7 +127,7 @@ struct Certified {
 
 impl Budget {
     /// Chooses, bakes, and sees to it that the grid's own bound is within the budget. `on_places_done` as in [`Plan::bake`].
-    pub fn bake(&self, mesh: &MeshDistance, on_places_done: &(dyn Fn(usize) + Sync)) -> Result<Baked, Refusal> {
+    pub fn bake(&self, mesh: &MeshDistance, on_places_done: &(dyn Fn(usize) + Sync)) -> Result<Baked, ErrorBudgetError> {
         let mut asked = *self;
         loop {
             let choice = asked.choose(mesh)?;
@@ -145,12 +145,12 @@ impl Budget {
     }
 
     /// Tries sizes from coarse to fine. The same on any number of threads.
-    pub fn choose<'a>(&self, mesh: &'a MeshDistance<'a>) -> Result<Choice<'a>, Refusal> {
+    pub fn choose<'a>(&self, mesh: &'a MeshDistance<'a>) -> Result<Choice<'a>, ErrorBudgetError> {
         if !(self.max_error > 0.0 && self.max_error.is_finite()) {
-            return Err(Refusal::NoLength(self.max_error));
+            return Err(ErrorBudgetError::NoLength(self.max_error));
         }
         if !mesh.is_continuous() {
-            return Err(Refusal::SignJumps { verdict: mesh.verdict().to_owned() });
+            return Err(ErrorBudgetError::SignJumps { verdict: mesh.verdict().to_owned() });
         }
         let (certified, fitting) = self.certified(mesh)?;
         let choices = [Precision::U8, Precision::U16].into_iter().filter_map(|precision| {
@@ -174,14 +174,14 @@ impl Budget {
     /// What always suffices.
     fn sure_size(&self, mesh: &MeshDistance, precision: Precision) -> Certified {
         // Once for `error`, once for this very division.
-        let spacing = self.max_error / (MOST_ERROR + precision.rounding(self.band)) / ROUNDING / ROUNDING;
+        let spacing = self.max_error / (MAX_ERROR + precision.rounding(self.band)) / ROUNDING / ROUNDING;
         let spacing = spacing.min(mesh.bounds().longest_side() / FEWEST_CELLS);
-        Certified { spacing, interpolation: MOST_ERROR * spacing }
+        Certified { spacing, interpolation: MAX_ERROR * spacing }
     }
 
     /// The sizes of more than what always suffices that were found to, the last the largest. Refuses as soon as it is clear
     /// that none which may suffice fits the memory. With a size that does.
-    fn certified(&self, mesh: &MeshDistance) -> Result<(Vec<Certified>, Option<Size>), Refusal> {
+    fn certified(&self, mesh: &MeshDistance) -> Result<(Vec<Certified>, Option<Size>), ErrorBudgetError> {
         let sure = self.sure_size(mesh, Precision::U8).spacing;
         let spacing = |octaves: f64| sure * octaves.exp2();
         let coarsest = (mesh.bounds().longest_side() / FEWEST_CELLS / sure).log2();
@@ -232,16 +232,16 @@ impl Budget {
     }
 
     /// From what a size takes, what others do: bricks are as many as the surface has squares of their size.
-    fn refusal(&self, mesh: &MeshDistance, known: Option<Size>) -> Refusal {
+    fn refusal(&self, mesh: &MeshDistance, known: Option<Size>) -> ErrorBudgetError {
         let sure = self.sure_size(mesh, Precision::U8).spacing;
         let needed = known.map(|Size { spacing, bytes }| bytes as f64 * (spacing / sure).powi(2));
         let reachable = known.map(|Size { spacing, bytes }| {
             let spacing = spacing * (bytes as f64 / self.most_bytes as f64).sqrt();
-            let error = self.error(Certified { spacing, interpolation: MOST_ERROR * spacing }, Precision::U8);
+            let error = self.error(Certified { spacing, interpolation: MAX_ERROR * spacing }, Precision::U8);
             Reachable { error, spacing, bytes: self.most_bytes }
         });
         let bytes = needed.filter(|bytes| *bytes < usize::MAX as f64).map(|bytes| bytes as usize);
-        Refusal::TooLarge { max_error: self.max_error, bytes, most_bytes: self.most_bytes, reachable }
+        ErrorBudgetError::TooLarge { max_error: self.max_error, bytes, most_bytes: self.most_bytes, reachable }
     }
 }
 

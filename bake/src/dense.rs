@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::brick_counts;
-use sdf_core::grid::{Dense, Lattice, NodeBounds, slope_bound_with_outside};
+use sdf_core::grid::{Dense, Lattice, BlockBounds, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
 use crate::mesh_distance::Beside;
@@ -17,9 +17,9 @@ use crate::{MeshDistance, SignMethod};
 pub struct DenseGrid {
     /// By node, x fastest, in the mesh's unit, negative inside.
     pub distances: Vec<f32>,
-    /// Of each place of 8 × 8 × 8 nodes, x fastest, as [`Bounded`](sdf_core::grid::Bounded) wants them: an open mesh is
+    /// Of each place of 8 × 8 × 8 nodes, x fastest, as [`WithBlockBounds`](sdf_core::grid::WithBlockBounds) wants them: an open mesh is
     /// steep only around the surface that closes its holes.
-    pub bounds: Vec<NodeBounds>,
+    pub bounds: Vec<BlockBounds>,
     /// The most that the interpolant changes over a unit of distance.
     pub slope_bound: f64,
     /// The most by which the interpolant differs from the signed distance anywhere in the grid's box.
@@ -33,7 +33,7 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
     const ROUNDING: f64 = 1e-9;
     let covering = |extent: f64| (extent / spacing - ROUNDING).ceil().max(0.0) + 2.0 * f64::from(padding);
     let cells = bounds.extents().map(|extent| covering(extent).max(1.0));
-    let in_range = cells.iter().all(|cells| *cells < f64::from(Lattice::MOST_NODES));
+    let in_range = cells.iter().all(|cells| *cells < f64::from(Lattice::MAX_NODES));
     let origin =
         std::array::from_fn(|axis| 0.5 * bounds.min[axis] + 0.5 * bounds.max[axis] - 0.5 * cells[axis] * spacing);
     in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells as u32 + 1)))?
@@ -65,7 +65,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     let place =
         |index: usize| [index % along_x, index / along_x % along_y, index / along_x / along_y].map(|n| n as u32);
     let places = (0..along_x * along_y * along_z).into_par_iter().map(place);
-    let bounds: Vec<NodeBounds> = places.map(|place| Around::new(lattice, place, values).bounds()).collect();
+    let bounds: Vec<BlockBounds> = places.map(|place| Around::new(lattice, place, values).bounds()).collect();
     let steepest = bounds.iter().map(|nodes| nodes.slope).fold(0.0, f32::max);
     let slope_bound = slope_bound_with_outside(steepest.into(), inside_reaches_box(lattice, value));
     let error_bound = error_bound(mesh, lattice, &distances);

@@ -8,14 +8,14 @@ use sdf_core::nalgebra::Vector3;
 pub(crate) use most_errors::most_errors;
 
 /// Nothing is known of the gradients but that they are no longer than one: half a cell's diagonal over its side.
-pub(crate) const MOST_ERROR: f64 = 0.866_025_403_784_438_7;
+pub(crate) const MAX_ERROR: f64 = 0.866_025_403_784_438_7;
 
 /// A triangle that is no sliver has a normal off by at most 2⁻⁵² over the least sine, 1e-7; and what is composed of such by
-/// ten times that where [`LEAST_COSINE`] divides.
+/// ten times that where [`MIN_COSINE`] divides.
 const NORMAL_ROUNDING: f64 = 1e-7;
 
 /// In wider caps a gradient's share across is bounded by the cap alone.
-const LEAST_COSINE: f64 = 0.1;
+const MIN_COSINE: f64 = 0.1;
 
 /// Normals side by side: as many as f64 numbers fit the widest registers.
 const LANES: usize = 8;
@@ -154,7 +154,7 @@ struct Cone<'a> {
 /// cones. A cone is given by unit normals, of which it holds the nonnegative combinations.
 pub(crate) fn error_in_cones(cones: &[Normals]) -> f64 {
     if cones.is_empty() || cones.iter().any(|normals| normals.count == 0 || normals.is_any_unknown) {
-        return MOST_ERROR;
+        return MAX_ERROR;
     }
     pulp::Arch::new().dispatch(ErrorInCones(cones))
 }
@@ -179,18 +179,18 @@ fn error_in(cones: &[Cone]) -> f64 {
     for along in axes(cones) {
         by_ranges += 0.25 * range(cones, along);
     }
-    (by_ball(cones).min(by_ranges) + NORMAL_ROUNDING).min(MOST_ERROR)
+    (by_ball(cones).min(by_ranges) + NORMAL_ROUNDING).min(MAX_ERROR)
 }
 
 #[inline(always)]
 fn by_ball(cones: &[Cone]) -> f64 {
     if let [cone] = cones {
-        return MOST_ERROR * cone.sine;
+        return MAX_ERROR * cone.sine;
     }
     let middle: Vector3<f64> = cones.iter().map(|cone| cone.axis).sum();
-    let Some(middle) = middle.try_normalize(NORMAL_ROUNDING) else { return MOST_ERROR };
+    let Some(middle) = middle.try_normalize(NORMAL_ROUNDING) else { return MAX_ERROR };
     let cosine = cones.iter().map(|cone| cone.range(middle)[0]).fold(1.0, f64::min);
-    if cosine > 0.0 { MOST_ERROR * (1.0 - cosine * cosine).sqrt() } else { MOST_ERROR }
+    if cosine > 0.0 { MAX_ERROR * (1.0 - cosine * cosine).sqrt() } else { MAX_ERROR }
 }
 
 impl<'a> Cone<'a> {
@@ -235,7 +235,7 @@ impl<'a> Cone<'a> {
         // cos(β ± θ), β the angle between axis and direction, but for where the cap holds the direction itself.
         let lowest = if -height >= self.cosine { -1.0 } else { height * self.cosine - across * self.sine };
         let highest = if height >= self.cosine { 1.0 } else { height * self.cosine + across * self.sine };
-        if self.cosine < LEAST_COSINE {
+        if self.cosine < MIN_COSINE {
             return [lowest, highest];
         }
         let [least, greatest] = self.normals.range_along(along);

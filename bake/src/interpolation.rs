@@ -7,7 +7,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
 use crate::candidates::{Blocks, Candidates};
-use crate::gradient_spread::{MOST_ERROR, Normals, error_in_cones, most_errors};
+use crate::gradient_spread::{MAX_ERROR, Normals, error_in_cones, most_errors};
 use crate::lanes_triangle::LANES;
 use crate::nearby::Nearby;
 
@@ -110,7 +110,7 @@ impl<'a> BlocksOfPlace<'a> {
         let most_errors = most_errors(mesh.tree().arch, normals, in_block.of_each(), in_block.holds());
         let mut most = least;
         for cell in 0..LANES {
-            let Some(nearest) = in_block.nearest(cell) else { return MOST_ERROR };
+            let Some(nearest) = in_block.nearest(cell) else { return MAX_ERROR };
             let is_beyond = nearest.distance_sq.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + PLACE_ROUNDING);
             if is_beyond || most_errors[cell] <= most {
                 continue;
@@ -207,9 +207,9 @@ mod tests {
         let distance = MeshDistance::new(&mesh, None);
         let block = Block { center: Vector3::zeros(), half_side: 0.1 };
         let mut blocks = BlocksOfPlace::new(&distance, block, block.half_side, 1.0);
-        let none = Measured { block, candidates: 0..0, most_error: MOST_ERROR };
-        assert_eq!(blocks.error(&none), MOST_ERROR);
-        assert_eq!(blocks.error_in_cells(&none, 1.0, 0.0), MOST_ERROR);
+        let none = Measured { block, candidates: 0..0, most_error: MAX_ERROR };
+        assert_eq!(blocks.error(&none), MAX_ERROR);
+        assert_eq!(blocks.error_in_cells(&none, 1.0, 0.0), MAX_ERROR);
     }
 
     #[test]

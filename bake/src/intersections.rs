@@ -159,12 +159,12 @@ fn side_of_plane([a, b, c]: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
 /// Exact predicates decide. `None` where it touches the edge of a triangle, or an end lies in one's plane; or where there are
 /// many triangles around it, which would take longer than the winding number itself.
 pub(crate) fn winding_step(tree: &Tree, senses: &[f64], [from, to]: [Vector3<f64>; 2]) -> Option<f64> {
-    const MOST_TRIANGLES: usize = 256;
+    const MAX_TRIANGLES: usize = 256;
     let (mut step, mut triangles) = (Some(0.0), 0);
     tree.overlapping(from.inf(&to), from.sup(&to), |slot| {
         triangles += 1;
         let of_triangle = if senses[slot] == 0.0 { Some(0.0) } else { passes([from, to], tree.corners[slot]) };
-        let of_triangle = of_triangle.filter(|_| triangles <= MOST_TRIANGLES);
+        let of_triangle = of_triangle.filter(|_| triangles <= MAX_TRIANGLES);
         step = step.zip(of_triangle).map(|(step, turns)| step + turns * senses[slot]);
         if step.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });

@@ -11,7 +11,7 @@ use crate::signs::FREE_WAY;
 use crate::topology::{Topology, orient};
 use crate::tree::{NearestTriangle, Tree};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
-use crate::winding::{Bounded, Rim, WindingNumbers};
+use crate::winding::{Estimate, Rim, WindingNumbers};
 
 /// How inside is told from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,8 +121,8 @@ impl<'a> MeshDistance<'a> {
     /// the mesh is closed, and at most points where its rim is short; else off by less than 0.1, and never on the wrong side of one half
     /// but for rounding.
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
-        const MOST_ERROR: f64 = 0.1;
-        self.bounded_winding(point.into(), MOST_ERROR).value
+        const MAX_ERROR: f64 = 0.1;
+        self.bounded_winding(point.into(), MAX_ERROR).value
     }
 
     /// `guess` is a triangle to begin with: any will do, a near one saves time.
@@ -203,7 +203,7 @@ impl<'a> MeshDistance<'a> {
     }
 
     /// The winding number, off by less than `most`, and by so little that the side of one half is right.
-    pub(crate) fn bounded_winding(&self, point: Vector3<f64>, most: f64) -> Bounded {
+    pub(crate) fn bounded_winding(&self, point: Vector3<f64>, most: f64) -> Estimate {
         self.winding.at(&self.tree, point, most)
     }
 

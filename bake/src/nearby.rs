@@ -28,7 +28,7 @@ const SAME_WAY_SQ: f64 = 1e-13;
 pub(crate) struct Nearby<'a> {
     tree: &'a Tree,
     center: Vector3<f64>,
-    per_length: f64,
+    inv_length: f64,
     slots: Vec<u32>,
     /// Around each.
     balls: Vec<Balls>,
@@ -53,7 +53,7 @@ impl<'a> Nearby<'a> {
     pub fn gather(tree: &'a Tree, center: Vector3<f64>, within: f64, unit: f64) -> Self {
         let (slots, balls, groups) = (vec![], vec![], vec![]);
         let (picked, found) = (vec![], Candidates::new(tree));
-        let mut nearby = Self { tree, center, per_length: 1.0 / unit, slots, balls, groups, picked, found };
+        let mut nearby = Self { tree, center, inv_length: 1.0 / unit, slots, balls, groups, picked, found };
         let within = within * f64::from(SLACK);
         let farthest = within / unit;
         tree.near(center, within * within, |slot| nearby.push(slot, farthest));
@@ -72,9 +72,9 @@ impl<'a> Nearby<'a> {
             self.balls.push(Balls::NONE);
         }
         self.slots.push(slot as u32);
-        let middle = (middle - self.center) * self.per_length;
+        let middle = (middle - self.center) * self.inv_length;
         if let Some(balls) = self.balls.last_mut() {
-            balls.set(lane, middle, radius_sq.sqrt() * self.per_length, farthest);
+            balls.set(lane, middle, radius_sq.sqrt() * self.inv_length, farthest);
         }
     }
 
@@ -203,17 +203,17 @@ struct Seen {
 
 impl Seen {
     fn new(nearby: &Nearby, blocks: &Blocks, block: usize, nearest: &ToCenter) -> Self {
-        let per_length = nearby.per_length;
+        let inv_length = nearby.inv_length;
         let center = Vector3::from_fn(|axis, _| blocks.centers[axis][block]);
         let hypotenuse = (nearest.distance_sq + 3.0 * blocks.half_side * blocks.half_side).sqrt();
         let toward = nearest.way.try_normalize(0.0).unwrap_or_default();
         let slope = toward * (nearest.distance_sq.sqrt() / hypotenuse);
         Self {
-            center: ((center - nearby.center) * per_length).map(|x| x as f32).into(),
-            half_side: (blocks.half_side * per_length) as f32,
-            hypotenuse: (hypotenuse * per_length) as f32,
+            center: ((center - nearby.center) * inv_length).map(|x| x as f32).into(),
+            half_side: (blocks.half_side * inv_length) as f32,
+            hypotenuse: (hypotenuse * inv_length) as f32,
             slope: slope.map(|x| x as f32).into(),
-            most: (blocks.most[block] * per_length) as f32,
+            most: (blocks.most[block] * inv_length) as f32,
         }
     }
 

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 use sdf_core::grid::sparse::BRICK;
-use sdf_core::grid::{Lattice, NodeBounds};
+use sdf_core::grid::{Lattice, BlockBounds};
 
 /// Nodes of a place along each axis, with one more on each side for the cells that have a corner in the place.
 const SIDE: usize = BRICK as usize + 2;
@@ -40,12 +40,12 @@ impl Around {
     }
 
     /// What is certain of the place's nodes, those beyond the lattice not counted.
-    pub fn bounds(&self) -> NodeBounds {
+    pub fn bounds(&self) -> BlockBounds {
         let own = || (1..SIDE - 1).flat_map(|z| (1..SIDE - 1).flat_map(move |y| &self.values[z][y][1..SIDE - 1]));
         let least = own().copied().fold(f32::INFINITY, f32::min);
         let greatest = own().copied().fold(f32::NEG_INFINITY, f32::max);
         let slope = pulp::Arch::new().dispatch(SteepestOf(self)).sqrt() / self.spacing;
-        NodeBounds { least, greatest, slope: round_up(slope) }
+        BlockBounds { least, greatest, slope: round_up(slope) }
     }
 
     /// The largest magnitude at a corner of a cell that may have corners of both signs and none farther than `within`, of the
@@ -168,7 +168,7 @@ mod tests {
                 let cells_to: [u32; 3] = std::array::from_fn(|axis| last[axis].min(counts[axis] - 1));
                 let slope_of = |cell| cell_slope(std::array::from_fn(|index| corner(cell, index as u32)), 0.3);
                 let steepest = nodes(cells_from, cells_to).map(slope_of).fold(0.0, f64::max);
-                let wanted = NodeBounds {
+                let wanted = BlockBounds {
                     least: own().fold(f32::INFINITY, f32::min),
                     greatest: own().fold(f32::NEG_INFINITY, f32::max),
                     slope: round_up(steepest),

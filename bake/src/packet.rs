@@ -26,7 +26,7 @@ pub(crate) const NODES: usize = SIDE * SIDE * SIDE;
 
 /// Nodes of the tree are opened for a packet while there are no more of them. With fewer, what is opened for each part of it is
 /// more than was needed; with more, too many are looked at.
-pub(crate) const MOST_OPENED: usize = 192;
+pub(crate) const MAX_OPENED: usize = 192;
 
 /// Nodes, x fastest, cut into rows: those of the packets that begin at the same y and z, with these.
 pub(crate) fn rows_of_packets<T>(nodes: &mut [T], [row, rows, layers]: [usize; 3]) -> Vec<([usize; 2], Vec<&mut [T]>)> {
@@ -57,7 +57,7 @@ pub(crate) struct Packet<'a> {
     /// Nearest to the middle of the last packet.
     guess: usize,
     last: Option<Nodes>,
-    /// [`MOST_OPENED`].
+    /// [`MAX_OPENED`].
     most_opened: usize,
     found: Vec<u32>,
     opened: Vec<u32>,
@@ -151,7 +151,7 @@ impl<'a> Packet<'a> {
             nearest: vec![NearestInPacket::default(); NODES],
             guess: 0,
             last: None,
-            most_opened: MOST_OPENED,
+            most_opened: MAX_OPENED,
             found: vec![],
             opened: vec![],
             of_large: Lists::new(),
@@ -232,9 +232,9 @@ impl Packet<'_> {
         let height = self.tree.reached(&reach, self.most_opened, &mut self.found, &mut self.opened);
         let frame = self.tree.frame;
         let middle = frame.local(nodes.middle_of([0; 3], SIDE));
-        let spacing = (nodes.spacing * frame.per_length) as f32;
+        let spacing = (nodes.spacing * frame.inv_length) as f32;
         let farthest = middle.iter().fold(0.0_f32, |most, x| most.max(x.abs())) + SIDE as f32 * spacing;
-        let moved = nodes.farthest() * frame.per_length * (ROUNDINGS * f64::EPSILON);
+        let moved = nodes.farthest() * frame.inv_length * (ROUNDINGS * f64::EPSILON);
         let rounding = Frame::rounding(farthest) + moved as f32;
         let large = Cubes { middle, step: 2.0 * spacing, half_side: 1.5 * spacing, rounding };
         let patches = deal_out(self.tree, height, &self.found, &large, &mut self.of_large);
@@ -268,14 +268,14 @@ impl Packet<'_> {
         let Tree { rough, frame, .. } = self.tree;
         self.sifted.sift(rough, &self.found, cubes);
         let least = if far < f64::INFINITY { self.sifted.least(cubes) } else { [0.0; LANES] };
-        let far = (far * BEYOND * frame.per_length) as f32;
+        let far = (far * BEYOND * frame.inv_length) as f32;
         let is_near = std::array::from_fn(|part| least[part] <= far && nodes.asks_from(first_of(first, part)));
         self.sifted.pick(rough, cubes, &is_near);
         for part in 0..LANES {
             if is_near[part] {
                 self.measure_eight(nodes, first_of(first, part), part);
             } else if nodes.asks_from(first_of(first, part)) {
-                let least = f64::from(least[part]) / frame.per_length;
+                let least = f64::from(least[part]) / frame.inv_length;
                 self.set(first_of(first, part), |_| NearestInPacket { slot: None, distance_sq: least * least });
             }
         }

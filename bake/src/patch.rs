@@ -23,7 +23,7 @@ pub(crate) struct Patch {
 const ROUND_UP: f64 = 1.0 + 1e-6;
 
 /// Of an area less than this the normal would not come out with a length of one.
-const LEAST_AREA: f64 = 1e-100;
+const MIN_AREA: f64 = 1e-100;
 
 impl Patch {
     /// Around so many of the triangles, and no more than there are.
@@ -44,7 +44,7 @@ impl Patch {
             (b - a).cross(&(c - a))
         };
         let normal = triangles.iter().map(area).sum::<Vector3<f64>>();
-        let normal = normal.try_normalize(LEAST_AREA).unwrap_or_default().map(|x| x as f32);
+        let normal = normal.try_normalize(MIN_AREA).unwrap_or_default().map(|x| x as f32);
         let (mut radius_sq, mut half_thickness) = (0.0_f64, 0.0_f64);
         for corner in corners() {
             let way = corner - middle.map(f64::from);

@@ -16,13 +16,13 @@ pub(crate) type Lanes = [f32; LANES];
 const ROUNDING: f32 = 1.0 / 131_072.0;
 
 /// Ways, edges and areas with smaller squares count as none: f32 has lost their digits.
-const LEAST_SQ: f32 = 1e-36;
+const MIN_SQ: f32 = 1e-36;
 
 /// Where f32 is at home: a mesh from -1 to 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     middle: Vector3<f64>,
-    pub per_length: f64,
+    pub inv_length: f64,
 }
 
 /// A triangle in a [`Frame`], and what of its nearest point does not depend on where it is seen from.
@@ -35,10 +35,10 @@ pub(crate) struct RoughTriangle {
     ab_sq: f32,
     ac_sq: f32,
     ab_ac: f32,
-    per_ab_sq: f32,
-    per_ac_sq: f32,
-    per_bc_sq: f32,
-    per_area_sq: f32,
+    inv_ab_sq: f32,
+    inv_ac_sq: f32,
+    inv_bc_sq: f32,
+    inv_area_sq: f32,
 }
 
 /// A triangle as seen from eight points. Without the length of the way, whose root would have to be waited for.
@@ -56,16 +56,16 @@ pub(crate) struct Seen {
 impl Frame {
     pub fn around(bounds: &Aabb) -> Self {
         let middle = Vector3::from_fn(|axis, _| 0.5 * bounds.min[axis] + 0.5 * bounds.max[axis]);
-        Self { middle, per_length: 2.0 / bounds.longest_side() }
+        Self { middle, inv_length: 2.0 / bounds.longest_side() }
     }
 
     pub fn scaled(&self, point: Vector3<f64>) -> Vector3<f64> {
-        (point - self.middle) * self.per_length
+        (point - self.middle) * self.inv_length
     }
 
     #[inline(always)]
     pub fn local(&self, point: Vector3<f64>) -> [f32; 3] {
-        [0, 1, 2].map(|axis: usize| ((point[axis] - self.middle[axis]) * self.per_length) as f32)
+        [0, 1, 2].map(|axis: usize| ((point[axis] - self.middle[axis]) * self.inv_length) as f32)
     }
 
     /// What bounds are off by at most, seen from points up to `reach` along each axis.
@@ -88,11 +88,11 @@ impl RoughTriangle {
             ab_sq,
             ac_sq,
             ab_ac,
-            per_ab_sq: inverse(ab_sq),
-            per_ac_sq: inverse(ac_sq),
-            per_bc_sq: inverse(ab_sq + ac_sq - 2.0 * ab_ac),
+            inv_ab_sq: inverse(ab_sq),
+            inv_ac_sq: inverse(ac_sq),
+            inv_bc_sq: inverse(ab_sq + ac_sq - 2.0 * ab_ac),
             // Without an area nothing is inside: all comparisons fail.
-            per_area_sq: if area_sq > LEAST_SQ { 1.0 / area_sq } else { f32::NAN },
+            inv_area_sq: if area_sq > MIN_SQ { 1.0 / area_sq } else { f32::NAN },
         }
     }
 
@@ -124,7 +124,7 @@ impl RoughTriangle {
             let foremost = larger(larger(dot(self.ab, way), dot(self.ac, way)), 0.0);
             let along = dot(from_a, way) - foremost;
             seen.way_sq[lane] = way_sq;
-            seen.along[lane] = if way_sq > LEAST_SQ { along } else { 0.0 };
+            seen.along[lane] = if way_sq > MIN_SQ { along } else { 0.0 };
             for axis in 0..3 {
                 seen.way[axis][lane] = way[axis];
             }
@@ -135,12 +135,12 @@ impl RoughTriangle {
     /// Of a point's nearest on the triangle, about: its weights of b and c.
     #[inline(always)]
     fn nearest_weights(&self, d1: f32, d2: f32) -> [f32; 2] {
-        let inside_ab = (self.ac_sq * d1 - self.ab_ac * d2) * self.per_area_sq;
-        let inside_ac = (self.ab_sq * d2 - self.ab_ac * d1) * self.per_area_sq;
+        let inside_ab = (self.ac_sq * d1 - self.ab_ac * d2) * self.inv_area_sq;
+        let inside_ac = (self.ab_sq * d2 - self.ab_ac * d1) * self.inv_area_sq;
         let is_inside = (inside_ab >= 0.0) & (inside_ac >= 0.0) & (inside_ab + inside_ac <= 1.0);
-        let on_ab = clamp(d1 * self.per_ab_sq);
-        let on_ac = clamp(d2 * self.per_ac_sq);
-        let on_bc = clamp((d2 - d1 + self.ab_sq - self.ab_ac) * self.per_bc_sq);
+        let on_ab = clamp(d1 * self.inv_ab_sq);
+        let on_ac = clamp(d2 * self.inv_ac_sq);
+        let on_bc = clamp((d2 - d1 + self.ab_sq - self.ab_ac) * self.inv_bc_sq);
         // The squared distances to points on the edges, less that to a.
         let of_ab = on_ab * (on_ab * self.ab_sq - 2.0 * d1);
         let of_ac = on_ac * (on_ac * self.ac_sq - 2.0 * d2);
@@ -160,7 +160,7 @@ impl RoughTriangle {
 /// Zero of what has no length: its points are all the same.
 #[inline(always)]
 fn inverse(square: f32) -> f32 {
-    if square > LEAST_SQ { 1.0 / square } else { 0.0 }
+    if square > MIN_SQ { 1.0 / square } else { 0.0 }
 }
 
 #[inline(always)]
@@ -195,7 +195,7 @@ mod tests {
     fn a_triangle_is_between_its_bounds_from_all_points_around() {
         let mut state = 23;
         println!("seed {state}");
-        let frame = Frame { middle: Vector3::zeros(), per_length: 1.0 };
+        let frame = Frame { middle: Vector3::zeros(), inv_length: 1.0 };
         for round in 0..20_000 {
             let size = [1.0, 0.1, 1e-3, 0.0][round % 4];
             let thickness = [1.0, 1e-3, 1e-6, 0.0][round / 4 % 4];

@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
-use crate::winding::{Bounded, MOST_DOUBT};
+use crate::winding::{Estimate, MAX_DOUBT};
 use cube::{Part, SIDE, Ways};
 use regions::{Region, Regions};
 pub(crate) use winding::Winding;
@@ -205,10 +205,10 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
         {
             return Some(winding);
         }
-        let at = |slope: f64| Bounded { error: f64::from(of.error) + way * slope, ..of.into() };
+        let at = |slope: f64| Estimate { error: f64::from(of.error) + way * slope, ..of.into() };
         let point = (self.block.position)(node);
         let mut about = at(around.slope);
-        if about.error > MOST_DOUBT {
+        if about.error > MAX_DOUBT {
             let radius = 0.5 * way * self.block.spacing * self.free_way;
             let slope = self.mesh.rim().winding_slope((point + from(self)) * 0.5, radius);
             about = at((slope * self.block.spacing * self.free_way).min(f64::MAX));
@@ -328,7 +328,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
 
     fn ask(&mut self, index: usize) {
         // What cannot be carried on needs no less doubt than the side does.
-        let most = if self.mesh.rim().tells_slopes() { MOST_ASKED_ERROR } else { f64::INFINITY };
+        let most = if self.mesh.rim().tells_slopes() { MAX_ASKED_ERROR } else { f64::INFINITY };
         let winding = Winding::new(self.mesh.bounded_winding(self.position(index), most));
         if winding.is_sure() {
             self.take(index, winding, 0.0, |spread| spread.position(index));
@@ -360,9 +360,9 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> Spread<'a, P> {
             |(neighbour, _): &(usize, f64)| self.windings[*neighbour].is_sure() && !self.is_on_surface(*neighbour);
         let tried: Vec<_> = self.neighbours(index).filter(known).take(TRIES).collect();
         for (neighbour, way) in tried {
-            let before = Bounded::from(self.windings[neighbour]);
+            let before = Estimate::from(self.windings[neighbour]);
             let Some(step) = self.mesh.winding_step([neighbour, index].map(|end| self.position(end))) else { continue };
-            let after = Winding::new(Bounded { value: before.value + step, ..before });
+            let after = Winding::new(Estimate { value: before.value + step, ..before });
             self.take(index, after, way, |spread| spread.position(neighbour));
             if self.windings[index].is_known() {
                 return;
@@ -401,4 +401,4 @@ const STEPS: [[usize; 3]; 26] = {
 const TRIES: usize = 3;
 
 /// With more, a winding number that was asked for would not be carried on.
-const MOST_ASKED_ERROR: f64 = 0.25;
+const MAX_ASKED_ERROR: f64 = 0.25;

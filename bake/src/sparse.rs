@@ -19,12 +19,12 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse};
-use sdf_core::grid::{Lattice, NodeBounds, cell_slope, slope_bound_with_outside};
+use sdf_core::grid::{Lattice, BlockBounds, cell_slope, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
 pub use quantize::Quantize;
 
-use crate::gradient_spread::MOST_ERROR;
+use crate::gradient_spread::MAX_ERROR;
 use crate::hilbert::hilbert_index;
 use crate::interpolation::{Asked, Block, BlocksOfPlace, Measured};
 use crate::lanes_triangle::LANES;
@@ -47,7 +47,7 @@ pub struct SparseGrid<C> {
     /// By brick, then by node, x fastest.
     pub samples: Vec<C>,
     /// Of each brick's nodes.
-    pub bounds: Vec<NodeBounds>,
+    pub bounds: Vec<BlockBounds>,
     /// Of each brick, over the cells whose first corner it holds: the most by which the interpolant differs from the signed
     /// distance where that is within the band. Proven of closed meshes. Of an open one, a patch of the surface that closes
     /// its holes, so small that it cuts no edge of a cell, goes unseen.
@@ -71,7 +71,7 @@ impl<C: Code> Bricks for SparseGrid<C> {
     fn samples(&self) -> &[C] {
         &self.samples
     }
-    fn bounds(&self) -> &[NodeBounds] {
+    fn bounds(&self) -> &[BlockBounds] {
         &self.bounds
     }
     fn coarse(&self) -> &[f32] {
@@ -164,7 +164,7 @@ impl<'a> Plan<'a> {
 
     /// About the most bytes that will be in memory while it is baked, beside the mesh's own.
     pub fn most_bytes<C>(&self) -> usize {
-        let of_brick = BRICK_SAMPLES * size_of::<C>() + size_of::<([u32; 3], Scale, [f64; 2], [NodeBounds; 2], f32)>();
+        let of_brick = BRICK_SAMPLES * size_of::<C>() + size_of::<([u32; 3], Scale, [f64; 2], [BlockBounds; 2], f32)>();
         let under_way = self.places().min(PLACES_AT_A_TIME) * (BRICK_SAMPLES * size_of::<C>() + size_of::<Brick<C>>());
         let bricks = self.most_bricks().saturating_mul(of_brick);
         bricks.saturating_add(under_way).saturating_add(self.places.bytes())
@@ -217,7 +217,7 @@ impl<'a> Plan<'a> {
 
         let Parts { places: brick_places, scales, samples, roundings, interpolations } = parts;
         // Not asked for until they are there.
-        let no_bounds = vec![NodeBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; scales.len()];
+        let no_bounds = vec![BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; scales.len()];
         let slices =
             BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
         let Some(storage) = Sparse::new(lattice, slices) else {
@@ -232,7 +232,7 @@ impl<'a> Plan<'a> {
             // As in `dense`.
             (around.bounds(), round_up(interpolations[brick] + rounding + 2.0 * torn))
         };
-        let (bounds, errors): (Vec<NodeBounds>, Vec<f32>) = brick_places.par_iter().enumerate().map(of_brick).unzip();
+        let (bounds, errors): (Vec<BlockBounds>, Vec<f32>) = brick_places.par_iter().enumerate().map(of_brick).unzip();
         let slope_bound = slope_bound(lattice, &storage, places, &table, &bounds);
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
         SparseGrid { table, places: brick_places, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
@@ -310,7 +310,7 @@ impl<'a> Plan<'a> {
     fn interpolation_error_in(&self, place: [u32; 3], mut nearest: impl FnMut([usize; 3]) -> (f64, usize)) -> f64 {
         let spacing = self.lattice.spacing();
         if self.mesh.normals_of_one_solid().is_none() {
-            return MOST_ERROR * spacing;
+            return MAX_ERROR * spacing;
         }
         let mut asked = vec![];
         for step in (0..64).map(|index| [index % 4, index / 4 % 4, index / 16].map(|n: usize| 2 * n + 1)) {
@@ -428,7 +428,7 @@ fn slope_bound<C: Quantize>(
     storage: &Sparse<BrickSlices<C>>,
     places: &Places,
     table: &[u32],
-    bricks: &[NodeBounds],
+    bricks: &[BlockBounds],
 ) -> f64 {
     /// Of seven interpolations, each of a product and two sums, at both ends of a cell's edge.
     const ROUNDINGS: f64 = 16.0;

@@ -5,7 +5,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::hilbert::{BITS, hilbert_index};
-use crate::packet::MOST_OPENED;
+use crate::packet::MAX_OPENED;
 use crate::patch::Patch;
 use crate::rough_triangle::{Frame, RoughTriangle};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
@@ -109,7 +109,7 @@ pub(crate) const STACK: usize = 11 * FAN;
 
 impl Tree {
     pub fn new(mesh: &TriangleMesh) -> Self {
-        Self::with_patches(mesh, MOST_OPENED)
+        Self::with_patches(mesh, MAX_OPENED)
     }
 
     /// With [`Self::patch`] of the lowest nodes, and of those of each height that has more than so many.

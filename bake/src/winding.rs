@@ -25,21 +25,21 @@ const STACK: usize = 11 * FAN;
 const FAR_RADII: [f64; 5] = [2.0, 3.0, 5.0, 12.0, f64::INFINITY];
 
 /// Up to this it is told which whole number to add to what the rim says.
-pub(crate) const MOST_DOUBT: f64 = 0.49;
+pub(crate) const MAX_DOUBT: f64 = 0.49;
 
 /// More than the rounding of a sum.
 const ROUNDING: f64 = 1e-9;
 
 /// A winding number, and by how much it may be off.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounded {
+pub(crate) struct Estimate {
     pub value: f64,
     pub error: f64,
 }
 
 /// The number nearest to what is known that has a fraction. `None` where too much doubt is left which one it is.
-pub(crate) fn round_to_fraction(about: Bounded, fraction: f64) -> Option<f64> {
-    (about.error <= MOST_DOUBT).then(|| fraction + (about.value - fraction).round())
+pub(crate) fn round_to_fraction(about: Estimate, fraction: f64) -> Option<f64> {
+    (about.error <= MAX_DOUBT).then(|| fraction + (about.value - fraction).round())
 }
 
 /// Sums over the triangles below each node of a tree.
@@ -79,8 +79,8 @@ impl WindingNumbers {
 
     /// Exact but for rounding where the rim tells the fraction, as it does of a closed mesh. Elsewhere off by less than `most`, and by
     /// so little that the side of one half is that of the exact winding number, but for rounding.
-    pub fn at(&self, tree: &Tree, point: Vector3<f64>, most: f64) -> Bounded {
-        let mut found = Bounded { value: 0.0, error: f64::INFINITY };
+    pub fn at(&self, tree: &Tree, point: Vector3<f64>, most: f64) -> Estimate {
+        let mut found = Estimate { value: 0.0, error: f64::INFINITY };
         for far_radii in FAR_RADII {
             let sum = self.sum(tree, point, far_radii);
             found = self.rim.sharpen(sum, point).filter(|found| found.error <= sum.error).unwrap_or(sum);

@@ -15,12 +15,12 @@ pub use smooth_union::SmoothUnion;
 
 use nalgebra::Vector3;
 
-use crate::real::Float;
-use crate::survey::mean;
-use crate::{Sdf, Survey};
+use crate::number::Float;
+use crate::enclosure::mean;
+use crate::{Sdf, Enclosure};
 
 /// What is certain of two fields on the hull of a few points, each about their mean.
-fn surveys<A: Sdf, B: Sdf, R: Float>(a: &A, b: &B, corners: &[Vector3<R>]) -> [Survey<R>; 2] {
+fn surveys<A: Sdf, B: Sdf, R: Float>(a: &A, b: &B, corners: &[Vector3<R>]) -> [Enclosure<R>; 2] {
     let middle = mean(corners);
-    [a.survey(middle, corners), b.survey(middle, corners)]
+    [a.enclosure(middle, corners), b.enclosure(middle, corners)]
 }

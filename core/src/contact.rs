@@ -5,8 +5,8 @@ pub mod batch;
 use nalgebra::Vector3;
 
 use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
-use crate::real::{Float, Real};
-use crate::survey::rounding;
+use crate::number::{Float, Real};
+use crate::enclosure::rounding;
 use crate::vector::norm;
 use crate::{Aabb, Sdf, Simplex};
 
@@ -73,7 +73,7 @@ pub struct Contact<R: Float, const N: usize> {
     pub point: Vector3<R>,
     /// Near the surface: the point less φ ∇φ / |∇φ|², exact for a true distance, else a first step.
     pub surface_point: Vector3<R>,
-    /// ∇φ / |∇φ|, out of the shape; zero where |∇φ| is below the reciprocal of [`Real::REACH`] or not finite.
+    /// ∇φ / |∇φ|, out of the shape; zero where |∇φ| is below the reciprocal of [`Real::MAX_COORDINATE`] or not finite.
     pub normal: Vector3<R>,
     /// φ at the point, negative inside.
     pub distance: R,
@@ -97,13 +97,13 @@ impl<R: Float, const N: usize> Contact<R, N> {
 /// What became of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<R: Float, const N: usize> {
-    /// A corner, the margin or what the field answers is no number, or a corner beyond [`Real::REACH`].
+    /// A corner, the margin or what the field answers is no number, or a corner beyond [`Real::MAX_COORDINATE`].
     NotFinite,
     /// No point of it can be within the margin: no search was made.
     Culled,
     /// The least value found is above the margin. That no other is within it is certain only where the minimum's lower bound
     /// is above the margin too: then the search may have stopped at once, and the minimum is only the least value seen so far.
-    Apart(Minimum<R, N>),
+    Separated(Minimum<R, N>),
     Contact(Contact<R, N>),
 }
 
@@ -114,7 +114,7 @@ pub const FEATURE_WEIGHT: f64 = 1e-3;
 /// The contact of one element with a field: culled, else minimized, then reported where φ ≤ `margin`.
 ///
 /// An element with a value of at most `margin` anywhere is never culled: by what the field knows of the element's box
-/// ([`Sdf::local_bounds`]) before it is asked, then as [`may_touch`] with the slope bound in that box.
+/// ([`Sdf::enclose_box`]) before it is asked, then as [`may_touch`] with the slope bound in that box.
 pub fn contact<R, F, M, const N: usize>(field: &F, minimizer: &M, margin: R, element: &Element<R, N>) -> Outcome<R, N>
 where
     R: Float,
@@ -136,7 +136,7 @@ fn judge<R: Float, const N: usize>(
     lower_bound: R,
 ) -> Outcome<R, N> {
     if is_apart(margin, minimum) {
-        return Outcome::Apart(*minimum);
+        return Outcome::Separated(*minimum);
     }
     report(element, minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
 }
@@ -165,7 +165,7 @@ where
     };
     let found = search.minima(field, &element.simplex, margin, places, minima);
     if is_apart(margin, &found.least) && found.count == 0 {
-        return Outcome::Apart(found.least);
+        return Outcome::Separated(found.least);
     }
     // Given no room, the search has found one nevertheless.
     let alone = [Minimum { converged: false, ..found.least }];
@@ -180,7 +180,7 @@ where
 /// What no point of an element is below, or why there is nothing to search.
 fn cull<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, element: &Element<R, N>) -> Result<R, Outcome<R, N>> {
     let simplex = &element.simplex;
-    if ElementKind::of(N).is_none() || !simplex.is_in_reach() {
+    if ElementKind::of(N).is_none() || !simplex.is_representable() {
         return Err(Outcome::NotFinite);
     }
     let of_box = bounds_in_box(field, margin, simplex);
@@ -220,8 +220,8 @@ fn rounding_in_box<R: Real, const N: usize>(slope_bound: f64, margin: R, simplex
 impl<R: Float> BoxBounds<R> {
     #[inline(always)]
     fn new<F: Sdf>(field: &F, region: &Aabb, rounding: R) -> Self {
-        let local = field.local_bounds(region);
-        Self { least: R::lift(local.least) - rounding, slope_bound: R::lift(local.slope_bound) }
+        let local = field.enclose_box(region);
+        Self { least: R::from_f64(local.least) - rounding, slope_bound: R::from_f64(local.slope_bound) }
     }
 }
 
@@ -285,12 +285,12 @@ pub struct Cull<R: Real> {
 pub fn may_touch<R: Real, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
     let centroid = simplex.centroid();
     let lower_bound =
-        simplex.lower_bound(field.slope_bound(), R::lift(field.slope_bound()), centroid, field.value(centroid));
+        simplex.lower_bound(field.slope_bound(), R::from_f64(field.slope_bound()), centroid, field.value(centroid));
     Cull { may_touch: !margin.lt(lower_bound), lower_bound }
 }
 
 fn spanned_corners<R: Float, const N: usize>(weights: [R; N]) -> [bool; N] {
-    weights.map(|weight| R::lift(FEATURE_WEIGHT) < weight)
+    weights.map(|weight| R::from_f64(FEATURE_WEIGHT) < weight)
 }
 
 fn feature<R: Float, const N: usize>(element: &Element<R, N>, weights: [R; N]) -> Feature {

@@ -1,29 +1,27 @@
 //! Fields that are stored as samples on a regular grid and interpolated trilinearly.
 
-mod bounded;
+mod block_bounds;
 mod dense;
 mod lattice;
-mod polynomial;
-mod segment;
-mod slopes;
+mod exact;
+mod gradient_range;
 pub mod sparse;
-mod triangle;
 mod trilinear;
 
 use nalgebra::Vector3;
 
-pub use bounded::Bounded;
+pub use block_bounds::WithBlockBounds;
 pub use dense::Dense;
 pub use lattice::Lattice;
-pub use segment::SegmentMinimum;
-use slopes::Range;
-pub use triangle::TriangleMinimum;
+pub use exact::segment::SegmentMinimum;
+use gradient_range::GradientRange;
+pub use exact::triangle::TriangleMinimum;
 
-use crate::kernel::Kernel;
-use crate::real::{Float, Mask, Real};
-use crate::survey::{bounds, reach, rounding};
-use crate::vector::{lift, norm};
-use crate::{Aabb, LocalBounds, Sample, Sdf, Status, Survey};
+use crate::number::kernel::LaneKernel;
+use crate::number::{Float, Mask, Real};
+use crate::enclosure::{bounds, reach, rounding};
+use crate::vector::{from_f64, norm};
+use crate::{Aabb, BoxEnclosure, Sample, Sdf, Status, Enclosure};
 
 /// Where a grid's samples come from.
 pub trait Storage {
@@ -38,17 +36,17 @@ pub trait Storage {
         for cell in 0..N {
             let of_cell = self.corners([x[cell].to_index(), y[cell].to_index(), z[cell].to_index()]);
             for corner in 0..8 {
-                corners[corner][cell] = R::of_stored(of_cell[corner]);
+                corners[corner][cell] = R::from_stored(of_cell[corner]);
             }
         }
         corners
     }
 
-    /// Whether [`bounds_of_nodes`](Self::bounds_of_nodes) ever answers: where it does not, it is not asked.
-    const HAS_BOUNDS: bool = false;
+    /// Whether [`block_bounds`](Self::bounds_of_nodes) ever answers: where it does not, it is not asked.
+    const HAS_BLOCK_BOUNDS: bool = false;
 
     /// What is certain of the nodes from `first` to `last`, where the storage knows it without looking at each.
-    fn bounds_of_nodes(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<NodeBounds> {
+    fn block_bounds(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<BlockBounds> {
         None
     }
 }
@@ -64,17 +62,17 @@ impl<S: Storage> Storage for &S {
         (**self).corners_of(cells)
     }
 
-    const HAS_BOUNDS: bool = S::HAS_BOUNDS;
+    const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;
 
     #[inline(always)]
-    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
-        (**self).bounds_of_nodes(first, last)
+    fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
+        (**self).block_bounds(first, last)
     }
 }
 
 /// What is certain of a block of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodeBounds {
+pub struct BlockBounds {
     /// No sample is below this.
     pub least: f32,
     /// No sample is above this.
@@ -83,7 +81,7 @@ pub struct NodeBounds {
     pub slope: f32,
 }
 
-impl NodeBounds {
+impl BlockBounds {
     /// Those of two blocks together.
     pub fn union(self, other: Self) -> Self {
         Self {
@@ -195,8 +193,8 @@ struct Locate<'a>(&'a Lattice);
 impl Locate<'_> {
     #[inline(always)]
     fn along<R: Real>(&self, axis: usize, x: R) -> [R; 3] {
-        let last = R::lift(f64::from(self.0.cells()[axis]));
-        let steps = (x - R::lift(self.0.origin()[axis])) * R::lift(self.0.per_spacing());
+        let last = R::from_f64(f64::from(self.0.cells()[axis]));
+        let steps = (x - R::from_f64(self.0.origin()[axis])) * R::from_f64(self.0.inv_spacing());
         let clamped = steps.clamp(R::zero(), last);
         let cell = clamped.trunc().min(last - R::one());
         let within = R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
@@ -204,7 +202,7 @@ impl Locate<'_> {
     }
 }
 
-impl Kernel for Locate<'_> {
+impl LaneKernel for Locate<'_> {
     type From<R: Real> = Vector3<R>;
     type To<R: Real> = Located<R>;
 
@@ -218,28 +216,28 @@ impl Kernel for Locate<'_> {
 /// The value and the gradient in a cell, from the share of each side and the samples at the corners.
 struct Interpolate<'a>(&'a Lattice);
 
-impl Kernel for Interpolate<'_> {
+impl LaneKernel for Interpolate<'_> {
     type From<R: Real> = (Vector3<R>, [R; 8]);
     type To<R: Real> = ([R; 1], Vector3<R>);
 
     #[cfg_attr(feature = "std", inline(always))]
     fn apply<R: Real>(&self, (share, corners): Self::From<R>) -> Self::To<R> {
         let (value, by_share) = trilinear::interpolate(corners, share);
-        ([value], by_share * R::lift(self.0.per_spacing()))
+        ([value], by_share * R::from_f64(self.0.inv_spacing()))
     }
 }
 
 /// What a point is answered, from what its nearest point in the box is: see [`Grid`].
 struct Continue<'a>(&'a Lattice);
 
-impl Kernel for Continue<'_> {
+impl LaneKernel for Continue<'_> {
     type From<R: Real> = (Vector3<R>, Located<R>, ([R; 1], Vector3<R>));
     type To<R: Real> = Sample<R>;
 
     #[cfg_attr(feature = "std", inline(always))]
     fn apply<R: Real>(&self, (point, located, ([value], gradient)): Self::From<R>) -> Sample<R> {
         let [cell, share, within] = located;
-        let nearest = lift(self.0.origin()) + (cell + share) * R::lift(self.0.spacing());
+        let nearest = from_f64(self.0.origin()) + (cell + share) * R::from_f64(self.0.spacing());
         let nearest =
             within.zip_zip_map(&nearest, &point, |within, nearest, x| R::select(within.is_zero(), nearest, x));
         let from_box = point - nearest;
@@ -285,18 +283,18 @@ impl<S: Storage> Sdf for Grid<S> {
 
     /// By what the storage knows of the nodes of all cells that the box meets, or comes nearest to.
     #[cfg_attr(feature = "std", inline(always))]
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        let global = LocalBounds { slope_bound: self.slope_bound, ..LocalBounds::ANYTHING };
-        if !S::HAS_BOUNDS {
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        let global = BoxEnclosure { slope_bound: self.slope_bound, ..BoxEnclosure::ANYTHING };
+        if !S::HAS_BLOCK_BOUNDS {
             return global;
         }
         let Some([first, last]) = self.lattice.nodes_around(region) else { return global };
-        let Some(nodes) = self.storage.bounds_of_nodes(first, last) else { return global };
+        let Some(nodes) = self.storage.block_bounds(first, last) else { return global };
         let (least, greatest, slope) = (f64::from(nodes.least), f64::from(nodes.greatest), f64::from(nodes.slope));
         let bounds = self.lattice.bounds();
         let sticks_out = !bounds.encloses(region);
         if !sticks_out {
-            return LocalBounds { least, greatest, slope_bound: slope.min(self.slope_bound) };
+            return BoxEnclosure { least, greatest, slope_bound: slope.min(self.slope_bound) };
         }
         // Outside, the way to the grid is added to the value there, or makes a right angle with it: see `Grid`.
         let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]).max(0.0);
@@ -304,31 +302,31 @@ impl<S: Storage> Sdf for Grid<S> {
         let reaches_in = least < 0.0;
         let least = if reaches_in { least + away } else { libm::hypot(least, away) };
         let slope_bound = slope_bound_with_outside(slope, reaches_in);
-        LocalBounds { least, greatest: f64::INFINITY, slope_bound: slope_bound.min(self.slope_bound) }
+        BoxEnclosure { least, greatest: f64::INFINITY, slope_bound: slope_bound.min(self.slope_bound) }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         self.least_on(ends)
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
         self.least_in(corners, enough)
     }
 
     /// In a few cells by how far the gradient there may be from that at the middle.
     fn linearization_error(&self, region: &Aabb) -> f64 {
-        let Some(Range { gradients, .. }) = self.range_in::<f64>(region) else { return f64::INFINITY };
+        let Some(GradientRange { gradients, .. }) = self.range_in::<f64>(region) else { return f64::INFINITY };
         let spread = gradients.greatest - gradients.least;
         spread.dot(&Vector3::from(region.extents())) * 0.5
     }
 
     /// In a few cells by how the gradient varies there (the mean value form of interval arithmetic: Moore 1966, "Interval
     /// Analysis", ch. 6): off by the square of the hull's size, where a bound by the slope is off by the size.
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let Some(range) = self.range_in::<R>(&bounds(corners)) else {
-            return Survey::by_slope(self, about, corners);
+            return Enclosure::by_slope(self, about, corners);
         };
         let value = self.value(about);
         let (mut fall, mut rise) = (R::zero(), R::zero());
@@ -336,7 +334,7 @@ impl<S: Storage> Sdf for Grid<S> {
             let [falls, rises] = range.gradients.along(corner - about);
             (fall, rise) = (Real::min(fall, falls), Real::max(rise, rises));
         }
-        let unrounded = Survey {
+        let unrounded = Enclosure {
             value,
             least: Real::max(value + fall, range.least),
             greatest: Real::min(value + rise, range.greatest),

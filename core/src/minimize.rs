@@ -12,7 +12,7 @@ mod frank_wolfe;
 mod golden_section;
 mod line_search;
 mod newton;
-mod piece;
+mod sub_simplex;
 mod point_sampling;
 mod projected_gradient;
 mod search;
@@ -28,8 +28,8 @@ pub use projected_gradient::ProjectedGradient;
 
 use nalgebra::Vector3;
 
-use crate::kernel::Bundle;
-use crate::real::{Mask, Real};
+use crate::number::kernel::LaneBundle;
+use crate::number::{Mask, Real};
 use crate::{Sample, Sdf, Simplex, Status};
 
 /// A method that looks for the least value of a field on simplices of `N` corners.
@@ -44,21 +44,21 @@ use crate::{Sample, Sdf, Simplex, Status};
 pub trait Minimizer<const N: usize> {
     /// Whether it searches many simplices faster side by side in [`Lanes`](crate::Lanes) than one by one: where each takes
     /// the same steps as the others it does, where all wait for the one that takes most it does not.
-    const PAYS_IN_LANES: bool = false;
+    const LOCKSTEP: bool = false;
 
     /// Whether a search of one simplex works side by side within itself, so that it pays to compile it for wide vectors.
-    const WORKS_IN_LANES: bool = Self::PAYS_IN_LANES;
+    const USES_SIMD: bool = Self::LOCKSTEP;
 
     /// The same method with so small a budget that it is worth a try on many simplices side by side, before the whole budget is
     /// spent on those that it leaves over. Where it converges it answers what the method itself does, bit for bit.
-    fn brief(&self) -> Option<Self>
+    fn quick_pass(&self) -> Option<Self>
     where
         Self: Sized,
     {
         None
     }
 
-    /// All corners must be finite and within ±[`Real::REACH`].
+    /// All corners must be finite and within ±[`Real::MAX_COORDINATE`].
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
 
     /// The same where the least value that it finds is at most `level`. Where it is not, a method that can tell may stop as

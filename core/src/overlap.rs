@@ -36,10 +36,10 @@ mod minima;
 mod pair;
 mod patch;
 mod polygon;
-mod seen;
+mod overlap_point;
 
 pub use deepest::{Deepest, Piece, Search};
 pub use minima::{Leaf, Minima};
 pub use pair::{NoRegion, Pair};
 pub use patch::{Patch, PatchPoint};
-pub use seen::MeetingPoint;
+pub use overlap_point::OverlapPoint;

@@ -12,9 +12,9 @@ pub use similarity::Similarity;
 pub use stretch::Stretch;
 
 use crate::grid::{SegmentMinimum, TriangleMinimum};
-use crate::real::{Float, Real};
-use crate::survey::{reach, rounding};
-use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
+use crate::number::{Float, Real};
+use crate::enclosure::{reach, rounding};
+use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
 
 /// A map from the world into a field's own frame.
 pub trait Placement {
@@ -73,10 +73,10 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
         self.field.slope_bound() * self.placement.slope_factor()
     }
 
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        let of_field = self.field.local_bounds(&self.placement.pull_bounds(*region));
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        let of_field = self.field.enclose_box(&self.placement.pull_bounds(*region));
         let scale = self.placement.scale();
-        LocalBounds {
+        BoxEnclosure {
             least: of_field.least * scale,
             greatest: of_field.greatest * scale,
             slope_bound: of_field.slope_bound * self.placement.slope_factor(),
@@ -84,10 +84,10 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     }
 
     /// Of a placement that is an affine map: it takes a hull to the hull of its corners.
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let pulled = self.pull_all(corners);
         let here = self.placement.pull(about);
-        let of_field = self.field.survey(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
+        let of_field = self.field.enclosure(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
         let scaled = of_field.pull_back(&here.jacobian, here.scale);
         // The corners were rounded where they stood in the world.
         scaled.widen(rounding(self.slope_bound(), about, reach(about, corners), scaled.value))
@@ -100,10 +100,10 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     }
 
     /// Of a placement that is an affine map.
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let pulled = self.pull_all(corners);
-        let of_field = self.field.rises(pulled.get(..corners.len()).unwrap_or(&pulled));
-        of_field.map(|rise| rise * R::lift(self.placement.scale()))
+        let of_field = self.field.max_rise_to_corners(pulled.get(..corners.len()).unwrap_or(&pulled));
+        of_field.map(|rise| rise * R::from_f64(self.placement.scale()))
     }
 
     /// Of a placement that is an affine map: it takes the middle of a box to that of the box around what it becomes.
@@ -112,16 +112,16 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     }
 
     /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.
-    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let of_field = self.field.least_on_segment(ends.map(|end| self.placement.pull(end).point))?;
-        Some(SegmentMinimum { value: of_field.value * R::lift(self.placement.scale()), ..of_field })
+    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        let of_field = self.field.minimum_on_segment(ends.map(|end| self.placement.pull(end).point))?;
+        Some(SegmentMinimum { value: of_field.value * R::from_f64(self.placement.scale()), ..of_field })
     }
 
     /// Of a placement that is an affine map.
-    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
-        let scale = R::lift(self.placement.scale());
-        let of_field = self.field.least_on_triangle(pulled, enough.map(|x| x / scale))?;
+        let scale = R::from_f64(self.placement.scale());
+        let of_field = self.field.minimum_on_triangle(pulled, enough.map(|x| x / scale))?;
         let (value, reach) = (of_field.value * scale, reach(corners[0], &corners));
         // The corners were rounded where they stood in the world.
         let rounding = rounding(self.slope_bound(), corners[0], reach, value);

@@ -1,11 +1,11 @@
 use nalgebra::Vector3;
 
 use crate::grid::{SegmentMinimum, TriangleMinimum};
-use crate::kernel::Bundle;
-use crate::real::{Float, Mask, Real};
-use crate::survey::{mean, rises_of_convex};
+use crate::number::kernel::LaneBundle;
+use crate::number::{Float, Mask, Real};
+use crate::enclosure::{mean, max_rise_of_convex};
 use crate::vector::select;
-use crate::{Aabb, Survey};
+use crate::{Aabb, Enclosure};
 
 /// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
 ///
@@ -24,7 +24,7 @@ pub trait Sdf: Sized {
     /// are tighter.
     const IS_CONVEX: bool = false;
 
-    /// φ and ∇φ at a point whose coordinates are finite and within ±[`Real::REACH`]. Any other point may give NaN;
+    /// φ and ∇φ at a point whose coordinates are finite and within ±[`Real::MAX_COORDINATE`]. Any other point may give NaN;
     /// [`sample`](Self::sample) takes those too.
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R>;
 
@@ -35,14 +35,14 @@ pub trait Sdf: Sized {
     fn slope_bound(&self) -> f64;
 
     /// What is certain of φ in a box. By default only that it changes no faster than anywhere.
-    fn local_bounds(&self, _region: &Aabb) -> LocalBounds {
-        LocalBounds { slope_bound: self.slope_bound(), ..LocalBounds::ANYTHING }
+    fn enclose_box(&self, _region: &Aabb) -> BoxEnclosure {
+        BoxEnclosure { slope_bound: self.slope_bound(), ..BoxEnclosure::ANYTHING }
     }
 
     /// What is certain of φ on the convex hull of one to four points, by what it is and how it changes at a point `about`
     /// of the hull: the nearer that is to the least value, the tighter. By default by the slope, or by the tangent plane.
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        if Self::IS_CONVEX { Survey::of_convex(self, about, corners) } else { Survey::by_slope(self, about, corners) }
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        if Self::IS_CONVEX { Enclosure::of_convex(self, about, corners) } else { Enclosure::by_slope(self, about, corners) }
     }
 
     /// Whether φ is certainly a convex function on the convex hull of one to four points.
@@ -52,22 +52,22 @@ pub trait Sdf: Sized {
 
     /// Of each of one to four corners the most that φ rises, all rises added, on a straight way to it from any point of
     /// their hull. By default by the gradients.
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         if Self::IS_CONVEX {
-            rises_of_convex(self, corners)
+            max_rise_of_convex(self, corners)
         } else {
-            self.survey(mean(corners), corners).gradients.rises(corners)
+            self.enclosure(mean(corners), corners).gradients.max_rise_to_corners(corners)
         }
     }
 
     /// Where on a segment φ is least, if that can be told without a search.
-    fn least_on_segment<R: Float>(&self, _ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+    fn minimum_on_segment<R: Float>(&self, _ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         None
     }
 
     /// Where on a triangle φ is least, if that can be told without a search. It need not be the least once it is certain that
     /// no value is at most the first of `enough`, nor where none is lower by more than the second.
-    fn least_on_triangle<R: Float>(&self, _corners: [Vector3<R>; 3], _enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+    fn minimum_on_triangle<R: Float>(&self, _corners: [Vector3<R>; 3], _enough: [R; 2]) -> Option<TriangleMinimum<R>> {
         None
     }
 
@@ -83,20 +83,20 @@ pub trait Sdf: Sized {
         self.evaluate(point).value
     }
 
-    /// φ and ∇φ at any point. One that is not finite, or beyond [`Real::REACH`], here or in a frame that the field is
+    /// φ and ∇φ at any point. One that is not finite, or beyond [`Real::MAX_COORDINATE`], here or in a frame that the field is
     /// placed in, is answered with the status [`not_finite`](Status::not_finite), the value REACH and a zero gradient; so
     /// is one where stored samples are not finite.
     fn sample<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let [x, y, z] = [point.x, point.y, point.z].map(Real::is_in_reach);
+        let [x, y, z] = [point.x, point.y, point.z].map(Real::is_representable);
         let in_reach = x & y & z;
         let sample = self.evaluate(point.map(|x| R::select(in_reach, x, R::zero())));
-        let is_sound = sample.gradient.iter().fold(sample.value.is_finite(), |all, slope| all & slope.is_finite());
+        let is_valid = sample.gradient.iter().fold(sample.value.is_finite(), |all, slope| all & slope.is_finite());
         let refusal = Sample {
-            value: R::lift(R::REACH),
+            value: R::from_f64(R::MAX_COORDINATE),
             gradient: Vector3::zeros(),
             status: Status { not_finite: !R::Mask::NONE, ..Status::GOOD },
         };
-        Sample::select(in_reach & is_sound, sample, refusal)
+        Sample::select(in_reach & is_valid, sample, refusal)
     }
 }
 
@@ -113,23 +113,23 @@ impl<F: Sdf> Sdf for &F {
         (**self).slope_bound()
     }
     #[inline(always)]
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        (**self).local_bounds(region)
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        (**self).enclose_box(region)
     }
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        (**self).survey(about, corners)
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        (**self).enclosure(about, corners)
     }
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         (**self).is_convex_on(corners)
     }
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        (**self).rises(corners)
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        (**self).max_rise_to_corners(corners)
     }
-    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        (**self).least_on_segment(ends)
+    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        (**self).minimum_on_segment(ends)
     }
-    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        (**self).least_on_triangle(corners, enough)
+    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        (**self).minimum_on_triangle(corners, enough)
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         (**self).linearization_error(region)
@@ -142,7 +142,7 @@ impl<F: Sdf> Sdf for &F {
 
 /// What is certain of a field in a box, before it is asked at any point of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LocalBounds {
+pub struct BoxEnclosure {
     /// No value in the box is below this.
     pub least: f64,
     /// No value in the box is above this.
@@ -151,7 +151,7 @@ pub struct LocalBounds {
     pub slope_bound: f64,
 }
 
-impl LocalBounds {
+impl BoxEnclosure {
     /// Nothing is certain.
     pub const ANYTHING: Self = Self { least: f64::NEG_INFINITY, greatest: f64::INFINITY, slope_bound: f64::INFINITY };
 
@@ -213,11 +213,11 @@ impl<R: Real> Sample<R> {
     }
 }
 
-impl<R: Real> Bundle<R> for Sample<R> {
+impl<R: Real> LaneBundle<R> for Sample<R> {
     type Lane = Sample<R::Lane>;
     #[inline(always)]
     fn zero() -> Self {
-        Self { value: R::zero(), gradient: Bundle::zero(), status: Status::GOOD }
+        Self { value: R::zero(), gradient: LaneBundle::zero(), status: Status::GOOD }
     }
     #[inline(always)]
     fn lane(&self, lane: usize) -> Self::Lane {
@@ -248,7 +248,7 @@ pub struct Status<M> {
     pub degenerate_gradient: M,
     /// The point lies outside the grid: the value is a lower bound of the distance, not the distance.
     pub outside_grid: M,
-    /// The point was not finite, or beyond [`Real::REACH`], or the answer was: value and gradient say nothing.
+    /// The point was not finite, or beyond [`Real::MAX_COORDINATE`], or the answer was: value and gradient say nothing.
     pub not_finite: M,
 }
 

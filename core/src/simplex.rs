@@ -2,9 +2,9 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::kernel::{Bundle, Kernel};
-use crate::real::{Mask, Real};
-use crate::survey::{mean, reach, rounding};
+use crate::number::kernel::{LaneBundle, LaneKernel};
+use crate::number::{Mask, Real};
+use crate::enclosure::{mean, reach, rounding};
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,10 +67,10 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     }
 
     #[inline(always)]
-    pub fn is_in_reach(&self) -> R::Mask {
+    pub fn is_representable(&self) -> R::Mask {
         let mut all = !R::Mask::NONE;
         for corner in &self.corners {
-            all = all & corner.x.is_in_reach() & corner.y.is_in_reach() & corner.z.is_in_reach();
+            all = all & corner.x.is_representable() & corner.y.is_representable() & corner.z.is_representable();
         }
         all
     }
@@ -81,7 +81,7 @@ pub(crate) struct LowerBound<const N: usize> {
     pub slope_bound: f64,
 }
 
-impl<const N: usize> Kernel for LowerBound<N> {
+impl<const N: usize> LaneKernel for LowerBound<N> {
     type From<R: Real> = (Simplex<R, N>, [R; 1], Vector3<R>, [R; 1]);
     type To<R: Real> = [R; 1];
 
@@ -94,7 +94,7 @@ impl<const N: usize> Kernel for LowerBound<N> {
 /// [`Simplex::longest_edge`].
 pub(crate) struct LongestEdge<const N: usize>;
 
-impl<const N: usize> Kernel for LongestEdge<N> {
+impl<const N: usize> LaneKernel for LongestEdge<N> {
     type From<R: Real> = Simplex<R, N>;
     type To<R: Real> = [R; 1];
 
@@ -104,11 +104,11 @@ impl<const N: usize> Kernel for LongestEdge<N> {
     }
 }
 
-impl<R: Real, const N: usize> Bundle<R> for Simplex<R, N> {
+impl<R: Real, const N: usize> LaneBundle<R> for Simplex<R, N> {
     type Lane = Simplex<R::Lane, N>;
     #[inline(always)]
     fn zero() -> Self {
-        Self { corners: Bundle::zero() }
+        Self { corners: LaneBundle::zero() }
     }
     #[inline(always)]
     fn lane(&self, lane: usize) -> Self::Lane {
@@ -153,7 +153,7 @@ pub(crate) fn excess<R: Real, const N: usize>(values: [R; N], total: R) -> R {
     let mut excess = sum;
     for (kept, value) in (2..).zip(&falling[1..]) {
         sum += *value;
-        excess = excess.max(sum * R::lift(1.0 / f64::from(kept)));
+        excess = excess.max(sum * R::from_f64(1.0 / f64::from(kept)));
     }
     excess
 }

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use crate::real::Real;
+use crate::number::Real;
 
 /// A length and the direction it was measured in.
 pub(crate) struct Direction<R: Real> {
@@ -26,8 +26,8 @@ pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
 }
 
 #[inline(always)]
-pub(crate) fn lift<R: Real>(vector: [f64; 3]) -> Vector3<R> {
-    Vector3::new(R::lift(vector[0]), R::lift(vector[1]), R::lift(vector[2]))
+pub(crate) fn from_f64<R: Real>(vector: [f64; 3]) -> Vector3<R> {
+    Vector3::new(R::from_f64(vector[0]), R::from_f64(vector[1]), R::from_f64(vector[2]))
 }
 
 /// As nalgebra multiplies, to the same bits, but inlined, for wide vectors are only made of what is.

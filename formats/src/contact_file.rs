@@ -2,7 +2,7 @@
 
 mod csv;
 mod hdf5;
-mod meeting;
+mod overlap_record;
 mod ply;
 
 use std::path::Path;
@@ -11,7 +11,7 @@ use rust_hdf5::{H5File, Hdf5Error};
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use serde::Serialize;
 
-pub use meeting::{MeetingKind, MeetingRecord};
+pub use overlap_record::{OverlapKind, OverlapRecord};
 
 use crate::grid_file::atomic_write;
 

@@ -34,10 +34,10 @@ pub enum OpenField {
 }
 
 /// Shapes within shapes, one in another, deeper than this are refused: each takes stack to evaluate.
-const MOST_NESTED: usize = 64;
+const MAX_NESTED: usize = 64;
 
 /// The largest `.sdf.toml` that is read. Hand-written ones have a few hundred bytes.
-const MOST_TOML_BYTES: u64 = 16 << 20;
+const MAX_TOML_BYTES: u64 = 16 << 20;
 
 /// Reads a baked grid or an analytic field, by content: HDF5 has a signature, all else is taken for TOML.
 pub fn read(path: &Path) -> Result<Field, FieldError> {
@@ -54,7 +54,7 @@ pub fn open(path: &Path) -> Result<OpenField, FieldError> {
     if starts_with_hdf5_signature(path).map_err(unreadable)? {
         return Ok(OpenField::Grid(grid_file::open(path)?));
     }
-    read_toml(path, MOST_NESTED).map(OpenField::Analytic)
+    read_toml(path, MAX_NESTED).map(OpenField::Analytic)
 }
 
 /// Whether a regular file says that it is a field and no mesh: HDF5 by its content, TOML by its name.
@@ -76,13 +76,13 @@ fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
         |what: &str| refused(format!("{what}; give a baked grid (.sdf.h5) or shapes in TOML (.sdf.toml)"));
     // A device says that it has no bytes and goes on for ever.
     let mut bytes = Vec::new();
-    fs::File::open(path).and_then(|file| file.take(MOST_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     if bytes.is_empty() {
         return Err(not_a_field("an empty file"));
     }
     let text = std::str::from_utf8(&bytes).map_err(|_| not_a_field("neither HDF5 nor TOML"))?;
-    if text.len() as u64 > MOST_TOML_BYTES {
-        return Err(not_a_field(&format!("not HDF5, and larger than the {MOST_TOML_BYTES} bytes that TOML may have")));
+    if text.len() as u64 > MAX_TOML_BYTES {
+        return Err(not_a_field(&format!("not HDF5, and larger than the {MAX_TOML_BYTES} bytes that TOML may have")));
     }
     parse(text, path, may_nest)
 }
@@ -90,7 +90,7 @@ fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
 /// Reads shapes in closed form from the text of a `.sdf.toml`. `path` is where it comes from: messages name it, and grids are
 /// looked for beside it.
 pub fn read_text(text: &str, path: &Path) -> Result<Node, FieldError> {
-    parse(text, path, MOST_NESTED)
+    parse(text, path, MAX_NESTED)
 }
 
 fn parse(text: &str, path: &Path, may_nest: usize) -> Result<Node, FieldError> {

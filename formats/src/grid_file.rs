@@ -25,7 +25,7 @@ mod tiling;
 use std::path::Path;
 
 use sdf_core::grid::sparse::Scale;
-use sdf_core::grid::{Lattice, NodeBounds};
+use sdf_core::grid::{Lattice, BlockBounds};
 
 pub use atomic_write::{Removed, atomic_write, remove_temporaries};
 pub use error::{Fault, GridFileError};
@@ -146,7 +146,7 @@ pub enum Samples<'a> {
         /// One for every node, x fastest: negative inside, in the unit of the mesh.
         distances: &'a [f32],
         /// One for each place of 8 × 8 × 8 nodes, x fastest.
-        bounds: &'a [NodeBounds],
+        bounds: &'a [BlockBounds],
     },
     F32(SparseSamples<'a, f32>),
     U16(SparseSamples<'a, u16>),
@@ -161,7 +161,7 @@ pub struct SparseSamples<'a, C> {
     pub places: &'a [[u32; 3]],
     pub scales: &'a [Scale],
     pub samples: &'a [C],
-    pub bounds: &'a [NodeBounds],
+    pub bounds: &'a [BlockBounds],
     pub errors: &'a [f32],
     pub coarse: &'a [f32],
 }

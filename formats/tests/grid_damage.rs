@@ -97,7 +97,7 @@ impl Sample {
             assert_eq!((part.grid.lattice(), &part.about), (lattice, &about()), "at {at}: {bytes:?}");
             let corners = |grid: &OwnedGrid| grid.storage().corners([0; 3]).map(f32::to_bits);
             assert_eq!(corners(&part.grid), corners(&self.grid), "another part with {bytes:?} at {at}");
-            let bounds = |grid: &OwnedGrid| grid.storage().bounds_of_nodes([0; 3], [1; 3]);
+            let bounds = |grid: &OwnedGrid| grid.storage().block_bounds([0; 3], [1; 3]);
             assert_eq!(bounds(&part.grid), bounds(&self.grid), "other bounds with {bytes:?} at {at}");
         } else {
             assert!(answer.is_err());

@@ -31,7 +31,7 @@ fn region(random: &mut Random, lattice: &Lattice) -> Aabb {
 }
 
 fn same<R: Float>(whole: &OwnedGrid, part: &OwnedGrid, point: [f64; 3]) -> bool {
-    let point = Vector3::from(point).map(R::lift);
+    let point = Vector3::from(point).map(R::from_f64);
     let answer = |grid: &OwnedGrid| {
         let sample = grid.sample(point);
         let numbers = [sample.value, sample.gradient.x, sample.gradient.y, sample.gradient.z];
@@ -68,7 +68,7 @@ fn a_part_answers_as_the_whole() {
                     assert!(same::<f64>(&whole.grid, &part.grid, point), "{kind:?} {region:?} {point:?}");
                     assert!(same::<f32>(&whole.grid, &part.grid, point), "{kind:?} {region:?} {point:?}");
                 }
-                assert_eq!(whole.grid.local_bounds(region), part.grid.local_bounds(region));
+                assert_eq!(whole.grid.enclose_box(region), part.grid.enclose_box(region));
             }
         }
     }

@@ -7,7 +7,7 @@ use std::fs;
 use grid_samples::{Content, KINDS, Made, Random, about, lent};
 use hdf5_reader::Hdf5File;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
-use sdf_core::grid::{Lattice, NodeBounds, Storage};
+use sdf_core::grid::{Lattice, BlockBounds, Storage};
 use sdf_formats::grid_file::{self, About, OwnedSamples, Precision, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 
@@ -50,9 +50,9 @@ fn any(random: &mut Random) -> f32 {
     f32::from_bits(random.below(1 << 32) as u32 & !0x0080_0000)
 }
 
-fn any_bounds(random: &mut Random) -> NodeBounds {
+fn any_bounds(random: &mut Random) -> BlockBounds {
     let [a, b] = [any(random), any(random)];
-    NodeBounds { least: a.min(b), greatest: a.max(b), slope: any(random).abs() }
+    BlockBounds { least: a.min(b), greatest: a.max(b), slope: any(random).abs() }
 }
 
 #[test]
@@ -65,13 +65,13 @@ fn random_bits_come_back_too() {
         let lattice = Lattice::new([-0.0, 1e-300, -1e30], 1e-7, nodes).unwrap();
         let distances: Vec<f32> = (0..lattice.node_count()).map(|_| any(&mut random)).collect();
         let places = sdf_core::grid::sparse::brick_counts(&lattice).iter().product::<u32>();
-        let bounds: Vec<NodeBounds> = (0..places).map(|_| any_bounds(&mut random)).collect();
+        let bounds: Vec<BlockBounds> = (0..places).map(|_| any_bounds(&mut random)).collect();
         let samples = Samples::Dense { distances: &distances, bounds: &bounds };
         grid_file::write(&path, &lattice, samples, &about()).unwrap();
         let stored = grid_file::read(&path).unwrap();
         assert_eq!(stored.grid.lattice().origin().map(f64::to_bits), lattice.origin().map(f64::to_bits));
         let OwnedSamples::Dense(bounded) = stored.grid.storage() else { panic!("another layout") };
-        let bits = |bounds: &NodeBounds| [bounds.least, bounds.greatest, bounds.slope].map(f32::to_bits);
+        let bits = |bounds: &BlockBounds| [bounds.least, bounds.greatest, bounds.slope].map(f32::to_bits);
         assert!(bounded.bounds().iter().map(bits).eq(bounds.iter().map(bits)));
         for cell in [[0; 3], lattice.cells().map(|n| n - 1), lattice.cells().map(|n| random.below(n as usize) as u32)] {
             let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
@@ -97,7 +97,7 @@ fn thousands_of_bricks_of_random_codes_come_back() {
     let samples: Vec<u16> = (0..places.len() * BRICK_SAMPLES).map(|_| random.below(1 << 16) as u16).collect();
     let scale = |_| Scale { base: any(&mut random) * 1e-9, step: any(&mut random).abs() * 1e-9 };
     let scales: Vec<Scale> = (0..places.len()).map(scale).collect();
-    let bounds: Vec<NodeBounds> = places.iter().map(|_| any_bounds(&mut random)).collect();
+    let bounds: Vec<BlockBounds> = places.iter().map(|_| any_bounds(&mut random)).collect();
     let errors: Vec<f32> = places.iter().map(|_| any(&mut random).abs()).collect();
     let coarse: Vec<f32> = (0..21 * 22 * 22).map(|_| any(&mut random)).collect();
     let (places, scales, samples) = (&places[..], &scales[..], &samples[..]);
@@ -177,14 +177,14 @@ fn what_could_not_be_read_is_not_written() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }
 
-fn bad_bounds() -> [NodeBounds; 5] {
-    let good = NodeBounds { least: -1.0, greatest: 1.0, slope: 1.0 };
+fn bad_bounds() -> [BlockBounds; 5] {
+    let good = BlockBounds { least: -1.0, greatest: 1.0, slope: 1.0 };
     [
-        NodeBounds { least: f32::NAN, ..good },
-        NodeBounds { greatest: f32::INFINITY, ..good },
-        NodeBounds { slope: f32::NAN, ..good },
-        NodeBounds { slope: -1e-9, ..good },
-        NodeBounds { least: 2.0, ..good },
+        BlockBounds { least: f32::NAN, ..good },
+        BlockBounds { greatest: f32::INFINITY, ..good },
+        BlockBounds { slope: f32::NAN, ..good },
+        BlockBounds { slope: -1e-9, ..good },
+        BlockBounds { least: 2.0, ..good },
     ]
 }
 

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::Vector3;
 use sdf_core::grid::{SegmentMinimum, TriangleMinimum};
-use sdf_core::{Aabb, Float, Lanes, LocalBounds, Real, Sample, Sdf, Survey};
+use sdf_core::{Aabb, Float, Lanes, BoxEnclosure, Real, Sample, Sdf, Enclosure};
 
 use crate::dual::Dual;
 
@@ -26,7 +26,7 @@ impl<R: Real, F: Sdf> Answers<R> for F {
 
 /// Surveys in one number type.
 pub trait Surveys<R: Float> {
-    fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R>;
+    fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R>;
     fn is_convex_there(&self, corners: &[Vector3<R>]) -> bool;
     fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4];
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>>;
@@ -34,20 +34,20 @@ pub trait Surveys<R: Float> {
 }
 
 impl<R: Float, F: Sdf> Surveys<R> for F {
-    fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.survey(about, corners)
+    fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.enclosure(about, corners)
     }
     fn is_convex_there(&self, corners: &[Vector3<R>]) -> bool {
         self.is_convex_on(corners)
     }
     fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        self.rises(corners)
+        self.max_rise_to_corners(corners)
     }
     fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        self.least_on_segment(ends)
+        self.minimum_on_segment(ends)
     }
     fn least_among(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        self.least_on_triangle(corners, enough)
+        self.minimum_on_triangle(corners, enough)
     }
 }
 
@@ -55,7 +55,7 @@ impl<R: Float, F: Sdf> Surveys<R> for F {
 pub trait Limits {
     fn bounds_at(&self, level: f64) -> Aabb;
     fn steepest(&self) -> f64;
-    fn limits_in(&self, region: &Aabb) -> LocalBounds;
+    fn limits_in(&self, region: &Aabb) -> BoxEnclosure;
     fn below_linear(&self, region: &Aabb) -> f64;
 }
 
@@ -66,8 +66,8 @@ impl<F: Sdf> Limits for F {
     fn steepest(&self) -> f64 {
         self.slope_bound()
     }
-    fn limits_in(&self, region: &Aabb) -> LocalBounds {
-        self.local_bounds(region)
+    fn limits_in(&self, region: &Aabb) -> BoxEnclosure {
+        self.enclose_box(region)
     }
     fn below_linear(&self, region: &Aabb) -> f64 {
         self.linearization_error(region)
@@ -108,7 +108,7 @@ macro_rules! any_field {
                 self.0.steepest()
             }
 
-            fn local_bounds(&self, region: &Aabb) -> LocalBounds {
+            fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
                 self.0.limits_in(region)
             }
 
@@ -116,7 +116,7 @@ macro_rules! any_field {
                 self.0.below_linear(region)
             }
 
-            fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
+            fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
                 let mut held = [Vector3::zeros(); 4];
                 held[..corners.len()].copy_from_slice(corners);
                 if let Some((about, held)) = same::<_, (Vector3<f32>, [Vector3<f32>; 4])>((about, held)) {
@@ -138,7 +138,7 @@ macro_rules! any_field {
                 self.0.is_convex_there(&held[..corners.len()])
             }
 
-            fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+            fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
                 let mut held = [Vector3::zeros(); 4];
                 held[..corners.len()].copy_from_slice(corners);
                 if let Some(held) = same::<_, [Vector3<f32>; 4]>(held) {
@@ -148,7 +148,7 @@ macro_rules! any_field {
                 same(self.0.rises_to(&held[..corners.len()])).unwrap()
             }
 
-            fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+            fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
                 if let Some(ends) = same::<_, [Vector3<f32>; 2]>(ends) {
                     return same(self.0.least_between(ends)).unwrap();
                 }
@@ -156,7 +156,7 @@ macro_rules! any_field {
                 same(self.0.least_between(ends)).unwrap()
             }
 
-            fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+            fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
                 if let Some((corners, enough)) = same::<_, ([Vector3<f32>; 3], [f32; 2])>((corners, enough)) {
                     return same(self.0.least_among(corners, enough)).unwrap();
                 }

@@ -84,10 +84,10 @@ impl<T: Float> Real for Dual<T> {
     type Lane = T;
     const LANES: usize = 1;
     const EPSILON: f64 = T::EPSILON;
-    const REACH: f64 = T::REACH;
+    const MAX_COORDINATE: f64 = T::MAX_COORDINATE;
 
-    fn lift(x: f64) -> Self {
-        Self::constant(T::lift(x))
+    fn from_f64(x: f64) -> Self {
+        Self::constant(T::from_f64(x))
     }
     fn sqrt(self) -> Self {
         let root = Real::sqrt(self.value);

@@ -34,10 +34,10 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
 }
 
 impl Minimizer<2> for Method {
-    fn brief(&self) -> Option<Self> {
+    fn quick_pass(&self) -> Option<Self> {
         match self {
-            Self::FrankWolfe(method) => Minimizer::<2>::brief(method).map(Self::FrankWolfe),
-            Self::ProjectedGradient(method) => Minimizer::<2>::brief(method).map(Self::ProjectedGradient),
+            Self::FrankWolfe(method) => Minimizer::<2>::quick_pass(method).map(Self::FrankWolfe),
+            Self::ProjectedGradient(method) => Minimizer::<2>::quick_pass(method).map(Self::ProjectedGradient),
             _ => None,
         }
     }
@@ -65,11 +65,11 @@ impl Minimizer<2> for Method {
 macro_rules! all_but_golden_section {
     ($corners:literal) => {
         impl Minimizer<$corners> for Method {
-            fn brief(&self) -> Option<Self> {
+            fn quick_pass(&self) -> Option<Self> {
                 match self {
-                    Self::FrankWolfe(method) => Minimizer::<$corners>::brief(method).map(Self::FrankWolfe),
+                    Self::FrankWolfe(method) => Minimizer::<$corners>::quick_pass(method).map(Self::FrankWolfe),
                     Self::ProjectedGradient(method) => {
-                        Minimizer::<$corners>::brief(method).map(Self::ProjectedGradient)
+                        Minimizer::<$corners>::quick_pass(method).map(Self::ProjectedGradient)
                     }
                     _ => None,
                 }

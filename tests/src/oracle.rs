@@ -65,7 +65,7 @@ pub fn least_on_lattice<R: Real<Mask = bool>, const N: usize>(
     simplex: &Simplex<R, N>,
     parts: usize,
 ) -> R {
-    let values = lattice_weights::<N>(parts).into_iter().map(|w| field.value(simplex.point(w.map(R::lift))));
+    let values = lattice_weights::<N>(parts).into_iter().map(|w| field.value(simplex.point(w.map(R::from_f64))));
     values.reduce(Real::min).unwrap()
 }
 
@@ -122,5 +122,5 @@ pub fn random_simplex<const N: usize>(random: &mut Random, size: f64) -> Simplex
 
 /// A simplex in another number type.
 pub fn cast<R: Real, const N: usize>(simplex: &Simplex<f64, N>) -> Simplex<R, N> {
-    Simplex { corners: simplex.corners.map(|corner| corner.map(R::lift)) }
+    Simplex { corners: simplex.corners.map(|corner| corner.map(R::from_f64)) }
 }

@@ -8,13 +8,13 @@ use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{
-    Bounded, Dense, Grid, Lattice, NodeBounds, SegmentMinimum, Storage, TriangleMinimum, cell_slope, slope_bound,
+    WithBlockBounds, Dense, Grid, Lattice, BlockBounds, SegmentMinimum, Storage, TriangleMinimum, cell_slope, slope_bound,
 };
 use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, Float, LocalBounds, Real, Sample, Sdf, Survey};
+use sdf_core::{Aabb, Float, BoxEnclosure, Real, Sample, Sdf, Enclosure};
 
 use crate::any_field::AnyField;
 use crate::random::Random;
@@ -60,23 +60,23 @@ impl Sdf for Scene {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        self.field.local_bounds(region)
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        self.field.enclose_box(region)
     }
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.field.survey(about, corners)
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.field.enclosure(about, corners)
     }
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         self.field.is_convex_on(corners)
     }
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        self.field.rises(corners)
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        self.field.max_rise_to_corners(corners)
     }
-    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        self.field.least_on_segment(ends)
+    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        self.field.minimum_on_segment(ends)
     }
-    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        self.field.least_on_triangle(corners, enough)
+    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        self.field.minimum_on_triangle(corners, enough)
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.field.linearization_error(region)
@@ -130,7 +130,7 @@ pub struct Steep<F> {
 impl<F: Sdf> Sdf for Steep<F> {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let sample = self.field.evaluate(point);
-        let steepness = R::lift(self.steepness);
+        let steepness = R::from_f64(self.steepness);
         Sample { value: sample.value * steepness, gradient: sample.gradient * steepness, ..sample }
     }
     fn bounds(&self, level: f64) -> Aabb {
@@ -139,13 +139,13 @@ impl<F: Sdf> Sdf for Steep<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.steepness
     }
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        let LocalBounds { least, greatest, slope_bound } = self.field.local_bounds(region);
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        let BoxEnclosure { least, greatest, slope_bound } = self.field.enclose_box(region);
         let steepness = self.steepness;
-        LocalBounds { least: least * steepness, greatest: greatest * steepness, slope_bound: slope_bound * steepness }
+        BoxEnclosure { least: least * steepness, greatest: greatest * steepness, slope_bound: slope_bound * steepness }
     }
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.field.survey(about, corners).pull_back(&Matrix3::identity(), R::lift(self.steepness))
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.field.enclosure(about, corners).pull_back(&Matrix3::identity(), R::from_f64(self.steepness))
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.field.linearization_error(region) * self.steepness
@@ -166,7 +166,7 @@ pub fn sampled(field: &impl Sdf, lattice: Lattice, steepness: f64) -> Grid<Dense
 }
 
 /// With what is certain of each place of 8 × 8 × 8 nodes beside it.
-pub fn bounded(grid: Grid<Dense<Vec<f32>>>) -> Grid<Bounded<Dense<Vec<f32>>, Vec<NodeBounds>>> {
+pub fn bounded(grid: Grid<Dense<Vec<f32>>>) -> Grid<WithBlockBounds<Dense<Vec<f32>>, Vec<BlockBounds>>> {
     let lattice = *grid.lattice();
     let cells = lattice.cells();
     let [along_x, along_y, along_z] = brick_counts(&lattice);
@@ -176,20 +176,20 @@ pub fn bounded(grid: Grid<Dense<Vec<f32>>>) -> Grid<Bounded<Dense<Vec<f32>>, Vec
         // Of all cells with a corner in the place; those have a few nodes more.
         let first = place.map(|n| (n * BRICK).saturating_sub(1));
         let last: [u32; 3] = std::array::from_fn(|axis| ((place[axis] + 1) * BRICK).min(cells[axis]));
-        let mut of_place = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+        let mut of_place = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
         for z in first[2]..last[2] {
             for y in first[1]..last[1] {
                 for x in first[0]..last[0] {
                     let corners = grid.storage().corners([x, y, z]);
                     let slope = cell_slope(corners, lattice.spacing()) as f32 * (1.0 + f32::EPSILON);
-                    let of_corner = |sample: f32| NodeBounds { least: sample, greatest: sample, slope };
-                    of_place = corners.into_iter().map(of_corner).fold(of_place, NodeBounds::union);
+                    let of_corner = |sample: f32| BlockBounds { least: sample, greatest: sample, slope };
+                    of_place = corners.into_iter().map(of_corner).fold(of_place, BlockBounds::union);
                 }
             }
         }
         bounds.push(of_place);
     }
-    let storage = Bounded::new(&lattice, grid.storage().clone(), bounds).unwrap();
+    let storage = WithBlockBounds::new(&lattice, grid.storage().clone(), bounds).unwrap();
     Grid::new(lattice, storage, grid.slope_bound()).unwrap()
 }
 
@@ -228,7 +228,7 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
     }
     grid.coarse = all(places.map(|count| count + 1)).map(|node| value(node.map(|n| n * BRICK))).collect();
     assert!(grid.table.contains(&NO_BRICK) && !grid.places.is_empty(), "the scene has places of both kinds");
-    grid.bounds = vec![NodeBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; grid.places.len()];
+    grid.bounds = vec![BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; grid.places.len()];
     let bounds = grid.places.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
     grid.bounds = bounds;
     let storage = Sparse::new(&lattice, grid).unwrap();
@@ -237,16 +237,16 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
 }
 
 /// Asks every node of a brick, and every cell with a corner among them.
-fn bounds_of_brick<C: Quantize>(lattice: &Lattice, grid: &SparseGrid<C>, place: [u32; 3]) -> NodeBounds {
+fn bounds_of_brick<C: Quantize>(lattice: &Lattice, grid: &SparseGrid<C>, place: [u32; 3]) -> BlockBounds {
     let storage = Sparse::new(lattice, grid).unwrap();
-    let mut bounds = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let mut bounds = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
     for index in 0..9_u32.pow(3) {
         let past: [u32; 3] =
             std::array::from_fn(|axis| place[axis] * BRICK + [index % 9, index / 9 % 9, index / 81][axis]);
         let is_own = (0..3).all(|axis| past[axis] / BRICK == place[axis] && past[axis] < lattice.nodes()[axis]);
         if is_own {
             let value = storage.node(past);
-            bounds = NodeBounds { least: bounds.least.min(value), greatest: bounds.greatest.max(value), ..bounds };
+            bounds = BlockBounds { least: bounds.least.min(value), greatest: bounds.greatest.max(value), ..bounds };
         }
         let cell = past.map(|node| node.wrapping_sub(1));
         if (0..3).all(|axis| cell[axis] < lattice.cells()[axis]) {

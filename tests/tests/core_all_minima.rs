@@ -20,7 +20,7 @@ fn minima<R: Float, const N: usize>(
     room: usize,
 ) -> (Found<R, N>, Vec<Minimum<R, N>>) {
     let mut minima = vec![Minimum::default(); 64];
-    let found = search.minima(field, simplex, R::lift(level), &mut vec![Place::default(); room], &mut minima);
+    let found = search.minima(field, simplex, R::from_f64(level), &mut vec![Place::default(); room], &mut minima);
     minima.truncate(found.count);
     (found, minima)
 }
@@ -35,7 +35,7 @@ struct Map<const N: usize> {
 impl<const N: usize> Map<N> {
     fn new<R: Float>(field: &impl Sdf, simplex: &Simplex<R, N>, parts: usize) -> Self {
         let weights = lattice_weights::<N>(parts);
-        let values = weights.iter().map(|w| field.value(simplex.point(w.map(R::lift))).to_f64()).collect();
+        let values = weights.iter().map(|w| field.value(simplex.point(w.map(R::from_f64))).to_f64()).collect();
         let key = |w: &[f64; N]| w.map(|w| (w * parts as f64).round() as i64);
         let at: std::collections::HashMap<_, usize> = weights.iter().enumerate().map(|(i, w)| (key(w), i)).collect();
         let mut neighbours = vec![];

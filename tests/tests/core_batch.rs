@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
-use sdf_core::contact::batch::{Passed, Refusal};
+use sdf_core::contact::batch::{Survivor, CullReason};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;
@@ -19,13 +19,13 @@ struct InLanes(Method);
 macro_rules! in_lanes {
     ($($corners:literal),*) => {$(
         impl Minimizer<$corners> for InLanes {
-            const PAYS_IN_LANES: bool = true;
+            const LOCKSTEP: bool = true;
             fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
                 self.0.minimize(field, simplex)
             }
 
-            fn brief(&self) -> Option<Self> {
-                Minimizer::<$corners>::brief(&self.0).map(Self)
+            fn quick_pass(&self) -> Option<Self> {
+                Minimizer::<$corners>::quick_pass(&self.0).map(Self)
             }
 
             fn minimize_below<R: Real, F: Sdf>(
@@ -48,7 +48,7 @@ fn bits<R: Float, const N: usize>(outcome: &Outcome<R, N>) -> String {
     match outcome {
         Outcome::NotFinite => "not finite".to_owned(),
         Outcome::Culled => "culled".to_owned(),
-        Outcome::Apart(Minimum { weights, point, sample, lower_bound, evaluations, converged }) => {
+        Outcome::Separated(Minimum { weights, point, sample, lower_bound, evaluations, converged }) => {
             let numbers = [&weights[..], point.as_slice(), sample.gradient.as_slice()].map(of);
             format!("{numbers:?} {:?} {:?} {converged}", of(&[sample.value, *lower_bound, *evaluations]), sample.status)
         }
@@ -88,17 +88,17 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     name: &str,
 ) {
     let mut together = vec![None; elements.len()];
-    batch::contacts::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, |at, outcome| {
+    batch::contacts::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, |at, outcome| {
         assert!(together[at].replace(outcome).is_none(), "{name}: told twice of one element");
     });
     let mut by_halves = vec![];
     let mut passed = vec![];
-    batch::cull::<_, _, _, N, L>(field, R::lift(margin), elements, |place, looked| match looked {
-        Ok(lower_bound) => passed.push(Passed { place, lower_bound }),
-        Err(Refusal::Culled) => by_halves.push((place, Outcome::Culled)),
-        Err(Refusal::NotFinite) => by_halves.push((place, Outcome::NotFinite)),
+    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |place, looked| match looked {
+        Ok(lower_bound) => passed.push(Survivor { place, lower_bound }),
+        Err(CullReason::Culled) => by_halves.push((place, Outcome::Culled)),
+        Err(CullReason::NotFinite) => by_halves.push((place, Outcome::NotFinite)),
     });
-    batch::search::<_, _, _, _, N, L>(field, method, R::lift(margin), elements, &passed, |at, outcome| {
+    batch::search::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &passed, |at, outcome| {
         by_halves.push((passed[at].place, outcome));
     });
     by_halves.sort_by_key(|(place, _)| *place);
@@ -108,7 +108,7 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     }
     for (element, outcome) in elements.iter().zip(together) {
         let outcome = outcome.unwrap_or_else(|| panic!("{name}: nothing told of {element:?}"));
-        let alone = contact(field, method, R::lift(margin), element);
+        let alone = contact(field, method, R::from_f64(margin), element);
         assert_eq!(bits(&alone), bits(&outcome), "{name} by {method:?}, margin {margin}: {element:?}");
     }
 }

@@ -37,14 +37,14 @@ fn cull_is_honest<R: Float, const N: usize>(
     rounds: usize,
     random: &mut Random,
 ) {
-    let lattice: Vec<[R; N]> = lattice_weights::<N>(12).into_iter().map(|w| w.map(R::lift)).collect();
+    let lattice: Vec<[R; N]> = lattice_weights::<N>(12).into_iter().map(|w| w.map(R::from_f64)).collect();
     for _ in 0..rounds {
         let simplex = cast::<R, N>(&random_simplex(random, 2.0 * size));
         let values = lattice.iter().map(|weights| field.value(simplex.point(*weights)));
         let least = values.reduce(Real::min).unwrap();
         // Margins just above and below the least value are the ones that a cull can get wrong.
-        let near = R::lift(least.to_f64() + random.pick(&[0.0, 1e-7, -1e-7, 1e-3, 0.1]) * size);
-        for margin in [near, least, R::lift(random.between(-0.5, 0.5) * size)] {
+        let near = R::from_f64(least.to_f64() + random.pick(&[0.0, 1e-7, -1e-7, 1e-3, 0.1]) * size);
+        for margin in [near, least, R::from_f64(random.between(-0.5, 0.5) * size)] {
             let cull = may_touch(field, &simplex, margin);
             let told = format!("{name}: {cull:?} with {margin:?}, but {least:?} on {simplex:?}");
             assert!(cull.may_touch || margin < least, "{told}");
@@ -57,7 +57,7 @@ fn cull_is_honest<R: Float, const N: usize>(
                 Outcome::Contact(contact) => {
                     assert!(contact.lower_bound <= least, "{name}: {contact:?}, but {least:?}")
                 }
-                Outcome::Apart(_) | Outcome::NotFinite => {}
+                Outcome::Separated(_) | Outcome::NotFinite => {}
             }
         }
     }
@@ -131,7 +131,7 @@ fn one_lane_of_the_cull_equals_the_scalar_bit_for_bit() {
         for scene in scenes(1.0) {
             for _ in 0..40 {
                 let alone: [Simplex<R, N>; L] = std::array::from_fn(|_| cast(&random_simplex(&mut random, scene.size)));
-                let margins: [R; L] = std::array::from_fn(|_| R::lift(random.between(-0.3, 0.5)));
+                let margins: [R; L] = std::array::from_fn(|_| R::from_f64(random.between(-0.3, 0.5)));
                 let together = may_touch(&scene, &simplices_side_by_side(&alone), Lanes(margins));
                 for lane in 0..L {
                     let cull = may_touch(&scene, &alone[lane], margins[lane]);
@@ -198,19 +198,19 @@ fn a_contact_says_what_the_field_says() {
             for id in 0..60 {
                 let element = element(id, cast::<R, N>(&random_simplex(&mut random, scene.size)));
                 for method in methods(N, 24) {
-                    let Outcome::Contact(contact) = contact(&scene, &method, R::lift(0.1), &element) else { continue };
+                    let Outcome::Contact(contact) = contact(&scene, &method, R::from_f64(0.1), &element) else { continue };
                     seen += 1;
                     let told = format!("{} by {method:?}: {contact:?} of {element:?}", scene.name);
                     assert_eq!(contact.distance, scene.value(contact.point), "{told}");
                     assert_eq!(contact.element, id, "{told}");
-                    assert!(contact.distance <= R::lift(0.1), "{told}");
+                    assert!(contact.distance <= R::from_f64(0.1), "{told}");
                     assert!(contact.lower_bound <= contact.distance, "{told}");
                     let normal = contact.normal.map(Float::to_f64);
                     assert!((normal.norm() - 1.0).abs() < slack || normal.norm() == 0.0, "{told}");
                     let uphill = scene.evaluate(contact.point).gradient.map(Float::to_f64);
                     assert!((normal * uphill.norm() - uphill).norm() < slack * scene.slope_bound(), "{told}");
                     // Within rounding of an axis or a crease the gradient is rounding's.
-                    let aside = random.direction().map(|x| R::lift(x * 1e3 * R::EPSILON * scene.size));
+                    let aside = random.direction().map(|x| R::from_f64(x * 1e3 * R::EPSILON * scene.size));
                     let beside = scene.evaluate(contact.point + aside).gradient.map(Float::to_f64);
                     if scene.meaning == Meaning::Exact && (beside - uphill).norm() < 0.1 {
                         let left = scene.value(contact.surface_point).to_f64().abs();
@@ -249,12 +249,12 @@ fn the_lower_bound_of_a_contact_holds_over_the_whole_element() {
         Method: Minimizer<N>,
     {
         let mut random = Random::of_test();
-        let lattice: Vec<[R; N]> = lattice_weights::<N>(12).into_iter().map(|w| w.map(R::lift)).collect();
+        let lattice: Vec<[R; N]> = lattice_weights::<N>(12).into_iter().map(|w| w.map(R::from_f64)).collect();
         for scene in scenes(1.0) {
             for id in 0..60 {
                 let element = element(id, cast::<R, N>(&random_simplex(&mut random, scene.size)));
                 for method in methods(N, 2) {
-                    let Outcome::Contact(contact) = contact(&scene, &method, R::lift(0.1), &element) else { continue };
+                    let Outcome::Contact(contact) = contact(&scene, &method, R::from_f64(0.1), &element) else { continue };
                     let least = lattice.iter().map(|weights| scene.value(element.simplex.point(*weights)));
                     let least = least.reduce(Real::min).unwrap();
                     assert!(contact.lower_bound <= least, "{}: {contact:?}, but {least:?}", scene.name);
@@ -271,15 +271,15 @@ fn the_lower_bound_of_a_contact_holds_over_the_whole_element() {
 fn a_value_at_the_margin_is_a_contact_and_one_above_is_not() {
     fn check<R: Float>(above: impl Fn(f64) -> R) {
         let plane = HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap();
-        let point = element(0, Simplex { corners: [Vector3::new(R::zero(), R::zero(), R::lift(0.25))] });
+        let point = element(0, Simplex { corners: [Vector3::new(R::zero(), R::zero(), R::from_f64(0.25))] });
         let method = FrankWolfe::default();
-        assert_eq!(found(contact(&plane, &method, R::lift(0.25), &point)).distance, R::lift(0.25));
-        assert!(matches!(contact(&plane, &method, above(0.25), &point), Outcome::Apart(_)));
-        assert_eq!(contact(&plane, &method, R::lift(0.2), &point), Outcome::Culled);
+        assert_eq!(found(contact(&plane, &method, R::from_f64(0.25), &point)).distance, R::from_f64(0.25));
+        assert!(matches!(contact(&plane, &method, above(0.25), &point), Outcome::Separated(_)));
+        assert_eq!(contact(&plane, &method, R::from_f64(0.2), &point), Outcome::Culled);
         let edge =
-            element(0, Simplex { corners: [R::lift(0.25), R::one()].map(|z| Vector3::new(R::zero(), R::zero(), z)) });
-        assert_eq!(found(contact(&plane, &method, R::lift(0.25), &edge)).feature, Feature::Vertex(0));
-        assert!(matches!(contact(&plane, &method, above(0.25), &edge), Outcome::Apart(_)));
+            element(0, Simplex { corners: [R::from_f64(0.25), R::one()].map(|z| Vector3::new(R::zero(), R::zero(), z)) });
+        assert_eq!(found(contact(&plane, &method, R::from_f64(0.25), &edge)).feature, Feature::Vertex(0));
+        assert!(matches!(contact(&plane, &method, above(0.25), &edge), Outcome::Separated(_)));
     }
     check::<f32>(|margin| (margin as f32).next_down());
     check::<f64>(|margin| margin.next_down());
@@ -370,7 +370,7 @@ fn all_contacts_of_an_element_begin_with_the_deepest_and_have_keys_of_their_own(
         for scene in scenes(1.0) {
             for id in 0..8 {
                 let element = element(id, cast::<R, N>(&random_simplex(random, scene.size)));
-                let margin = R::lift(0.2 * scene.size);
+                let margin = R::from_f64(0.2 * scene.size);
                 let mut contacts = vec![];
                 let outcome = all_contacts(&scene, &search, margin, &element, &mut places, &mut minima, |contact| {
                     contacts.push(*contact);
@@ -434,12 +434,12 @@ fn a_search_that_knows_the_margin_finds_the_same_contacts() {
                 let element = element(id, cast::<R, N>(&Simplex { corners }));
                 let search = Certified { evaluations: [0, 16, 256][id as usize % 3], ..Certified::default() };
                 let least = Minimizer::<N>::minimize(&search, &scene, &element.simplex);
-                let steps = [-0.1, -1e-3, -1e-6, 0.0, 1e-6, 1e-3, 0.1].map(|step| R::lift(step * scene.size));
+                let steps = [-0.1, -1e-3, -1e-6, 0.0, 1e-6, 1e-3, 0.1].map(|step| R::from_f64(step * scene.size));
                 for margin in steps.map(|step| least.sample.value + step) {
                     let knowing = contact(&scene, &search, margin, &element);
                     let told = || format!("{}: {knowing:?} of {element:?} within {margin:?}", scene.name);
                     match (knowing, contact(&scene, &WithoutLevel(search), margin, &element)) {
-                        (Outcome::Apart(knowing), Outcome::Apart(other)) => {
+                        (Outcome::Separated(knowing), Outcome::Separated(other)) => {
                             assert!(knowing == other || margin < knowing.lower_bound, "{} and {other:?}", told());
                             assert!(other.sample.value <= knowing.sample.value, "{} and {other:?}", told());
                             stopped += usize::from(knowing != other);

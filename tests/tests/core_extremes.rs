@@ -23,15 +23,15 @@ fn sample_answers_every_point_without_nan_and_says_which_it_refuses() {
     fn check<R: Float>() {
         for scene in scenes(1.0) {
             for point in hostile_points() {
-                let point = point.map(R::lift);
+                let point = point.map(R::from_f64);
                 let sample = scene.sample(point);
                 let told = format!("{} at {point:?}: {sample:?}", scene.name);
                 assert!(sample.value.to_f64().is_finite(), "{told}");
                 assert!(sample.gradient.iter().all(|x| x.to_f64().is_finite()), "{told}");
                 // No scene carries a point so much farther that its squares overflow.
-                assert_eq!(sample.status.not_finite, !point.iter().all(|x| x.is_in_reach()), "{told}");
+                assert_eq!(sample.status.not_finite, !point.iter().all(|x| x.is_representable()), "{told}");
                 if sample.status.not_finite {
-                    assert_eq!((sample.value, sample.gradient), (R::lift(R::REACH), Vector3::zeros()), "{told}");
+                    assert_eq!((sample.value, sample.gradient), (R::from_f64(R::MAX_COORDINATE), Vector3::zeros()), "{told}");
                 } else {
                     // Gradients of points that lie closer to a centre than a square can tell are choices, and unit.
                     let steepest = scene.slope_bound() * (1.0 + 32.0 * R::EPSILON);
@@ -50,7 +50,7 @@ fn sample_answers_every_point_without_nan_and_says_which_it_refuses() {
 fn a_point_that_leaves_reach_in_the_fields_own_frame_is_refused() {
     fn check<R: Float>(field: &impl Sdf) {
         for point in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-3, 1.0, 0.0]] {
-            let point = Vector3::from(point).map(|x| R::lift(x * R::REACH));
+            let point = Vector3::from(point).map(|x| R::from_f64(x * R::MAX_COORDINATE));
             let sample = field.sample(point);
             assert!(sample.value.to_f64().is_finite(), "{point:?}: {sample:?}");
             assert!(sample.gradient.iter().all(|x| x.to_f64().is_finite()), "{point:?}: {sample:?}");
@@ -120,14 +120,14 @@ fn extreme_elements_make_no_nan() {
         Method: Minimizer<N>,
     {
         let mut random = Random::of_test();
-        let sizes = [R::REACH, 0.9 * R::REACH, 1e9, 1.0, 1e-9, 1e-18, 1e-22, 1e-42, 1e-300, 0.0];
+        let sizes = [R::MAX_COORDINATE, 0.9 * R::MAX_COORDINATE, 1e9, 1.0, 1e-9, 1e-18, 1e-22, 1e-42, 1e-300, 0.0];
         for scene in scenes(1.0) {
             for id in 0..150 {
                 let corners = [(); N]
-                    .map(|()| Vector3::from_fn(|_, _| R::lift(random.pick(&sizes) * random.pick(&[-1.0, 1.0, 0.5]))));
+                    .map(|()| Vector3::from_fn(|_, _| R::from_f64(random.pick(&sizes) * random.pick(&[-1.0, 1.0, 0.5]))));
                 let element = element(id, Simplex { corners });
                 for method in methods(N, 8) {
-                    let margin = R::lift(random.pick(&[0.0, 1.0, 1e9, R::REACH]));
+                    let margin = R::from_f64(random.pick(&[0.0, 1.0, 1e9, R::MAX_COORDINATE]));
                     let outcome = contact(&scene, &method, margin, &element);
                     let told = format!("{} by {method:?}: {outcome:?} of {element:?}", scene.name);
                     match outcome {
@@ -138,7 +138,7 @@ fn extreme_elements_make_no_nan() {
                             assert!(numbers.all(|x| x.to_f64().is_finite()), "{told}");
                             assert!(!contact.lower_bound.to_f64().is_nan(), "{told}");
                         }
-                        Outcome::Apart(minimum) => assert!(minimum.sample.value.to_f64().is_finite(), "{told}"),
+                        Outcome::Separated(minimum) => assert!(minimum.sample.value.to_f64().is_finite(), "{told}"),
                         Outcome::Culled | Outcome::NotFinite => {}
                     }
                 }
@@ -242,8 +242,8 @@ struct Broken {
 impl Sdf for Broken {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let sound = Sphere::new(0.5).unwrap().evaluate(point);
-        let value = self.value.map_or(sound.value, R::lift);
-        let broken = Sample::new(value, Vector3::repeat(R::lift(self.slope)));
+        let value = self.value.map_or(sound.value, R::from_f64);
+        let broken = Sample::new(value, Vector3::repeat(R::from_f64(self.slope)));
         Sample::select(R::zero().lt(point.x), broken, sound)
     }
     fn bounds(&self, level: f64) -> Aabb {

@@ -11,7 +11,7 @@ use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, distance_to_bowl, in_horseshoe, scenes};
 
 fn to<R: Real>(point: Vector3<f64>) -> Vector3<R> {
-    point.map(R::lift)
+    point.map(R::from_f64)
 }
 
 fn bits<R: Float>(sample: Sample<R>) -> [u64; 4] {
@@ -306,7 +306,7 @@ fn what_is_certain_of_a_box_holds_at_all_of_its_points() {
             let center = random.in_cube(1.5 * scene.size);
             let reach = scene.size * 10.0_f64.powf(random.between(-4.0, 0.5));
             let region = Aabb { min: center.into(), max: center.into() }.inflate(reach);
-            let certain = scene.local_bounds(&region);
+            let certain = scene.enclose_box(&region);
             informed += u32::from(certain.least.is_finite());
             assert!(certain.slope_bound <= scene.slope_bound(), "{}: {certain:?}", scene.name);
             let points: Vec<_> = (0..40).map(|_| center + random.in_cube(reach)).collect();
@@ -335,17 +335,17 @@ fn a_survey_holds_on_the_whole_hull() {
         for scene in scenes(1.0) {
             for _ in 0..150 {
                 let simplex = cast::<R, N>(&random_simplex(random, 1.5 * scene.size));
-                let survey = scene.survey(simplex.centroid(), &simplex.corners);
-                let told = || format!("{}: {survey:?} of {simplex:?}", scene.name);
-                assert!(survey.least <= survey.value && survey.value <= survey.greatest, "{}", told());
+                let enclosure = scene.enclosure(simplex.centroid(), &simplex.corners);
+                let told = || format!("{}: {enclosure:?} of {simplex:?}", scene.name);
+                assert!(enclosure.least <= enclosure.value && enclosure.value <= enclosure.greatest, "{}", told());
                 for weights in lattice_weights::<N>(if N == 4 { 6 } else { 12 }) {
-                    let value = scene.value(simplex.point(weights.map(R::lift)));
-                    assert!(survey.least <= value && value <= survey.greatest, "{value:?} at {weights:?}, {}", told());
-                    let gradient = scene.evaluate(simplex.point(weights.map(R::lift))).gradient;
-                    let rounding = R::lift(1e3 * R::EPSILON * scene.slope_bound());
+                    let value = scene.value(simplex.point(weights.map(R::from_f64)));
+                    assert!(enclosure.least <= value && value <= enclosure.greatest, "{value:?} at {weights:?}, {}", told());
+                    let gradient = scene.evaluate(simplex.point(weights.map(R::from_f64))).gradient;
+                    let rounding = R::from_f64(1e3 * R::EPSILON * scene.slope_bound());
                     let is_within =
-                        gradient.iter().zip(&survey.gradients.least).all(|(g, least)| *least - rounding <= *g)
-                            && gradient.iter().zip(&survey.gradients.greatest).all(|(g, most)| *g <= *most + rounding);
+                        gradient.iter().zip(&enclosure.gradients.least).all(|(g, least)| *least - rounding <= *g)
+                            && gradient.iter().zip(&enclosure.gradients.greatest).all(|(g, most)| *g <= *most + rounding);
                     assert!(is_within, "{gradient:?} at {weights:?}, {}", told());
                 }
             }
@@ -366,14 +366,14 @@ fn no_way_to_a_corner_rises_by_more_than_is_certain() {
         for scene in scenes(1.0) {
             for _ in 0..60 {
                 let simplex = cast::<R, N>(&random_simplex(random, 1.5 * scene.size));
-                let rises = scene.rises(&simplex.corners);
+                let rises = scene.max_rise_to_corners(&simplex.corners);
                 let edge = simplex.longest_edge().to_f64() * scene.slope_bound();
                 let rounding = 1e3 * R::EPSILON * (scene.size + edge);
                 for weights in lattice_weights::<N>(5) {
                     for (corner, rise) in simplex.corners.iter().zip(rises) {
-                        let from = simplex.point(weights.map(R::lift));
+                        let from = simplex.point(weights.map(R::from_f64));
                         let values: Vec<f64> = (0..=24)
-                            .map(|step| scene.value(from + (corner - from) * R::lift(f64::from(step) / 24.0)).to_f64())
+                            .map(|step| scene.value(from + (corner - from) * R::from_f64(f64::from(step) / 24.0)).to_f64())
                             .collect();
                         let risen: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
                         let told = || format!("{} from {weights:?} to {corner:?} of {simplex:?}", scene.name);
@@ -402,8 +402,8 @@ fn surveys_of_convex_shapes_close_in_faster_than_the_hull_shrinks() {
             let [large, small] = [of_size(1e-2), of_size(1e-3)].map(|simplex| {
                 // Apart from how the value falls along the hull, which no bound may hide.
                 let lattice = lattice_weights::<3>(8).into_iter().map(|w| scene.value(simplex.point(w)));
-                let survey = scene.survey(simplex.centroid(), &simplex.corners);
-                lattice.fold(f64::INFINITY, f64::min) - survey.least
+                let enclosure = scene.enclosure(simplex.centroid(), &simplex.corners);
+                lattice.fold(f64::INFINITY, f64::min) - enclosure.least
             });
             ratios.push(small / large.max(1e-12));
         }

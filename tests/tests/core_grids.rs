@@ -161,14 +161,14 @@ fn a_triangle_far_outside_with_one_corner_inside_is_found() {
     fn check<R: Float>() {
         let grid = sampled(&Sphere::new(0.5).unwrap(), cube_lattice(0.55, 44), 1.0);
         let corners = [[0.37280, 0.10252, 0.10252], [2.81360, 1.12729, 0.42019], [2.81360, 0.42019, 1.12729]];
-        let corners = corners.map(|corner| Vector3::from(corner).map(R::lift));
+        let corners = corners.map(|corner| Vector3::from(corner).map(R::from_f64));
         let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
         let depth = |outcome: Outcome<R, 3>| match outcome {
             Outcome::Contact(contact) => contact.distance.to_f64(),
             other => panic!("{other:?}"),
         };
         for margin in [0.0, -0.05] {
-            let margin = R::lift(margin);
+            let margin = R::from_f64(margin);
             // The corner is 0.1 deep; the grid is off by less than spacing²/8 over the corner's radius of 0.4, thrice.
             assert!((depth(contact(&grid, &FrankWolfe::default(), margin, &element)) + 0.1).abs() < 2e-3);
             assert!((depth(contact(&grid, &ProjectedGradient::default(), margin, &element)) + 0.1).abs() < 2e-3);
@@ -245,14 +245,14 @@ fn the_least_on_a_segment_is_below_all_its_points() {
                     _ => {}
                 }
                 let a = if round % 8 == 3 { a.map(|x| (x * 16.0).round() / 16.0) } else { a };
-                let ends = [a, b].map(|end| end.map(R::lift));
-                let Some(least) = scene.least_on_segment(ends) else { continue };
+                let ends = [a, b].map(|end| end.map(R::from_f64));
+                let Some(least) = scene.minimum_on_segment(ends) else { continue };
                 answered += 1;
                 let at = |share: R| scene.value(ends[0] + (ends[1] - ends[0]) * share).to_f64();
                 let told = format!("{}: {least:?} on {ends:?}", scene.name);
                 assert!((at(least.share) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.share));
                 for step in 0..=1000 {
-                    let value = at(R::lift(f64::from(step) / 1000.0));
+                    let value = at(R::from_f64(f64::from(step) / 1000.0));
                     assert!(least.value.to_f64() <= value + tolerance, "{told}, but {value} at {step}");
                 }
             }
@@ -289,9 +289,9 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
                         .for_each(|corner| corner.z = 0.25 * (1.0 + random.between(-1.0, 1.0) * 4.0 * R::EPSILON)),
                     _ => {}
                 }
-                let corners = corners.map(|corner| corner.map(R::lift));
-                let gap = R::lift(1e-3 * reach);
-                let Some(least) = scene.least_on_triangle(corners, [R::lift(f64::INFINITY), gap]) else { continue };
+                let corners = corners.map(|corner| corner.map(R::from_f64));
+                let gap = R::from_f64(1e-3 * reach);
+                let Some(least) = scene.minimum_on_triangle(corners, [R::from_f64(f64::INFINITY), gap]) else { continue };
                 answered += 1;
                 let simplex = Simplex { corners };
                 let at = |weights: [R; 3]| scene.value(simplex.point(weights)).to_f64();
@@ -299,10 +299,10 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
                 assert!((at(least.weights) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.weights));
                 assert!(least.least <= least.value, "{told}");
                 for weights in &all_over {
-                    let value = at(weights.map(R::lift));
+                    let value = at(weights.map(R::from_f64));
                     assert!(least.least.to_f64() <= value + tolerance, "{told}, but {value} at {weights:?}");
                 }
-                let enough = scene.least_on_triangle(corners, [least.value, gap]).unwrap();
+                let enough = scene.minimum_on_triangle(corners, [least.value, gap]).unwrap();
                 assert_eq!(enough, least, "a level that is met changes nothing");
             }
             if scene.name.ends_with("grid of a sphere") {
@@ -334,7 +334,7 @@ fn every_cell_that_a_triangle_meets_is_looked_at() {
         let mut samples = vec![1.0_f32; lattice.node_count()];
         samples[lattice.index(node)] = 0.0;
         let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 2.0).unwrap();
-        let Some(least) = grid.least_on_triangle(corners, [f64::INFINITY, 1e-3]) else { continue };
+        let Some(least) = grid.minimum_on_triangle(corners, [f64::INFINITY, 1e-3]) else { continue };
         answered += 1;
         let value = grid.value(lowest);
         assert!(least.least <= value + 1e-12, "{least:?} on {simplex:?}, but {value} at {lowest}");
@@ -356,7 +356,7 @@ fn the_least_of_a_bowl_within_a_cell_is_found() {
         ways.iter_mut().for_each(|way| *way *= 0.5);
         let corners = [middle + ways[0], middle + ways[1], middle - ways[0] * 0.4 - ways[1] * 0.7];
         let gap = 1e-9;
-        let Some(least) = grid.least_on_triangle(corners, [f64::INFINITY, gap]) else { continue };
+        let Some(least) = grid.minimum_on_triangle(corners, [f64::INFINITY, gap]) else { continue };
         let value = -3.0 * middle.x * middle.x;
         assert!((least.value - value).abs() <= gap, "{least:?} on {corners:?}, but {value} at {middle}");
         assert!(least.least <= value + 1e-13, "{least:?} on {corners:?}, but {value} at {middle}");
@@ -379,7 +379,7 @@ fn the_least_on_a_triangle_in_noise_is_below_all_its_points() {
         let a = random.in_cube(0.4);
         let simplex = Simplex { corners: [a, a + random.in_cube(reach), a + random.in_cube(reach)] };
         let gap = 1e-3 * reach * steepest;
-        let Some(least) = grid.least_on_triangle(simplex.corners, [f64::INFINITY, gap]) else { continue };
+        let Some(least) = grid.minimum_on_triangle(simplex.corners, [f64::INFINITY, gap]) else { continue };
         near += usize::from(least.value - 2.0 * gap <= least.least);
         for weights in &all_over {
             let value = grid.value(simplex.point(*weights));
@@ -403,15 +403,15 @@ fn a_survey_at_a_node_knows_the_gradients_of_all_cells_around_it() {
         let node = [0, 1, 2].map(|_| 1 + random.below(7) as u32);
         let at = Vector3::from(lattice.node(node));
         let across = if random.below(2) == 0 { at } else { at + Vector3::new(0.0, 0.11, 0.07) };
-        let survey = grid.survey(at, &[at, across]);
+        let enclosure = grid.enclosure(at, &[at, across]);
         for _ in 0..30 {
             let beside = at + random.direction() * 1e-7;
             let gradient = grid.evaluate(beside).gradient;
             for axis in 0..3 {
-                let (least, greatest) = (survey.gradients.least[axis], survey.gradients.greatest[axis]);
+                let (least, greatest) = (enclosure.gradients.least[axis], enclosure.gradients.greatest[axis]);
                 assert!(
                     least - 1e-4 <= gradient[axis] && gradient[axis] <= greatest + 1e-4,
-                    "{gradient} of {survey:?}"
+                    "{gradient} of {enclosure:?}"
                 );
             }
         }
@@ -427,12 +427,12 @@ fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
             for (near, far) in [(1.0, 1.0), (1.0 - 0.5 * R::EPSILON, 1.0), (1.0, 1.0 - 0.5 * R::EPSILON)] {
                 for side in [-1.0, 1.0] {
                     let end = |on_face: f64, along: f64| {
-                        let mut end = Vector3::repeat(R::lift(0.0));
-                        end[axis] = R::lift(side * on_face);
-                        end[(axis + 1) % 3] = R::lift(along);
+                        let mut end = Vector3::repeat(R::from_f64(0.0));
+                        end[axis] = R::from_f64(side * on_face);
+                        end[(axis + 1) % 3] = R::from_f64(along);
                         end
                     };
-                    let least = grid.least_on_segment([end(near, -0.9), end(far, 0.9)]).unwrap();
+                    let least = grid.minimum_on_segment([end(near, -0.9), end(far, 0.9)]).unwrap();
                     assert!((least.share.to_f64() - 0.5).abs() < 0.02, "{least:?} from {near} to {far} along {axis}");
                 }
             }
@@ -452,7 +452,7 @@ fn a_segment_on_which_numbers_end_between_finite_samples_has_no_least_in_closed_
     for row in 0..4 {
         let [from, to] = [node([2, row, 3]), node([3, row, 3])];
         let segment = [from * 0.75 + to * 0.25, from * 0.25 + to * 0.75];
-        assert_eq!(grid.least_on_segment(segment), None, "row {row}");
+        assert_eq!(grid.minimum_on_segment(segment), None, "row {row}");
     }
 }
 
@@ -470,9 +470,9 @@ fn a_segment_through_samples_that_are_not_finite_has_no_least_in_closed_form() {
             let way = random.direction() * random.between(0.05, 0.3);
             // Through a cell of that node, and through cells that have none of it.
             let middle = Vector3::from(lattice.node(at)) + random.in_cube(0.2);
-            assert_eq!(grid.least_on_segment([middle - way, middle + way]), None, "{bad} at {middle}");
+            assert_eq!(grid.minimum_on_segment([middle - way, middle + way]), None, "{bad} at {middle}");
             let beyond = middle - Vector3::z() * 0.9;
-            assert!(grid.least_on_segment([beyond, beyond + Vector3::y() * 0.2]).is_some(), "{bad} at {beyond}");
+            assert!(grid.minimum_on_segment([beyond, beyond + Vector3::y() * 0.2]).is_some(), "{bad} at {beyond}");
         }
     }
 }
@@ -492,9 +492,9 @@ fn a_triangle_through_samples_that_are_not_finite_has_no_least_in_closed_form() 
             let (a, b) = (random.direction() * 0.1, random.direction() * 0.1);
             let corners = [middle + a, middle + b, middle - a - b];
             let enough = [f64::INFINITY, 0.0];
-            assert_eq!(grid.least_on_triangle(corners, enough), None, "{bad} at {middle}");
+            assert_eq!(grid.minimum_on_triangle(corners, enough), None, "{bad} at {middle}");
             let beyond = corners.map(|corner| corner - Vector3::z() * 0.75);
-            assert!(grid.least_on_triangle(beyond, enough).is_some(), "{bad} at {middle}");
+            assert!(grid.minimum_on_triangle(beyond, enough).is_some(), "{bad} at {middle}");
         }
     }
 }

@@ -146,8 +146,8 @@ fn where_a_brief_search_converges_it_answers_what_the_method_does() {
     {
         let (converged, left_over) = (std::cell::Cell::new(0), std::cell::Cell::new(0));
         everywhere::<R, N>(24, 20, |told, scene, method, simplex| {
-            let Some(brief) = Minimizer::<N>::brief(method) else { return };
-            let found = brief.minimize(scene, simplex);
+            let Some(quick_pass) = Minimizer::<N>::quick_pass(method) else { return };
+            let found = quick_pass.minimize(scene, simplex);
             if !found.converged {
                 left_over.set(left_over.get() + 1);
                 return;
@@ -238,7 +238,7 @@ fn the_lower_bound_is_below_every_value_on_the_simplex() {
     where
         Method: Minimizer<N>,
     {
-        let lattice: Vec<[R; N]> = lattice_weights::<N>(12).into_iter().map(|w| w.map(R::lift)).collect();
+        let lattice: Vec<[R; N]> = lattice_weights::<N>(12).into_iter().map(|w| w.map(R::from_f64)).collect();
         for budget in [0, 1, 24] {
             everywhere::<R, N>(budget, 40, |told, scene, method, simplex| {
                 let minimum = method.minimize(scene, simplex);

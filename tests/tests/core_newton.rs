@@ -112,10 +112,10 @@ struct Flat {
 
 impl Sdf for Flat {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let away = point - self.center.map(R::lift);
+        let away = point - self.center.map(R::from_f64);
         let power = |x: R, power: i32| (0..power).fold(R::one(), |product, _| product * x);
         let value = away.iter().fold(R::zero(), |sum, x| sum + power(*x, self.power));
-        Sample::new(value, away.map(|x| power(x, self.power - 1) * R::lift(f64::from(self.power))))
+        Sample::new(value, away.map(|x| power(x, self.power - 1) * R::from_f64(f64::from(self.power))))
     }
     fn bounds(&self, _level: f64) -> Aabb {
         Aabb::EVERYWHERE

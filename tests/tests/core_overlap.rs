@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 use sdf_core::combine::Union;
 use sdf_core::grid::{Dense, Grid, Lattice};
-use sdf_core::overlap::{Deepest, Leaf, MeetingPoint, Minima, NoRegion, Pair, Patch, PatchPoint, Piece, Search};
+use sdf_core::overlap::{Deepest, Leaf, OverlapPoint, Minima, NoRegion, Pair, Patch, PatchPoint, Piece, Search};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, HalfSpace, Sphere, Torus};
 use sdf_core::{Aabb, Float, Sdf};
@@ -31,7 +31,7 @@ fn patch<R: Float>(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Patch<R
     (patch, points)
 }
 
-fn minima(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Minima, Vec<MeetingPoint<f64>>) {
+fn minima(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Minima, Vec<OverlapPoint<f64>>) {
     let (mut scratch, mut found) = (vec![Leaf::empty(); 1 << 18], vec![None; 32]);
     let minima = pair.minima(resolution, 1 << 22, &mut scratch, &mut found);
     assert!(minima.complete);
@@ -336,7 +336,7 @@ fn minima_are_parted_by_what_rises_between_them() {
     let sunk = shifted(dumbbell, [0.0, 0.0, -0.5]);
     let pair = Pair::new(&sunk, &floor, 0.0).unwrap();
     let (joined, points) = minima(&pair, region_of(&pair, 1.0 / 96.0));
-    let climb = |at: &MeetingPoint<f64>| {
+    let climb = |at: &OverlapPoint<f64>| {
         (0..=100)
             .map(|i| highest(&sunk, &floor, at.point + (points[0].point - at.point) * (f64::from(i) / 100.0)))
             .fold(at.value, f64::max)
@@ -385,7 +385,7 @@ fn exchanged_fields_meet_in_the_same_points_with_opposite_normals() {
     pairs(&mut random, 2, |name, a, b, margin| {
         let (Ok(there), Ok(back)) = (Pair::new(a, b, margin), Pair::new(b, a, margin)) else { return };
         assert_eq!(there.region(), back.region(), "{name}");
-        let same = |at: &MeetingPoint<f64>, back: &MeetingPoint<f64>| {
+        let same = |at: &OverlapPoint<f64>, back: &OverlapPoint<f64>| {
             assert_eq!((at.point, at.value, at.a, at.b), (back.point, back.value, back.b, back.a), "{name}");
             assert_eq!(at.normal, -back.normal, "{name}");
         };
@@ -507,13 +507,13 @@ fn grids_meet_where_their_shapes_do_within_their_error() {
 fn apart_is_proven_and_just_touching_is_not_taken_for_it() {
     let ball = Sphere::new(1.0).unwrap();
     let mut random = Random::of_test();
-    assert_eq!(Pair::new(&ball, &shifted(ball, [3.0, 0.0, 0.0]), 0.0).err(), Some(NoRegion::Apart));
+    assert_eq!(Pair::new(&ball, &shifted(ball, [3.0, 0.0, 0.0]), 0.0).err(), Some(NoRegion::Separated));
     // Their boxes overlap.
     let corner = shifted(ball, [1.3, 1.3, 1.3]);
     let pair = Pair::new(&ball, &corner, 0.0).unwrap();
     let found = deepest::<f64>(&pair, 1e-3);
     assert!(found.converged && 0.0 < found.lower_bound && found.lower_bound <= found.at.unwrap().value, "{found:?}");
-    assert_eq!(pair.shrink::<f64>(32).err(), Some(NoRegion::Apart));
+    assert_eq!(pair.shrink::<f64>(32).err(), Some(NoRegion::Separated));
     assert_eq!(patch::<f64>(&pair, 0.05).0.bounds, None);
     let half = 0.5 * (1.3 * 3.0_f64.sqrt() - 2.0);
     let within = Pair::new(&ball, &corner, half + 1e-3).unwrap();

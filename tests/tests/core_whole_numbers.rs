@@ -10,7 +10,7 @@ fn numbers<R: Float>(random: &mut Random, step: impl Fn(R, bool) -> R) -> Vec<R>
     let powers = (0..31).flat_map(|power| [-1.0, -0.5, 0.0, 0.5, 1.0].map(|off| f64::from(1_u32 << power) + off));
     let small = (0..4000).map(|count| f64::from(count) * 0.25);
     let random = (0..4000).map(|count| random.unit() * f64::from(1_u32 << (count % 31)));
-    let numbers = powers.chain(small).chain(random).map(R::lift);
+    let numbers = powers.chain(small).chain(random).map(R::from_f64);
     let with_neighbours = numbers.flat_map(|x| [step(x, false), x, step(x, true)]);
     with_neighbours.filter(|x| (0.0..END).contains(&x.to_f64())).collect()
 }
@@ -43,8 +43,8 @@ fn whole_parts_and_indices_are_exact_in_f64() {
 fn stored_numbers_keep_their_bits() {
     for stored in numbers::<f32>(&mut Random::of_test(), |x, up| if up { x.next_up() } else { x.next_down() }) {
         for stored in [stored, -stored, 1.0 / stored, f32::INFINITY] {
-            assert_eq!(f32::of_stored(stored).to_bits(), stored.to_bits());
-            assert_eq!((f64::of_stored(stored) as f32).to_bits(), stored.to_bits());
+            assert_eq!(f32::from_stored(stored).to_bits(), stored.to_bits());
+            assert_eq!((f64::from_stored(stored) as f32).to_bits(), stored.to_bits());
         }
     }
 }

@@ -14,8 +14,8 @@ use sdf_tests::stability::problem::BUDGET;
 /// Fields whose surface lies at z = 0 around the origin, where their numbers, in units of `unit`, are exact in f32.
 fn floors(unit: f64) -> Vec<(&'static str, AnyField)> {
     let plane = HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap();
-    let lift = |z: f64| Similarity::new([0.0, 0.0, z * unit], [0.0, 0.0, 0.0, 1.0], 1.0).unwrap();
-    let on = |field: AnyField, z: f64| AnyField::new(Placed { field, placement: lift(z) });
+    let from_f64 = |z: f64| Similarity::new([0.0, 0.0, z * unit], [0.0, 0.0, 0.0, 1.0], 1.0).unwrap();
+    let on = |field: AnyField, z: f64| AnyField::new(Placed { field, placement: from_f64(z) });
     let cuboid = AnyField::new(Cuboid::new([4.0 * unit, 4.0 * unit, 2.0 * unit]).unwrap());
     let half = AnyField::new(Cuboid::new([2.0 * unit, 2.0 * unit, unit]).unwrap());
     let doubled = Similarity::new([0.0, 0.0, -2.0 * unit], [0.0, 0.0, 0.0, 1.0], 2.0).unwrap();
@@ -52,7 +52,7 @@ fn what_rests_at_the_margin_exactly_is_a_contact() {
                                     Number::Double => (margin * unit).next_down(),
                                 };
                                 let hovers = ask(&field, &method, below, &corners[..count], number);
-                                assert!(matches!(hovers.fate, Fate::Apart | Fate::Culled), "{told}, then {hovers:?}");
+                                assert!(matches!(hovers.fate, Fate::Separated | Fate::Culled), "{told}, then {hovers:?}");
                             }
                         }
                     }
@@ -82,7 +82,7 @@ fn what_rests_on_a_corner_is_found_or_left_open() {
                                 assert!(found.value == 0.125 && status != ContactStatus::OutsideGrid, "{told}");
                             }
                             // First + (corner − first) may round to the next number above.
-                            Fate::Apart => assert!(found.lower_bound <= 0.125, "{told}"),
+                            Fate::Separated => assert!(found.lower_bound <= 0.125, "{told}"),
                             Fate::NotFinite | Fate::Culled => panic!("{told}"),
                         }
                     }

@@ -65,7 +65,7 @@ fn a_certified_bound_holds_where_rounding_is_all_there_is() {
             let simplex = cast::<R, 3>(&Simplex { corners });
             let minimum = Certified::default().minimize(&plane, &simplex);
             for weights in lattice_weights::<3>(12) {
-                let value = plane.value(simplex.point(weights.map(R::lift)));
+                let value = plane.value(simplex.point(weights.map(R::from_f64)));
                 assert!(minimum.lower_bound <= value, "{minimum:?} on {simplex:?}, but {value:?} at {weights:?}");
             }
         }

@@ -2,7 +2,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use super::{LANES, Lanes, MOST_ERROR, NORMAL_ROUNDING, greater, lane_of, lesser, order};
+use super::{LANES, Lanes, MAX_ERROR, NORMAL_ROUNDING, greater, lane_of, lesser, order};
 
 /// Normals that are looked at in one turn of a loop. With fewer, a loop over the lanes is unrolled and falls to pieces.
 const TOGETHER: usize = 4;
@@ -32,7 +32,7 @@ impl pulp::NullaryFnOnce for MostErrors<'_> {
     fn call(self) -> Lanes {
         let starts = self.sets.map(|set| set.first().map_or(0, |first| u64::from(*first)));
         if self.normals.is_empty() {
-            return [MOST_ERROR; LANES];
+            return [MAX_ERROR; LANES];
         }
         let starts = self.of_numbers(starts);
         let first = self.farthest_along(&starts);
@@ -47,9 +47,9 @@ impl pulp::NullaryFnOnce for MostErrors<'_> {
         std::array::from_fn(|lane| {
             // One that is not known has no share along any axis.
             if self.sets[lane].is_empty() || least[lane] <= 0.0 {
-                return MOST_ERROR;
+                return MAX_ERROR;
             }
-            (MOST_ERROR * sine_sq[lane].sqrt().min(1.0) + NORMAL_ROUNDING).min(MOST_ERROR)
+            (MAX_ERROR * sine_sq[lane].sqrt().min(1.0) + NORMAL_ROUNDING).min(MAX_ERROR)
         })
     }
 }
@@ -157,8 +157,8 @@ mod tests {
             for (set, most) in sets.iter().zip(most) {
                 let of_set: Vec<_> = set.iter().map(|number| normals[*number as usize]).collect();
                 let error = error_in_cones(&[gathered(&of_set)]);
-                assert!(error <= most && most <= MOST_ERROR, "{error} {most} {of_set:?} by {arch:?}");
-                tight += usize::from(error == most && error < MOST_ERROR);
+                assert!(error <= most && most <= MAX_ERROR, "{error} {most} {of_set:?} by {arch:?}");
+                tight += usize::from(error == most && error < MAX_ERROR);
             }
         }
         assert!(tight > 3000, "{tight}");

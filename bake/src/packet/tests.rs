@@ -106,7 +106,7 @@ fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_in
                     steps_of(counts).map(|step| nearest_of_all(&tree, nodes.at(step))).collect()
                 };
                 for (arch, most_opened) in
-                    instruction_sets().into_iter().flat_map(|arch| [(arch, MOST_OPENED), (arch, 0)])
+                    instruction_sets().into_iter().flat_map(|arch| [(arch, MAX_OPENED), (arch, 0)])
                 {
                     let mut tree = Tree::with_patches(&mesh, 0);
                     tree.arch = arch;
@@ -189,7 +189,7 @@ fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_th
             let wanted: Vec<_> = steps_of(counts).map(|step| tree.nearest(nodes.at(step), 0)).collect();
             let (slot, distance_sq) = nearest_of_all(&tree, nodes.at([0; 3]));
             assert_eq!((wanted[0].slot, wanted[0].on_triangle.distance_sq), (slot, distance_sq));
-            for (arch, most_opened) in instruction_sets().into_iter().cycle().zip([MOST_OPENED, 20, 0]) {
+            for (arch, most_opened) in instruction_sets().into_iter().cycle().zip([MAX_OPENED, 20, 0]) {
                 heights[tree.reached(&reach, most_opened, &mut vec![], &mut vec![])] += 1;
                 tree.arch = arch;
                 let mut packet = Packet { most_opened, ..Packet::new(&tree) };

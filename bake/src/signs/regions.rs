@@ -3,7 +3,7 @@ use sdf_core::nalgebra::Vector3;
 use super::cube::SIDE;
 use super::{NodeBlock, Winding};
 use crate::MeshDistance;
-use crate::winding::{Bounded, round_to_fraction};
+use crate::winding::{Estimate, round_to_fraction};
 
 /// What the rim says of the winding numbers at nodes that lie together.
 ///
@@ -36,10 +36,10 @@ struct Parts {
 }
 
 /// With more, what is carried on leaves too much doubt about which whole number to add.
-const MOST_CARRIED_ERROR: f64 = 0.2;
+const MAX_CARRIED_ERROR: f64 = 0.2;
 
 /// The same of what is off by more and more from node to node, for it is renewed nowhere.
-const MOST_ACCUMULATED_ERROR: f64 = 0.3;
+const MAX_ACCUMULATED_ERROR: f64 = 0.3;
 
 impl Regions {
     pub fn new(counts: [usize; 3], mesh: &MeshDistance, free_way: f64) -> Self {
@@ -94,7 +94,7 @@ impl Region {
         // So that along no way it is nothing, where there is no bound of it.
         let slope_within = |radius: f64| mesh.rim().winding_slope(middle, radius).min(f64::MAX);
         let error = slope_within(half_diagonal) * half_diagonal;
-        let fraction = if error > MOST_CARRIED_ERROR { None } else { mesh.rim().winding_fraction(middle) };
+        let fraction = if error > MAX_CARRIED_ERROR { None } else { mesh.rim().winding_fraction(middle) };
         let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * block.spacing * free_way);
         Self {
             fraction: fraction.map(|fraction| fraction.value),
@@ -109,14 +109,14 @@ impl Region {
         let reached = f64::from(of.error) + way * self.slope;
         let (found, most) = match self.fraction {
             Some(fraction) => {
-                let about = Bounded { value: of.value.into(), error: reached + self.error };
+                let about = Estimate { value: of.value.into(), error: reached + self.error };
                 let value = round_to_fraction(about, fraction)?;
-                (Bounded { value, error: self.error }, MOST_CARRIED_ERROR)
+                (Estimate { value, error: self.error }, MAX_CARRIED_ERROR)
             }
             None if has_fractions => return None,
             None => {
                 let error = reached + 2.0 * self.error;
-                (Bounded { value: of.value.into(), error }, MOST_ACCUMULATED_ERROR)
+                (Estimate { value: of.value.into(), error }, MAX_ACCUMULATED_ERROR)
             }
         };
         let found = (found.error <= most).then(|| Winding::new(found))?;

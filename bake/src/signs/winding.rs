@@ -1,4 +1,4 @@
-use crate::winding::Bounded;
+use crate::winding::Estimate;
 
 /// A winding number near a point, and by how much that at the point may be another.
 #[derive(Clone, Copy, Debug)]
@@ -11,7 +11,7 @@ impl Winding {
     pub const UNKNOWN: Self = Self { value: 0.0, error: f32::INFINITY };
 
     /// On the same side of one half.
-    pub fn new(of: Bounded) -> Self {
+    pub fn new(of: Estimate) -> Self {
         let rounded = of.value as f32;
         // No number leaves its side but for one just below.
         let is_moved = of.value.abs() < 0.5 && rounded.abs() >= 0.5;
@@ -34,7 +34,7 @@ impl Winding {
     }
 }
 
-impl From<Winding> for Bounded {
+impl From<Winding> for Estimate {
     fn from(winding: Winding) -> Self {
         Self { value: winding.value.into(), error: winding.error.into() }
     }

@@ -2,7 +2,7 @@ use std::f64::consts::PI;
 
 use sdf_core::nalgebra::Vector3;
 
-use super::Bounded;
+use super::Estimate;
 use super::lanes::angle;
 use crate::lanes_triangle::{dot, minus};
 
@@ -28,12 +28,12 @@ struct Edges {
 /// How far a point is at least from being on an edge of a triangle. With α, β, γ the angles between the ways to its corners it
 /// is 2 (1 + cos α) (1 + cos β) (1 + cos γ), which is zero where two corners lie opposite. At least a millionth of an edge away,
 /// the angles have ten digits.
-const LEAST_CLEARNESS: f64 = 1e-12;
+const MIN_CLEARNESS: f64 = 1e-12;
 
 /// More than the rounding of a triangle's complex number, of length one at least where the point is not near an edge.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// After so many products of numbers from [`LEAST_CLEARNESS`] to 16, squared, there is still room for more.
+/// After so many products of numbers from [`MIN_CLEARNESS`] to 16, squared, there is still room for more.
 const PRODUCTS: usize = 8;
 
 impl Cap {
@@ -51,7 +51,7 @@ impl Cap {
     }
 
     /// The winding number but for a whole number, to the last digits. `None` where the point may be on an edge of a triangle.
-    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Bounded> {
+    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Estimate> {
         pulp::Arch::new().dispatch(Fraction { cap: self, point })
     }
 }
@@ -82,9 +82,9 @@ impl Product {
     fn shorten(&mut self) {
         for lane in 0..LANES {
             let length_sq = self.real[lane] * self.real[lane] + self.imaginary[lane] * self.imaginary[lane];
-            let per_length = 1.0 / length_sq.sqrt();
-            self.real[lane] *= per_length;
-            self.imaginary[lane] *= per_length;
+            let inv_length = 1.0 / length_sq.sqrt();
+            self.real[lane] *= inv_length;
+            self.imaginary[lane] *= inv_length;
         }
     }
 }
@@ -95,12 +95,12 @@ struct Fraction<'a> {
 }
 
 impl pulp::WithSimd for Fraction<'_> {
-    type Output = Option<Bounded>;
+    type Output = Option<Estimate>;
 
     /// Half of the angle that a triangle fills is that of a complex number (as in [`super::solid_angle`]), and the sum of
     /// angles but for whole turns is that of the product.
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<Bounded> {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Option<Estimate> {
         let Self { cap, point } = self;
         let apex: [f64; 3] = (cap.apex - point).into();
         let point: [f64; 3] = point.into();
@@ -111,20 +111,20 @@ impl pulp::WithSimd for Fraction<'_> {
             }
             product.shorten();
         }
-        let is_clear = product.least.iter().all(|clearness| *clearness > LEAST_CLEARNESS);
+        let is_clear = product.least.iter().all(|clearness| *clearness > MIN_CLEARNESS);
         let least = product.least.iter().copied().fold(1.0, f64::min);
         let error = ROUNDING * (cap.edges.len() * LANES) as f64 / least.sqrt();
         let mut angles = 0.0;
         for lane in 0..LANES {
             angles += angle(product.imaginary[lane], product.real[lane]);
         }
-        is_clear.then_some(Bounded { value: angles / (2.0 * PI), error })
+        is_clear.then_some(Estimate { value: angles / (2.0 * PI), error })
     }
 }
 
 impl Edges {
     /// Multiplies by the complex number of each triangle, of a length from zero to four. Their
-    /// squares are what [`LEAST_CLEARNESS`] is of.
+    /// squares are what [`MIN_CLEARNESS`] is of.
     #[inline(always)]
     fn turn(&self, apex: [f64; 3], point: [f64; 3], product: &mut Product) {
         let height = dot(apex, apex).sqrt();

@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use sdf_core::nalgebra::Vector3;
 
 use super::moments::Fan;
-use super::{Bounded, FAN, ROUNDING, STACK, WindingNumbers};
+use super::{Estimate, FAN, ROUNDING, STACK, WindingNumbers};
 use crate::tree::Tree;
 
 type Lanes = [f64; FAN];
@@ -31,21 +31,21 @@ struct Sums {
 }
 
 impl pulp::WithSimd for FastSum<'_> {
-    type Output = Bounded;
+    type Output = Estimate;
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Bounded {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Estimate {
         self.windings.sum_here(self.tree, self.point, self.far_radii)
     }
 }
 
 impl WindingNumbers {
     /// Of nodes farther than so many of their radii by their moments, of others by their triangles.
-    pub(super) fn sum(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> Bounded {
+    pub(super) fn sum(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> Estimate {
         pulp::Arch::new().dispatch(FastSum { windings: self, tree, point, far_radii })
     }
 
     #[inline(always)]
-    fn sum_here(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> Bounded {
+    fn sum_here(&self, tree: &Tree, point: Vector3<f64>, far_radii: f64) -> Estimate {
         let mut sums = Sums { values: [0.0; FAN], errors: [0.0; FAN] };
         let mut stack = [(0, 0); STACK];
         let mut waiting = 1;
@@ -69,7 +69,7 @@ impl WindingNumbers {
             }
         }
         let [value, error] = [sums.values, sums.errors].map(|sums| sums.iter().sum::<f64>() / (4.0 * PI));
-        Bounded { value, error: error + ROUNDING }
+        Estimate { value, error: error + ROUNDING }
     }
 }
 
@@ -81,16 +81,16 @@ fn add_far(fan: &Fan, point: Vector3<f64>, far_radii: f64, sums: &mut Sums) -> [
         let [x, y, z] = [0, 1, 2].map(|axis| fan.center[axis][lane] - point[axis]);
         let q = |row: usize, column: usize| fan.quadrupole[3 * column + row][lane];
         let distance_sq = x * x + y * y + z * z;
-        let per_distance_sq = 1.0 / distance_sq;
+        let inv_distance_sq = 1.0 / distance_sq;
         let first = fan.dipole[0][lane] * x + fan.dipole[1][lane] * y + fan.dipole[2][lane] * z;
         let stretched = x * (q(0, 0) * x + (q(0, 1) + q(1, 0)) * y + (q(0, 2) + q(2, 0)) * z)
             + y * (q(1, 1) * y + (q(1, 2) + q(2, 1)) * z)
             + z * (q(2, 2) * z);
-        let second = q(0, 0) + q(1, 1) + q(2, 2) - 3.0 * stretched * per_distance_sq;
-        let per_distance = per_distance_sq.sqrt();
-        let seen = (first + second) * per_distance_sq * per_distance;
-        let t = fan.radius[lane] * per_distance;
-        let unseen = fan.inertia[lane] * per_distance_sq * per_distance_sq * (3.0 - 2.0 * t) / ((1.0 - t) * (1.0 - t));
+        let second = q(0, 0) + q(1, 1) + q(2, 2) - 3.0 * stretched * inv_distance_sq;
+        let inv_distance = inv_distance_sq.sqrt();
+        let seen = (first + second) * inv_distance_sq * inv_distance;
+        let t = fan.radius[lane] * inv_distance;
+        let unseen = fan.inertia[lane] * inv_distance_sq * inv_distance_sq * (3.0 - 2.0 * t) / ((1.0 - t) * (1.0 - t));
         is_far[lane] = t * far_radii < 1.0;
         sums.values[lane] += if is_far[lane] { seen } else { 0.0 };
         sums.errors[lane] += if is_far[lane] { unseen } else { 0.0 };
@@ -205,7 +205,7 @@ mod tests {
                 let angles = tree.corners.iter().map(|corners| solid_angle(corners.map(|corner| corner - point)));
                 let exact = angles.zip(&senses).map(|(angle, sense)| angle * sense).sum::<f64>() / (4.0 * PI);
                 for far_radii in FAR_RADII.into_iter().chain([1.1]) {
-                    let Bounded { value, error } = windings.sum(&tree, point, far_radii);
+                    let Estimate { value, error } = windings.sum(&tree, point, far_radii);
                     assert!((value - exact).abs() <= error, "{value} for {exact}, {error} at {point}");
                     tightest = tightest.max((value - exact).abs() / error);
                 }

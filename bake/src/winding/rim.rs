@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use sdf_core::nalgebra::Vector3;
 
 use super::cap::Cap;
-use super::{Bounded, MOST_DOUBT, round_to_fraction};
+use super::{Estimate, MAX_DOUBT, round_to_fraction};
 use crate::hilbert::{BITS, hilbert_index};
 
 /// The curve that bounds a mesh: where its triangles, turned to agree, do not cancel along an edge. By Stokes' theorem
@@ -34,7 +34,7 @@ struct Edges {
     from: [[f64; LANES]; 3],
     way: [[f64; LANES]; 3],
     /// One over the length's square.
-    per_length_sq: [f64; LANES],
+    inv_length_sq: [f64; LANES],
     length: [f64; LANES],
     /// How many triangles more run along it one way than the other.
     times: [f64; LANES],
@@ -47,10 +47,10 @@ struct Part {
 }
 
 /// With more edges than this the bound would cost more than the winding numbers that it saves.
-const MOST_RIM_EDGES: usize = 20_000;
+const MAX_RIM_EDGES: usize = 20_000;
 
 /// With more edges than this, each as often as it is there, the cap takes about as long as the mesh.
-const MOST_CAP_EDGES: f64 = 2000.0;
+const MAX_CAP_EDGES: f64 = 2000.0;
 
 /// A group farther than this many of its radii counts as one.
 const FAR_RADII: f64 = 2.0;
@@ -73,7 +73,7 @@ impl Rim {
         let parts: Vec<Part> = edges.iter().map(Part::of_edge).collect();
         let groups: Vec<Part> = parts.chunks(LANES).map(Part::around).collect();
         let of_cap: f64 = edges.iter().map(|(_, times)| times.abs()).sum();
-        let with_cap = &edges[..if of_cap > MOST_CAP_EDGES { 0 } else { edges.len() }];
+        let with_cap = &edges[..if of_cap > MAX_CAP_EDGES { 0 } else { edges.len() }];
         Self {
             edges: edges.chunks(LANES).map(Edges::new).collect(),
             groups: groups.chunks(LANES).map(Parts::new).collect(),
@@ -83,9 +83,9 @@ impl Rim {
 
     /// The winding number but for a whole number: together with the cap turned around, the mesh is closed. `None` where that
     /// is not known.
-    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Bounded> {
+    pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Estimate> {
         match (self.is_empty(), self.has_cap()) {
-            (true, _) => Some(Bounded { value: 0.0, error: 0.0 }),
+            (true, _) => Some(Estimate { value: 0.0, error: 0.0 }),
             (false, true) => self.cap.winding_fraction(point),
             (false, false) => None,
         }
@@ -93,12 +93,12 @@ impl Rim {
 
     /// A winding number at a point, with the fraction that the rim gives there. `None` where that is not known, or too much doubt
     /// is left which whole number to add.
-    pub fn sharpen(&self, about: Bounded, point: Vector3<f64>) -> Option<Bounded> {
-        if about.error > MOST_DOUBT {
+    pub fn sharpen(&self, about: Estimate, point: Vector3<f64>) -> Option<Estimate> {
+        if about.error > MAX_DOUBT {
             return None;
         }
-        let Bounded { value: fraction, error } = self.winding_fraction(point)?;
-        Some(Bounded { value: round_to_fraction(about, fraction)?, error })
+        let Estimate { value: fraction, error } = self.winding_fraction(point)?;
+        Some(Estimate { value: round_to_fraction(about, fraction)?, error })
     }
 
     /// It tells the fraction at most points.
@@ -112,7 +112,7 @@ impl Rim {
 
     /// There is a bound of the slope.
     pub fn tells_slopes(&self) -> bool {
-        self.edges.len() * LANES <= MOST_RIM_EDGES
+        self.edges.len() * LANES <= MAX_RIM_EDGES
     }
 
     /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.
@@ -176,7 +176,7 @@ impl Edges {
         Self {
             from: std::array::from_fn(|axis| std::array::from_fn(|lane| edge(lane).0[0][axis])),
             way: std::array::from_fn(|axis| std::array::from_fn(|lane| way(lane)[axis])),
-            per_length_sq: std::array::from_fn(|lane| 1.0 / way(lane).norm_squared()),
+            inv_length_sq: std::array::from_fn(|lane| 1.0 / way(lane).norm_squared()),
             length: std::array::from_fn(|lane| way(lane).norm()),
             times: std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |(_, times)| times.abs())),
         }
@@ -192,7 +192,7 @@ impl Edges {
             let [x, y, z] =
                 [center.x - self.from[0][lane], center.y - self.from[1][lane], center.z - self.from[2][lane]];
             let [along_x, along_y, along_z] = [self.way[0][lane], self.way[1][lane], self.way[2][lane]];
-            let share = (x * along_x + y * along_y + z * along_z) * self.per_length_sq[lane];
+            let share = (x * along_x + y * along_y + z * along_z) * self.inv_length_sq[lane];
             let share = if share > 0.0 { share } else { 0.0 };
             let share = if share < 1.0 { share } else { 1.0 };
             let [x, y, z] = [x - share * along_x, y - share * along_y, z - share * along_z];

@@ -1,6 +1,6 @@
 //! Grids baked to keep within an error.
 
-use sdf_bake::budget::{AnyGrid, Baked, Budget, Refusal};
+use sdf_bake::budget::{AnyGrid, Baked, Budget, ErrorBudgetError};
 use sdf_bake::sparse::SparseGrid;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::Sdf;
@@ -103,7 +103,7 @@ fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
             let budget = Budget { most_bytes, ..budget(share * mesh.bounds().longest_side()) };
             let Err(refusal) = budget.choose(&distance) else { panic!("{name}: {share} in {most_bytes}") };
             println!("{name}: {refusal}");
-            let Refusal::TooLarge { bytes, reachable, .. } = &refusal else { panic!("{name}: {refusal}") };
+            let ErrorBudgetError::TooLarge { bytes, reachable, .. } = &refusal else { panic!("{name}: {refusal}") };
             assert!(bytes.is_none_or(|bytes| bytes > most_bytes), "{name}: {bytes:?}");
             assert!(bytes.is_some() || share < 1e-6, "{name}: {refusal}");
             let reachable = reachable.unwrap();
@@ -113,7 +113,7 @@ fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
             assert!(error_bound(&again.unwrap()) <= 1.5 * reachable.error, "{name}");
         }
         let nothing = Budget { most_bytes: 1000, ..budget(0.1) }.choose(&distance).err();
-        assert!(matches!(nothing, Some(Refusal::TooLarge { reachable: None, .. })), "{name}: {nothing:?}");
+        assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { reachable: None, .. })), "{name}: {nothing:?}");
     }
 }
 
@@ -121,11 +121,11 @@ fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
 fn where_no_voxel_is_small_enough_it_says_so() {
     let open = meshes::icosphere(2).without(&[0, 1, 2]).baked();
     let refusal = budget(0.1).bake(&MeshDistance::new(&open, None), &|_| ()).unwrap_err();
-    assert!(matches!(refusal, Refusal::SignJumps { .. }), "{refusal}");
+    assert!(matches!(refusal, ErrorBudgetError::SignJumps { .. }), "{refusal}");
     let closed = meshes::icosphere(2).baked();
     for error in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refusal = budget(error).bake(&MeshDistance::new(&closed, None), &|_| ()).unwrap_err();
-        assert!(matches!(refusal, Refusal::NoLength(_)), "{refusal}");
+        assert!(matches!(refusal, ErrorBudgetError::NoLength(_)), "{refusal}");
     }
 }
 

@@ -76,7 +76,7 @@ fn a_grid_that_cannot_be_is_none() {
     for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e-300, f64::MIN_POSITIVE] {
         assert_eq!(lattice_around(&cube, spacing, 2), None, "{spacing}");
     }
-    for padding in [Lattice::MOST_NODES / 2, u32::MAX] {
+    for padding in [Lattice::MAX_NODES / 2, u32::MAX] {
         assert_eq!(lattice_around(&cube, 0.1, padding), None, "{padding}");
     }
     // Each axis would do, but all nodes together are more than a machine's word counts.

@@ -136,7 +136,7 @@ impl Ball {
 
     fn one_by_one<R: Real>(&self, points: &[[f32; 3]]) {
         let value = |sum: R, point: &[f32; 3]| {
-            let point = Vector3::from(point.map(|x| R::lift(f64::from(x))));
+            let point = Vector3::from(point.map(|x| R::from_f64(f64::from(x))));
             sum + self.grid.value(point)
         };
         black_box(points.iter().fold(R::zero(), value));
@@ -175,7 +175,7 @@ struct Prepared {
     corners: [[f32; 3]; 3],
     /// From each corner to the next, over the square of its length where it divides.
     edges: [[f32; 3]; 3],
-    per_length_sq: [f32; 3],
+    inv_length_sq: [f32; 3],
     /// In the plane, inward from each edge.
     inward: [[f32; 3]; 3],
     /// Of length one.
@@ -228,7 +228,7 @@ impl Prepared {
         Self {
             corners: corners.map(Into::into),
             edges: edges.map(Into::into),
-            per_length_sq: edges.map(|edge| 1.0 / edge.norm_squared()),
+            inv_length_sq: edges.map(|edge| 1.0 / edge.norm_squared()),
             inward: edges.map(|edge| normal.cross(&edge).into()),
             normal: normal.into(),
         }
@@ -245,7 +245,7 @@ impl Prepared {
             for side in 0..3 {
                 let (corner, edge, inward) = (self.corners[side], self.edges[side], self.inward[side]);
                 let from = [x - corner[0], y - corner[1], z - corner[2]];
-                let share = least(greatest(dot(from, edge) * self.per_length_sq[side], 0.0), 1.0);
+                let share = least(greatest(dot(from, edge) * self.inv_length_sq[side], 0.0), 1.0);
                 let off = [from[0] - edge[0] * share, from[1] - edge[1] * share, from[2] - edge[2] * share];
                 of_edges = least(of_edges, dot(off, off));
                 innermost = least(innermost, dot(from, inward));

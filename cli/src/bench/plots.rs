@@ -47,8 +47,8 @@ pub fn log_log(names: Names, curves: &[Curve]) -> Result<String> {
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .x_labels(MOST_TICKS)
-            .y_labels(MOST_TICKS)
+            .x_labels(MAX_TICKS)
+            .y_labels(MAX_TICKS)
             .bold_line_style(BLACK.mix(0.12))
             .label_style(("sans-serif", 14))
             .x_label_formatter(&|x| shown(*x))
@@ -80,7 +80,7 @@ fn range(curves: &[Curve], number: fn(&(f64, f64)) -> f64) -> Range<f64> {
 }
 
 /// So many labels stand side by side, or one above the other, without touching.
-const MOST_TICKS: usize = 16;
+const MAX_TICKS: usize = 16;
 
 fn axis(range: &Range<f64>, ticks: Vec<f64>) -> WithKeyPoints<LogCoord<f64>> {
     LogCoord::from(range.clone().log_scale()).with_key_points(ticks)
@@ -104,7 +104,7 @@ fn round_numbers(range: &Range<f64>) -> Vec<f64> {
         let all = decades.clone().flat_map(|decade| of_decade.iter().map(move |tenths| number(decade, *tenths)));
         all.filter(|tick| range.contains(tick)).collect()
     };
-    in_each.into_iter().map(ticks).find(|ticks| ticks.len() <= MOST_TICKS).unwrap_or_default()
+    in_each.into_iter().map(ticks).find(|ticks| ticks.len() <= MAX_TICKS).unwrap_or_default()
 }
 
 fn shown(number: f64) -> String {
@@ -128,7 +128,7 @@ mod tests {
             let range = start..start * 10_f64.powf(decades);
             let ticks = round_numbers(&range);
             assert!(
-                ticks.len() <= MOST_TICKS && ticks.is_sorted() && ticks.iter().all(|tick| range.contains(tick)),
+                ticks.len() <= MAX_TICKS && ticks.is_sorted() && ticks.iter().all(|tick| range.contains(tick)),
                 "{range:?}"
             );
             assert!(decades < 0.3 || ticks.len() >= 3, "{range:?}: {ticks:?}");

@@ -43,7 +43,7 @@ pub struct Turns {
 
 /// A work that is done sooner is done more often than asked, in seconds.
 const ENOUGH: f64 = 0.3;
-const MOST_ROUNDS: usize = 31;
+const MAX_ROUNDS: usize = 31;
 
 impl Turns {
     pub fn new(rounds: u32, limit: f64) -> Self {
@@ -80,7 +80,7 @@ impl Turns {
                 bar.inc(1);
             }
         }
-        for _ in self.rounds as usize..MOST_ROUNDS {
+        for _ in self.rounds as usize..MAX_ROUNDS {
             under_way.iter_mut().filter(|work| work.spent < ENOUGH).try_for_each(UnderWay::once)?;
         }
         bar.finish_and_clear();

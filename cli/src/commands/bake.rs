@@ -3,7 +3,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
-use sdf_bake::budget::{self, AnyGrid, Budget, Refusal};
+use sdf_bake::budget::{self, AnyGrid, Budget, ErrorBudgetError};
 use sdf_bake::sparse::{self, Quantize};
 use sdf_bake::{MeshDistance, MeshReport, SignMethod, SparseGrid, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
@@ -183,9 +183,9 @@ fn within(
         bar.inc(places as u64);
     });
     bar.finish_and_clear();
-    let refused = |refusal: Refusal| match refusal {
-        Refusal::SignJumps { .. } => "take --res or --voxel-size, or close the mesh",
-        Refusal::NoLength(_) | Refusal::TooLarge { .. } => "take a larger --max-error",
+    let refused = |refusal: ErrorBudgetError| match refusal {
+        ErrorBudgetError::SignJumps { .. } => "take --res or --voxel-size, or close the mesh",
+        ErrorBudgetError::NoLength(_) | ErrorBudgetError::TooLarge { .. } => "take a larger --max-error",
     };
     let shown = args.mesh.display();
     let budget::Baked { lattice, grid } =
@@ -218,7 +218,7 @@ fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
         (None, None) => bail!("--res or --voxel-size is needed"),
     };
     let side = bounds.longest_side();
-    if spacing > MOST_SIDES * side {
+    if spacing > MAX_SIDES * side {
         bail!("{asked}: the whole mesh is {} long: take a smaller --voxel-size", number(side));
     }
     let padding = 2.0 * f64::from(args.padding);
@@ -246,7 +246,7 @@ fn lattice(args: &BakeArgs, bounds: &Aabb) -> Result<Lattice> {
 
 /// A cell's side in those of the mesh's box, at most. One says nothing of the mesh already; from 1e16 on, its nodes are
 /// so far away that all of the mesh is one point.
-const MOST_SIDES: f64 = 1e3;
+const MAX_SIDES: f64 = 1e3;
 
 fn method(sign: Sign) -> Option<SignMethod> {
     match sign {

@@ -265,10 +265,10 @@ where
 const CHUNK: usize = 512;
 
 /// Room for the pieces of an element: half a megabyte a thread.
-const MOST_PIECES: usize = 4096;
+const MAX_PIECES: usize = 4096;
 
 /// Of the minima of one element so many are found at most; with more, the contacts say that the budget was spent.
-const MOST_MINIMA: usize = 256;
+const MAX_MINIMA: usize = 256;
 
 fn all_of_each<F: Sdf + Sync, const N: usize>(
     args: &ContactsArgs,
@@ -277,14 +277,14 @@ fn all_of_each<F: Sdf + Sync, const N: usize>(
     elements: &[[u32; N]],
     search: &AllMinima,
 ) -> Found {
-    let room = || (vec![Place::default(); MOST_PIECES], vec![Minimum::default(); MOST_MINIMA]);
+    let room = || (vec![Place::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
     let outcome = |(places, minima): &mut (Vec<_>, Vec<_>), (id, vertices): (usize, &[u32; N])| {
         let mut contacts = vec![];
         let take = |contact: &Contact<f64, N>| contacts.push(ContactRecord::from(contact));
         match all_contacts(field, search, args.margin, &element(mesh, id, *vertices), places, minima, take) {
             Outcome::NotFinite => Some(Passed::NotFinite),
             Outcome::Culled => None,
-            Outcome::Apart(_) => Some(Passed::Apart),
+            Outcome::Separated(_) => Some(Passed::Separated),
             Outcome::Contact(_) => Some(Passed::Touches(contacts)),
         }
     };
@@ -306,7 +306,7 @@ impl Found {
         let passed_cull = passed.len() - not_finite;
         let contacts = passed.into_iter().flat_map(|passed| match passed {
             Passed::Touches(contacts) => contacts,
-            Passed::NotFinite | Passed::Apart => vec![],
+            Passed::NotFinite | Passed::Separated => vec![],
         });
         Self { elements, passed_cull, not_finite, contacts: contacts.collect() }
     }
@@ -319,7 +319,7 @@ fn vertices(mesh: &Mesh) -> Vec<[u32; 1]> {
 /// What became of an element that was not culled.
 enum Passed {
     NotFinite,
-    Apart,
+    Separated,
     Touches(Vec<ContactRecord>),
 }
 
@@ -328,7 +328,7 @@ impl Passed {
         match outcome {
             Outcome::NotFinite => Some(Self::NotFinite),
             Outcome::Culled => None,
-            Outcome::Apart(_) => Some(Self::Apart),
+            Outcome::Separated(_) => Some(Self::Separated),
             Outcome::Contact(contact) => Some(Self::Touches(vec![ContactRecord::from(contact)])),
         }
     }

@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use sdf_core::grid::Lattice;
-use sdf_core::overlap::{Deepest, Leaf, MeetingPoint, NoRegion, Pair, Patch, Piece, Search};
+use sdf_core::overlap::{Deepest, Leaf, OverlapPoint, NoRegion, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{Aabb, Sdf};
-use sdf_formats::contact_file::{self, MeetingRecord};
+use sdf_formats::contact_file::{self, OverlapRecord};
 use sdf_formats::field_file::{self, Node, OpenField};
 use serde::Serialize;
 
@@ -58,7 +58,7 @@ struct Document<'a> {
     minima: Option<MinimaSummary>,
     patch: Option<PatchSummary>,
     /// The deepest points first, then those of the patch.
-    meetings: &'a [MeetingRecord],
+    meetings: &'a [OverlapRecord],
     /// Of grids alone.
     read: [Option<FromFile>; 2],
     seconds: Seconds,
@@ -71,7 +71,7 @@ enum Verdict {
     Contact,
     /// It is certain that there is none.
     #[default]
-    Apart,
+    Separated,
     /// None was found, and one may be there.
     Undecided,
 }
@@ -117,7 +117,7 @@ struct Found {
     certificate: Option<Certificate>,
     minima: Option<MinimaSummary>,
     patch: Option<PatchSummary>,
-    meetings: Vec<MeetingRecord>,
+    meetings: Vec<OverlapRecord>,
 }
 
 /// What is named as first or second argument.
@@ -192,7 +192,7 @@ impl Bodies {
         let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_asking(PIECES, is_whole));
         let region = match shrunk {
             Ok(pair) => pair.region(),
-            Err(NoRegion::Apart) => return Ok(None),
+            Err(NoRegion::Separated) => return Ok(None),
             Err(NoRegion::Unbounded) => bail!(
                 "{} and {}: the box in which they may touch has no end: intersect one with a box",
                 sides[0].path.display(),
@@ -212,7 +212,7 @@ const EVALUATIONS: u32 = 1 << 24;
 const WAITING: usize = 1 << 16;
 
 /// Deepest points that are reported.
-const MOST_MINIMA: usize = 256;
+const MAX_MINIMA: usize = 256;
 
 /// Of the longest side of the box in which the fields touch.
 const LEAVES: f64 = 64.0;
@@ -225,29 +225,29 @@ fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
     let deepest = pair.deepest::<f64>(&search, &mut vec![Piece::EMPTY; WAITING]);
     let verdict = match deepest.at {
         Some(at) if at.value <= args.margin => Verdict::Contact,
-        _ if args.margin < deepest.lower_bound => Verdict::Apart,
+        _ if args.margin < deepest.lower_bound => Verdict::Separated,
         _ => Verdict::Undecided,
     };
     let certificate = |value| {
         let Deepest { lower_bound, converged, evaluations, .. } = deepest;
         Some(Certificate { value, lower_bound, converged, evaluations })
     };
-    if verdict == Verdict::Apart {
+    if verdict == Verdict::Separated {
         return Ok(Found { certificate: certificate(deepest.at.map(|at| at.value)), ..Found::default() });
     }
     let resolution = args.resolution.unwrap_or(pair.region().longest_side() / LEAVES);
     let (minima, mut points) = minima(&pair, resolution);
     put_first(&mut points, &deepest);
     let certificate = certificate(points.first().map(|at| at.value));
-    let mut meetings: Vec<MeetingRecord> = points.iter().map(MeetingRecord::from).collect();
-    let patch = pair.patch(resolution, EVALUATIONS, |piece| meetings.push(MeetingRecord::from(&piece)));
+    let mut meetings: Vec<OverlapRecord> = points.iter().map(OverlapRecord::from).collect();
+    let patch = pair.patch(resolution, EVALUATIONS, |piece| meetings.push(OverlapRecord::from(&piece)));
     Ok(Found { verdict, certificate, minima: Some(minima), patch: Some(summary(&patch)), meetings })
 }
 
-fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary, Vec<MeetingPoint<f64>>) {
+fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
     let mut room = 1 << 16;
     loop {
-        let mut found = vec![None; MOST_MINIMA];
+        let mut found = vec![None; MAX_MINIMA];
         let minima = pair.minima(resolution, EVALUATIONS, &mut vec![Leaf::empty(); room], &mut found);
         if minima.leaves <= room {
             let summary = MinimaSummary {
@@ -263,9 +263,9 @@ fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary,
 }
 
 /// The proven deepest point takes the place of the minimum that it is nearest to.
-fn put_first(minima: &mut Vec<MeetingPoint<f64>>, deepest: &Deepest<f64>) {
+fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &Deepest<f64>) {
     let Some(at) = deepest.at else { return };
-    let distance = |other: &MeetingPoint<f64>| (other.point - at.point).norm();
+    let distance = |other: &OverlapPoint<f64>| (other.point - at.point).norm();
     let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
     match nearest {
         Some(nearest) if at.value <= minima[nearest].value => minima[nearest] = at,
@@ -284,7 +284,7 @@ fn summary(patch: &Patch<f64>) -> PatchSummary {
 fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)> {
     let verdict = match document.verdict {
         Verdict::Contact => "contact",
-        Verdict::Apart => "apart for certain: no point is within the margin of both",
+        Verdict::Separated => "apart for certain: no point is within the margin of both",
         Verdict::Undecided => "undecided: no point within the margin of both was found, and one may be there",
     };
     let mut rows = vec![("verdict", verdict.to_owned())];
@@ -298,7 +298,7 @@ fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)>
         rows.push(("nothing below", format!("{}{proven}", number(certificate.lower_bound))));
     }
     if let Some(minima) = &document.minima {
-        let shown = minima.count.min(MOST_MINIMA);
+        let shown = minima.count.min(MAX_MINIMA);
         let rest = if shown < minima.count { format!(", the deepest {shown} reported") } else { String::new() };
         rows.push(("deepest points", format!("{}{rest}{}", minima.count, cut_short(minima.complete))));
     }

@@ -164,7 +164,7 @@ impl Piece {
 
 /// Whether the field may have the level as its value somewhere in the box.
 fn may_pass<F: Sdf>(field: &F, level: f64, region: &Aabb) -> bool {
-    let certain = field.local_bounds(region);
+    let certain = field.enclose_box(region);
     let middle = std::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]));
     let value: f64 = field.value(Vector3::from(middle));
     let reach = 0.5 * region.diagonal() * certain.slope_bound;

@@ -97,7 +97,7 @@ struct Asked<'a> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Truth {
     Culled,
-    Apart,
+    Separated,
     Undecided,
     Touches,
 }
@@ -151,8 +151,8 @@ impl Asked<'_> {
             match contact(self.field, &search, margin, element) {
                 Outcome::NotFinite | Outcome::Culled => return Truth::Culled,
                 Outcome::Contact(_) => return Truth::Touches,
-                Outcome::Apart(minimum) if margin < minimum.lower_bound => return Truth::Apart,
-                Outcome::Apart(_) => {}
+                Outcome::Separated(minimum) if margin < minimum.lower_bound => return Truth::Separated,
+                Outcome::Separated(_) => {}
             }
         }
         Truth::Undecided
@@ -252,7 +252,7 @@ fn points<const N: usize>(mesh: &Model, elements: &[Element<f64, N>]) -> Vec<Ele
 fn seen<const N: usize>(outcome: &Outcome<f64, N>) -> (bool, u64) {
     match outcome {
         Outcome::NotFinite | Outcome::Culled => (false, 1),
-        Outcome::Apart(minimum) => (false, 1 + minimum.evaluations as u64),
+        Outcome::Separated(minimum) => (false, 1 + minimum.evaluations as u64),
         Outcome::Contact(contact) => (true, u64::from(contact.evaluations)),
     }
 }

@@ -56,12 +56,12 @@ pub const SHALLOW: f64 = 1e-3;
 const BUDGETS: [u32; 18] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024];
 
 /// No method is given more than this many times its usual budget.
-const MOST_USUAL_BUDGETS: u32 = 8;
+const MAX_USUAL_BUDGETS: u32 = 8;
 
 impl Method {
     fn budgets(&self) -> impl Iterator<Item = u32> {
         let usual = self.usual.iter().copied().max().unwrap_or(1);
-        BUDGETS.into_iter().filter(move |budget| *budget <= usual.saturating_mul(MOST_USUAL_BUDGETS))
+        BUDGETS.into_iter().filter(move |budget| *budget <= usual.saturating_mul(MAX_USUAL_BUDGETS))
     }
 }
 

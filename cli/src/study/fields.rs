@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use sdf_bake::sparse::{self, Quantize};
 use sdf_bake::{MeshDistance, SparseGrid, TriangleMesh, dense, lattice_around};
 use sdf_core::combine::SmoothUnion;
-use sdf_core::grid::{Bounded, Dense, Grid, Lattice, sparse::Sparse};
+use sdf_core::grid::{WithBlockBounds, Dense, Grid, Lattice, sparse::Sparse};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Horseshoe, Sphere, Torus};
 use sdf_formats::field_file::Node;
 use sdf_formats::grid_file::{OwnedBricks, OwnedGrid, OwnedSamples};
@@ -64,7 +64,7 @@ pub fn bake(body: &Model, resolution: u32, layout: Layout) -> Result<Node> {
 }
 
 fn of_dense(lattice: &Lattice, baked: dense::DenseGrid) -> Option<OwnedGrid> {
-    let samples = Bounded::new(lattice, Dense::new(lattice, baked.distances)?, baked.bounds)?;
+    let samples = WithBlockBounds::new(lattice, Dense::new(lattice, baked.distances)?, baked.bounds)?;
     Grid::new(*lattice, OwnedSamples::Dense(samples), baked.slope_bound)
 }
 

@@ -27,7 +27,7 @@ const TOLERANCE_ON_FACES: f64 = 1e-5;
 const EVALUATIONS: u32 = 100_000;
 
 /// An element whose search runs out of evaluations is cut in parts that are searched one by one, so often, ...
-const MOST_CUTS: u32 = 4;
+const MAX_CUTS: u32 = 4;
 
 /// ... and that only this many times less near.
 const LESS_NEAR: f64 = 10.0;
@@ -38,7 +38,7 @@ pub fn references<const N: usize>(set: &ProblemSet<N>) -> Vec<Reference> {
     let of_problem = |problem: &Problem<N>| {
         let (field, gap) = (&set.fields[problem.field], tolerance * problem.longest_edge);
         let near = certify(field, &problem.simplex, gap);
-        if near.converged { near } else { certify_parts(field, &problem.simplex, LESS_NEAR * gap, MOST_CUTS) }
+        if near.converged { near } else { certify_parts(field, &problem.simplex, LESS_NEAR * gap, MAX_CUTS) }
     };
     set.problems.par_iter().map(of_problem).collect()
 }

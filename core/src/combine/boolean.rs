@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use super::surveys;
 use crate::grid::{SegmentMinimum, TriangleMinimum};
-use crate::real::{Float, Real};
-use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
+use crate::number::{Float, Real};
+use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
 
 /// What lies in either: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,12 +36,12 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
         self.0.slope_bound().max(self.1.slope_bound())
     }
 
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        self.0.local_bounds(region).lower(self.1.local_bounds(region))
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        self.0.enclose_box(region).lower(self.1.enclose_box(region))
     }
 
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.0.survey(about, corners).lower(self.1.survey(about, corners))
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.0.enclosure(about, corners).lower(self.1.enclosure(about, corners))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
@@ -53,21 +53,21 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
         }
     }
 
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let [a, b] = surveys(&self.0, &self.1, corners);
-        a.rises_of_lower(b, || self.0.rises(corners), || self.1.rises(corners))
+        a.min_combine(b, || self.0.max_rise_to_corners(corners), || self.1.max_rise_to_corners(corners))
     }
 
-    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let (a, b) = (self.0.least_on_segment(ends)?, self.1.least_on_segment(ends)?);
+    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        let (a, b) = (self.0.minimum_on_segment(ends)?, self.1.minimum_on_segment(ends)?);
         let looks = a.looks.saturating_add(b.looks);
         Some(SegmentMinimum { looks, ..if b.value < a.value { b } else { a } })
     }
 
     /// The level is not handed on: what is above it in one field takes more or fewer looks, and changes how many there were.
-    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        let enough = [R::lift(f64::INFINITY), enough[1]];
-        let (a, b) = (self.0.least_on_triangle(corners, enough)?, self.1.least_on_triangle(corners, enough)?);
+    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        let enough = [R::from_f64(f64::INFINITY), enough[1]];
+        let (a, b) = (self.0.minimum_on_triangle(corners, enough)?, self.1.minimum_on_triangle(corners, enough)?);
         let looks = a.looks.saturating_add(b.looks);
         let least = Real::min(a.least, b.least);
         Some(TriangleMinimum { looks, least, ..if b.value < a.value { b } else { a } })
@@ -94,22 +94,22 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
         self.0.slope_bound().max(self.1.slope_bound())
     }
 
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        let (a, b) = (self.0.local_bounds(region).negate(), self.1.local_bounds(region).negate());
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        let (a, b) = (self.0.enclose_box(region).negate(), self.1.enclose_box(region).negate());
         a.lower(b).negate()
     }
 
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.0.survey(about, corners).negate().lower(self.1.survey(about, corners).negate()).negate()
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.0.enclosure(about, corners).negate().lower(self.1.enclosure(about, corners).negate()).negate()
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         self.0.is_convex_on(corners) && self.1.is_convex_on(corners)
     }
 
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let [a, b] = surveys(&self.0, &self.1, corners);
-        a.negate().rises_of_lower(b.negate(), || self.0.rises(corners), || self.1.rises(corners))
+        a.negate().min_combine(b.negate(), || self.0.max_rise_to_corners(corners), || self.1.max_rise_to_corners(corners))
     }
 
     /// No value is below that of the part which is the higher at the middle.
@@ -137,12 +137,12 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
         self.0.slope_bound().max(self.1.slope_bound())
     }
 
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        self.0.local_bounds(region).negate().lower(self.1.local_bounds(region)).negate()
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        self.0.enclose_box(region).negate().lower(self.1.enclose_box(region)).negate()
     }
 
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        self.0.survey(about, corners).negate().lower(self.1.survey(about, corners)).negate()
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.0.enclosure(about, corners).negate().lower(self.1.enclosure(about, corners)).negate()
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
@@ -150,9 +150,9 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
         -b.least < a.least && self.0.is_convex_on(corners)
     }
 
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let [a, b] = surveys(&self.0, &self.1, corners);
-        a.negate().rises_of_lower(b, || self.0.rises(corners), || b.gradients.negate().rises(corners))
+        a.negate().min_combine(b, || self.0.max_rise_to_corners(corners), || b.gradients.negate().max_rise_to_corners(corners))
     }
 }
 

@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
 use super::surveys;
-use crate::real::{Float, Real};
-use crate::survey::sum;
-use crate::{Aabb, LocalBounds, Sample, Sdf, Survey};
+use crate::number::{Float, Real};
+use crate::enclosure::sum;
+use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
 ///
@@ -25,12 +25,12 @@ impl<A, B> SmoothUnion<A, B> {
     /// h of the type's formula.
     #[inline]
     fn nearness<R: Real>(&self, a: R, b: R) -> R {
-        (R::one() - (a - b).abs() / R::lift(self.blend)).max(R::zero())
+        (R::one() - (a - b).abs() / R::from_f64(self.blend)).max(R::zero())
     }
 
     #[inline]
     fn blended<R: Real>(&self, a: R, b: R, nearness: R) -> R {
-        a.min(b) - nearness * nearness * R::lift(0.25 * self.blend)
+        a.min(b) - nearness * nearness * R::from_f64(0.25 * self.blend)
     }
 }
 
@@ -39,7 +39,7 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (a, b) = (self.a.evaluate(point), self.b.evaluate(point));
         let nearness = self.nearness(a.value, b.value);
-        let share_of_higher = nearness * R::lift(0.5);
+        let share_of_higher = nearness * R::from_f64(0.5);
         let share_of_a = R::select(a.value.lt(b.value), R::one() - share_of_higher, share_of_higher);
         let gradient = b.gradient + (a.gradient - b.gradient) * share_of_a;
         let blended =
@@ -64,16 +64,16 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
         self.a.slope_bound().max(self.b.slope_bound())
     }
 
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        let sharp = self.a.local_bounds(region).lower(self.b.local_bounds(region));
-        LocalBounds { least: sharp.least - 0.25 * self.blend, ..sharp }
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        let sharp = self.a.enclose_box(region).lower(self.b.enclose_box(region));
+        BoxEnclosure { least: sharp.least - 0.25 * self.blend, ..sharp }
     }
 
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        let (a, b) = (self.a.survey(about, corners), self.b.survey(about, corners));
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        let (a, b) = (self.a.enclosure(about, corners), self.b.enclosure(about, corners));
         // It rises where either part does.
         let blended = |a: R, b: R| self.blended(a, b, self.nearness(a, b));
-        Survey {
+        Enclosure {
             value: blended(a.value, b.value),
             least: blended(a.least, b.least),
             greatest: blended(a.greatest, b.greatest),
@@ -83,7 +83,7 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         let [a, b] = surveys(&self.a, &self.b, corners);
-        let blend = R::lift(self.blend);
+        let blend = R::from_f64(self.blend);
         match () {
             () if a.greatest + blend < b.least => self.a.is_convex_on(corners),
             () if b.greatest + blend < a.least => self.b.is_convex_on(corners),
@@ -92,13 +92,13 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     }
 
     /// Its gradient is a mean of the parts' own.
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let [a, b] = surveys(&self.a, &self.b, corners);
-        let blend = R::lift(self.blend);
+        let blend = R::from_f64(self.blend);
         match () {
-            () if a.greatest + blend < b.least => self.a.rises(corners),
-            () if b.greatest + blend < a.least => self.b.rises(corners),
-            () => sum(self.a.rises(corners), self.b.rises(corners)),
+            () if a.greatest + blend < b.least => self.a.max_rise_to_corners(corners),
+            () if b.greatest + blend < a.least => self.b.max_rise_to_corners(corners),
+            () => sum(self.a.max_rise_to_corners(corners), self.b.max_rise_to_corners(corners)),
         }
     }
 }

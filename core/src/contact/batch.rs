@@ -1,7 +1,7 @@
 //! Contacts of many elements, several at a time.
 //!
 //! The elements that a field's local bounds do not cull are asked at their centroids side by side in [`Lanes`], and those
-//! that pass are searched side by side where [`Minimizer::PAYS_IN_LANES`]. Compiled for wide vectors, as a crate such as
+//! that pass are searched side by side where [`Minimizer::LOCKSTEP`]. Compiled for wide vectors, as a crate such as
 //! `pulp` does at run time with what is inlined into a function, a lane costs a fraction of a scalar.
 //!
 //! ```
@@ -29,7 +29,7 @@ use nalgebra::Vector3;
 
 use super::{BoxBounds, Element, ElementKind, Outcome, judge, rounding_in_box};
 use crate::minimize::{Minimizer, Minimum};
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 use crate::simplex::LowerBound;
 use crate::{Aabb, Lanes, Sdf, Simplex};
 
@@ -54,7 +54,7 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     let culling = Culling::<_, _, N, L> { field, margin, elements };
     culling.run(|looked| {
         let is_full = match looked {
-            Some((place, Ok(lower_bound))) => waiting.push((place, Passed { place, lower_bound })),
+            Some((place, Ok(lower_bound))) => waiting.push((place, Survivor { place, lower_bound })),
             Some((place, Err(refusal))) => {
                 take(place, refusal.outcome());
                 false
@@ -77,7 +77,7 @@ pub fn cull<R, F, T, const N: usize, const L: usize>(field: &F, margin: R, eleme
 where
     R: Float,
     F: Sdf,
-    T: FnMut(usize, Result<R, Refusal>),
+    T: FnMut(usize, Result<R, CullReason>),
 {
     Culling::<_, _, N, L> { field, margin, elements }.run(|looked| {
         if let Some((place, looked)) = looked {
@@ -96,7 +96,7 @@ pub fn search<R, F, M, T, const N: usize, const L: usize>(
     minimizer: &M,
     margin: R,
     elements: &[Element<R, N>],
-    passed: &[Passed<R>],
+    passed: &[Survivor<R>],
     mut take: T,
 ) where
     R: Float,
@@ -106,14 +106,14 @@ pub fn search<R, F, M, T, const N: usize, const L: usize>(
 {
     const { assert!(L > 0) };
     let search = Search { field, margin, elements };
-    let brief = if M::PAYS_IN_LANES { minimizer.brief() } else { None };
+    let quick_pass = if M::LOCKSTEP { minimizer.quick_pass() } else { None };
     let (mut left_over, mut waiting) = (Queue::<_, L>::none(), Queue::<_, L>::none());
     let mut fresh = passed.chunks(L).zip((0..).step_by(L));
     loop {
         waiting.take_from(&mut left_over);
         let next = if waiting.count == L { None } else { fresh.next() };
-        let method = next.and(brief.as_ref()).unwrap_or(minimizer);
-        let is_brief = next.is_some() && brief.is_some();
+        let method = next.and(quick_pass.as_ref()).unwrap_or(minimizer);
+        let is_brief = next.is_some() && quick_pass.is_some();
         let mut queue = match next {
             Some((chunk, first)) => Queue::of((first..).zip(chunk.iter().copied())),
             None => core::mem::replace(&mut waiting, Queue::none()),
@@ -133,7 +133,7 @@ pub fn search<R, F, M, T, const N: usize, const L: usize>(
 
 /// An element that is to be searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Passed<R> {
+pub struct Survivor<R> {
     /// In the slice of elements.
     pub place: usize,
     /// No value on the element is below this.
@@ -142,12 +142,12 @@ pub struct Passed<R> {
 
 /// Why an element is not searched: an [`Outcome`] without the room for a contact, which is large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum CullReason {
     NotFinite,
     Culled,
 }
 
-impl Refusal {
+impl CullReason {
     #[inline(always)]
     fn outcome<R: Float, const N: usize>(self) -> Outcome<R, N> {
         match self {
@@ -165,7 +165,7 @@ struct Boxes<R, const L: usize> {
     /// See [`rounding_in_box`].
     rounding: [R; L],
     /// 1 where all corners are within reach, else 0.
-    is_in_reach: [R; L],
+    is_representable: [R; L],
 }
 
 impl<R: Float, const L: usize> Boxes<R, L> {
@@ -174,7 +174,7 @@ impl<R: Float, const L: usize> Boxes<R, L> {
             min: [[R::zero(); L]; 3],
             max: [[R::zero(); L]; 3],
             rounding: [R::zero(); L],
-            is_in_reach: [R::zero(); L],
+            is_representable: [R::zero(); L],
         }
     }
 }
@@ -228,12 +228,12 @@ impl<T: Copy, const L: usize> Queue<T, L> {
 }
 
 /// A place, and what is to be searched.
-type Waiting<R> = (usize, Passed<R>);
+type Waiting<R> = (usize, Survivor<R>);
 
 impl<R: Float, const L: usize> Queue<Waiting<R>, L> {
     #[inline(always)]
     fn none() -> Self {
-        Self::new((0, Passed { place: 0, lower_bound: R::zero() }))
+        Self::new((0, Survivor { place: 0, lower_bound: R::zero() }))
     }
 
     #[inline(always)]
@@ -255,7 +255,7 @@ struct Culling<'a, R: Float, F, const N: usize, const L: usize> {
 impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
     /// `take` is given nothing at the end, once.
     #[inline(always)]
-    fn run(&self, mut take: impl FnMut(Option<(usize, Result<R, Refusal>)>)) {
+    fn run(&self, mut take: impl FnMut(Option<(usize, Result<R, CullReason>)>)) {
         const { assert!(L > 0) };
         let mut boxes = Boxes::nowhere();
         let mut near = Queue::new(Near { place: 0, of_box: BoxBounds { least: R::zero(), slope_bound: R::zero() } });
@@ -266,7 +266,7 @@ impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
                 boxes = self.boxes(place);
             }
             let is_last = place == self.elements.len();
-            let looked = if is_last { Err(Refusal::Culled) } else { self.look_at_box(&boxes, lane) };
+            let looked = if is_last { Err(CullReason::Culled) } else { self.look_at_box(&boxes, lane) };
             let is_full = match looked {
                 Ok(of_box) => near.push(Near { place, of_box }),
                 Err(refusal) => {
@@ -306,26 +306,26 @@ impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
                 (boxes.min[axis][lane], boxes.max[axis][lane]) = (min, max);
             }
             boxes.rounding[lane] = rounding_in_box(slope_bound, self.margin, &element.simplex);
-            boxes.is_in_reach[lane] = R::select(element.simplex.is_in_reach(), R::one(), R::zero());
+            boxes.is_representable[lane] = R::select(element.simplex.is_representable(), R::one(), R::zero());
         }
         boxes
     }
 
     /// The first half of [`contact`](super::contact)'s cull.
     #[inline(always)]
-    fn look_at_box(&self, boxes: &Boxes<R, L>, lane: usize) -> Result<BoxBounds<R>, Refusal> {
-        if ElementKind::of(N).is_none() || boxes.is_in_reach[lane] <= R::zero() {
-            return Err(Refusal::NotFinite);
+    fn look_at_box(&self, boxes: &Boxes<R, L>, lane: usize) -> Result<BoxBounds<R>, CullReason> {
+        if ElementKind::of(N).is_none() || boxes.is_representable[lane] <= R::zero() {
+            return Err(CullReason::NotFinite);
         }
         let along = |bounds: &[[R; L]; 3]| from_fn(|axis| bounds[axis][lane].to_f64());
         let region = Aabb { min: along(&boxes.min), max: along(&boxes.max) };
         let of_box = BoxBounds::new(self.field, &region, boxes.rounding[lane]);
-        if self.margin < of_box.least { Err(Refusal::Culled) } else { Ok(of_box) }
+        if self.margin < of_box.least { Err(CullReason::Culled) } else { Ok(of_box) }
     }
 
     /// The second half of it, which gives a lower bound of each that passes.
     #[inline(always)]
-    fn look_at_centroids(&self, near: &[Near<R>; L]) -> [Result<R, Refusal>; L] {
+    fn look_at_centroids(&self, near: &[Near<R>; L]) -> [Result<R, CullReason>; L] {
         let simplex = side_by_side(self.elements, near.map(|near| near.place));
         let centroid = simplex.centroid();
         let below = LowerBound { slope_bound: self.field.slope_bound() };
@@ -335,9 +335,9 @@ impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
         let margin = Lanes([self.margin; L]);
         let (is_above, is_within) = (margin.lt(by_slope), lower_bound.le(margin));
         from_fn(|lane| match () {
-            () if is_above.0[lane] => Err(Refusal::Culled),
+            () if is_above.0[lane] => Err(CullReason::Culled),
             () if is_within.0[lane] => Ok(lower_bound.0[lane]),
-            () => Err(Refusal::NotFinite),
+            () => Err(CullReason::NotFinite),
         })
     }
 }
@@ -361,7 +361,7 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
         if count == 0 {
             return;
         }
-        if M::PAYS_IN_LANES {
+        if M::LOCKSTEP {
             let simplices = side_by_side(self.elements, items.map(|(_, passed)| passed.place));
             let minimum = minimizer.minimize_below(self.field, &simplices, Lanes([self.margin; L]));
             for (lane, item) in items.iter().enumerate().take(count) {
@@ -379,7 +379,7 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
     fn tell(
         &self,
         place: usize,
-        passed: &Passed<R>,
+        passed: &Survivor<R>,
         minimum: &Minimum<R, N>,
         take: &mut impl FnMut(usize, Outcome<R, N>),
     ) {

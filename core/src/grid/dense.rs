@@ -1,5 +1,5 @@
 use super::{Lattice, Storage};
-use crate::real::Float;
+use crate::number::Float;
 
 /// Every node's sample in one slice, x fastest: lent from memory or flash (`&[f32]`), or held by anything that lends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,8 +71,8 @@ impl<S: AsRef<[f32]>> Storage for Dense<S> {
             for edge in 0..4 {
                 let [low, high] = pairs[edge].map(|sample| u64::from(sample.to_bits()));
                 let both = low | high << 32;
-                corners[2 * edge][cell] = R::of_stored(f32::from_bits(both as u32));
-                corners[2 * edge + 1][cell] = R::of_stored(f32::from_bits((both >> 32) as u32));
+                corners[2 * edge][cell] = R::from_stored(f32::from_bits(both as u32));
+                corners[2 * edge + 1][cell] = R::from_stored(f32::from_bits((both >> 32) as u32));
             }
         }
         corners

@@ -8,26 +8,26 @@ use crate::Aabb;
 pub struct Lattice {
     origin: [f64; 3],
     spacing: f64,
-    per_spacing: f64,
+    inv_spacing: f64,
     nodes: [u32; 3],
 }
 
 impl Lattice {
     /// The most nodes along an axis: f32 counts no further without gaps.
-    pub const MOST_NODES: u32 = 1 << 24;
+    pub const MAX_NODES: u32 = 1 << 24;
 
     /// `None` unless the origin is finite, the spacing and its reciprocal positive and finite, every axis has 2 to
-    /// [`Self::MOST_NODES`] nodes, and their number fits `usize`.
+    /// [`Self::MAX_NODES`] nodes, and their number fits `usize`.
     pub fn new(origin: [f64; 3], spacing: f64, nodes: [u32; 3]) -> Option<Self> {
         let far_corner = core::array::from_fn(|k| origin[k] + spacing * f64::from(nodes[k]));
         let finite = [origin, far_corner].iter().flatten().all(|x: &f64| x.is_finite());
-        let counts_fit = nodes.iter().all(|n| (2..=Self::MOST_NODES).contains(n));
+        let counts_fit = nodes.iter().all(|n| (2..=Self::MAX_NODES).contains(n));
         let total = nodes.iter().try_fold(1_usize, |total, n| total.checked_mul(*n as usize));
-        let per_spacing = 1.0 / spacing;
-        (finite && spacing > 0.0 && per_spacing.is_finite() && counts_fit && total.is_some()).then_some(Self {
+        let inv_spacing = 1.0 / spacing;
+        (finite && spacing > 0.0 && inv_spacing.is_finite() && counts_fit && total.is_some()).then_some(Self {
             origin,
             spacing,
-            per_spacing,
+            inv_spacing,
             nodes,
         })
     }
@@ -46,8 +46,8 @@ impl Lattice {
 
     /// One over the spacing, kept because firmware divides slowly.
     #[inline(always)]
-    pub fn per_spacing(&self) -> f64 {
-        self.per_spacing
+    pub fn inv_spacing(&self) -> f64 {
+        self.inv_spacing
     }
 
     /// The number of nodes along x, y and z.
@@ -84,17 +84,17 @@ impl Lattice {
     /// the box is finite and not empty.
     #[inline(always)]
     pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
-        let is_sound = region.min.iter().zip(&region.max).all(|(low, high)| low <= high && (high - low).is_finite());
+        let is_valid = region.min.iter().zip(&region.max).all(|(low, high)| low <= high && (high - low).is_finite());
         let along = |x: f64, origin: f64, cells: u32| {
             // Towards zero, and zero below it.
-            let steps = ((x - origin) * self.per_spacing) as u32;
+            let steps = ((x - origin) * self.inv_spacing) as u32;
             steps.min(cells.wrapping_sub(1))
         };
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.cells());
         let cell = |[x, y, z]: [f64; 3]| [along(x, x0, nx), along(y, y0, ny), along(z, z0, nz)];
         let [first, last]: [[u32; 3]; 2] = [cell(region.min), cell(region.max)];
         let [x, y, z] = last;
-        is_sound.then_some([first, [x.wrapping_add(1), y.wrapping_add(1), z.wrapping_add(1)]])
+        is_valid.then_some([first, [x.wrapping_add(1), y.wrapping_add(1), z.wrapping_add(1)]])
     }
 
     /// The box from the first node to the last.

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use super::bounded::bounds_of_places;
-use super::{Lattice, NodeBounds, Storage, cell_slope, trilinear};
+use super::block_bounds::merge_blocks;
+use super::{Lattice, BlockBounds, Storage, cell_slope, trilinear};
 
 /// Nodes along a brick's side.
 pub const BRICK: u32 = 8;
@@ -60,7 +60,7 @@ pub trait Bricks {
     /// By brick, then by node, x fastest.
     fn samples(&self) -> &[Self::Code];
     /// One for each brick, nodes beyond the lattice not counted.
-    fn bounds(&self) -> &[NodeBounds];
+    fn bounds(&self) -> &[BlockBounds];
     /// One more along each axis than there are places of bricks, x fastest.
     fn coarse(&self) -> &[f32];
 }
@@ -71,7 +71,7 @@ pub struct BrickSlices<'a, C> {
     pub table: &'a [u32],
     pub scales: &'a [Scale],
     pub samples: &'a [C],
-    pub bounds: &'a [NodeBounds],
+    pub bounds: &'a [BlockBounds],
     pub coarse: &'a [f32],
 }
 
@@ -86,7 +86,7 @@ impl<C: Code> Bricks for BrickSlices<'_, C> {
     fn samples(&self) -> &[C] {
         self.samples
     }
-    fn bounds(&self) -> &[NodeBounds] {
+    fn bounds(&self) -> &[BlockBounds] {
         self.bounds
     }
     fn coarse(&self) -> &[f32] {
@@ -105,7 +105,7 @@ impl<B: Bricks> Bricks for &B {
     fn samples(&self) -> &[B::Code] {
         (**self).samples()
     }
-    fn bounds(&self) -> &[NodeBounds] {
+    fn bounds(&self) -> &[BlockBounds] {
         (**self).bounds()
     }
     fn coarse(&self) -> &[f32] {
@@ -231,7 +231,7 @@ const ROUNDINGS: f64 = 32.0;
 impl<B: Bricks> Sparse<B> {
     /// Of the nodes of a place. A cell with all its corners in places without bricks lies in one cell of the coarse grid;
     /// any other has a corner in a brick.
-    fn bounds_of_place(&self, place: [u32; 3]) -> NodeBounds {
+    fn bounds_of_place(&self, place: [u32; 3]) -> BlockBounds {
         let of_brick = self.brick_in(place).and_then(|brick| self.bricks.bounds().get(brick));
         of_brick.copied().unwrap_or_else(|| {
             let corners = self.coarse_corners(place);
@@ -239,7 +239,7 @@ impl<B: Bricks> Sparse<B> {
             let greatest = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
             let spacing = self.coarse_spacing / f64::from(BRICK);
             let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(greatest.max(-least)) / spacing;
-            NodeBounds { least, greatest, slope: (cell_slope(corners, self.coarse_spacing) + rounding) as f32 }
+            BlockBounds { least, greatest, slope: (cell_slope(corners, self.coarse_spacing) + rounding) as f32 }
         })
     }
 }
@@ -262,9 +262,9 @@ impl<B: Bricks> Storage for Sparse<B> {
         }
     }
 
-    const HAS_BOUNDS: bool = true;
+    const HAS_BLOCK_BOUNDS: bool = true;
 
-    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
-        bounds_of_places(first, last, |place| Some(self.bounds_of_place(place)))
+    fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
+        merge_blocks(first, last, |place| Some(self.bounds_of_place(place)))
     }
 }

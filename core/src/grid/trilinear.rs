@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
+use crate::number::Real;
 
 /// The eight corner values of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111.
 pub(super) type Corners<R> = [R; 8];

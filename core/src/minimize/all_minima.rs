@@ -1,7 +1,7 @@
-use super::piece::Piece;
+use super::sub_simplex::SubSimplex;
 use super::{Certified, Minimizer, Minimum};
-use crate::real::{Float, Real};
-use crate::survey::{mean, rounding};
+use crate::number::{Float, Real};
+use crate::enclosure::{mean, rounding};
 use crate::{Sdf, Simplex};
 
 /// Every isolated minimum of a field on a simplex: what §9 of the paper leaves open, the triangle that rests on several
@@ -13,7 +13,7 @@ use crate::{Sdf, Simplex};
 /// Letscher and Zomorodian 2002, "Topological Persistence and Simplification").
 ///
 /// The simplex is cut until from every point of a piece a straight way to one of its corners rises by no more than a third of
-/// that ([`Sdf::rises`]), or the field is convex there and the least value of the piece known as well; pieces above the level
+/// that ([`Sdf::max_rise_to_corners`]), or the field is convex there and the least value of the piece known as well; pieces above the level
 /// are dropped. Then each such exit is left for a lower one as far as pieces lead there. The least of the whole simplex, by a
 /// certified search, is always among them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ impl Default for AllMinima {
 }
 
 /// Of fields within each other, each once, and of the values on either side of a comparison.
-const MOST_ROUNDINGS: f64 = 16.0;
+const MAX_ROUNDINGS: f64 = 16.0;
 
 /// The straight way from one exit to another is looked at in so many parts.
 const PARTS: u32 = 16;
@@ -41,7 +41,7 @@ const PARTS: u32 = 16;
 /// Room for one piece of a simplex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place<R, const N: usize> {
-    piece: Piece<R, N>,
+    piece: SubSimplex<R, N>,
     /// Where its points are led.
     exit: Exit<R, N>,
     /// The values at the corners that a way leads to as well, else infinity.
@@ -66,9 +66,9 @@ impl<R: Float, const N: usize> Exit<R, N> {
 
 impl<R: Float, const N: usize> Default for Place<R, N> {
     fn default() -> Self {
-        let piece = Piece::whole();
+        let piece = SubSimplex::whole();
         let exit = Exit { weights: piece.middle(), value: R::zero() };
-        Self { piece, exit, corners: [R::lift(f64::INFINITY); N], walk: 0, is_left: false }
+        Self { piece, exit, corners: [R::from_f64(f64::INFINITY); N], walk: 0, is_left: false }
     }
 }
 
@@ -89,7 +89,7 @@ pub struct Found<R: Real, const N: usize> {
 
 impl AllMinima {
     /// The minima with a value of at most `level`, on a point, segment or triangle whose corners are finite and within
-    /// ±[`Real::REACH`]. With less room than a few hundred pieces triangles are seldom searched to the end.
+    /// ±[`Real::MAX_COORDINATE`]. With less room than a few hundred pieces triangles are seldom searched to the end.
     pub fn minima<R: Float, F: Sdf, const N: usize>(
         &self,
         field: &F,
@@ -100,7 +100,7 @@ impl AllMinima {
     ) -> Found<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
-        let rise = longest_edge * R::lift(slope_bound * self.tolerance / 3.0) + rounding * R::lift(MOST_ROUNDINGS);
+        let rise = longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0) + rounding * R::from_f64(MAX_ROUNDINGS);
         let least = self.search.minimize_below(field, simplex, level);
         let evaluations = least.evaluations.to_f64() as u32;
         let mut found = Found { least, count: 0, is_complete: true, lower_bound: least.lower_bound, evaluations };
@@ -139,7 +139,7 @@ impl AllMinima {
         let is_complete = search.is_complete;
         for minimum in minima.iter_mut().take(found.count) {
             (minimum.lower_bound, minimum.converged) = (found.lower_bound, is_complete);
-            minimum.evaluations = R::lift(f64::from(search.evaluations));
+            minimum.evaluations = R::from_f64(f64::from(search.evaluations));
         }
         Found { is_complete, evaluations: search.evaluations, ..found }
     }
@@ -191,9 +191,9 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
             let last = places.get(used.wrapping_sub(1)).copied();
             let Some(piece) = places.get(at).map(|place| place.piece) else { break };
             let corners = piece.of(self.simplex).corners;
-            let survey = self.field.survey(mean(&corners), &corners);
+            let enclosure = self.field.enclosure(mean(&corners), &corners);
             self.evaluations = self.evaluations.saturating_add(1);
-            if level < survey.least {
+            if level < enclosure.least {
                 if let (Some(place), Some(last)) = (places.get_mut(at), last) {
                     *place = last;
                 }
@@ -211,7 +211,7 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
                 places.iter_mut().skip(at).take(1).for_each(|place| place.piece = half);
                 used = used.saturating_add(1);
             } else {
-                self.is_complete &= is_gentle && survey.least <= survey.value;
+                self.is_complete &= is_gentle && enclosure.least <= enclosure.value;
                 places.iter_mut().skip(at).take(1).for_each(|free| *free = place);
                 at = at.saturating_add(1);
             }
@@ -220,7 +220,7 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
     }
 
     /// A piece with its exit, and whether ways there rise by no more than allowed.
-    fn place(&mut self, piece: Piece<R, N>, corners: &Simplex<R, N>, is_convex: bool) -> (Place<R, N>, bool) {
+    fn place(&mut self, piece: SubSimplex<R, N>, corners: &Simplex<R, N>, is_convex: bool) -> (Place<R, N>, bool) {
         let values = corners.corners.map(|corner| self.field.value(corner));
         self.evaluations = self.evaluations.saturating_add(N as u32);
         let place = Place { piece, ..Place::default() };
@@ -229,9 +229,9 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
             let is_gentle = least.exit.value - self.rise <= least.lower_bound;
             return (Place { exit: least.exit, corners: values, ..place }, is_gentle);
         }
-        let rises = self.field.rises(&corners.corners);
+        let rises = self.field.max_rise_to_corners(&corners.corners);
         self.evaluations = self.evaluations.saturating_add(1);
-        let mut corners = [R::lift(f64::INFINITY); N];
+        let mut corners = [R::from_f64(f64::INFINITY); N];
         let mut lowest = Exit { weights: piece.corners[0], value: values[0] };
         for (((gentle, weights), value), rise) in corners.iter_mut().zip(piece.corners).zip(values).zip(rises) {
             let here = Exit { weights, value };
@@ -275,17 +275,17 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
     fn is_one_dent(&self, a: &Minimum<R, N>, b: &Minimum<R, N>) -> bool {
         let highest = Real::max(a.sample.value, b.sample.value) + self.rise;
         let way = b.point - a.point;
-        let at = |part: u32| a.point + way * R::lift(f64::from(part) / f64::from(PARTS));
+        let at = |part: u32| a.point + way * R::from_f64(f64::from(part) / f64::from(PARTS));
         (0..PARTS).all(|part| {
             let ends = [at(part), at(part.saturating_add(1))];
             let [from, to] = ends.map(|end| self.field.value(end));
             let top =
-                if self.field.is_convex_on(&ends) { Real::max(from, to) } else { from + self.field.rises(&ends)[1] };
+                if self.field.is_convex_on(&ends) { Real::max(from, to) } else { from + self.field.max_rise_to_corners(&ends)[1] };
             top <= highest
         })
     }
 
-    fn least(&mut self, piece: &Piece<R, N>) -> Least<R, N> {
+    fn least(&mut self, piece: &SubSimplex<R, N>) -> Least<R, N> {
         let least = self.within.minimize(self.field, &piece.of(self.simplex));
         self.evaluations = self.evaluations.saturating_add(least.evaluations.to_f64() as u32);
         let weights = piece.weights(least.weights);

@@ -2,24 +2,24 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use super::piece::Piece;
+use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
-use crate::kernel::Bundle;
-use crate::real::{Float, Real};
+use crate::number::kernel::LaneBundle;
+use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
-use crate::survey::rounding;
+use crate::enclosure::rounding;
 use crate::vector::norm;
-use crate::{Gradients, Sample, Sdf, Simplex};
+use crate::{GradientBox, Sample, Sdf, Simplex};
 
 /// Branch and bound (Land and Doig 1960; Hansen and Walster 2003, "Global Optimization Using Interval Analysis"): the
-/// simplex is cut in two again and again, always the piece whose lower bound ([`Sdf::survey`]) is least, until no piece
+/// simplex is cut in two again and again, always the piece whose lower bound ([`Sdf::enclosure`]) is least, until no piece
 /// can hold a value much below the best one seen. What it answers is the least value of the whole simplex, however many
 /// minima there are, to within the gap between value and lower bound.
 ///
 /// It converged if that gap is within the tolerance. If not, the gap still holds: the budget ran out first.
 ///
 /// A grid knows the least of a segment by itself, and of a triangle that meets some hundreds of cells at most
-/// ([`Sdf::least_on_triangle`]): such a one is not searched, and a larger one cut until its pieces are. Elsewhere it begins
+/// ([`Sdf::minimum_on_triangle`]): such a one is not searched, and a larger one cut until its pieces are. Elsewhere it begins
 /// where a few steps of [`Newton`] end: the lower the value to beat, the fewer the pieces.
 ///
 /// Told of a level ([`Minimizer::minimize_below`]), it stops as soon as no value is at most that. Where the least is, it answers
@@ -45,25 +45,25 @@ impl Default for Certified {
 }
 
 /// Of fields within each other, and one more.
-const MOST_ROUNDINGS: f64 = 8.0;
+const MAX_ROUNDINGS: f64 = 8.0;
 
 /// A point that was found among pieces is polished in this share of the simplex around it.
 const PART_TO_POLISH: f64 = 0.125;
 
 /// Pieces that wait at a time: 5 KB of triangles in f64.
-const MOST_PIECES: usize = 64;
+const MAX_PIECES: usize = 64;
 
 /// With less room than this, the smallest piece is cut and not the most promising: that one is done with after as many
 /// cuts, two for each halving of its size, and needs room for no more.
 const ROOM_TO_FINISH: usize = 40;
 
 impl<const N: usize> Minimizer<N> for Certified {
-    const WORKS_IN_LANES: bool = true;
+    const USES_SIMD: bool = true;
 
     /// Lane by lane, for each has pieces of its own.
     #[cfg_attr(feature = "std", inline(always))]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        self.minimize_below(field, simplex, R::lift(f64::INFINITY))
+        self.minimize_below(field, simplex, R::from_f64(f64::INFINITY))
     }
 
     #[cfg_attr(feature = "std", inline(always))]
@@ -96,7 +96,7 @@ impl Certified {
 
     #[inline(always)]
     fn tolerance_on<R: Float, F: Sdf>(&self, field: &F, longest_edge: R) -> R {
-        longest_edge * R::lift(field.slope_bound() * self.tolerance)
+        longest_edge * R::from_f64(field.slope_bound() * self.tolerance)
     }
 
     /// Below a value by how much none is looked for, and how much it is off by rounding.
@@ -110,7 +110,7 @@ impl Certified {
     ) -> [R; 2] {
         // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
         let rounding = rounding(field.slope_bound(), simplex.corners[0], longest_edge, value);
-        [self.tolerance_on(field, longest_edge) + rounding * R::lift(MOST_ROUNDINGS), rounding]
+        [self.tolerance_on(field, longest_edge) + rounding * R::from_f64(MAX_ROUNDINGS), rounding]
     }
 
     #[inline(never)]
@@ -131,13 +131,13 @@ impl Certified {
         if let Some(boundary) = boundary {
             search.settle(Real::min(boundary.value, search.best.value) - rounding);
         }
-        let whole = Open { piece: Piece::whole(), least: R::lift(f64::NEG_INFINITY), cuts: 0 };
+        let whole = Open { piece: SubSimplex::whole(), least: R::from_f64(f64::NEG_INFINITY), cuts: 0 };
         match in_cells {
             Some(found) => search.wait(Open { least: found.least - rounding, ..whole }, gap),
             None => search.look_at(whole, search.best.weights, gap),
         }
         if boundary.is_some() && search.waiting.count > 0 {
-            search.descend(&self.local, &Piece::whole());
+            search.descend(&self.local, &SubSimplex::whole());
         }
         let mut converged = true;
         while let Some(open) = search.waiting.pop() {
@@ -167,7 +167,7 @@ impl Certified {
         converged &= search.best.value - gap <= search.given_up;
         // A search that was stopped is not: polished, it might end lower than one that went on.
         if converged && search.is_rough {
-            search.descend(&self.local, &Piece::around(search.best.weights, R::lift(PART_TO_POLISH)));
+            search.descend(&self.local, &SubSimplex::around(search.best.weights, R::from_f64(PART_TO_POLISH)));
         }
         search.finish(converged)
     }
@@ -192,7 +192,7 @@ fn of_cells<R: Float, F: Sdf, const N: usize>(
     enough: [R; 2],
 ) -> Option<InCells<R, N>> {
     let &[a, b, c] = simplex.corners.as_slice() else { return None };
-    let found = field.least_on_triangle([a, b, c], enough)?;
+    let found = field.minimum_on_triangle([a, b, c], enough)?;
     let mut weights = [R::zero(); N];
     weights.iter_mut().zip(found.weights).for_each(|(weight, of_corner)| *weight = of_corner);
     let point = simplex.point(weights);
@@ -209,7 +209,7 @@ impl<R: Float, const N: usize> InCells<R, N> {
             point: self.point,
             sample: self.sample,
             lower_bound,
-            evaluations: R::lift(f64::from(self.looks)),
+            evaluations: R::from_f64(f64::from(self.looks)),
             converged: self.sample.value - gap <= lower_bound,
         }
     }
@@ -218,9 +218,9 @@ impl<R: Float, const N: usize> InCells<R, N> {
 /// The least value on the three edges of a triangle, where the field knows that by itself.
 fn least_on_edges<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Boundary<R, N>> {
     let &[a, b, c] = simplex.corners.as_slice() else { return None };
-    let mut least = Boundary { weights: corner_weights(0), value: R::lift(f64::INFINITY), looks: 0 };
+    let mut least = Boundary { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), looks: 0 };
     for (ends, from, to) in [([a, b], 0, 1), ([b, c], 1, 2), ([c, a], 2, 0)] {
-        let edge = field.least_on_segment(ends)?;
+        let edge = field.minimum_on_segment(ends)?;
         least.looks = least.looks.saturating_add(edge.looks);
         if edge.value < least.value {
             let (from, to): ([R; N], [R; N]) = (corner_weights(from), corner_weights(to));
@@ -242,7 +242,7 @@ struct Boundary<R, const N: usize> {
 #[cfg_attr(feature = "std", inline(always))]
 fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Minimum<R, N>> {
     let &[a, b] = simplex.corners.as_slice() else { return None };
-    let least = field.least_on_segment([a, b])?;
+    let least = field.minimum_on_segment([a, b])?;
     let mut weights = [R::zero(); N];
     weights.iter_mut().zip([R::one() - least.share, least.share]).for_each(|(weight, share)| *weight = share);
     let point = simplex.point(weights);
@@ -253,7 +253,7 @@ fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, 
         point,
         sample,
         lower_bound: Real::min(least.value, sample.value) - rounding,
-        evaluations: R::lift(f64::from(least.looks.saturating_add(1))),
+        evaluations: R::from_f64(f64::from(least.looks.saturating_add(1))),
         converged: true,
     })
 }
@@ -308,7 +308,7 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         evaluations: u32,
         plane: Option<Plane<R>>,
     ) -> Self {
-        let nothing = R::lift(f64::INFINITY);
+        let nothing = R::from_f64(f64::INFINITY);
         Self {
             field,
             simplex,
@@ -324,7 +324,7 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
     }
 
     /// Looks for a lower value in a piece.
-    fn descend(&mut self, local: &Newton, piece: &Piece<R, N>) {
+    fn descend(&mut self, local: &Newton, piece: &SubSimplex<R, N>) {
         let found = local.minimize(self.field, &piece.of(self.simplex));
         self.evaluations = self.evaluations.saturating_add(found.evaluations.to_f64() as u32);
         // What is answered is the value at the point of the weights, and rounding may make that another one.
@@ -345,16 +345,16 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
         if let Some(found) = of_cells(self.field, &piece, [self.best.value - gap, gap]) {
             return self.take(open, &found, gap);
         }
-        let survey = self.field.survey(self.simplex.point(weights), &piece.corners);
-        if survey.value < self.best.value {
-            (self.best, self.is_rough) = (Seen { weights, value: survey.value }, true);
+        let enclosure = self.field.enclosure(self.simplex.point(weights), &piece.corners);
+        if enclosure.value < self.best.value {
+            (self.best, self.is_rough) = (Seen { weights, value: enclosure.value }, true);
         }
-        if self.plane.is_some_and(|plane| plane.is_crossed_downhill(&survey.gradients, self.field.slope_bound())) {
+        if self.plane.is_some_and(|plane| plane.is_crossed_downhill(&enclosure.gradients, self.field.slope_bound())) {
             return;
         }
         // Where the field is no number, nothing is certain.
-        let is_known = survey.least <= survey.value;
-        let least = if is_known { Real::max(survey.least, open.least) } else { R::lift(f64::NEG_INFINITY) };
+        let is_known = enclosure.least <= enclosure.value;
+        let least = if is_known { Real::max(enclosure.least, open.least) } else { R::from_f64(f64::NEG_INFINITY) };
         self.wait(Open { least, ..open }, gap);
     }
 
@@ -401,7 +401,7 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
             point,
             sample: self.field.evaluate(point),
             lower_bound,
-            evaluations: R::lift(f64::from(self.evaluations.saturating_add(1))),
+            evaluations: R::from_f64(f64::from(self.evaluations.saturating_add(1))),
             converged,
         }
     }
@@ -419,18 +419,18 @@ impl<R: Float> Plane<R> {
         let (along, other) = (b - a, c - a);
         let across = other - part_along(along, other);
         // Of a sliver rounding alone may tell where it lies.
-        let is_sound = norm(other) * R::lift(1e-3) < norm(across);
-        Self { ways: [along, if is_sound { across } else { Vector3::zeros() }] }
+        let is_valid = norm(other) * R::from_f64(1e-3) < norm(across);
+        Self { ways: [along, if is_valid { across } else { Vector3::zeros() }] }
     }
 
     /// Whether along some way in the plane the field falls for all these gradients: then no point of them, if not on the
     /// boundary, holds a least value (0 is in the generalized gradient there: Clarke 1983, "Optimization and Nonsmooth
     /// Analysis", prop. 2.3.2).
-    fn is_crossed_downhill(&self, gradients: &Gradients<R>, slope_bound: f64) -> bool {
-        let middle = (gradients.least + gradients.greatest) * R::lift(0.5);
+    fn is_crossed_downhill(&self, gradients: &GradientBox<R>, slope_bound: f64) -> bool {
+        let middle = (gradients.least + gradients.greatest) * R::from_f64(0.5);
         let uphill = self.ways.iter().fold(Vector3::zeros(), |sum, way| sum + part_along(*way, middle));
         // More than what is off by rounding, and by how far the way leaves the plane.
-        let rounding = norm(uphill) * R::lift(slope_bound * 1024.0 * R::EPSILON);
+        let rounding = norm(uphill) * R::from_f64(slope_bound * 1024.0 * R::EPSILON);
         rounding < gradients.along(uphill)[0]
     }
 }
@@ -444,7 +444,7 @@ fn part_along<R: Float>(way: Vector3<R>, vector: Vector3<R>) -> Vector3<R> {
 /// A part of the simplex that is still to be cut or dropped.
 #[derive(Clone, Copy)]
 struct Open<R, const N: usize> {
-    piece: Piece<R, N>,
+    piece: SubSimplex<R, N>,
     least: R,
     /// How many cuts made it.
     cuts: u32,
@@ -452,29 +452,29 @@ struct Open<R, const N: usize> {
 
 /// Pieces in a heap, the one with the least bound on top.
 struct Waiting<R, const N: usize> {
-    pieces: [Open<R, N>; MOST_PIECES],
+    pieces: [Open<R, N>; MAX_PIECES],
     count: usize,
 }
 
 impl<R: Float, const N: usize> Waiting<R, N> {
     fn new() -> Self {
-        Self { pieces: [Open { piece: Piece::whole(), least: R::zero(), cuts: 0 }; MOST_PIECES], count: 0 }
+        Self { pieces: [Open { piece: SubSimplex::whole(), least: R::zero(), cuts: 0 }; MAX_PIECES], count: 0 }
     }
 
     /// The least bound of all.
     fn least(&self) -> R {
-        if self.count == 0 { R::lift(f64::INFINITY) } else { self.pieces[0].least }
+        if self.count == 0 { R::from_f64(f64::INFINITY) } else { self.pieces[0].least }
     }
 
     /// Returns the bound of the piece that found no room, or infinity.
     fn push(&mut self, open: Open<R, N>) -> R {
-        if self.count < MOST_PIECES {
+        if self.count < MAX_PIECES {
             self.place(self.count, open);
             self.count = self.count.saturating_add(1);
-            return R::lift(f64::INFINITY);
+            return R::from_f64(f64::INFINITY);
         }
         // The greatest bound is among those with none below them.
-        let leaves = self.pieces.iter().enumerate().skip(MOST_PIECES / 2);
+        let leaves = self.pieces.iter().enumerate().skip(MAX_PIECES / 2);
         let greatest =
             leaves.fold(
                 (0, open.least),
@@ -491,7 +491,7 @@ impl<R: Float, const N: usize> Waiting<R, N> {
     /// The one with the least bound, or, where room is short, the smallest.
     fn pop(&mut self) -> Option<Open<R, N>> {
         let mut at = 0;
-        if self.count > MOST_PIECES - ROOM_TO_FINISH {
+        if self.count > MAX_PIECES - ROOM_TO_FINISH {
             for other in 1..self.count {
                 at = if self.at(at).cuts < self.at(other).cuts { other } else { at };
             }
@@ -526,11 +526,11 @@ impl<R: Float, const N: usize> Waiting<R, N> {
     /// All indices are below the number of places; said so that no check of it can panic.
     #[inline]
     fn at(&self, index: usize) -> &Open<R, N> {
-        &self.pieces[index % MOST_PIECES]
+        &self.pieces[index % MAX_PIECES]
     }
 
     #[inline]
     fn at_mut(&mut self, index: usize) -> &mut Open<R, N> {
-        &mut self.pieces[index % MOST_PIECES]
+        &mut self.pieces[index % MAX_PIECES]
     }
 }

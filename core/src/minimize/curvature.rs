@@ -1,12 +1,12 @@
 use core::array::from_fn;
 
 use super::cuts::{Candidate, Tangent, at, dot, on_face};
-use crate::real::Real;
+use crate::number::Real;
 use crate::simplex::corner_weights;
 
 /// An update is left out where the change of slopes that it explains is nearly across the step, less than this share of it
 /// along: it would divide by what is nearly nothing. (Nocedal and Wright 2006, "Numerical Optimization", eq. 6.26.)
-const LEAST_SHARE_ALONG: f64 = 1e-2;
+const MIN_SHARE_ALONG: f64 = 1e-2;
 
 /// The second derivatives by the weights, as far as differences of slopes tell them.
 pub(super) struct Curvature<R, const N: usize> {
@@ -16,7 +16,7 @@ pub(super) struct Curvature<R, const N: usize> {
 impl<R: Real, const N: usize> Curvature<R, N> {
     /// From tangents at the corners, exact where the field is quadratic.
     pub fn new(corners: &[Tangent<R, N>; N]) -> Self {
-        let half = R::lift(0.5);
+        let half = R::from_f64(0.5);
         let change = |k: usize, corner: usize| corners[corner].slopes[k] - corners[0].slopes[k];
         Self { by_weights: from_fn(|i| from_fn(|k| (change(i, k) + change(k, i)) * half)) }
     }
@@ -26,12 +26,12 @@ impl<R: Real, const N: usize> Curvature<R, N> {
         let step = from_fn(|k| to.weights[k] - from.weights[k]);
         let missed: [R; N] = from_fn(|k| to.slopes[k] - from.slopes[k] - dot(self.by_weights[k], step));
         let along = dot(missed, step);
-        let least = largest(missed) * largest(step) * R::lift(LEAST_SHARE_ALONG);
-        let is_sound = least.lt(along.abs());
-        let divisor = R::select(is_sound, along, R::one());
+        let least = largest(missed) * largest(step) * R::from_f64(MIN_SHARE_ALONG);
+        let is_valid = least.lt(along.abs());
+        let divisor = R::select(is_valid, along, R::one());
         for (row, missed_here) in self.by_weights.iter_mut().zip(missed) {
             for (entry, other) in row.iter_mut().zip(missed) {
-                *entry = R::select(is_sound, *entry + missed_here * (other / divisor), *entry);
+                *entry = R::select(is_valid, *entry + missed_here * (other / divisor), *entry);
             }
         }
     }
@@ -56,7 +56,7 @@ impl<R: Real, const N: usize> Curvature<R, N> {
     fn carry(&self, tangent: &Tangent<R, N>, weights: [R; N]) -> Tangent<R, N> {
         let step = from_fn(|k| weights[k] - tangent.weights[k]);
         let bend = self.by_weights.map(|row| dot(row, step));
-        let value = tangent.value + dot(tangent.slopes, step) + dot(bend, step) * R::lift(0.5);
+        let value = tangent.value + dot(tangent.slopes, step) + dot(bend, step) * R::from_f64(0.5);
         Tangent { weights, value, slopes: from_fn(|k| tangent.slopes[k] + bend[k]) }
     }
 
@@ -69,9 +69,9 @@ impl<R: Real, const N: usize> Curvature<R, N> {
     fn consider_edge(&self, at_i: &Tangent<R, N>, [i, j]: [usize; 2], lowest: &mut Candidate<R, N>) {
         let (slope, curvature) = (at(at_i.slopes, j) - at(at_i.slopes, i), self.between(i, j, j));
         let share = -slope / curvature;
-        let value = at_i.value + slope * share * R::lift(0.5);
+        let value = at_i.value + slope * share * R::from_f64(0.5);
         // Curved downwards, this is the greatest.
-        let value = R::select(R::zero().lt(curvature), value, R::lift(f64::INFINITY));
+        let value = R::select(R::zero().lt(curvature), value, R::from_f64(f64::INFINITY));
         lowest.consider(on_face([(i, R::one() - share), (j, share)]), value);
     }
 
@@ -81,9 +81,9 @@ impl<R: Real, const N: usize> Curvature<R, N> {
         let determinant = jj * kk - jk * jk;
         let share_j = (slope_k * jk - slope_j * kk) / determinant;
         let share_k = (slope_j * jk - slope_k * jj) / determinant;
-        let value = at_i.value + (slope_j * share_j + slope_k * share_k) * R::lift(0.5);
+        let value = at_i.value + (slope_j * share_j + slope_k * share_k) * R::from_f64(0.5);
         let is_bowl = R::zero().lt(determinant) & R::zero().lt(jj);
-        let value = R::select(is_bowl, value, R::lift(f64::INFINITY));
+        let value = R::select(is_bowl, value, R::from_f64(f64::INFINITY));
         lowest.consider(on_face([(i, R::one() - share_j - share_k), (j, share_j), (k, share_k)]), value);
     }
 }

@@ -2,7 +2,7 @@ use core::array::from_fn;
 
 use super::search::Visit;
 use crate::Simplex;
-use crate::real::Real;
+use crate::number::Real;
 use crate::simplex::corner_weights;
 
 /// How many cuts are kept. With three it lost its way on convex fields now and then; with five or six it needed as many
@@ -19,7 +19,7 @@ pub(super) struct Candidate<R, const N: usize> {
 impl<R: Real, const N: usize> Candidate<R, N> {
     /// Above every other.
     pub fn none() -> Self {
-        Self { weights: corner_weights(0), value: R::lift(f64::INFINITY) }
+        Self { weights: corner_weights(0), value: R::from_f64(f64::INFINITY) }
     }
 
     /// Takes the other if it is lower and lies in the simplex. Weights that are no numbers do not.
@@ -60,12 +60,12 @@ impl<R: Real, const N: usize> Tangent<R, N> {
 }
 
 /// The best tangent and the last few others.
-pub(super) struct Bundle<R, const N: usize> {
+pub(super) struct CutBundle<R, const N: usize> {
     pub best: Tangent<R, N>,
     others: [Tangent<R, N>; MOST - 1],
 }
 
-impl<R: Real, const N: usize> Bundle<R, N> {
+impl<R: Real, const N: usize> CutBundle<R, N> {
     pub fn new(first: Tangent<R, N>) -> Self {
         Self { best: first, others: [first; MOST - 1] }
     }
@@ -82,7 +82,7 @@ impl<R: Real, const N: usize> Bundle<R, N> {
 
     /// Whether the field was asked there, but for rounding.
     pub fn holds(&self, weights: [R; N]) -> R::Mask {
-        let rounding = R::lift(16.0 * R::EPSILON);
+        let rounding = R::from_f64(16.0 * R::EPSILON);
         let is_there = |tangent: &Tangent<R, N>| {
             (0..N).fold(R::zero(), |most, k| most.max((tangent.weights[k] - weights[k]).abs())).le(rounding)
         };
@@ -140,7 +140,7 @@ impl<R: Real, const N: usize> Cuts<R, N> {
             let (start, rise) = ends[0];
             ends.iter().skip(1).fold(start + rise * share, |most, (start, rise)| most.max(*start + *rise * share))
         };
-        let (mut least, mut least_at) = (R::lift(f64::INFINITY), R::zero());
+        let (mut least, mut least_at) = (R::from_f64(f64::INFINITY), R::zero());
         for (p, (start, rise)) in ends.iter().enumerate() {
             for (other_start, other_rise) in ends.iter().take(p) {
                 // No number where the two are parallel, and then not on the edge.

@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use super::search::{Numbers, Search, Visit, lower};
 use super::{Minimizer, Minimum};
-use crate::kernel::Kernel;
-use crate::real::{Mask, Real};
+use crate::number::kernel::LaneKernel;
+use crate::number::{Mask, Real};
 use crate::simplex::{LongestEdge, corner_weights};
 use crate::{Sdf, Simplex};
 
@@ -27,10 +27,10 @@ impl Default for FrankWolfe {
 }
 
 impl<const N: usize> Minimizer<N> for FrankWolfe {
-    const PAYS_IN_LANES: bool = true;
+    const LOCKSTEP: bool = true;
 
     /// Of one step: where a corner is the least, that tells.
-    fn brief(&self) -> Option<Self> {
+    fn quick_pass(&self) -> Option<Self> {
         (self.iterations > 1).then_some(Self { iterations: 1, ..*self })
     }
 
@@ -38,7 +38,7 @@ impl<const N: usize> Minimizer<N> for FrankWolfe {
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
         let [longest_edge] = R::apply(&LongestEdge, *simplex);
-        let tolerance = longest_edge * R::lift(field.slope_bound() * self.tolerance);
+        let tolerance = longest_edge * R::from_f64(field.slope_bound() * self.tolerance);
         let (mut current, mut active) = (search.best(), R::one());
         for i in 1..=self.iterations {
             let step = Step { rate: 2.0 / (f64::from(i) + 2.0) };
@@ -65,7 +65,7 @@ struct Step<const N: usize> {
     rate: f64,
 }
 
-impl<const N: usize> Kernel for Step<N> {
+impl<const N: usize> LaneKernel for Step<N> {
     type From<R: Real> = (Simplex<R, N>, Numbers<R, N>, Numbers<R, N>, [R; 2]);
     type To<R: Real> = ((Numbers<R, N>, [R; 1]), [R; N], Vector3<R>, [R; 1]);
 
@@ -86,7 +86,7 @@ impl<const N: usize> Kernel for Step<N> {
         let (mut here, mut next) = (R::zero(), weights);
         for k in 0..N {
             here += weights[k] * slopes[k];
-            next[k] += (target[k] - weights[k]) * R::lift(self.rate);
+            next[k] += (target[k] - weights[k]) * R::from_f64(self.rate);
         }
         let gap = here - least;
         let goes_on = R::select(tolerance.lt(gap), active, R::zero());

@@ -1,6 +1,6 @@
 use super::search::Search;
 use super::{Minimizer, Minimum};
-use crate::real::{Mask, Real};
+use crate::number::{Mask, Real};
 use crate::{Sdf, Simplex};
 
 /// Golden-section search on a segment (§4 of the paper; Kiefer 1953). It asks for values alone, one a step.
@@ -45,10 +45,10 @@ impl Minimizer<2> for GoldenSection {
             Probe { share, value: visit.sample.value }
         };
         let (mut from, mut to) = (R::zero(), R::one());
-        let (mut low, mut high) = (ask(R::lift(SHORT), all), ask(R::lift(LONG), all));
+        let (mut low, mut high) = (ask(R::from_f64(SHORT), all), ask(R::from_f64(LONG), all));
         let mut active = all;
         for _ in 0..self.iterations {
-            active = active & R::lift(self.tolerance).lt(to - from);
+            active = active & R::from_f64(self.tolerance).lt(to - from);
             if !active.any() {
                 break;
             }
@@ -57,7 +57,7 @@ impl Minimizer<2> for GoldenSection {
             to = R::select(shrink_to, high.share, to);
             from = R::select(shrink_from, low.share, from);
             let width = to - from;
-            let share = from + width * R::select(go_low, R::lift(SHORT), R::lift(LONG));
+            let share = from + width * R::select(go_low, R::from_f64(SHORT), R::from_f64(LONG));
             let probe = ask(share, active);
             let (old_low, old_high) = (low, high);
             low = Probe::select(shrink_to, probe, Probe::select(shrink_from, old_high, old_low));

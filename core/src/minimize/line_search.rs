@@ -2,7 +2,7 @@ use core::array::from_fn;
 
 use super::search::{Search, Visit};
 use super::{Minimizer, Minimum};
-use crate::real::{Mask, Real};
+use crate::number::{Mask, Real};
 use crate::simplex::corner_weights;
 use crate::{Sdf, Simplex};
 
@@ -31,7 +31,7 @@ impl Default for LineSearch {
 impl<const N: usize> Minimizer<N> for LineSearch {
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
-        let tolerance = simplex.longest_edge() * R::lift(field.slope_bound() * self.tolerance);
+        let tolerance = simplex.longest_edge() * R::from_f64(field.slope_bound() * self.tolerance);
         let mut current = search.best();
         let mut active = !R::Mask::NONE;
         for _ in 0..self.iterations {
@@ -63,7 +63,7 @@ impl<const N: usize> Minimizer<N> for LineSearch {
                 } else {
                     let (moves_from, moves_to) = (searching & falls, searching & !falls);
                     // The end that stays counts half, so that both move in time.
-                    let half = R::lift(0.5);
+                    let half = R::from_f64(0.5);
                     to = (
                         R::select(moves_to, share, to.0),
                         R::select(moves_to, slope, R::select(moves_from, to.1 * half, to.1)),
@@ -76,7 +76,7 @@ impl<const N: usize> Minimizer<N> for LineSearch {
                 let rise = to.1 - from.1;
                 let is_flat = !R::zero().lt(rise);
                 let zero_at = from.0 - from.1 * (to.0 - from.0) / R::select(is_flat, R::one(), rise);
-                share = R::select(is_flat, (from.0 + to.0) * R::lift(0.5), zero_at.clamp(from.0, to.0));
+                share = R::select(is_flat, (from.0 + to.0) * R::from_f64(0.5), zero_at.clamp(from.0, to.0));
             }
             let moved = lowest.sample.value.lt(current.sample.value);
             current = Visit::select(active, lowest, current);
@@ -101,7 +101,7 @@ struct Way<R, const N: usize> {
 impl<R: Real, const N: usize> Way<R, N> {
     /// From the dearest corner that has weight to the cheapest.
     fn steepest(weights: [R; N], slopes: [R; N]) -> Self {
-        let (mut cheapest, mut dearest, mut moved) = (slopes[0], R::lift(-R::REACH), R::zero());
+        let (mut cheapest, mut dearest, mut moved) = (slopes[0], R::from_f64(-R::MAX_COORDINATE), R::zero());
         let (mut to, mut from) = ([R::zero(); N], [R::zero(); N]);
         to[0] = R::one();
         for corner in 0..N {

@@ -1,10 +1,10 @@
 use core::array::from_fn;
 
 use super::curvature::Curvature;
-use super::cuts::{Bundle, Candidate, Tangent};
+use super::cuts::{CutBundle, Candidate, Tangent};
 use super::search::Search;
 use super::{Minimizer, Minimum};
-use crate::real::{Mask, Real};
+use crate::number::{Mask, Real};
 use crate::simplex::corner_weights;
 use crate::{Sdf, Simplex};
 
@@ -56,7 +56,7 @@ impl<const N: usize> Minimizer<N> for Newton {
         for corner in 1..N {
             corners[corner] = Tangent::new(simplex, &search.visit(corner_weights(corner), !R::Mask::NONE));
         }
-        let tolerance = simplex.longest_edge() * R::lift(field.slope_bound() * self.tolerance);
+        let tolerance = simplex.longest_edge() * R::from_f64(field.slope_bound() * self.tolerance);
         let mut model = Model::new(&corners, first);
         let (mut active, mut converged) = (!R::Mask::NONE, R::Mask::NONE);
         for _ in 0..self.iterations {
@@ -75,7 +75,7 @@ impl<const N: usize> Minimizer<N> for Newton {
 
 /// What the field is taken for, by the points asked so far.
 struct Model<R: Real, const N: usize> {
-    bundle: Bundle<R, N>,
+    bundle: CutBundle<R, N>,
     curvature: Curvature<R, N>,
     newton_failed: R::Mask,
     /// Of the way to a corner, for the next step by the gradient.
@@ -99,9 +99,9 @@ struct Kind<M> {
 
 impl<R: Real, const N: usize> Model<R, N> {
     fn new(corners: &[Tangent<R, N>; N], first: Tangent<R, N>) -> Self {
-        let mut bundle = Bundle::new(first);
+        let mut bundle = CutBundle::new(first);
         corners.iter().skip(1).for_each(|corner| bundle.add(*corner));
-        Self { bundle, curvature: Curvature::new(corners), newton_failed: R::Mask::NONE, share: R::lift(0.5) }
+        Self { bundle, curvature: Curvature::new(corners), newton_failed: R::Mask::NONE, share: R::from_f64(0.5) }
     }
 
     fn step(&self, tolerance: R, active: R::Mask) -> Step<R, N> {
@@ -121,7 +121,7 @@ impl<R: Real, const N: usize> Model<R, N> {
         let by_cuts = !by_curvature & falls_to(least.value) & !self.bundle.holds(least.weights);
         let by_slope: [R; N] = from_fn(|k| best.weights[k] + (corner[k] - best.weights[k]) * self.share);
         let falls_by_slope = tolerance.lt((best.value - at_corner) * self.share);
-        let is_believed = self.share.lt(R::lift(BELIEF)) | !falls_by_slope;
+        let is_believed = self.share.lt(R::from_f64(BELIEF)) | !falls_by_slope;
         let is_lowest = !falls_to(least.value) & contradiction.le(tolerance) & is_believed;
         Step {
             weights: from_fn(|k| {
@@ -140,7 +140,7 @@ impl<R: Real, const N: usize> Model<R, N> {
         let failed = !tangent.value.lt(best.value);
         self.newton_failed = kind.by_curvature & failed;
         let is_too_far = failed & !kind.by_curvature & !kind.by_cuts;
-        self.share = R::select(is_too_far, self.share * R::lift(0.5), self.share);
+        self.share = R::select(is_too_far, self.share * R::from_f64(0.5), self.share);
         self.curvature.update(&best, &tangent);
         self.bundle.add(tangent);
     }

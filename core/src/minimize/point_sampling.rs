@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use super::search::Search;
 use super::{Minimizer, Minimum};
-use crate::kernel::Kernel;
-use crate::real::{Mask, Real};
+use crate::number::kernel::LaneKernel;
+use crate::number::{Mask, Real};
 use crate::{Sdf, Simplex};
 
 /// The least of a fixed set of points: the baseline of §8.3, not a minimizer. It never converges.
@@ -24,7 +24,7 @@ impl Default for PointSampling {
 }
 
 impl Minimizer<3> for PointSampling {
-    const PAYS_IN_LANES: bool = true;
+    const LOCKSTEP: bool = true;
 
     #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
@@ -35,7 +35,7 @@ impl Minimizer<3> for PointSampling {
 }
 
 impl Minimizer<2> for PointSampling {
-    const PAYS_IN_LANES: bool = true;
+    const LOCKSTEP: bool = true;
 
     #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
@@ -47,7 +47,7 @@ impl Minimizer<2> for PointSampling {
 }
 
 impl Minimizer<1> for PointSampling {
-    const PAYS_IN_LANES: bool = true;
+    const LOCKSTEP: bool = true;
 
     #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
@@ -64,8 +64,8 @@ fn least_of<R: Real, F: Sdf, const N: usize>(
     weights: impl Fn(u32) -> [f64; N],
 ) -> Minimum<R, N> {
     let mut asked = weights(0);
-    let mut value = field.value(simplex.point(asked.map(R::lift)));
-    let mut best = (asked.map(R::lift), [value]);
+    let mut value = field.value(simplex.point(asked.map(R::from_f64)));
+    let mut best = (asked.map(R::from_f64), [value]);
     for number in 1..samples {
         let next = weights(number);
         let point;
@@ -74,7 +74,7 @@ fn least_of<R: Real, F: Sdf, const N: usize>(
     }
     (best, _) = R::apply(&Step { asked, next: asked }, (*simplex, best, [value]));
     let mut search = Search::from(field, simplex, best.0);
-    search.evaluations = R::lift(f64::from(samples.max(1)));
+    search.evaluations = R::from_f64(f64::from(samples.max(1)));
     search.finish(R::Mask::NONE)
 }
 
@@ -85,7 +85,7 @@ struct Step<const N: usize> {
     next: [f64; N],
 }
 
-impl<const N: usize> Kernel for Step<N> {
+impl<const N: usize> LaneKernel for Step<N> {
     type From<R: Real> = (Simplex<R, N>, ([R; N], [R; 1]), [R; 1]);
     type To<R: Real> = (([R; N], [R; 1]), Vector3<R>);
 
@@ -93,9 +93,9 @@ impl<const N: usize> Kernel for Step<N> {
     fn apply<R: Real>(&self, (simplex, (mut weights, [least]), [value]): Self::From<R>) -> Self::To<R> {
         let is_less = value.lt(least);
         for k in 0..N {
-            weights[k] = R::select(is_less, R::lift(self.asked[k]), weights[k]);
+            weights[k] = R::select(is_less, R::from_f64(self.asked[k]), weights[k]);
         }
-        ((weights, [R::select(is_less, value, least)]), simplex.point(self.next.map(R::lift)))
+        ((weights, [R::select(is_less, value, least)]), simplex.point(self.next.map(R::from_f64)))
     }
 }
 

@@ -2,7 +2,7 @@ use core::array::from_fn;
 
 use super::search::Search;
 use super::{Minimizer, Minimum};
-use crate::real::{Mask, Real};
+use crate::number::{Mask, Real};
 use crate::simplex::project_weights;
 use crate::{Sdf, Simplex};
 
@@ -28,19 +28,19 @@ impl Default for ProjectedGradient {
 }
 
 impl<const N: usize> Minimizer<N> for ProjectedGradient {
-    const PAYS_IN_LANES: bool = true;
+    const LOCKSTEP: bool = true;
 
     /// Of one step: where a corner is the least, that tells.
-    fn brief(&self) -> Option<Self> {
+    fn quick_pass(&self) -> Option<Self> {
         (self.iterations > 1).then_some(Self { iterations: 1, ..*self })
     }
 
     #[inline(always)]
     fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
-        let steepest = simplex.longest_edge() * R::lift(field.slope_bound());
+        let steepest = simplex.longest_edge() * R::from_f64(field.slope_bound());
         let is_flat = steepest.is_zero();
-        let rate = R::select(is_flat, R::zero(), R::lift(self.step) / R::select(is_flat, R::one(), steepest));
+        let rate = R::select(is_flat, R::zero(), R::from_f64(self.step) / R::select(is_flat, R::one(), steepest));
 
         let mut current = search.best();
         let mut active = !R::Mask::NONE;
@@ -48,7 +48,7 @@ impl<const N: usize> Minimizer<N> for ProjectedGradient {
             let slopes = simplex.slopes(current.sample.gradient);
             let next = project_weights(from_fn(|i| current.weights[i] - slopes[i] * rate));
             let change = (0..N).fold(R::zero(), |most, i| most.max((next[i] - current.weights[i]).abs()));
-            active = active & R::lift(self.tolerance).lt(change);
+            active = active & R::from_f64(self.tolerance).lt(change);
             if !active.any() {
                 break;
             }

@@ -3,8 +3,8 @@ use core::array::from_fn;
 use nalgebra::Vector3;
 
 use super::Minimum;
-use crate::kernel::Kernel;
-use crate::real::{Mask, Real};
+use crate::number::kernel::LaneKernel;
+use crate::number::{Mask, Real};
 use crate::simplex::{LowerBound, corner_weights};
 use crate::vector::select;
 use crate::{Sample, Sdf, Simplex, Status};
@@ -68,7 +68,7 @@ pub(super) fn lower<R: Real, const N: usize>(
 /// [`lower`] of a visit, the best so far and what is active.
 struct Lower<const N: usize>;
 
-impl<const N: usize> Kernel for Lower<N> {
+impl<const N: usize> LaneKernel for Lower<N> {
     type From<R: Real> = (Numbers<R, N>, Numbers<R, N>, [R; 1]);
     type To<R: Real> = (Numbers<R, N>, [R; 1]);
 
@@ -81,7 +81,7 @@ impl<const N: usize> Kernel for Lower<N> {
 /// The point of barycentric weights.
 struct AtWeights<const N: usize>;
 
-impl<const N: usize> Kernel for AtWeights<N> {
+impl<const N: usize> LaneKernel for AtWeights<N> {
     type From<R: Real> = (Simplex<R, N>, [R; N]);
     type To<R: Real> = Vector3<R>;
 
@@ -149,7 +149,7 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
         let Visit { weights, sample } = self.best;
         let point = R::apply(&AtWeights, (*self.simplex, weights));
         let below = LowerBound { slope_bound: self.field.slope_bound() };
-        let [lower_bound] = R::apply(&below, (*self.simplex, [R::lift(below.slope_bound)], point, [sample.value]));
+        let [lower_bound] = R::apply(&below, (*self.simplex, [R::from_f64(below.slope_bound)], point, [sample.value]));
         Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
     }
 }

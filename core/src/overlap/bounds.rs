@@ -1,10 +1,10 @@
 use nalgebra::Vector3;
 
-use super::{MeetingPoint, Pair};
-use crate::real::{Float, Real};
-use crate::survey::rounding;
-use crate::vector::{lift, norm};
-use crate::{Aabb, LocalBounds, Sdf};
+use super::{OverlapPoint, Pair};
+use crate::number::{Float, Real};
+use crate::enclosure::rounding;
+use crate::vector::{from_f64, norm};
+use crate::{Aabb, BoxEnclosure, Sdf};
 
 /// A pair that is asked in one number type.
 pub(super) struct Asked<'p, R, A, B> {
@@ -21,7 +21,7 @@ pub(super) struct Look<R: Real> {
     /// φ_A − φ_B is nowhere in the box zero.
     pub off_middle: bool,
     /// `None` where what the fields know of the box was enough.
-    pub seen: Option<MeetingPoint<R>>,
+    pub seen: Option<OverlapPoint<R>>,
     margin: R,
 }
 
@@ -40,17 +40,17 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
 
     /// For those of the fields that are asked.
     pub fn of_some(pair: &'p Pair<'p, A, B>, is_asked: [bool; 2]) -> Self {
-        Self { pair, rounding: pair.rounding_at_corners(is_asked), margin: R::lift(pair.margin) }
+        Self { pair, rounding: pair.rounding_at_corners(is_asked), margin: R::from_f64(pair.margin) }
     }
 
     /// By the slopes alone, of a field that is not asked by what it knows without.
     pub fn may_touch(&self, region: &Aabb, is_asked: [bool; 2]) -> bool {
-        let middle = lift(core::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis])));
-        let reach = R::lift(0.5 * region.diagonal());
-        let by_slope = |local: LocalBounds, value: R| value - reach * R::lift(local.slope_bound);
+        let middle = from_f64(core::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis])));
+        let reach = R::from_f64(0.5 * region.diagonal());
+        let by_slope = |local: BoxEnclosure, value: R| value - reach * R::from_f64(local.slope_bound);
         let (a, b) = (self.pair.a, self.pair.b);
-        let [of_a, of_b] = [a.local_bounds(region), b.local_bounds(region)];
-        let mut least = R::lift(of_a.least.max(of_b.least));
+        let [of_a, of_b] = [a.enclose_box(region), b.enclose_box(region)];
+        let mut least = R::from_f64(of_a.least.max(of_b.least));
         if is_asked[0] {
             least = Real::max(least, by_slope(of_a, a.value(middle)));
         }
@@ -62,33 +62,33 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
     }
 
     /// At a point of the region, or at the nearest one.
-    pub fn see(&self, point: Vector3<R>) -> MeetingPoint<R> {
-        let [min, max] = [self.pair.region.min, self.pair.region.max].map(lift::<R>);
+    pub fn see(&self, point: Vector3<R>) -> OverlapPoint<R> {
+        let [min, max] = [self.pair.region.min, self.pair.region.max].map(from_f64::<R>);
         let point = point.zip_zip_map(&min, &max, Real::clamp);
-        MeetingPoint::new(point, self.pair.a.evaluate(point), self.pair.b.evaluate(point))
+        OverlapPoint::new(point, self.pair.a.evaluate(point), self.pair.b.evaluate(point))
     }
 
     pub fn look(&self, region: &Aabb) -> Look<R> {
         let (a, b) = (self.pair.a, self.pair.b);
-        let [of_a, of_b] = [a.local_bounds(region), b.local_bounds(region)];
-        let unasked = R::lift(of_a.least.max(of_b.least)) - self.rounding;
+        let [of_a, of_b] = [a.enclose_box(region), b.enclose_box(region)];
+        let unasked = R::from_f64(of_a.least.max(of_b.least)) - self.rounding;
         let nothing = Look { least: unasked, off_middle: false, seen: None, margin: self.margin };
         if !nothing.may_touch() {
             return nothing;
         }
-        let seen = self.see(lift(core::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]))));
+        let seen = self.see(from_f64(core::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]))));
         if !seen.is_known() {
-            return Look { least: R::lift(f64::NEG_INFINITY), seen: Some(seen), ..nothing };
+            return Look { least: R::from_f64(f64::NEG_INFINITY), seen: Some(seen), ..nothing };
         }
-        let half: Vector3<R> = lift(region.extents().map(|extent| 0.5 * extent));
+        let half: Vector3<R> = from_f64(region.extents().map(|extent| 0.5 * extent));
         let reach = norm(half);
-        let steepest = |local: &LocalBounds| reach * R::lift(local.slope_bound);
+        let steepest = |local: &BoxEnclosure| reach * R::from_f64(local.slope_bound);
         let by_slope = Real::max(seen.a.value - steepest(&of_a), seen.b.value - steepest(&of_b)) - self.rounding;
         let least = Real::max(unasked, by_slope);
         let apart = (seen.a.value - seen.b.value).abs();
         let off_middle = of_a.least > of_b.greatest
             || of_b.least > of_a.greatest
-            || steepest(&of_a) + steepest(&of_b) + self.rounding * R::lift(2.0) < apart;
+            || steepest(&of_a) + steepest(&of_b) + self.rounding * R::from_f64(2.0) < apart;
         let look = Look { least, off_middle, seen: Some(seen), margin: self.margin };
         if look.may_touch() {
             Look { least: Real::max(least, self.linear_least(region, half, &seen)), ..look }
@@ -100,9 +100,9 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
     /// max(φ_A, φ_B) ≥ t φ_A + (1 − t) φ_B for any 0 ≤ t ≤ 1, and of linear parts the mean has a least value that is a
     /// concave function of t with its greatest where one component of the mean gradient is zero, or at the ends. So where
     /// the fields push against each other the bound is off by how they bend, and not by how steep they are.
-    fn linear_least(&self, region: &Aabb, half: Vector3<R>, seen: &MeetingPoint<R>) -> R {
+    fn linear_least(&self, region: &Aabb, half: Vector3<R>, seen: &OverlapPoint<R>) -> R {
         let errors = [self.pair.a.linearization_error(region), self.pair.b.linearization_error(region)];
-        let [a, b] = [seen.a.value - R::lift(errors[0]), seen.b.value - R::lift(errors[1])];
+        let [a, b] = [seen.a.value - R::from_f64(errors[0]), seen.b.value - R::from_f64(errors[1])];
         let [slope_a, slope_b] = [seen.a.gradient, seen.b.gradient];
         let least = |a: R, slope: Vector3<R>| a - slope.map(R::abs).dot(&half);
         let mut best = Real::max(least(a, slope_a), least(b, slope_b));
@@ -123,9 +123,9 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
     /// Of a value of this size at a point of the region.
     fn rounding<R: Float>(&self, value: R) -> R {
         let steepest = self.a.slope_bound().max(self.b.slope_bound());
-        let diagonal = R::lift(self.region.diagonal());
+        let diagonal = R::from_f64(self.region.diagonal());
         [self.region.min, self.region.max]
-            .map(|corner| rounding(steepest, lift(corner), diagonal, value))
+            .map(|corner| rounding(steepest, from_f64(corner), diagonal, value))
             .into_iter()
             .fold(R::zero(), Real::max)
     }
@@ -139,14 +139,14 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
                 core::array::from_fn(
                     |axis| if corner.wrapping_shr(axis as u32) & 1 == 0 { min[axis] } else { max[axis] },
                 );
-            let a = is_asked[0].then(|| self.a.survey::<R>(lift(at), &[lift(at)]));
-            let b = is_asked[1].then(|| self.b.survey(lift(at), &[lift(at)]));
+            let a = is_asked[0].then(|| self.a.enclosure::<R>(from_f64(at), &[from_f64(at)]));
+            let b = is_asked[1].then(|| self.b.enclosure(from_f64(at), &[from_f64(at)]));
             for of_point in a.into_iter().chain(b) {
                 let spread = (of_point.value - of_point.least) + self.rounding(of_point.value);
                 // NaN is not taken.
                 most = if spread.is_finite() { Real::max(most, spread) } else { most };
             }
         }
-        most * R::lift(2.0)
+        most * R::from_f64(2.0)
     }
 }

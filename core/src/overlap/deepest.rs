@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::bounds::Asked;
-use super::{MeetingPoint, Pair};
-use crate::real::{Float, Real};
+use super::{OverlapPoint, Pair};
+use crate::number::{Float, Real};
 use crate::{Aabb, Sdf};
 
 /// Branch and bound for the least of max(φ_A, φ_B) (as [`Certified`](crate::minimize::Certified) on an element): boxes are
@@ -27,7 +27,7 @@ impl Default for Search {
 pub struct Deepest<R: Real> {
     /// Where the least value was seen. `None` where no point that was asked had a number, or where the bodies are apart by
     /// what the fields know without being asked.
-    pub at: Option<MeetingPoint<R>>,
+    pub at: Option<OverlapPoint<R>>,
     /// Nowhere in the pair's region is max(φ_A, φ_B) below this; outside of it, it is above the margin (but for what
     /// [`Pair::within`](super::Pair::within) cut off). So if this is
     /// above the margin, the bodies are apart for certain.
@@ -60,7 +60,7 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
     pub fn deepest<R: Float>(&self, search: &Search, scratch: &mut [Piece]) -> Deepest<R> {
         let asked = Asked::<R, A, B>::of(self);
         let longest = self.region.longest_side();
-        let gap = R::lift(longest * search.tolerance) + asked.rounding;
+        let gap = R::from_f64(longest * search.tolerance) + asked.rounding;
         let mut run = Run {
             asked,
             best: None,
@@ -93,7 +93,7 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
 
 struct Run<'p, 's, R: Real, A, B> {
     asked: Asked<'p, R, A, B>,
-    best: Option<MeetingPoint<R>>,
+    best: Option<OverlapPoint<R>>,
     /// No piece that is done with holds a value below this.
     settled: f64,
     evaluations: u32,
@@ -116,11 +116,11 @@ impl<R: Float, A: Sdf, B: Sdf> Run<'_, '_, R, A, B> {
     fn look_at(&mut self, piece: Piece) {
         let look = self.asked.look(&piece.region);
         self.evaluations = self.evaluations.saturating_add(u32::from(look.seen.is_some()));
-        if let Some(seen) = look.seen.filter(MeetingPoint::is_known) {
+        if let Some(seen) = look.seen.filter(OverlapPoint::is_known) {
             let best = self.best.map_or(f64::INFINITY, |best| best.value.to_f64());
             let is_lower = seen.value.to_f64() < best;
             if seen.value.to_f64() < best - self.gap || (is_lower && self.best.is_none()) {
-                let step = R::lift(0.25 * piece.region.longest_side());
+                let step = R::from_f64(0.25 * piece.region.longest_side());
                 let (low, looks) = self.asked.descend(seen, step);
                 self.evaluations = self.evaluations.saturating_add(looks);
                 self.best = Some(low);
@@ -145,7 +145,7 @@ impl<R: Float, A: Sdf, B: Sdf> Run<'_, '_, R, A, B> {
     fn finish(self) -> Deepest<R> {
         let least = self.settled.min(self.waiting.least());
         let value = self.best.map(|best| best.value);
-        let lower_bound = value.map_or(R::lift(least), |value| Real::min(value, R::lift(least)));
+        let lower_bound = value.map_or(R::from_f64(least), |value| Real::min(value, R::from_f64(least)));
         Deepest { at: self.best, lower_bound, converged: self.converged, evaluations: self.evaluations }
     }
 }
@@ -154,26 +154,26 @@ impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
     /// Downhill from a point to where no step leads lower: each is to the least of the higher of both linear parts and of
     /// the squared way over twice the step size (a proximal step: Rockafellar 1976, "Monotone operators and the proximal
     /// point algorithm"), which doubles after one that succeeds. With how often both fields were asked.
-    pub(super) fn descend(&self, from: MeetingPoint<R>, first_step: R) -> (MeetingPoint<R>, u32) {
+    pub(super) fn descend(&self, from: OverlapPoint<R>, first_step: R) -> (OverlapPoint<R>, u32) {
         let (mut at, mut step) = (from, first_step);
         for _ in 0..LOCAL_STEPS {
             let next = self.see(at.point - at.steepest(step) * step);
             let is_lower = next.is_known() && next.value < at.value;
-            step *= R::lift(if is_lower { 2.0 } else { 0.25 });
+            step *= R::from_f64(if is_lower { 2.0 } else { 0.25 });
             at = if is_lower { next } else { at };
         }
         (at, LOCAL_STEPS)
     }
 }
 
-impl<R: Float> MeetingPoint<R> {
+impl<R: Float> OverlapPoint<R> {
     /// The mean of both gradients by which the linear parts are least after a step of this size against it.
     fn steepest(&self, step: R) -> Vector3<R> {
         let apart = self.a.gradient - self.b.gradient;
         let length_sq = apart.dot(&apart);
         let higher = (self.a.value - self.b.value) / step;
         if length_sq.sqrt().is_negligible() {
-            return (self.a.gradient + self.b.gradient) * R::lift(0.5);
+            return (self.a.gradient + self.b.gradient) * R::from_f64(0.5);
         }
         let share = |of_other: R| Real::clamp(of_other / length_sq, R::zero(), R::one());
         let of_a = share(higher - self.b.gradient.dot(&apart));

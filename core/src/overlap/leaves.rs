@@ -25,15 +25,15 @@ pub(super) struct Leaves {
     origin: [f64; 3],
     pub edge: f64,
     counts: [u32; 3],
-    waiting: [([u32; 3], u32); MOST_WAITING],
+    waiting: [([u32; 3], u32); MAX_WAITING],
     count: usize,
 }
 
 /// Halvings of the whole: Morton codes of three times as many bits fit u64, and counts f64 and f32.
-const MOST_LEVELS: u32 = 20;
+const MAX_LEVELS: u32 = 20;
 
 /// Of each level seven wait while the eighth is visited.
-const MOST_WAITING: usize = 7 * MOST_LEVELS as usize + 8;
+const MAX_WAITING: usize = 7 * MAX_LEVELS as usize + 8;
 
 const SHIFT: f64 = 0.381_966;
 
@@ -41,13 +41,13 @@ impl Leaves {
     /// `edge` is made longer where it would take more than 2^20 leaves along a side, and where it is no length.
     pub fn of(region: &Aabb, edge: f64) -> Self {
         let longest = region.longest_side();
-        let least = (longest / f64::from((1_u32 << MOST_LEVELS) - 2)).max(f64::MIN_POSITIVE);
+        let least = (longest / f64::from((1_u32 << MAX_LEVELS) - 2)).max(f64::MIN_POSITIVE);
         let edge = if edge.is_finite() { edge.max(least) } else { longest.max(least) };
         let origin = region.min.map(|x| x - SHIFT * edge);
         let counts = core::array::from_fn(|axis| (((region.max[axis] - origin[axis]) / edge) as u32).saturating_add(1));
         let most = counts.iter().fold(1, |most: u32, count| most.max(*count));
-        let level = most.min(1 << MOST_LEVELS).next_power_of_two().trailing_zeros();
-        let mut waiting = [([0; 3], 0); MOST_WAITING];
+        let level = most.min(1 << MAX_LEVELS).next_power_of_two().trailing_zeros();
+        let mut waiting = [([0; 3], 0); MAX_WAITING];
         waiting[0].1 = level;
         Self { region: *region, origin, edge, counts, waiting, count: 1 }
     }

@@ -1,8 +1,8 @@
 use super::bounds::Asked;
 use super::leaves::Leaves;
-use super::{MeetingPoint, Pair, Piece, Search};
-use crate::real::Float;
-use crate::vector::lift;
+use super::{OverlapPoint, Pair, Piece, Search};
+use crate::number::Float;
+use crate::vector::from_f64;
 use crate::{Aabb, Sdf};
 
 /// A cube of the region in which the bodies may touch.
@@ -58,7 +58,7 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
         resolution: f64,
         evaluations: u32,
         scratch: &mut [Leaf<R>],
-        found: &mut [Option<MeetingPoint<R>>],
+        found: &mut [Option<OverlapPoint<R>>],
     ) -> Minima {
         let asked = Asked::<R, A, B>::of(self);
         let leaves = Leaves::of(&self.region, resolution);
@@ -71,7 +71,7 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
         let mut forest = Forest { leaves: scratch.get_mut(..held).unwrap_or_default() };
         forest.rank();
         let leaves = Leaves::of(&self.region, resolution);
-        forest.merge(R::lift(barrier), |code| {
+        forest.merge(R::from_f64(barrier), |code| {
             let (bottom, looks) = asked.bottom(leaves.middle(place(code)), edge);
             minima.evaluations = minima.evaluations.saturating_add(looks);
             // The leaf may touch, by what is certain of it; its bottom does not.
@@ -85,7 +85,7 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
 }
 
 /// Boxes around a minimum that are searched, each where the one before was lowest.
-const MOST_BOXES: u32 = 8;
+const MAX_BOXES: u32 = 8;
 
 /// A box of three leaves along each side is searched to a share of its side.
 const NEARBY: Search = Search { evaluations: 512, tolerance: 1e-3 };
@@ -93,9 +93,9 @@ const NEARBY: Search = Search { evaluations: 512, tolerance: 1e-3 };
 impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
     /// Downhill from a point, and by branch and bound in a box around where that ends: where several faces of a body meet,
     /// steps along gradients come to rest above the bottom. With how often both fields were asked.
-    fn bottom(&self, from: [f64; 3], edge: f64) -> (MeetingPoint<R>, u32) {
-        let (mut at, mut looks) = self.descend(self.see(lift(from)), R::lift(0.5 * edge));
-        for _ in 0..MOST_BOXES {
+    fn bottom(&self, from: [f64; 3], edge: f64) -> (OverlapPoint<R>, u32) {
+        let (mut at, mut looks) = self.descend(self.see(from_f64(from)), R::from_f64(0.5 * edge));
+        for _ in 0..MAX_BOXES {
             let middle: [f64; 3] = at.point.map(R::to_f64).into();
             let around = Aabb { min: middle, max: middle }.inflate(1.5 * edge);
             let Some(region) = self.pair.region.intersection(&around) else { break };
@@ -103,7 +103,7 @@ impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
             let deepest = nearby.deepest::<R>(&NEARBY, &mut [Piece::EMPTY; 64]);
             looks = looks.saturating_add(deepest.evaluations);
             let Some(lower) = deepest.at.filter(|lower| lower.value < at.value) else { break };
-            let is_much = R::lift(NEARBY.tolerance * 3.0 * edge) < at.value - lower.value;
+            let is_much = R::from_f64(NEARBY.tolerance * 3.0 * edge) < at.value - lower.value;
             at = lower;
             if !is_much {
                 break;
@@ -137,7 +137,7 @@ impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
 }
 
 /// In rising order, as far as there is room.
-fn keep<R: Float>(found: &mut [Option<MeetingPoint<R>>], point: MeetingPoint<R>) {
+fn keep<R: Float>(found: &mut [Option<OverlapPoint<R>>], point: OverlapPoint<R>) {
     let mut carried = Some(point);
     for slot in found {
         let is_lower = match (&carried, &slot) {

@@ -1,6 +1,6 @@
 use super::bounds::Asked;
 use super::leaves::Leaves;
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 use crate::{Aabb, Sdf};
 
 /// Two fields, how near they must come to touch, and where that can be: outside of `region` one φ is above the margin
@@ -17,8 +17,8 @@ pub struct Pair<'a, A, B> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRegion {
     /// It is certain that at every point one φ is above the margin.
-    Apart,
-    /// Both fields go on for ever, or a number is not finite or beyond [`Real::REACH`] of f32.
+    Separated,
+    /// Both fields go on for ever, or a number is not finite or beyond [`Real::MAX_COORDINATE`] of f32.
     Unbounded,
 }
 
@@ -29,15 +29,15 @@ impl<'a, A: Sdf, B: Sdf> Pair<'a, A, B> {
     /// `margin` is a distance to either field; less than 0 wants so much depth in both.
     pub fn new(a: &'a A, b: &'a B, margin: f64) -> Result<Self, NoRegion> {
         let [of_a, of_b] = [a.bounds(margin), b.bounds(margin)].map(outward);
-        let region = of_a.intersection(&of_b).ok_or(NoRegion::Apart)?;
-        let in_reach = |x: &f64| x.abs() <= <f32 as Real>::REACH;
-        let is_sound = margin.is_finite() && [region.min, region.max].iter().flatten().all(in_reach);
-        if is_sound { Ok(Self { a, b, margin, region }) } else { Err(NoRegion::Unbounded) }
+        let region = of_a.intersection(&of_b).ok_or(NoRegion::Separated)?;
+        let in_reach = |x: &f64| x.abs() <= <f32 as Real>::MAX_COORDINATE;
+        let is_valid = margin.is_finite() && [region.min, region.max].iter().flatten().all(in_reach);
+        if is_valid { Ok(Self { a, b, margin, region }) } else { Err(NoRegion::Unbounded) }
     }
 
     /// Searched in a box alone, outside of which nothing is asked and nothing found.
     pub fn within(self, bounds: &Aabb) -> Result<Self, NoRegion> {
-        let region = self.region.intersection(bounds).ok_or(NoRegion::Apart)?;
+        let region = self.region.intersection(bounds).ok_or(NoRegion::Separated)?;
         Ok(Self { region, ..self })
     }
 
@@ -57,7 +57,7 @@ impl<'a, A: Sdf, B: Sdf> Pair<'a, A, B> {
     }
 
     /// The same, but of a field that is not to be asked, because its samples are still to be read, by what it knows of each
-    /// piece without ([`Sdf::local_bounds`]).
+    /// piece without ([`Sdf::enclose_box`]).
     pub fn shrink_asking(&self, cells: u32, is_asked: [bool; 2]) -> Result<Self, NoRegion> {
         let asked = Asked::<f64, A, B>::of_some(self, is_asked);
         self.around(cells, |piece| asked.may_touch(piece, is_asked))
@@ -77,7 +77,7 @@ impl<'a, A: Sdf, B: Sdf> Pair<'a, A, B> {
                 leaves.split(&block);
             }
         }
-        held.map(|region| Self { a: self.a, b: self.b, margin: self.margin, region }).ok_or(NoRegion::Apart)
+        held.map(|region| Self { a: self.a, b: self.b, margin: self.margin, region }).ok_or(NoRegion::Separated)
     }
 }
 

@@ -3,16 +3,16 @@ use nalgebra::Vector3;
 use super::bounds::Asked;
 use super::leaves::Leaves;
 use super::polygon::{Extent, Polygon};
-use super::{MeetingPoint, Pair};
-use crate::real::{Float, Real};
-use crate::vector::{lift, norm};
+use super::{OverlapPoint, Pair};
+use crate::number::{Float, Real};
+use crate::vector::{from_f64, norm};
 use crate::{Aabb, Sdf};
 
 /// A piece of the surface on which φ_A = φ_B.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchPoint<R: Real> {
     /// On the middle surface, near the centre of the piece.
-    pub at: MeetingPoint<R>,
+    pub at: OverlapPoint<R>,
     /// Of the piece: all of them together make the patch.
     pub area: R,
 }
@@ -108,10 +108,10 @@ const HALVINGS: u32 = 12;
 
 impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
     /// With how often both fields were asked.
-    fn piece(&self, leaf: &Aabb, middle: &MeetingPoint<R>) -> (Passage<R>, u32) {
+    fn piece(&self, leaf: &Aabb, middle: &OverlapPoint<R>) -> (Passage<R>, u32) {
         let Some(near) = middle.on_middle().filter(|_| middle.is_known()) else { return (Passage::Unknown, 0) };
-        let half_diagonal = R::lift(0.5 * leaf.diagonal());
-        if half_diagonal * R::lift(NEAR) < norm(near - middle.point) {
+        let half_diagonal = R::from_f64(0.5 * leaf.diagonal());
+        if half_diagonal * R::from_f64(NEAR) < norm(near - middle.point) {
             return (Passage::Beside, 0);
         }
         let near = self.see(near);
@@ -121,7 +121,7 @@ impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
         let Some(Extent { area, centroid }) = self.section(leaf, &near) else { return (Passage::Beside, 1) };
         let (at, looks) = self.near_middle(centroid, near.normal * half_diagonal);
         let looks = looks.saturating_add(1);
-        let is_on_middle = (at.a.value - at.b.value).abs() <= R::lift(OFF_MIDDLE * leaf.longest_side());
+        let is_on_middle = (at.a.value - at.b.value).abs() <= R::from_f64(OFF_MIDDLE * leaf.longest_side());
         match at.is_known() {
             true if is_on_middle && at.value <= self.margin + self.rounding => {
                 (Passage::Through(PatchPoint { at, area }), looks)
@@ -133,12 +133,12 @@ impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
 
     /// By the linear parts, and where those end off the middle surface, at an edge of a body, by halving the segment that
     /// reaches `way` to either side.
-    fn near_middle(&self, from: Vector3<R>, way: Vector3<R>) -> (MeetingPoint<R>, u32) {
-        let apart = |at: &MeetingPoint<R>| at.a.value - at.b.value;
+    fn near_middle(&self, from: Vector3<R>, way: Vector3<R>) -> (OverlapPoint<R>, u32) {
+        let apart = |at: &OverlapPoint<R>| at.a.value - at.b.value;
         let start = self.see(from);
         let step = start.on_middle().map_or(start, |point| self.see(point));
         let best = if apart(&step).abs() < apart(&start).abs() { step } else { start };
-        if apart(&best).abs() <= norm(way) * R::lift(ON_MIDDLE) {
+        if apart(&best).abs() <= norm(way) * R::from_f64(ON_MIDDLE) {
             return (best, 2);
         }
         let [mut low, mut high] = [from - way, from + way].map(|point| self.see(point));
@@ -147,22 +147,22 @@ impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
             return (best, 4);
         }
         for _ in 0..HALVINGS {
-            let middle = self.see((low.point + high.point) * R::lift(0.5));
+            let middle = self.see((low.point + high.point) * R::from_f64(0.5));
             if changes(apart(&low), apart(&middle)) { high = middle } else { low = middle }
         }
         (if apart(&low).abs() < apart(&high).abs() { low } else { high }, 4 + HALVINGS)
     }
 
     /// What the leaf and the margin leave of the plane φ_A = φ_B, by the linear parts of both at a point near it.
-    fn section(&self, leaf: &Aabb, near: &MeetingPoint<R>) -> Option<Extent<R>> {
+    fn section(&self, leaf: &Aabb, near: &OverlapPoint<R>) -> Option<Extent<R>> {
         let origin = near.on_middle()?;
-        let [min, max]: [Vector3<R>; 2] = [lift(leaf.min), lift(leaf.max)];
-        let mut polygon = Polygon::square(near.normal, R::lift(4.0 * leaf.diagonal()));
+        let [min, max]: [Vector3<R>; 2] = [from_f64(leaf.min), from_f64(leaf.max)];
+        let mut polygon = Polygon::square(near.normal, R::from_f64(4.0 * leaf.diagonal()));
         for unit in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
-            let along = lift::<R>(unit);
+            let along = from_f64::<R>(unit);
             polygon = polygon.clip(along, along.dot(&(max - origin))).clip(-along, along.dot(&(origin - min)));
         }
-        let half = R::lift(0.5);
+        let half = R::from_f64(0.5);
         let slope = (near.a.gradient + near.b.gradient) * half;
         let value = (near.a.value + near.b.value) * half + slope.dot(&(origin - near.point));
         let Extent { area, centroid } = polygon.clip(slope, self.margin - value).extent()?;

@@ -1,15 +1,15 @@
 use nalgebra::Vector3;
 
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 use crate::vector::norm;
 
 /// Of a square that eight half-spaces cut, one corner more each.
-const MOST_CORNERS: usize = 12;
+const MAX_CORNERS: usize = 12;
 
 /// A convex polygon in a plane, by corners relative to a point of it.
 #[derive(Clone, Copy)]
 pub(super) struct Polygon<R> {
-    corners: [Vector3<R>; MOST_CORNERS],
+    corners: [Vector3<R>; MAX_CORNERS],
     count: usize,
 }
 
@@ -33,7 +33,7 @@ impl<R: Float> Polygon<R> {
         let across = axis.cross(&normal);
         let across = across * (half / norm(across));
         let along = normal.cross(&across);
-        let mut corners = [Vector3::zeros(); MOST_CORNERS];
+        let mut corners = [Vector3::zeros(); MAX_CORNERS];
         let square = [across + along, along - across, -across - along, across - along];
         corners.iter_mut().zip(square).for_each(|(corner, of_square)| *corner = of_square);
         Self { corners, count: 4 }
@@ -41,7 +41,7 @@ impl<R: Float> Polygon<R> {
 
     /// What of it has slope · x ≤ most (Sutherland and Hodgman 1974, "Reentrant polygon clipping").
     pub fn clip(&self, slope: Vector3<R>, most: R) -> Self {
-        let mut clipped = Self { corners: [Vector3::zeros(); MOST_CORNERS], count: 0 };
+        let mut clipped = Self { corners: [Vector3::zeros(); MAX_CORNERS], count: 0 };
         let corners = || self.corners.iter().take(self.count);
         for (from, to) in corners().zip(corners().cycle().skip(1)) {
             let (over, next_over) = (slope.dot(from) - most, slope.dot(to) - most);
@@ -69,9 +69,9 @@ impl<R: Float> Polygon<R> {
         for (a, b) in rest.iter().zip(rest.iter().skip(1)) {
             let of_triangle = norm((a - first).cross(&(b - first)));
             twice += of_triangle;
-            sum += (a - first + b - first) * (of_triangle * R::lift(1.0 / 3.0));
+            sum += (a - first + b - first) * (of_triangle * R::from_f64(1.0 / 3.0));
         }
-        let area = twice * R::lift(0.5);
+        let area = twice * R::from_f64(0.5);
         (R::zero() < area).then(|| Extent { area, centroid: first + sum / twice })
     }
 }

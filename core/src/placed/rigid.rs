@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::{Placement, Pulled, Similarity};
 use crate::Aabb;
-use crate::real::Real;
+use crate::number::Real;
 
 /// A turn, then a shift: world = translation + rotation · local.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{Placement, Pulled};
 use crate::Aabb;
-use crate::real::Real;
-use crate::vector::{lift, times};
+use crate::number::Real;
+use crate::vector::{from_f64, times};
 
 /// A turn, then a uniform scale, then a shift: world = translation + scale · rotation · local.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +48,9 @@ impl Similarity {
 impl Placement for Similarity {
     #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
-        let jacobian = self.local_from_world.map(R::lift);
-        let point = times(&jacobian, world_point - lift(self.translation));
-        Pulled { point, jacobian, scale: R::lift(self.scale) }
+        let jacobian = self.local_from_world.map(R::from_f64);
+        let point = times(&jacobian, world_point - from_f64(self.translation));
+        Pulled { point, jacobian, scale: R::from_f64(self.scale) }
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {

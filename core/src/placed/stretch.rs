@@ -2,8 +2,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Placement, Pulled};
 use crate::Aabb;
-use crate::real::Real;
-use crate::vector::lift;
+use crate::number::Real;
+use crate::vector::from_f64;
 
 /// A scale along each axis by its own factor, mirrored where that is negative.
 ///
@@ -12,17 +12,17 @@ use crate::vector::lift;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     factors: [f64; 3],
-    per_factor: [f64; 3],
+    inv_factor: [f64; 3],
     smallest: f64,
 }
 
 impl Stretch {
     /// `None` unless all factors and their reciprocals are finite.
     pub fn new(factors: [f64; 3]) -> Option<Self> {
-        let per_factor = factors.map(|factor| 1.0 / factor);
+        let inv_factor = factors.map(|factor| 1.0 / factor);
         let smallest = factors.iter().fold(f64::INFINITY, |least, factor| least.min(factor.abs()));
-        let is_sound = factors.iter().chain(&per_factor).all(|x| x.is_finite());
-        is_sound.then_some(Self { factors, per_factor, smallest })
+        let is_valid = factors.iter().chain(&inv_factor).all(|x| x.is_finite());
+        is_valid.then_some(Self { factors, inv_factor, smallest })
     }
 }
 
@@ -37,9 +37,9 @@ fn map(bounds: Aabb, factors: [f64; 3]) -> Aabb {
 impl Placement for Stretch {
     #[inline]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
-        let per_factor = lift(self.per_factor);
-        let point = world_point.component_mul(&per_factor);
-        Pulled { point, jacobian: Matrix3::from_diagonal(&per_factor), scale: R::lift(self.smallest) }
+        let inv_factor = from_f64(self.inv_factor);
+        let point = world_point.component_mul(&inv_factor);
+        Pulled { point, jacobian: Matrix3::from_diagonal(&inv_factor), scale: R::from_f64(self.smallest) }
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {
@@ -47,7 +47,7 @@ impl Placement for Stretch {
     }
 
     fn pull_bounds(&self, world: Aabb) -> Aabb {
-        map(world, self.per_factor)
+        map(world, self.inv_factor)
     }
 
     fn slope_factor(&self) -> f64 {

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::real::Real;
+use crate::number::Real;
 use crate::{Aabb, Sample, Sdf};
 
 /// A hollow sphere around the origin, cut open above z = `cut_height`, with a wall that is rounded at the rim. Exact
@@ -28,13 +28,13 @@ impl Bowl {
 impl Sdf for Bowl {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let (rim_radius, cut_height) = (R::lift(self.rim_radius), R::lift(self.cut_height));
+        let (rim_radius, cut_height) = (R::from_f64(self.rim_radius), R::from_f64(self.cut_height));
         revolve(point, |[from_axis, z]| {
             let away = Profile::from_point([from_axis, z]);
             // At the centre the wall's lowest point is as near as any, whatever the cut.
             let down = Profile { gradient: [R::zero(), -R::one()], ..away };
             let from_center = Profile::select(away.degenerate, down, away);
-            let from_wall = from_center.value - R::lift(self.radius);
+            let from_wall = from_center.value - R::from_f64(self.radius);
             let wall = Profile {
                 value: from_wall.abs(),
                 gradient: from_center.gradient.map(|derivative| derivative * from_wall.sign()),
@@ -43,7 +43,7 @@ impl Sdf for Bowl {
             let rim = Profile::from_point([from_axis - rim_radius, z - cut_height]);
             let above_cut = (cut_height * from_axis).lt(rim_radius * z);
             let middle = Profile::select(above_cut, rim, wall);
-            Profile { value: middle.value - R::lift(0.5 * self.thickness), ..middle }
+            Profile { value: middle.value - R::from_f64(0.5 * self.thickness), ..middle }
         })
     }
 

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::Real;
-use crate::vector::{direction, lift};
+use crate::number::Real;
+use crate::vector::{direction, from_f64};
 use crate::{Aabb, Sample, Sdf};
 
 /// All points within `radius` of the segment from `a` to `b`. Exact. The gradient on the segment is a choice.
@@ -35,13 +35,13 @@ impl Sdf for Capsule {
 
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let (a, b) = (lift::<R>(self.a), lift::<R>(self.b));
+        let (a, b) = (from_f64::<R>(self.a), from_f64::<R>(self.b));
         let from_a = point - a;
-        let share = lift::<R>(self.share).dot(&from_a).clamp(R::zero(), R::one());
+        let share = from_f64::<R>(self.share).dot(&from_a).clamp(R::zero(), R::one());
         let from_axis = direction(from_a - (b - a) * share);
         let outward =
-            from_axis.unit.zip_map(&lift(self.across), |unit, across| R::select(from_axis.is_zero, across, unit));
-        Sample::with_degenerate(from_axis.length - R::lift(self.radius), outward, from_axis.is_zero)
+            from_axis.unit.zip_map(&from_f64(self.across), |unit, across| R::select(from_axis.is_zero, across, unit));
+        Sample::with_degenerate(from_axis.length - R::from_f64(self.radius), outward, from_axis.is_zero)
     }
 
     fn bounds(&self, level: f64) -> Aabb {

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::real::{Mask, Real};
+use crate::number::{Mask, Real};
 use crate::{Aabb, Sample, Sdf};
 
 /// A solid cone with its apex at the origin and its base at z = −`height`. Exact. The gradient is a choice at the apex,
@@ -37,8 +37,8 @@ impl Sdf for Cone {
 
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let (sin, cos) = (R::lift(self.sin), R::lift(self.cos));
-        let (height, base_radius) = (R::lift(self.height), R::lift(self.base_radius));
+        let (sin, cos) = (R::from_f64(self.sin), R::from_f64(self.cos));
+        let (height, base_radius) = (R::from_f64(self.height), R::from_f64(self.base_radius));
         revolve(point, |[from_axis, z]| {
             let side = Profile { value: from_axis * cos + z * sin, gradient: [cos, sin], degenerate: R::Mask::NONE };
             let base = Profile { value: -height - z, gradient: [R::zero(), -R::one()], degenerate: R::Mask::NONE };
@@ -51,7 +51,7 @@ impl Sdf for Cone {
             let past_side = R::zero().lt(side.value);
             let past_base = R::zero().lt(base.value);
             let at_apex = past_side & down_the_side.le(R::zero());
-            let at_rim = (past_side & R::lift(self.slant).lt(down_the_side) & base_radius.lt(from_axis))
+            let at_rim = (past_side & R::from_f64(self.slant).lt(down_the_side) & base_radius.lt(from_axis))
                 | (past_base & base_radius.lt(from_axis));
             Profile::select(at_apex, apex, Profile::select(at_rim, rim, nearest_wall))
         })

@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use super::fold::unfold;
 use super::is_length;
 use super::profile::corner;
-use crate::real::Real;
-use crate::vector::lift;
+use crate::number::Real;
+use crate::vector::from_f64;
 use crate::{Aabb, Sample, Sdf};
 
 /// A box around the origin with its sides along the axes. Exact. The gradient is a choice on the edges and, inside,
@@ -25,7 +25,7 @@ impl Sdf for Cuboid {
 
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let corner = corner((point.map(R::abs) - lift(self.half_extents)).into());
+        let corner = corner((point.map(R::abs) - from_f64(self.half_extents)).into());
         unfold(Sample::with_degenerate(corner.value, corner.gradient.into(), corner.degenerate), point)
     }
 

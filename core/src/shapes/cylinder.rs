@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, revolve};
-use crate::real::Real;
+use crate::number::Real;
 use crate::{Aabb, Sample, Sdf};
 
 /// A solid cylinder around z, from −`half_height` to `half_height`. Exact. The gradient is a choice on the rims and,
@@ -26,7 +26,7 @@ impl Sdf for Cylinder {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         revolve(point, |[from_axis, z]| {
-            let corner = corner([from_axis - R::lift(self.radius), z.abs() - R::lift(self.half_height)]);
+            let corner = corner([from_axis - R::from_f64(self.radius), z.abs() - R::from_f64(self.half_height)]);
             let (axial, on_mid_plane) = unfold_axis(corner.gradient[1], z);
             Profile {
                 value: corner.value,

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::Real;
-use crate::vector::{direction, lift};
+use crate::number::Real;
+use crate::vector::{direction, from_f64};
 use crate::{Aabb, Sample, Sdf};
 
 /// An ellipsoid around the origin with its axes along x, y and z.
@@ -29,10 +29,10 @@ impl Sdf for Ellipsoid {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         // 1 along the smallest axis, less along the others.
-        let squeeze = lift(self.radii.map(|radius| self.smallest / radius));
+        let squeeze = from_f64(self.radii.map(|radius| self.smallest / radius));
         let squeezed = direction(point.component_mul(&squeeze));
         let gradient = squeezed.unit.component_mul(&squeeze);
-        Sample::with_degenerate(squeezed.length - R::lift(self.smallest), gradient, squeezed.is_zero)
+        Sample::with_degenerate(squeezed.length - R::from_f64(self.smallest), gradient, squeezed.is_zero)
     }
 
     fn bounds(&self, level: f64) -> Aabb {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::Sample;
-use crate::real::Real;
+use crate::number::Real;
 
 /// The sample at `point` of a field that mirrors in all three planes, from its sample at |point|.
 #[inline]

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
-use crate::vector::lift;
+use crate::number::Real;
+use crate::vector::from_f64;
 use crate::{Aabb, Sample, Sdf};
 
 /// All points with n·x ≤ offset: φ = n·x − offset. Exact.
@@ -29,8 +29,8 @@ impl Sdf for HalfSpace {
 
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let normal = lift(self.normal);
-        Sample::new(normal.dot(&point) - R::lift(self.offset), normal)
+        let normal = from_f64(self.normal);
+        Sample::new(normal.dot(&point) - R::from_f64(self.offset), normal)
     }
 
     fn bounds(&self, _level: f64) -> Aabb {

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, extrude};
-use crate::real::Real;
+use crate::number::Real;
 use crate::{Aabb, Sample, Sdf};
 
 /// A bar bent to an arc around the origin in the plane of x and y, open towards +y, its ends running on as straight
@@ -38,8 +38,8 @@ impl Horseshoe {
     /// In the half-plane x ≥ 0, seen from the end of the arc: `outward` from the center, `along` the leg.
     #[inline]
     fn figure<R: Real>(&self, x: R, y: R) -> Profile<R> {
-        let (sin, cos, radius) = (R::lift(self.sin), R::lift(self.cos), R::lift(self.radius));
-        let half_thickness = R::lift(0.5 * self.thickness);
+        let (sin, cos, radius) = (R::from_f64(self.sin), R::from_f64(self.cos), R::from_f64(self.radius));
+        let half_thickness = R::from_f64(0.5 * self.thickness);
         let side = x.abs();
         let outward = side * sin - y * cos;
         let along = side * cos + y * sin;
@@ -49,7 +49,7 @@ impl Horseshoe {
         let across = R::select(beside_leg, outward, from_center.value) - radius;
         // From within the arc the leg's end is seen only where it lies straight ahead.
         let sees_end = beside_leg | (radius - half_thickness).le(outward);
-        let from_end = R::select(sees_end, along - R::lift(self.leg), R::lift(-R::REACH));
+        let from_end = R::select(sees_end, along - R::from_f64(self.leg), R::from_f64(-R::MAX_COORDINATE));
         let corner = corner([across.abs() - half_thickness, from_end]);
 
         let (by_across, on_middle) = unfold_axis(corner.gradient[0], across);
@@ -69,7 +69,7 @@ impl Horseshoe {
 impl Sdf for Horseshoe {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        extrude(self.figure(point.x, point.y), point.z, R::lift(self.half_depth))
+        extrude(self.figure(point.x, point.y), point.z, R::from_f64(self.half_depth))
     }
 
     fn bounds(&self, level: f64) -> Aabb {

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::fold::unfold;
 use super::is_length;
-use crate::real::Real;
+use crate::number::Real;
 use crate::simplex::excess;
 use crate::vector::direction;
 use crate::{Aabb, Sample, Sdf};
@@ -30,10 +30,10 @@ impl Sdf for Octahedron {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let folded = point.map(R::abs);
-        let excess = excess(folded.into(), R::lift(self.size));
+        let excess = excess(folded.into(), R::from_f64(self.size));
         let from_surface = direction(folded.map(|x| x.min(excess)));
         let is_inside = excess.le(R::zero()) | from_surface.is_zero;
-        let inside = Sample::new(excess * R::lift(SQRT_3), Vector3::repeat(R::lift(1.0 / SQRT_3)));
+        let inside = Sample::new(excess * R::from_f64(SQRT_3), Vector3::repeat(R::from_f64(1.0 / SQRT_3)));
         unfold(Sample::select(is_inside, inside, Sample::new(from_surface.length, from_surface.unit)), point)
     }
 

@@ -5,7 +5,7 @@ use core::array::from_fn;
 use nalgebra::Vector3;
 
 use crate::Sample;
-use crate::real::{Mask, Real};
+use crate::number::{Mask, Real};
 
 /// A signed distance in the plane with its derivatives along the plane's two axes.
 #[derive(Clone, Copy)]

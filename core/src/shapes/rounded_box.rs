@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::Cuboid;
 use crate::combine::Offset;
-use crate::real::Real;
+use crate::number::Real;
 use crate::{Aabb, Sample, Sdf};
 
 /// A box with `radius` added around it. Exact.

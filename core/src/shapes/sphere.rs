@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::real::Real;
+use crate::number::Real;
 use crate::vector::direction;
 use crate::{Aabb, Sample, Sdf};
 
@@ -23,7 +23,7 @@ impl Sdf for Sphere {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let from_center = direction(point);
-        Sample::with_degenerate(from_center.length - R::lift(self.radius), from_center.unit, from_center.is_zero)
+        Sample::with_degenerate(from_center.length - R::from_f64(self.radius), from_center.unit, from_center.is_zero)
     }
 
     fn bounds(&self, level: f64) -> Aabb {

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::real::Real;
+use crate::number::Real;
 use crate::{Aabb, Sample, Sdf};
 
 /// A ring around z in the plane z = 0. Exact. The gradient is a choice on the ring's core circle and on the axis.
@@ -24,8 +24,8 @@ impl Sdf for Torus {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         revolve(point, |[from_axis, z]| {
-            let from_core = Profile::from_point([from_axis - R::lift(self.major_radius), z]);
-            Profile { value: from_core.value - R::lift(self.minor_radius), ..from_core }
+            let from_core = Profile::from_point([from_axis - R::from_f64(self.major_radius), z]);
+            Profile { value: from_core.value - R::from_f64(self.minor_radius), ..from_core }
         })
     }
 

@@ -7,7 +7,7 @@ use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, Float, LocalBounds, Real, Sample, Sdf, Survey};
+use sdf_core::{Aabb, Float, BoxEnclosure, Real, Sample, Sdf, Enclosure};
 
 use crate::grid_file::OwnedGrid;
 
@@ -83,27 +83,27 @@ impl Sdf for Node {
         delegate!(self, field => field.slope_bound())
     }
 
-    fn local_bounds(&self, region: &Aabb) -> LocalBounds {
-        delegate!(self, field => field.local_bounds(region))
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        delegate!(self, field => field.enclose_box(region))
     }
 
-    fn least_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        delegate!(self, field => field.least_on_segment(ends))
+    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+        delegate!(self, field => field.minimum_on_segment(ends))
     }
-    fn least_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        delegate!(self, field => field.least_on_triangle(corners, enough))
+    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+        delegate!(self, field => field.minimum_on_triangle(corners, enough))
     }
 
-    fn survey<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Survey<R> {
-        delegate!(self, field => field.survey(about, corners))
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        delegate!(self, field => field.enclosure(about, corners))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         delegate!(self, field => field.is_convex_on(corners))
     }
 
-    fn rises<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        delegate!(self, field => field.rises(corners))
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        delegate!(self, field => field.max_rise_to_corners(corners))
     }
 
     fn linearization_error(&self, region: &Aabb) -> f64 {

@@ -1,7 +1,7 @@
 //! What may stand in a file, whether it is to be written or was read.
 
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
-use sdf_core::grid::{Lattice, NodeBounds};
+use sdf_core::grid::{Lattice, BlockBounds};
 
 use super::element::Element;
 use super::head::Head;
@@ -66,7 +66,7 @@ fn count(what: &str, found: usize, wanted: Option<usize>) -> Result<(), String> 
 }
 
 fn finite<T: Element>(what: &str, elements: &[T]) -> Result<(), String> {
-    match elements.iter().position(|element| !element.is_sound()) {
+    match elements.iter().position(|element| !element.is_valid()) {
         Some(at) => Err(format!("{what} {at} is not finite")),
         None => Ok(()),
     }
@@ -93,12 +93,12 @@ pub(super) fn table(lattice: &Lattice, places: &[[u32; 3]]) -> Result<Vec<u32>, 
     Ok(table)
 }
 
-pub(super) fn sound_bounds(bounds: &[NodeBounds]) -> Result<(), String> {
-    let is_sound = |bounds: &NodeBounds| {
+pub(super) fn sound_bounds(bounds: &[BlockBounds]) -> Result<(), String> {
+    let is_valid = |bounds: &BlockBounds| {
         let finite = [bounds.least, bounds.greatest, bounds.slope].iter().all(|number| number.is_finite());
         finite && bounds.least <= bounds.greatest && bounds.slope >= 0.0
     };
-    match bounds.iter().position(|bounds| !is_sound(bounds)) {
+    match bounds.iter().position(|bounds| !is_valid(bounds)) {
         Some(at) => Err(format!("bounds {at} are {:?}", bounds[at])),
         None => Ok(()),
     }
@@ -106,7 +106,7 @@ pub(super) fn sound_bounds(bounds: &[NodeBounds]) -> Result<(), String> {
 
 /// None steps back, or beyond all numbers at the last code.
 pub(super) fn sound_scales(scales: &[Scale], precision: Precision) -> Result<(), String> {
-    let is_sound = |scale: &Scale| {
+    let is_valid = |scale: &Scale| {
         let last = match precision {
             Precision::F32 => scale.step,
             Precision::U16 => u16::MAX.decode(*scale),
@@ -114,7 +114,7 @@ pub(super) fn sound_scales(scales: &[Scale], precision: Precision) -> Result<(),
         };
         scale.base.is_finite() && scale.step >= 0.0 && last.is_finite()
     };
-    match scales.iter().position(|scale| !is_sound(scale)) {
+    match scales.iter().position(|scale| !is_valid(scale)) {
         Some(at) => Err(format!("scale {at} is {:?}", scales[at])),
         None => Ok(()),
     }

@@ -8,13 +8,13 @@ pub(super) trait Element: H5Type + Copy + Default + Send + Sync {
     const DATATYPE: (u8, &'static [u8]);
     fn from_le(bytes: &[u8]) -> Self;
     fn put_le(self, bytes: &mut Vec<u8>);
-    fn is_sound(self) -> bool {
+    fn is_valid(self) -> bool {
         true
     }
 }
 
 macro_rules! element {
-    ($number:ident, $class:literal, $datatype:expr, $($is_sound:tt)*) => {
+    ($number:ident, $class:literal, $datatype:expr, $($is_valid:tt)*) => {
         impl Element for $number {
             const NAME: &'static str = stringify!($number);
             const BYTES: usize = size_of::<Self>();
@@ -27,7 +27,7 @@ macro_rules! element {
             fn put_le(self, bytes: &mut Vec<u8>) {
                 bytes.extend_from_slice(&self.to_le_bytes());
             }
-            $($is_sound)*
+            $($is_valid)*
         }
     };
 }
@@ -40,7 +40,7 @@ element!(
     1,
     [0x20, 0x1f, 0, 4, 0, 0, 0, 0, 0, 32, 0, 23, 8, 0, 23, 127, 0, 0, 0],
     #[inline]
-    fn is_sound(self) -> bool {
+    fn is_valid(self) -> bool {
         self.is_finite()
     }
 );

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use rust_hdf5::{DatatypeMessage, H5Dataset, H5Group, Hdf5Error};
 use sdf_core::grid::sparse::BRICK_SAMPLES;
-use sdf_core::grid::{Lattice, NodeBounds};
+use sdf_core::grid::{Lattice, BlockBounds};
 use sha2::{Digest, Sha256};
 
 use super::classic::Value;
@@ -115,7 +115,7 @@ fn put_changed<T: Element>(
     Ok(dataset)
 }
 
-fn flat(bounds: &[NodeBounds]) -> Vec<f32> {
+fn flat(bounds: &[BlockBounds]) -> Vec<f32> {
     bounds.iter().flat_map(|bounds| [bounds.least, bounds.greatest, bounds.slope]).collect()
 }
 

@@ -129,12 +129,12 @@ impl Head {
         }
         if let Layout::Sparse { bricks, .. } = self.layout {
             let places = brick_counts(&self.lattice).iter().map(|along| u128::from(*along)).product::<u128>();
-            if bricks == 0 || bricks as u128 > places.min(layout::MOST_BRICKS as u128) {
+            if bricks == 0 || bricks as u128 > places.min(layout::MAX_BRICKS as u128) {
                 return Some(format!("{bricks} bricks for {places} places"));
             }
         }
         let texts = [&about.sign_verdict, &about.source.name, &about.tool, &about.options];
-        let bad = texts.into_iter().find(|text| text.len() > layout::MOST_TEXT || text.contains('\0'));
+        let bad = texts.into_iter().find(|text| text.len() > layout::MAX_TEXT || text.contains('\0'));
         bad.map(|text| format!("a text of {} bytes is longer than 65536 or holds a NUL", text.len()))
     }
 }

@@ -30,10 +30,10 @@ pub(super) const DEFLATE_LEVEL: u32 = 4;
 
 /// The longest text of an attribute, in bytes: a path or a sentence has a hundred times less, and HDF5 cannot keep
 /// more in the header of an object.
-pub(super) const MOST_TEXT: usize = 1 << 16;
+pub(super) const MAX_TEXT: usize = 1 << 16;
 
 /// The last number stands for no brick.
-pub(super) const MOST_BRICKS: usize = NO_BRICK as usize;
+pub(super) const MAX_BRICKS: usize = NO_BRICK as usize;
 
 pub(super) const SIGN_METHODS: [&str; 2] = ["pseudo-normal", "winding"];
 

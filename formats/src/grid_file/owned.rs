@@ -1,6 +1,6 @@
 use sdf_core::Float;
 use sdf_core::grid::sparse::{Bricks, Code, Scale, Sparse};
-use sdf_core::grid::{Bounded, Dense, Grid, NodeBounds, Storage};
+use sdf_core::grid::{WithBlockBounds, Dense, Grid, BlockBounds, Storage};
 
 /// A grid as it is read from a file.
 pub type OwnedGrid = Grid<OwnedSamples>;
@@ -8,7 +8,7 @@ pub type OwnedGrid = Grid<OwnedSamples>;
 /// Samples of either layout and any precision.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OwnedSamples {
-    Dense(Bounded<Dense<Vec<f32>>, Vec<NodeBounds>>),
+    Dense(WithBlockBounds<Dense<Vec<f32>>, Vec<BlockBounds>>),
     SparseF32(Sparse<OwnedBricks<f32>>),
     SparseU16(Sparse<OwnedBricks<u16>>),
     SparseU8(Sparse<OwnedBricks<u8>>),
@@ -36,15 +36,15 @@ impl Storage for OwnedSamples {
         }
     }
 
-    const HAS_BOUNDS: bool = true;
+    const HAS_BLOCK_BOUNDS: bool = true;
 
     #[inline(always)]
-    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
+    fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
         match self {
-            Self::Dense(samples) => samples.bounds_of_nodes(first, last),
-            Self::SparseF32(samples) => samples.bounds_of_nodes(first, last),
-            Self::SparseU16(samples) => samples.bounds_of_nodes(first, last),
-            Self::SparseU8(samples) => samples.bounds_of_nodes(first, last),
+            Self::Dense(samples) => samples.block_bounds(first, last),
+            Self::SparseF32(samples) => samples.block_bounds(first, last),
+            Self::SparseU16(samples) => samples.block_bounds(first, last),
+            Self::SparseU8(samples) => samples.block_bounds(first, last),
         }
     }
 }
@@ -60,7 +60,7 @@ pub struct OwnedBricks<C> {
     /// By brick, then by node, x fastest.
     pub samples: Vec<C>,
     /// One for each brick.
-    pub bounds: Vec<NodeBounds>,
+    pub bounds: Vec<BlockBounds>,
     /// Of each brick, over the cells whose first corner it holds: the most by which the interpolant differs from the signed
     /// distance where that is within the band.
     pub errors: Vec<f32>,
@@ -83,7 +83,7 @@ impl<C: Code> Bricks for OwnedBricks<C> {
         &self.samples
     }
     #[inline]
-    fn bounds(&self) -> &[NodeBounds] {
+    fn bounds(&self) -> &[BlockBounds] {
         &self.bounds
     }
     #[inline]

@@ -46,7 +46,7 @@ impl Reached {
                 continue;
             }
             let rounding = CULL_OFF * grid.slope_bound().max(1.0) * largest.max(level.abs());
-            if near.is_none() || grid.local_bounds(&region).least <= level + rounding {
+            if near.is_none() || grid.enclose_box(&region).least <= level + rounding {
                 reached.begin(first, last);
             }
         }
@@ -121,7 +121,7 @@ fn is_few(first: [usize; 3], last: [usize; 3]) -> bool {
 fn nodes_near(lattice: &Lattice, region: &Aabb, largest: f64) -> Option<[[u32; 3]; 2]> {
     let [first, last] = lattice.nodes_around(region)?;
     // As u32 it is at most the largest of them.
-    let more = ((OFF * largest * lattice.per_spacing()) as u32).saturating_add(1);
+    let more = ((OFF * largest * lattice.inv_spacing()) as u32).saturating_add(1);
     let cells = lattice.cells();
     let last = std::array::from_fn(|axis| last[axis].saturating_add(more).min(cells[axis]));
     Some([first.map(|node| node.saturating_sub(more)), last])

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
-use sdf_core::grid::{Bounded, Dense, Grid, Lattice, NodeBounds, Storage};
+use sdf_core::grid::{WithBlockBounds, Dense, Grid, Lattice, BlockBounds, Storage};
 use sha2::{Digest, Sha256};
 
 use super::classic::{Classic, Dataset, Object};
@@ -103,7 +103,7 @@ enum Samples {
 /// What stands beside the samples.
 enum Tables {
     Dense {
-        bounds: Vec<NodeBounds>,
+        bounds: Vec<BlockBounds>,
     },
     /// But for the samples.
     Sparse(OwnedBricks<Unread>),
@@ -197,7 +197,7 @@ impl Opened {
         let lattice = &self.head.lattice;
         match (&self.tables, &self.samples) {
             (Tables::Dense { bounds }, Samples::F32(_)) => {
-                let storage = Bounded::new(lattice, Unread, bounds).expect("one for each place was read");
+                let storage = WithBlockBounds::new(lattice, Unread, bounds).expect("one for each place was read");
                 Reached::by_regions(&self.unread(storage), regions, level)
             }
             (Tables::Dense { .. }, _) => unreachable!("dense samples are f32"),
@@ -232,7 +232,7 @@ impl Opened {
                 let of_chunks = dataset.chunk_count();
                 let chunks = (0..of_chunks).filter(|at| is_wanted(tiling.tile(*at))).count();
                 let dense = Dense::new(&lattice, samples).expect("the shape was held against the lattice");
-                let bounded = Bounded::new(&lattice, dense, bounds).expect("one for each place was read");
+                let bounded = WithBlockBounds::new(&lattice, dense, bounds).expect("one for each place was read");
                 (OwnedSamples::Dense(bounded), chunks, of_chunks)
             }
             (samples, Tables::Sparse(bricks)) => {
@@ -386,9 +386,9 @@ impl Digests {
 /// Of a dataset's axes, for a piece that is all of a chunk.
 const ALL: [usize; 3] = [usize::MAX; 3];
 
-fn node_bounds(numbers: &[f32]) -> Result<Vec<NodeBounds>, Fault> {
-    let of = |numbers: &[f32]| NodeBounds { least: numbers[0], greatest: numbers[1], slope: numbers[2] };
-    let bounds: Vec<NodeBounds> = numbers.chunks_exact(3).map(of).collect();
+fn node_bounds(numbers: &[f32]) -> Result<Vec<BlockBounds>, Fault> {
+    let of = |numbers: &[f32]| BlockBounds { least: numbers[0], greatest: numbers[1], slope: numbers[2] };
+    let bounds: Vec<BlockBounds> = numbers.chunks_exact(3).map(of).collect();
     check::sound_bounds(&bounds).map_err(Fault::damaged)?;
     Ok(bounds)
 }

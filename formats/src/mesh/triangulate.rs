@@ -13,11 +13,11 @@ use std::collections::VecDeque;
 
 /// Corners above which a concave polygon is not clipped: the work grows with their square, and this many take under a
 /// second when all of them point inwards. Much less would catch the caps of machine parts.
-const MOST_CORNERS: usize = 10_000;
+const MAX_CORNERS: usize = 10_000;
 
 /// Corner-in-ear tests that all polygons of a file may take together, some 4 s: a file of many hostile polygons just
-/// under [`MOST_CORNERS`] would take hours. A file of honest ones takes less than a thousandth.
-const MOST_TESTS: u64 = 1 << 32;
+/// under [`MAX_CORNERS`] would take hours. A file of honest ones takes less than a thousandth.
+const MAX_TESTS: u64 = 1 << 32;
 
 /// How a polygon was cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,12 +74,12 @@ impl Triangulator {
             reflex: Vec::new(),
             blockers: Vec::new(),
             queue: VecDeque::new(),
-            tests_left: MOST_TESTS,
+            tests_left: MAX_TESTS,
         }
     }
 
     /// Writes the n - 2 triangles of n corners, in the polygon's winding. The same corners give the same triangles,
-    /// unless [`MOST_TESTS`] have run out.
+    /// unless [`MAX_TESTS`] have run out.
     pub(super) fn cut(&mut self, points: &[[f64; 3]], corners: &[u32], triangles: &mut [[u32; 3]]) -> Cut {
         debug_assert!(corners.len() >= 3 && triangles.len() == corners.len() - 2);
         let seen = self.project(points, corners);
@@ -88,7 +88,7 @@ impl Triangulator {
             fan(corners, triangles);
             return Cut::Fan;
         }
-        if seen && corners.len() <= MOST_CORNERS && self.clip_ears(corners, triangles).is_some() {
+        if seen && corners.len() <= MAX_CORNERS && self.clip_ears(corners, triangles).is_some() {
             return Cut::Ears;
         }
         fan(corners, triangles);

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
-use sdf_core::grid::{Bounded, Dense, Lattice, NodeBounds, Storage, cell_slope};
+use sdf_core::grid::{WithBlockBounds, Dense, Lattice, BlockBounds, Storage, cell_slope};
 use sdf_formats::grid_file::{
     self, About, Layout, OwnedBricks, OwnedGrid, OwnedSamples, Precision, Samples, Source, SparseSamples,
 };
@@ -19,7 +19,7 @@ pub struct Made {
 
 #[derive(Clone)]
 pub enum Content {
-    Dense { distances: Vec<f32>, bounds: Vec<NodeBounds> },
+    Dense { distances: Vec<f32>, bounds: Vec<BlockBounds> },
     F32(OwnedBricks<f32>),
     U16(OwnedBricks<u16>),
     U8(OwnedBricks<u8>),
@@ -65,7 +65,7 @@ impl Made {
         let samples = match self.content.clone() {
             Content::Dense { distances, bounds } => {
                 let dense = Dense::new(lattice, distances).unwrap();
-                OwnedSamples::Dense(Bounded::new(lattice, dense, bounds).unwrap())
+                OwnedSamples::Dense(WithBlockBounds::new(lattice, dense, bounds).unwrap())
             }
             Content::F32(bricks) => OwnedSamples::SparseF32(Sparse::new(lattice, bricks).unwrap()),
             Content::U16(bricks) => OwnedSamples::SparseU16(Sparse::new(lattice, bricks).unwrap()),
@@ -143,7 +143,7 @@ fn sparse<C: Code>(
         bricks.samples.extend(samples.iter().map(|sample| encode(*sample, scale)));
         bricks.errors.push(scale.step / 2.0);
     }
-    let nothing = NodeBounds { least: 0.0, greatest: 0.0, slope: 0.0 };
+    let nothing = BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 };
     bricks.bounds = vec![nothing; bricks.places.len()];
     let sparse = Sparse::new(lattice, bricks).unwrap();
     let bounds = sparse.bricks().places.iter().map(|place| bounds_of_place(lattice, &sparse, *place)).collect();
@@ -160,16 +160,16 @@ fn places([px, py, pz]: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
 }
 
 /// Over all cells with a corner in the place: wider than need be.
-fn bounds_of_place(lattice: &Lattice, storage: &impl Storage, place: [u32; 3]) -> NodeBounds {
+fn bounds_of_place(lattice: &Lattice, storage: &impl Storage, place: [u32; 3]) -> BlockBounds {
     let first = place.map(|at| (8 * at).saturating_sub(1));
     let cells = lattice.cells();
     let last: [u32; 3] = std::array::from_fn(|axis| (8 * place[axis] + 7).min(cells[axis] - 1));
     let counts = std::array::from_fn(|axis| last[axis] + 1 - first[axis].min(last[axis]));
-    let nothing = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let nothing = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
     places(counts).fold(nothing, |bounds, step| {
         let cell = std::array::from_fn(|axis| first[axis].min(last[axis]) + step[axis]);
         let corners = storage.corners(cell);
-        bounds.union(NodeBounds {
+        bounds.union(BlockBounds {
             least: corners.into_iter().fold(f32::INFINITY, f32::min),
             greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
             slope: cell_slope(corners, lattice.spacing()) as f32 * 1.000001,

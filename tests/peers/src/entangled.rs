@@ -14,14 +14,14 @@ use anyhow::{Context, Result};
 use parry3d::shape::TriMeshFlags;
 use sdf_bake::{MeshDistance, TriangleMesh, dense, lattice_around};
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{Bounded, Dense, Grid, NodeBounds};
+use sdf_core::grid::{WithBlockBounds, Dense, Grid, BlockBounds};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Sdf, Simplex};
 
 use crate::pairs::{manifolds, trimesh};
 
-type Field = Grid<Bounded<Dense<Vec<f32>>, Vec<NodeBounds>>>;
+type Field = Grid<WithBlockBounds<Dense<Vec<f32>>, Vec<BlockBounds>>>;
 
 const ROUNDS: usize = 100;
 /// Edges along the cloth's side.
@@ -141,7 +141,7 @@ fn bake(body: &Body) -> Result<Field> {
     let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 96.0, 8).context("a lattice")?;
     let baked = dense::bake(&distance, &lattice, &|_| ());
     let samples = Dense::new(&lattice, baked.distances).context("samples")?;
-    let samples = Bounded::new(&lattice, samples, baked.bounds).context("bounds")?;
+    let samples = WithBlockBounds::new(&lattice, samples, baked.bounds).context("bounds")?;
     Grid::new(lattice, samples, baked.slope_bound).context("a grid")
 }
 

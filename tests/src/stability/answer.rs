@@ -50,7 +50,7 @@ impl Number {
 pub enum Fate {
     NotFinite,
     Culled,
-    Apart,
+    Separated,
     Contact(ContactStatus),
 }
 
@@ -99,14 +99,14 @@ fn of_type<R: Float, const N: usize>(field: &AnyField, method: &Method, margin: 
 where
     Method: Minimizer<N>,
 {
-    let simplex = Simplex { corners: corners.map(|corner| corner.map(R::lift)) };
+    let simplex = Simplex { corners: corners.map(|corner| corner.map(R::from_f64)) };
     let element = Element { id: 0, vertices: std::array::from_fn(|corner| corner as u32), simplex };
     let to_f64 = |point: Vector3<R>| point.map(R::to_f64);
-    match contact(field, method, R::lift(margin), &element) {
+    match contact(field, method, R::from_f64(margin), &element) {
         Outcome::NotFinite => Answer { fate: Fate::NotFinite, found: None },
         Outcome::Culled => Answer { fate: Fate::Culled, found: None },
-        Outcome::Apart(minimum) => Answer {
-            fate: Fate::Apart,
+        Outcome::Separated(minimum) => Answer {
+            fate: Fate::Separated,
             found: Some(Found {
                 weights: minimum.weights.map(R::to_f64).to_vec(),
                 point: to_f64(minimum.point),

@@ -76,7 +76,7 @@ impl Tally {
     fn put(&mut self, problem: &Problem, method: &Method, number: Number) {
         let found = problem.least(method, number);
         self.searches += 1;
-        self.is_sound(problem, number, &found);
+        self.is_valid(problem, number, &found);
         let bound = self.is_near_the_truth(problem, method, number, &found);
         self.is_near_double(problem, method, number, &found, bound);
         let rests = ask(&problem.body.field, method, found.value, &problem.corners, number);
@@ -101,7 +101,7 @@ impl Tally {
     }
 
     /// That what was found is a point of the element and what the field says there.
-    fn is_sound(&mut self, problem: &Problem, number: Number, found: &Found) {
+    fn is_valid(&mut self, problem: &Problem, number: Number, found: &Found) {
         self.expect(found.is_finite(), "nothing is NaN", problem, found);
         let sum: f64 = found.weights.iter().sum();
         let are_weights = found.weights.iter().all(|weight| *weight >= 0.0);
@@ -169,7 +169,7 @@ impl Tally {
                 let is_within = found.is_finite() && found.value <= margin;
                 self.expect(is_within, "a contact is finite and within the margin", problem, &told);
             }
-            (Fate::Apart, Some(found)) => {
+            (Fate::Separated, Some(found)) => {
                 self.apart += 1;
                 let is_lost = found.lower_bound > margin;
                 self.lost += usize::from(is_lost);

@@ -2,7 +2,7 @@
 
 use pulp::{Arch, NullaryFnOnce};
 use sdf_core::Sdf;
-use sdf_core::contact::batch::{Passed, Refusal};
+use sdf_core::contact::batch::{Survivor, CullReason};
 use sdf_core::contact::{Element, Outcome, batch, contact};
 use sdf_core::minimize::Minimizer;
 use sdf_core::placed::{Placed, Rigid};
@@ -94,12 +94,12 @@ impl<F: Sdf, W: Sdf, M: Minimizer<N>, const N: usize> Batch<'_, F, W, M, N> {
         looked.sort_unstable_by_key(|(place, _)| *place);
         let passed = looked.iter().enumerate().filter_map(|(at, (place, looked))| {
             let lower_bound = looked.ok()?;
-            Some((at, Passed { place: *place, lower_bound }))
+            Some((at, Survivor { place: *place, lower_bound }))
         });
         let (ats, passed): (Vec<_>, Vec<_>) = passed.unzip();
         let mut outcomes = vec![Outcome::NotFinite; looked.len()];
         let take = |at: usize, outcome| outcomes[ats[at]] = outcome;
-        if M::WORKS_IN_LANES {
+        if M::USES_SIMD {
             Arch::new().dispatch(Wide { field: wide, minimizer, margin, elements, passed: &passed, take });
         } else {
             batch::search::<_, _, _, _, N, SEARCHED>(field, minimizer, margin, elements, &passed, take);
@@ -116,14 +116,14 @@ struct Cull<'a, F, const N: usize> {
 }
 
 impl<F: Sdf, const N: usize> NullaryFnOnce for Cull<'_, F, N> {
-    type Output = Vec<(usize, Result<f64, Refusal>)>;
+    type Output = Vec<(usize, Result<f64, CullReason>)>;
 
     // Only what is inlined here is compiled for the processor's own vectors.
     #[inline(always)]
     fn call(self) -> Self::Output {
         let mut passed = vec![];
         batch::cull::<_, _, _, N, CULLED>(self.field, self.margin, self.elements, |place, looked| {
-            if looked != Err(Refusal::Culled) {
+            if looked != Err(CullReason::Culled) {
                 passed.push((place, looked));
             }
         });
@@ -136,7 +136,7 @@ struct Wide<'a, F, M, T, const N: usize> {
     minimizer: &'a M,
     margin: f64,
     elements: &'a [Element<f64, N>],
-    passed: &'a [Passed<f64>],
+    passed: &'a [Survivor<f64>],
     take: T,
 }
 

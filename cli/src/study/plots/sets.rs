@@ -8,7 +8,7 @@ use super::{Area, Entry, LEGEND_HEIGHT, colour, draw, legend, of_plotter};
 use crate::study::curves::{Curve, Point, SHALLOW, SetReport};
 
 /// Errors below this are drawn at it.
-const LEAST_DRAWN: f64 = 1e-8;
+const MIN_DRAWN: f64 = 1e-8;
 
 /// Fig. 12 of the paper: a panel for each method, errors against its budget.
 pub fn convergence(set: &SetReport) -> Result<String> {
@@ -26,11 +26,11 @@ fn convergence_panel(panel: &Area, set: &SetReport, curve: &Curve) -> Result<()>
     let colour = colour(curve.number);
     let last = curve.points.last().map_or(2.0, |point| f64::from(point.budget)).max(2.0);
     let mut chart = frame(panel, curve.method)
-        .build_cartesian_2d((1.0..last * 1.05).log_scale(), (LEAST_DRAWN..10.0).log_scale())
+        .build_cartesian_2d((1.0..last * 1.05).log_scale(), (MIN_DRAWN..10.0).log_scale())
         .map_err(of_plotter)?;
     configure(&mut chart, [curve.unit, ERROR], &exponent)?;
     let of = |number: fn(&Point) -> f64| {
-        curve.points.iter().map(move |point| (f64::from(point.budget), number(point).max(LEAST_DRAWN)))
+        curve.points.iter().map(move |point| (f64::from(point.budget), number(point).max(MIN_DRAWN)))
     };
     let [mut band, upper] = [of(|point| point.errors.q1).collect::<Vec<_>>(), of(|point| point.errors.q3).collect()];
     band.extend(upper.into_iter().rev());
@@ -104,12 +104,12 @@ fn range(set: &SetReport, number: fn(&Point) -> f64) -> Range<f64> {
 fn error_panel(panel: &Area, set: &SetReport, cost: Axis, error: Axis) -> Result<()> {
     let across = range(set, cost.of);
     let mut chart = frame(panel, error.name)
-        .build_cartesian_2d(across.clone().log_scale(), (LEAST_DRAWN..1.0).log_scale())
+        .build_cartesian_2d(across.clone().log_scale(), (MIN_DRAWN..1.0).log_scale())
         .map_err(of_plotter)?;
     configure(&mut chart, [cost.name, ERROR], &exponent)?;
     chart.draw_series(gap_line(set, across)).map_err(of_plotter)?;
     for curve in &set.curves {
-        let points = curve.points.iter().map(|point| ((cost.of)(point), (error.of)(point).clamp(LEAST_DRAWN, 1.0)));
+        let points = curve.points.iter().map(|point| ((cost.of)(point), (error.of)(point).clamp(MIN_DRAWN, 1.0)));
         let line = LineSeries::new(points, colour(curve.number).stroke_width(2)).point_size(2);
         chart.draw_series(line).map_err(of_plotter)?;
     }
@@ -130,7 +130,7 @@ fn share_panel(panel: &Area, set: &SetReport, cost: Axis, share: Axis) -> Result
 
 /// Below it an error says nothing.
 fn gap_line<'a>(set: &SetReport, across: Range<f64>) -> LineSeries<SVGBackend<'a>, (f64, f64)> {
-    let gap = set.reference.gap.median.max(LEAST_DRAWN);
+    let gap = set.reference.gap.median.max(MIN_DRAWN);
     LineSeries::new([(across.start, gap), (across.end, gap)], BLACK.mix(0.35))
 }
 

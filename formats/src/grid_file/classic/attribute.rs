@@ -1,14 +1,14 @@
 use super::bytes::{Bytes, Fields};
 use super::object::Object;
-use crate::grid_file::{Fault, layout::MOST_TEXT};
+use crate::grid_file::{Fault, layout::MAX_TEXT};
 
 const ATTRIBUTE: u16 = 0x0c;
 
 /// Of numbers that an attribute has; ours have 9 at most.
-const MOST_NUMBERS: u64 = 64;
+const MAX_NUMBERS: u64 = 64;
 
 /// The most that a heap of texts of the longest kind takes.
-const MOST_HEAP_BYTES: u64 = 16 * MOST_TEXT as u64 + 4096;
+const MAX_HEAP_BYTES: u64 = 16 * MAX_TEXT as u64 + 4096;
 
 /// What an attribute holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,7 +84,7 @@ fn datatype(body: &[u8]) -> Result<Option<Type>, Fault> {
             whole.then_some(Type::Integer { size, signed: bits[0] & 8 != 0 })
         }
         1 if is_f64(bits, size, fields.0) => Some(Type::F64),
-        3 if (1..=MOST_TEXT).contains(&size) => Some(Type::FixedText { size }),
+        3 if (1..=MAX_TEXT).contains(&size) => Some(Type::FixedText { size }),
         9 if bits[0] & 0xf == 1 => Some(Type::Text),
         _ => None,
     })
@@ -108,7 +108,7 @@ fn dataspace(body: &[u8]) -> Result<usize, Fault> {
         1 => fields.u64()?,
         _ => u64::MAX,
     };
-    if count > MOST_NUMBERS {
+    if count > MAX_NUMBERS {
         return Err(Fault::not_a_grid("an attribute has very many values"));
     }
     Ok(count as usize)
@@ -122,7 +122,7 @@ fn heap_text(bytes: &mut Bytes, mut reference: Fields) -> Result<Value, Fault> {
     if length == 0 {
         return text(b"");
     }
-    if length > MOST_TEXT {
+    if length > MAX_TEXT {
         return Err(Fault::damaged(format!("a text has {length} bytes")));
     }
     let head = bytes.at(address, 16)?;
@@ -130,7 +130,7 @@ fn heap_text(bytes: &mut Bytes, mut reference: Fields) -> Result<Value, Fault> {
     fields.expect(b"GCOL")?;
     fields.skip(4)?;
     let size = fields.u64()?;
-    if !(16..=MOST_HEAP_BYTES).contains(&size) {
+    if !(16..=MAX_HEAP_BYTES).contains(&size) {
         return Err(Fault::damaged(format!("a heap of texts has {size} bytes")));
     }
     let heap = bytes.at(address + 16, size as usize - 16)?;

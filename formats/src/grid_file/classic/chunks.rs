@@ -20,10 +20,10 @@ const SHUFFLE: u16 = 2;
 const DEFLATE: u16 = 1;
 
 /// What one byte of deflate makes at most: 258 bytes of 2 bits.
-const MOST_EXPANSION: u64 = 1032;
+const MAX_EXPANSION: u64 = 1032;
 
 /// A tree of HDF5's default rank, half filled, has 10⁹ chunks at this level.
-const MOST_LEVEL: u8 = 5;
+const MAX_LEVEL: u8 = 5;
 
 /// A dataset of one to three axes, chunked and deflated, all its chunks known to lie in the file.
 pub(in crate::grid_file) struct Dataset<T> {
@@ -147,7 +147,7 @@ impl<T: Element> Dataset<T> {
             let stored = &unpacked[from * T::BYTES..][..count * T::BYTES];
             for (element, stored) in elements[to - first..][..count].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
                 *element = T::from_le(stored);
-                sound &= element.is_sound();
+                sound &= element.is_valid();
             }
         }
         if sound { Ok(()) } else { Err(Fault::damaged(format!("a number of {} is not finite", self.name))) }
@@ -226,7 +226,7 @@ struct Index {
 }
 
 impl Index {
-    /// Section III.A.1, node type 1. Levels fall strictly from at most [`MOST_LEVEL`], every node leads to a chunk, and
+    /// Section III.A.1, node type 1. Levels fall strictly from at most [`MAX_LEVEL`], every node leads to a chunk, and
     /// no chunk may come twice: that bounds depth and visits.
     fn visit(&mut self, bytes: &mut Bytes, node: u64, above: Option<u8>) -> Result<(), Fault> {
         let head = bytes.at(node, 24)?;
@@ -235,7 +235,7 @@ impl Index {
         let [kind, level] = [head.u8()?, head.u8()?];
         let count = usize::from(head.u16()?);
         let falls = above.is_none_or(|above| level.checked_add(1) == Some(above));
-        if kind != 1 || level > MOST_LEVEL || !falls || count == 0 {
+        if kind != 1 || level > MAX_LEVEL || !falls || count == 0 {
             return Err(Fault::damaged("the tree of chunks is no tree"));
         }
         let entry_bytes = entry_bytes(self.rank);
@@ -268,7 +268,7 @@ impl Index {
         if filter_mask != 0 || within_element != 0 || !bytes.holds(address, u64::from(stored_bytes)) {
             return Err(Fault::damaged(format!("a chunk of {} lies outside the file", self.name)));
         }
-        if unpacked.div_ceil(MOST_EXPANSION) > u64::from(stored_bytes) {
+        if unpacked.div_ceil(MAX_EXPANSION) > u64::from(stored_bytes) {
             return Err(more_than_it_holds(self.name));
         }
         let chunk = Chunk { address, stored_bytes: stored_bytes as usize };

@@ -5,10 +5,10 @@ use crate::grid_file::Fault;
 const SYMBOL_TABLE: u16 = 0x11;
 
 /// The names of a group of ours take less than 100 bytes.
-const MOST_NAME_BYTES: u64 = 1 << 16;
+const MAX_NAME_BYTES: u64 = 1 << 16;
 
 /// Twice what a node of HDF5's default ranks has room for. A group of that many members is far from ours.
-const MOST_ENTRIES: u16 = 64;
+const MAX_ENTRIES: u16 = 64;
 
 /// The object that a group has under a name: sections III.A.1, III.B, III.C and III.D.
 pub(super) fn member(bytes: &mut Bytes, group: &Object, name: &str) -> Result<Object, Fault> {
@@ -44,7 +44,7 @@ fn names(bytes: &mut Bytes, heap: u64) -> Result<Vec<u8>, Fault> {
     head.skip(4)?;
     let size = head.u64()?;
     head.skip(8)?;
-    if size > MOST_NAME_BYTES {
+    if size > MAX_NAME_BYTES {
         return Err(Fault::damaged(format!("the names of a group take {size} bytes")));
     }
     bytes.at(head.u64()?, size as usize)
@@ -64,7 +64,7 @@ fn nodes(bytes: &mut Bytes, tree: u64) -> Result<Vec<u64>, Fault> {
 }
 
 fn plausible(count: u16) -> Result<usize, Fault> {
-    if count > MOST_ENTRIES {
+    if count > MAX_ENTRIES {
         return Err(Fault::damaged(format!("a node of a group has {count} entries")));
     }
     Ok(usize::from(count))

@@ -8,8 +8,8 @@ const SHARED: u8 = 2;
 
 /// A header of ours has less than 4 KiB, one with every text at its longest still a few. It bounds what a header may
 /// make us hold, and stops one that continues in itself.
-const MOST_HEADER_BYTES: usize = 1 << 20;
-const MOST_HEADER_BLOCKS: usize = 64;
+const MAX_HEADER_BYTES: usize = 1 << 20;
+const MAX_HEADER_BLOCKS: usize = 64;
 
 /// The header of a group or dataset: section IV.A.1.a.
 pub(in crate::grid_file) struct Object {
@@ -39,7 +39,7 @@ impl Object {
             let length = usize::try_from(length).unwrap_or(usize::MAX);
             blocks_seen += 1;
             bytes_seen = length.saturating_add(bytes_seen);
-            if blocks_seen > MOST_HEADER_BLOCKS || bytes_seen > MOST_HEADER_BYTES {
+            if blocks_seen > MAX_HEADER_BLOCKS || bytes_seen > MAX_HEADER_BYTES {
                 return Err(Fault::damaged("an object header is out of all proportion"));
             }
             let block = bytes.at(address, length)?;

@@ -39,7 +39,7 @@ fn report_one(page: &mut Page<impl FnMut(u8)>, outcome: Option<Outcome<f32, 3>>)
         None => page.text("the grid was refused\n"),
         Some(Outcome::NotFinite) => page.text("not finite\n"),
         Some(Outcome::Culled) => page.text("culled\n"),
-        Some(Outcome::Apart(minimum)) => page.numbers("apart", &[minimum.sample.value]),
+        Some(Outcome::Separated(minimum)) => page.numbers("apart", &[minimum.sample.value]),
         Some(Outcome::Contact(contact)) => write_contact(page, &contact),
     }
 }

@@ -5,7 +5,7 @@ use sdf_bake::SparseGrid;
 use sdf_core::Sdf;
 use sdf_core::combine::SmoothUnion;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, Sparse};
-use sdf_core::grid::{Dense, Grid, NodeBounds, cell_slope, slope_bound};
+use sdf_core::grid::{Dense, Grid, BlockBounds, cell_slope, slope_bound};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, Torus};
 
@@ -96,7 +96,7 @@ fn one_brick(field: &impl Sdf) -> Grid<Sparse<SparseGrid<f32>>> {
     for (corner, sample) in corners.iter().enumerate() {
         samples[(corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2)] = *sample;
     }
-    let bounds = NodeBounds {
+    let bounds = BlockBounds {
         least: corners.into_iter().fold(f32::INFINITY, f32::min),
         greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
         slope: (cell_slope(corners, lattice.spacing()) as f32).next_up(),

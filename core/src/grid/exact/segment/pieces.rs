@@ -2,9 +2,9 @@ use nalgebra::Vector3;
 
 use super::Line;
 use super::cubic::Cubic;
-use super::trace::Step;
+use super::voxel_walk::Step;
 use crate::grid::Storage;
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 
 /// As many f64 as the widest vectors hold.
 pub(super) const LANES: usize = 8;
@@ -81,7 +81,7 @@ impl<R: Float> Pieces<R> {
                 .map(|axes| Vector3::new(of_axis(&axes[0]), of_axis(&axes[1]), of_axis(&axes[2])));
             let (entry, span) = (self.entry[lane], self.exit[lane] - self.entry[lane]);
             let mut corners = [R::zero(); 8];
-            let (mut lowest, mut sum) = (R::lift(f64::INFINITY), R::zero());
+            let (mut lowest, mut sum) = (R::from_f64(f64::INFINITY), R::zero());
             for corner in 0..8 {
                 corners[corner] = samples[corner][lane];
                 lowest = Real::min(lowest, corners[corner]);

@@ -2,11 +2,11 @@ use nalgebra::Vector3;
 
 use super::cells::LANES;
 use super::face::Face;
-use crate::grid::segment::Line;
-use crate::real::{Float, Real};
+use crate::grid::exact::segment::Line;
+use crate::number::{Float, Real};
 
 /// Where faces of cells cross a triangle, axis by axis, reckoned several side by side.
-pub(super) struct Creases<'a, R: Real> {
+pub(super) struct CellFaceCuts<'a, R: Real> {
     face: &'a Face<R>,
     /// Of the lines, the next, counted over all axes.
     next: u32,
@@ -23,7 +23,7 @@ struct Lines<R> {
     is_apart: [R; LANES],
 }
 
-impl<'a, R: Float> Creases<'a, R> {
+impl<'a, R: Float> CellFaceCuts<'a, R> {
     /// All of them, or none.
     #[inline(always)]
     pub fn new(face: &'a Face<R>, all: bool) -> Self {
@@ -34,21 +34,21 @@ impl<'a, R: Float> Creases<'a, R> {
     /// The next several.
     #[cfg_attr(feature = "std", inline(always))]
     fn cross(&mut self) {
-        let number = |number: u32| R::lift(f64::from(number));
+        let number = |number: u32| R::from_f64(f64::from(number));
         let (next, planes, first) = (number(self.next), self.face.planes().map(number), self.face.first.map(number));
         let [a, b, c] = self.face.corners;
         let lines = &mut self.lines;
         for lane in 0..LANES {
-            let (plane, [y, z]) = (next + R::lift(lane as f64), [planes[0], planes[0] + planes[1]]);
+            let (plane, [y, z]) = (next + R::from_f64(lane as f64), [planes[0], planes[0] + planes[1]]);
             let (is_z, is_yz) = (z <= plane, y <= plane);
             let pick = |x: R, y: R, z: R| R::select(is_z, z, R::select(is_yz, y, x));
-            let axis = pick(R::zero(), R::one(), R::lift(2.0));
+            let axis = pick(R::zero(), R::one(), R::from_f64(2.0));
             let at = pick(first[0] + plane, first[1] + (plane - y), first[2] + (plane - z)) + R::one();
             let corners = [pick(a.x, a.y, a.z), pick(b.x, b.y, b.z), pick(c.x, c.y, c.z)];
             let (ends, is_apart) = ends(corners.map(|corner| corner - at));
             let points = ends.map(|weights| self.face.point(weights));
             for k in 0..3 {
-                let is_across = axis == R::lift(k as f64);
+                let is_across = axis == R::from_f64(k as f64);
                 lines.from[k][lane] = R::select(is_across, at, points[0][k]);
                 lines.way[k][lane] = R::select(is_across, R::zero(), points[1][k] - points[0][k]);
                 (lines.ends[0][k][lane], lines.ends[1][k][lane]) = (ends[0][k], ends[1][k]);
@@ -70,7 +70,7 @@ impl<R: Float> Lines<R> {
     }
 }
 
-impl<R: Float> Iterator for Creases<'_, R> {
+impl<R: Float> Iterator for CellFaceCuts<'_, R> {
     type Item = Line<R>;
 
     #[inline(always)]
@@ -86,7 +86,7 @@ impl<R: Float> Iterator for Creases<'_, R> {
                 let of = |axes: &[[R; LANES]; 3]| [axes[0][lane], axes[1][lane], axes[2][lane]];
                 let [from, way] = [&lines.from, &lines.way].map(|axes| Vector3::from(of(axes)));
                 let ends = [of(&lines.ends[0]), of(&lines.ends[1])];
-                return Some(Line { from, way, ends, bound: R::lift(f64::NEG_INFINITY) });
+                return Some(Line { from, way, ends, bound: R::from_f64(f64::NEG_INFINITY) });
             }
         }
         None

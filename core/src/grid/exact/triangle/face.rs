@@ -1,17 +1,17 @@
 use nalgebra::Vector3;
 
-use super::outline::Outline;
+use super::separating_planes::SeparatingPlanes;
 use crate::grid::Lattice;
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 
 /// A triangle whose box meets more cells is not looked at as a whole: cut in two, most of it is dropped at once.
-pub(super) const MOST_CELLS: u32 = 512;
+pub(super) const MAX_CELLS: u32 = 512;
 
 /// A triangle, counted in cells from the grid's first node.
 pub(super) struct Face<R: Real> {
     pub corners: [Vector3<R>; 3],
     pub normal: Vector3<R>,
-    pub outline: Outline<R>,
+    pub separating_planes: SeparatingPlanes<R>,
     /// Of its box, with what rounding may add.
     pub low: Vector3<R>,
     pub high: Vector3<R>,
@@ -25,7 +25,7 @@ impl<R: Float> Face<R> {
     pub fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
         let bounds = lattice.bounds();
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
-        let slack = R::lift(16.0 * R::EPSILON * farthest * lattice.per_spacing());
+        let slack = R::from_f64(16.0 * R::EPSILON * farthest * lattice.inv_spacing());
         let [a, b, c] = corners;
         let low = a.zip_zip_map(&b, &c, |a, b, c| Real::min(a, Real::min(b, c)) - slack);
         let high = a.zip_zip_map(&b, &c, |a, b, c| Real::max(a, Real::max(b, c)) + slack);
@@ -38,13 +38,13 @@ impl<R: Float> Face<R> {
         let (first, last) = (cell(low), cell(high));
         let along = |k: usize| last[k % 3].checked_sub(first[k % 3])?.checked_add(1);
         let count = along(0)?.checked_mul(along(1)?)?.checked_mul(along(2)?)?;
-        if count > MOST_CELLS {
+        if count > MAX_CELLS {
             return None;
         }
         let (u, v) = (b - a, c - a);
         let normal = u.cross(&v);
-        let outline = Outline::new(&corners, normal, slack);
-        Some(Self { corners, normal, outline, low, high, first, last })
+        let separating_planes = SeparatingPlanes::new(&corners, normal, slack);
+        Some(Self { corners, normal, separating_planes, low, high, first, last })
     }
 
     /// How many faces of cells, along each axis, may cross it.

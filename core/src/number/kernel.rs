@@ -1,10 +1,10 @@
 use nalgebra::Vector3;
 
-use crate::real::Real;
+use crate::number::Real;
 
 /// Numbers, or vectors, arrays and tuples of them, that can be taken apart by lanes and put together again: of the lanes'
-/// vector `Vector3<Lanes<f64, 8>>` the lane 3 is a `Vector3<f64>`. What a [`Kernel`] takes and gives.
-pub trait Bundle<R: Real>: Copy {
+/// vector `Vector3<Lanes<f64, 8>>` the lane 3 is a `Vector3<f64>`. What a [`LaneKernel`] takes and gives.
+pub trait LaneBundle<R: Real>: Copy {
     /// The same of one lane.
     type Lane: Copy;
     /// Room for any.
@@ -21,18 +21,18 @@ pub trait Bundle<R: Real>: Copy {
 /// best, if it is long enough not to be unrolled before. It holds no branch and no call that is not inlined: either would leave
 /// the loop as it is. So do masks in what it takes or gives. What a closure would capture, such as a slope bound, are its
 /// fields.
-pub trait Kernel {
+pub trait LaneKernel {
     /// What it takes.
-    type From<R: Real>: Bundle<R, Lane = Self::From<R::Lane>>;
+    type From<R: Real>: LaneBundle<R, Lane = Self::From<R::Lane>>;
     /// What it gives.
-    type To<R: Real>: Bundle<R, Lane = Self::To<R::Lane>>;
+    type To<R: Real>: LaneBundle<R, Lane = Self::To<R::Lane>>;
 
     fn apply<R: Real>(&self, from: Self::From<R>) -> Self::To<R>;
 }
 
 macro_rules! tuple {
     ($($bundle:ident $field:tt),*) => {
-        impl<R: Real, $($bundle: Bundle<R>),*> Bundle<R> for ($($bundle,)*) {
+        impl<R: Real, $($bundle: LaneBundle<R>),*> LaneBundle<R> for ($($bundle,)*) {
             type Lane = ($($bundle::Lane,)*);
             #[inline(always)]
             fn zero() -> Self {
@@ -54,7 +54,7 @@ tuple!(A 0, B 1);
 tuple!(A 0, B 1, C 2);
 tuple!(A 0, B 1, C 2, D 3);
 
-impl<R: Real, const N: usize> Bundle<R> for [R; N] {
+impl<R: Real, const N: usize> LaneBundle<R> for [R; N] {
     type Lane = [R::Lane; N];
     #[inline(always)]
     fn zero() -> Self {
@@ -72,11 +72,11 @@ impl<R: Real, const N: usize> Bundle<R> for [R; N] {
     }
 }
 
-impl<R: Real, const N: usize> Bundle<R> for [Vector3<R>; N] {
+impl<R: Real, const N: usize> LaneBundle<R> for [Vector3<R>; N] {
     type Lane = [Vector3<R::Lane>; N];
     #[inline(always)]
     fn zero() -> Self {
-        [Bundle::zero(); N]
+        [LaneBundle::zero(); N]
     }
     #[inline(always)]
     fn lane(&self, lane: usize) -> Self::Lane {
@@ -90,7 +90,7 @@ impl<R: Real, const N: usize> Bundle<R> for [Vector3<R>; N] {
     }
 }
 
-impl<R: Real> Bundle<R> for Vector3<R> {
+impl<R: Real> LaneBundle<R> for Vector3<R> {
     type Lane = Vector3<R::Lane>;
     #[inline(always)]
     fn zero() -> Self {

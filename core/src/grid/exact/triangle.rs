@@ -13,29 +13,29 @@
 //! where it curves downwards along some way in the triangle, the least of a polygon is on its boundary. Where it curves by
 //! c at most along a way whose longest chord is l, none is lower than on the boundary by more than c l² / 8.
 
-mod block;
-mod bowl;
+mod cell_range;
+mod interior_minimum;
 mod cell;
 mod cells;
-mod creases;
+mod cell_face_cuts;
 mod face;
-mod level;
+mod stationary;
 mod lines;
-mod outline;
-mod ways;
+mod separating_planes;
+mod directions;
 
-use cells::{Cells, LANES, LaneRises};
-use creases::Creases;
+use cells::{Cells, LANES, DirectionalBoundsLanes};
+use cell_face_cuts::CellFaceCuts;
 use face::Face;
 use nalgebra::Vector3;
-use ways::{Rises, Ways};
+use directions::{DirectionalBounds, Directions};
 
 use super::polynomial::Polynomial;
 use super::segment::Lowest;
-use super::{Grid, Storage};
+use crate::grid::{Grid, Storage};
 use crate::Aabb;
-use crate::real::{Float, Real};
-use crate::survey::{bounds, mean, reach, rounding};
+use crate::number::{Float, Real};
+use crate::enclosure::{bounds, mean, reach, rounding};
 
 /// Where on a triangle a field is least.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub struct TriangleMinimum<R> {
 impl<S: Storage> Grid<S> {
     /// `None` where the triangle leaves the box or meets many cells, or a sample is no number.
     #[inline(always)]
-    pub(super) fn least_in<R: Float>(
+    pub(in crate::grid) fn least_in<R: Float>(
         &self,
         corners: [Vector3<R>; 3],
         [level, gap]: [R; 2],
@@ -72,20 +72,20 @@ impl<S: Storage> Grid<S> {
         // Of the corners where they stand in the world, and of the first node, from which they are counted.
         let Aabb { min, max } = self.lattice.bounds();
         let farthest = min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
-        let reach = Real::max(reach(corners[0], &corners), R::lift(farthest));
+        let reach = Real::max(reach(corners[0], &corners), R::from_f64(farthest));
         let rounding = rounding(self.slope_bound, corners[0], reach, value);
-        let ways = Ways::new(&face, gradient, R::lift(self.slope_bound * self.lattice.spacing()));
-        let rises = self.rises(&mut cells, &ways)?;
+        let directions = Directions::new(&face, gradient, R::from_f64(self.slope_bound * self.lattice.spacing()));
+        let rises = self.directional_bounds(&mut cells, &directions)?;
         let least = value + rises.fall() - rounding;
-        let mut lowest = Lowest { weights: [R::lift(1.0 / 3.0); 3], value, looks: 1 };
+        let mut lowest = Lowest { weights: [R::from_f64(1.0 / 3.0); 3], value, looks: 1 };
         let mut deficit = R::zero();
         if least <= level {
             lines::lower_to_corners(&rises, [values[1], values[2], values[3]], &mut lowest);
             let edges = lines::edges(&face, &rises, [values[1], values[2], values[3]], lowest.value);
             let is_steep = rises.is_steep();
-            self.follow(edges, &mut Creases::new(&face, !is_steep), &mut lowest)?;
+            self.follow(edges, &mut CellFaceCuts::new(&face, !is_steep), &mut lowest)?;
             if !is_steep {
-                deficit = self.inside(&face, &cells, &ways, gap, &mut lowest);
+                deficit = self.inside(&face, &cells, &directions, gap, &mut lowest);
             }
         }
         let Lowest { weights, value, looks } = lowest;
@@ -96,7 +96,7 @@ impl<S: Storage> Grid<S> {
     /// All counted in cells.
     #[inline(always)]
     fn middle_and_corners<R: Float>(&self, corners: &[Vector3<R>; 3]) -> Points<R> {
-        let last = self.lattice.cells().map(|cells| R::lift(f64::from(cells)) - R::one());
+        let last = self.lattice.cells().map(|cells| R::from_f64(f64::from(cells)) - R::one());
         let [a, b, c] = *corners;
         let points = [mean(corners), a, b, c];
         let mut cells = [[R::zero(); 4]; 3];
@@ -115,11 +115,11 @@ impl<S: Storage> Grid<S> {
 
     /// Over all cells. `None` where a sample is no number.
     #[inline(always)]
-    fn rises<R: Float>(&self, cells: &mut Cells<R>, ways: &Ways<R>) -> Option<Rises<R>> {
-        let mut rises = LaneRises::none();
+    fn directional_bounds<R: Float>(&self, cells: &mut Cells<R>, directions: &Directions<R>) -> Option<DirectionalBounds<R>> {
+        let mut rises = DirectionalBoundsLanes::none();
         let mut from = 0;
         while from < cells.count {
-            cells.look(&self.storage, ways, from, &mut rises);
+            cells.look(&self.storage, directions, from, &mut rises);
             from = from.saturating_add(LANES);
         }
         rises.all()
@@ -127,13 +127,13 @@ impl<S: Storage> Grid<S> {
 
     /// Where the polynomial of a cell may be level. Answers by how much a value there may be less than what was found.
     #[inline(never)]
-    fn inside<R: Float>(&self, face: &Face<R>, cells: &Cells<R>, ways: &Ways<R>, gap: R, lowest: &mut Lowest<R>) -> R {
+    fn inside<R: Float>(&self, face: &Face<R>, cells: &Cells<R>, directions: &Directions<R>, gap: R, lowest: &mut Lowest<R>) -> R {
         let mut deficit = R::zero();
         for cell in cells.level(&self.storage) {
             lowest.looks = lowest.looks.saturating_add(1);
             let of_cell = cell.least_inside(face, lowest);
             let is_near = of_cell <= gap;
-            deficit = Real::max(deficit, if is_near { of_cell } else { cell.least_level(face, ways, gap, lowest) });
+            deficit = Real::max(deficit, if is_near { of_cell } else { cell.minimum_near_stationary(face, directions, gap, lowest) });
         }
         deficit
     }

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
-use super::ways::{Rises, Ways};
-use crate::grid::polynomial::{Bends, Polynomial};
-use crate::real::Float;
+use super::directions::{DirectionalBounds, Directions};
+use crate::grid::exact::polynomial::{MixedDerivatives, Polynomial};
+use crate::number::Float;
 
 /// The part of a cell in the triangle's box.
 #[derive(Clone, Copy)]
@@ -26,15 +26,15 @@ pub(super) struct Slopes<T> {
 impl<R: Float> Slopes<R> {
     /// The least and the most that the field rises over one of the ways, as fast as it does anywhere in the part.
     #[inline(always)]
-    pub fn over(&self, ways: &Ways<R>, way: usize) -> [R; 2] {
-        let (x, y, z) = (ways.x[way % 4], ways.y[way % 4], ways.z[way % 4]);
+    pub fn over(&self, directions: &Directions<R>, way: usize) -> [R; 2] {
+        let (x, y, z) = (directions.x[way % 4], directions.y[way % 4], directions.z[way % 4]);
         let ([xy, yz, zx], half, twists) = (self.bends, self.half, self.twists);
         let rise = self.gradient[0] * x + self.gradient[1] * y + self.gradient[2] * z;
         let spread = (xy * y + zx * z).abs() * half[0]
             + (xy * x + yz * z).abs() * half[1]
             + (zx * x + yz * y).abs() * half[2]
             + (x.abs() * twists[0] + y.abs() * twists[1] + z.abs() * twists[2])
-            + ways.rounding[way % 4];
+            + directions.rounding[way % 4];
         [rise - spread, rise + spread]
     }
 }
@@ -42,11 +42,11 @@ impl<R: Float> Slopes<R> {
 impl<R: Float> Cell<R> {
     /// Of any point of the part, also where the triangle does not reach.
     #[inline(always)]
-    pub fn rises(&self, ways: &Ways<R>) -> Rises<R> {
+    pub fn directional_bounds(&self, directions: &Directions<R>) -> DirectionalBounds<R> {
         let slopes = self.slopes();
-        let mut rises = Rises::none();
+        let mut rises = DirectionalBounds::none();
         for way in 0..4 {
-            [rises.least[way], rises.most[way]] = slopes.over(ways, way);
+            [rises.least[way], rises.most[way]] = slopes.over(directions, way);
         }
         rises
     }
@@ -65,7 +65,7 @@ impl<R: Float> Cell<R> {
     }
 
     /// In the middle, and how much more or less elsewhere.
-    pub fn rise(&self, gradient: Vector3<R>, bends: &Bends<R>, way: Vector3<R>) -> (R, R) {
+    pub fn rise(&self, gradient: Vector3<R>, bends: &MixedDerivatives<R>, way: Vector3<R>) -> (R, R) {
         let (by, half) = (bends.times(way), self.half);
         let twist = way.x.abs() * half.y * half.z + way.y.abs() * half.z * half.x + way.z.abs() * half.x * half.y;
         let spread = by.x.abs() * half.x + by.y.abs() * half.y + by.z.abs() * half.z;
@@ -74,14 +74,14 @@ impl<R: Float> Cell<R> {
 
     /// The most that the field curves upwards along a way, times the square of its longest chord in the part, if no longer
     /// than the way.
-    pub fn bend(&self, bends: &Bends<R>, way: Vector3<R>) -> R {
+    pub fn bend(&self, bends: &MixedDerivatives<R>, way: Vector3<R>) -> R {
         let curvature = bends.times(way).dot(&way) + self.more_bend(way, way);
         if curvature <= R::zero() {
             return R::zero();
         }
         let sides = way.iter().zip(&self.half);
         let chord = sides.fold(R::one(), |chord, (way, half)| {
-            let (all, reached) = (way.abs(), *half * R::lift(2.0));
+            let (all, reached) = (way.abs(), *half * R::from_f64(2.0));
             if reached < all * chord { reached / all } else { chord }
         });
         curvature * chord * chord

@@ -1,7 +1,7 @@
 use super::face::Face;
-use super::ways::Rises;
-use crate::grid::segment::{Line, Lowest};
-use crate::real::Float;
+use super::directions::DirectionalBounds;
+use crate::grid::exact::segment::{Line, Lowest};
+use crate::number::Float;
 use crate::simplex::corner_weights;
 
 /// The ways from the first corner to the second and to the third, and from the second to the third.
@@ -9,7 +9,7 @@ const U: usize = 0;
 const V: usize = 1;
 const W: usize = 2;
 
-impl<R: Float> Rises<R> {
+impl<R: Float> DirectionalBounds<R> {
     #[inline(always)]
     fn up(&self, way: usize) -> bool {
         R::zero() < self.least[way % 4]
@@ -29,7 +29,7 @@ impl<R: Float> Rises<R> {
 
 /// The corners, but for those from which a way along the triangle leads downhill.
 #[inline(always)]
-pub(super) fn lower_to_corners<R: Float>(rises: &Rises<R>, values: [R; 3], lowest: &mut Lowest<R>) {
+pub(super) fn lower_to_corners<R: Float>(rises: &DirectionalBounds<R>, values: [R; 3], lowest: &mut Lowest<R>) {
     let leads_down = rises.leads_down_from_corners();
     for k in 0..3 {
         if !leads_down[k] {
@@ -43,8 +43,8 @@ pub(super) fn lower_to_corners<R: Float>(rises: &Rises<R>, values: [R; 3], lowes
 
 /// The edges, of which one has no value below the lowest if a way along the triangle leads downhill from it.
 #[inline(always)]
-pub(super) fn edges<R: Float>(face: &Face<R>, rises: &Rises<R>, values: [R; 3], lowest: R) -> [Line<R>; 3] {
-    let nothing = R::lift(f64::INFINITY);
+pub(super) fn edges<R: Float>(face: &Face<R>, rises: &DirectionalBounds<R>, values: [R; 3], lowest: R) -> [Line<R>; 3] {
+    let nothing = R::from_f64(f64::INFINITY);
     let (up, down) = (|way| rises.up(way), |way| rises.down(way));
     let edge = |way: usize, [from, to]: [usize; 2], leads_down: bool| {
         let bound = rises.least_between(way, [values[from % 3], values[to % 3]]);

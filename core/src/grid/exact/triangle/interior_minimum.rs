@@ -2,9 +2,9 @@ use nalgebra::Vector3;
 
 use super::cell::Cell;
 use super::face::Face;
-use crate::grid::polynomial::Bends;
-use crate::grid::segment::Lowest;
-use crate::real::{Float, Real};
+use crate::grid::exact::polynomial::MixedDerivatives;
+use crate::grid::exact::segment::Lowest;
+use crate::number::{Float, Real};
 use crate::vector::norm;
 
 /// Steps of Newton's method inside of a cell: a cubic that is curved upwards is nearly a parabola there.
@@ -18,7 +18,7 @@ pub(super) struct Hessian<R> {
 }
 
 impl<R: Float> Hessian<R> {
-    fn new(bends: &Bends<R>, [u, v]: [Vector3<R>; 2]) -> Self {
+    fn new(bends: &MixedDerivatives<R>, [u, v]: [Vector3<R>; 2]) -> Self {
         let (by_u, by_v) = (bends.times(u), bends.times(v));
         Self { uu: by_u.dot(&u), uv: by_u.dot(&v), vv: by_v.dot(&v) }
     }
@@ -27,7 +27,7 @@ impl<R: Float> Hessian<R> {
         self.uu * self.vv - self.uv * self.uv
     }
 
-    fn is_bowl(&self) -> bool {
+    fn is_positive_definite(&self) -> bool {
         R::zero() < self.uu && R::zero() < self.determinant()
     }
 
@@ -52,16 +52,16 @@ impl<R: Float> Cell<R> {
         };
         let bend = [u, v, v - u, other]
             .into_iter()
-            .fold(R::lift(f64::INFINITY), |least, way| Real::min(least, self.bend(&bends, way)));
-        let deficit = bend * R::lift(0.125);
-        if deficit <= R::zero() || !hessian.is_bowl() {
+            .fold(R::from_f64(f64::INFINITY), |least, way| Real::min(least, self.bend(&bends, way)));
+        let deficit = bend * R::from_f64(0.125);
+        if deficit <= R::zero() || !hessian.is_positive_definite() {
             return deficit;
         }
         let gradient = self.field.gradient(self.middle, &bends);
         let step = hessian.step([gradient.dot(&u), gradient.dot(&v)]);
         let downhill = u * step[0] + v * step[1];
         let (rise, spread) = self.rise(gradient, &bends, downhill);
-        let rounding = norm(gradient) * norm(downhill) * R::lift(1024.0 * R::EPSILON);
+        let rounding = norm(gradient) * norm(downhill) * R::from_f64(1024.0 * R::EPSILON);
         if rise + spread + rounding < R::zero() {
             return R::zero();
         }
@@ -71,14 +71,14 @@ impl<R: Float> Cell<R> {
             uv: hessian.uv.abs() + self.more_bend(u, v),
             vv: hessian.vv - self.more_bend(v, v),
         };
-        if least_hessian.is_bowl() { Real::min(deficit, off) } else { deficit }
+        if least_hessian.is_positive_definite() { Real::min(deficit, off) } else { deficit }
     }
 
     /// From what was found to where the field is level. Of a bowl that is all of the part, it answers how much the least may
     /// be below what was found.
     fn newton(&self, face: &Face<R>, found: &mut Lowest<R>) -> R {
         let [u, v] = face.sides();
-        let unknown = R::lift(f64::INFINITY);
+        let unknown = R::from_f64(f64::INFINITY);
         let [_, mut s, mut t] = found.weights;
         let mut off = unknown;
         for step in 0..=STEPS {
@@ -91,7 +91,7 @@ impl<R: Float> Cell<R> {
             if step == STEPS {
                 break;
             }
-            if !hessian.is_bowl() {
+            if !hessian.is_positive_definite() {
                 return unknown;
             }
             let by = hessian.step(slopes);

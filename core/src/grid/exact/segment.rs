@@ -5,19 +5,19 @@
 
 mod cubic;
 mod pieces;
-mod trace;
+mod voxel_walk;
 
 use core::array::from_fn;
 
 use nalgebra::Vector3;
 use pieces::{LANES, Pieces};
-use trace::Trace;
+use voxel_walk::Trace;
 
-use super::{Grid, Storage};
-use crate::real::{Float, Real};
+use crate::grid::{Grid, Storage};
+use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
-use crate::survey::bounds;
-use crate::vector::lift;
+use crate::enclosure::bounds;
+use crate::vector::from_f64;
 
 /// Where on a segment a field is least.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,17 +53,17 @@ pub(super) struct Lowest<R> {
 impl<S: Storage> Grid<S> {
     /// `None` where the segment leaves the box or meets many cells.
     #[inline(always)]
-    pub(super) fn least_on<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
+    pub(in crate::grid) fn least_on<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
         if !self.lattice.bounds().encloses(&bounds(&ends)) {
             return None;
         }
         let line = Line {
             from: self.in_cells(ends[0]),
-            way: (ends[1] - ends[0]) * R::lift(self.lattice.per_spacing()),
+            way: (ends[1] - ends[0]) * R::from_f64(self.lattice.inv_spacing()),
             ends: [0, 1].map(corner_weights),
-            bound: R::lift(f64::NEG_INFINITY),
+            bound: R::from_f64(f64::NEG_INFINITY),
         };
-        let mut lowest = Lowest { weights: corner_weights(0), value: R::lift(f64::INFINITY), looks: 0 };
+        let mut lowest = Lowest { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), looks: 0 };
         self.follow([line], &mut core::iter::empty(), &mut lowest)?;
         Some(SegmentMinimum { share: lowest.weights[1], value: lowest.value, looks: lowest.looks })
     }
@@ -71,7 +71,7 @@ impl<S: Storage> Grid<S> {
     /// Counted in cells from the first node.
     #[inline(always)]
     pub(super) fn in_cells<R: Float>(&self, point: Vector3<R>) -> Vector3<R> {
-        (point - lift(self.lattice.origin())) * R::lift(self.lattice.per_spacing())
+        (point - from_f64(self.lattice.origin())) * R::from_f64(self.lattice.inv_spacing())
     }
 
     /// Along lines within the box, one after another, to a value below the lowest so far. `None` where a line meets many cells or
@@ -83,7 +83,7 @@ impl<S: Storage> Grid<S> {
         more: &mut impl Iterator<Item = Line<R>>,
         lowest: &mut Lowest<R>,
     ) -> Option<()> {
-        let last = lift::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
+        let last = from_f64::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
         let (mut line, mut next, mut trace) = (lines[0], 0_usize, Trace::none());
         let mut pieces = Pieces::new();
         let mut is_above = false;
@@ -96,7 +96,7 @@ impl<S: Storage> Grid<S> {
                     };
                     let Some(following) = following else { break };
                     (line, next) = (following, next.saturating_add(1));
-                    if line.bound < R::lift(f64::INFINITY) {
+                    if line.bound < R::from_f64(f64::INFINITY) {
                         trace = Trace::new(line.from, line.way, last);
                     }
                     continue;

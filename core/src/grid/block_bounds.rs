@@ -1,18 +1,18 @@
 use super::sparse::{BRICK, brick_counts};
-use super::{Lattice, NodeBounds, Storage};
-use crate::real::Float;
+use super::{Lattice, BlockBounds, Storage};
+use crate::number::Float;
 
 /// A storage beside which stands what is certain of each place of 8 × 8 × 8 nodes, so that culls can go by what is near an
 /// element and not by the steepest cell of all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounded<S, B> {
+pub struct WithBlockBounds<S, B> {
     storage: S,
     bounds: B,
     /// Along each axis.
     places: [u32; 3],
 }
 
-impl<S: Storage, B: AsRef<[NodeBounds]>> Bounded<S, B> {
+impl<S: Storage, B: AsRef<[BlockBounds]>> WithBlockBounds<S, B> {
     /// `bounds` has one for each place, x fastest, as many as [`brick_counts`] says; else `None`.
     pub fn new(lattice: &Lattice, storage: S, bounds: B) -> Option<Self> {
         let places = brick_counts(lattice);
@@ -24,12 +24,12 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Bounded<S, B> {
         &self.storage
     }
 
-    pub fn bounds(&self) -> &[NodeBounds] {
+    pub fn bounds(&self) -> &[BlockBounds] {
         self.bounds.as_ref()
     }
 }
 
-impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
+impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
     #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         self.storage.corners(cell)
@@ -40,12 +40,12 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
         self.storage.corners_of(cells)
     }
 
-    const HAS_BOUNDS: bool = true;
+    const HAS_BLOCK_BOUNDS: bool = true;
 
     #[inline(always)]
-    fn bounds_of_nodes(&self, first: [u32; 3], last: [u32; 3]) -> Option<NodeBounds> {
+    fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
         let (along_x, along_y) = (self.places[0] as usize, self.places[1] as usize);
-        bounds_of_places(first, last, |place| {
+        merge_blocks(first, last, |place| {
             let (x, y, z) = (place[0] as usize, place[1] as usize, place[2] as usize);
             self.bounds.as_ref().get((z * along_y + y) * along_x + x).copied()
         })
@@ -54,18 +54,18 @@ impl<S: Storage, B: AsRef<[NodeBounds]>> Storage for Bounded<S, B> {
 
 /// How many places are looked at before it is given up: an element as large as this gains little from what is known of
 /// places.
-const MOST_PLACES: u32 = 64;
+const MAX_PLACES: u32 = 64;
 
 /// Of all nodes in the places of the nodes from `first` to `last`.
 #[inline(always)]
-pub(super) fn bounds_of_places(
+pub(super) fn merge_blocks(
     first: [u32; 3],
     last: [u32; 3],
-    of_place: impl Fn([u32; 3]) -> Option<NodeBounds>,
-) -> Option<NodeBounds> {
+    of_place: impl Fn([u32; 3]) -> Option<BlockBounds>,
+) -> Option<BlockBounds> {
     let place = |[x, y, z]: [u32; 3]| [x / BRICK, y / BRICK, z / BRICK];
     let (first, last) = (place(first), place(last));
-    let nothing = NodeBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let nothing = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
     // Most elements are no larger than a place.
     if first == last {
         return Some(nothing.union(of_place(first)?));
@@ -74,7 +74,7 @@ pub(super) fn bounds_of_places(
     for axis in 0..3 {
         count = count.saturating_mul(last[axis].checked_sub(first[axis])?.saturating_add(1));
     }
-    if count > MOST_PLACES {
+    if count > MAX_PLACES {
         return None;
     }
     let mut bounds = nothing;

@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use crate::real::Float;
+use crate::number::Float;
 
 /// A cell's trilinear interpolant by its coefficients, in shares of the cell's sides.
 #[derive(Clone, Copy)]
@@ -16,7 +16,7 @@ pub(super) struct Polynomial<R: Float> {
 
 /// The second derivatives of a [`Polynomial`] at a place. Those along one axis twice are zero.
 #[derive(Clone, Copy)]
-pub(super) struct Bends<R> {
+pub(super) struct MixedDerivatives<R> {
     pub xy: R,
     pub yz: R,
     pub zx: R,
@@ -32,12 +32,12 @@ impl<R: Float> Polynomial<R> {
     }
 
     #[inline(always)]
-    pub fn bends(&self, at: Vector3<R>) -> Bends<R> {
-        Bends { xy: self.xy + self.xyz * at.z, yz: self.yz + self.xyz * at.x, zx: self.zx + self.xyz * at.y }
+    pub fn bends(&self, at: Vector3<R>) -> MixedDerivatives<R> {
+        MixedDerivatives { xy: self.xy + self.xyz * at.z, yz: self.yz + self.xyz * at.x, zx: self.zx + self.xyz * at.y }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    pub fn gradient(&self, at: Vector3<R>, bends: &Bends<R>) -> Vector3<R> {
+    pub fn gradient(&self, at: Vector3<R>, bends: &MixedDerivatives<R>) -> Vector3<R> {
         Vector3::new(
             self.linear.x + bends.xy * at.y + self.zx * at.z,
             self.linear.y + self.xy * at.x + bends.yz * at.z,
@@ -52,7 +52,7 @@ impl<R: Float> Polynomial<R> {
     }
 }
 
-impl<R: Float> Bends<R> {
+impl<R: Float> MixedDerivatives<R> {
     /// How the gradient changes over a way.
     #[inline(always)]
     pub fn times(&self, way: Vector3<R>) -> Vector3<R> {

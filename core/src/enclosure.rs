@@ -1,32 +1,32 @@
 use nalgebra::{Matrix3, Vector3};
 
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 use crate::vector::norm;
 use crate::{Aabb, Sdf, Simplex};
 
 /// What is certain of a field on the convex hull of one to four points, after one look at a point of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Survey<R: Real> {
+pub struct Enclosure<R: Real> {
     /// φ at the point that was looked at.
     pub value: R,
     /// No value on the hull is below this.
     pub least: R,
     /// No value on the hull is above this.
     pub greatest: R,
-    pub gradients: Gradients<R>,
+    pub gradients: GradientBox<R>,
 }
 
 /// A box of vectors that holds every gradient of a field on a hull, those of both sides where it has a kink.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gradients<R: Real> {
+pub struct GradientBox<R: Real> {
     pub least: Vector3<R>,
     pub greatest: Vector3<R>,
 }
 
-impl<R: Float> Gradients<R> {
+impl<R: Float> GradientBox<R> {
     /// Those that are no longer than a slope bound.
     pub fn within(slope_bound: f64) -> Self {
-        let greatest = Vector3::repeat(R::lift(slope_bound));
+        let greatest = Vector3::repeat(R::from_f64(slope_bound));
         Self { least: -greatest, greatest }
     }
 
@@ -53,8 +53,8 @@ impl<R: Float> Gradients<R> {
         Self { least: Vector3::new(x[0], y[0], z[0]), greatest: Vector3::new(x[1], y[1], z[1]) }
     }
 
-    /// [`Sdf::rises`] where no gradient on the hull is another.
-    pub fn rises(&self, corners: &[Vector3<R>]) -> [R; 4] {
+    /// [`Sdf::max_rise_to_corners`] where no gradient on the hull is another.
+    pub fn max_rise_to_corners(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let mut rises = [R::zero(); 4];
         for (rise, to) in rises.iter_mut().zip(corners) {
             // A way from within the hull is a mean of those from its corners.
@@ -75,8 +75,8 @@ impl<R: Float> Gradients<R> {
     }
 }
 
-/// [`Sdf::rises`] of a field that is a convex function: it rises fastest where a way ends.
-pub(crate) fn rises_of_convex<R: Float, F: Sdf>(field: &F, corners: &[Vector3<R>]) -> [R; 4] {
+/// [`Sdf::max_rise_to_corners`] of a field that is a convex function: it rises fastest where a way ends.
+pub(crate) fn max_rise_of_convex<R: Float, F: Sdf>(field: &F, corners: &[Vector3<R>]) -> [R; 4] {
     let mut gradients = [Vector3::zeros(); 4];
     gradients.iter_mut().zip(corners).for_each(|(gradient, corner)| *gradient = field.evaluate(*corner).gradient);
     let mut rises = [R::zero(); 4];
@@ -90,18 +90,18 @@ pub(crate) fn sum<R: Float>(a: [R; 4], b: [R; 4]) -> [R; 4] {
     core::array::from_fn(|k| a[k] + b[k])
 }
 
-impl<R: Float> Survey<R> {
+impl<R: Float> Enclosure<R> {
     /// By how steep the field is in the box around the points, and what else is certain there.
     pub fn by_slope<F: Sdf>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
         let value = field.value(about);
         let reach = reach(about, corners);
-        let local = field.local_bounds(&bounds(corners));
-        let spread = reach * R::lift(local.slope_bound);
+        let local = field.enclose_box(&bounds(corners));
+        let spread = reach * R::from_f64(local.slope_bound);
         let unrounded = Self {
             value,
-            least: Real::max(value - spread, R::lift(local.least)),
-            greatest: Real::min(value + spread, R::lift(local.greatest)),
-            gradients: Gradients::within(local.slope_bound),
+            least: Real::max(value - spread, R::from_f64(local.least)),
+            greatest: Real::min(value + spread, R::from_f64(local.greatest)),
+            gradients: GradientBox::within(local.slope_bound),
         };
         unrounded.widen(rounding(field.slope_bound(), about, reach, value))
     }
@@ -115,8 +115,8 @@ impl<R: Float> Survey<R> {
         let unrounded = Self {
             value: sample.value,
             least: sample.value + falls.fold(R::zero(), Real::min),
-            greatest: sample.value + reach * R::lift(field.slope_bound()),
-            gradients: Gradients::within(field.slope_bound()),
+            greatest: sample.value + reach * R::from_f64(field.slope_bound()),
+            gradients: GradientBox::within(field.slope_bound()),
         };
         unrounded.widen(rounding(field.slope_bound(), about, reach, sample.value))
     }
@@ -141,8 +141,8 @@ impl<R: Float> Survey<R> {
         }
     }
 
-    /// [`Sdf::rises`] of the lower of two fields, of which these are the surveys; of each field asked only where it matters.
-    pub fn rises_of_lower(
+    /// [`Sdf::max_rise_to_corners`] of the lower of two fields, of which these are the surveys; of each field asked only where it matters.
+    pub fn min_combine(
         self,
         other: Self,
         rises: impl FnOnce() -> [R; 4],
@@ -190,14 +190,14 @@ const ROUNDINGS: f64 = 32.0;
 #[inline(always)]
 pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, reach: R, value: R) -> R {
     let length = reach.max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
-    (length * R::lift(slope_bound)).max(value.abs()) * R::lift(ROUNDINGS * R::EPSILON)
+    (length * R::from_f64(slope_bound)).max(value.abs()) * R::from_f64(ROUNDINGS * R::EPSILON)
 }
 
 /// Summed over edges from the first, so that digits are not lost far from the origin.
 #[inline(always)]
 pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
     let Some(first) = points.first() else { return Vector3::zeros() };
-    let share = R::lift(1.0 / points.len() as f64);
+    let share = R::from_f64(1.0 / points.len() as f64);
     points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * share)
 }
 

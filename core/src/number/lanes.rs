@@ -4,8 +4,8 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, N
 use num_traits::{One, Zero};
 
 use crate::grid::Storage;
-use crate::kernel::{Bundle, Kernel};
-use crate::real::{Float, Mask, Real};
+use crate::number::kernel::{LaneBundle, LaneKernel};
+use crate::number::{Float, Mask, Real};
 
 /// `N` numbers side by side, each as if alone: lane for lane the same bits as the scalar.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,11 +113,11 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
     type Lane = T;
     const LANES: usize = N;
     const EPSILON: f64 = T::EPSILON;
-    const REACH: f64 = T::REACH;
+    const MAX_COORDINATE: f64 = T::MAX_COORDINATE;
 
     #[inline(always)]
-    fn lift(x: f64) -> Self {
-        Self([T::lift(x); N])
+    fn from_f64(x: f64) -> Self {
+        Self([T::from_f64(x); N])
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -154,7 +154,7 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
         storage.corners_of(cell.map(|along| along.0)).map(Self)
     }
     #[inline(always)]
-    fn apply<K: Kernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
+    fn apply<K: LaneKernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
         let mut to = K::To::<Self>::zero();
         for lane in 0..N {
             to.set_lane(lane, kernel.apply::<T>(from.lane(lane)));

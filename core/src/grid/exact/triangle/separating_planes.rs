@@ -2,10 +2,10 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 
 /// A triangle's plane and the three planes through its edges across it, their normals pointing inwards.
-pub(super) struct Outline<R> {
+pub(super) struct SeparatingPlanes<R> {
     pub x: [R; 4],
     pub y: [R; 4],
     pub z: [R; 4],
@@ -16,7 +16,7 @@ pub(super) struct Outline<R> {
     pub rounding: [R; 4],
 }
 
-impl<R: Float> Outline<R> {
+impl<R: Float> SeparatingPlanes<R> {
     #[cfg_attr(feature = "std", inline(always))]
     pub fn new(&[a, b, c]: &[Vector3<R>; 3], normal: Vector3<R>, slack: R) -> Self {
         let size = |of: Vector3<R>| of.x.abs() + of.y.abs() + of.z.abs();
@@ -25,7 +25,7 @@ impl<R: Float> Outline<R> {
         let at = [a, a, b, a];
         let (extent, square) = (size(u) + size(v), size(u) * size(v));
         let squares = [square, square * size(u), square * size(w), square * size(v)];
-        let part = extent * R::lift(32.0 * R::EPSILON);
+        let part = extent * R::from_f64(32.0 * R::EPSILON);
         Self {
             sizes: [0, 1, 2].map(|axis: usize| normals.map(|normal| normal[axis % 3].abs())),
             x: normals.map(|normal| normal.x),
@@ -38,7 +38,7 @@ impl<R: Float> Outline<R> {
 
     /// Whether a box, no part of which is outside of the triangle's, certainly holds no point of the triangle.
     #[inline(always)]
-    pub fn misses(&self, middle: Vector3<R>, half: Vector3<R>) -> bool {
+    pub fn is_disjoint(&self, middle: Vector3<R>, half: Vector3<R>) -> bool {
         self.room(middle, half) < R::zero()
     }
 

@@ -1,12 +1,12 @@
 use nalgebra::Vector3;
 
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 use crate::vector::norm;
 use crate::{Sample, Status};
 
 /// What both fields answer at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeetingPoint<R: Real> {
+pub struct OverlapPoint<R: Real> {
     pub point: Vector3<R>,
     /// max(φ_A, φ_B).
     pub value: R,
@@ -16,7 +16,7 @@ pub struct MeetingPoint<R: Real> {
     pub normal: Vector3<R>,
 }
 
-impl<R: Float> MeetingPoint<R> {
+impl<R: Float> OverlapPoint<R> {
     pub(super) fn new(point: Vector3<R>, a: Sample<R>, b: Sample<R>) -> Self {
         let apart = b.gradient - a.gradient;
         let length = norm(apart);

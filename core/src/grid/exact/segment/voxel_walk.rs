@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 
 /// A segment through more cells is not followed: asked piece by piece, most of it is dropped at once.
-const MOST_CELLS: u32 = 256;
+const MAX_CELLS: u32 = 256;
 
 type Axes<R> = [R; 3];
 
@@ -55,7 +55,7 @@ impl<R: Float> Trace<R> {
             trace.sign[k] = R::select(is_backward, -one, one);
             trace.to_face[k] = R::select(is_backward, zero, one);
             let end = R::select(is_backward, zero, last[k]);
-            trace.end[k] = R::select(way[k] == zero, R::lift(f64::NEG_INFINITY), end);
+            trace.end[k] = R::select(way[k] == zero, R::from_f64(f64::NEG_INFINITY), end);
             // Where it enters a cell through a face, the point itself cannot tell on which side of it the cell lies.
             trace.cell[k] = Real::min(from[k].trunc(), last[k]);
         }
@@ -68,7 +68,7 @@ impl<R: Float> Trace<R> {
     fn leaves_at(&self, cell: &Axes<R>) -> Axes<R> {
         let along = |k: usize| {
             let is_at_end = R::zero() <= (cell[k] - self.end[k]) * self.sign[k];
-            let at_least = R::select(is_at_end, R::lift(f64::INFINITY), R::lift(f64::NEG_INFINITY));
+            let at_least = R::select(is_at_end, R::from_f64(f64::INFINITY), R::from_f64(f64::NEG_INFINITY));
             // In this order: where the way does not go along the axis, the quotient may be no number.
             Real::max(at_least, (cell[k] + self.to_face[k] - self.from[k]) / self.way[k])
         };
@@ -88,7 +88,7 @@ impl<R: Float> Trace<R> {
         let (cell, entry) = (self.cell, self.entry);
         let leaves = |k: usize| Real::max(self.leaves[k], entry);
         let exit = Real::min(Real::min(leaves(0), leaves(1)), Real::min(leaves(2), R::one()));
-        let step = Step { cell, entry, exit, is_first: self.steps == 0, is_lost: MOST_CELLS <= self.steps };
+        let step = Step { cell, entry, exit, is_first: self.steps == 0, is_lost: MAX_CELLS <= self.steps };
         self.steps = self.steps.saturating_add(1);
         self.is_done = R::one() <= exit;
         for k in 0..3 {

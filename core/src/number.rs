@@ -4,13 +4,16 @@
 //! [`Lanes`](crate::Lanes) several side by side, in a dual number its derivative. So that lanes can take both sides of a
 //! condition, generic code chooses with [`Real::select`] and not with `if`.
 
+pub mod kernel;
+pub mod lanes;
+
 use core::ops::{BitAnd, BitOr, Neg, Not};
 
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
 use num_traits::{One, Zero};
 
 use crate::grid::Storage;
-use crate::kernel::Kernel;
+use crate::number::kernel::LaneKernel;
 
 /// What a comparison of two [`Real`]s answers: `bool`, or one for each lane.
 pub trait Mask:
@@ -56,10 +59,10 @@ pub trait Real:
 
     /// The largest coordinate that a field is asked at: sums of its squares stay finite. Lengths below its reciprocal
     /// count as zero where a direction is wanted: their squares have lost digits.
-    const REACH: f64;
+    const MAX_COORDINATE: f64;
 
     /// The nearest number to a constant or a parameter of a field.
-    fn lift(x: f64) -> Self;
+    fn from_f64(x: f64) -> Self;
 
     fn sqrt(self) -> Self;
 
@@ -82,7 +85,7 @@ pub trait Real:
 
     /// What a kernel answers in each lane.
     #[inline(always)]
-    fn apply<K: Kernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
+    fn apply<K: LaneKernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
         kernel.apply(from)
     }
 
@@ -117,10 +120,10 @@ pub trait Real:
         self.le(Self::zero()) & Self::zero().le(self)
     }
 
-    /// A length below the reciprocal of [`Self::REACH`].
+    /// A length below the reciprocal of [`Self::MAX_COORDINATE`].
     #[inline(always)]
     fn is_negligible(self) -> Self::Mask {
-        self.lt(Self::lift(1.0 / Self::REACH))
+        self.lt(Self::from_f64(1.0 / Self::MAX_COORDINATE))
     }
 
     #[inline(always)]
@@ -128,10 +131,10 @@ pub trait Real:
         Real::is_zero(self * Self::zero())
     }
 
-    /// Within ±[`Self::REACH`], which NaN and the infinities are not.
+    /// Within ±[`Self::MAX_COORDINATE`], which NaN and the infinities are not.
     #[inline(always)]
-    fn is_in_reach(self) -> Self::Mask {
-        self.abs().le(Self::lift(Self::REACH))
+    fn is_representable(self) -> Self::Mask {
+        self.abs().le(Self::from_f64(Self::MAX_COORDINATE))
     }
 }
 
@@ -143,7 +146,7 @@ pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
     fn to_index(self) -> u32;
 
     /// The nearest number to a stored one.
-    fn of_stored(stored: f32) -> Self;
+    fn from_stored(stored: f32) -> Self;
 }
 
 macro_rules! float {
@@ -153,10 +156,10 @@ macro_rules! float {
             type Lane = Self;
             const LANES: usize = 1;
             const EPSILON: f64 = $float::EPSILON as f64;
-            const REACH: f64 = $reach;
+            const MAX_COORDINATE: f64 = $reach;
 
             #[inline(always)]
-            fn lift(x: f64) -> Self {
+            fn from_f64(x: f64) -> Self {
                 x as $float
             }
             #[inline(always)]
@@ -189,7 +192,7 @@ macro_rules! float {
             }
             #[inline(always)]
             fn corners<S: Storage>([x, y, z]: [Self; 3], storage: &S) -> [Self; 8] {
-                storage.corners([x as u32, y as u32, z as u32]).map(Self::of_stored)
+                storage.corners([x as u32, y as u32, z as u32]).map(Self::from_stored)
             }
         }
 
@@ -203,7 +206,7 @@ macro_rules! float {
                 (f64::from(self) + AT_ONES).to_bits() as u32
             }
             #[inline(always)]
-            fn of_stored(stored: f32) -> Self {
+            fn from_stored(stored: f32) -> Self {
                 stored as $float
             }
         }

@@ -1,17 +1,17 @@
 use core::array::from_fn;
 
 use crate::Simplex;
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::vector::norm;
 
 /// A part of a simplex, by its corners' weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Piece<R, const N: usize> {
+pub(super) struct SubSimplex<R, const N: usize> {
     pub corners: [[R; N]; N],
 }
 
-impl<R: Float, const N: usize> Piece<R, N> {
+impl<R: Float, const N: usize> SubSimplex<R, N> {
     /// All of the simplex.
     pub fn whole() -> Self {
         Self { corners: from_fn(corner_weights) }
@@ -30,7 +30,7 @@ impl<R: Float, const N: usize> Piece<R, N> {
 
     /// The weights of its mean.
     pub fn middle(&self) -> [R; N] {
-        self.weights([R::lift(1.0 / N as f64); N])
+        self.weights([R::from_f64(1.0 / N as f64); N])
     }
 
     /// The simplex's weights of a point that has these in the piece.
@@ -53,7 +53,7 @@ impl<R: Float, const N: usize> Piece<R, N> {
         }
         let (_, a, b) = longest;
         let mut middle = from;
-        middle.iter_mut().zip(to).for_each(|(weight, other)| *weight = (*weight + other) * R::lift(0.5));
+        middle.iter_mut().zip(to).for_each(|(weight, other)| *weight = (*weight + other) * R::from_f64(0.5));
         let without = |end: usize| {
             let mut corners = self.corners;
             corners
@@ -69,7 +69,7 @@ impl<R: Float, const N: usize> Piece<R, N> {
     /// Whether a point of a simplex of up to three corners lies in it or on its boundary.
     pub fn contains(&self, weights: &[R; N]) -> bool {
         // For a point on a side that no number of halvings leads to.
-        let slack = R::lift(8.0 * R::EPSILON);
+        let slack = R::from_f64(8.0 * R::EPSILON);
         match self.corners.as_slice() {
             [_] => true,
             [a, b] => {

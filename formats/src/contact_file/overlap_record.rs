@@ -1,5 +1,5 @@
 use rust_hdf5::{H5File, Hdf5Error};
-use sdf_core::overlap::{MeetingPoint, PatchPoint};
+use sdf_core::overlap::{OverlapPoint, PatchPoint};
 use serde::Serialize;
 
 use super::csv::number;
@@ -9,14 +9,14 @@ use super::{InSpace, Record};
 /// What a point between two fields is reported for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum MeetingKind {
+pub enum OverlapKind {
     /// Nowhere near it is max(φ_A, φ_B) less.
     Deepest,
     /// It stands for a piece of the surface on which φ_A = φ_B.
     Patch,
 }
 
-impl MeetingKind {
+impl OverlapKind {
     const NAMES: [&'static str; 2] = ["deepest", "patch"];
 
     fn name(self) -> &'static str {
@@ -29,8 +29,8 @@ impl MeetingKind {
 
 /// A point at which two fields meet, as files hold it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MeetingRecord {
-    pub kind: MeetingKind,
+pub struct OverlapRecord {
+    pub kind: OverlapKind,
     pub point: [f64; 3],
     /// Out of the second field and into the first.
     pub normal: [f64; 3],
@@ -48,8 +48,8 @@ pub struct MeetingRecord {
 
 const STATUSES: [&str; 3] = ["good", "outside_grid", "degenerate_gradient"];
 
-impl MeetingRecord {
-    fn new(kind: MeetingKind, at: &MeetingPoint<f64>, area: f64) -> Self {
+impl OverlapRecord {
+    fn new(kind: OverlapKind, at: &OverlapPoint<f64>, area: f64) -> Self {
         let status = at.status();
         let is_degenerate = status.degenerate_gradient || at.normal.iter().all(|along| *along == 0.0);
         Self {
@@ -66,19 +66,19 @@ impl MeetingRecord {
     }
 }
 
-impl From<&MeetingPoint<f64>> for MeetingRecord {
-    fn from(at: &MeetingPoint<f64>) -> Self {
-        Self::new(MeetingKind::Deepest, at, 0.0)
+impl From<&OverlapPoint<f64>> for OverlapRecord {
+    fn from(at: &OverlapPoint<f64>) -> Self {
+        Self::new(OverlapKind::Deepest, at, 0.0)
     }
 }
 
-impl From<&PatchPoint<f64>> for MeetingRecord {
+impl From<&PatchPoint<f64>> for OverlapRecord {
     fn from(piece: &PatchPoint<f64>) -> Self {
-        Self::new(MeetingKind::Patch, &piece.at, piece.area)
+        Self::new(OverlapKind::Patch, &piece.at, piece.area)
     }
 }
 
-impl Record for MeetingRecord {
+impl Record for OverlapRecord {
     const CSV_NAMES: &'static str =
         "kind,x,y,z,normal_x,normal_y,normal_z,distance,distance_a,distance_b,separation,area,status\n";
     const PLY_COMMENT: &'static str = "points at which two fields meet";
@@ -102,7 +102,7 @@ impl Record for MeetingRecord {
     fn fill_hdf5(file: &H5File, records: &[Self]) -> Result<(), Hdf5Error> {
         let group = file.create_group("overlap")?;
         group.set_attr_numeric("count", &(records.len() as u64))?;
-        group.set_attr_string("kind_names", &MeetingKind::NAMES.join(" "))?;
+        group.set_attr_string("kind_names", &OverlapKind::NAMES.join(" "))?;
         group.set_attr_string("status_names", &STATUSES.join(" "))?;
 
         let table = Table { group: &group, rows: records };

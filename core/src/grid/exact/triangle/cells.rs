@@ -1,22 +1,22 @@
 use nalgebra::Vector3;
 
-use super::block::Block;
+use super::cell_range::CellRange;
 use super::cell::Cell;
-use super::face::{Face, MOST_CELLS};
-use super::ways::{Rises, Ways};
+use super::face::{Face, MAX_CELLS};
+use super::directions::{DirectionalBounds, Directions};
 use crate::grid::Storage;
-use crate::grid::polynomial::Polynomial;
-use crate::real::{Float, Real};
+use crate::grid::exact::polynomial::Polynomial;
+use crate::number::{Float, Real};
 
 /// As many f64 as the widest vectors hold.
 pub(super) const LANES: usize = 8;
 
 /// The cells that a triangle meets.
 pub(super) struct Cells<R> {
-    block: Block<R>,
+    cell_range: CellRange<R>,
     /// Their numbers in the block; [`STEEP`] is added where φ is not level along some of the ways, once that was looked at. Beyond
     /// the last, the first again, to fill all lanes.
-    numbers: [u16; MOST_CELLS as usize + LANES],
+    numbers: [u16; MAX_CELLS as usize + LANES],
     pub count: usize,
 }
 
@@ -27,27 +27,27 @@ impl<R: Float> Cells<R> {
     /// None yet.
     #[inline(always)]
     pub fn new(face: &Face<R>) -> Self {
-        Self { block: Block::new(face), numbers: [0; MOST_CELLS as usize + LANES], count: 0 }
+        Self { cell_range: CellRange::new(face), numbers: [0; MAX_CELLS as usize + LANES], count: 0 }
     }
 
     /// Finds all of the triangle, the same that its box was made of.
     #[inline(always)]
     pub fn find(&mut self, face: &Face<R>) {
-        let (block, numbers) = (&self.block, &mut self.numbers);
-        let all = R::lift(block.count as u32 as f64);
+        let (cell_range, numbers) = (&self.cell_range, &mut self.numbers);
+        let all = R::from_f64(cell_range.count as u32 as f64);
         let mut count = 0;
         let mut from = 0;
-        while from < block.count {
+        while from < cell_range.count {
             let mut is_met = [0; LANES];
             for lane in 0..LANES {
-                let number = R::lift(from as u32 as f64) + R::lift(lane as f64);
-                let part = block.part(number);
+                let number = R::from_f64(from as u32 as f64) + R::from_f64(lane as f64);
+                let part = cell_range.part(number);
                 let middle = Vector3::new(
                     part.first[0] + part.middle[0],
                     part.first[1] + part.middle[1],
                     part.first[2] + part.middle[2],
                 );
-                let is_missed = face.outline.room(middle, part.half.into()) < R::zero();
+                let is_missed = face.separating_planes.room(middle, part.half.into()) < R::zero();
                 is_met[lane] = u8::from(!is_missed & (number < all));
             }
             // All are written, so that nothing branches by what is met.
@@ -69,18 +69,18 @@ impl<R: Float> Cells<R> {
 
     /// How φ rises in those from one on, side by side.
     #[inline(always)]
-    pub fn look<S: Storage>(&mut self, storage: &S, ways: &Ways<R>, from: usize, rises: &mut LaneRises<R>) {
+    pub fn look<S: Storage>(&mut self, storage: &S, directions: &Directions<R>, from: usize, rises: &mut DirectionalBoundsLanes<R>) {
         let Some(place) = self.numbers.get_mut(from..).and_then(<[u16]>::first_chunk_mut::<LANES>) else { return };
-        let numbers = place.map(|number| R::lift(f64::from(number)));
+        let numbers = place.map(|number| R::from_f64(f64::from(number)));
         let mut at = [[R::zero(); LANES]; 3];
         for lane in 0..LANES {
-            let first = self.block.part(numbers[lane]).first;
+            let first = self.cell_range.part(numbers[lane]).first;
             (at[0][lane], at[1][lane], at[2][lane]) = (first[0], first[1], first[2]);
         }
         let samples = storage.corners_of(at);
         let mut marked = numbers;
         for lane in 0..LANES {
-            let part = self.block.part(numbers[lane]);
+            let part = self.cell_range.part(numbers[lane]);
             let field = Polynomial::new([
                 samples[0][lane],
                 samples[1][lane],
@@ -95,12 +95,12 @@ impl<R: Float> Cells<R> {
             let slopes = cell.slopes();
             let mut steepest = R::zero();
             for way in 0..4 {
-                let [least, most] = slopes.over(ways, way);
+                let [least, most] = slopes.over(directions, way);
                 rises.least[way][lane] = Real::min(rises.least[way][lane], least);
                 rises.most[way][lane] = Real::max(rises.most[way][lane], most);
                 steepest = Real::max(steepest, Real::max(least, -most));
             }
-            let mark = if R::zero() < steepest { R::lift(f64::from(STEEP)) } else { R::zero() };
+            let mark = if R::zero() < steepest { R::from_f64(f64::from(STEEP)) } else { R::zero() };
             marked[lane] = numbers[lane] + mark;
             rises.doubt[lane] += cell.field.xyz * R::zero();
         }
@@ -114,30 +114,30 @@ impl<R: Float> Cells<R> {
     }
 
     fn cell<S: Storage>(&self, storage: &S, number: u16) -> Cell<R> {
-        let part = self.block.part(R::lift(f64::from(number)));
+        let part = self.cell_range.part(R::from_f64(f64::from(number)));
         let samples = storage.corners(part.first.map(Float::to_index));
-        part.of(Polynomial::new(samples.map(R::of_stored)))
+        part.of(Polynomial::new(samples.map(R::from_stored)))
     }
 }
 
-/// The [`Rises`] over all cells so far, lane by lane.
-pub(super) struct LaneRises<R> {
+/// The [`DirectionalBounds`] over all cells so far, lane by lane.
+pub(super) struct DirectionalBoundsLanes<R> {
     least: [[R; LANES]; 4],
     most: [[R; LANES]; 4],
     /// Zero as long as all samples are numbers.
     doubt: [R; LANES],
 }
 
-impl<R: Float> LaneRises<R> {
+impl<R: Float> DirectionalBoundsLanes<R> {
     #[inline(always)]
     pub fn none() -> Self {
-        let Rises { least, most } = Rises::none();
+        let DirectionalBounds { least, most } = DirectionalBounds::none();
         Self { least: least.map(|x| [x; LANES]), most: most.map(|x| [x; LANES]), doubt: [R::zero(); LANES] }
     }
 
     /// Of all lanes. `None` where a sample is no number.
     #[inline(always)]
-    pub fn all(mut self) -> Option<Rises<R>> {
+    pub fn all(mut self) -> Option<DirectionalBounds<R>> {
         let mut apart = LANES / 2;
         while apart > 0 {
             for lane in 0..apart {
@@ -151,7 +151,7 @@ impl<R: Float> LaneRises<R> {
             }
             apart /= 2;
         }
-        let rises = Rises { least: self.least.map(|lanes| lanes[0]), most: self.most.map(|lanes| lanes[0]) };
+        let rises = DirectionalBounds { least: self.least.map(|lanes| lanes[0]), most: self.most.map(|lanes| lanes[0]) };
         (self.doubt[0] == R::zero()).then_some(rises)
     }
 }

@@ -1,11 +1,11 @@
 use nalgebra::Vector3;
 
 use super::face::Face;
-use crate::real::{Float, Real};
+use crate::number::{Float, Real};
 
 /// Ways along the triangle: from the first corner to the second and to the third, from the second to the third, and
 /// uphill from the middle. Each axis for itself, so that a processor takes several at once.
-pub(super) struct Ways<R> {
+pub(super) struct Directions<R> {
     pub x: [R; 4],
     pub y: [R; 4],
     pub z: [R; 4],
@@ -13,17 +13,17 @@ pub(super) struct Ways<R> {
     pub rounding: [R; 4],
 }
 
-impl<R: Float> Ways<R> {
+impl<R: Float> Directions<R> {
     #[cfg_attr(feature = "std", inline(always))]
     pub fn new(face: &Face<R>, gradient: Vector3<R>, slope_bound: R) -> Self {
         let [a, b, c] = face.corners;
         let (u, v, normal) = (b - a, c - a, face.normal);
         let square = normal.dot(&normal);
         // Of a sliver rounding alone may tell where it lies.
-        let is_sound = u.dot(&u) * v.dot(&v) * R::lift(1e-6) < square;
-        let uphill = if is_sound { gradient - normal * (normal.dot(&gradient) / square) } else { Vector3::zeros() };
+        let is_valid = u.dot(&u) * v.dot(&v) * R::from_f64(1e-6) < square;
+        let uphill = if is_valid { gradient - normal * (normal.dot(&gradient) / square) } else { Vector3::zeros() };
         let along = [u, v, c - b, uphill];
-        let part = slope_bound * R::lift(1024.0 * R::EPSILON);
+        let part = slope_bound * R::from_f64(1024.0 * R::EPSILON);
         Self {
             x: along.map(|way| way.x),
             y: along.map(|way| way.y),
@@ -33,16 +33,16 @@ impl<R: Float> Ways<R> {
     }
 }
 
-/// The least and the most that φ rises over each of the [`Ways`], as fast as it does anywhere in a part of the grid.
+/// The least and the most that φ rises over each of the [`Directions`], as fast as it does anywhere in a part of the grid.
 #[derive(Clone, Copy)]
-pub(super) struct Rises<R> {
+pub(super) struct DirectionalBounds<R> {
     pub least: [R; 4],
     pub most: [R; 4],
 }
 
-impl<R: Float> Rises<R> {
+impl<R: Float> DirectionalBounds<R> {
     pub fn none() -> Self {
-        Self { least: [R::lift(f64::INFINITY); 4], most: [R::lift(f64::NEG_INFINITY); 4] }
+        Self { least: [R::from_f64(f64::INFINITY); 4], most: [R::from_f64(f64::NEG_INFINITY); 4] }
     }
 
     /// Whether φ is not level along some way.
@@ -62,6 +62,6 @@ impl<R: Float> Rises<R> {
     /// The most that φ falls from the mean of the corners, as a rise.
     pub fn fall(&self) -> R {
         let [[u, v, w, _], [most_u, most_v, most_w, _]] = [self.least, self.most];
-        Real::min(-most_u - most_v, Real::min(u - most_w, v + w)) * R::lift(1.0 / 3.0)
+        Real::min(-most_u - most_v, Real::min(u - most_w, v + w)) * R::from_f64(1.0 / 3.0)
     }
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::grid::polynomial::Polynomial;
-use crate::real::{Float, Real};
+use crate::grid::exact::polynomial::Polynomial;
+use crate::number::{Float, Real};
 
 /// The coefficients of 1, s, s² and s³.
 pub(super) struct Cubic<R>([R; 4]);
@@ -38,10 +38,10 @@ impl<R: Float> Cubic<R> {
         let (share, value) = (R::select(is_end, R::one(), R::zero()), R::select(is_end, end, start));
         // Of the two zeros the one where the derivative rises, in the form that does not cancel. Without one the root is no
         // number, and no comparison with it holds.
-        let root = Real::sqrt(b * b - R::lift(3.0) * a * c);
+        let root = Real::sqrt(b * b - R::from_f64(3.0) * a * c);
         let is_convex = R::zero() < b;
         let numerator = R::select(is_convex, -c, root - b);
-        let divisor = R::select(is_convex, b + root, R::lift(3.0) * a);
+        let divisor = R::select(is_convex, b + root, R::from_f64(3.0) * a);
         let between = numerator / divisor;
         let there = self.at(between);
         let is_lower = (R::zero() < numerator * divisor) & (numerator.abs() < divisor.abs()) & (there < value);
