@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::brick_counts;
-use sdf_core::grid::{Dense, Lattice, BlockBounds, slope_bound_with_outside};
+use sdf_core::grid::{BlockBounds, Dense, Lattice, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
-use crate::mesh_distance::Beside;
-use crate::node_bounds::{Around, inside_reaches_box};
-use crate::packet::{Nodes, Packet, SIDE, rows_of_packets};
-use crate::signs::NodeBlock;
+use crate::error::node_bounds::{HaloBlock, inside_reaches_box};
+use crate::mesh_distance::AdjacentTriangles;
+use crate::nearest::{Nodes, Packet, SIDE, rows_of_packets};
+use crate::sign::flood_fill::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 
 /// The samples of a baked grid, and what is certain of it.
@@ -65,7 +65,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     let place =
         |index: usize| [index % along_x, index / along_x % along_y, index / along_x / along_y].map(|n| n as u32);
     let places = (0..along_x * along_y * along_z).into_par_iter().map(place);
-    let bounds: Vec<BlockBounds> = places.map(|place| Around::new(lattice, place, values).bounds()).collect();
+    let bounds: Vec<BlockBounds> = places.map(|place| HaloBlock::new(lattice, place, values).bounds()).collect();
     let steepest = bounds.iter().map(|nodes| nodes.slope).fold(0.0, f32::max);
     let slope_bound = slope_bound_with_outside(steepest.into(), inside_reaches_box(lattice, value));
     let error_bound = error_bound(mesh, lattice, &distances);
@@ -83,14 +83,14 @@ fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nod
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
             let nodes = Nodes::of_lattice(lattice, [x, y, z], counts);
             packet.measure(&nodes, f64::INFINITY, f64::INFINITY);
-            let mut last: Option<Beside> = None;
+            let mut last: Option<AdjacentTriangles> = None;
             for (above, nodes_of_row) in tile_rows.iter_mut().enumerate() {
                 for i in 0..counts[0] {
                     // To and fro, so that the next node is a neighbour.
                     let i = if above % 2 == 0 { i } else { counts[0] - 1 - i };
                     let step = [i, above % counts[1], above / counts[1]];
                     let nearest = mesh.nearest_in(&packet, &nodes, step, last);
-                    last = Some(Beside { point: nodes.at(step), nearest });
+                    last = Some(AdjacentTriangles { point: nodes.at(step), nearest });
                     nodes_of_row[x + i] = nearest.signed() as f32;
                 }
             }
@@ -113,8 +113,8 @@ fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let largest = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);
     let rounding = f64::from(largest) * f64::from(f32::EPSILON);
-    let torn = if mesh.is_continuous() { 0.0 } else { largest_at_sign_change(lattice, distances) };
-    half_diagonal + rounding + 2.0 * torn
+    let unpaired_at_boundary = if mesh.is_continuous() { 0.0 } else { largest_at_sign_change(lattice, distances) };
+    half_diagonal + rounding + 2.0 * unpaired_at_boundary
 }
 
 /// The largest distance at a corner of a cell with corners of both signs.

@@ -16,32 +16,19 @@
 
 #![forbid(unsafe_code)]
 
-pub mod budget;
-mod candidates;
+mod bvh;
 pub mod dense;
-mod gradient_spread;
-mod hilbert;
-mod interpolation;
-mod intersections;
-mod lanes_triangle;
+mod error;
+pub mod error_budget;
 mod mesh;
 mod mesh_distance;
-mod near_cubes;
-mod nearby;
-mod node_bounds;
-mod packet;
-mod patch;
-mod pseudo_normals;
-mod rough_triangle;
-mod signs;
+mod nearest;
+mod sign;
 pub mod sparse;
-mod topology;
-mod tree;
 mod triangle;
-mod winding;
 
 pub use dense::{DenseGrid, lattice_around};
+pub use mesh::topology::Topology;
 pub use mesh::{MeshError, MeshReport, TriangleMesh};
 pub use mesh_distance::{MeshDistance, SignMethod};
 pub use sparse::SparseGrid;
-pub use topology::Topology;

@@ -1,3 +1,6 @@
+pub mod intersections;
+pub mod topology;
+
 use std::hash::BuildHasher;
 
 use hashbrown::hash_table::Entry;

@@ -4,14 +4,14 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
-use crate::intersections::{intersecting_pairs, winding_step};
-use crate::packet::{NearestInPacket, Nodes, Packet};
-use crate::pseudo_normals::PseudoNormals;
-use crate::signs::FREE_WAY;
-use crate::topology::{Topology, orient};
-use crate::tree::{NearestTriangle, Tree};
+use crate::bvh::{Bvh, NearestTriangle};
+use crate::mesh::intersections::{intersecting_pairs, winding_step};
+use crate::mesh::topology::{Topology, orient};
+use crate::nearest::{NearestInPacket, Nodes, Packet};
+use crate::sign::flood_fill::CLEARANCE;
+use crate::sign::pseudo_normals::PseudoNormals;
+use crate::sign::winding::{Estimate, MeshBoundary, WindingNumbers};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
-use crate::winding::{Estimate, Rim, WindingNumbers};
 
 /// How inside is told from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl fmt::Display for SignMethod {
 /// The exact signed distance to a mesh, by any method, at any point.
 pub struct MeshDistance<'a> {
     mesh: &'a TriangleMesh,
-    tree: Tree,
+    tree: Bvh,
     topology: Topology,
     winding: WindingNumbers,
     pseudo_normals: Option<PseudoNormals>,
@@ -52,7 +52,7 @@ pub(crate) struct Nearest {
 
 /// A point and what is nearest to it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beside {
+pub(crate) struct AdjacentTriangles {
     pub point: Vector3<f64>,
     pub nearest: Nearest,
 }
@@ -67,19 +67,29 @@ impl Nearest {
 impl<'a> MeshDistance<'a> {
     /// `sign`: `None` looks at the mesh and takes the pseudo-normals where they are sure.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
-        let tree = Tree::new(mesh);
+        let tree = Bvh::new(mesh);
         let mut oriented = orient(mesh);
-        let senses: Vec<f64> = tree.triangles.iter().map(|triangle| oriented.senses[*triangle as usize]).collect();
+        let orientations: Vec<f64> =
+            tree.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
         if oriented.topology.bounds_one_solid() {
-            oriented.topology.intersecting_pairs = intersecting_pairs(mesh, &tree, &senses);
+            oriented.topology.intersecting_pairs = intersecting_pairs(mesh, &tree, &orientations);
         }
         let topology = oriented.topology;
         let sound = topology.bounds_one_solid();
         let method = sign.unwrap_or(if sound { SignMethod::PseudoNormal } else { SignMethod::Winding });
         let verdict = verdict(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
-        let rim = Rim::new(oriented.rim().map(|(points, times)| (points.map(|p| mesh.points[p as usize]), times)));
-        Self { mesh, winding: WindingNumbers::new(&tree, senses, rim), tree, topology, pseudo_normals, verdict }
+        let boundary = MeshBoundary::new(
+            oriented.boundary().map(|(points, times)| (points.map(|p| mesh.points[p as usize]), times)),
+        );
+        Self {
+            mesh,
+            winding: WindingNumbers::new(&tree, orientations, boundary),
+            tree,
+            topology,
+            pseudo_normals,
+            verdict,
+        }
     }
 
     /// The box around the mesh.
@@ -139,7 +149,7 @@ impl<'a> MeshDistance<'a> {
         packet: &Packet,
         nodes: &Nodes,
         step: [usize; 3],
-        beside: Option<Beside>,
+        beside: Option<AdjacentTriangles>,
     ) -> Nearest {
         let NearestInPacket { slot, distance_sq } = packet.nearest(step);
         let node = nodes.at(step);
@@ -162,9 +172,9 @@ impl<'a> MeshDistance<'a> {
     }
 
     /// Two points are so near to each other that the surface of one solid cannot pass between them.
-    fn are_on_one_side(&self, beside: &Beside, point: Vector3<f64>, distance: f64) -> bool {
+    fn are_on_one_side(&self, beside: &AdjacentTriangles, point: Vector3<f64>, distance: f64) -> bool {
         self.normals_of_one_solid().is_some()
-            && beside.nearest.distance + distance > (point - beside.point).norm() * FREE_WAY
+            && beside.nearest.distance + distance > (point - beside.point).norm() * CLEARANCE
     }
 
     /// By the pseudo-normal of what is nearest on a triangle of the tree, where that is the method.
@@ -188,7 +198,7 @@ impl<'a> MeshDistance<'a> {
         self.bounded_winding(point, f64::INFINITY).value.abs() >= 0.5
     }
 
-    pub(crate) fn tree(&self) -> &Tree {
+    pub(crate) fn tree(&self) -> &Bvh {
         &self.tree
     }
 
@@ -208,13 +218,13 @@ impl<'a> MeshDistance<'a> {
     }
 
     /// The curve away from which the winding number varies as it says, other than across triangles.
-    pub(crate) fn rim(&self) -> &Rim {
-        self.winding.rim()
+    pub(crate) fn boundary(&self) -> &MeshBoundary {
+        self.winding.boundary()
     }
 
     /// What triangles between two points add to the winding number. `None` where that is a matter of rounding.
     pub(crate) fn winding_step(&self, way: [Vector3<f64>; 2]) -> Option<f64> {
-        winding_step(&self.tree, self.winding.senses(), way)
+        winding_step(&self.tree, self.winding.orientations(), way)
     }
 }
 
@@ -235,8 +245,8 @@ mod tests {
     use sdf_core::grid::Lattice;
 
     use super::*;
-    use crate::gradient_spread::tests::{random, random_vector};
-    use crate::packet::SIDE;
+    use crate::error::normal_cones::tests::{random, random_vector};
+    use crate::nearest::SIDE;
 
     /// Around a square of pyramids, of random heights inward and outward.
     fn spiky_solid(state: &mut u64) -> TriangleMesh {
@@ -272,7 +282,7 @@ mod tests {
             for index in 0..SIDE * SIDE * SIDE {
                 let step = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
                 let point = nodes.at(step) + random_vector(&mut state) * 0.3;
-                let beside = Beside { point, nearest: mesh.nearest(point, 0) };
+                let beside = AdjacentTriangles { point, nearest: mesh.nearest(point, 0) };
                 let alone = mesh.nearest_in(&packet, &nodes, step, None);
                 taken += usize::from(mesh.are_on_one_side(&beside, nodes.at(step), alone.distance));
                 let found = mesh.nearest_in(&packet, &nodes, step, Some(beside));

@@ -12,28 +12,28 @@
 //! A point x beyond the band whose nearest of the surface is q claims no more than Σ wᵢ |xᵢ − q| ≤ |x − q| + 3h²/(8B), with
 //! |xᵢ − q| ≤ (|xᵢ − q|² + r²)/(2r) at r = |x − q|.
 
-mod places;
+mod brick_map;
 mod quantize;
 
 use std::cmp::Ordering;
 
 use rayon::prelude::*;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse};
-use sdf_core::grid::{Lattice, BlockBounds, cell_slope, slope_bound_with_outside};
+use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
 
 pub use quantize::Quantize;
 
-use crate::gradient_spread::MAX_ERROR;
-use crate::hilbert::hilbert_index;
-use crate::interpolation::{Asked, Block, BlocksOfPlace, Measured};
-use crate::lanes_triangle::LANES;
-use crate::mesh_distance::Beside;
-use crate::node_bounds::{Around, inside_reaches_box, round_up};
-use crate::packet::{Nodes, Packet};
-use crate::signs::NodeBlock;
+use crate::bvh::hilbert::hilbert_index;
+use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
+use crate::error::normal_cones::MAX_ERROR;
+use crate::error::{Block, BlocksOfPlace, Measured, Query};
+use crate::mesh_distance::AdjacentTriangles;
+use crate::nearest::{Nodes, Packet};
+use crate::sign::flood_fill::NodeBlock;
+use crate::triangle::nearest_x8::LANES;
 use crate::{MeshDistance, SignMethod};
-use places::{Places, middle};
+use brick_map::{BrickMap, middle};
 
 /// A baked sparse grid, and what is certain of it. Bricks stand in the order of a Hilbert curve; after them, in the same
 /// order, those that only close an open mesh.
@@ -93,7 +93,7 @@ pub fn bake<C: Quantize>(
 pub struct Plan<'a> {
     mesh: &'a MeshDistance<'a>,
     lattice: Lattice,
-    places: Places,
+    places: BrickMap,
 }
 
 /// Places whose bricks are made side by side before they join the rest: so many that threads seldom wait, so few that the
@@ -145,7 +145,7 @@ struct Parts<C> {
 impl<'a> Plan<'a> {
     /// Measures the distance at the middle of each place of a brick. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
-        Self { mesh, lattice: *lattice, places: Places::measure(mesh, lattice, band) }
+        Self { mesh, lattice: *lattice, places: BrickMap::measure(mesh, lattice, band) }
     }
 
     pub fn lattice(&self) -> &Lattice {
@@ -206,9 +206,10 @@ impl<'a> Plan<'a> {
                 self.brick(packet, places.place(index), places.kept_within())
             });
         }
-        let mut torn: Vec<usize> = places.torn(&parts.table(places)).into_iter().collect();
-        torn.sort_unstable_by_key(|index| hilbert_index(places.place(*index)));
-        for some in torn.chunks(PLACES_AT_A_TIME) {
+        let mut unpaired_at_boundary: Vec<usize> =
+            places.unpaired_at_boundary(&parts.table(places)).into_iter().collect();
+        unpaired_at_boundary.sort_unstable_by_key(|index| hilbert_index(places.place(*index)));
+        for some in unpaired_at_boundary.chunks(PLACES_AT_A_TIME) {
             parts.extend(mesh, some, |packet, index| self.brick(packet, places.place(index), f64::INFINITY));
         }
         parts.samples.shrink_to_fit();
@@ -224,13 +225,14 @@ impl<'a> Plan<'a> {
             unreachable!("the table names the bricks that there are")
         };
         let of_brick = |(brick, place): (usize, &[u32; 3])| {
-            let around = Around::new(lattice, *place, |node, row| row_of(&storage, node, row));
+            let around = HaloBlock::new(lattice, *place, |node, row| row_of(&storage, node, row));
             let upper = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
             let roundings = upper.filter_map(|place| storage.brick_at(place)).map(|brick| roundings[brick]);
             let rounding = roundings.fold(0.0, f64::max);
-            let torn = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&around, rounding) };
+            let unpaired_at_boundary =
+                if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&around, rounding) };
             // As in `dense`.
-            (around.bounds(), round_up(interpolations[brick] + rounding + 2.0 * torn))
+            (around.bounds(), round_up(interpolations[brick] + rounding + 2.0 * unpaired_at_boundary))
         };
         let (bounds, errors): (Vec<BlockBounds>, Vec<f32>) = brick_places.par_iter().enumerate().map(of_brick).unzip();
         let slope_bound = slope_bound(lattice, &storage, places, &table, &bounds);
@@ -257,7 +259,7 @@ impl<'a> Plan<'a> {
             return None;
         }
         let point = middle(lattice, place.map(|n| n as usize));
-        let mut last = Beside { point, nearest: mesh.nearest(point, packet.guess()) };
+        let mut last = AdjacentTriangles { point, nearest: mesh.nearest(point, packet.guess()) };
         for row in 0..SIDE * SIDE {
             for x in 0..SIDE {
                 // To and fro, so that the next node is a neighbour.
@@ -269,7 +271,7 @@ impl<'a> Plan<'a> {
                 // The surface lies no nearer than that, so the node is on the same side.
                 if last.nearest.distance - (at - last.point).norm() <= far {
                     let nearest = mesh.nearest_in(packet, &nodes, step, Some(last));
-                    last = Beside { point: at, nearest };
+                    last = AdjacentTriangles { point: at, nearest };
                     exact[index] = nearest.distance;
                     magnitude = nearest.distance;
                 }
@@ -320,7 +322,7 @@ impl<'a> Plan<'a> {
             let (distance, slot) = nearest(step);
             if is_there && distance <= self.places.exact_within() {
                 let block = Block { center: self.lattice.node(node).into(), half_side: spacing };
-                asked.push(Asked { block, distance, slot });
+                asked.push(Query { block, distance, slot });
             }
         }
         let farthest = asked.iter().map(|asked| asked.distance).fold(0.0, f64::max);
@@ -353,7 +355,7 @@ impl<'a> Plan<'a> {
 
     /// The largest distance at a corner of a cell that the band may enter and that may have corners of both signs, of the
     /// cells whose first corner is in a place. Samples are off by `rounding` at most.
-    fn largest_at_sign_change(&self, around: &Around, rounding: f64) -> f64 {
+    fn largest_at_sign_change(&self, around: &HaloBlock, rounding: f64) -> f64 {
         let rounding = round_up(rounding);
         let exact_within = round_up(self.places.exact_within()) + rounding;
         around.largest_at_sign_change(rounding, exact_within.next_up()).into()
@@ -405,7 +407,7 @@ impl<C: Quantize> Parts<C> {
     }
 
     /// For each place which of the bricks it is.
-    fn table(&self, places: &Places) -> Vec<u32> {
+    fn table(&self, places: &BrickMap) -> Vec<u32> {
         let mut table = vec![NO_BRICK; places.count()];
         for (number, place) in (0..).zip(&self.places) {
             table[places.index(*place)] = number;
@@ -426,7 +428,7 @@ fn interpolate(corners: [f64; 8], step: [usize; 3]) -> f64 {
 fn slope_bound<C: Quantize>(
     lattice: &Lattice,
     storage: &Sparse<BrickSlices<C>>,
-    places: &Places,
+    places: &BrickMap,
     table: &[u32],
     bricks: &[BlockBounds],
 ) -> f64 {

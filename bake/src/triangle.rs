@@ -1,3 +1,6 @@
+pub mod approx;
+pub mod nearest_x8;
+
 use sdf_core::nalgebra::Vector3;
 
 /// The part of a triangle that a point lies on: corner i, the edge from corner i to the next, or the inside.

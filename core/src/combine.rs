@@ -15,9 +15,9 @@ pub use smooth_union::SmoothUnion;
 
 use nalgebra::Vector3;
 
-use crate::number::Float;
 use crate::enclosure::mean;
-use crate::{Sdf, Enclosure};
+use crate::number::Float;
+use crate::{Enclosure, Sdf};
 
 /// What is certain of two fields on the hull of a few points, each about their mean.
 fn surveys<A: Sdf, B: Sdf, R: Float>(a: &A, b: &B, corners: &[Vector3<R>]) -> [Enclosure<R>; 2] {

@@ -4,9 +4,9 @@ pub mod batch;
 
 use nalgebra::Vector3;
 
+use crate::enclosure::rounding;
 use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
 use crate::number::{Float, Real};
-use crate::enclosure::rounding;
 use crate::vector::norm;
 use crate::{Aabb, Sdf, Simplex};
 

@@ -2,9 +2,9 @@
 
 mod block_bounds;
 mod dense;
-mod lattice;
 mod exact;
 mod gradient_range;
+mod lattice;
 pub mod sparse;
 mod trilinear;
 
@@ -12,16 +12,16 @@ use nalgebra::Vector3;
 
 pub use block_bounds::WithBlockBounds;
 pub use dense::Dense;
-pub use lattice::Lattice;
 pub use exact::segment::SegmentMinimum;
-use gradient_range::GradientRange;
 pub use exact::triangle::TriangleMinimum;
+use gradient_range::GradientRange;
+pub use lattice::Lattice;
 
+use crate::enclosure::{bounds, reach, rounding};
 use crate::number::kernel::LaneKernel;
 use crate::number::{Float, Mask, Real};
-use crate::enclosure::{bounds, reach, rounding};
 use crate::vector::{from_f64, norm};
-use crate::{Aabb, BoxEnclosure, Sample, Sdf, Status, Enclosure};
+use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf, Status};
 
 /// Where a grid's samples come from.
 pub trait Storage {

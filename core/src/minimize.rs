@@ -12,10 +12,10 @@ mod frank_wolfe;
 mod golden_section;
 mod line_search;
 mod newton;
-mod sub_simplex;
 mod point_sampling;
 mod projected_gradient;
 mod search;
+mod sub_simplex;
 
 pub use all_minima::{AllMinima, Found, Place};
 pub use certified::Certified;

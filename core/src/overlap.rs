@@ -33,13 +33,13 @@ mod bounds;
 mod deepest;
 mod leaves;
 mod minima;
+mod overlap_point;
 mod pair;
 mod patch;
 mod polygon;
-mod overlap_point;
 
 pub use deepest::{Deepest, Piece, Search};
 pub use minima::{Leaf, Minima};
+pub use overlap_point::OverlapPoint;
 pub use pair::{NoRegion, Pair};
 pub use patch::{Patch, PatchPoint};
-pub use overlap_point::OverlapPoint;

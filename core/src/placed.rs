@@ -11,10 +11,10 @@ pub use rigid::Rigid;
 pub use similarity::Similarity;
 pub use stretch::Stretch;
 
+use crate::enclosure::{reach, rounding};
 use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::{Float, Real};
-use crate::enclosure::{reach, rounding};
-use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
+use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
 
 /// A map from the world into a field's own frame.
 pub trait Placement {

@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
+use crate::enclosure::{max_rise_of_convex, mean};
 use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Mask, Real};
-use crate::enclosure::{mean, max_rise_of_convex};
 use crate::vector::select;
 use crate::{Aabb, Enclosure};
 
@@ -42,7 +42,11 @@ pub trait Sdf: Sized {
     /// What is certain of φ on the convex hull of one to four points, by what it is and how it changes at a point `about`
     /// of the hull: the nearer that is to the least value, the tighter. By default by the slope, or by the tangent plane.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        if Self::IS_CONVEX { Enclosure::of_convex(self, about, corners) } else { Enclosure::by_slope(self, about, corners) }
+        if Self::IS_CONVEX {
+            Enclosure::of_convex(self, about, corners)
+        } else {
+            Enclosure::by_slope(self, about, corners)
+        }
     }
 
     /// Whether φ is certainly a convex function on the convex hull of one to four points.

@@ -2,9 +2,9 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
+use crate::enclosure::{mean, reach, rounding};
 use crate::number::kernel::{LaneBundle, LaneKernel};
 use crate::number::{Mask, Real};
-use crate::enclosure::{mean, reach, rounding};
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -25,7 +25,7 @@ mod tiling;
 use std::path::Path;
 
 use sdf_core::grid::sparse::Scale;
-use sdf_core::grid::{Lattice, BlockBounds};
+use sdf_core::grid::{BlockBounds, Lattice};
 
 pub use atomic_write::{Removed, atomic_write, remove_temporaries};
 pub use error::{Fault, GridFileError};

@@ -7,7 +7,7 @@ use std::fs;
 use grid_samples::{Content, KINDS, Made, Random, about, lent};
 use hdf5_reader::Hdf5File;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
-use sdf_core::grid::{Lattice, BlockBounds, Storage};
+use sdf_core::grid::{BlockBounds, Lattice, Storage};
 use sdf_formats::grid_file::{self, About, OwnedSamples, Precision, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::Vector3;
 use sdf_core::grid::{SegmentMinimum, TriangleMinimum};
-use sdf_core::{Aabb, Float, Lanes, BoxEnclosure, Real, Sample, Sdf, Enclosure};
+use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Lanes, Real, Sample, Sdf};
 
 use crate::dual::Dual;
 

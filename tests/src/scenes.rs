@@ -8,13 +8,14 @@ use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{
-    WithBlockBounds, Dense, Grid, Lattice, BlockBounds, SegmentMinimum, Storage, TriangleMinimum, cell_slope, slope_bound,
+    BlockBounds, Dense, Grid, Lattice, SegmentMinimum, Storage, TriangleMinimum, WithBlockBounds, cell_slope,
+    slope_bound,
 };
 use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, Float, BoxEnclosure, Real, Sample, Sdf, Enclosure};
+use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Real, Sample, Sdf};
 
 use crate::any_field::AnyField;
 use crate::random::Random;

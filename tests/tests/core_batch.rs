@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
-use sdf_core::contact::batch::{Survivor, CullReason};
+use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;

@@ -198,7 +198,9 @@ fn a_contact_says_what_the_field_says() {
             for id in 0..60 {
                 let element = element(id, cast::<R, N>(&random_simplex(&mut random, scene.size)));
                 for method in methods(N, 24) {
-                    let Outcome::Contact(contact) = contact(&scene, &method, R::from_f64(0.1), &element) else { continue };
+                    let Outcome::Contact(contact) = contact(&scene, &method, R::from_f64(0.1), &element) else {
+                        continue;
+                    };
                     seen += 1;
                     let told = format!("{} by {method:?}: {contact:?} of {element:?}", scene.name);
                     assert_eq!(contact.distance, scene.value(contact.point), "{told}");
@@ -254,7 +256,9 @@ fn the_lower_bound_of_a_contact_holds_over_the_whole_element() {
             for id in 0..60 {
                 let element = element(id, cast::<R, N>(&random_simplex(&mut random, scene.size)));
                 for method in methods(N, 2) {
-                    let Outcome::Contact(contact) = contact(&scene, &method, R::from_f64(0.1), &element) else { continue };
+                    let Outcome::Contact(contact) = contact(&scene, &method, R::from_f64(0.1), &element) else {
+                        continue;
+                    };
                     let least = lattice.iter().map(|weights| scene.value(element.simplex.point(*weights)));
                     let least = least.reduce(Real::min).unwrap();
                     assert!(contact.lower_bound <= least, "{}: {contact:?}, but {least:?}", scene.name);
@@ -276,8 +280,10 @@ fn a_value_at_the_margin_is_a_contact_and_one_above_is_not() {
         assert_eq!(found(contact(&plane, &method, R::from_f64(0.25), &point)).distance, R::from_f64(0.25));
         assert!(matches!(contact(&plane, &method, above(0.25), &point), Outcome::Separated(_)));
         assert_eq!(contact(&plane, &method, R::from_f64(0.2), &point), Outcome::Culled);
-        let edge =
-            element(0, Simplex { corners: [R::from_f64(0.25), R::one()].map(|z| Vector3::new(R::zero(), R::zero(), z)) });
+        let edge = element(
+            0,
+            Simplex { corners: [R::from_f64(0.25), R::one()].map(|z| Vector3::new(R::zero(), R::zero(), z)) },
+        );
         assert_eq!(found(contact(&plane, &method, R::from_f64(0.25), &edge)).feature, Feature::Vertex(0));
         assert!(matches!(contact(&plane, &method, above(0.25), &edge), Outcome::Separated(_)));
     }

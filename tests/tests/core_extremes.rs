@@ -31,7 +31,11 @@ fn sample_answers_every_point_without_nan_and_says_which_it_refuses() {
                 // No scene carries a point so much farther that its squares overflow.
                 assert_eq!(sample.status.not_finite, !point.iter().all(|x| x.is_representable()), "{told}");
                 if sample.status.not_finite {
-                    assert_eq!((sample.value, sample.gradient), (R::from_f64(R::MAX_COORDINATE), Vector3::zeros()), "{told}");
+                    assert_eq!(
+                        (sample.value, sample.gradient),
+                        (R::from_f64(R::MAX_COORDINATE), Vector3::zeros()),
+                        "{told}"
+                    );
                 } else {
                     // Gradients of points that lie closer to a centre than a square can tell are choices, and unit.
                     let steepest = scene.slope_bound() * (1.0 + 32.0 * R::EPSILON);
@@ -123,8 +127,9 @@ fn extreme_elements_make_no_nan() {
         let sizes = [R::MAX_COORDINATE, 0.9 * R::MAX_COORDINATE, 1e9, 1.0, 1e-9, 1e-18, 1e-22, 1e-42, 1e-300, 0.0];
         for scene in scenes(1.0) {
             for id in 0..150 {
-                let corners = [(); N]
-                    .map(|()| Vector3::from_fn(|_, _| R::from_f64(random.pick(&sizes) * random.pick(&[-1.0, 1.0, 0.5]))));
+                let corners = [(); N].map(|()| {
+                    Vector3::from_fn(|_, _| R::from_f64(random.pick(&sizes) * random.pick(&[-1.0, 1.0, 0.5])))
+                });
                 let element = element(id, Simplex { corners });
                 for method in methods(N, 8) {
                     let margin = R::from_f64(random.pick(&[0.0, 1.0, 1e9, R::MAX_COORDINATE]));

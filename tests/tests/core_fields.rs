@@ -340,12 +340,18 @@ fn a_survey_holds_on_the_whole_hull() {
                 assert!(enclosure.least <= enclosure.value && enclosure.value <= enclosure.greatest, "{}", told());
                 for weights in lattice_weights::<N>(if N == 4 { 6 } else { 12 }) {
                     let value = scene.value(simplex.point(weights.map(R::from_f64)));
-                    assert!(enclosure.least <= value && value <= enclosure.greatest, "{value:?} at {weights:?}, {}", told());
+                    assert!(
+                        enclosure.least <= value && value <= enclosure.greatest,
+                        "{value:?} at {weights:?}, {}",
+                        told()
+                    );
                     let gradient = scene.evaluate(simplex.point(weights.map(R::from_f64))).gradient;
                     let rounding = R::from_f64(1e3 * R::EPSILON * scene.slope_bound());
-                    let is_within =
-                        gradient.iter().zip(&enclosure.gradients.least).all(|(g, least)| *least - rounding <= *g)
-                            && gradient.iter().zip(&enclosure.gradients.greatest).all(|(g, most)| *g <= *most + rounding);
+                    let is_within = gradient
+                        .iter()
+                        .zip(&enclosure.gradients.least)
+                        .all(|(g, least)| *least - rounding <= *g)
+                        && gradient.iter().zip(&enclosure.gradients.greatest).all(|(g, most)| *g <= *most + rounding);
                     assert!(is_within, "{gradient:?} at {weights:?}, {}", told());
                 }
             }
@@ -373,7 +379,9 @@ fn no_way_to_a_corner_rises_by_more_than_is_certain() {
                     for (corner, rise) in simplex.corners.iter().zip(rises) {
                         let from = simplex.point(weights.map(R::from_f64));
                         let values: Vec<f64> = (0..=24)
-                            .map(|step| scene.value(from + (corner - from) * R::from_f64(f64::from(step) / 24.0)).to_f64())
+                            .map(|step| {
+                                scene.value(from + (corner - from) * R::from_f64(f64::from(step) / 24.0)).to_f64()
+                            })
                             .collect();
                         let risen: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
                         let told = || format!("{} from {weights:?} to {corner:?} of {simplex:?}", scene.name);

@@ -291,7 +291,9 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
                 }
                 let corners = corners.map(|corner| corner.map(R::from_f64));
                 let gap = R::from_f64(1e-3 * reach);
-                let Some(least) = scene.minimum_on_triangle(corners, [R::from_f64(f64::INFINITY), gap]) else { continue };
+                let Some(least) = scene.minimum_on_triangle(corners, [R::from_f64(f64::INFINITY), gap]) else {
+                    continue;
+                };
                 answered += 1;
                 let simplex = Simplex { corners };
                 let at = |weights: [R; 3]| scene.value(simplex.point(weights)).to_f64();

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 use sdf_core::combine::Union;
 use sdf_core::grid::{Dense, Grid, Lattice};
-use sdf_core::overlap::{Deepest, Leaf, OverlapPoint, Minima, NoRegion, Pair, Patch, PatchPoint, Piece, Search};
+use sdf_core::overlap::{Deepest, Leaf, Minima, NoRegion, OverlapPoint, Pair, Patch, PatchPoint, Piece, Search};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, HalfSpace, Sphere, Torus};
 use sdf_core::{Aabb, Float, Sdf};

@@ -52,7 +52,10 @@ fn what_rests_at_the_margin_exactly_is_a_contact() {
                                     Number::Double => (margin * unit).next_down(),
                                 };
                                 let hovers = ask(&field, &method, below, &corners[..count], number);
-                                assert!(matches!(hovers.fate, Fate::Separated | Fate::Culled), "{told}, then {hovers:?}");
+                                assert!(
+                                    matches!(hovers.fate, Fate::Separated | Fate::Culled),
+                                    "{told}, then {hovers:?}"
+                                );
                             }
                         }
                     }

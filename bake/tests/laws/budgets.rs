@@ -1,6 +1,6 @@
 //! Grids baked to keep within an error.
 
-use sdf_bake::budget::{AnyGrid, Baked, Budget, ErrorBudgetError};
+use sdf_bake::error_budget::{AnyGrid, Baked, Budget, ErrorBudgetError};
 use sdf_bake::sparse::SparseGrid;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::Sdf;

@@ -4,7 +4,7 @@ use sdf_bake::sparse::{self, Quantize, SparseGrid};
 use sdf_core::Aabb;
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{WithBlockBounds, Dense, Grid, Lattice, Storage, cell_slope, slope_bound};
+use sdf_core::grid::{Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, slope_bound};
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{self, Mesh};
@@ -298,7 +298,8 @@ fn what_a_grid_says_of_a_region_holds_there() {
     let mut random = Random::of_test();
     for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
         let Baked { lattice, grid: dense } = Baked::of(&mesh, None, 40);
-        let storage = WithBlockBounds::new(&lattice, Dense::new(&lattice, &dense.distances).unwrap(), &dense.bounds).unwrap();
+        let storage =
+            WithBlockBounds::new(&lattice, Dense::new(&lattice, &dense.distances).unwrap(), &dense.bounds).unwrap();
         let field = Grid::new(lattice, storage, dense.slope_bound).unwrap();
         assert!(check(name, &field, &mut random) > 500, "{name}: places of a dense grid are no better than the whole");
         let (float, words, bytes) =

@@ -3,7 +3,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
-use sdf_bake::budget::{self, AnyGrid, Budget, ErrorBudgetError};
+use sdf_bake::error_budget::{self, AnyGrid, Budget, ErrorBudgetError};
 use sdf_bake::sparse::{self, Quantize};
 use sdf_bake::{MeshDistance, MeshReport, SignMethod, SparseGrid, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
@@ -188,7 +188,7 @@ fn within(
         ErrorBudgetError::NoLength(_) | ErrorBudgetError::TooLarge { .. } => "take a larger --max-error",
     };
     let shown = args.mesh.display();
-    let budget::Baked { lattice, grid } =
+    let error_budget::Baked { lattice, grid } =
         baked.map_err(|refusal| anyhow!("{shown}: {asked}: {refusal}: {}", refused(refusal.clone())))?;
     Ok(match grid {
         AnyGrid::U16(grid) => (lattice, BakedGrid::U16(grid)),

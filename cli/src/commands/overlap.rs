@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use sdf_core::grid::Lattice;
-use sdf_core::overlap::{Deepest, Leaf, OverlapPoint, NoRegion, Pair, Patch, Piece, Search};
+use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{Aabb, Sdf};
 use sdf_formats::contact_file::{self, OverlapRecord};

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use sdf_bake::sparse::{self, Quantize};
 use sdf_bake::{MeshDistance, SparseGrid, TriangleMesh, dense, lattice_around};
 use sdf_core::combine::SmoothUnion;
-use sdf_core::grid::{WithBlockBounds, Dense, Grid, Lattice, sparse::Sparse};
+use sdf_core::grid::{Dense, Grid, Lattice, WithBlockBounds, sparse::Sparse};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Horseshoe, Sphere, Torus};
 use sdf_formats::field_file::Node;
 use sdf_formats::grid_file::{OwnedBricks, OwnedGrid, OwnedSamples};

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::surveys;
 use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
+use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
 
 /// What lies in either: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,11 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let [a, b] = surveys(&self.0, &self.1, corners);
-        a.negate().min_combine(b.negate(), || self.0.max_rise_to_corners(corners), || self.1.max_rise_to_corners(corners))
+        a.negate().min_combine(
+            b.negate(),
+            || self.0.max_rise_to_corners(corners),
+            || self.1.max_rise_to_corners(corners),
+        )
     }
 
     /// No value is below that of the part which is the higher at the middle.
@@ -152,7 +156,11 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let [a, b] = surveys(&self.0, &self.1, corners);
-        a.negate().min_combine(b, || self.0.max_rise_to_corners(corners), || b.gradients.negate().max_rise_to_corners(corners))
+        a.negate().min_combine(
+            b,
+            || self.0.max_rise_to_corners(corners),
+            || b.gradients.negate().max_rise_to_corners(corners),
+        )
     }
 }
 

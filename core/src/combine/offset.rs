@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
+use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
 
 /// The shape grown by `distance`, or shrunk where it is negative: φ − distance.
 #[derive(Clone, Copy, Debug, PartialEq)]

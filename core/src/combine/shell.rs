@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
-use crate::number::{Float, Real};
 use crate::enclosure::{mean, sum};
-use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
+use crate::number::{Float, Real};
+use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
 
 /// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
 /// the wall, the gradient is a choice.

@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
 use super::surveys;
-use crate::number::{Float, Real};
 use crate::enclosure::sum;
-use crate::{Aabb, BoxEnclosure, Sample, Sdf, Enclosure};
+use crate::number::{Float, Real};
+use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
 ///

@@ -1,5 +1,5 @@
 use super::sparse::{BRICK, brick_counts};
-use super::{Lattice, BlockBounds, Storage};
+use super::{BlockBounds, Lattice, Storage};
 use crate::number::Float;
 
 /// A storage beside which stands what is certain of each place of 8 × 8 × 8 nodes, so that culls can go by what is near an

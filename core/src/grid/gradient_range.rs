@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use super::trilinear::mix;
 use super::{Grid, Storage};
 use crate::Aabb;
-use crate::number::{Float, Real};
 use crate::enclosure::GradientBox;
+use crate::number::{Float, Real};
 use crate::vector::from_f64;
 
 /// More cells say less of each and take longer to look at. Of 8, 27 and 64 the last took the fewest evaluations on triangles of

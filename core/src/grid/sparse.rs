@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::block_bounds::merge_blocks;
-use super::{Lattice, BlockBounds, Storage, cell_slope, trilinear};
+use super::{BlockBounds, Lattice, Storage, cell_slope, trilinear};
 
 /// Nodes along a brick's side.
 pub const BRICK: u32 = 8;

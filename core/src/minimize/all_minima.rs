@@ -1,7 +1,7 @@
 use super::sub_simplex::SubSimplex;
 use super::{Certified, Minimizer, Minimum};
-use crate::number::{Float, Real};
 use crate::enclosure::{mean, rounding};
+use crate::number::{Float, Real};
 use crate::{Sdf, Simplex};
 
 /// Every isolated minimum of a field on a simplex: what §9 of the paper leaves open, the triangle that rests on several
@@ -100,7 +100,8 @@ impl AllMinima {
     ) -> Found<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
-        let rise = longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0) + rounding * R::from_f64(MAX_ROUNDINGS);
+        let rise =
+            longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0) + rounding * R::from_f64(MAX_ROUNDINGS);
         let least = self.search.minimize_below(field, simplex, level);
         let evaluations = least.evaluations.to_f64() as u32;
         let mut found = Found { least, count: 0, is_complete: true, lower_bound: least.lower_bound, evaluations };
@@ -279,8 +280,11 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
         (0..PARTS).all(|part| {
             let ends = [at(part), at(part.saturating_add(1))];
             let [from, to] = ends.map(|end| self.field.value(end));
-            let top =
-                if self.field.is_convex_on(&ends) { Real::max(from, to) } else { from + self.field.max_rise_to_corners(&ends)[1] };
+            let top = if self.field.is_convex_on(&ends) {
+                Real::max(from, to)
+            } else {
+                from + self.field.max_rise_to_corners(&ends)[1]
+            };
             top <= highest
         })
     }

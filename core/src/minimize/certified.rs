@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
+use crate::enclosure::rounding;
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
-use crate::enclosure::rounding;
 use crate::vector::norm;
 use crate::{GradientBox, Sample, Sdf, Simplex};
 

@@ -1,7 +1,7 @@
 use core::array::from_fn;
 
 use super::curvature::Curvature;
-use super::cuts::{CutBundle, Candidate, Tangent};
+use super::cuts::{Candidate, CutBundle, Tangent};
 use super::search::Search;
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};

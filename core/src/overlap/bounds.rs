@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::{OverlapPoint, Pair};
-use crate::number::{Float, Real};
 use crate::enclosure::rounding;
+use crate::number::{Float, Real};
 use crate::vector::{from_f64, norm};
 use crate::{Aabb, BoxEnclosure, Sdf};
 

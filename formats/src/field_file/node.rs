@@ -7,7 +7,7 @@ use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, Float, BoxEnclosure, Real, Sample, Sdf, Enclosure};
+use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Real, Sample, Sdf};
 
 use crate::grid_file::OwnedGrid;
 

@@ -1,7 +1,7 @@
 //! What may stand in a file, whether it is to be written or was read.
 
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
-use sdf_core::grid::{Lattice, BlockBounds};
+use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::element::Element;
 use super::head::Head;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use rust_hdf5::{DatatypeMessage, H5Dataset, H5Group, Hdf5Error};
 use sdf_core::grid::sparse::BRICK_SAMPLES;
-use sdf_core::grid::{Lattice, BlockBounds};
+use sdf_core::grid::{BlockBounds, Lattice};
 use sha2::{Digest, Sha256};
 
 use super::classic::Value;

@@ -1,6 +1,6 @@
 use sdf_core::Float;
 use sdf_core::grid::sparse::{Bricks, Code, Scale, Sparse};
-use sdf_core::grid::{WithBlockBounds, Dense, Grid, BlockBounds, Storage};
+use sdf_core::grid::{BlockBounds, Dense, Grid, Storage, WithBlockBounds};
 
 /// A grid as it is read from a file.
 pub type OwnedGrid = Grid<OwnedSamples>;

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
-use sdf_core::grid::{WithBlockBounds, Dense, Grid, Lattice, BlockBounds, Storage};
+use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds};
 use sha2::{Digest, Sha256};
 
 use super::classic::{Classic, Dataset, Object};

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
-use sdf_core::grid::{WithBlockBounds, Dense, Lattice, BlockBounds, Storage, cell_slope};
+use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
 use sdf_formats::grid_file::{
     self, About, Layout, OwnedBricks, OwnedGrid, OwnedSamples, Precision, Samples, Source, SparseSamples,
 };

@@ -13,10 +13,10 @@ use nalgebra::Vector3;
 use pieces::{LANES, Pieces};
 use voxel_walk::Trace;
 
+use crate::enclosure::bounds;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
-use crate::enclosure::bounds;
 use crate::vector::from_f64;
 
 /// Where on a segment a field is least.

@@ -13,29 +13,29 @@
 //! where it curves downwards along some way in the triangle, the least of a polygon is on its boundary. Where it curves by
 //! c at most along a way whose longest chord is l, none is lower than on the boundary by more than c l² / 8.
 
-mod cell_range;
-mod interior_minimum;
 mod cell;
-mod cells;
 mod cell_face_cuts;
+mod cell_range;
+mod cells;
+mod directions;
 mod face;
-mod stationary;
+mod interior_minimum;
 mod lines;
 mod separating_planes;
-mod directions;
+mod stationary;
 
-use cells::{Cells, LANES, DirectionalBoundsLanes};
 use cell_face_cuts::CellFaceCuts;
+use cells::{Cells, DirectionalBoundsLanes, LANES};
+use directions::{DirectionalBounds, Directions};
 use face::Face;
 use nalgebra::Vector3;
-use directions::{DirectionalBounds, Directions};
 
 use super::polynomial::Polynomial;
 use super::segment::Lowest;
-use crate::grid::{Grid, Storage};
 use crate::Aabb;
-use crate::number::{Float, Real};
 use crate::enclosure::{bounds, mean, reach, rounding};
+use crate::grid::{Grid, Storage};
+use crate::number::{Float, Real};
 
 /// Where on a triangle a field is least.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +115,11 @@ impl<S: Storage> Grid<S> {
 
     /// Over all cells. `None` where a sample is no number.
     #[inline(always)]
-    fn directional_bounds<R: Float>(&self, cells: &mut Cells<R>, directions: &Directions<R>) -> Option<DirectionalBounds<R>> {
+    fn directional_bounds<R: Float>(
+        &self,
+        cells: &mut Cells<R>,
+        directions: &Directions<R>,
+    ) -> Option<DirectionalBounds<R>> {
         let mut rises = DirectionalBoundsLanes::none();
         let mut from = 0;
         while from < cells.count {
@@ -127,13 +131,23 @@ impl<S: Storage> Grid<S> {
 
     /// Where the polynomial of a cell may be level. Answers by how much a value there may be less than what was found.
     #[inline(never)]
-    fn inside<R: Float>(&self, face: &Face<R>, cells: &Cells<R>, directions: &Directions<R>, gap: R, lowest: &mut Lowest<R>) -> R {
+    fn inside<R: Float>(
+        &self,
+        face: &Face<R>,
+        cells: &Cells<R>,
+        directions: &Directions<R>,
+        gap: R,
+        lowest: &mut Lowest<R>,
+    ) -> R {
         let mut deficit = R::zero();
         for cell in cells.level(&self.storage) {
             lowest.looks = lowest.looks.saturating_add(1);
             let of_cell = cell.least_inside(face, lowest);
             let is_near = of_cell <= gap;
-            deficit = Real::max(deficit, if is_near { of_cell } else { cell.minimum_near_stationary(face, directions, gap, lowest) });
+            deficit = Real::max(
+                deficit,
+                if is_near { of_cell } else { cell.minimum_near_stationary(face, directions, gap, lowest) },
+            );
         }
         deficit
     }

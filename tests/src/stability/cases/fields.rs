@@ -5,7 +5,7 @@ use sdf_bake::SparseGrid;
 use sdf_core::Sdf;
 use sdf_core::combine::SmoothUnion;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, Sparse};
-use sdf_core::grid::{Dense, Grid, BlockBounds, cell_slope, slope_bound};
+use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, slope_bound};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, Torus};
 

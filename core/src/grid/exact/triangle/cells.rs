@@ -1,9 +1,9 @@
 use nalgebra::Vector3;
 
-use super::cell_range::CellRange;
 use super::cell::Cell;
-use super::face::{Face, MAX_CELLS};
+use super::cell_range::CellRange;
 use super::directions::{DirectionalBounds, Directions};
+use super::face::{Face, MAX_CELLS};
 use crate::grid::Storage;
 use crate::grid::exact::polynomial::Polynomial;
 use crate::number::{Float, Real};
@@ -69,7 +69,13 @@ impl<R: Float> Cells<R> {
 
     /// How φ rises in those from one on, side by side.
     #[inline(always)]
-    pub fn look<S: Storage>(&mut self, storage: &S, directions: &Directions<R>, from: usize, rises: &mut DirectionalBoundsLanes<R>) {
+    pub fn look<S: Storage>(
+        &mut self,
+        storage: &S,
+        directions: &Directions<R>,
+        from: usize,
+        rises: &mut DirectionalBoundsLanes<R>,
+    ) {
         let Some(place) = self.numbers.get_mut(from..).and_then(<[u16]>::first_chunk_mut::<LANES>) else { return };
         let numbers = place.map(|number| R::from_f64(f64::from(number)));
         let mut at = [[R::zero(); LANES]; 3];
@@ -151,7 +157,8 @@ impl<R: Float> DirectionalBoundsLanes<R> {
             }
             apart /= 2;
         }
-        let rises = DirectionalBounds { least: self.least.map(|lanes| lanes[0]), most: self.most.map(|lanes| lanes[0]) };
+        let rises =
+            DirectionalBounds { least: self.least.map(|lanes| lanes[0]), most: self.most.map(|lanes| lanes[0]) };
         (self.doubt[0] == R::zero()).then_some(rises)
     }
 }

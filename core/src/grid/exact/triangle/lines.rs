@@ -1,5 +1,5 @@
-use super::face::Face;
 use super::directions::DirectionalBounds;
+use super::face::Face;
 use crate::grid::exact::segment::{Line, Lowest};
 use crate::number::Float;
 use crate::simplex::corner_weights;

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::cell::Cell;
-use super::face::Face;
 use super::directions::Directions;
+use super::face::Face;
 use crate::grid::exact::segment::Lowest;
 use crate::number::{Float, Real};
 
@@ -15,7 +15,13 @@ const MAX_CUTS: u32 = 96;
 impl<R: Float> Cell<R> {
     /// By how much a value where the field is level along the triangle may be less than what was found: part by part, each
     /// cut in two until it holds no such point, or is so small that the field cannot have fallen by much on the way to it.
-    pub fn minimum_near_stationary(&self, face: &Face<R>, directions: &Directions<R>, gap: R, found: &mut Lowest<R>) -> R {
+    pub fn minimum_near_stationary(
+        &self,
+        face: &Face<R>,
+        directions: &Directions<R>,
+        gap: R,
+        found: &mut Lowest<R>,
+    ) -> R {
         let mut parts = [(self.middle, self.half); MAX_PARTS];
         let (mut count, mut deficit) = (1_usize, R::zero());
         for _ in 0..MAX_CUTS {
@@ -23,7 +29,9 @@ impl<R: Float> Cell<R> {
             count = last;
             let Some((middle, half)) = parts.get(last).copied() else { break };
             let part = Self { middle, half, ..*self };
-            if face.separating_planes.is_disjoint(part.first + part.middle, part.half) || part.directional_bounds(directions).is_steep() {
+            if face.separating_planes.is_disjoint(part.first + part.middle, part.half)
+                || part.directional_bounds(directions).is_steep()
+            {
                 continue;
             }
             let below = part.excess_over_stationary(face, found);
