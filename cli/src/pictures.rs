@@ -1,3 +1,4 @@
+use sdf_core::EnclosedSdf;
 use std::path::Path;
 
 use anyhow::Result;
@@ -42,7 +43,7 @@ const OUTSIDE: [[f64; 3]; 2] = [[253.0, 236.0, 214.0], [214.0, 118.0, 40.0]];
 impl Picture {
     /// The field's values in a plane, in shades with a line at equal steps; `longer` pixels along the longer side. Where a
     /// `band` is given, lines stand where it ends.
-    pub fn of<F: Sdf>(field: &F, plane: Plane, longer: u32, band: Option<f64>) -> Self {
+    pub fn of<F: EnclosedSdf>(field: &F, plane: Plane, longer: u32, band: Option<f64>) -> Self {
         let [right, up] = plane.across();
         let extents = plane.window.extents();
         let pixel = extents[right].max(extents[up]) / f64::from(longer);

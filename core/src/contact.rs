@@ -4,11 +4,11 @@ pub mod batch;
 
 use nalgebra::Vector3;
 
-use crate::enclosure::rounding;
 use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
 use crate::number::{Float, Real};
+use crate::rounding::rounding;
 use crate::vector::norm;
-use crate::{Aabb, Sdf, Simplex};
+use crate::{Aabb, EnclosedSdf, Simplex};
 
 /// What a simplex is in its mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -114,11 +114,11 @@ pub const FEATURE_WEIGHT: f64 = 1e-3;
 /// The contact of one element with a field: culled, else minimized, then reported where φ ≤ `margin`.
 ///
 /// An element with a value of at most `margin` anywhere is never culled: by what the field knows of the element's box
-/// ([`Sdf::enclose_box`]) before it is asked, then as [`may_touch`] with the slope bound in that box.
+/// ([`EnclosedSdf::enclose_box`]) before it is asked, then as [`may_touch`] with the slope bound in that box.
 pub fn contact<R, F, M, const N: usize>(field: &F, minimizer: &M, margin: R, element: &Element<R, N>) -> Outcome<R, N>
 where
     R: Float,
-    F: Sdf,
+    F: EnclosedSdf,
     M: Minimizer<N>,
 {
     let lower_bound = match cull(field, margin, element) {
@@ -157,7 +157,7 @@ pub fn all_contacts<R, F, const N: usize>(
 ) -> Outcome<R, N>
 where
     R: Float,
-    F: Sdf,
+    F: EnclosedSdf,
 {
     let lower_bound = match cull(field, margin, element) {
         Ok(lower_bound) => lower_bound,
@@ -178,7 +178,11 @@ where
 }
 
 /// What no point of an element is below, or why there is nothing to search.
-fn cull<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, element: &Element<R, N>) -> Result<R, Outcome<R, N>> {
+fn cull<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    margin: R,
+    element: &Element<R, N>,
+) -> Result<R, Outcome<R, N>> {
     let simplex = &element.simplex;
     if ElementKind::of(N).is_none() || !simplex.is_representable() {
         return Err(Outcome::NotFinite);
@@ -206,7 +210,11 @@ struct BoxBounds<R> {
 }
 
 #[inline(always)]
-fn bounds_in_box<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, simplex: &Simplex<R, N>) -> BoxBounds<R> {
+fn bounds_in_box<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    margin: R,
+    simplex: &Simplex<R, N>,
+) -> BoxBounds<R> {
     BoxBounds::new(field, &simplex.bounds(), rounding_in_box(field.slope_bound(), margin, simplex))
 }
 
@@ -214,14 +222,14 @@ fn bounds_in_box<R: Float, F: Sdf, const N: usize>(field: &F, margin: R, simplex
 #[inline(always)]
 fn rounding_in_box<R: Real, const N: usize>(slope_bound: f64, margin: R, simplex: &Simplex<R, N>) -> R {
     let centroid = simplex.centroid();
-    rounding(slope_bound, centroid, simplex.reach(centroid), margin)
+    rounding(slope_bound, centroid, simplex.max_distance_from(centroid), margin)
 }
 
 impl<R: Float> BoxBounds<R> {
     #[inline(always)]
-    fn new<F: Sdf>(field: &F, region: &Aabb, rounding: R) -> Self {
+    fn new<F: EnclosedSdf>(field: &F, region: &Aabb, rounding: R) -> Self {
         let local = field.enclose_box(region);
-        Self { least: R::from_f64(local.least) - rounding, slope_bound: R::from_f64(local.slope_bound) }
+        Self { least: R::from_f64(local.range.lower) - rounding, slope_bound: R::from_f64(local.slope_bound) }
     }
 }
 
@@ -282,7 +290,7 @@ pub struct Cull<R: Real> {
 /// That is the rounding of the element's own coordinates. A field whose numbers are far larger (a small element on a box
 /// of a thousand times its size) rounds its values coarser, and a margin below their steps culls what is within them.
 #[inline]
-pub fn may_touch<R: Real, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
+pub fn may_touch<R: Real, F: EnclosedSdf, const N: usize>(field: &F, simplex: &Simplex<R, N>, margin: R) -> Cull<R> {
     let centroid = simplex.centroid();
     let lower_bound =
         simplex.lower_bound(field.slope_bound(), R::from_f64(field.slope_bound()), centroid, field.value(centroid));

@@ -2,6 +2,7 @@
 
 mod grid_samples;
 
+use sdf_core::EnclosedSdf;
 use std::fs;
 use std::time::Instant;
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
+use sdf_core::EnclosedSdf;
 use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
@@ -20,7 +21,7 @@ macro_rules! in_lanes {
     ($($corners:literal),*) => {$(
         impl Minimizer<$corners> for InLanes {
             const LOCKSTEP: bool = true;
-            fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
+            fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
                 self.0.minimize(field, simplex)
             }
 
@@ -28,7 +29,7 @@ macro_rules! in_lanes {
                 Minimizer::<$corners>::quick_pass(&self.0).map(Self)
             }
 
-            fn minimize_below<R: Real, F: Sdf>(
+            fn minimize_below<R: Real, F: EnclosedSdf>(
                 &self,
                 field: &F,
                 simplex: &Simplex<R, $corners>,
@@ -81,7 +82,7 @@ fn elements<R: Float, const N: usize>(random: &mut Random, size: f64, count: usi
 }
 
 fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usize, const L: usize>(
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     method: &M,
     margin: f64,
     elements: &[Element<R, N>],
@@ -180,7 +181,7 @@ struct Batch<'a, F, M> {
     elements: &'a [Element<f64, 3>],
 }
 
-impl<F: Sdf, M: Minimizer<3>> NullaryFnOnce for Batch<'_, F, M> {
+impl<F: EnclosedSdf, M: Minimizer<3>> NullaryFnOnce for Batch<'_, F, M> {
     type Output = Vec<(usize, Outcome<f64, 3>)>;
 
     #[inline(always)]
@@ -202,7 +203,7 @@ fn instruction_sets() -> Vec<Arch> {
     sets
 }
 
-fn every_instruction_set_equals_alone<F: Sdf, M: Minimizer<3> + std::fmt::Debug>(field: &F, method: &M) {
+fn every_instruction_set_equals_alone<F: EnclosedSdf, M: Minimizer<3> + std::fmt::Debug>(field: &F, method: &M) {
     let elements = elements::<f64, 3>(&mut Random::of_test(), 0.5, 400);
     for set in instruction_sets() {
         let outcomes = set.dispatch(Batch { field, method, elements: &elements });

@@ -1,5 +1,6 @@
 //! Laws of the cull and of the contact record: promises 1, 4, 6 and 7.
 
+use sdf_core::EnclosedSdf;
 use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::Vector3;
@@ -31,7 +32,7 @@ fn found<R: Float, const N: usize>(outcome: Outcome<R, N>) -> Contact<R, N> {
 
 /// Both that nothing is lost and that the bound that comes with it holds.
 fn cull_is_honest<R: Float, const N: usize>(
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     name: &str,
     size: f64,
     rounds: usize,
@@ -421,7 +422,7 @@ fn sampled_points_of_a_face_lie_on_the_face() {
 struct WithoutLevel(Certified);
 
 impl<const N: usize> Minimizer<N> for WithoutLevel {
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         self.0.minimize(field, simplex)
     }
 }

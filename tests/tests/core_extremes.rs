@@ -1,6 +1,7 @@
 //! Promise 5: no panic, and nothing that is not finite is answered with NaN.
 
 use nalgebra::Vector3;
+use sdf_core::EnclosedSdf;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::grid::{Dense, Grid, slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
@@ -52,7 +53,7 @@ fn sample_answers_every_point_without_nan_and_says_which_it_refuses() {
 /// come back as a status.
 #[test]
 fn a_point_that_leaves_reach_in_the_fields_own_frame_is_refused() {
-    fn check<R: Float>(field: &impl Sdf) {
+    fn check<R: Float>(field: &impl EnclosedSdf) {
         for point in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-3, 1.0, 0.0]] {
             let point = Vector3::from(point).map(|x| R::from_f64(x * R::MAX_COORDINATE));
             let sample = field.sample(point);

@@ -1,5 +1,6 @@
 mod search;
 
+use sdf_core::EnclosedSdf;
 use std::path::Path;
 use std::time::Instant;
 
@@ -270,7 +271,7 @@ const MAX_PIECES: usize = 4096;
 /// Of the minima of one element so many are found at most; with more, the contacts say that the budget was spent.
 const MAX_MINIMA: usize = 256;
 
-fn all_of_each<F: Sdf + Sync, const N: usize>(
+fn all_of_each<F: EnclosedSdf + Sync, const N: usize>(
     args: &ContactsArgs,
     mesh: &Mesh,
     field: &F,

@@ -1,3 +1,4 @@
+use sdf_core::EnclosedSdf;
 use std::io::Write;
 
 use anyhow::Result;
@@ -25,7 +26,7 @@ pub fn run(args: &EvalArgs) -> Result<()> {
     }
 }
 
-fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<FromFile>) -> Result<()> {
+fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<FromFile>) -> Result<()> {
     let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     if args.json.wanted {
         let samples: Vec<_> = samples

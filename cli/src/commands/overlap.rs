@@ -1,3 +1,4 @@
+use sdf_core::EnclosedSdf;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -244,7 +245,10 @@ fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
     Ok(Found { verdict, certificate, minima: Some(minima), patch: Some(summary(&patch)), meetings })
 }
 
-fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
+fn minima<A: EnclosedSdf, B: EnclosedSdf>(
+    pair: &Pair<A, B>,
+    resolution: f64,
+) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
     let mut room = 1 << 16;
     loop {
         let mut found = vec![None; MAX_MINIMA];

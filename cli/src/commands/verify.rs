@@ -1,3 +1,4 @@
+use sdf_core::EnclosedSdf;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -252,7 +253,7 @@ impl Far {
 }
 
 /// At as many points as were asked for.
-fn ask<F: Sdf + Sync>(
+fn ask<F: EnclosedSdf + Sync>(
     args: &VerifyArgs,
     field: &F,
     truth: &MeshDistance,

@@ -1,5 +1,6 @@
 //! Shapes in TOML are the core's own, and stand wherever a grid may.
 
+use sdf_core::EnclosedSdf;
 use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::Storage;
@@ -15,7 +16,7 @@ use crate::folder::{Folder, says};
 use crate::meshes::{Model, Random};
 
 /// That `sdftool eval` of the table says what the field itself says, bit for bit.
-fn same<F: Sdf>(folder: &Folder, table: &str, field: &F) {
+fn same<F: EnclosedSdf>(folder: &Folder, table: &str, field: &F) {
     folder.write("field.sdf.toml", format!("[field]\n{table}\n"));
     let mut random = Random(7);
     let points: Vec<[f64; 3]> = (0..200).map(|_| random.point(3.0)).collect();

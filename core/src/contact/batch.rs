@@ -29,9 +29,10 @@ use nalgebra::Vector3;
 
 use super::{BoxBounds, Element, ElementKind, Outcome, judge, rounding_in_box};
 use crate::minimize::{Minimizer, Minimum};
+use crate::number::kernel::run;
 use crate::number::{Float, Real};
 use crate::simplex::LowerBound;
-use crate::{Aabb, Lanes, Sdf, Simplex};
+use crate::{Aabb, EnclosedSdf, Lanes, Simplex};
 
 /// What [`contact`](super::contact) answers of each of the elements, bit for bit, in `L` lanes, at least one.
 ///
@@ -45,7 +46,7 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
     mut take: T,
 ) where
     R: Float,
-    F: Sdf,
+    F: EnclosedSdf,
     M: Minimizer<N>,
     T: FnMut(usize, Outcome<R, N>),
 {
@@ -76,7 +77,7 @@ pub fn contacts<R, F, M, T, const N: usize, const L: usize>(
 pub fn cull<R, F, T, const N: usize, const L: usize>(field: &F, margin: R, elements: &[Element<R, N>], mut take: T)
 where
     R: Float,
-    F: Sdf,
+    F: EnclosedSdf,
     T: FnMut(usize, Result<R, CullReason>),
 {
     Culling::<_, _, N, L> { field, margin, elements }.run(|looked| {
@@ -100,7 +101,7 @@ pub fn search<R, F, M, T, const N: usize, const L: usize>(
     mut take: T,
 ) where
     R: Float,
-    F: Sdf,
+    F: EnclosedSdf,
     M: Minimizer<N>,
     T: FnMut(usize, Outcome<R, N>),
 {
@@ -252,7 +253,7 @@ struct Culling<'a, R: Float, F, const N: usize, const L: usize> {
     elements: &'a [Element<R, N>],
 }
 
-impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
+impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
     /// `take` is given nothing at the end, once.
     #[inline(always)]
     fn run(&self, mut take: impl FnMut(Option<(usize, Result<R, CullReason>)>)) {
@@ -330,7 +331,7 @@ impl<R: Float, F: Sdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
         let centroid = simplex.centroid();
         let below = LowerBound { slope_bound: self.field.slope_bound() };
         let slope_bound = Lanes(near.map(|near| near.of_box.slope_bound));
-        let [by_slope] = Lanes::apply(&below, (simplex, [slope_bound], centroid, [self.field.value(centroid)]));
+        let [by_slope] = run(&below, (simplex, [slope_bound], centroid, [self.field.value(centroid)]));
         let lower_bound = Real::max(by_slope, Lanes(near.map(|near| near.of_box.least)));
         let margin = Lanes([self.margin; L]);
         let (is_above, is_within) = (margin.lt(by_slope), lower_bound.le(margin));
@@ -348,7 +349,7 @@ struct Search<'a, R: Float, F, const N: usize> {
     elements: &'a [Element<R, N>],
 }
 
-impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
+impl<R: Float, F: EnclosedSdf, const N: usize> Search<'_, R, F, N> {
     /// Side by side where that pays.
     #[inline(always)]
     fn each_of<M: Minimizer<N>, const L: usize>(

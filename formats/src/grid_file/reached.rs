@@ -1,5 +1,6 @@
 //! Which parts of a grid will be asked for.
 
+use sdf_core::EnclosedSdf;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Grid, Lattice, Storage};
 use sdf_core::{Aabb, Sdf};
@@ -46,7 +47,7 @@ impl Reached {
                 continue;
             }
             let rounding = CULL_OFF * grid.slope_bound().max(1.0) * largest.max(level.abs());
-            if near.is_none() || grid.enclose_box(&region).least <= level + rounding {
+            if near.is_none() || grid.enclose_box(&region).range.lower <= level + rounding {
                 reached.begin(first, last);
             }
         }
