@@ -327,9 +327,9 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         corners: [Vector3<R>; N],
         goal: Goal<R>,
     ) -> Option<ExactMinimum<R, N>> {
-        match corners.as_slice() {
-            &[a, b] => self.minimum_on_segment([a, b]).map(resize),
-            &[a, b, c] => self.minimum_on_triangle([a, b, c], goal).map(resize),
+        match *corners.as_slice() {
+            [a, b] => self.minimum_on_segment([a, b]).map(resize),
+            [a, b, c] => self.minimum_on_triangle([a, b, c], goal).map(resize),
             _ => None,
         }
     }

@@ -1,10 +1,9 @@
 //! Every minimizer, in one type, so that a law is written once and asked of all of them.
 
-use sdf_core::EnclosedSdf;
 use sdf_core::minimize::{
     Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
-use sdf_core::{Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Real, Simplex};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Method {

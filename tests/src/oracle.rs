@@ -1,8 +1,7 @@
 //! What a shape, a simplex and a field are, by brute force.
 
 use nalgebra::Vector3;
-use sdf_core::EnclosedSdf;
-use sdf_core::{Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Real, Sdf, Simplex};
 
 use crate::random::Random;
 

@@ -1,9 +1,5 @@
 //! Every field: one table of named fields, so that a law is written once and asked of all of them.
 
-use sdf_core::EnclosedSdf;
-use sdf_core::ExactMinimum;
-use sdf_core::Goal;
-use sdf_core::Interval;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -16,7 +12,7 @@ use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Real, Sample, Sdf};
+use sdf_core::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Float, Goal, Interval, Real, Sample, Sdf};
 
 use crate::any_field::AnyField;
 use crate::random::Random;

@@ -1,12 +1,11 @@
 //! Laws of the search for all minima of an element: none is missed that is deeper than was asked, none is made up.
 
 use nalgebra::Vector3;
-use sdf_core::EnclosedSdf;
 use sdf_core::combine::Union;
 use sdf_core::minimize::{AllMinima, Found, Minimum, Place};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Float, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Sdf, Simplex};
 use sdf_tests::oracle::{cast, lattice_weights, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::scenes;

@@ -2,12 +2,11 @@
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
-use sdf_core::EnclosedSdf;
 use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;
-use sdf_core::{Float, Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Real, Sdf, Simplex};
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{cast, random_simplex};
 use sdf_tests::random::Random;

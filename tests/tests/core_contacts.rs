@@ -1,6 +1,5 @@
 //! Laws of the cull and of the contact record: promises 1, 4, 6 and 7.
 
-use sdf_core::EnclosedSdf;
 use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::Vector3;
@@ -12,7 +11,7 @@ use sdf_core::minimize::{
 };
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, HalfSpace, Sphere};
-use sdf_core::{Float, Lanes, Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Lanes, Real, Sdf, Simplex};
 use sdf_tests::lanes::simplices_side_by_side;
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{cast, lattice_weights, random_simplex};
@@ -102,7 +101,7 @@ fn the_cull_minds_fields_that_are_steeper_than_one() {
 fn the_reach_of_a_sliver_is_to_its_farthest_corner() {
     let sliver = Simplex::<f64, 3> { corners: [Vector3::zeros(), Vector3::x(), Vector3::new(0.5, 0.01, 0.0)] };
     let centroid = sliver.centroid();
-    assert_eq!(sliver.reach(centroid), (sliver.corners[0] - centroid).norm());
+    assert_eq!(sliver.max_distance_from(centroid), (sliver.corners[0] - centroid).norm());
     // Just out of reach at right angles, and just in reach along.
     let above = HalfSpace::new([0.0, 1.0, 0.0], -0.51).unwrap();
     assert!(!may_touch(&above, &sliver, 0.0).may_touch);
@@ -117,7 +116,7 @@ fn the_cull_drops_what_is_far() {
     for scene in scenes(1.0).iter().filter(|scene| scene.meaning == Meaning::Exact) {
         for _ in 0..300 {
             let simplex = random_simplex::<3>(&mut random, 3.0 * scene.size);
-            let reach = simplex.reach(simplex.centroid());
+            let reach = simplex.max_distance_from(simplex.centroid());
             let value = scene.value(simplex.centroid());
             let margin = 0.1 * scene.size;
             assert_eq!(may_touch(scene, &simplex, margin).may_touch, value <= margin + reach + 1e-12, "{}", scene.name);

@@ -1,13 +1,12 @@
 //! Promise 5: no panic, and nothing that is not finite is answered with NaN.
 
 use nalgebra::Vector3;
-use sdf_core::EnclosedSdf;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::grid::{Dense, Grid, slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cone, Cylinder, Horseshoe, Sphere, Torus};
-use sdf_core::{Aabb, Float, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
 use sdf_tests::any_field::AnyField;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::methods::{Method, methods};
@@ -259,6 +258,8 @@ impl Sdf for Broken {
         1.0
     }
 }
+
+impl EnclosedSdf for Broken {}
 
 #[test]
 fn answers_of_a_field_that_are_not_finite_are_answered_honestly() {

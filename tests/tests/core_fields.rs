@@ -1,9 +1,8 @@
 //! Laws of fields: promises 1, 2 and 4, asked of every field in the table.
 
 use nalgebra::Vector3;
-use sdf_core::EnclosedSdf;
 use sdf_core::shapes::{Bowl, Horseshoe};
-use sdf_core::{Aabb, Float, Lanes, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Lanes, Real, Sample, Sdf, Simplex};
 use sdf_tests::dual::Dual;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::lanes::{sample_of_lane, side_by_side};

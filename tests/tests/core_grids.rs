@@ -1,13 +1,11 @@
 //! Laws of grids: what is stored, what is between, and what may be said outside.
 
 use nalgebra::Vector3;
-use sdf_core::EnclosedSdf;
-use sdf_core::Goal;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::grid::{Dense, Grid, Storage, slope_bound};
 use sdf_core::minimize::{FrankWolfe, ProjectedGradient};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Aabb, Float, Sdf, Simplex, project_weights};
+use sdf_core::{Aabb, EnclosedSdf, Float, Goal, Sdf, Simplex, project_weights};
 use sdf_tests::oracle::lattice_weights;
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, Scene, cube_lattice, sampled, sampled_in_bricks, scenes};
@@ -252,7 +250,11 @@ fn the_least_on_a_segment_is_below_all_its_points() {
                 answered += 1;
                 let at = |share: R| scene.value(ends[0] + (ends[1] - ends[0]) * share).to_f64();
                 let told = format!("{}: {least:?} on {ends:?}", scene.name);
-                assert!((at(least.share) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.share));
+                assert!(
+                    (at(least.weights[1]) - least.value.to_f64()).abs() <= tolerance,
+                    "{told}: {}",
+                    at(least.weights[1])
+                );
                 for step in 0..=1000 {
                     let value = at(R::from_f64(f64::from(step) / 1000.0));
                     assert!(least.value.to_f64() <= value + tolerance, "{told}, but {value} at {step}");
@@ -301,10 +303,10 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
                 let at = |weights: [R; 3]| scene.value(simplex.point(weights)).to_f64();
                 let told = format!("{}: {least:?} on {corners:?}", scene.name);
                 assert!((at(least.weights) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.weights));
-                assert!(least.least <= least.value, "{told}");
+                assert!(least.lower_bound <= least.value, "{told}");
                 for weights in &all_over {
                     let value = at(weights.map(R::from_f64));
-                    assert!(least.least.to_f64() <= value + tolerance, "{told}, but {value} at {weights:?}");
+                    assert!(least.lower_bound.to_f64() <= value + tolerance, "{told}, but {value} at {weights:?}");
                 }
                 let enough = scene.exact_minimum(corners, Goal { level: least.value, gap }).unwrap();
                 assert_eq!(enough, least, "a level that is met changes nothing");
@@ -341,7 +343,7 @@ fn every_cell_that_a_triangle_meets_is_looked_at() {
         let Some(least) = grid.exact_minimum(corners, Goal { level: f64::INFINITY, gap: 1e-3 }) else { continue };
         answered += 1;
         let value = grid.value(lowest);
-        assert!(least.least <= value + 1e-12, "{least:?} on {simplex:?}, but {value} at {lowest}");
+        assert!(least.lower_bound <= value + 1e-12, "{least:?} on {simplex:?}, but {value} at {lowest}");
     }
     assert!(answered > 1000, "{answered} of 3000");
 }
@@ -363,7 +365,7 @@ fn the_least_of_a_bowl_within_a_cell_is_found() {
         let Some(least) = grid.exact_minimum(corners, Goal { level: f64::INFINITY, gap }) else { continue };
         let value = -3.0 * middle.x * middle.x;
         assert!((least.value - value).abs() <= gap, "{least:?} on {corners:?}, but {value} at {middle}");
-        assert!(least.least <= value + 1e-13, "{least:?} on {corners:?}, but {value} at {middle}");
+        assert!(least.lower_bound <= value + 1e-13, "{least:?} on {corners:?}, but {value} at {middle}");
     }
 }
 
@@ -384,10 +386,10 @@ fn the_least_on_a_triangle_in_noise_is_below_all_its_points() {
         let simplex = Simplex { corners: [a, a + random.in_cube(reach), a + random.in_cube(reach)] };
         let gap = 1e-3 * reach * steepest;
         let Some(least) = grid.exact_minimum(simplex.corners, Goal { level: f64::INFINITY, gap }) else { continue };
-        near += usize::from(least.value - 2.0 * gap <= least.least);
+        near += usize::from(least.value - 2.0 * gap <= least.lower_bound);
         for weights in &all_over {
             let value = grid.value(simplex.point(*weights));
-            assert!(least.least <= value + 1e-13, "{least:?} on {simplex:?}, but {value} at {weights:?}");
+            assert!(least.lower_bound <= value + 1e-13, "{least:?} on {simplex:?}, but {value} at {weights:?}");
         }
     }
     assert!(near > 200, "{near} of 300 are near");
@@ -437,7 +439,10 @@ fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
                         end
                     };
                     let least = grid.exact_minimum([end(near, -0.9), end(far, 0.9)], Goal::exact()).unwrap();
-                    assert!((least.share.to_f64() - 0.5).abs() < 0.02, "{least:?} from {near} to {far} along {axis}");
+                    assert!(
+                        (least.weights[1].to_f64() - 0.5).abs() < 0.02,
+                        "{least:?} from {near} to {far} along {axis}"
+                    );
                 }
             }
         }
@@ -498,10 +503,10 @@ fn a_triangle_through_samples_that_are_not_finite_has_no_least_in_closed_form() 
             let middle = Vector3::from(lattice.node(at)) + random.in_cube(0.2);
             let (a, b) = (random.direction() * 0.1, random.direction() * 0.1);
             let corners = [middle + a, middle + b, middle - a - b];
-            let enough = [f64::INFINITY, 0.0];
-            assert_eq!(grid.exact_minimum(corners, enough), None, "{bad} at {middle}");
+            let goal = Goal::exact();
+            assert_eq!(grid.exact_minimum(corners, goal), None, "{bad} at {middle}");
             let beyond = corners.map(|corner| corner - Vector3::z() * 0.75);
-            assert!(grid.exact_minimum(beyond, enough).is_some(), "{bad} at {middle}");
+            assert!(grid.exact_minimum(beyond, goal).is_some(), "{bad} at {middle}");
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Two fields against each other: closed forms, a lattice as the oracle, and what no motion, scale or exchange may change.
 
-use sdf_core::EnclosedSdf;
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
@@ -9,7 +8,7 @@ use sdf_core::grid::{Dense, Grid, Lattice};
 use sdf_core::overlap::{Deepest, Leaf, Minima, NoRegion, OverlapPoint, Pair, Patch, PatchPoint, Piece, Search};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, HalfSpace, Sphere, Torus};
-use sdf_core::{Aabb, Float, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Float, Sdf};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Scene, bounded, cube_lattice, sampled, sampled_in_bricks, scenes};
 

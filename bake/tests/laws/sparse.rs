@@ -1,12 +1,10 @@
 //! A sparse grid against the dense one of the same lattice, and against the mesh.
 
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
-use sdf_core::Aabb;
-use sdf_core::EnclosedSdf;
-use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, slope_bound};
 use sdf_core::nalgebra::Vector3;
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
 use crate::meshes::{self, Mesh};
 use crate::oracle::{self, Baked};

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use sdf_core::Sdf;
 use sdf_formats::field_file;
 use sdf_formats::field_file::Field;
 use sdf_formats::grid_file::StoredGrid;

@@ -1,4 +1,3 @@
-use sdf_core::EnclosedSdf;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -7,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 use sdf_formats::contact_file::{self, OverlapRecord};
 use sdf_formats::field_file::{self, Node, OpenField};
 use serde::Serialize;

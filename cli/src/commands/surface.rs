@@ -1,4 +1,3 @@
-use sdf_core::EnclosedSdf;
 use std::collections::HashMap;
 
 use anyhow::{Context, Result, bail};
@@ -8,7 +7,7 @@ use rayon::prelude::*;
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 use sdf_formats::field_file::{self, Field};
 use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};

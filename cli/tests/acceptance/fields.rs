@@ -1,7 +1,5 @@
 //! Shapes in TOML are the core's own, and stand wherever a grid may.
 
-use sdf_core::EnclosedSdf;
-use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::Storage;
 use sdf_core::nalgebra::Vector3;
@@ -9,6 +7,7 @@ use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
+use sdf_core::{EnclosedSdf, Sdf};
 use sdf_formats::field_file::{self, Field};
 use sdf_formats::grid_file::StoredGrid;
 

@@ -247,6 +247,7 @@ impl<R: Float, const N: usize> PartsSearch<'_, R, N> {
         Minimum {
             sample,
             lower_bound: Real::min(best.lower_bound, sample.value),
+            evaluations: best.evaluations + R::one(),
             converged: sample.value <= self.open_bound,
             ..best
         }

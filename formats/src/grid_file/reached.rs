@@ -1,9 +1,8 @@
 //! Which parts of a grid will be asked for.
 
-use sdf_core::EnclosedSdf;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Grid, Lattice, Storage};
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
 use super::tiling::Tile;
 

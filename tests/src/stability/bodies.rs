@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use sdf_core::EnclosedSdf;
-use sdf_core::Sdf;
 use sdf_core::placed::{Placed, Placement, Rigid, Similarity, Stretch};
 
 use crate::any_field::AnyField;

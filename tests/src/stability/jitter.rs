@@ -3,7 +3,6 @@
 
 use nalgebra::Vector3;
 use sdf_core::EnclosedSdf;
-use sdf_core::Sdf;
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, RoundedBox};
 

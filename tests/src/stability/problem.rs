@@ -1,8 +1,7 @@
 //! One element against one field: what is true of it, and what may be said of that in a number type.
 
 use nalgebra::Vector3;
-use sdf_core::EnclosedSdf;
-use sdf_core::{Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Sdf, Simplex};
 
 use super::answer::{Found, Number, ask};
 use super::bodies::Body;

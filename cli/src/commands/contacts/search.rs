@@ -2,7 +2,6 @@
 
 use pulp::{Arch, NullaryFnOnce};
 use sdf_core::EnclosedSdf;
-use sdf_core::Sdf;
 use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Element, Outcome, batch, contact};
 use sdf_core::minimize::Minimizer;

@@ -32,12 +32,11 @@ use nalgebra::Vector3;
 
 use super::polynomial::Polynomial;
 use super::segment::Lowest;
-use crate::Aabb;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::simplex::{max_distance, mean};
-use crate::{ExactMinimum, Goal};
+use crate::{Aabb, ExactMinimum, Goal};
 
 impl<S: Storage> Grid<S> {
     /// `None` where the triangle leaves the box or meets many cells, or a sample is no number.

@@ -2,14 +2,12 @@
 
 use nalgebra::Vector3;
 use sdf_bake::SparseGrid;
-use sdf_core::EnclosedSdf;
-use sdf_core::Interval;
-use sdf_core::Sdf;
 use sdf_core::combine::SmoothUnion;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, slope_bound};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, Torus};
+use sdf_core::{EnclosedSdf, Interval, Sdf};
 
 use super::{random, triangles};
 use crate::random::Random;
