@@ -1,7 +1,7 @@
 //! What a shape, a simplex and a field are, by brute force.
 
 use nalgebra::Vector3;
-use sdf_core::{EnclosedSdf, Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Real, Simplex};
 
 use crate::random::Random;
 

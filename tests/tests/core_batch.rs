@@ -6,7 +6,7 @@ use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;
-use sdf_core::{EnclosedSdf, Float, Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Real, Simplex};
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{cast, random_simplex};
 use sdf_tests::random::Random;

@@ -12,7 +12,7 @@ use sdf_core::minimize::{
 };
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{EnclosedSdf, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Simplex};
 use sdf_formats::contact_file::{self, ContactRecord};
 use sdf_formats::field_file::{self, Field, OpenField};
 use sdf_formats::grid_file::{GridReader, StoredGrid, Summary};

@@ -2,7 +2,7 @@ use std::io::Write;
 
 use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::field_file::{self, OpenField};
 use serde_json::json;
 

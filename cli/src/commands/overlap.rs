@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Aabb, EnclosedSdf, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::contact_file::{self, OverlapRecord};
 use sdf_formats::field_file::{self, Node, OpenField};
 use serde::Serialize;

@@ -6,7 +6,7 @@ use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::field_file::{self, Field, OpenField};
 use sdf_formats::grid_file::{OwnedGrid, StoredGrid};
 use serde::Serialize;

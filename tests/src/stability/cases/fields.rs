@@ -7,7 +7,7 @@ use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, slope_bound};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, Torus};
-use sdf_core::{EnclosedSdf, Interval, Sdf};
+use sdf_core::{EnclosedSdf, Interval};
 
 use super::{random, triangles};
 use crate::random::Random;
