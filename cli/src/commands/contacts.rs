@@ -1,5 +1,3 @@
-mod search;
-
 use std::path::Path;
 use std::time::Instant;
 
@@ -13,13 +11,13 @@ use sdf_core::minimize::{
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{EnclosedSdf, Simplex};
+use sdf_field::Search;
 use sdf_formats::contact_file::{self, ContactRecord};
 use sdf_formats::field_file::{self, Field, OpenField};
 use sdf_formats::grid_file::{GridReader, StoredGrid, Summary};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
-use self::search::Search;
 use super::overlap;
 use crate::args::{ContactsArgs, Elements, Method};
 use crate::from_file::{FromFile, band};
