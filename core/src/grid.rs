@@ -5,6 +5,8 @@ mod dense;
 mod exact;
 mod gradient_range;
 mod lattice;
+#[cfg(feature = "alloc")]
+pub mod owned;
 pub mod sparse;
 mod trilinear;
 
