@@ -94,7 +94,7 @@ impl<F: EnclosedSdf, W: EnclosedSdf, M: Minimizer<N>, const N: usize> Batch<'_, 
         looked.sort_unstable_by_key(|(place, _)| *place);
         let passed = looked.iter().enumerate().filter_map(|(at, (place, looked))| {
             let lower_bound = looked.ok()?;
-            Some((at, Survivor { place: *place, lower_bound }))
+            Some((at, Survivor { index: *place, lower_bound }))
         });
         let (ats, passed): (Vec<_>, Vec<_>) = passed.unzip();
         let mut outcomes = vec![Outcome::NotFinite; looked.len()];

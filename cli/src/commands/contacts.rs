@@ -278,7 +278,7 @@ fn all_of_each<F: EnclosedSdf + Sync, const N: usize>(
     let room = || (vec![Place::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
     let outcome = |(places, minima): &mut (Vec<_>, Vec<_>), (id, vertices): (usize, &[u32; N])| {
         let mut contacts = vec![];
-        let take = |contact: &Contact<f64, N>| contacts.push(ContactRecord::from(contact));
+        let take = |contact: &Contact<f64>| contacts.push(ContactRecord::from(contact));
         match all_contacts(field, search, args.margin, &element(mesh, id, *vertices), places, minima, take) {
             Outcome::NotFinite => Some(Passed::NotFinite),
             Outcome::Culled => None,
