@@ -62,7 +62,7 @@ delegate_sdf!(AnyField {
     Shell,
     Placed,
     Stretched,
-});
+} unions { Union });
 
 impl From<OwnedGrid> for AnyField {
     fn from(grid: OwnedGrid) -> Self {

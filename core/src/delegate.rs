@@ -13,9 +13,12 @@
 /// let scene = [Obstacle::Ball(Sphere::new(1.0).unwrap()), Obstacle::Ground(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap())];
 /// assert_eq!(scene.map(|obstacle| obstacle.value(Vector3::new(0.0, 0.0, 3.0))), [2.0, 3.0]);
 /// ```
+///
+/// Variants that are unions are named again, `delegate_sdf!(Scene { Ball, Ground, All } unions { All })`, so that a certified
+/// search takes their parts one by one. It is compiled once for the enum, and not for every variant.
 #[macro_export]
 macro_rules! delegate_sdf {
-    ($name:ident { $($variant:ident),+ $(,)? }) => {
+    ($name:ident { $($variant:ident),+ $(,)? } $(unions { $($union:ident),+ $(,)? })?) => {
         impl $crate::Sdf for $name {
             fn evaluate<R: $crate::Real>(&self, point: $crate::nalgebra::Vector3<R>) -> $crate::Sample<R> {
                 match self { $(Self::$variant(field) => field.evaluate(point)),+ }
@@ -59,7 +62,10 @@ macro_rules! delegate_sdf {
                 match self { $(Self::$variant(field) => field.linearization_error(region)),+ }
             }
             fn visit_parts<V: $crate::PartVisitor>(&self, visitor: &mut V) {
-                match self { $(Self::$variant(field) => field.visit_parts(visitor)),+ }
+                match self {
+                    $($(Self::$union(field) => field.visit_parts(visitor),)+)?
+                    _ => visitor.visit(&self),
+                }
             }
         }
     };

@@ -1,12 +1,14 @@
 //! Fields put into the world. A placement says where a world point lies in the field's own frame; the chain rule that
 //! turns the answer back stands here once.
 
+mod posed;
 mod rigid;
 mod similarity;
 mod stretch;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use posed::Posed;
 pub use rigid::Rigid;
 pub use similarity::Similarity;
 pub use stretch::Stretch;
@@ -54,9 +56,7 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let pulled = self.placement.pull(point);
-        let local = self.field.evaluate(pulled.point);
-        let gradient = pulled.jacobian.tr_mul(&local.gradient) * pulled.scale;
-        Sample { value: local.value * pulled.scale, gradient, status: local.status }
+        pulled.push_sample(self.field.evaluate(pulled.point))
     }
 
     #[inline(always)]
@@ -117,10 +117,30 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
         let scale = R::from_f64(self.placement.scale());
         let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
-        let (value, distance) = (local.value * scale, max_distance(corners[0], &corners));
-        // The corners were rounded where they stood in the world.
-        let rounding = rounding(self.slope_bound(), corners[0], distance, value);
-        Some(ExactMinimum { value, lower_bound: local.lower_bound * scale - rounding, ..local })
+        Some(push_minimum(local, &self.placement, self.slope_bound(), corners))
+    }
+}
+
+/// A minimum in the field's frame as one in the world, where the corners were rounded.
+#[inline(always)]
+fn push_minimum<R: Float, P: Placement, const N: usize>(
+    local: ExactMinimum<R, N>,
+    placement: &P,
+    slope_bound: f64,
+    corners: [Vector3<R>; N],
+) -> ExactMinimum<R, N> {
+    let scale = R::from_f64(placement.scale());
+    let (value, distance) = (local.value * scale, max_distance(corners[0], &corners));
+    let rounding = rounding(slope_bound, corners[0], distance, value);
+    ExactMinimum { value, lower_bound: local.lower_bound * scale - rounding, ..local }
+}
+
+impl<R: Real> Pulled<R> {
+    /// A sample in the field's frame as one in the world, by the chain rule: scale · Jᵀ ∇φ.
+    #[inline(always)]
+    pub fn push_sample(&self, local: Sample<R>) -> Sample<R> {
+        let gradient = self.jacobian.tr_mul(&local.gradient) * self.scale;
+        Sample { value: local.value * self.scale, gradient, status: local.status }
     }
 }
 
