@@ -3,7 +3,7 @@ use std::path::Path;
 use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
-use sdf_formats::grid_file::atomic_write;
+use sdf_formats::atomic_write;
 
 use crate::mesh_input::at;
 
