@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use sdf_formats::grid_file::atomic_write;
+use sdf_formats::atomic_write;
 use serde_json::json;
 
 use crate::args::StudyArgs;

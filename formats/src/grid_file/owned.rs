@@ -2,7 +2,7 @@ use sdf_core::Float;
 use sdf_core::grid::sparse::{Bricks, Code, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Dense, Grid, Storage, WithBlockBounds};
 
-/// A grid as it is read from a file.
+/// A grid read from a file.
 pub type OwnedGrid = Grid<OwnedSamples>;
 
 /// Samples of either layout and any precision.
@@ -25,7 +25,7 @@ impl Storage for OwnedSamples {
         }
     }
 
-    // Vectors are of no use to it, and inlined it would be compiled anew for each minimizer and instruction set.
+    // Vectors gain nothing here, and inlining would compile this again for each minimizer and instruction set.
     #[inline(never)]
     fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
         match self {
@@ -52,19 +52,19 @@ impl Storage for OwnedSamples {
 /// The bricks of a sparse grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedBricks<C> {
-    /// For each place of a brick, x fastest, which of the bricks it is, or [`sdf_core::grid::sparse::NO_BRICK`].
+    /// For each brick slot, x fastest, the index of its brick, or [`sdf_core::grid::sparse::NO_BRICK`].
     pub table: Vec<u32>,
-    /// Of each brick its place, counted in bricks from the first node.
+    /// Slot of each brick, counted in bricks from the first node.
     pub places: Vec<[u32; 3]>,
     pub scales: Vec<Scale>,
     /// By brick, then by node, x fastest.
     pub samples: Vec<C>,
-    /// One for each brick.
+    /// Bounds of each brick.
     pub bounds: Vec<BlockBounds>,
-    /// Of each brick, over the cells whose first corner it holds: the most by which the interpolant differs from the signed
-    /// distance where that is within the band.
+    /// For each brick, over the cells whose first corner it holds: a bound on |interpolated value − signed distance| where
+    /// the distance is within the band.
     pub errors: Vec<f32>,
-    /// One more along each axis than there are places of bricks, x fastest.
+    /// Samples of the coarse grid, x fastest: one more along each axis than there are brick slots.
     pub coarse: Vec<f32>,
 }
 
