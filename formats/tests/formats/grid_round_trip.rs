@@ -4,9 +4,10 @@ use sdf_core::Interval;
 use std::fs;
 
 use hdf5_reader::Hdf5File;
+use sdf_core::grid::owned::{OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
-use sdf_formats::grid_file::{self, About, OwnedSamples, Precision, ReadCount, Samples, SparseSamples};
+use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 
 use crate::grid_samples::{Content, KINDS, Made, about, lent};
@@ -22,25 +23,25 @@ fn every_shape_comes_back_in_either_layout_and_any_precision() {
     for (shape, kind) in SHAPES.into_iter().flat_map(|shape| KINDS.map(|kind| (shape, kind))) {
         let made = Made::new(shape, kind);
         // The surface passes through no brick.
-        if matches!(made.layout(), grid_file::Layout::Sparse { bricks: 0, .. }) {
+        if matches!(made.sparse(), Some(grid_file::SparseInfo { bricks: 0, .. })) {
             continue;
         }
         made.write(&path);
         let summary = grid_file::open(&path).unwrap_or_else(|error| panic!("{error}")).summary();
-        assert_eq!((summary.lattice, summary.layout, &summary.about), (made.lattice, made.layout(), &about()));
+        assert_eq!((summary.lattice, summary.sparse, &summary.about), (made.lattice, made.sparse(), &about()));
         assert_eq!(summary.file_bytes, fs::metadata(&path).unwrap().len());
         let stored: u64 = summary.parts.iter().map(|part| part.stored_bytes).sum();
         assert!(0 < stored && stored < summary.file_bytes);
 
         let stored = grid_file::read(&path).unwrap();
         assert!(stored.grid == made.grid(), "{shape:?} {kind:?}");
-        assert_eq!((stored.layout, &stored.about), (made.layout(), &about()));
+        assert_eq!((stored.sparse, &stored.about), (made.sparse(), &about()));
         assert!(stored.read.bytes <= summary.file_bytes + (1 << 16) && stored.read.blocks == stored.read.total_blocks);
         assert!(corners(&stored.grid) == corners(&made.grid()));
     }
 }
 
-fn corners(grid: &grid_file::OwnedGrid) -> Vec<[u32; 8]> {
+fn corners(grid: &sdf_core::grid::owned::OwnedGrid) -> Vec<[u32; 8]> {
     let [nx, ny, nz] = grid.lattice().cells();
     let cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
     cells.map(|cell| grid.storage().corners(cell).map(f32::to_bits)).collect()
@@ -71,7 +72,7 @@ fn random_bits_come_back_too() {
         grid_file::write(&path, &lattice, samples, &about()).unwrap();
         let stored = grid_file::read(&path).unwrap();
         assert_eq!(stored.grid.lattice().origin().map(f64::to_bits), lattice.origin().map(f64::to_bits));
-        let OwnedSamples::Dense(bounded) = stored.grid.storage() else { panic!("another layout") };
+        let OwnedStorage::Dense(bounded) = stored.grid.storage() else { panic!("another layout") };
         let bits =
             |bounds: &BlockBounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound].map(f32::to_bits);
         assert!(bounded.bounds().iter().map(bits).eq(bounds.iter().map(bits)));
@@ -104,12 +105,12 @@ fn thousands_of_bricks_of_random_codes_come_back() {
     let coarse: Vec<f32> = (0..21 * 22 * 22).map(|_| any(&mut random)).collect();
     let (places, scales, samples) = (&places[..], &scales[..], &samples[..]);
     let sparse =
-        SparseSamples { band: 0.0, places, scales, samples, bounds: &bounds, errors: &errors, coarse: &coarse };
+        SparseSamples { band: 0.0, slots: places, scales, samples, bounds: &bounds, errors: &errors, coarse: &coarse };
     grid_file::write(&path, &lattice, sparse, &about()).unwrap();
     let stored = grid_file::read(&path).unwrap();
-    let OwnedSamples::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };
+    let OwnedStorage::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };
     let found = found.bricks();
-    assert!(found.places == places && found.samples() == samples && found.scales() == scales);
+    assert!(found.slots == places && found.samples() == samples && found.scales() == scales);
     assert!(found.bounds == bounds && found.errors == errors && found.coarse == coarse);
     let all = places.len();
     assert_eq!(stored.read, ReadCount { blocks: all, total_blocks: all, ..stored.read });
@@ -209,13 +210,13 @@ fn bricks_that_could_not_be_read_are_not_written() {
     refused(SparseSamples { bounds: &bricks.bounds[1..], ..bricks });
     refused(SparseSamples { errors: &bricks.errors[1..], ..bricks });
     refused(SparseSamples { coarse: &bricks.coarse[1..], ..bricks });
-    refused(SparseSamples { places: &bricks.places[1..], ..bricks });
-    refused(SparseSamples { places: &[], scales: &[], samples: &[], bounds: &[], errors: &[], ..bricks });
-    let mut places = bricks.places.to_vec();
+    refused(SparseSamples { slots: &bricks.slots[1..], ..bricks });
+    refused(SparseSamples { slots: &[], scales: &[], samples: &[], bounds: &[], errors: &[], ..bricks });
+    let mut places = bricks.slots.to_vec();
     places[3] = places[2];
-    refused(SparseSamples { places: &places, ..bricks });
+    refused(SparseSamples { slots: &places, ..bricks });
     places[3] = [0, 5, 0];
-    refused(SparseSamples { places: &places, ..bricks });
+    refused(SparseSamples { slots: &places, ..bricks });
     for (base, step) in
         [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (0.0, f32::NAN), (0.0, -1e-9), (3e38, 1e38), (0.0, 1e34)]
     {
