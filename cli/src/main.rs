@@ -12,7 +12,6 @@ mod from_file;
 mod histogram;
 mod memory;
 mod mesh_input;
-mod models;
 mod output;
 mod pictures;
 mod progress;

@@ -21,12 +21,12 @@ use std::time::Instant;
 
 use anyhow::Result;
 use sdf_formats::field_file::Node;
+use sdf_procedural::SpikedBall;
 use serde::Serialize;
 
 pub use pages::{Page, docs, folder};
 pub use scene::{Place, all as read_scenes};
 
-use crate::models::SpikedBall;
 use advice::{Advice, Cost, advise};
 use contacts::{Limits, SceneReport};
 use curves::{SetReport, measure};
@@ -112,7 +112,7 @@ fn rounds(short: bool) -> u32 {
 }
 
 fn sets(short: bool, progress: &mut Progress) -> Result<Vec<SetReport>> {
-    let body = SpikedBall { levels: 2, radius: 0.6 }.model();
+    let body = SpikedBall { levels: 2, radius: 0.6 }.mesh();
     let cells = if short { CELLS_SHORT } else { CELLS };
     let bake = |layout| fields::bake(&body, cells, layout);
     let (dense, sparse) = (bake(Layout::Dense)?, bake(Layout::Sparse)?);

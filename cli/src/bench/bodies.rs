@@ -1,9 +1,9 @@
 //! What is baked and what is laid over it, made by formula.
 
 use sdf_formats::mesh::{Mesh, MeshFormat, PolygonCounts};
+use sdf_procedural::{self as procedural, Bowl, Pot, Sheet, SpikedBall};
 
 use crate::mesh_input::MeshInput;
-use crate::models::{Bowl, Model, Pot, Sheet, SpikedBall};
 
 /// Two closed shells that pass through each other: its signs are told by winding numbers.
 pub const POT: &str = "pot";
@@ -12,33 +12,33 @@ pub const BOWL: &str = "bowl";
 
 /// A body of about so many triangles.
 pub fn body(name: &str, triangles: usize) -> MeshInput {
-    let along = |shells: f64| (triangles as f64 / (2.0 * shells)).sqrt().round().max(3.0) as u32;
+    let steps = |shells: f64| (triangles as f64 / (2.0 * shells)).sqrt().round().max(3.0) as u32;
     let model = match name {
-        BOWL => Bowl { around: along(1.0), along: along(1.0) + 1, thickness: 0.2 }.model(),
-        _ => Pot { around: along(2.0), along: along(2.0) + 1 }.model(),
+        BOWL => Bowl { slices: steps(1.0), stacks: steps(1.0) + 1, thickness: 0.2 }.mesh(),
+        _ => Pot { slices: steps(2.0), stacks: steps(2.0) + 1 }.mesh(),
     };
     input(name, model)
 }
 
 /// Thin spikes all over, as in scenes/dragon.toml.
 pub fn spiked_ball() -> MeshInput {
-    input("spiked ball", SpikedBall { levels: 4, radius: 0.8 }.model())
+    input("spiked ball", SpikedBall { levels: 4, radius: 0.8 }.mesh())
 }
 
 /// As many faces as the paper's dragon scene has, draped over the ball with spikes.
 pub fn cloth() -> Mesh {
     mesh(
         Sheet { cells: [199, 99], size: [2.4, 2.4], height: 0.9, bend: 0.45, floor: -0.6, holes: None, faces: None }
-            .model(),
+            .mesh(),
     )
 }
 
-fn input(name: &str, model: Model) -> MeshInput {
-    MeshInput::new(name.to_owned(), mesh(model), [0; 32])
+fn input(name: &str, body: procedural::Mesh) -> MeshInput {
+    MeshInput::new(name.to_owned(), mesh(body), [0; 32])
 }
 
-fn mesh(model: Model) -> Mesh {
-    let Model { points, triangles, segments } = model;
+fn mesh(body: procedural::Mesh) -> Mesh {
+    let procedural::Mesh { points, triangles, segments } = body;
     Mesh {
         format: MeshFormat::Obj,
         polygons: (0..triangles.len() as u32).collect(),

@@ -10,13 +10,13 @@ use sdf_core::minimize::{Certified, Minimizer, PointSampling};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Sdf, Simplex};
 use sdf_formats::field_file::Node;
+use sdf_procedural::Mesh;
 use serde::Serialize;
 
 use super::fields::Layout;
 use super::methods::{Method, Searches, methods};
 use super::scene::{Elements, Paper, Place, Scene};
 use super::statistics::median;
-use crate::models::Model;
 
 #[derive(Debug, Serialize)]
 pub struct SceneReport {
@@ -113,7 +113,7 @@ fn proofs() -> [Certified; 3] {
 }
 
 impl Asked<'_> {
-    fn report<const N: usize>(&self, mesh: &Model, all: &[[u32; N]]) -> SceneReport
+    fn report<const N: usize>(&self, mesh: &Mesh, all: &[[u32; N]]) -> SceneReport
     where
         Method: Searches<N>,
         Certified: Minimizer<N>,
@@ -158,7 +158,7 @@ impl Asked<'_> {
         Truth::Undecided
     }
 
-    fn methods<const N: usize>(&self, mesh: &Model, elements: &[Element<f64, N>], truth: &[Truth]) -> Vec<SceneMethod>
+    fn methods<const N: usize>(&self, mesh: &Mesh, elements: &[Element<f64, N>], truth: &[Truth]) -> Vec<SceneMethod>
     where
         Method: Searches<N>,
     {
@@ -216,7 +216,7 @@ impl Asked<'_> {
     }
 
     /// An element counts as seen where one of its vertices is within the margin.
-    fn vertices<const N: usize>(&self, mesh: &Model, elements: &[Element<f64, N>], truth: &[Truth]) -> SceneMethod {
+    fn vertices<const N: usize>(&self, mesh: &Mesh, elements: &[Element<f64, N>], truth: &[Truth]) -> SceneMethod {
         let margin = self.scene.margin;
         let is_within: Vec<bool> =
             mesh.points.par_iter().map(|point| self.field.value(Vector3::from(*point)) <= margin).collect();
@@ -235,13 +235,13 @@ impl Asked<'_> {
     }
 }
 
-fn element<const N: usize>(mesh: &Model, id: usize, vertices: [u32; N]) -> Element<f64, N> {
+fn element<const N: usize>(mesh: &Mesh, id: usize, vertices: [u32; N]) -> Element<f64, N> {
     let corners = vertices.map(|vertex| Vector3::from(mesh.points[vertex as usize]));
     Element { id: id as u32, vertices, simplex: Simplex { corners } }
 }
 
 /// The vertices of the elements, each once.
-fn points<const N: usize>(mesh: &Model, elements: &[Element<f64, N>]) -> Vec<Element<f64, 1>> {
+fn points<const N: usize>(mesh: &Mesh, elements: &[Element<f64, N>]) -> Vec<Element<f64, 1>> {
     let mut vertices: Vec<u32> = elements.iter().flat_map(|element| element.vertices).collect();
     vertices.sort_unstable();
     vertices.dedup();

@@ -11,9 +11,8 @@ use sdf_core::grid::{Dense, Grid, Lattice, WithBlockBounds, sparse::Sparse};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Horseshoe, Sphere, Torus};
 use sdf_formats::field_file::Node;
 use sdf_formats::grid_file::{OwnedBricks, OwnedGrid, OwnedSamples};
+use sdf_procedural::Mesh;
 use serde::{Deserialize, Serialize};
-
-use crate::models::Model;
 
 /// That of the paper's Fig. 3, so deep that in the plane z = 0 only its outline is near.
 pub fn horseshoe() -> Result<Node> {
@@ -51,7 +50,7 @@ const PADDING: u32 = 4;
 const BAND: f64 = 3.0;
 
 /// Bakes with `resolution` cells along the longest side.
-pub fn bake(body: &Model, resolution: u32, layout: Layout) -> Result<Node> {
+pub fn bake(body: &Mesh, resolution: u32, layout: Layout) -> Result<Node> {
     let mesh = TriangleMesh::new(&body.points, &body.triangles)?;
     let distance = MeshDistance::new(&mesh, None);
     let spacing = mesh.bounds().longest_side() / f64::from(resolution);

@@ -1,4 +1,4 @@
-use crate::commands::verify::random;
+use sdf_procedural::random::unit_at;
 
 /// The random numbers of one part of the study. They depend on its name alone.
 pub struct Random {
@@ -17,6 +17,6 @@ impl Random {
 
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         self.drawn += 1;
-        low + (high - low) * random(self.seed, self.drawn)
+        low + (high - low) * unit_at(self.seed, self.drawn)
     }
 }

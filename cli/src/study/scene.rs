@@ -6,11 +6,11 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use sdf_core::nalgebra::{Rotation3, Vector3};
 use sdf_formats::field_file::{self, Field, Node};
+use sdf_procedural::{Bowl, Mesh, Pot, Rope, Sheet, SpikedBall};
 use serde::{Deserialize, Serialize};
 
 use super::fields::{self, Layout};
 use crate::mesh_input;
-use crate::models::{Bowl, Model, Pot, Rope, Sheet, SpikedBall};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -130,27 +130,27 @@ pub struct Place {
 impl Place {
     /// Bakes where the body is a mesh, with at most so many cells along its side.
     pub fn field(&self, most_cells: u32) -> Result<Node> {
-        let model = match &self.scene.body {
-            Body::SpikedBall(body) => body.model(),
-            Body::Bowl(body) => body.model(),
-            Body::Pot(body) => body.model(),
+        let mesh = match &self.scene.body {
+            Body::SpikedBall(body) => body.mesh(),
+            Body::Bowl(body) => body.mesh(),
+            Body::Pot(body) => body.mesh(),
             Body::File(name) => match (&self.folder, self.scene.grid) {
                 (None, _) => return Ok(field_file::read_text(ANALYTIC.1, Path::new(ANALYTIC.0))?),
-                (Some(folder), Some(_)) => model_of_file(&folder.join(name))?,
+                (Some(folder), Some(_)) => mesh_of_file(&folder.join(name))?,
                 (Some(folder), None) => return field_of_file(&folder.join(name)),
             },
         };
         let grid = self.scene.grid.with_context(|| format!("scene {}: needs a grid to bake into", self.scene.name))?;
-        fields::bake(&model, grid.resolution.min(most_cells), grid.layout)
+        fields::bake(&mesh, grid.resolution.min(most_cells), grid.layout)
     }
 
-    pub fn mesh(&self) -> Result<Model> {
+    pub fn mesh(&self) -> Result<Mesh> {
         Ok(match &self.scene.mesh {
-            Touching::Sheet(sheet) => sheet.model(),
-            Touching::Rope(rope) => rope.model(),
-            Touching::Bowls(bowls) => bowls.model(),
+            Touching::Sheet(sheet) => sheet.mesh(),
+            Touching::Rope(rope) => rope.mesh(),
+            Touching::Bowls(bowls) => bowls.mesh(),
             Touching::File(name) => match &self.folder {
-                Some(folder) => model_of_file(&folder.join(name))?,
+                Some(folder) => mesh_of_file(&folder.join(name))?,
                 None => bail!("scene {}: has no folder", self.scene.name),
             },
         })
@@ -169,20 +169,20 @@ fn field_of_file(path: &Path) -> Result<Node> {
     })
 }
 
-fn model_of_file(path: &Path) -> Result<Model> {
+fn mesh_of_file(path: &Path) -> Result<Mesh> {
     let mesh = mesh_input::read_mesh(path)?;
     let segments = mesh.edges();
-    Ok(Model { points: mesh.points, triangles: mesh.triangles, segments })
+    Ok(Mesh { points: mesh.points, triangles: mesh.triangles, segments })
 }
 
 impl Bowls {
-    fn model(&self) -> Model {
-        let bowl = self.bowl.model();
-        let mut all = Model::default();
+    fn mesh(&self) -> Mesh {
+        let bowl = self.bowl.mesh();
+        let mut all = Mesh::default();
         for pose in &self.places {
             let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), pose.turn_deg.to_radians());
             let place = |point| (turn * Vector3::from(point) + Vector3::from(pose.shift)).into();
-            all.join(&bowl.clone().moved(place));
+            all.append(&bowl.clone().transformed(place));
         }
         all
     }

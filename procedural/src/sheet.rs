@@ -1,35 +1,35 @@
 use serde::Deserialize;
 
-use super::Model;
+use crate::Mesh;
 
-/// A rectangular sheet over the origin that hangs down to its sides: z = height − bend · (x² + y²), but not below the floor.
+/// A rectangular sheet over the origin, its sides hanging down to a floor: z = max(height − bend · (x² + y²), floor).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Sheet {
-    /// Along x and y; two triangles each.
+    /// Number of cells along x and y, of two triangles each.
     pub cells: [u32; 2],
     pub size: [f64; 2],
     pub height: f64,
     pub bend: f64,
     pub floor: f64,
-    /// Makes it a net.
+    /// Turns the sheet into a net.
     pub holes: Option<Holes>,
-    /// Keeps only so many triangles, the first.
+    /// Number of triangles to keep, the first ones; all if `None`.
     pub faces: Option<usize>,
 }
 
-/// Square holes in a row and in rows, in cells.
+/// Square holes on a square raster, in cells.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Holes {
-    /// From one hole's side to the next one's.
+    /// Distance from a hole to the next.
     pub period: u32,
-    /// What is left between two.
+    /// Width of the strand between two holes.
     pub strand: u32,
 }
 
 impl Sheet {
-    pub fn model(&self) -> Model {
+    pub fn mesh(&self) -> Mesh {
         let [columns, rows] = self.cells;
         let mut points = Vec::new();
         for row in 0..=rows {
@@ -46,7 +46,7 @@ impl Sheet {
             }
         }
         triangles.truncate(self.faces.unwrap_or(usize::MAX));
-        Model { points, triangles, segments: Vec::new() }.without_unused_points()
+        Mesh { points, triangles, segments: Vec::new() }.without_unused_points()
     }
 
     fn point(&self, steps: [u32; 2]) -> [f64; 3] {

@@ -1,22 +1,22 @@
 use serde::Deserialize;
 
-use super::Model;
+use crate::Mesh;
 
-/// A ball with spikes of length 1 − radius on every fourth of its triangles, out to 1 from its middle.
+/// A ball of facets, every fourth of which carries a spike whose tip is at distance 1 from the center.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct SpikedBall {
-    /// How many times the 20 triangles of an icosahedron are each cut in four: 20 · 4^(levels − 1) spikes.
+    /// Subdivisions of an icosahedron, each of a triangle into four: 20 · 4^(levels − 1) spikes.
     pub levels: u32,
-    /// Of the ball.
+    /// Radius of the ball; spikes are 1 − radius long.
     pub radius: f64,
 }
 
 impl SpikedBall {
-    pub fn model(&self) -> Model {
+    pub fn mesh(&self) -> Mesh {
         let ball = (0..self.levels).fold(icosahedron(), |ball, _| refine(&ball));
         let points = ball.points.iter().map(|p| p.map(|x| self.radius * x)).collect();
-        let mut body = Model { points, ..Model::default() };
+        let mut body = Mesh { points, ..Mesh::default() };
         for (number, corners) in ball.triangles.iter().enumerate() {
             let [a, b, c] = *corners;
             if number % 4 != 3 {
@@ -34,7 +34,7 @@ impl SpikedBall {
     }
 }
 
-fn icosahedron() -> Model {
+fn icosahedron() -> Mesh {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let length = (1.0 + golden * golden).sqrt();
     let mut points = Vec::new();
@@ -45,7 +45,7 @@ fn icosahedron() -> Model {
             points.push(point);
         }
     }
-    // Neighbours are two lengths of the short side apart.
+    // Neighbours are 2/√(1 + φ²) = 1.05 apart, all other points at least 1.7.
     let is_edge = |a: u32, b: u32| {
         let [a, b] = [a, b].map(|index| points[index as usize]);
         (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>() < 1.2
@@ -60,17 +60,23 @@ fn icosahedron() -> Model {
             }
         }
     }
-    Model { points, triangles, segments: Vec::new() }
+    Mesh { points, triangles, segments: Vec::new() }
 }
 
+/// The triangle with its corners counterclockwise, seen from outside.
 fn outward(points: &[[f64; 3]], [a, b, c]: [u32; 3]) -> [u32; 3] {
-    use sdf_core::nalgebra::Vector3;
-    let [p, q, r] = [a, b, c].map(|index| Vector3::from(points[index as usize]));
-    if p.dot(&q.cross(&r)) < 0.0 { [a, c, b] } else { [a, b, c] }
+    let [p, q, r] = [a, b, c].map(|index| points[index as usize]);
+    let determinant: f64 = (0..3)
+        .map(|axis| {
+            let [next, last] = [(axis + 1) % 3, (axis + 2) % 3];
+            p[axis] * (q[next] * r[last] - q[last] * r[next])
+        })
+        .sum();
+    if determinant < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-/// Each triangle in four, the new corners on the unit ball; of every four the last is the middle one.
-fn refine(ball: &Model) -> Model {
+/// Each triangle split into four, the new corners moved onto the unit sphere. The last of the four is the middle one.
+fn refine(ball: &Mesh) -> Mesh {
     let mut points = ball.points.clone();
     let mut middles = std::collections::BTreeMap::new();
     let mut triangles = Vec::new();
@@ -87,5 +93,5 @@ fn refine(ball: &Model) -> Model {
         let [ab, bc, ca] = [middle(*a, *b), middle(*b, *c), middle(*c, *a)];
         triangles.extend([[*a, ab, ca], [*b, bc, ab], [*c, ca, bc], [ab, bc, ca]]);
     }
-    Model { points, triangles, segments: Vec::new() }
+    Mesh { points, triangles, segments: Vec::new() }
 }
