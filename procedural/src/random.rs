@@ -18,8 +18,7 @@ impl Random {
     }
 
     pub fn bits(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(GAMMA);
-        mix(self.state)
+        next_bits(&mut self.state)
     }
 
     /// 0 ≤ x < 1, a multiple of 2⁻⁵³.
@@ -52,6 +51,12 @@ impl Random {
             items.swap(end, self.below(end + 1));
         }
     }
+}
+
+/// Advances a state that is not kept in a [`Random`], and returns its bits.
+pub fn next_bits(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(GAMMA);
+    mix(*state)
 }
 
 /// Number `index` of the sequence of a seed: 0 ≤ x < 1.
