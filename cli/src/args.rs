@@ -29,8 +29,6 @@ pub enum Command {
     Slice(SliceArgs),
     Surface(SurfaceArgs),
     Demo(DemoArgs),
-    Study(StudyArgs),
-    Bench(BenchArgs),
 }
 
 impl Command {
@@ -370,98 +368,6 @@ pub struct DemoArgs {
     pub output: PathBuf,
     #[command(flatten)]
     pub json: Json,
-}
-
-/// Measure every method: error against steps, evaluations and time, missed contacts, and whole scenes.
-///
-/// Writes index.html, a report with its pictures in it, study.json, and the numbers of each picture as CSV. All but the times
-/// is the same from run to run. The whole takes minutes.
-#[derive(Debug, Parser)]
-pub struct StudyArgs {
-    /// The folder to write into; it is made where it is not there.
-    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-study")]
-    pub output: PathBuf,
-    /// A few problems and small scenes, in seconds.
-    #[arg(long)]
-    pub short: bool,
-    /// Also write study.md, and its pictures in pictures/study, into this folder.
-    #[arg(long, value_name = "FOLDER")]
-    pub docs: Option<PathBuf>,
-    /// A scene of one's own, as those in scenes/; may be given several times.
-    #[arg(long = "scene", value_name = "FILE.toml")]
-    pub scenes: Vec<PathBuf>,
-    #[command(flatten)]
-    pub threads: Threads,
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// Measure how fast this machine bakes, finds contacts and reads meshes, beside the limits of the machine itself.
-///
-/// Works on bodies and cloths made by formula, and on a cloth and a field of one's own with --mesh and --field. The works of a
-/// table take turns; every time is a median. Times do not count the reading of files but where that is what is measured. A
-/// work that would take longer than --limit is left out, and said to be.
-#[derive(Debug, Parser)]
-pub struct BenchArgs {
-    /// A little of everything, in seconds.
-    #[arg(long)]
-    pub quick: bool,
-    /// Which measurements, with commas between.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "GROUP")]
-    pub only: Vec<BenchGroup>,
-    /// With --field: a mesh whose contacts with it are found in place of those of our own cloth.
-    #[arg(long, requires = "field")]
-    pub mesh: Option<PathBuf>,
-    /// With --mesh: the field.
-    #[arg(long, requires = "mesh")]
-    pub field: Option<PathBuf>,
-    /// Of contacts, in the unit of the mesh.
-    #[arg(long, value_name = "D", default_value_t = 0.01, value_parser = finite, allow_negative_numbers = true)]
-    pub margin: f64,
-    /// Of contacts: this method alone [default: several].
-    #[arg(long, value_enum)]
-    pub method: Option<Method>,
-    /// How often each work is done at least.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub rounds: u32,
-    /// Seconds that one run of a work may take, as far as that can be foreseen.
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
-    pub limit: f64,
-    /// Where to write the table as CSV [default: nowhere].
-    #[arg(long, value_name = "OUT.csv")]
-    pub csv: Option<PathBuf>,
-    /// Also write performance.md, and its numbers and pictures in performance/, into this folder.
-    #[arg(long, value_name = "FOLDER")]
-    pub docs: Option<PathBuf>,
-    /// Measure nothing: write the page anew from the numbers that are there.
-    #[arg(long, requires = "docs")]
-    pub rewrite: bool,
-    /// Do one fixed work on one thread, to count instructions of.
-    #[arg(long, hide = true)]
-    pub kernel: Option<String>,
-    /// How often; 0 only prepares it.
-    #[arg(long, hide = true, default_value_t = 1)]
-    pub times: u32,
-    #[command(flatten)]
-    pub json: Json,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BenchGroup {
-    /// What the machine itself can do: copying, interpolating, distances of points from triangles.
-    Limits,
-    /// Baking against resolution.
-    Resolution,
-    /// Baking against the number of triangles.
-    Triangles,
-    /// Baking and contacts against the number of threads.
-    Threads,
-    /// Contacts by several methods.
-    Contacts,
-    /// Reading an OBJ file.
-    Reading,
-    /// Whole commands as processes of their own, with the most memory that they hold.
-    Commands,
 }
 
 #[derive(Clone, Copy, Debug, Parser)]

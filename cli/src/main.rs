@@ -5,19 +5,16 @@
 
 mod args;
 mod baked_grid;
-mod bench;
 mod commands;
 mod csv_points;
 mod from_file;
 mod histogram;
 mod memory;
 mod mesh_input;
-mod models;
 mod output;
 mod pictures;
 mod progress;
 mod report;
-mod study;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
@@ -53,8 +50,6 @@ fn main() -> ExitCode {
         Command::Slice(args) => commands::slice::run(&args),
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
-        Command::Study(args) => commands::study::run(&args),
-        Command::Bench(args) => commands::bench::run(&args),
     });
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));

@@ -9,12 +9,12 @@ use sdf_formats::field_file;
 use sdf_formats::field_file::Field;
 use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
+use sdf_procedural::{self as procedural, Sheet, SpikedBall};
 use serde_json::json;
 
 use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
 use crate::mesh_input::{self, at};
-use crate::models::{Model, Sheet, SpikedBall};
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
 
@@ -28,9 +28,9 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let (body, cloth, grid) = (file("body.obj"), file("cloth.obj"), file("body.sdf.h5"));
     let (list, picture) = (file("contacts.csv"), file("contacts.png"));
 
-    let Model { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.model();
+    let procedural::Mesh { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.mesh();
     at(&body, mesh::write(&body, MeshFormat::Obj, &points, &triangles))?;
-    let Model { points, triangles, .. } = cloth_over_body().model();
+    let procedural::Mesh { points, triangles, .. } = cloth_over_body().mesh();
     at(&cloth, mesh::write(&cloth, MeshFormat::Obj, &points, &triangles))?;
 
     let bake_args = BakeArgs::try_parse_from([Path::new("bake"), &body, "--res".as_ref(), "128".as_ref()])?;

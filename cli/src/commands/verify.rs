@@ -9,6 +9,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::field_file::{self, Field, OpenField};
 use sdf_formats::grid_file::{OwnedGrid, StoredGrid};
+use sdf_procedural::random::unit_at;
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
@@ -199,7 +200,7 @@ fn of_grid(args: &VerifyArgs, stored: &StoredGrid, truth: &MeshDistance, surface
         (Some(band), Some(list)) => {
             let near = |number: u64| {
                 let offset: [f64; 3] =
-                    std::array::from_fn(|axis| 2.0 * random(!args.seed, 8 * number + 3 + axis as u64) - 1.0);
+                    std::array::from_fn(|axis| 2.0 * unit_at(!args.seed, 8 * number + 3 + axis as u64) - 1.0);
                 let point = surface.point(!args.seed, 8 * number);
                 std::array::from_fn(|axis| point[axis] + band * offset[axis])
             };
@@ -283,7 +284,7 @@ fn nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, truth: &MeshDis
     let asked: Vec<Asked> = if args.all_nodes {
         (0..count).into_par_iter().filter_map(check).collect()
     } else {
-        let draw = |number: u32| (random(args.seed, u64::from(number)) * count as f64) as usize;
+        let draw = |number: u32| (unit_at(args.seed, u64::from(number)) * count as f64) as usize;
         (0..args.points).into_par_iter().map(draw).filter_map(check).collect()
     };
     // Nodes are exact: only where a distance is rounded to nothing may the sign be lost.
@@ -338,10 +339,10 @@ impl<'a> Surface<'a> {
     }
 
     fn point(&self, seed: u64, number: u64) -> [f64; 3] {
-        let share = random(seed, number) * self.areas.last().copied().unwrap_or(0.0);
+        let share = unit_at(seed, number) * self.areas.last().copied().unwrap_or(0.0);
         let triangle = self.areas.partition_point(|area| *area <= share).min(self.triangles.len() - 1);
         let [a, b, c] = self.triangles[triangle].map(|corner| Vector3::from(self.points[corner as usize]));
-        let (u, v) = (random(seed, number + 1), random(seed, number + 2));
+        let (u, v) = (unit_at(seed, number + 1), unit_at(seed, number + 2));
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         (a + (b - a) * u + (c - a) * v).into()
     }
@@ -349,16 +350,8 @@ impl<'a> Surface<'a> {
 
 fn in_box(seed: u64, number: u64, bounds: &Aabb) -> [f64; 3] {
     std::array::from_fn(|axis| {
-        bounds.min[axis] + random(seed, 3 * number + axis as u64) * (bounds.max[axis] - bounds.min[axis])
+        bounds.min[axis] + unit_at(seed, 3 * number + axis as u64) * (bounds.max[axis] - bounds.min[axis])
     })
-}
-
-/// The number of a sequence, in 0 to 1: any can be had without the others. (Steele et al. 2014, SplitMix64.)
-pub fn random(seed: u64, number: u64) -> f64 {
-    let mut bits = seed.wrapping_add(number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (bits ^ bits >> 31) as f64 / u64::MAX as f64 * (1.0 - f64::EPSILON)
 }
 
 fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
