@@ -20,6 +20,7 @@ mod bvh;
 pub mod dense;
 mod error;
 pub mod error_budget;
+mod into_grid;
 mod mesh;
 mod mesh_distance;
 mod nearest;

@@ -10,6 +10,11 @@ pub struct Dense<S> {
 }
 
 impl<S: AsRef<[f32]>> Dense<S> {
+    /// All samples, x fastest.
+    pub fn samples(&self) -> &[f32] {
+        self.samples.as_ref()
+    }
+
     /// `None` unless there are as many samples as nodes.
     pub fn new(lattice: &Lattice, samples: S) -> Option<Self> {
         let [x, y, _] = lattice.nodes().map(|n| n as usize);
