@@ -14,7 +14,8 @@ use crate::MeshDistance;
 use crate::error::candidates::{Blocks, Candidates};
 use crate::error::local_triangles::LocalTriangles;
 use crate::error::normal_cones::{MAX_ERROR, Normals, cone_error_bound, cone_error_bounds_x8};
-use crate::triangle::nearest_x8::LANES;
+use crate::rounding::SINGLE_SLACK;
+use crate::simd::LANES;
 
 /// A cube.
 #[derive(Clone, Copy, Debug)]
@@ -22,9 +23,6 @@ pub(crate) struct Block {
     pub center: Vector3<f64>,
     pub half_side: f64,
 }
-
-/// Nodes stand where f64 has room for them: their rounding is this much of a block at most.
-pub(crate) const PLACE_ROUNDING: f64 = 1e-6;
 
 /// What two sheets face to face come to, in spacings. Above it, it is worth the time to look at what meets at each corner of
 /// the mesh by itself.
@@ -120,7 +118,7 @@ impl<'a> BlocksOfPlace<'a> {
         let mut most = least;
         for cell in 0..LANES {
             let Some(nearest) = in_block.nearest(cell) else { return MAX_ERROR };
-            let is_beyond = nearest.distance_sq.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + PLACE_ROUNDING);
+            let is_beyond = nearest.distance_sq.sqrt() > within + 3.0_f64.sqrt() * half_side * (1.0 + SINGLE_SLACK);
             if is_beyond || cone_error_bounds_x8[cell] <= most {
                 continue;
             }
@@ -166,7 +164,8 @@ impl MeshDistance<'_> {
 mod tests {
     use super::*;
     use crate::TriangleMesh;
-    use crate::error::normal_cones::tests::{may_hold, random, random_vector};
+    use crate::error::normal_cones::tests::may_hold;
+    use crate::testing::{random, random_vector};
 
     /// Two pyramids base to base.
     fn bipyramid(sides: u32, top: f64, bottom: f64) -> TriangleMesh {

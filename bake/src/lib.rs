@@ -23,8 +23,12 @@ pub mod error_budget;
 mod mesh;
 mod mesh_distance;
 mod nearest;
+mod rounding;
 mod sign;
+mod simd;
 pub mod sparse;
+#[cfg(test)]
+mod testing;
 mod triangle;
 
 pub use dense::{DenseGrid, lattice_around};

@@ -245,8 +245,8 @@ mod tests {
     use sdf_core::grid::Lattice;
 
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
     use crate::nearest::SIDE;
+    use crate::testing::{random, random_vector};
 
     /// Around a square of pyramids, of random heights inward and outward.
     fn spiky_solid(state: &mut u64) -> TriangleMesh {

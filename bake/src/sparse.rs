@@ -30,8 +30,9 @@ use crate::error::normal_cones::MAX_ERROR;
 use crate::error::{Block, BlocksOfPlace, Measured, Query};
 use crate::mesh_distance::AdjacentTriangles;
 use crate::nearest::{Nodes, Packet};
+use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
 use crate::sign::flood_fill::NodeBlock;
-use crate::triangle::nearest_x8::LANES;
+use crate::simd::LANES;
 use crate::{MeshDistance, SignMethod};
 use brick_map::{BrickMap, middle};
 
@@ -432,12 +433,10 @@ fn slope_bound<C: Quantize>(
     table: &[u32],
     bricks: &[BlockBounds],
 ) -> f64 {
-    /// Of seven interpolations, each of a product and two sums, at both ends of a cell's edge.
-    const ROUNDINGS: f64 = 16.0;
     let of_absent = |index: usize| {
         let corners = storage.coarse_corners(places.place(index));
         let largest = corners.iter().fold(0.0_f32, |most, corner| most.max(corner.abs()));
-        let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(largest) / lattice.spacing();
+        let rounding = COARSE_DIFFERENCE_ROUNDING * f64::from(largest) / lattice.spacing();
         cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
     };
     let absent = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);

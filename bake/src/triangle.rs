@@ -3,6 +3,8 @@ pub mod nearest_x8;
 
 use sdf_core::nalgebra::Vector3;
 
+use crate::rounding::SLIVER_SINE_SQ;
+
 /// The part of a triangle that a point lies on: corner i, the edge from corner i to the next, or the inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TriangleFeature {
@@ -19,15 +21,16 @@ pub(crate) struct NearestOnTriangle {
     pub feature: TriangleFeature,
 }
 
-/// Below this squared sine of the angle at a corner, a triangle is taken for its edges: the products that place a point
-/// inside it have lost their digits, and its width is less than 1e-7 of its length.
-const SLIVER_SINE_SQ: f64 = 1e-14;
-
 /// So thin that its normal means nothing.
 #[inline(always)]
 pub(crate) fn is_sliver([a, b, c]: [Vector3<f64>; 3]) -> bool {
     let (ab, ac) = (b - a, c - a);
     ab.cross(&ac).norm_squared() <= SLIVER_SINE_SQ * ab.norm_squared() * ac.norm_squared()
+}
+
+/// Half the cross product of two edges: normal to the triangle, as long as its area.
+pub(crate) fn area_vector([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a)) * 0.5
 }
 
 /// The Voronoi regions of the triangle's features (Ericson 2004, "Real-Time Collision Detection", §5.1.5).

@@ -4,20 +4,18 @@
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
-use crate::error::{Block, PLACE_ROUNDING};
-use crate::nearest::octant_cull::Lists;
+use crate::error::Block;
+use crate::rounding::SINGLE_SLACK;
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, dot, lane_of};
 use crate::triangle::nearest_on_triangle;
-use crate::triangle::nearest_x8::{LANES, Points, Triangle, dot};
-
-/// A number of each block.
-type Lanes = [f64; LANES];
+use crate::triangle::nearest_x8::Triangle;
 
 /// Blocks side by side. Where there are fewer than eight, the last of them stands several times.
 pub(crate) struct Blocks {
-    pub centers: Points,
+    pub centers: VectorX8<f64>,
     pub half_side: f64,
     /// No candidate is farther from the center.
-    pub most: Lanes,
+    pub most: Lanes<f64>,
 }
 
 /// Of the nearest triangle to a block's center.
@@ -34,7 +32,7 @@ pub(crate) struct Candidates<'a> {
     measured: Vec<Measured>,
     /// The first of the nearest of each block. Infinitely far where there is no triangle.
     nearest: Measured,
-    of_blocks: Lists,
+    of_blocks: LaneLists,
     /// Of each triangle, 1 for the blocks of which it is a candidate, else 0.
     holds: Vec<[u64; LANES]>,
 }
@@ -43,8 +41,8 @@ pub(crate) struct Candidates<'a> {
 #[derive(Clone, Copy)]
 struct Measured {
     /// To the center from the nearest point.
-    way: [Lanes; 3],
-    distance_sq: Lanes,
+    way: VectorX8<f64>,
+    distance_sq: Lanes<f64>,
 }
 
 impl Blocks {
@@ -61,7 +59,7 @@ impl Blocks {
 
 impl<'a> Candidates<'a> {
     pub fn new(tree: &'a Bvh) -> Self {
-        Self { tree, measured: vec![], nearest: Measured::NONE, of_blocks: Lists::new(), holds: vec![] }
+        Self { tree, measured: vec![], nearest: Measured::NONE, of_blocks: LaneLists::new(), holds: vec![] }
     }
 
     /// Of triangles of the tree, among which those nearest to each block's center are.
@@ -76,7 +74,7 @@ impl<'a> Candidates<'a> {
 
     /// Of a block, by their numbers among the triangles.
     pub fn of(&self, block: usize) -> &[u32] {
-        self.of_blocks.of(block)
+        self.of_blocks.lane(block)
     }
 
     /// Of each triangle, 1 for the blocks of which it is a candidate, else 0.
@@ -127,14 +125,14 @@ impl Measured {
     const NONE: Self = Self { way: [[0.0; LANES]; 3], distance_sq: [f64::INFINITY; LANES] };
 
     #[inline(always)]
-    fn new(corners: &[Vector3<f64>; 3], is_sliver: bool, centers: &Points) -> Self {
+    fn new(corners: &[Vector3<f64>; 3], is_sliver: bool, centers: &VectorX8<f64>) -> Self {
         if is_sliver {
             return Self::one_by_one(*corners, centers);
         }
         let mut measured = Self::NONE;
         let triangle = Triangle::new(corners);
         for lane in 0..LANES {
-            let center = [centers[0][lane], centers[1][lane], centers[2][lane]];
+            let center = lane_of(centers, lane);
             let (way, is_inside) = triangle.way_to(center);
             measured.distance_sq[lane] = dot(way, way);
             // Inside, the nearest point is found by the way, and so is rounded.
@@ -145,7 +143,7 @@ impl Measured {
     }
 
     #[inline(never)]
-    fn one_by_one(corners: [Vector3<f64>; 3], centers: &Points) -> Self {
+    fn one_by_one(corners: [Vector3<f64>; 3], centers: &VectorX8<f64>) -> Self {
         let mut measured = Self::NONE;
         for lane in 0..LANES {
             let center = Vector3::from_fn(|axis, _| centers[axis][lane]);
@@ -177,19 +175,19 @@ impl Measured {
 /// least d + v·f away, as that lies behind the plane across f.
 pub(crate) struct PruneBound {
     half_side: f64,
-    hypotenuse: Lanes,
-    slope: [Lanes; 3],
-    most_sq: Lanes,
+    hypotenuse: Lanes<f64>,
+    slope: VectorX8<f64>,
+    most_sq: Lanes<f64>,
 }
 
 impl PruneBound {
     #[inline(always)]
     fn new(blocks: &Blocks, nearest: &Measured) -> Self {
-        let half_side = blocks.half_side * (1.0 + PLACE_ROUNDING);
+        let half_side = blocks.half_side * (1.0 + SINGLE_SLACK);
         let (mut hypotenuse, mut slope, mut most_sq) = ([0.0; LANES], [[0.0; LANES]; 3], [0.0; LANES]);
         for lane in 0..LANES {
             let distance_sq = nearest.distance_sq[lane];
-            let way = [0, 1, 2].map(|axis: usize| nearest.way[axis][lane]);
+            let way = lane_of(&nearest.way, lane);
             let length = length_or_one(way);
             hypotenuse[lane] = (distance_sq + 3.0 * half_side * half_side).sqrt();
             let share = distance_sq.sqrt() / hypotenuse[lane];
@@ -204,13 +202,13 @@ impl PruneBound {
     fn holds(&self, measured: &Measured) -> [u32; LANES] {
         let mut holds = [0; LANES];
         for lane in 0..LANES {
-            let way = [measured.way[0][lane], measured.way[1][lane], measured.way[2][lane]];
+            let way = lane_of(&measured.way, lane);
             let length = length_or_one(way);
             let apart = |axis: usize| (self.slope[axis][lane] - way[axis] / length).abs();
             let apart = self.half_side * (apart(0) + apart(1) + apart(2));
             let distance_sq = measured.distance_sq[lane];
             let is_held = (distance_sq <= self.most_sq[lane])
-                & (distance_sq.sqrt() <= (self.hypotenuse[lane] + apart) * (1.0 + PLACE_ROUNDING));
+                & (distance_sq.sqrt() <= (self.hypotenuse[lane] + apart) * (1.0 + SINGLE_SLACK));
             holds[lane] = u32::from(is_held);
         }
         holds

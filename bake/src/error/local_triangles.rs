@@ -4,25 +4,19 @@
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
+use crate::error::Query;
 use crate::error::candidates::{Blocks, Candidates, CenterOffset};
-use crate::error::{PLACE_ROUNDING, Query};
-use crate::triangle::approx::Lanes;
+use crate::rounding::{CHAIN_SLACK_F32, DIRECTION_SLACK_SQ, SINGLE_SLACK, SPHERE_SLACK};
+use crate::simd::{LANES, Lanes, VectorX8, dot};
 use crate::triangle::nearest_on_triangle;
-use crate::triangle::nearest_x8::LANES;
 
 /// More than all rounding of what is said of balls, but for where they are.
-const SLACK: f32 = 1.0 + 1e-5;
+const SLACK: f32 = 1.0 + CHAIN_SLACK_F32;
 
 const ROOT_OF_SIX: f32 = 2.449_489_8;
 
-/// Wider than all rounding of where a ball is, of its radius and of a point that it is seen from, in shares of these.
-const BALL_ROUNDING: f64 = 4e-6;
-
 /// In units. Squares of more may be too much for f32.
 const FARTHEST: f64 = 1e15;
-
-/// A direction may be off by so much, squared, before other triangles are picked by it.
-const SAME_WAY_SQ: f64 = 1e-13;
 
 /// Triangles of a tree in an order that does not depend on where they were gathered.
 pub(crate) struct LocalTriangles<'a> {
@@ -42,9 +36,9 @@ pub(crate) struct LocalTriangles<'a> {
 /// Balls side by side.
 #[derive(Clone)]
 struct BoundingSpheres {
-    middle: [Lanes; 3],
+    middle: VectorX8<f32>,
     /// Less than any number where there is none.
-    radius: Lanes,
+    radius: Lanes<f32>,
 }
 
 impl<'a> LocalTriangles<'a> {
@@ -81,8 +75,7 @@ impl<'a> LocalTriangles<'a> {
     /// The triangles that can be nearest to a point of each of up to eight blocks, all of one size. These are not farther from the
     /// surface, nor from where triangles were gathered, than was said.
     pub fn find(&mut self, asked: &[Query]) {
-        let most =
-            |asked: &Query| asked.distance + 2.0 * 3.0_f64.sqrt() * asked.block.half_side * (1.0 + PLACE_ROUNDING);
+        let most = |asked: &Query| asked.distance + 2.0 * 3.0_f64.sqrt() * asked.block.half_side * (1.0 + SINGLE_SLACK);
         let blocks = Blocks::new(asked.len(), |number| (asked[number].block, most(&asked[number])));
         let mut nearest: Vec<CenterOffset> = asked.iter().map(|asked| self.to_center(asked)).collect();
         self.pick(&blocks, &nearest);
@@ -105,7 +98,9 @@ impl<'a> LocalTriangles<'a> {
     fn are_as_found(&self, nearest: &[CenterOffset]) -> bool {
         nearest.iter().enumerate().all(|(number, nearest)| {
             let found = self.found.nearest(number);
-            found.is_some_and(|found| (found.way - nearest.way).norm_squared() <= SAME_WAY_SQ * nearest.distance_sq)
+            found.is_some_and(|found| {
+                (found.way - nearest.way).norm_squared() <= DIRECTION_SLACK_SQ * nearest.distance_sq
+            })
         })
     }
 
@@ -169,7 +164,7 @@ impl BoundingSpheres {
 
     /// Seen from points that are no farther than that.
     fn set(&mut self, lane: usize, middle: Vector3<f64>, radius: f64, farthest: f64) {
-        let radius = radius + BALL_ROUNDING * (middle.abs().sum() + radius + farthest);
+        let radius = radius + SPHERE_SLACK * (middle.abs().sum() + radius + farthest);
         // What is not a number is not small.
         let is_small = radius < FARTHEST && middle.amax() < FARTHEST;
         self.radius[lane] = if is_small { radius as f32 } else { f32::INFINITY };
@@ -228,7 +223,7 @@ impl ApproxDistance {
         for lane in 0..LANES {
             let way = [0, 1, 2].map(|axis: usize| self.center[axis] - balls.middle[axis][lane]);
             let radius = balls.radius[lane];
-            let away = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
+            let away = dot(way, way).sqrt();
             let apart = |axis: usize| (self.slope[axis] * away - way[axis]).abs();
             let apart = ROOT_OF_SIX * radius + apart(0) + apart(1) + apart(2);
             let least = away - radius;
@@ -246,8 +241,7 @@ mod tests {
     use super::*;
     use crate::TriangleMesh;
     use crate::error::Block;
-    use crate::error::normal_cones::tests::{random, random_vector};
-    use crate::nearest::tests::instruction_sets;
+    use crate::testing::{instruction_sets, random, random_vector};
     use crate::triangle::NearestOnTriangle;
 
     /// Small and large triangles, some of them slivers, each also upside down a little farther on.
@@ -266,7 +260,7 @@ mod tests {
     }
 
     fn most(asked: &Query) -> f64 {
-        asked.distance + 12.0_f64.sqrt() * asked.block.half_side * (1.0 + PLACE_ROUNDING)
+        asked.distance + 12.0_f64.sqrt() * asked.block.half_side * (1.0 + SINGLE_SLACK)
     }
 
     /// By the same formula, of all triangles and one by one.
@@ -276,14 +270,14 @@ mod tests {
         tree.near(center, 1e6, |slot| all.push((slot as u32, nearest_on_triangle(center, tree.corners[slot]))));
         let (_, nearest) = *all.iter().min_by(|a, b| a.1.distance_sq.total_cmp(&b.1.distance_sq)).unwrap();
         let toward = |of: &NearestOnTriangle| (center - of.point).try_normalize(0.0).unwrap_or_default();
-        let half_side = half_side * (1.0 + PLACE_ROUNDING);
+        let half_side = half_side * (1.0 + SINGLE_SLACK);
         let hypotenuse = (nearest.distance_sq + 3.0 * half_side * half_side).sqrt();
         let slope = toward(&nearest) * (nearest.distance_sq.sqrt() / hypotenuse);
-        let most = 2.0 * 3.0_f64.sqrt() * asked.block.half_side * (1.0 + PLACE_ROUNDING) + asked.distance;
+        let most = 2.0 * 3.0_f64.sqrt() * asked.block.half_side * (1.0 + SINGLE_SLACK) + asked.distance;
         all.retain(|(_, on_triangle)| {
             let way = half_side * (slope - toward(on_triangle)).abs().sum();
             on_triangle.distance_sq <= most * most
-                && on_triangle.distance_sq.sqrt() <= (hypotenuse + way) * (1.0 + PLACE_ROUNDING)
+                && on_triangle.distance_sq.sqrt() <= (hypotenuse + way) * (1.0 + SINGLE_SLACK)
         });
         let way = center - nearest.point;
         (all.into_iter().map(|(slot, _)| slot).collect(), CenterOffset { way, distance_sq: nearest.distance_sq })

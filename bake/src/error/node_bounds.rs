@@ -2,6 +2,8 @@ use rayon::prelude::*;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
 
+use crate::simd::max;
+
 /// Nodes of a place along each axis, with one more on each side for the cells that have a corner in the place.
 const SIDE: usize = BRICK as usize + 2;
 const CELLS: usize = SIDE - 1;
@@ -87,13 +89,13 @@ impl pulp::WithSimd for SteepestOf<'_> {
                 for x in 0..CELLS {
                     let along_x = [a, b, c, d].map(|row| difference(row[x], row[x + 1]));
                     let along_y = [[a, b], [c, d]]
-                        .map(|[from, to]| larger(difference(from[x], to[x]), difference(from[x + 1], to[x + 1])));
+                        .map(|[from, to]| max(difference(from[x], to[x]), difference(from[x + 1], to[x + 1])));
                     let along_z = [[a, c], [b, d]]
-                        .map(|[from, to]| larger(difference(from[x], to[x]), difference(from[x + 1], to[x + 1])));
-                    let x_most = larger(larger(along_x[0], along_x[1]), larger(along_x[2], along_x[3]));
-                    let (y_most, z_most) = (larger(along_y[0], along_y[1]), larger(along_z[0], along_z[1]));
+                        .map(|[from, to]| max(difference(from[x], to[x]), difference(from[x + 1], to[x + 1])));
+                    let x_most = max(max(along_x[0], along_x[1]), max(along_x[2], along_x[3]));
+                    let (y_most, z_most) = (max(along_y[0], along_y[1]), max(along_z[0], along_z[1]));
                     let square = x_most * x_most + y_most * y_most + z_most * z_most;
-                    steepest[x] = larger(square, steepest[x]);
+                    steepest[x] = max(square, steepest[x]);
                 }
             }
         }
@@ -104,13 +106,7 @@ impl pulp::WithSimd for SteepestOf<'_> {
 /// Zero where one of them is not a number.
 #[inline(always)]
 fn difference(a: f32, b: f32) -> f64 {
-    larger((f64::from(b) - f64::from(a)).abs(), 0.0)
-}
-
-/// One instruction: the second where one of them is not a number.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+    max((f64::from(b) - f64::from(a)).abs(), 0.0)
 }
 
 pub(crate) fn round_up(x: f64) -> f32 {
@@ -138,7 +134,7 @@ mod tests {
     use sdf_core::grid::cell_slope;
 
     use super::*;
-    use crate::error::normal_cones::tests::random;
+    use crate::testing::random;
 
     fn nodes(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| first[axis]..last[axis]);

@@ -5,28 +5,21 @@ mod x8;
 
 use sdf_core::nalgebra::Vector3;
 
+use crate::rounding::NORMAL_SLACK;
+use crate::simd::{LANES, Lanes, VectorX8, lane_of, max, min};
 pub(crate) use x8::cone_error_bounds_x8;
 
 /// Nothing is known of the gradients but that they are no longer than one: half a cell's diagonal over its side.
 pub(crate) const MAX_ERROR: f64 = 0.866_025_403_784_438_7;
 
-/// A triangle that is no sliver has a normal off by at most 2⁻⁵² over the least sine, 1e-7; and what is composed of such by
-/// ten times that where [`MIN_COSINE`] divides.
-const NORMAL_ROUNDING: f64 = 1e-7;
-
 /// In wider caps a gradient's share across is bounded by the cap alone.
 const MIN_COSINE: f64 = 0.1;
-
-/// Normals side by side: as many as f64 numbers fit the widest registers.
-const LANES: usize = 8;
-
-type Lanes = [f64; LANES];
 
 /// Unit normals of faces; a zero is one that is not known.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Normals {
     /// In the places after the last stands the first of the same eight once more.
-    eights: Vec<[Lanes; 3]>,
+    eights: Vec<VectorX8<f64>>,
     count: usize,
     is_any_unknown: bool,
 }
@@ -56,7 +49,7 @@ impl Normals {
 
     #[inline(always)]
     fn first(&self) -> Vector3<f64> {
-        lane_of(&self.eights[0], 0)
+        lane_of(&self.eights[0], 0).into()
     }
 
     /// The first of those with the least share along a direction.
@@ -79,7 +72,7 @@ impl Normals {
             firsts[lane] = if least[lane] == least_of_all { number } else { u64::MAX };
         }
         let first = of_all(firsts, u64::min) as usize;
-        lane_of(&self.eights[first / LANES], first % LANES)
+        lane_of(&self.eights[first / LANES], first % LANES).into()
     }
 
     /// The least and the greatest share along a direction, no more than one and no less than minus one.
@@ -89,11 +82,11 @@ impl Normals {
         for eight in &self.eights {
             let shares = shares(eight, along);
             for lane in 0..LANES {
-                least[lane] = lesser(least[lane], shares[lane]);
-                greatest[lane] = greater(greatest[lane], shares[lane]);
+                least[lane] = min(shares[lane], least[lane]);
+                greatest[lane] = max(shares[lane], greatest[lane]);
             }
         }
-        [of_all(least, lesser), of_all(greatest, greater)]
+        [of_all(least, |a, b| min(b, a)), of_all(greatest, |a, b| max(b, a))]
     }
 
     /// The square of the largest sine of an angle to a unit vector.
@@ -103,16 +96,16 @@ impl Normals {
         for [x, y, z] in &self.eights {
             for lane in 0..LANES {
                 let across = Vector3::new(x[lane], y[lane], z[lane]).cross(&axis);
-                largest[lane] = greater(largest[lane], across.dot(&across));
+                largest[lane] = max(across.dot(&across), largest[lane]);
             }
         }
-        of_all(largest, greater)
+        of_all(largest, |a, b| max(b, a))
     }
 }
 
 /// In pairs, so that these too go side by side.
 #[inline(always)]
-fn of_all<T: Copy>(mut lanes: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
+fn of_all<T: Copy>(mut lanes: Lanes<T>, of_two: impl Fn(T, T) -> T) -> T {
     for half in [4, 2, 1] {
         for lane in 0..half {
             lanes[lane] = of_two(lanes[lane], lanes[lane + half]);
@@ -122,12 +115,7 @@ fn of_all<T: Copy>(mut lanes: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
 }
 
 #[inline(always)]
-fn lane_of(eight: &[Lanes; 3], lane: usize) -> Vector3<f64> {
-    Vector3::new(eight[0][lane], eight[1][lane], eight[2][lane])
-}
-
-#[inline(always)]
-fn shares([x, y, z]: &[Lanes; 3], along: Vector3<f64>) -> Lanes {
+fn shares([x, y, z]: &VectorX8<f64>, along: Vector3<f64>) -> Lanes<f64> {
     let mut shares = [0.0; LANES];
     for lane in 0..LANES {
         shares[lane] = x[lane] * along.x + y[lane] * along.y + z[lane] * along.z;
@@ -179,7 +167,7 @@ fn error_in(cones: &[Cone]) -> f64 {
     for along in axes(cones) {
         by_ranges += 0.25 * range(cones, along);
     }
-    (by_ball(cones).min(by_ranges) + NORMAL_ROUNDING).min(MAX_ERROR)
+    (by_ball(cones).min(by_ranges) + NORMAL_SLACK).min(MAX_ERROR)
 }
 
 #[inline(always)]
@@ -188,7 +176,7 @@ fn by_ball(cones: &[Cone]) -> f64 {
         return MAX_ERROR * cone.sine;
     }
     let middle: Vector3<f64> = cones.iter().map(|cone| cone.axis).sum();
-    let Some(middle) = middle.try_normalize(NORMAL_ROUNDING) else { return MAX_ERROR };
+    let Some(middle) = middle.try_normalize(NORMAL_SLACK) else { return MAX_ERROR };
     let cosine = cones.iter().map(|cone| cone.range(middle)[0]).fold(1.0, f64::min);
     if cosine > 0.0 { MAX_ERROR * (1.0 - cosine * cosine).sqrt() } else { MAX_ERROR }
 }
@@ -199,7 +187,7 @@ impl<'a> Cone<'a> {
         let first = normals.farthest_along(normals.first());
         let second = normals.farthest_along(first);
         let mut boundary_cone = Self::with_axis(normals, first + second);
-        if boundary_cone.cosine <= first.dot(&boundary_cone.axis) * (1.0 - NORMAL_ROUNDING) {
+        if boundary_cone.cosine <= first.dot(&boundary_cone.axis) * (1.0 - NORMAL_SLACK) {
             // A third sticks out: the cap of all three, if it holds them in its smaller half.
             let third = normals.farthest_along(boundary_cone.axis);
             let around_three = (second - first).cross(&(third - first));
@@ -215,7 +203,7 @@ impl<'a> Cone<'a> {
 
     #[inline(always)]
     fn with_axis(normals: &'a Normals, axis: Vector3<f64>) -> Self {
-        let axis = axis.try_normalize(NORMAL_ROUNDING).unwrap_or(normals.first());
+        let axis = axis.try_normalize(NORMAL_SLACK).unwrap_or(normals.first());
         let [least, _] = normals.range_along(axis);
         if least <= 0.0 {
             return Self { normals, axis, cosine: least.max(-1.0), sine: 1.0 };
@@ -263,9 +251,9 @@ fn axes(cones: &[Cone]) -> [Vector3<f64>; 3] {
     let middle = cones[0].axis;
     let first = farthest_of(cones, middle);
     let second = farthest_of(cones, first);
-    let flood = (second - first).try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(middle));
+    let flood = (second - first).try_normalize(NORMAL_SLACK).unwrap_or_else(|| any_across(middle));
     let next = middle - flood * middle.dot(&flood);
-    let next = next.try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(flood));
+    let next = next.try_normalize(NORMAL_SLACK).unwrap_or_else(|| any_across(flood));
     [flood, next, flood.cross(&next)]
 }
 
@@ -282,17 +270,6 @@ fn farthest_of(cones: &[Cone], along: Vector3<f64>) -> Vector3<f64> {
     farthest
 }
 
-/// One instruction, as `f64::min` is not: it minds NaN, which nothing here is.
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
 fn any_across(direction: Vector3<f64>) -> Vector3<f64> {
     let least = direction.iamin();
     direction.cross(&Vector3::from_fn(|axis, _| if axis == least { 1.0 } else { 0.0 })).normalize()
@@ -301,19 +278,7 @@ fn any_across(direction: Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-
-    /// SplitMix64, from −1 to 1.
-    pub fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 0.5_f64.powi(52) - 1.0
-    }
-
-    pub fn random_vector(state: &mut u64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| random(state))
-    }
+    use crate::testing::{random, random_vector};
 
     pub fn gathered(normals: &[Vector3<f64>]) -> Normals {
         let mut gathered = Normals::default();

@@ -18,6 +18,7 @@ use std::collections::VecDeque;
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
+use crate::rounding::{NODE_STEP_ROUNDING, SINGLE_SLACK};
 use crate::sign::winding::{Estimate, MAX_DOUBT};
 use bit_block::{Part, SIDE, Ways};
 use regions::{Region, Regions};
@@ -25,10 +26,7 @@ pub(crate) use winding_value::Winding;
 
 /// Two points whose distances sum to this many times the way between them have no triangle between them, though distances were
 /// rounded to f32.
-pub(crate) const CLEARANCE: f64 = 1.0 + 1e-6;
-
-/// How many of the smallest steps of the largest coordinate neighbours may be farther apart than a spacing.
-const STEPS_OFF: f64 = 8.0;
+pub(crate) const CLEARANCE: f64 = 1.0 + SINGLE_SLACK;
 
 /// Nodes nearer to the surface than this part of a spacing are on it but for rounding.
 const ON_SURFACE: f64 = 1e-4;
@@ -127,7 +125,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
         let windings = vec![Winding::UNKNOWN; padded.len()];
         let ends = [[0; 3], block.counts.map(|n| n - 1)].map(&block.position);
         let farthest = ends.iter().map(|end| end.amax()).fold(0.0, f64::max);
-        let free_way = CLEARANCE + STEPS_OFF * f64::EPSILON * farthest / block.spacing;
+        let free_way = CLEARANCE + NODE_STEP_ROUNDING * farthest / block.spacing;
         let regions = Regions::new(block.counts, mesh, free_way);
         let strides = [1, row, row * rows];
         Self { block, mesh, strides, distances: padded, windings, regions, free_way, ways: VecDeque::new() }

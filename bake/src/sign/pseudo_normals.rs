@@ -6,7 +6,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::mesh::topology::{Oriented, same_edge};
-use crate::sign::winding::area_vector;
+use crate::triangle::area_vector;
 use crate::triangle::{TriangleFeature, is_sliver};
 
 /// Outward, of any length; zero where a triangle without a normal of its own has a share in it: a sliver, or one that does

@@ -10,15 +10,9 @@ mod sum;
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
-use crate::bvh::Bvh;
+use crate::bvh::{ARITY, Bvh};
 pub(crate) use boundary::MeshBoundary;
 use moments::{Moments, MomentsX8, Weighted};
-
-/// How many children a node has. They are summed side by side.
-const ARITY: usize = 8;
-
-/// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
-const STACK: usize = 11 * ARITY;
 
 /// A node is far when it is farther than this many of its radii: the paper's own choice first, which costs the least, and more
 /// until the sum's error leaves no doubt. At last every triangle is summed.
@@ -26,9 +20,6 @@ const FAR_RADII: [f64; 5] = [2.0, 3.0, 5.0, 12.0, f64::INFINITY];
 
 /// Up to this it is told which whole number to add to what the rim says.
 pub(crate) const MAX_DOUBT: f64 = 0.49;
-
-/// More than the rounding of a sum.
-const ROUNDING: f64 = 1e-9;
 
 /// A winding number, and by how much it may be off.
 #[derive(Clone, Copy, Debug)]
@@ -103,11 +94,6 @@ impl WindingNumbers {
     pub fn orientations(&self) -> &[f64] {
         &self.orientations
     }
-}
-
-/// Of the triangle's area in length, along its normal.
-pub(crate) fn area_vector([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
-    (b - a).cross(&(c - a)) * 0.5
 }
 
 /// The angle that a triangle fills as seen from the origin, positive from its back side. (Van Oosterom and Strackee

@@ -2,31 +2,26 @@
 
 use sdf_core::nalgebra::Vector3;
 
+use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, sub};
 use crate::triangle::nearest_on_triangle;
-
-/// Points side by side: as many as f64 numbers fit the widest registers.
-pub(crate) const LANES: usize = 8;
-
-/// Points, each coordinate side by side.
-pub(crate) type Points = [[f64; LANES]; 3];
 
 /// The squared distance of each point, as [`nearest_on_triangle`] finds it. `is_sliver`: as
 /// [`is_sliver`](crate::triangle::is_sliver) says of the corners.
 #[inline(always)]
-pub(crate) fn distances_sq(points: &Points, corners: &[Vector3<f64>; 3], is_sliver: bool) -> [f64; LANES] {
+pub(crate) fn distances_sq(points: &VectorX8<f64>, corners: &[Vector3<f64>; 3], is_sliver: bool) -> Lanes<f64> {
     if is_sliver {
         return distances_sq_one_by_one(points, *corners);
     }
     let triangle = Triangle::new(corners);
     let mut distances_sq = [0.0; LANES];
     for lane in 0..LANES {
-        distances_sq[lane] = triangle.distance_sq([points[0][lane], points[1][lane], points[2][lane]]);
+        distances_sq[lane] = triangle.distance_sq(lane_of(points, lane));
     }
     distances_sq
 }
 
 #[inline(never)]
-fn distances_sq_one_by_one(points: &Points, corners: [Vector3<f64>; 3]) -> [f64; LANES] {
+fn distances_sq_one_by_one(points: &VectorX8<f64>, corners: [Vector3<f64>; 3]) -> Lanes<f64> {
     let point = |lane: usize| Vector3::from_fn(|axis, _| points[axis][lane]);
     std::array::from_fn(|lane| nearest_on_triangle(point(lane), corners).distance_sq)
 }
@@ -47,8 +42,8 @@ impl Triangle {
     #[inline(always)]
     pub fn new(corners: &[Vector3<f64>; 3]) -> Self {
         let [a, b, c] = [0, 1, 2].map(|corner: usize| [corners[corner].x, corners[corner].y, corners[corner].z]);
-        let [ab, ac, bc] = [minus(b, a), minus(c, a), minus(c, b)];
-        let normal = [ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]];
+        let [ab, ac, bc] = [sub(b, a), sub(c, a), sub(c, b)];
+        let normal = cross(ab, ac);
         Self { a, b, c, ab, ac, bc, normal, normal_sq: dot(normal, normal) }
     }
 
@@ -62,7 +57,7 @@ impl Triangle {
     /// of them taken and one chosen, so that points can go side by side.
     #[inline(always)]
     pub fn way_to(&self, point: [f64; 3]) -> ([f64; 3], bool) {
-        let [from_a, from_b, from_c] = [minus(point, self.a), minus(point, self.b), minus(point, self.c)];
+        let [from_a, from_b, from_c] = [sub(point, self.a), sub(point, self.b), sub(point, self.c)];
         let (d1, d2) = (dot(self.ab, from_a), dot(self.ac, from_a));
         let (d3, d4) = (dot(self.ab, from_b), dot(self.ac, from_b));
         let (d5, d6) = (dot(self.ab, from_c), dot(self.ac, from_c));
@@ -100,30 +95,19 @@ impl Triangle {
     }
 }
 
-#[inline(always)]
-pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
-    use crate::nearest::tests::instruction_sets;
+    use crate::testing::{instruction_sets, random, random_vector};
     use crate::triangle::is_sliver;
 
-    struct Measure(Points, [Vector3<f64>; 3]);
+    struct Measure(VectorX8<f64>, [Vector3<f64>; 3]);
 
     impl pulp::NullaryFnOnce for Measure {
-        type Output = [f64; LANES];
+        type Output = Lanes<f64>;
 
         #[inline(always)]
-        fn call(self) -> [f64; LANES] {
+        fn call(self) -> Lanes<f64> {
             distances_sq(&self.0, &self.1, is_sliver(self.1))
         }
     }
@@ -147,7 +131,7 @@ mod tests {
                 let [u, v] = weights[lane].map(|weight| if lane < 2 { weight.round() } else { 2.0 * weight });
                 corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v + off[lane] * scale
             };
-            let points: Points = [0, 1, 2].map(|axis| std::array::from_fn(|lane| point(lane)[axis]));
+            let points: VectorX8<f64> = [0, 1, 2].map(|axis| std::array::from_fn(|lane| point(lane)[axis]));
             let wanted: [u64; LANES] =
                 std::array::from_fn(|lane| nearest_on_triangle(point(lane), corners).distance_sq.to_bits());
             for arch in instruction_sets() {

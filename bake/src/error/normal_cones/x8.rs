@@ -2,7 +2,9 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use super::{LANES, Lanes, MAX_ERROR, NORMAL_ROUNDING, greater, lane_of, lesser, order};
+use super::{MAX_ERROR, order};
+use crate::rounding::NORMAL_SLACK;
+use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, max, min};
 
 /// Normals that are looked at in one turn of a loop. With fewer, a loop over the lanes is unrolled and falls to pieces.
 const TOGETHER: usize = 4;
@@ -14,7 +16,7 @@ pub(crate) fn cone_error_bounds_x8(
     normals: &[Vector3<f64>],
     sets: [&[u32]; LANES],
     holds: &[[u64; LANES]],
-) -> Lanes {
+) -> Lanes<f64> {
     arch.dispatch(MostErrors { normals, sets, holds })
 }
 
@@ -25,11 +27,11 @@ struct MostErrors<'a> {
 }
 
 impl pulp::NullaryFnOnce for MostErrors<'_> {
-    type Output = Lanes;
+    type Output = Lanes<f64>;
 
     /// By the ball of the first cap that is tried around one cone, for no wider one is taken.
     #[inline(always)]
-    fn call(self) -> Lanes {
+    fn call(self) -> Lanes<f64> {
         let starts = self.sets.map(|set| set.first().map_or(0, |first| u64::from(*first)));
         if self.normals.is_empty() {
             return [MAX_ERROR; LANES];
@@ -39,8 +41,8 @@ impl pulp::NullaryFnOnce for MostErrors<'_> {
         let second = self.farthest_along(&first);
         let mut axes = starts;
         for lane in 0..LANES {
-            let sum = lane_of(&first, lane) + lane_of(&second, lane);
-            let axis = sum.try_normalize(NORMAL_ROUNDING).unwrap_or(lane_of(&starts, lane));
+            let sum = Vector3::from(lane_of(&first, lane)) + Vector3::from(lane_of(&second, lane));
+            let axis = sum.try_normalize(NORMAL_SLACK).unwrap_or(lane_of(&starts, lane).into());
             (0..3).for_each(|of| axes[of][lane] = axis[of]);
         }
         let (least, sine_sq) = self.least_share_and_largest_sine_sq(&axes);
@@ -49,14 +51,14 @@ impl pulp::NullaryFnOnce for MostErrors<'_> {
             if self.sets[lane].is_empty() || least[lane] <= 0.0 {
                 return MAX_ERROR;
             }
-            (MAX_ERROR * sine_sq[lane].sqrt().min(1.0) + NORMAL_ROUNDING).min(MAX_ERROR)
+            (MAX_ERROR * sine_sq[lane].sqrt().min(1.0) + NORMAL_SLACK).min(MAX_ERROR)
         })
     }
 }
 
 impl MostErrors<'_> {
     #[inline(always)]
-    fn of_numbers(&self, numbers: [u64; LANES]) -> [Lanes; 3] {
+    fn of_numbers(&self, numbers: [u64; LANES]) -> VectorX8<f64> {
         let mut normals = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             let normal = self.normals[numbers[lane] as usize];
@@ -67,12 +69,12 @@ impl MostErrors<'_> {
 
     /// As [`Normals::farthest_along`](super::Normals::farthest_along) of each set.
     #[inline(always)]
-    fn farthest_along(&self, along: &[Lanes; 3]) -> [Lanes; 3] {
+    fn farthest_along(&self, along: &VectorX8<f64>) -> VectorX8<f64> {
         let (mut least, mut farthest) = ([i64::MAX; LANES], [0; LANES]);
         for (first, some) in self.some() {
             for lane in 0..LANES {
                 for (number, Held { normal, holds }) in (first..).zip(&some) {
-                    let share = normal[0] * along[0][lane] + normal[1] * along[1][lane] + normal[2] * along[2][lane];
+                    let share = dot(*normal, lane_of(along, lane));
                     let order = if holds[lane] == 1 { order(share) } else { i64::MAX };
                     let is_less = order < least[lane];
                     least[lane] = if is_less { order } else { least[lane] };
@@ -84,19 +86,17 @@ impl MostErrors<'_> {
     }
 
     #[inline(always)]
-    fn least_share_and_largest_sine_sq(&self, axes: &[Lanes; 3]) -> (Lanes, Lanes) {
+    fn least_share_and_largest_sine_sq(&self, axes: &VectorX8<f64>) -> (Lanes<f64>, Lanes<f64>) {
         let (mut least, mut largest) = ([1.0; LANES], [0.0; LANES]);
         for (_, some) in self.some() {
             for lane in 0..LANES {
-                let axis = [axes[0][lane], axes[1][lane], axes[2][lane]];
+                let axis = lane_of(axes, lane);
                 for Held { normal, holds } in &some {
-                    let share = normal[0] * axis[0] + normal[1] * axis[1] + normal[2] * axis[2];
-                    let x = normal[1] * axis[2] - normal[2] * axis[1];
-                    let y = normal[2] * axis[0] - normal[0] * axis[2];
-                    let z = normal[0] * axis[1] - normal[1] * axis[0];
-                    let sine_sq = x * x + y * y + z * z;
-                    least[lane] = lesser(least[lane], if holds[lane] == 1 { share } else { 1.0 });
-                    largest[lane] = greater(largest[lane], if holds[lane] == 1 { sine_sq } else { 0.0 });
+                    let share = dot(*normal, axis);
+                    let across = cross(*normal, axis);
+                    let sine_sq = dot(across, across);
+                    least[lane] = min(if holds[lane] == 1 { share } else { 1.0 }, least[lane]);
+                    largest[lane] = max(if holds[lane] == 1 { sine_sq } else { 0.0 }, largest[lane]);
                 }
             }
         }
@@ -126,8 +126,8 @@ struct Held {
 mod tests {
     use super::*;
     use crate::error::normal_cones::cone_error_bound;
-    use crate::error::normal_cones::tests::{gathered, random, random_vector};
-    use crate::nearest::tests::instruction_sets;
+    use crate::error::normal_cones::tests::gathered;
+    use crate::testing::{instruction_sets, random, random_vector};
 
     #[test]
     fn what_is_said_of_eight_sets_at_once_is_no_less_than_of_each_by_itself() {

@@ -143,7 +143,7 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::random;
+    use crate::testing::random;
 
     #[test]
     fn free_ways_lead_to_the_nodes_that_are_reached_step_by_step() {

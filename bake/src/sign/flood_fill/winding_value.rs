@@ -1,3 +1,4 @@
+use crate::rounding::{ESTIMATE_ROUNDING, SAMPLE_ROUNDING};
 use crate::sign::winding::Estimate;
 
 /// A winding number near a point, and by how much that at the point may be another.
@@ -16,8 +17,8 @@ impl Winding {
         // No number leaves its side but for one just below.
         let is_moved = of.value.abs() < 0.5 && rounded.abs() >= 0.5;
         let value = if is_moved { 0.5_f32.next_down().copysign(rounded) } else { rounded };
-        let rounding = if f64::from(value) == of.value { 0.0 } else { value.abs() * f32::EPSILON };
-        Self { value, error: of.error as f32 * (1.0 + 2.0 * f32::EPSILON) + rounding }
+        let rounding = if f64::from(value) == of.value { 0.0 } else { value.abs() * SAMPLE_ROUNDING };
+        Self { value, error: of.error as f32 * (1.0 + ESTIMATE_ROUNDING) + rounding }
     }
 
     pub fn is_known(self) -> bool {

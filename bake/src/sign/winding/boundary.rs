@@ -5,6 +5,8 @@ use sdf_core::nalgebra::Vector3;
 use super::boundary_cone::BoundaryCone;
 use super::{Estimate, MAX_DOUBT, round_to_fraction};
 use crate::bvh::hilbert::{BITS, hilbert_index};
+use crate::rounding::SUM_SLACK;
+use crate::simd::{LANES, Lanes, VectorX8};
 
 /// The curve that bounds a mesh: where its triangles, turned to agree, do not cancel along an edge. By Stokes' theorem
 /// the winding number varies away from the triangles as this curve alone says, by the law of Biot and Savart.
@@ -17,27 +19,24 @@ pub(crate) struct MeshBoundary {
     boundary_cone: BoundaryCone,
 }
 
-/// Parts of the rim looked at together.
-const LANES: usize = 8;
-
 /// Parts of the rim side by side, each within a ball. In the places after the last stands the first once more, without
 /// weight.
 struct Parts {
-    center: [[f64; LANES]; 3],
-    radius: [f64; LANES],
+    center: VectorX8<f64>,
+    radius: Lanes<f64>,
     /// Length times how many triangles more run along it one way than the other.
-    weight: [f64; LANES],
+    weight: Lanes<f64>,
 }
 
 /// Edges of the rim side by side. In the places after the last stands the first once more, without weight.
 struct Edges {
-    from: [[f64; LANES]; 3],
-    way: [[f64; LANES]; 3],
+    from: VectorX8<f64>,
+    way: VectorX8<f64>,
     /// One over the length's square.
-    inv_length_sq: [f64; LANES],
-    length: [f64; LANES],
+    inv_length_sq: Lanes<f64>,
+    length: Lanes<f64>,
     /// How many triangles more run along it one way than the other.
-    times: [f64; LANES],
+    times: Lanes<f64>,
 }
 
 struct Part {
@@ -124,9 +123,6 @@ impl MeshBoundary {
     }
 }
 
-/// Less than one by more than all rounding of a distance.
-const NEARER: f64 = 1.0 - 1e-9;
-
 struct SlopeSum<'a> {
     boundary: &'a MeshBoundary,
     center: Vector3<f64>,
@@ -164,7 +160,7 @@ impl Part {
     fn around(parts: &[Self]) -> Self {
         let center = parts.iter().map(|part| part.center).sum::<Vector3<f64>>() / parts.len() as f64;
         let reach = |part: &Self| (part.center - center).norm() + part.radius;
-        let radius = parts.iter().map(reach).fold(0.0, f64::max) * (1.0 + 1e-9);
+        let radius = parts.iter().map(reach).fold(0.0, f64::max) * (1.0 + SUM_SLACK);
         Self { center, radius, weight: parts.iter().map(|part| part.weight).sum() }
     }
 }
@@ -186,7 +182,7 @@ impl Edges {
     /// it, is at most length/d²; and at most π/d, that along the line on both sides. In a ball of radius r around that point no
     /// distance is less by a factor of more than (d − r)/d.
     #[inline(always)]
-    fn slopes(&self, center: Vector3<f64>, radius: f64) -> [f64; LANES] {
+    fn slopes(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
         let mut slopes = [0.0; LANES];
         for lane in 0..LANES {
             let [x, y, z] =
@@ -199,7 +195,7 @@ impl Edges {
             let distance = (x * x + y * y + z * z).sqrt();
             let most = PI * distance;
             let most = if self.length[lane] < most { self.length[lane] } else { most };
-            let least = distance * NEARER - radius;
+            let least = distance * (1.0 - SUM_SLACK) - radius;
             let slope = self.times[lane] * most / (least * least);
             slopes[lane] = if least > 0.0 { slope } else { f64::INFINITY };
         }
@@ -219,7 +215,7 @@ impl Parts {
 
     /// From a ball, at least.
     #[inline(always)]
-    fn distances(&self, center: Vector3<f64>, radius: f64) -> [f64; LANES] {
+    fn distances(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {
             let [x, y, z] = [0, 1, 2].map(|axis| self.center[axis][lane] - center[axis]);
@@ -230,7 +226,7 @@ impl Parts {
 
     /// What each adds at most.
     #[inline(always)]
-    fn slopes(&self, distances: [f64; LANES]) -> [f64; LANES] {
+    fn slopes(&self, distances: Lanes<f64>) -> Lanes<f64> {
         let mut slopes = [0.0; LANES];
         for lane in 0..LANES {
             let slope = self.weight[lane] / (distances[lane] * distances[lane]);
@@ -243,8 +239,8 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
     use crate::sign::winding::solid_angle;
+    use crate::testing::{random, random_vector};
 
     /// A crumpled sheet, `cells` by `cells` squares cut in two, some of which are left out, and its rim.
     fn sheet(cells: usize, state: &mut u64) -> (Vec<[Vector3<f64>; 3]>, MeshBoundary) {

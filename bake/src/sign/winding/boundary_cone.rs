@@ -4,7 +4,8 @@ use sdf_core::nalgebra::Vector3;
 
 use super::Estimate;
 use super::sum::angle;
-use crate::triangle::nearest_x8::{dot, minus};
+use crate::rounding::{CONE_FACTOR_ROUNDING, MIN_CONE_FACTOR_SQ};
+use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, sub};
 
 /// Triangles from one point to each edge of a rim: a surface with the same rim.
 pub(super) struct BoundaryCone {
@@ -14,26 +15,14 @@ pub(super) struct BoundaryCone {
 }
 
 /// Edges side by side.
-const LANES: usize = 8;
-
-type Lanes = [f64; LANES];
-
 struct Edges {
-    from: [Lanes; 3],
-    to: [Lanes; 3],
+    from: VectorX8<f64>,
+    to: VectorX8<f64>,
     /// Zero where there is no edge.
-    orientations: Lanes,
+    orientations: Lanes<f64>,
 }
 
-/// How far a point is at least from being on an edge of a triangle. With α, β, γ the angles between the ways to its corners it
-/// is 2 (1 + cos α) (1 + cos β) (1 + cos γ), which is zero where two corners lie opposite. At least a millionth of an edge away,
-/// the angles have ten digits.
-const MIN_CLEARNESS: f64 = 1e-12;
-
-/// More than the rounding of a triangle's complex number, of length one at least where the point is not near an edge.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
-
-/// After so many products of numbers from [`MIN_CLEARNESS`] to 16, squared, there is still room for more.
+/// After so many products of numbers from [`MIN_CONE_FACTOR_SQ`] to 16, squared, there is still room for more.
 const PRODUCTS: usize = 8;
 
 impl BoundaryCone {
@@ -70,10 +59,10 @@ impl Edges {
 
 /// In each lane.
 struct Product {
-    real: Lanes,
-    imaginary: Lanes,
+    real: Lanes<f64>,
+    imaginary: Lanes<f64>,
     /// Of the squared lengths of all factors.
-    least: Lanes,
+    least: Lanes<f64>,
 }
 
 impl Product {
@@ -111,9 +100,9 @@ impl pulp::WithSimd for Fraction<'_> {
             }
             product.shorten();
         }
-        let is_clear = product.least.iter().all(|clearness| *clearness > MIN_CLEARNESS);
+        let is_clear = product.least.iter().all(|clearness| *clearness > MIN_CONE_FACTOR_SQ);
         let least = product.least.iter().copied().fold(1.0, f64::min);
-        let error = ROUNDING * (boundary_cone.edges.len() * LANES) as f64 / least.sqrt();
+        let error = CONE_FACTOR_ROUNDING * (boundary_cone.edges.len() * LANES) as f64 / least.sqrt();
         let mut angles = 0.0;
         for lane in 0..LANES {
             angles += angle(product.imaginary[lane], product.real[lane]);
@@ -124,14 +113,14 @@ impl pulp::WithSimd for Fraction<'_> {
 
 impl Edges {
     /// Multiplies by the complex number of each triangle, of a length from zero to four. Their
-    /// squares are what [`MIN_CLEARNESS`] is of.
+    /// squares are what [`MIN_CONE_FACTOR_SQ`] is of.
     #[inline(always)]
     fn turn(&self, apex: [f64; 3], point: [f64; 3], product: &mut Product) {
         let height = dot(apex, apex).sqrt();
         for lane in 0..LANES {
-            let b = minus([self.from[0][lane], self.from[1][lane], self.from[2][lane]], point);
-            let c = minus([self.to[0][lane], self.to[1][lane], self.to[2][lane]], point);
-            let across = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+            let b = sub(lane_of(&self.from, lane), point);
+            let c = sub(lane_of(&self.to, lane), point);
+            let across = cross(b, c);
             let (to_b, to_c) = (dot(b, b).sqrt(), dot(c, c).sqrt());
             let all = height * to_b * to_c;
             let along = all + dot(apex, b) * to_c + dot(b, c) * height + dot(c, apex) * to_b;

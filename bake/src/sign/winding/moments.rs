@@ -1,6 +1,8 @@
 use sdf_core::nalgebra::{Matrix3, Vector3};
 
-use super::{ARITY, area_vector};
+use crate::rounding::SUM_SLACK;
+use crate::simd::{Lanes, VectorX8};
+use crate::triangle::area_vector;
 
 /// What a triangle is as seen from afar.
 pub(super) struct Weighted {
@@ -26,12 +28,12 @@ pub(super) struct Moments {
 
 /// The moments of nodes with one parent, side by side. After the last node there are some with a radius that is not a number.
 pub(super) struct MomentsX8 {
-    pub center: [[f64; ARITY]; 3],
-    pub radius: [f64; ARITY],
-    pub dipole: [[f64; ARITY]; 3],
+    pub center: VectorX8<f64>,
+    pub radius: Lanes<f64>,
+    pub dipole: VectorX8<f64>,
     /// By columns.
-    pub quadrupole: [[f64; ARITY]; 9],
-    pub inertia: [f64; ARITY],
+    pub quadrupole: [Lanes<f64>; 9],
+    pub inertia: Lanes<f64>,
 }
 
 impl Weighted {
@@ -60,16 +62,13 @@ impl Moments {
         let inertia = triangles.iter().zip(ways()).map(|(of, way)| of.inertia + of.area * way.norm_squared());
         Self {
             center,
-            radius: radius_sq.sqrt() * ROUNDED_UP,
+            radius: radius_sq.sqrt() * (1.0 + SUM_SLACK),
             dipole: triangles.iter().map(|triangle| triangle.vector).sum(),
             quadrupole,
-            inertia: inertia.sum::<f64>() * ROUNDED_UP,
+            inertia: inertia.sum::<f64>() * (1.0 + SUM_SLACK),
         }
     }
 }
-
-/// More than one by more than all rounding of a radius or an integral.
-const ROUNDED_UP: f64 = 1.0 + 1e-9;
 
 impl MomentsX8 {
     pub fn new(nodes: &[Moments]) -> Self {

@@ -12,10 +12,10 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use sdf_core::nalgebra::Vector3;
 
 use super::moments::MomentsX8;
-use super::{ARITY, Estimate, ROUNDING, STACK, WindingNumbers};
-use crate::bvh::Bvh;
-
-type Lanes = [f64; ARITY];
+use super::{Estimate, WindingNumbers};
+use crate::bvh::{ARITY, Bvh, STACK};
+use crate::rounding::SUM_SLACK;
+use crate::simd::{Lanes, cross, dot, lane_of};
 
 struct FastSum<'a> {
     windings: &'a WindingNumbers,
@@ -26,8 +26,8 @@ struct FastSum<'a> {
 
 /// Times 4π.
 struct Sums {
-    values: Lanes,
-    errors: Lanes,
+    values: Lanes<f64>,
+    errors: Lanes<f64>,
 }
 
 impl pulp::WithSimd for FastSum<'_> {
@@ -69,7 +69,7 @@ impl WindingNumbers {
             }
         }
         let [value, error] = [sums.values, sums.errors].map(|sums| sums.iter().sum::<f64>() / (4.0 * PI));
-        Estimate { value, error: error + ROUNDING }
+        Estimate { value, error: error + SUM_SLACK }
     }
 }
 
@@ -100,7 +100,7 @@ fn add_far(fan: &MomentsX8, point: Vector3<f64>, far_radii: f64, sums: &mut Sums
 
 /// Adds the angles that at most [`ARITY`] triangles fill.
 #[inline(always)]
-fn add_triangles(triangles: &[[Vector3<f64>; 3]], orientations: &[f64], point: Vector3<f64>, sums: &mut Lanes) {
+fn add_triangles(triangles: &[[Vector3<f64>; 3]], orientations: &[f64], point: Vector3<f64>, sums: &mut Lanes<f64>) {
     let mut corners = [[[0.0; ARITY]; 3]; 3];
     let mut twice = [0.0; ARITY];
     for (lane, (triangle, orientation)) in triangles.iter().zip(orientations).enumerate().take(ARITY) {
@@ -113,9 +113,8 @@ fn add_triangles(triangles: &[[Vector3<f64>; 3]], orientations: &[f64], point: V
     }
     let [a, b, c] = corners;
     for lane in 0..ARITY {
-        let [a, b, c] = [&a, &b, &c].map(|corner| [corner[0][lane], corner[1][lane], corner[2][lane]]);
-        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let across = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+        let [a, b, c] = [&a, &b, &c].map(|corner| lane_of(corner, lane));
+        let across = cross(b, c);
         let lengths = [a, b, c].map(|corner| dot(corner, corner).sqrt());
         let product = lengths[0] * lengths[1] * lengths[2];
         let denominator = product + dot(a, b) * lengths[2] + dot(b, c) * lengths[0] + dot(c, a) * lengths[1];
@@ -161,8 +160,9 @@ pub(super) fn angle(y: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::TriangleMesh;
-    use crate::error::normal_cones::tests::{random, random_vector};
-    use crate::sign::winding::{FAR_RADII, MeshBoundary, area_vector, solid_angle};
+    use crate::sign::winding::{FAR_RADII, MeshBoundary, solid_angle};
+    use crate::testing::{random, random_vector};
+    use crate::triangle::area_vector;
 
     #[test]
     fn the_angle_is_that_of_the_library() {
