@@ -138,7 +138,7 @@ impl MeshDistance<'_> {
     /// Zero where a triangle has none that is sure.
     fn normal(&self, slot: u32) -> Vector3<f64> {
         let known = self.normals_of_one_solid();
-        known.map_or_else(Vector3::zeros, |known| known.inside(self.tree().triangles[slot as usize]))
+        known.map_or_else(Vector3::zeros, |known| known.face(self.tree().triangles[slot as usize]))
     }
 
     /// Whatever is nearest, a face, an edge or a corner: the faces that meet there meet at one of its corners.
