@@ -1,6 +1,7 @@
 //! Bounds of the stored samples of one brick: value, slope, and magnitude at jumps of the sign.
 
 use rayon::prelude::*;
+use sdf_core::Interval;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
 
@@ -47,10 +48,10 @@ impl HaloBlock {
     /// Range of the brick's samples, and slope bound of all cells with a corner in it.
     pub fn bounds(&self) -> BlockBounds {
         let own = || (1..SIDE - 1).flat_map(|z| (1..SIDE - 1).flat_map(move |y| &self.values[z][y][1..SIDE - 1]));
-        let least = own().copied().fold(f32::INFINITY, f32::min);
-        let greatest = own().copied().fold(f32::NEG_INFINITY, f32::max);
-        let slope = pulp::Arch::new().dispatch(MaxSlopeSq(self)).sqrt() / self.spacing;
-        BlockBounds { least, greatest, slope: round_up(slope) }
+        let lower = own().copied().fold(f32::INFINITY, f32::min);
+        let upper = own().copied().fold(f32::NEG_INFINITY, f32::max);
+        let slope_bound = pulp::Arch::new().dispatch(MaxSlopeSq(self)).sqrt() / self.spacing;
+        BlockBounds { range: Interval { lower, upper }, slope_bound: round_up(slope_bound) }
     }
 
     /// Largest magnitude at a corner of a cell whose corners may have both signs and none of them beyond `max_magnitude`.

@@ -31,9 +31,11 @@ fn bounds_in_lanes_are_those_of_all_nodes_and_cells_one_by_one() {
             let slope = |cell| cell_slope(std::array::from_fn(|index| corner(cell, index as u32)), 0.3);
             let steepest = nodes(first_cell, end_cell).map(slope).fold(0.0, f64::max);
             let wanted = BlockBounds {
-                least: own().fold(f32::INFINITY, f32::min),
-                greatest: own().fold(f32::NEG_INFINITY, f32::max),
-                slope: round_up(steepest),
+                range: Interval {
+                    lower: own().fold(f32::INFINITY, f32::min),
+                    upper: own().fold(f32::NEG_INFINITY, f32::max),
+                },
+                slope_bound: round_up(steepest),
             };
             assert_eq!(halo_block.bounds(), wanted, "{brick:?} of {counts:?}");
 
