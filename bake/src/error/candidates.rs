@@ -1,14 +1,13 @@
 //! Of some triangles the ones that can be nearest to a point of a block: its candidates. Eight blocks go side by side, each step
-//! of it with the bits of [`nearest_on_triangle`].
+//! of it with the bits of [`nearest_on_triangle`](crate::triangle::nearest_on_triangle).
 
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
 use crate::error::Block;
 use crate::rounding::SINGLE_SLACK;
-use crate::simd::{LANES, LaneLists, Lanes, VectorX8, dot, lane_of};
-use crate::triangle::nearest_on_triangle;
-use crate::triangle::nearest_x8::Triangle;
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, dot, lane_of, sub};
+use crate::triangle::nearest::for_each_point;
 
 /// Blocks side by side. Where there are fewer than eight, the last of them stands several times.
 pub(crate) struct Blocks {
@@ -126,32 +125,12 @@ impl Measured {
 
     #[inline(always)]
     fn new(corners: &[Vector3<f64>; 3], is_sliver: bool, centers: &VectorX8<f64>) -> Self {
-        if is_sliver {
-            return Self::one_by_one(*corners, centers);
-        }
         let mut measured = Self::NONE;
-        let triangle = Triangle::new(corners);
-        for lane in 0..LANES {
-            let center = lane_of(centers, lane);
-            let (way, is_inside) = triangle.way_to(center);
-            measured.distance_sq[lane] = dot(way, way);
-            // Inside, the nearest point is found by the way, and so is rounded.
-            let from_nearest = |axis: usize| center[axis] - (center[axis] - way[axis]);
-            (0..3).for_each(|axis| measured.way[axis][lane] = if is_inside { from_nearest(axis) } else { way[axis] });
-        }
-        measured
-    }
-
-    #[inline(never)]
-    fn one_by_one(corners: [Vector3<f64>; 3], centers: &VectorX8<f64>) -> Self {
-        let mut measured = Self::NONE;
-        for lane in 0..LANES {
-            let center = Vector3::from_fn(|axis, _| centers[axis][lane]);
-            let on_triangle = nearest_on_triangle(center, corners);
-            let way = center - on_triangle.point;
+        for_each_point(centers, corners, is_sliver, |lane, nearest, distance_sq| {
+            let way = sub(lane_of(centers, lane), nearest);
             (0..3).for_each(|axis| measured.way[axis][lane] = way[axis]);
-            measured.distance_sq[lane] = on_triangle.distance_sq;
-        }
+            measured.distance_sq[lane] = distance_sq;
+        });
         measured
     }
 
