@@ -26,9 +26,10 @@ use sdf_core::nalgebra::Vector3;
 pub use quantize::Quantize;
 
 use crate::bvh::hilbert::hilbert_index;
+use crate::error::block::{ErrorBlock, Query};
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::error::normal_cones::MAX_ERROR;
-use crate::error::{Block, BlocksOfPlace, Measured, Query};
+use crate::error::{BoundedBlock, BrickErrors};
 use crate::mesh_distance::AdjacentTriangles;
 use crate::nearest::{Nodes, Packet};
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
@@ -324,20 +325,20 @@ impl<'a> Plan<'a> {
             let is_there = (0..3).all(|axis| node[axis] < self.lattice.nodes()[axis]);
             let (distance, slot) = nearest(step);
             if is_there && distance <= self.places.exact_within() {
-                let block = Block { center: self.lattice.node(node).into(), half_side: spacing };
+                let block = ErrorBlock { center: self.lattice.node(node).into(), half_side: spacing };
                 asked.push(Query { block, distance, slot });
             }
         }
         let farthest = asked.iter().map(|asked| asked.distance).fold(0.0, f64::max);
         // Their centers are a spacing inside the place.
         let half_side = (0.5 * f64::from(BRICK) - 1.0) * spacing;
-        let place = Block { center: middle(&self.lattice, place.map(|n| n as usize)), half_side };
-        let mut blocks = BlocksOfPlace::new(self.mesh, place, spacing, farthest);
-        let measured: Vec<Measured> = asked.chunks(LANES).flat_map(|asked| blocks.measure(asked)).collect();
+        let place = ErrorBlock { center: middle(&self.lattice, place.map(|n| n as usize)), half_side };
+        let mut blocks = BrickErrors::new(self.mesh, place, spacing, farthest);
+        let measured: Vec<BoundedBlock> = asked.chunks(LANES).flat_map(|asked| blocks.bound_blocks(asked)).collect();
         // The worst first, until it is hardly worse than cells that were looked at one by one. How bad a block is is only found out
         // where it may be the worst.
         let waiting =
-            |(block, measured): (usize, &Measured)| Waiting { block, error: measured.most_error, is_sure: false };
+            |(block, measured): (usize, &BoundedBlock)| Waiting { block, error: measured.error_bound, is_sure: false };
         let mut waiting: Vec<Waiting> = measured.iter().enumerate().map(waiting).collect();
         let mut of_cells = 0.0_f64;
         while let Some(worst) = waiting.iter_mut().max_by(|a, b| a.before(b)) {
@@ -345,11 +346,11 @@ impl<'a> Plan<'a> {
             if worst.error <= of_cells {
                 break;
             } else if !worst.is_sure {
-                *worst = Waiting { error: blocks.error(block), is_sure: true, ..*worst };
+                *worst = Waiting { error: blocks.block_error(block), is_sure: true, ..*worst };
             } else if worst.error <= NEARLY * of_cells {
                 return spacing * worst.error;
             } else {
-                of_cells = blocks.error_in_cells(block, self.places.band(), of_cells);
+                of_cells = blocks.cell_error(block, self.places.band(), of_cells);
                 worst.error = f64::NEG_INFINITY;
             }
         }

@@ -213,7 +213,7 @@ impl BrickMap {
         let middle = Seed {
             node: [BRICK as usize / 2; 3],
             position: middle(lattice, place.map(|n| n as usize)),
-            way: 0.0,
+            length: 0.0,
             distance: self.distances[index].abs(),
             winding: sides.of_middles[index],
         };
@@ -224,7 +224,7 @@ impl BrickMap {
             Seed {
                 node: steps.map(|step| step * (BRICK as usize - 1)),
                 position: lattice.node(std::array::from_fn(|axis| (place[axis] + steps[axis] as u32) * BRICK)).into(),
-                way: (steps.iter().sum::<usize>() as f64).sqrt(),
+                length: (steps.iter().sum::<usize>() as f64).sqrt(),
                 distance: sides.distances_of_nodes[node].abs(),
                 winding: sides.of_nodes[node],
             }
@@ -266,7 +266,9 @@ where
         let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
         let block = NodeBlock { counts, spacing: block.spacing, position };
         let signed = block.sign_rows(mesh, &[], &mut distances.chunks_mut(row).collect::<Vec<_>>());
-        (0..distances.len()).map(|index| signed.at([index % row, index / row % rows, index / row / rows])).collect()
+        (0..distances.len())
+            .map(|index| signed.winding([index % row, index / row % rows, index / row / rows]))
+            .collect()
     };
     distances.par_chunks_mut(row * rows * SLAB).enumerate().map(of_slab).collect::<Vec<_>>().concat()
 }
