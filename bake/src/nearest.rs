@@ -17,7 +17,7 @@ use crate::nearest::octant_cull::{NearestPoints, OctantCull};
 use crate::rounding::{CHAIN_SLACK, NODE_POSITION_ROUNDING, SINGLE_SLACK};
 use crate::simd::{LANES, LaneLists, Lanes, VectorX8, lane_of, or_lanes};
 use crate::triangle::approx::UnitFrame;
-use crate::triangle::nearest_x8::distances_sq;
+use crate::triangle::nearest::distances_sq;
 use octants::{corner, sides};
 use prefilter::{Cubes, Prefilter};
 

@@ -9,16 +9,15 @@
 //! ```
 //!
 //! so the other can be nearest only if d ≤ A + s ‖k e − f‖₁ (`docs/error-bounds.md`, "Which triangles can be nearest").
-//! Eight blocks are searched side by side; all distances have the bits of [`nearest_on_triangle`].
+//! Eight blocks are searched side by side; all distances have the bits of [`nearest_on_triangle`](crate::triangle::nearest_on_triangle).
 
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
 use crate::error::block::ErrorBlock;
 use crate::rounding::SINGLE_SLACK;
-use crate::simd::{LANES, LaneLists, Lanes, VectorX8, dot, lane_of};
-use crate::triangle::nearest_on_triangle;
-use crate::triangle::nearest_x8::Triangle;
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, dot, lane_of, sub};
+use crate::triangle::nearest::for_each_point;
 
 /// Blocks of one size side by side. Unused lanes repeat the last block.
 pub(crate) struct BlocksX8 {
@@ -134,34 +133,12 @@ impl CenterOffsetX8 {
 
     #[inline(always)]
     fn new(corners: &[Vector3<f64>; 3], is_sliver: bool, centers: &VectorX8<f64>) -> Self {
-        if is_sliver {
-            return Self::one_by_one(*corners, centers);
-        }
         let mut offsets = Self::NONE;
-        let triangle = Triangle::new(corners);
-        for lane in 0..LANES {
-            let center = lane_of(centers, lane);
-            let (offset, is_inside) = triangle.way_to(center);
-            offsets.distance_sq[lane] = dot(offset, offset);
-            // Inside, `nearest_on_triangle` rounds the nearest point center − offset.
-            let from_nearest = |axis: usize| center[axis] - (center[axis] - offset[axis]);
-            (0..3).for_each(|axis| {
-                offsets.offset[axis][lane] = if is_inside { from_nearest(axis) } else { offset[axis] };
-            });
-        }
-        offsets
-    }
-
-    #[inline(never)]
-    fn one_by_one(corners: [Vector3<f64>; 3], centers: &VectorX8<f64>) -> Self {
-        let mut offsets = Self::NONE;
-        for lane in 0..LANES {
-            let center = Vector3::from(lane_of(centers, lane));
-            let on_triangle = nearest_on_triangle(center, corners);
-            let offset = center - on_triangle.point;
+        for_each_point(centers, corners, is_sliver, |lane, nearest, distance_sq| {
+            let offset = sub(lane_of(centers, lane), nearest);
             (0..3).for_each(|axis| offsets.offset[axis][lane] = offset[axis]);
-            offsets.distance_sq[lane] = on_triangle.distance_sq;
-        }
+            offsets.distance_sq[lane] = distance_sq;
+        });
         offsets
     }
 
