@@ -24,8 +24,12 @@ mod into_grid;
 mod mesh;
 mod mesh_distance;
 mod nearest;
+mod rounding;
 mod sign;
+mod simd;
 pub mod sparse;
+#[cfg(test)]
+mod testing;
 mod triangle;
 
 pub use dense::{DenseGrid, lattice_around};
