@@ -6,6 +6,7 @@ use crate::Aabb;
 use crate::enclosure::GradientBox;
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
+use crate::rounding::BOX_COORDINATE;
 use crate::vector::from_f64;
 
 /// More cells say less of each and take longer to look at. Of 8, 27 and 64 the last took the fewest evaluations on triangles of
@@ -62,7 +63,7 @@ impl<S: Storage> Grid<S> {
 /// More than a coordinate may be off by rounding that is reckoned with in these boxes.
 fn rounding<R: Real>(boxes: &[Aabb]) -> f64 {
     let coordinates = boxes.iter().flat_map(|of| of.min.iter().chain(&of.max));
-    8.0 * R::EPSILON * coordinates.fold(0.0, |largest, x| largest.max(x.abs()))
+    BOX_COORDINATE * R::EPSILON * coordinates.fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 impl<R: Float> GradientRange<R> {

@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 
 use super::face::Face;
 use crate::number::{Float, Real};
+use crate::rounding::{DIRECTIONAL_DERIVATIVE, MIN_SINE_SQ};
 
 /// Ways along the triangle: from the first corner to the second and to the third, from the second to the third, and
 /// uphill from the middle. Each axis for itself, so that a processor takes several at once.
@@ -20,10 +21,10 @@ impl<R: Float> Directions<R> {
         let (u, v, normal) = (b - a, c - a, face.normal);
         let square = normal.dot(&normal);
         // Of a sliver rounding alone may tell where it lies.
-        let is_valid = u.dot(&u) * v.dot(&v) * R::from_f64(1e-6) < square;
+        let is_valid = u.dot(&u) * v.dot(&v) * R::from_f64(MIN_SINE_SQ) < square;
         let uphill = if is_valid { gradient - normal * (normal.dot(&gradient) / square) } else { Vector3::zeros() };
         let along = [u, v, c - b, uphill];
-        let part = slope_bound * R::from_f64(1024.0 * R::EPSILON);
+        let part = slope_bound * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
         Self {
             x: along.map(|way| way.x),
             y: along.map(|way| way.y),

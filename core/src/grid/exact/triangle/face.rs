@@ -3,6 +3,7 @@ use nalgebra::Vector3;
 use super::separating_planes::SeparatingPlanes;
 use crate::grid::Lattice;
 use crate::number::{Float, Real};
+use crate::rounding::CELL_COORDINATE;
 
 /// A triangle whose box meets more cells is not looked at as a whole: cut in two, most of it is dropped at once.
 pub(super) const MAX_CELLS: u32 = 512;
@@ -25,7 +26,7 @@ impl<R: Float> Face<R> {
     pub fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
         let bounds = lattice.bounds();
         let farthest = bounds.min.iter().chain(&bounds.max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
-        let slack = R::from_f64(16.0 * R::EPSILON * farthest * lattice.inv_spacing());
+        let slack = R::from_f64(CELL_COORDINATE * R::EPSILON * farthest * lattice.inv_spacing());
         let [a, b, c] = corners;
         let low = a.zip_zip_map(&b, &c, |a, b, c| Real::min(a, Real::min(b, c)) - slack);
         let high = a.zip_zip_map(&b, &c, |a, b, c| Real::max(a, Real::max(b, c)) + slack);

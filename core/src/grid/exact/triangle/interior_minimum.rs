@@ -5,6 +5,7 @@ use super::face::Face;
 use crate::grid::exact::polynomial::MixedDerivatives;
 use crate::grid::exact::segment::Lowest;
 use crate::number::{Float, Real};
+use crate::rounding::DIRECTIONAL_DERIVATIVE;
 use crate::vector::norm;
 
 /// Steps of Newton's method inside of a cell: a cubic that is curved upwards is nearly a parabola there.
@@ -61,7 +62,7 @@ impl<R: Float> Cell<R> {
         let step = hessian.step([gradient.dot(&u), gradient.dot(&v)]);
         let downhill = u * step[0] + v * step[1];
         let (rise, spread) = self.rise(gradient, &bends, downhill);
-        let rounding = norm(gradient) * norm(downhill) * R::from_f64(1024.0 * R::EPSILON);
+        let rounding = norm(gradient) * norm(downhill) * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
         if rise + spread + rounding < R::zero() {
             return R::zero();
         }

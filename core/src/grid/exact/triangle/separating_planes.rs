@@ -3,6 +3,7 @@ use core::array::from_fn;
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
+use crate::rounding::PLANE_DISTANCE;
 
 /// A triangle's plane and the three planes through its edges across it, their normals pointing inwards.
 pub(super) struct SeparatingPlanes<R> {
@@ -25,7 +26,7 @@ impl<R: Float> SeparatingPlanes<R> {
         let at = [a, a, b, a];
         let (extent, square) = (size(u) + size(v), size(u) * size(v));
         let squares = [square, square * size(u), square * size(w), square * size(v)];
-        let part = extent * R::from_f64(32.0 * R::EPSILON);
+        let part = extent * R::from_f64(PLANE_DISTANCE * R::EPSILON);
         Self {
             sizes: [0, 1, 2].map(|axis: usize| normals.map(|normal| normal[axis % 3].abs())),
             x: normals.map(|normal| normal.x),
