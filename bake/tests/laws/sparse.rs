@@ -2,7 +2,7 @@
 
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, slope_bound};
+use sdf_core::grid::{Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, measure_slope_bound};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
@@ -117,7 +117,7 @@ fn it_is_continuous_and_no_steeper_than_its_slope_bound_everywhere() {
         let grid = bake::<C>(mesh, &lattice);
         let storage = Sparse::new(&lattice, &grid).unwrap();
         // Asked of every cell, as of a dense grid.
-        let of_all_cells = slope_bound(&lattice, &storage);
+        let of_all_cells = measure_slope_bound(&lattice, &storage);
         assert!(of_all_cells <= grid.slope_bound * (1.0 + 1e-6), "{name}: {of_all_cells} > {}", grid.slope_bound);
         let field = Grid::new(lattice, storage, grid.slope_bound).unwrap();
         let bounds = lattice.bounds().inflate(lattice.spacing());
