@@ -38,12 +38,12 @@ use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Samp
 
 /// Access to a grid's samples.
 pub trait Storage {
-    /// Samples at the eight corners of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices are
-    /// below [`Lattice::cells`].
+    /// Samples at the eight corners of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices
+    /// are below [`Lattice::cells`].
     fn corners(&self, cell: [u32; 3]) -> [f32; 8];
 
-    /// [`corners`](Self::corners) of `N` cells. Indices are given axis by axis as whole numbers; the result is by corner,
-    /// then by cell.
+    /// [`corners`](Self::corners) of `N` cells. Indices are given axis by axis as whole numbers; the result is by
+    /// corner, then by cell.
     #[inline(always)]
     fn corners_in_lanes<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
         let mut corners = [[R::zero(); N]; 8];
@@ -104,13 +104,13 @@ impl BlockBounds {
     }
 }
 
-/// A field of samples. Inside its box φ is the trilinear interpolant and ∇φ the derivative of that interpolant, one-sided on
-/// the faces between cells.
+/// A field of samples. Inside its box φ is the trilinear interpolant and ∇φ the derivative of that interpolant,
+/// one-sided on the faces between cells.
 ///
-/// Outside the box, with P its nearest point and d the distance to it, φ is hypot(d, φ(P)) and `outside_grid` is set. This is
-/// continuous and never more than the distance to a surface inside the box. §6 of the paper proposes φ(P) + d, which can
-/// exceed that distance: a cull by it would drop contacts. Where φ(P) is negative the solid may continue beyond the box and
-/// nothing is known there; φ is φ(P) + d for continuity.
+/// Outside the box, with P its nearest point and d the distance to it, φ is hypot(d, φ(P)) and `outside_grid` is set.
+/// This is continuous and never more than the distance to a surface inside the box. §6 of the paper proposes φ(P) +
+/// d, which can exceed that distance: a cull by it would drop contacts. Where φ(P) is negative the solid may continue
+/// beyond the box and nothing is known there; φ is φ(P) + d for continuity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid<S> {
     lattice: Lattice,
@@ -119,7 +119,8 @@ pub struct Grid<S> {
 }
 
 impl<S: Storage> Grid<S> {
-    /// `slope_bound` must be at least what [`measure_slope_bound`] returns. `None` unless it is finite and not negative.
+    /// `slope_bound` must be at least what [`measure_slope_bound`] returns. `None` unless it is finite and not
+    /// negative.
     pub fn new(lattice: Lattice, storage: S, slope_bound: f64) -> Option<Self> {
         (slope_bound.is_finite() && slope_bound >= 0.0).then_some(Self { lattice, storage, slope_bound })
     }
@@ -197,7 +198,8 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         }
     }
 
-    /// φ(c) + ∇φ(c)·(x − c) − φ(x) ≤ ½ (upper − lower)·s, with all gradients in \[lower, upper\] and s the box's extents.
+    /// φ(c) + ∇φ(c)·(x − c) − φ(x) ≤ ½ (upper − lower)·s, with all gradients in \[lower, upper\] and s the box's
+    /// extents.
     fn linearization_error(&self, region: &Aabb) -> f64 {
         let Some(GradientRange { gradients, .. }) = self.gradient_range::<f64>(region) else { return f64::INFINITY };
         let spread = gradients.upper - gradients.lower;
@@ -205,8 +207,8 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
     }
 
     /// Mean value form of interval arithmetic (Moore 1966, "Interval Analysis", ch. 6) if the hull meets few cells:
-    /// φ(x) ∈ φ(about) + \[∇φ\]·(x − about), intersected with the range of the samples. Its error shrinks with the square
-    /// of the hull's size, that of a bound from the slope only with the size.
+    /// φ(x) ∈ φ(about) + \[∇φ\]·(x − about), intersected with the range of the samples. Its error shrinks with the
+    /// square of the hull's size, that of a bound from the slope only with the size.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let Some(inside) = self.gradient_range::<R>(&Aabb::around_corners(corners)) else {
             return Enclosure::from_slope(self, about, corners);

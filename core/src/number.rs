@@ -1,11 +1,12 @@
 //! The number types that fields are written over.
 //!
-//! A field is written once, over [`Real`]. In `f32` or `f64` it evaluates one point, in [`Lanes`](crate::Lanes) several side
-//! by side, in a dual number it also yields derivatives.
+//! A field is written once, over [`Real`]. In `f32` or `f64` it evaluates one point, in [`Lanes`](crate::Lanes)
+//! several side by side, in a dual number it also yields derivatives.
 //!
 //! - Lanes may need both sides of a condition. Generic code therefore chooses with [`Real::select`] and not with `if`.
 //! - [`Float`] is a number with one lane. Searches use it: they branch on values.
-//! - A formula of many operators is a [`LaneKernel`](crate::LaneKernel), so that lanes run it in one loop: see `kernel`.
+//! - A formula of many operators is a [`LaneKernel`](crate::LaneKernel), so that lanes run it in one loop: see
+//!   `kernel`.
 
 mod backend;
 pub mod interval;
@@ -63,8 +64,8 @@ pub trait Real:
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
 
-    /// Largest coordinate at which a field is evaluated: sums of squares stay finite. Lengths below its reciprocal count as
-    /// zero where a direction is needed, because their squares have lost digits.
+    /// Largest coordinate at which a field is evaluated: sums of squares stay finite. Lengths below its reciprocal
+    /// count as zero where a direction is needed, because their squares have lost digits.
     const MAX_COORDINATE: f64;
 
     /// Nearest number to a constant or a parameter of a field.

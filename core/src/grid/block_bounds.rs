@@ -1,6 +1,7 @@
 //! Bounds of the values and slopes in blocks of 8 × 8 × 8 nodes, one per brick slot.
 //!
-//! With them a cull uses the slope near an element; without them it has only the slope of the steepest cell of the grid.
+//! With them a cull uses the slope near an element; without them it has only the slope of the steepest cell of the
+//! grid.
 
 use super::brick::{brick_counts, brick_slot};
 use super::{BlockBounds, Lattice, Storage};

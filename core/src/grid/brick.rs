@@ -1,6 +1,7 @@
 //! Bricks: the blocks of 8 × 8 × 8 nodes that a sparse grid stores and that block bounds are kept for.
 //!
-//! Brick slot (i, j, k) covers the nodes from 8·(i, j, k) to 8·(i, j, k) + 7. A slot holds a brick of samples or is empty.
+//! Brick slot (i, j, k) covers the nodes from 8·(i, j, k) to 8·(i, j, k) + 7. A slot holds a brick of samples or is
+//! empty.
 
 use super::Lattice;
 

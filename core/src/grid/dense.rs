@@ -1,7 +1,8 @@
 use super::{Lattice, Storage};
 use crate::number::Float;
 
-/// Every node's sample in one slice, x fastest: lent from memory or flash (`&[f32]`), or held by anything that lends it.
+/// Every node's sample in one slice, x fastest: lent from memory or flash (`&[f32]`), or held by anything that lends
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dense<S> {
     samples: S,
@@ -17,8 +18,8 @@ impl<S: AsRef<[f32]>> Dense<S> {
     }
 }
 
-/// The samples of a [`Dense`] from the first corner of a cell on, and from its neighbours along y, along z and along both:
-/// each as long as the last, so that one check of an index holds for all.
+/// The samples of a [`Dense`] from the first corner of a cell on, and from its neighbours along y, along z and along
+/// both: each as long as the last, so that one check of an index holds for all.
 struct Edges<'a> {
     samples: [&'a [f32]; 4],
     /// The last place with a neighbour along x.
@@ -28,8 +29,8 @@ struct Edges<'a> {
 }
 
 impl Edges<'_> {
-    /// The samples at a cell's corners, two by two along x. Indices of a cell are within; that they are is said by a least
-    /// and not by a check, which vectors could not pass.
+    /// The samples at a cell's corners, two by two along x. Indices of a cell are within; that they are is said by a
+    /// least and not by a check, which vectors could not pass.
     #[inline(always)]
     fn pairs(&self, cell: [u32; 3]) -> [[f32; 2]; 4] {
         let first = first(cell, self.row, self.layer).min(self.last);

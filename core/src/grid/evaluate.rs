@@ -87,7 +87,8 @@ impl LaneKernel for Interpolate<'_> {
     }
 }
 
-/// From a point, its clamped position and φ and ∇φ there: the sample at the point. The formulas stand in the module header.
+/// From a point, its clamped position and φ and ∇φ there: the sample at the point. The formulas stand in the module
+/// header.
 struct Extrapolate<'a>(&'a Lattice);
 
 impl LaneKernel for Extrapolate<'_> {

@@ -9,8 +9,8 @@ use crate::number::{Float, Real};
 use crate::rounding::BOX_COORDINATE;
 use crate::vector::from_f64;
 
-/// More cells say less of each and take longer to look at. Of 8, 27 and 64 the last took the fewest evaluations on triangles of
-/// 20 voxels, and no more time on those of two.
+/// More cells say less of each and take longer to look at. Of 8, 27 and 64 the last took the fewest evaluations on
+/// triangles of 20 voxels, and no more time on those of two.
 const MAX_CELLS: u32 = 64;
 
 /// What the interpolant and its gradients stay within in a box.
@@ -83,8 +83,9 @@ impl<R: Float> GradientRange<R> {
     }
 }
 
-/// The least and the greatest of what four corners of a square interpolate to in a part of it: at a corner of the part, for
-/// it is linear along either side. The derivative of a trilinear interpolant along one axis is of this kind along the other two.
+/// The least and the greatest of what four corners of a square interpolate to in a part of it: at a corner of the
+/// part, for it is linear along either side. The derivative of a trilinear interpolant along one axis is of this kind
+/// along the other two.
 fn bilinear_range<R: Float>([c00, c10, c01, c11]: [R; 4], across: [R; 2], up: [R; 2]) -> [R; 2] {
     let mut range = [R::from_f64(f64::INFINITY), R::from_f64(f64::NEG_INFINITY)];
     for share in across {

@@ -80,8 +80,8 @@ impl Lattice {
         core::array::from_fn(|axis| self.origin[axis] + self.spacing * f64::from(index[axis]))
     }
 
-    /// The first and the last node of the cells that a box meets, or comes nearest to where it lies outside. `None` unless
-    /// the box is finite and not empty.
+    /// The first and the last node of the cells that a box meets, or comes nearest to where it lies outside. `None`
+    /// unless the box is finite and not empty.
     #[inline(always)]
     pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
         let is_valid = region.min.iter().zip(&region.max).all(|(low, high)| low <= high && (high - low).is_finite());

@@ -29,8 +29,8 @@ pub fn slope_bound_with_outside(inside: f64, has_negative_boundary: bool) -> f64
     if has_negative_boundary { libm::sqrt(1.0 + inside * inside) } else { inside.max(1.0) }
 }
 
-/// Slope bound of one cell from its corners, in the order of [`Storage::corners`]: |(Δx, Δy, Δz)| / `spacing`, each Δ the
-/// largest difference along an edge of that axis.
+/// Slope bound of one cell from its corners, in the order of [`Storage::corners`]: |(Δx, Δy, Δz)| / `spacing`, each Δ
+/// the largest difference along an edge of that axis.
 pub fn cell_slope(corners: [f32; 8], spacing: f64) -> f64 {
     let c = corners.map(f64::from);
     let max_difference =

@@ -1,8 +1,8 @@
 //! Sparse storage: bricks of 8 × 8 × 8 samples near the surface, a coarse grid of every eighth node elsewhere.
 //!
-//! Every node has exactly one value: the sample of its brick if its slot holds one, else the trilinear interpolant of the
-//! coarse cell around it. Cells whose corners belong to different slots mix both kinds. The field is therefore continuous
-//! across the faces of bricks and from fine to coarse.
+//! Every node has exactly one value: the sample of its brick if its slot holds one, else the trilinear interpolant of
+//! the coarse cell around it. Cells whose corners belong to different slots mix both kinds. The field is therefore
+//! continuous across the faces of bricks and from fine to coarse.
 //!
 //! A node is found in two steps, as in the two-level grids of OpenVDB (Museth 2013): `table` maps its slot to a brick
 //! number, and the node's position modulo 8 gives the sample within the brick.
@@ -195,8 +195,8 @@ impl<B: Bricks> Sparse<B> {
 
     /// Bounds of the nodes of a slot.
     ///
-    /// An empty slot has those of its coarse cell: a cell with all corners in empty slots lies in one coarse cell, and any
-    /// other has a corner in a brick, whose bounds cover it.
+    /// An empty slot has those of its coarse cell: a cell with all corners in empty slots lies in one coarse cell,
+    /// and any other has a corner in a brick, whose bounds cover it.
     fn slot_bounds(&self, slot: [u32; 3]) -> BlockBounds {
         let stored = self.brick_in_slot(slot).and_then(|brick| self.bricks.bounds().get(brick));
         stored.copied().unwrap_or_else(|| {

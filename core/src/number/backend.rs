@@ -24,12 +24,12 @@ pub use self::std::{sqrt, sqrtf, trunc, truncf};
 #[cfg(not(feature = "std"))]
 pub use convert::{trunc, truncf};
 
-/// Smallest f64 from which on neighbouring numbers are 1 apart: 2⁵². Adding it rounds a smaller number to an integer, which
-/// then stands in the low bits.
+/// Smallest f64 from which on neighbouring numbers are 1 apart: 2⁵². Adding it rounds a smaller number to an integer,
+/// which then stands in the low bits.
 pub const UNIT_ULP: f64 = 4_503_599_627_370_496.0;
 
-/// Truncation by conversion: one instruction on scalar processors. It saturates, which vector units do not, so that a loop
-/// over it does not become one over vectors.
+/// Truncation by conversion: one instruction on scalar processors. It saturates, which vector units do not, so that a
+/// loop over it does not become one over vectors.
 #[cfg(not(feature = "std"))]
 mod convert {
     /// Toward zero; 0 below zero.

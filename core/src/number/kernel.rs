@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 
 use crate::number::Real;
 
-/// Numbers, or vectors, arrays and tuples of them, that can be taken apart by lanes and put together again: of the lanes'
-/// vector `Vector3<Lanes<f64, 8>>` the lane 3 is a `Vector3<f64>`. What a [`LaneKernel`] takes and gives.
+/// Numbers, or vectors, arrays and tuples of them, that can be taken apart by lanes and put together again: of the
+/// lanes' vector `Vector3<Lanes<f64, 8>>` the lane 3 is a `Vector3<f64>`. What a [`LaneKernel`] takes and gives.
 pub trait LaneBundle<R: Real>: Copy {
     /// The same of one lane.
     type Lane: Copy;
@@ -16,11 +16,11 @@ pub trait LaneBundle<R: Real>: Copy {
 
 /// A calculation with numbers of any kind, as a type, so that [`run`] can apply it on one number or lane by lane.
 ///
-/// An operator of [`Lanes`](crate::Lanes) is a loop over the lanes, and a formula of thirty operators thirty loops with all
-/// lanes stored between them. A kernel is one loop around the whole formula, and that is what compilers turn into vectors
-/// best, if it is long enough not to be unrolled before. It holds no branch and no call that is not inlined: either would leave
-/// the loop as it is. So do masks in what it takes or gives. What a closure would capture, such as a slope bound, are its
-/// fields.
+/// An operator of [`Lanes`](crate::Lanes) is a loop over the lanes, and a formula of thirty operators thirty loops
+/// with all lanes stored between them. A kernel is one loop around the whole formula, and that is what compilers turn
+/// into vectors best, if it is long enough not to be unrolled before. It holds no branch and no call that is not
+/// inlined: either would leave the loop as it is. So do masks in what it takes or gives. What a closure would
+/// capture, such as a slope bound, are its fields.
 pub trait LaneKernel {
     /// What it takes.
     type From<R: Real>: LaneBundle<R, Lane = Self::From<R::Lane>>;
