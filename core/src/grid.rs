@@ -210,7 +210,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
     /// φ(x) ∈ φ(about) + \[∇φ\]·(x − about), intersected with the range of the samples. Its error shrinks with the
     /// square of the hull's size, that of a bound from the slope only with the size.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        let Some(inside) = self.gradient_range::<R>(&Aabb::around_corners(corners)) else {
+        let Some(inside) = self.gradient_range::<R>(&Aabb::from_corners(corners)) else {
             return Enclosure::from_slope(self, about, corners);
         };
         let value = self.value(about);

@@ -50,7 +50,7 @@ impl<S: Storage> Grid<S> {
     /// `None` if the segment leaves the box or meets too many cells, or a sample is not finite.
     #[inline(always)]
     pub(in crate::grid) fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<ExactMinimum<R, 2>> {
-        if !self.lattice.bounds().encloses(&Aabb::around_corners(&ends)) {
+        if !self.lattice.bounds().encloses(&Aabb::from_corners(&ends)) {
             return None;
         }
         let line = Line {

@@ -55,7 +55,7 @@ impl<S: Storage> Grid<S> {
         corners: [Vector3<R>; 3],
         Goal { level, gap }: Goal<R>,
     ) -> Option<ExactMinimum<R, 3>> {
-        if !self.lattice.bounds().encloses(&Aabb::around_corners(&corners)) {
+        if !self.lattice.bounds().encloses(&Aabb::from_corners(&corners)) {
             return None;
         }
         let triangle = GridTriangle::new(&self.lattice, corners.map(|corner| self.cell_coordinates(corner)))?;
