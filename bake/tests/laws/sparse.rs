@@ -5,7 +5,7 @@ mod bounds;
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{Dense, Grid, Lattice, Storage, slope_bound};
+use sdf_core::grid::{Dense, Grid, Lattice, Storage, measure_slope_bound};
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{self, Mesh};
@@ -118,7 +118,7 @@ fn it_is_continuous_and_no_steeper_than_its_slope_bound_everywhere() {
         let lattice = Baked::from_mesh(mesh, None, 40).lattice;
         let grid = bake::<C>(mesh, &lattice);
         let storage = Sparse::new(&lattice, &grid).unwrap();
-        let steepest = slope_bound(&lattice, &storage);
+        let steepest = measure_slope_bound(&lattice, &storage);
         assert!(steepest <= grid.slope_bound * (1.0 + 1e-6), "{name}: {steepest} > {}", grid.slope_bound);
         let field = Grid::new(lattice, storage, grid.slope_bound).unwrap();
         let bounds = lattice.bounds().inflate(lattice.spacing());
