@@ -1,6 +1,6 @@
 //! Grids baked to keep within an error.
 
-use sdf_bake::error_budget::{AnyGrid, Baked, Budget, ErrorBudgetError};
+use sdf_bake::error_budget::{AnyGrid, BudgetedGrid, ErrorBudget, ErrorBudgetError};
 use sdf_bake::sparse::SparseGrid;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::Sdf;
@@ -22,15 +22,15 @@ fn solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-fn budget(max_error: f64) -> Budget {
-    Budget { max_error, band: 3.0, padding: 2, most_bytes: 1 << 28 }
+fn budget(max_error: f64) -> ErrorBudget {
+    ErrorBudget { max_error, band: 3.0, padding: 2, max_bytes: 1 << 28 }
 }
 
-fn worst_error(mesh: &TriangleMesh, distance: &MeshDistance, baked: &Baked, random: &mut Random) -> f64 {
+fn worst_error(mesh: &TriangleMesh, distance: &MeshDistance, baked: &BudgetedGrid, random: &mut Random) -> f64 {
     fn worst<C: Code>(
         mesh: &TriangleMesh,
         distance: &MeshDistance,
-        baked: &Baked,
+        baked: &BudgetedGrid,
         grid: &SparseGrid<C>,
         random: &mut Random,
     ) -> f64 {
@@ -52,7 +52,7 @@ fn worst_error(mesh: &TriangleMesh, distance: &MeshDistance, baked: &Baked, rand
     }
 }
 
-fn error_bound(baked: &Baked) -> f64 {
+fn error_bound(baked: &BudgetedGrid) -> f64 {
     match &baked.grid {
         AnyGrid::U8(grid) => grid.error_bound,
         AnyGrid::U16(grid) => grid.error_bound,
@@ -67,18 +67,14 @@ fn a_grid_within_a_budget_is_off_by_no_more() {
         let distance = MeshDistance::new(&mesh, None);
         for share in [0.3, 0.03, 0.01] {
             let budget = budget(share * mesh.bounds().longest_side());
-            let choice = budget.choose(&distance).unwrap();
+            let plan = budget.plan(&distance).unwrap();
             let baked = budget.bake(&distance, &|_| ()).unwrap();
-            assert_eq!(baked.lattice, *choice.plan.lattice(), "{name}: what was chosen was not within the budget");
-            assert!(error_bound(&baked) <= choice.error_bound && choice.error_bound <= budget.max_error, "{name}");
+            assert_eq!(baked.lattice, *plan.baker.lattice(), "{name}: what was chosen was not within the budget");
+            assert!(error_bound(&baked) <= plan.error_bound && plan.error_bound <= budget.max_error, "{name}");
             let worst = worst_error(&mesh, &distance, &baked, &mut random);
             assert!(worst <= budget.max_error, "{name}: off by {worst}, more than {}", budget.max_error);
             let cells = mesh.bounds().longest_side() / baked.lattice.spacing();
-            println!(
-                "{name}: {:.2} of the budget by {cells:.0} cells, {:?}",
-                worst / budget.max_error,
-                choice.precision
-            );
+            println!("{name}: {:.2} of the budget by {cells:.0} cells, {:?}", worst / budget.max_error, plan.precision);
         }
     }
 }
@@ -99,21 +95,21 @@ fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
     for (name, mesh) in solids(&mut random).into_iter().filter(|(name, _)| ["sphere", "two cubes"].contains(name)) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for (share, most_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
-            let budget = Budget { most_bytes, ..budget(share * mesh.bounds().longest_side()) };
-            let Err(refusal) = budget.choose(&distance) else { panic!("{name}: {share} in {most_bytes}") };
+        for (share, max_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
+            let budget = ErrorBudget { max_bytes, ..budget(share * mesh.bounds().longest_side()) };
+            let Err(refusal) = budget.plan(&distance) else { panic!("{name}: {share} in {max_bytes}") };
             println!("{name}: {refusal}");
-            let ErrorBudgetError::TooLarge { bytes, reachable, .. } = &refusal else { panic!("{name}: {refusal}") };
-            assert!(bytes.is_none_or(|bytes| bytes > most_bytes), "{name}: {bytes:?}");
+            let ErrorBudgetError::TooLarge { bytes, achievable, .. } = &refusal else { panic!("{name}: {refusal}") };
+            assert!(bytes.is_none_or(|bytes| bytes > max_bytes), "{name}: {bytes:?}");
             assert!(bytes.is_some() || share < 1e-6, "{name}: {refusal}");
-            let reachable = reachable.unwrap();
-            assert!(reachable.error > budget.max_error && reachable.bytes <= most_bytes, "{name}: {reachable:?}");
+            let achievable = achievable.unwrap();
+            assert!(achievable.error > budget.max_error && achievable.bytes <= max_bytes, "{name}: {achievable:?}");
             // Sizes are tried an eighth of an octave apart, and a size a little finer can do worse.
-            let again = Budget { max_error: 1.5 * reachable.error, ..budget }.bake(&distance, &|_| ());
-            assert!(error_bound(&again.unwrap()) <= 1.5 * reachable.error, "{name}");
+            let again = ErrorBudget { max_error: 1.5 * achievable.error, ..budget }.bake(&distance, &|_| ());
+            assert!(error_bound(&again.unwrap()) <= 1.5 * achievable.error, "{name}");
         }
-        let nothing = Budget { most_bytes: 1000, ..budget(0.1) }.choose(&distance).err();
-        assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { reachable: None, .. })), "{name}: {nothing:?}");
+        let nothing = ErrorBudget { max_bytes: 1000, ..budget(0.1) }.plan(&distance).err();
+        assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { achievable: None, .. })), "{name}: {nothing:?}");
     }
 }
 
@@ -125,7 +121,7 @@ fn where_no_voxel_is_small_enough_it_says_so() {
     let closed = meshes::icosphere(2).baked();
     for error in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refusal = budget(error).bake(&MeshDistance::new(&closed, None), &|_| ()).unwrap_err();
-        assert!(matches!(refusal, ErrorBudgetError::NoLength(_)), "{refusal}");
+        assert!(matches!(refusal, ErrorBudgetError::InvalidError(_)), "{refusal}");
     }
 }
 

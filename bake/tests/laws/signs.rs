@@ -279,7 +279,7 @@ fn no_point_beside_a_fine_flat_sheet_is_inside() {
 fn a_shell_that_passes_through_itself_is_inside_where_it_goes_around() {
     let spindle = meshes::torus(0.5, 0.8, 20, 14);
     assert_no_leak("spindle", &assert_inside("spindle", &spindle, None, 16, solid(&spindle)));
-    assert!(MeshDistance::new(&spindle.baked(), None).verdict().contains("intersecting"));
+    assert!(MeshDistance::new(&spindle.baked(), None).sign_reason().contains("intersecting"));
 }
 
 /// One shell, closed and manifold, of which all or some has no thickness: what is there twice has no inside.

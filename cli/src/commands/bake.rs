@@ -3,7 +3,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
-use sdf_bake::error_budget::{self, AnyGrid, Budget, ErrorBudgetError};
+use sdf_bake::error_budget::{AnyGrid, BudgetedGrid, ErrorBudget, ErrorBudgetError};
 use sdf_bake::sparse::{self, Quantize};
 use sdf_bake::{MeshDistance, MeshReport, SignMethod, SparseGrid, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
@@ -141,7 +141,7 @@ pub fn bake(args: &BakeArgs, input: MeshInput) -> Result<Baked> {
         band: f64::from(args.band()) * lattice.spacing(),
         picked: args.max_error.map(|_| picked(args, &lattice)),
         method: distance.sign_method(),
-        verdict: distance.verdict().to_owned(),
+        verdict: distance.sign_reason().to_owned(),
         topology: *distance.topology(),
         is_continuous: distance.is_continuous(),
         mesh_report: mesh.report(),
@@ -174,21 +174,21 @@ fn within(
         Tolerance::Length(length) => (format!("--max-error {length}"), length),
         Tolerance::Share(share) => (format!("--max-error {}%", share * 100.0), share * mesh.bounds().diagonal()),
     };
-    let most_bytes = memory::available().unwrap_or(memory::ASSUMED) as usize;
-    let budget = Budget { max_error, band: f64::from(args.band()), padding: args.padding, most_bytes };
+    let max_bytes = memory::available().unwrap_or(memory::ASSUMED) as usize;
+    let budget = ErrorBudget { max_error, band: f64::from(args.band()), padding: args.padding, max_bytes };
     let bar = progress::bar("baking", 0);
-    let baked = budget.bake(distance, &|places| {
+    let baked = budget.bake(distance, &|slots| {
         // How many there are is known only when a size has been picked.
-        bar.inc_length(places as u64);
-        bar.inc(places as u64);
+        bar.inc_length(slots as u64);
+        bar.inc(slots as u64);
     });
     bar.finish_and_clear();
     let refused = |refusal: ErrorBudgetError| match refusal {
         ErrorBudgetError::SignJumps { .. } => "take --res or --voxel-size, or close the mesh",
-        ErrorBudgetError::NoLength(_) | ErrorBudgetError::TooLarge { .. } => "take a larger --max-error",
+        ErrorBudgetError::InvalidError(_) | ErrorBudgetError::TooLarge { .. } => "take a larger --max-error",
     };
     let shown = args.mesh.display();
-    let error_budget::Baked { lattice, grid } =
+    let BudgetedGrid { lattice, grid } =
         baked.map_err(|refusal| anyhow!("{shown}: {asked}: {refusal}: {}", refused(refusal.clone())))?;
     Ok(match grid {
         AnyGrid::U16(grid) => (lattice, BakedGrid::U16(grid)),
@@ -201,12 +201,12 @@ fn picked(args: &BakeArgs, lattice: &Lattice) -> String {
 }
 
 fn bake_sparse<C: Quantize>(args: &BakeArgs, distance: &MeshDistance, lattice: &Lattice) -> Result<SparseGrid<C>> {
-    let plan = sparse::Plan::new(distance, lattice, f64::from(args.band()) * lattice.spacing());
-    let what = format!("{}: {} bricks", args.mesh.display(), plan.most_bricks());
+    let baker = sparse::SparseBaker::new(distance, lattice, f64::from(args.band()) * lattice.spacing());
+    let what = format!("{}: {} bricks", args.mesh.display(), baker.max_bricks());
     let smaller = "take a smaller --res, a larger --voxel-size, a smaller --band or --precision u8";
-    memory::require(plan.most_bytes::<C>() as f64, &what, smaller)?;
-    let bar = progress::bar("baking", plan.places() as u64);
-    let grid = plan.bake(&|places| bar.inc(places as u64));
+    memory::require(baker.max_bytes::<C>() as f64, &what, smaller)?;
+    let bar = progress::bar("baking", baker.slot_count() as u64);
+    let grid = baker.bake(&|slots| bar.inc(slots as u64));
     bar.finish_and_clear();
     Ok(grid)
 }
