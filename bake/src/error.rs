@@ -135,7 +135,7 @@ impl<'a> BrickErrors<'a> {
 impl MeshDistance<'_> {
     /// Outward unit normal of a triangle of the tree; zero if unknown.
     fn normal(&self, slot: u32) -> Vector3<f64> {
-        let normals = self.normals_of_one_solid();
+        let normals = self.solid_normals();
         normals.map_or_else(Vector3::zeros, |normals| normals.face(self.tree().triangles[slot as usize]))
     }
 
@@ -143,7 +143,7 @@ impl MeshDistance<'_> {
     ///
     /// The faces that meet at a nearest point share a corner, so each gradient lies in one of these cones.
     fn normals_by_corner(&self, candidates: &[u32]) -> Vec<Normals> {
-        let corners = |slot: &u32| self.points_of(*slot as usize).map(|point| (point, self.normal(*slot)));
+        let corners = |slot: &u32| self.corner_indices(*slot as usize).map(|point| (point, self.normal(*slot)));
         let mut by_corner: Vec<(u32, Vector3<f64>)> = candidates.iter().flat_map(corners).collect();
         by_corner.sort_by_key(|(corner, _)| *corner);
         let cone = |around_corner: &[(u32, Vector3<f64>)]| {

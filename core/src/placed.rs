@@ -156,7 +156,7 @@ fn push_minimum<R: Float, P: Placement, const N: usize>(
     ExactMinimum { value, lower_bound: local.lower_bound * scale - rounding, ..local }
 }
 
-impl<R: Real> Pulled<R> {
+impl<R: Real> LocalPoint<R> {
     /// A sample in the field's frame as one in the world, by the chain rule: scale · Jᵀ ∇φ.
     #[inline(always)]
     pub fn push_sample(&self, local: Sample<R>) -> Sample<R> {

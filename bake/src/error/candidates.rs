@@ -113,7 +113,7 @@ impl pulp::NullaryFnOnce for FindCandidates<'_, '_> {
         *nearest = CenterOffsetX8::NONE;
         for slot in triangles {
             let slot = *slot as usize;
-            let offset = CenterOffsetX8::new(&tree.corners[slot], tree.rough[slot].is_sliver, &blocks.centers);
+            let offset = CenterOffsetX8::new(&tree.corners[slot], tree.approx[slot].is_sliver, &blocks.centers);
             nearest.keep_nearer(&offset);
             offsets.push(offset);
         }

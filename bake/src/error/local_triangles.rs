@@ -53,7 +53,7 @@ impl<'a> LocalTriangles<'a> {
         let mut local = Self { tree, center, inv_unit: 1.0 / unit, slots, spheres, groups, picked, candidates };
         let radius = radius * f64::from(SLACK);
         let max_offset = radius / unit;
-        tree.near(center, radius * radius, |slot| local.push(slot, max_offset));
+        tree.visit_within(center, radius * radius, |slot| local.push(slot, max_offset));
         let enclosing = |items: &[BoundingSpheres]| BoundingSpheres::enclosing(items, max_offset);
         local.groups.extend(local.spheres.chunks(LANES).map(enclosing));
         local

@@ -22,7 +22,7 @@ fn the_gradient_at_a_point_of_a_block_lies_in_the_cone_of_the_candidates_around_
     for (sides, top, bottom) in [(3, 1.0, 0.5), (4, 0.05, 0.05), (5, 2.0, -0.2), (9, 0.1, -0.05), (40, 0.7, 0.2)] {
         let mesh = bipyramid(sides, top, bottom);
         let distance = MeshDistance::new(&mesh, None);
-        assert!(distance.normals_of_one_solid().is_some());
+        assert!(distance.solid_normals().is_some());
         for _ in 0..300 {
             let center = random_vector(&mut state) * 1.3;
             let block = ErrorBlock { center, half_side: 0.3 * random(&mut state).abs() };

@@ -335,7 +335,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
     fn evaluate(&mut self, index: usize) {
         // A value that cannot be carried on needs no smaller error than its own side does.
         let max_error = if self.mesh.boundary().has_slope_bound() { MAX_EVALUATED_ERROR } else { f64::INFINITY };
-        let winding = Winding::new(self.mesh.bounded_winding(self.position(index), max_error));
+        let winding = Winding::new(self.mesh.winding_estimate(self.position(index), max_error));
         if winding.is_certain() {
             self.adopt(index, winding, 0.0, |flood| flood.position(index));
         }

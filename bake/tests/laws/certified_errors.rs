@@ -45,7 +45,7 @@ fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, band: f64, random: &m
     let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 2).unwrap();
     let spacing = lattice.spacing();
     let grid: SparseGrid<C> = sparse::bake(&distance, &lattice, band * spacing, &|_| ());
-    assert_eq!(grid.errors.len(), grid.places.len());
+    assert_eq!(grid.errors.len(), grid.slots.len());
     assert_eq!(grid.error_bound, f64::from(grid.errors.iter().copied().fold(0.0, f32::max)), "{name}");
     let field = Grid::new(lattice, Sparse::new(&lattice, &grid).unwrap(), grid.slope_bound).unwrap();
     let mut worst = 0.0_f64;
