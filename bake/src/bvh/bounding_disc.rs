@@ -1,10 +1,14 @@
+//! Discs around the triangles of tree nodes: a center, a normal, a radius across it and a half thickness along it.
+//!
+//! The normal is that of the sum of the triangles' area vectors. A mesh is smooth in the small, so a disc is much
+//! thinner than a box.
+
 use sdf_core::nalgebra::Vector3;
 
 use crate::rounding::{MIN_AREA, SINGLE_SLACK};
 use crate::triangle::approx::UnitFrame;
 
-/// Disc with a thickness around the triangles of a node, in the tree's [`UnitFrame`]. A mesh is smooth in the small, so a
-/// disc is much thinner than a box.
+/// Disc around the triangles of a node, in the tree's [`UnitFrame`].
 #[derive(Clone, Copy)]
 pub(crate) struct BoundingDisc {
     /// First corner of a triangle.

@@ -127,7 +127,8 @@ impl PacketSearch<'_> {
         self.store(first, |lane| nearest.lane(lane));
     }
 
-    /// Expands a suboctant's candidates down to triangles, and measures its 2 × 2 × 2 nodes to them. `near` is a tree node near to it.
+    /// Expands a suboctant's candidates down to triangles, and measures its 2 × 2 × 2 nodes to them. `near` is a tree
+    /// node near to it.
     #[inline(always)]
     fn descend_suboctant(
         &mut self,
@@ -190,8 +191,8 @@ fn disc_corner(tree: &Bvh, height: usize, node: u32) -> Vector3<f64> {
     tree.corners[tree.bounding_disc(height, node).slot as usize][0]
 }
 
-/// Fills each octant's list with the tree nodes of one height that can hold the nearest to a point of the octant. Returns the
-/// tree node whose disc's center is nearest to each octant's.
+/// Fills each octant's list with the tree nodes of one height that can hold the nearest to a point of the octant.
+/// Returns the tree node whose disc's center is nearest to each octant's.
 #[inline(always)]
 fn distribute(tree: &Bvh, height: usize, nodes: &[u32], octants: &Octants, lists: &mut LaneLists) -> Lanes<u32> {
     let centers = octants.centers();
