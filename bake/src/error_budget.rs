@@ -10,14 +10,14 @@
 //! size that is tried: from coarse to fine by octaves, for coarse grids are cheap to certify, then by bisection of the
 //! last octave. Of the sufficient sizes and precisions, the one that takes the least memory is baked.
 
-use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::brick_counts;
 use thiserror::Error;
 
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BOUND_ROUNDING, DEQUANTIZED_ROUNDING};
-use crate::sparse::{Quantize, SparseBaker, SparseGrid};
-use crate::{MeshDistance, lattice_around};
+use crate::sparse::SparseBaker;
+use crate::{BakedGrid, MeshDistance, lattice_around};
 
 /// Requirements of a sparse grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,13 +32,6 @@ pub struct ErrorBudget {
     pub max_bytes: usize,
 }
 
-/// Type of the stored samples. f32 is never worth its memory: u16 rounds by less than 2e-4 voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    U8,
-    U16,
-}
-
 /// Grid that takes the least memory of those that were found to be within the budget.
 pub struct Plan<'a> {
     pub baker: SparseBaker<'a>,
@@ -47,20 +40,6 @@ pub struct Plan<'a> {
     pub error_bound: f64,
     /// Largest memory of baking it.
     pub bytes: usize,
-}
-
-/// Sparse grid of either sample type.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnyGrid {
-    U8(SparseGrid<u8>),
-    U16(SparseGrid<u16>),
-}
-
-/// Grid whose `error_bound` is within the budget.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BudgetedGrid {
-    pub lattice: Lattice,
-    pub grid: AnyGrid,
 }
 
 /// Error that is certain to be met with the memory allowed, and an estimate of what it takes.
@@ -111,18 +90,18 @@ const BISECTIONS: u32 = 3;
 /// hope. It can fall faster once: where the band no longer contains both sides of a thin shape.
 const HOPELESS: f64 = 16.0;
 
-impl Precision {
-    /// Largest rounding of a sample, in voxels: half a step of the code, and the roundings of f32.
-    ///
-    /// The samples of a brick differ by at most 7 voxels along each axis, 21 in all.
-    fn rounding(self, band: f64) -> f64 {
-        const RANGE: f64 = 21.0;
-        let codes = match self {
-            Self::U8 => f64::from(u8::MAX),
-            Self::U16 => f64::from(u16::MAX),
-        };
-        0.5 * RANGE / codes + DEQUANTIZED_ROUNDING * (band + 2.0 * RANGE)
-    }
+/// Largest rounding of a sample, in voxels: half a step of the code, and the roundings of f32.
+///
+/// The samples of a brick differ by at most 7 voxels along each axis, 21 in all. u16 rounds by less than 2e-4 voxels, so that
+/// f32 is never planned.
+fn rounding(precision: Precision, band: f64) -> f64 {
+    const RANGE: f64 = 21.0;
+    let steps = match precision {
+        Precision::U8 => f64::from(u8::MAX),
+        Precision::U16 => f64::from(u16::MAX),
+        Precision::F32 => f64::INFINITY,
+    };
+    0.5 * RANGE / steps + DEQUANTIZED_ROUNDING * (band + 2.0 * RANGE)
 }
 
 /// A size of voxels and its certified error of interpolation, a length.
@@ -146,17 +125,13 @@ impl ErrorBudget {
         &self,
         mesh: &MeshDistance,
         on_slots_done: &(dyn Fn(usize) + Sync),
-    ) -> Result<BudgetedGrid, ErrorBudgetError> {
+    ) -> Result<BakedGrid, ErrorBudgetError> {
         let mut tightened = *self;
         loop {
             let plan = tightened.plan(mesh)?;
-            let lattice = *plan.baker.lattice();
-            let (grid, error_bound) = match plan.precision {
-                Precision::U8 => bake_as::<u8>(&plan.baker, on_slots_done, AnyGrid::U8),
-                Precision::U16 => bake_as::<u16>(&plan.baker, on_slots_done, AnyGrid::U16),
-            };
-            if error_bound <= self.max_error {
-                return Ok(BudgetedGrid { lattice, grid });
+            let baked = plan.baker.bake_as(plan.precision, on_slots_done);
+            if baked.error_bound <= self.max_error {
+                return Ok(baked);
             }
             // Not observed yet: the grid's own bound is smaller than the plan's.
             tightened.max_error *= 0.9;
@@ -177,7 +152,7 @@ impl ErrorBudget {
             let sufficient = sizes.filter(|size| self.error(*size, precision) <= self.max_error);
             let largest = sufficient.max_by(|a, b| a.spacing.total_cmp(&b.spacing))?;
             let baker = self.baker(mesh, largest.spacing)?;
-            let bytes = bytes(&baker, precision);
+            let bytes = baker.max_bytes_as(precision);
             Some(Plan { baker, precision, error_bound: self.error(largest, precision), bytes })
         });
         let smallest = plans.min_by_key(|plan| plan.bytes);
@@ -187,14 +162,14 @@ impl ErrorBudget {
     }
 
     fn error(&self, size: CertifiedSize, precision: Precision) -> f64 {
-        (size.interpolation + precision.rounding(self.band) * size.spacing) * (1.0 + BOUND_ROUNDING)
+        (size.interpolation + rounding(precision, self.band) * size.spacing) * (1.0 + BOUND_ROUNDING)
     }
 
     /// Size that suffices for any mesh.
     fn sufficient_size(&self, mesh: &MeshDistance, precision: Precision) -> CertifiedSize {
         // Once for `error`, once for this division.
         let spacing = self.max_error
-            / (MAX_ERROR + precision.rounding(self.band))
+            / (MAX_ERROR + rounding(precision, self.band))
             / (1.0 + BOUND_ROUNDING)
             / (1.0 + BOUND_ROUNDING);
         let spacing = spacing.min(mesh.bounds().longest_side() / MIN_CELLS);
@@ -218,7 +193,7 @@ impl ErrorBudget {
             let Some(baker) = self.fitting_baker(mesh, spacing(octave.into())) else {
                 return Err(self.too_large(mesh, last));
             };
-            let tried = SizeInMemory { spacing: spacing(octave.into()), bytes: bytes(&baker, Precision::U8) };
+            let tried = SizeInMemory { spacing: spacing(octave.into()), bytes: baker.max_bytes_as(Precision::U8) };
             last = Some(tried);
             let Some(size) = certify(mesh, &baker, tried.spacing, f64::INFINITY) else { break };
             let error = self.error(size, Precision::U8);
@@ -245,7 +220,7 @@ impl ErrorBudget {
     }
 
     fn fitting_baker<'a>(&self, mesh: &'a MeshDistance<'a>, spacing: f64) -> Option<SparseBaker<'a>> {
-        self.baker(mesh, spacing).filter(|baker| bytes(baker, Precision::U8) <= self.max_bytes)
+        self.baker(mesh, spacing).filter(|baker| baker.max_bytes_as(Precision::U8) <= self.max_bytes)
     }
 
     /// `None` if the table of brick slots alone exceeds the memory.
@@ -274,21 +249,4 @@ impl ErrorBudget {
 fn certify(mesh: &MeshDistance, baker: &SparseBaker, spacing: f64, max_error: f64) -> Option<CertifiedSize> {
     mesh.solid_normals()?;
     Some(CertifiedSize { spacing, interpolation: baker.interpolation_error(max_error)? })
-}
-
-fn bytes(baker: &SparseBaker, precision: Precision) -> usize {
-    match precision {
-        Precision::U8 => baker.max_bytes::<u8>(),
-        Precision::U16 => baker.max_bytes::<u16>(),
-    }
-}
-
-fn bake_as<C: Quantize>(
-    baker: &SparseBaker,
-    on_slots_done: &(dyn Fn(usize) + Sync),
-    any: impl Fn(SparseGrid<C>) -> AnyGrid,
-) -> (AnyGrid, f64) {
-    let grid = baker.bake::<C>(on_slots_done);
-    let error_bound = grid.error_bound;
-    (any(grid), error_bound)
 }

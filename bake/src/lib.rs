@@ -27,6 +27,7 @@
 
 #![forbid(unsafe_code)]
 
+mod baked_grid;
 mod bvh;
 pub mod dense;
 mod error;
@@ -42,6 +43,7 @@ pub mod sparse;
 mod testing;
 mod triangle;
 
+pub use baked_grid::BakedGrid;
 pub use dense::{DenseGrid, lattice_around};
 pub use mesh::topology::Topology;
 pub use mesh::{InvalidMesh, MeshReport, TriangleMesh};

@@ -40,7 +40,7 @@ pub struct MeshReport {
 }
 
 /// Reason why a mesh cannot be baked.
-#[derive(Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum InvalidMesh {
     #[error("the mesh has no triangles")]
     NoTriangles,
@@ -68,7 +68,7 @@ impl TriangleMesh {
         triangles.iter().flatten().for_each(|index| is_referenced[*index as usize] = true);
         let unreferenced_points = is_referenced.iter().filter(|is_referenced| !**is_referenced).count();
         let referenced = || points.iter().zip(&is_referenced).filter(|(_, used)| **used).map(|(point, _)| *point);
-        let bounds = Aabb::around(referenced()).ok_or(InvalidMesh::NoTriangles)?;
+        let bounds = Aabb::from_points(referenced()).ok_or(InvalidMesh::NoTriangles)?;
         let side = bounds.longest_side();
         if side < MIN_SIDE {
             return Err(InvalidMesh::NoExtent { side });

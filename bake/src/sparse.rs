@@ -49,7 +49,7 @@ pub struct SparseGrid<C> {
     /// Index of the brick in each slot, x fastest.
     pub table: Vec<u32>,
     /// Slot of each brick, counted in bricks from the first node.
-    pub places: Vec<[u32; 3]>,
+    pub slots: Vec<[u32; 3]>,
     pub scales: Vec<Scale>,
     /// Codes of one brick after the other, x fastest.
     pub samples: Vec<C>,

@@ -220,7 +220,7 @@ impl ApproxBound {
 
     /// 0 only for spheres without a candidate, else 1.
     ///
-    /// A sphere has radius r and its center is L away in direction −g. A triangle in it has d ≥ L − r, and its direction f is
+    /// A sphere has radius r and its center is L away in direction −g. A triangle in it has d ≥ L − r. Its direction f is
     /// at an angle α to g with sin α ≤ r/L, so ‖f − g‖₁ ≤ √3 √2 r/L. Thus d ≤ A + s ‖k e − f‖₁ implies
     /// L − r ≤ A + s (‖k e − g‖₁ + √6 r/L). Both sides are multiplied by L; for r ≥ L the sphere is admitted.
     #[inline(always)]

@@ -1,8 +1,8 @@
 //! Error of the interpolant where all gradients are combinations of known normals.
 //!
 //! Each gradient of the distance in a cell is a unit vector in one of some cones; a cone holds the combinations, with weights
-//! ≥ 0, of its unit normals nⱼ (`docs/error-bounds.md`, "Gradients are combinations of nearby normals"). With the
-//! normals in a spherical cap of axis a and half angle θ < 90°, each unit vector u of the cone lies in the cap, and along m
+//! ≥ 0, of its unit normals nⱼ (`docs/error-bounds.md`, "Gradients are combinations of nearby normals"). A spherical cap of
+//! axis a and half angle θ < 90° around the normals holds each unit vector u of the cone, and along m
 //!
 //! ```text
 //! cos(β + θ) ≤ u·m ≤ cos(β − θ),  β = ∠(a, m)         (1 for β ≤ θ, −1 for β + θ ≥ 180°)

@@ -1,8 +1,8 @@
 //! Generalized winding number of a triangle soup.
 //!
-//! w(x) = (1/4π) Σ_t Ω_t(x), where Ω_t is the signed solid angle of triangle t seen from x (Jacobson, Kavan and
-//! Sorkine-Hornung 2013, "Robust inside-outside segmentation using generalized winding numbers"). A far group of
-//! triangles counts by its moments (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders 1 and 2).
+//! w(x) = (1/4π) Σ_t Ω_t(x), Ω_t the signed solid angle of triangle t seen from x (Jacobson, Kavan and Sorkine-Hornung
+//! 2013, "Robust inside-outside segmentation using generalized winding numbers"). A far group of triangles counts by its
+//! moments (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders 1 and 2).
 //!
 //! | step | question | file |
 //! |---|---|---|

@@ -54,7 +54,7 @@ impl SparseBaker<'_> {
         let (bounds, errors): (Vec<BlockBounds>, Vec<f32>) = slots.par_iter().enumerate().map(brick_bounds).unzip();
         let slope_bound = slope_bound(lattice, &storage, map, &table, &bounds);
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
-        SparseGrid { table, places: slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
+        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
     }
 
     /// Computes bricks near the surface, and then those that close an open mesh, both in Hilbert order.

@@ -22,6 +22,11 @@ impl Layout {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Dense, Self::Sparse];
 
+    /// The layout of this [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|layout| layout.name() == name)
+    }
+
     /// `dense` or `sparse`, as files and the command line have it.
     pub fn name(self) -> &'static str {
         match self {
@@ -45,6 +50,11 @@ pub enum Precision {
 impl Precision {
     /// From the finest to the coarsest.
     pub const ALL: [Self; 3] = [Self::F32, Self::U16, Self::U8];
+
+    /// The precision of this [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|precision| precision.name() == name)
+    }
 
     /// `f32`, `u16` or `u8`, as files and the command line have it.
     pub fn name(self) -> &'static str {
@@ -107,6 +117,21 @@ impl OwnedStorage {
     /// Bricks that are stored; `None` of a dense grid.
     pub fn brick_count(&self) -> Option<usize> {
         for_each_storage!(self, _dense => None, sparse => Some(sparse.bricks().scales.len()))
+    }
+
+    /// For each brick its slot: see [`OwnedBricks::slots`]. Empty of a dense grid.
+    pub fn slots(&self) -> &[[u32; 3]] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().slots)
+    }
+
+    /// For each brick its scale. Empty of a dense grid.
+    pub fn scales(&self) -> &[Scale] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().scales)
+    }
+
+    /// The brick in a slot. `None` where there is none, and of a dense grid.
+    pub fn brick_at(&self, slot: [u32; 3]) -> Option<usize> {
+        for_each_storage!(self, _dense => None, sparse => sparse.brick_at(slot))
     }
 
     /// For each brick its error bound: see [`OwnedBricks::errors`]. Empty of a dense grid.

@@ -1,7 +1,7 @@
 //! Cheap upper bounds of [`cone_error_bound`](super::cone_error_bound) for eight sets of normals at once.
 //!
-//! The exact bound is at most (√3/2) sin θ of the first cap that it tries, with the sum of the two normals farthest apart as
-//! axis: it takes another only if that is smaller. So only this cap is computed here.
+//! The axis of the first cap is the sum of the two normals farthest apart. [`cone_error_bound`](super::cone_error_bound)
+//! takes another cap only if it is smaller, so (√3/2) sin θ of the first one is an upper bound.
 
 use sdf_core::nalgebra::Vector3;
 

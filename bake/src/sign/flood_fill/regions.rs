@@ -11,7 +11,7 @@ use super::{NodeBlock, Winding};
 use crate::MeshDistance;
 use crate::sign::winding::{Estimate, nearest_congruent};
 
-/// What the boundary says of w at the nodes of a cube.
+/// Bounds of w at the nodes of a cube, from the boundary.
 #[derive(Clone, Copy)]
 pub(super) struct Region {
     /// w at the middle, modulo 1. `None` if the error is too large or the boundary has too many edges.

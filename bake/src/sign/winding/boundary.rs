@@ -19,7 +19,7 @@ use super::boundary_cone::BoundaryCone;
 use super::{Estimate, MAX_CONGRUENT_ERROR, nearest_congruent};
 use crate::bvh::hilbert::{BITS, hilbert_index};
 use crate::rounding::SUM_SLACK;
-use crate::simd::{LANES, Lanes, VectorX8};
+use crate::simd::{LANES, Lanes, VectorX8, max, min};
 
 /// Boundary edges of an oriented mesh.
 pub(crate) struct MeshBoundary {
@@ -197,12 +197,10 @@ impl EdgesX8 {
                 [center.x - self.from[0][lane], center.y - self.from[1][lane], center.z - self.from[2][lane]];
             let [along_x, along_y, along_z] = [self.offset[0][lane], self.offset[1][lane], self.offset[2][lane]];
             let t = (x * along_x + y * along_y + z * along_z) * self.inv_length_sq[lane];
-            let t = if t > 0.0 { t } else { 0.0 };
-            let t = if t < 1.0 { t } else { 1.0 };
+            let t = min(max(t, 0.0), 1.0);
             let [x, y, z] = [x - t * along_x, y - t * along_y, z - t * along_z];
             let distance = (x * x + y * y + z * z).sqrt();
-            let integral = PI * distance;
-            let integral = if self.length[lane] < integral { self.length[lane] } else { integral };
+            let integral = min(self.length[lane], PI * distance);
             let gap = distance * (1.0 - SUM_SLACK) - radius;
             let slope = self.multiplicity[lane] * integral / (gap * gap);
             slopes[lane] = if gap > 0.0 { slope } else { f64::INFINITY };

@@ -20,7 +20,7 @@ use sdf_core::nalgebra::Vector3;
 use super::Estimate;
 use super::sum::atan2;
 use crate::rounding::{CONE_FACTOR_ROUNDING, MIN_CONE_FACTOR_SQ};
-use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, sub};
+use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, min, sub};
 
 /// Fan of triangles from an apex to each boundary edge.
 pub(super) struct BoundaryCone {
@@ -142,8 +142,7 @@ impl EdgesX8 {
             let length_sq = if is_edge { length_sq } else { 1.0 };
             let (x, y) = (if is_edge { x } else { 1.0 }, if is_edge { y } else { 0.0 });
             let (real, imaginary) = (product.real[lane], product.imaginary[lane]);
-            let least = product.min_length_sq[lane];
-            product.min_length_sq[lane] = if length_sq < least { length_sq } else { least };
+            product.min_length_sq[lane] = min(length_sq, product.min_length_sq[lane]);
             product.real[lane] = real * x - imaginary * y;
             product.imaginary[lane] = real * y + imaginary * x;
         }
