@@ -31,8 +31,7 @@ pub(crate) use query::NearestTriangle;
 /// Children per node, one per SIMD lane.
 pub(crate) const ARITY: usize = LANES;
 
-/// Size of a traversal stack: a tree of `u32` triangles has at most 11 levels, and 7 of 8 children of each wait at
-/// most.
+/// Size of a traversal stack: a tree of `u32` triangles has up to 11 levels, each with up to 7 waiting children.
 pub(crate) const STACK: usize = 11 * ARITY;
 
 /// Expansion of a packet's candidate nodes stops when there are more than this. With a smaller limit, each octant

@@ -1,8 +1,8 @@
 //! Rounding: the error model, and every allowance for rounding that this crate makes.
 //!
 //! An operation rounds to the nearest number: fl(x ∘ y) = (x ∘ y)(1 + δ) with |δ| ≤ u = ε/2. After n operations, a sum
-//! of products with terms up to M is off by at most γₙ M, γₙ = n u / (1 − n u). (Higham 2002, "Accuracy and Stability
-//! of Numerical Algorithms", §3.1.) So k ε covers 2k − 1 operations:
+//! of products with terms up to M is off by at most γₙ M, γₙ = n u / (1 − n u) (Higham 2002, "Accuracy and Stability
+//! of Numerical Algorithms", §3.1). So k ε covers 2k − 1 operations:
 //!
 //! | multiple | operations | names |
 //! |---|---|---|
@@ -16,27 +16,25 @@
 //! A `*_SLACK` is wider than any such error by orders of magnitude, where width costs nothing: a few candidates more
 //! that an exact test rejects. A `MIN_*` is where cancellation or underflow has taken the digits of a quantity.
 
-use std::f64::EPSILON;
-
 const EPSILON_F32: f64 = f32::EPSILON as f64;
 
 // Multiples of ε of f64.
 
 /// Determinant of three differences: products and their sum have at most 9 roundings.
-pub(crate) const DETERMINANT_ROUNDING: f64 = 8.0 * EPSILON;
+pub(crate) const DETERMINANT_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Complex number of one triangle of a boundary cone, relative to its length.
-pub(crate) const CONE_FACTOR_ROUNDING: f64 = 8.0 * EPSILON;
+pub(crate) const CONE_FACTOR_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Excess of the distance of neighbouring nodes over the spacing, relative to their largest coordinate.
-pub(crate) const NODE_STEP_ROUNDING: f64 = 8.0 * EPSILON;
+pub(crate) const NODE_STEP_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Position of a node, relative to its largest coordinate, in a bound of three coordinates.
-pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * EPSILON;
+pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Squared distance to a point of the mesh, relative to the distance times the largest coordinate: |x + δ|² − |x|² ≈ 2
-/// |x| |δ|.
-pub(crate) const POINT_ON_MESH_ROUNDING: f64 = 32.0 * EPSILON;
+/// Squared distance to a point of the mesh, relative to the distance times the largest coordinate:
+/// |x + δ|² − |x|² ≈ 2 |x| |δ|.
+pub(crate) const POINT_ON_MESH_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 // Multiples of ε of f32.
 

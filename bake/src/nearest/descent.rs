@@ -40,7 +40,7 @@ impl PacketSearch<'_> {
         let bound = PruneBound::new(nodes.ends([0; 3], SIDE), on_mesh);
         let height = self.tree.candidates_within(&bound, self.max_expanded, &mut self.candidates, &mut self.expanded);
         let frame = self.tree.frame;
-        let center = frame.to_unit_f32(nodes.center([0; 3], SIDE));
+        let center = frame.unit_from_mesh_f32(nodes.center([0; 3], SIDE));
         let spacing = (nodes.spacing * frame.inv_length) as f32;
         let max_coordinate = center.iter().fold(0.0_f32, |max, x| max.max(x.abs())) + SIDE as f32 * spacing;
         let moved = nodes.max_coordinate() * frame.inv_length * NODE_POSITION_ROUNDING;
@@ -143,7 +143,7 @@ impl PacketSearch<'_> {
         let points = nodes.eight_from(first);
         let mut local: VectorX8<f32> = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            let point = self.tree.frame.to_unit_f32(lane_of(&points, lane).into());
+            let point = self.tree.frame.unit_from_mesh_f32(lane_of(&points, lane).into());
             (0..3).for_each(|axis| local[axis][lane] = point[axis]);
         }
         self.candidates.clear();

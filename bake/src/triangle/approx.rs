@@ -58,12 +58,12 @@ impl UnitFrame {
         Self { center, inv_length: 2.0 / bounds.longest_side() }
     }
 
-    pub fn to_unit(&self, point: Vector3<f64>) -> Vector3<f64> {
+    pub fn unit_from_mesh(&self, point: Vector3<f64>) -> Vector3<f64> {
         (point - self.center) * self.inv_length
     }
 
     #[inline(always)]
-    pub fn to_unit_f32(&self, point: Vector3<f64>) -> [f32; 3] {
+    pub fn unit_from_mesh_f32(&self, point: Vector3<f64>) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| ((point[axis] - self.center[axis]) * self.inv_length) as f32)
     }
 
@@ -75,7 +75,7 @@ impl UnitFrame {
 
 impl ApproxTriangle {
     pub fn new(corners: [Vector3<f64>; 3], frame: &UnitFrame) -> Self {
-        let [a, b, c] = corners.map(|corner| frame.to_unit_f32(corner));
+        let [a, b, c] = corners.map(|corner| frame.unit_from_mesh_f32(corner));
         let [ab, ac] = [sub(b, a), sub(c, a)];
         let [ab_sq, ac_sq, ab_ac] = [dot(ab, ab), dot(ac, ac), dot(ab, ac)];
         let area_sq = ab_sq * ac_sq - ab_ac * ab_ac;
