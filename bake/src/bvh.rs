@@ -1,9 +1,9 @@
 //! Bounding volume hierarchy over the triangles of a mesh: an implicit 8-ary tree of boxes in Hilbert order.
 //!
-//! Triangles are sorted along a Hilbert curve by their centroids and packed into full nodes from the bottom up (Kamel and
-//! Faloutsos 1994, "Hilbert R-tree: an improved R-tree using fractals"). Node i of a level has the children 8i … 8i + 7 of
-//! the level below, so the tree stores boxes alone and no links. The boxes of eight children stand side by side and are
-//! tested in SIMD lanes.
+//! Triangles are sorted along a Hilbert curve by their centroids and packed into full nodes from the bottom up (Kamel
+//! and Faloutsos 1994, "Hilbert R-tree: an improved R-tree using fractals"). Node i of a level has the children 8i …
+//! 8i + 7 of the level below, so the tree stores boxes alone and no links. The boxes of eight children stand side by
+//! side and are tested in SIMD lanes.
 //!
 //! | question | file |
 //! |---|---|
@@ -31,24 +31,25 @@ pub(crate) use query::NearestTriangle;
 /// Children per node, one per SIMD lane.
 pub(crate) const ARITY: usize = LANES;
 
-/// Size of a traversal stack: a tree of `u32` triangles has at most 11 levels, and 7 of 8 children of each wait at most.
+/// Size of a traversal stack: a tree of `u32` triangles has up to 11 levels, each with up to 7 waiting children.
 pub(crate) const STACK: usize = 11 * ARITY;
 
-/// Expansion of a packet's candidate nodes stops when there are more than this. With a smaller limit, each octant expands
-/// nodes that a larger list would have excluded once for all; with a larger one, too many nodes are tested per packet.
+/// Expansion of a packet's candidate nodes stops when there are more than this. With a smaller limit, each octant
+/// expands nodes that a larger list would have excluded once for all; with a larger one, too many nodes are tested per
+/// packet.
 pub(crate) const MAX_EXPANDED: usize = 192;
 
 /// The tree. A triangle's index in the tree's order is its *slot*.
 pub(crate) struct Bvh {
-    /// By slot.
+    /// Corners of each slot.
     pub corners: Vec<[Vector3<f64>; 3]>,
-    /// Index in the mesh, by slot.
+    /// Index in the mesh of each slot.
     pub triangles: Vec<u32>,
-    /// By slot, in [`Self::frame`].
+    /// Approximation of each slot in [`Self::frame`].
     pub approx: Vec<ApproxTriangle>,
     pub frame: UnitFrame,
-    /// From the bottom up: `levels[0][i]` holds the boxes of the triangles 8i … 8i + 7, `levels[1][i]` those of the nodes
-    /// 8i … 8i + 7 of level 0. The last level is the root alone.
+    /// From the bottom up: `levels[0][i]` holds the boxes of the triangles 8i … 8i + 7, `levels[1][i]` those of the
+    /// nodes 8i … 8i + 7 of level 0. The last level is the root alone.
     levels: Vec<Vec<ChildBoxes>>,
     /// `bounding_discs[k][i]` encloses the triangles of `levels[k][i]`, for the lowest levels.
     bounding_discs: Vec<Vec<BoundingDisc>>,
@@ -100,7 +101,8 @@ impl Bvh {
         Self { corners, triangles, approx, frame, levels, bounding_discs, arch: pulp::Arch::new() }
     }
 
-    /// Disc around the triangles of a node at a height of at least 1, as far up as [`Self::with_discs_above`] says.
+    /// Disc around the triangles of a node. Nodes directly above triangles have height 1. Only the levels that
+    /// [`Self::with_discs_above`] chose have discs.
     #[inline(always)]
     pub fn bounding_disc(&self, height: usize, node: u32) -> &BoundingDisc {
         &self.bounding_discs[height - 1][node as usize]

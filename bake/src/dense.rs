@@ -16,10 +16,10 @@ use crate::{MeshDistance, SignMethod};
 /// Samples of a baked grid and certified bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DenseGrid {
-    /// By node, x fastest, in the mesh's unit, negative inside.
+    /// Samples, x fastest, in the mesh's unit, negative inside.
     pub distances: Vec<f32>,
-    /// Bounds of each block of 8 × 8 × 8 nodes, x fastest, for [`WithBlockBounds`](sdf_core::grid::WithBlockBounds). An open
-    /// mesh is steep only around the surface that closes its holes.
+    /// Bounds of each block of 8 × 8 × 8 nodes, x fastest, for [`WithBlockBounds`](sdf_core::grid::WithBlockBounds).
+    /// An open mesh is steep only around the surface that closes its holes.
     pub bounds: Vec<BlockBounds>,
     /// Lipschitz constant of the interpolant.
     pub slope_bound: f64,
@@ -27,8 +27,8 @@ pub struct DenseGrid {
     pub error_bound: f64,
 }
 
-/// Grid of cubic cells of side `spacing` centered on a box, at least `padding` cells wider on each side. `None` if that is not
-/// a valid [`Lattice`].
+/// Grid of cubic cells of side `spacing` centered on a box, at least `padding` cells wider on each side. `None` if
+/// that is not a valid [`Lattice`].
 pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Lattice> {
     // A side that is a whole number of cells up to rounding gets that number.
     let covering = |extent: f64| (extent / spacing - SUM_SLACK).ceil().max(0.0) + 2.0 * f64::from(padding);
@@ -39,14 +39,14 @@ pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Latti
     in_range.then(|| Lattice::new(origin, spacing, cells.map(|cells| cells as u32 + 1)))?
 }
 
-/// Memory of a thread that computes signs by winding number, in bytes per node of a row: 10 × 10 rows of the flood fill's
-/// values, two queues for 8 × 8 rows, and the winding number's slopes around them.
+/// Memory of a thread that computes signs by winding number, in bytes per node of a row: 10 × 10 rows of the flood
+/// fill's values, two queues for 8 × 8 rows, and the winding number's slopes around them.
 pub const SIGN_BYTES: usize = 10 * 10 * 12 + 2 * 8 * 8 * 16 + 300;
 
 /// Computes the exact distance at every node, rounded once to f32.
 ///
-/// Calls `on_nodes_done` with the number of nodes just finished, from any thread. The result does not depend on the number of
-/// threads.
+/// Calls `on_nodes_done` with the number of nodes just finished, from any thread. The result does not depend on the
+/// number of threads.
 pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usize) + Sync)) -> DenseGrid {
     let counts = lattice.nodes().map(|n| n as usize);
     let mut distances = vec![0.0_f32; lattice.node_count()];
@@ -114,10 +114,10 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 /// √3/2 h + ε max |φ| + 2 max |φ at the corners of cells with both signs|   (the last only for a discontinuous sign).
 /// ```
 ///
-/// A signed distance changes by at most the length of a path, so the interpolant of exact nodes errs by at most
-/// Σ wᵢ |xᵢ − x| ≤ √3/2 h; and a node by its rounding to f32. Where an open mesh's sign jumps away from the mesh, the error
-/// is at most the distance there, half a diagonal more than at the corners, and the interpolant's own value. A part of that
-/// jump that cuts no edge of a cell is not found.
+/// A signed distance is 1-Lipschitz, so the interpolant of exact nodes errs by at most Σ wᵢ |xᵢ − x| ≤ √3/2 h. A node
+/// errs by its rounding to f32. The sign of an open mesh also jumps away from the mesh. There the error is at most the
+/// distance, half a diagonal more than at the corners, and the interpolant's magnitude. A jump that cuts no edge of a
+/// cell is not found.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let max_distance = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);

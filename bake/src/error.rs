@@ -1,13 +1,13 @@
 //! Certified error of trilinear interpolation.
 //!
-//! A grid holds exact distances φ(xᵢ) at the nodes. How far is the interpolant I(x) = Σ wᵢ φ(xᵢ) of a cell from φ(x)? The
-//! proofs are in `docs/error-bounds.md`, with the same letters; its sections are named below.
+//! A grid holds exact distances φ(xᵢ) at the nodes. How far is the interpolant I(x) = Σ wᵢ φ(xᵢ) of a cell from φ(x)?
+//! The proofs are in `docs/error-bounds.md`, with the same letters; its sections are named below.
 //!
 //! | step | question | file | section |
 //! |---|---|---|---|
 //! | 1 | Which triangles are near a brick? | `local_triangles` | – |
 //! | 2 | Which of them can be nearest to a point of a block? | `candidates` | "Which triangles can be nearest" |
-//! | 3 | How far apart are the gradients that their normals combine to, and so how large is the error? | `normal_cones` | "Where the gradient is known to turn little", "Gradients are combinations of nearby normals" |
+//! | 3 | How far do gradients that combine their normals differ, and so how large is the error? | `normal_cones` | "Where the gradient …", "Gradients are …" |
 //! | 4 | What do rounding and jumps of the sign add? | `node_bounds` | "What is added" |
 //!
 //! Errors are in voxels. Blocks are of 2 × 2 × 2 cells; only the worst are searched again cell by cell.

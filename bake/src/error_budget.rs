@@ -6,9 +6,9 @@
 //! h = max_error / (√3/2 + rounding of samples in voxels)
 //! ```
 //!
-//! always suffices. Where the mesh is smooth, larger voxels do. [`SparseBaker::interpolation_error`] certifies each size that
-//! is tried: from coarse to fine by octaves, for coarse grids are cheap to certify, then by bisection of the last octave. Of
-//! the sufficient sizes and precisions, the one that takes the least memory is baked.
+//! always suffices. Where the mesh is smooth, larger voxels do. [`SparseBaker::interpolation_error`] certifies each
+//! size that is tried: from coarse to fine by octaves, for coarse grids are cheap to certify, then by bisection of the
+//! last octave. Of the sufficient sizes and precisions, the one that takes the least memory is baked.
 
 use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::brick_counts;
@@ -61,8 +61,8 @@ pub enum ErrorBudgetError {
     #[error("an error of {max_error} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
     TooLarge {
         max_error: f64,
-        /// Memory of voxels that suffice for any mesh, extrapolated from larger ones. `None` if no size fits or the number
-        /// overflows.
+        /// Memory of voxels that suffice for any mesh, extrapolated from larger ones. `None` if no size fits or the
+        /// number overflows.
         bytes: Option<usize>,
         max_bytes: usize,
         /// `None` if no size fits.
@@ -86,8 +86,8 @@ const MIN_CELLS: f64 = 8.0;
 /// Bisections of the octave between a size that suffices and one that does not.
 const BISECTIONS: u32 = 3;
 
-/// A size that would need this many times the memory allowed, if the error fell with the square of the size, is beyond hope. It
-/// can fall faster once: where the band no longer contains both sides of a thin shape.
+/// A size that would need this many times the memory allowed, if the error fell with the square of the size, is beyond
+/// hope. It can fall faster once: where the band no longer contains both sides of a thin shape.
 const HOPELESS: f64 = 16.0;
 
 /// Largest rounding of a sample, in voxels: half a step of the code, and the roundings of f32.
@@ -176,8 +176,8 @@ impl ErrorBudget {
         CertifiedSize { spacing, interpolation: MAX_ERROR * spacing }
     }
 
-    /// Sizes above [`Self::sufficient_size`] that are certified to suffice, the last the largest, and the last size that fits
-    /// the memory. An error as soon as it is clear that no size which may suffice fits.
+    /// Sizes above [`Self::sufficient_size`] that are certified to suffice, the last the largest, and the last size
+    /// that fits the memory. An error as soon as it is clear that no size which may suffice fits.
     fn certified_sizes(
         &self,
         mesh: &MeshDistance,

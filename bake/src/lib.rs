@@ -1,7 +1,7 @@
 //! Meshes to grids of exact signed distances.
 //!
-//! [`TriangleMesh`] takes slices of points and indices, [`MeshDistance`] is the exact signed distance at any point, and
-//! [`dense`] and [`sparse`] sample it at the nodes of a grid, with certified bounds of what lies between. [`error_budget`]
+//! [`TriangleMesh`] takes slices of points and indices. [`MeshDistance`] is the exact signed distance at any point.
+//! [`dense`] and [`sparse`] sample it at the nodes of a grid and certify the error between them. [`error_budget`]
 //! chooses the grid by the error that is allowed.
 //!
 //! ```

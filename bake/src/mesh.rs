@@ -16,7 +16,8 @@ use thiserror::Error;
 
 /// Triangles that can be baked: indices in range, finite coordinates, positive extent.
 ///
-/// Points at one position become one point; a triangle that occurs twice counts once. [`TriangleMesh::report`] has the counts.
+/// Points at one position become one point; a triangle that occurs twice counts once. [`TriangleMesh::report`] has the
+/// counts.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     pub(crate) points: Vec<Vector3<f64>>,

@@ -1,4 +1,5 @@
-//! Exact signed distance to a mesh: distance by the tree (`bvh`, `nearest`), sign by the method that suits the mesh (`sign`).
+//! Exact signed distance to a mesh: distance by the tree (`bvh`, `nearest`), sign by the method that suits the mesh
+//! (`sign`).
 
 use std::fmt;
 
@@ -103,8 +104,8 @@ impl<'a> MeshDistance<'a> {
         if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
     }
 
-    /// Is the signed distance continuous, its sign changing at triangles alone? It jumps around the holes of an open mesh, and
-    /// where pseudo-normals were requested for shells within each other.
+    /// Is the signed distance continuous, its sign changing at triangles alone? It jumps around the holes of an open
+    /// mesh, and where pseudo-normals were requested for shells within each other.
     pub fn is_continuous(&self) -> bool {
         let signs_agree = self.sign_method() == SignMethod::Winding || self.topology.bounds_one_solid();
         self.topology.is_closed() && signs_agree
@@ -127,8 +128,8 @@ impl<'a> MeshDistance<'a> {
 
     /// Generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole.
     ///
-    /// Exact up to rounding if the mesh is closed, and at most points if its boundary is short. Else its error is less than
-    /// 0.1, and it is on the same side of 1/2 as the exact value, up to rounding.
+    /// Exact up to rounding if the mesh is closed, and at most points if its boundary is short. Else its error is less
+    /// than 0.1, and it is on the same side of 1/2 as the exact value, up to rounding.
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
         const MAX_ERROR: f64 = 0.1;
         self.winding_estimate(point.into(), MAX_ERROR).value
@@ -141,8 +142,8 @@ impl<'a> MeshDistance<'a> {
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
     }
 
-    /// Nearest triangle of a node of a searched packet, or a lower bound of its distance. A measured point near the node saves
-    /// time.
+    /// Nearest triangle of a node of a searched packet, or a lower bound of its distance. A measured point near the
+    /// node saves time.
     pub(crate) fn nearest_to_node(
         &self,
         search: &PacketSearch,
@@ -164,8 +165,8 @@ impl<'a> MeshDistance<'a> {
         Nearest { distance, guess, is_inside }
     }
 
-    /// Distance up to which packets are searched, if exact values are wanted up to `max_distance`. Infinite if signs need the
-    /// nearest triangle of every node.
+    /// Distance up to which packets are searched, if exact values are wanted up to `max_distance`. Infinite if signs
+    /// need the nearest triangle of every node.
     pub(crate) fn search_distance(&self, max_distance: f64) -> f64 {
         let needs_all = self.pseudo_normals.is_some() && self.solid_normals().is_none();
         if needs_all { f64::INFINITY } else { max_distance }

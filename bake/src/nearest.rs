@@ -1,7 +1,7 @@
 //! Nearest triangles of packets of 8 × 8 × 8 grid nodes, with the bits of [`Bvh::nearest`] for each.
 //!
-//! All nodes of a packet share one descent of the tree. Cubes of 8³ nodes are halved twice, to octants of 4³ and suboctants of
-//! 2³ nodes, and each passes on to its eight parts only the candidates that can be nearest in them:
+//! All nodes of a packet share one descent of the tree. A packet has eight octants of 4³ nodes, each of eight
+//! suboctants of 2³ nodes. A cube passes on to its parts only the candidates that can be nearest in them:
 //!
 //! | step | question | file |
 //! |---|---|---|
@@ -29,7 +29,7 @@ use prefilter::Prefilter;
 /// Searches packets, and keeps the nearest triangle of each node of the last one.
 pub(crate) struct PacketSearch<'a> {
     tree: &'a Bvh,
-    /// By node, x fastest. Entries of nodes outside the packet's counts are meaningless.
+    /// Results, x fastest. Entries of nodes outside the packet's counts are meaningless.
     nearest: Vec<NearestToNode>,
     /// Slot of the triangle nearest to the center of the last packet.
     guess: usize,
@@ -68,8 +68,8 @@ impl<'a> PacketSearch<'a> {
         }
     }
 
-    /// Finds the nearest triangle of each node whose distance is at most `max_distance`; farther nodes get theirs or a lower
-    /// bound. Returns false, and finds nothing, if no node is within `required` of the mesh.
+    /// Finds the nearest triangle of each node whose distance is at most `max_distance`; farther nodes get theirs or a
+    /// lower bound. Returns false, and finds nothing, if no node is within `required` of the mesh.
     pub fn find(&mut self, nodes: &PacketNodes, required: f64, max_distance: f64) -> bool {
         let center = nodes.center([0; 3], SIDE);
         let adjacent = self.last.and_then(|last| self.nearest(last.step_near(center)).slot);

@@ -1,4 +1,5 @@
-//! Sparse grid: exact distances in bricks of 8 × 8 × 8 nodes near the surface, a coarse grid of every eighth node elsewhere.
+//! Sparse grid: exact distances in bricks of 8 × 8 × 8 nodes near the surface, a coarse grid of every eighth node
+//! elsewhere.
 //!
 //! Let h be the spacing, B the band and W = B + √3 h. A *slot* is a block of 8 × 8 × 8 nodes that can have a brick.
 //!
@@ -8,9 +9,9 @@
 //! | beyond, in a brick | the lesser of the distance and the coarse grid's interpolant |
 //! | in a slot without a brick, all its nodes beyond K = W + √3/2 h | the coarse grid's interpolant |
 //!
-//! The coarse grid's magnitude at a node is the lower bound of the distance in the slots around it, or a value that rises
-//! slowly with the node's distance, whichever is greater (`brick_map`). It is at most the distance at nodes without a brick,
-//! and 1-Lipschitz along each axis, as the distance is; so is the lesser of both.
+//! The coarse grid's magnitude at a node is the greater of two values (`brick_map`): a lower bound of the distance in
+//! the slots around it, and a value that rises slowly with the node's distance. It is at most the distance at nodes
+//! without a brick. It is 1-Lipschitz along each axis, as the distance is; so is the lesser of both.
 //!
 //! A point x beyond the band with nearest surface point q, r = |x − q|, gets at most
 //!
@@ -41,8 +42,8 @@ use brick::Brick;
 use brick_map::BrickMap;
 pub use quantize::Quantize;
 
-/// A baked sparse grid and certified bounds. Bricks are in Hilbert order; after them, in the same order, those that only
-/// close an open mesh.
+/// A baked sparse grid and certified bounds. Bricks are in Hilbert order; after them, in the same order, those that
+/// only close an open mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseGrid<C> {
     /// Index of the brick in each slot, x fastest.
@@ -50,13 +51,13 @@ pub struct SparseGrid<C> {
     /// Slot of each brick, counted in bricks from the first node.
     pub slots: Vec<[u32; 3]>,
     pub scales: Vec<Scale>,
-    /// By brick, then by node, x fastest.
+    /// Codes of one brick after the other, x fastest.
     pub samples: Vec<C>,
     /// Bounds of each brick's nodes.
     pub bounds: Vec<BlockBounds>,
-    /// For each brick, over the cells whose first corner it holds: the largest difference of the interpolant from the signed
-    /// distance within the band. Proven for closed meshes. For an open mesh, a part of the surface that closes its holes so
-    /// small that it cuts no edge of a cell is not found.
+    /// For each brick, over the cells whose first corner it holds: the largest difference of the interpolant from the
+    /// signed distance within the band. Proven for closed meshes. The sign of an open mesh also jumps at a surface
+    /// that closes its holes; a part of it that cuts no edge of a cell is not found.
     pub errors: Vec<f32>,
     /// Every eighth node and one more along each axis, x fastest. Zero where all slots around have bricks.
     pub coarse: Vec<f32>,

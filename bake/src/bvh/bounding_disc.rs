@@ -1,10 +1,14 @@
+//! Discs around the triangles of tree nodes: a center, a normal, a radius across it and a half thickness along it.
+//!
+//! The normal is that of the sum of the triangles' area vectors. A mesh is smooth in the small, so a disc is much
+//! thinner than a box.
+
 use sdf_core::nalgebra::Vector3;
 
 use crate::rounding::{MIN_AREA, SINGLE_SLACK};
 use crate::triangle::approx::UnitFrame;
 
-/// Disc with a thickness around the triangles of a node, in the tree's [`UnitFrame`]. A mesh is smooth in the small, so a
-/// disc is much thinner than a box.
+/// Disc around the triangles of a node, in the tree's [`UnitFrame`].
 #[derive(Clone, Copy)]
 pub(crate) struct BoundingDisc {
     /// First corner of a triangle.
@@ -23,18 +27,18 @@ impl BoundingDisc {
     /// Disc around `count` triangles from `first` on, or as many as there are.
     pub fn enclosing(all: &[[Vector3<f64>; 3]], first: usize, count: usize, frame: &UnitFrame) -> Self {
         let triangles = &all[first..all.len().min(first + count)];
-        let corners = || triangles.iter().flatten().map(|corner| frame.to_unit(*corner));
+        let corners = || triangles.iter().flatten().map(|corner| frame.unit_from_mesh(*corner));
         let (mut min, mut max) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         corners().for_each(|corner| (min, max) = (min.inf(&corner), max.sup(&corner)));
         let box_center = (min + max) * 0.5;
-        let off_center_sq = |[a, _, _]: &[Vector3<f64>; 3]| (frame.to_unit(*a) - box_center).norm_squared();
+        let off_center_sq = |[a, _, _]: &[Vector3<f64>; 3]| (frame.unit_from_mesh(*a) - box_center).norm_squared();
         let central = (0..triangles.len())
             .min_by(|i, k| off_center_sq(&triangles[*i]).total_cmp(&off_center_sq(&triangles[*k])))
             .unwrap_or_default();
-        let center = frame.to_unit(triangles[central][0]).map(|x| x as f32);
+        let center = frame.unit_from_mesh(triangles[central][0]).map(|x| x as f32);
 
         let doubled_area = |triangle: &[Vector3<f64>; 3]| {
-            let [a, b, c] = triangle.map(|corner| frame.to_unit(corner));
+            let [a, b, c] = triangle.map(|corner| frame.unit_from_mesh(corner));
             (b - a).cross(&(c - a))
         };
         let normal = triangles.iter().map(doubled_area).sum::<Vector3<f64>>();
@@ -75,11 +79,11 @@ mod tests {
                 (0..11).map(|_| std::array::from_fn(|_| corner(&mut state))).collect();
             let frame = UnitFrame::enclosing(&Aabb { min: [-scale; 3], max: [scale; 3] });
             let disc = BoundingDisc::enclosing(&triangles, 8, 8, &frame);
-            let corner = frame.to_unit(triangles[disc.slot as usize][0]);
+            let corner = frame.unit_from_mesh(triangles[disc.slot as usize][0]);
             assert!(disc.slot >= 8 && corner.map(|x| x as f32) == Vector3::from(disc.center));
             let normal = Vector3::from(disc.normal).map(f64::from);
             for corner in triangles[8..].iter().flatten() {
-                let offset = frame.to_unit(*corner) - Vector3::from(disc.center).map(f64::from);
+                let offset = frame.unit_from_mesh(*corner) - Vector3::from(disc.center).map(f64::from);
                 let along = offset.dot(&normal);
                 assert!(along.abs() <= f64::from(disc.half_thickness), "{triangles:?}");
                 assert!((offset - normal * along).norm() <= f64::from(disc.radius), "{triangles:?}");

@@ -1,8 +1,10 @@
+//! Order of cells along the Hilbert curve, on which near indices are near in space (Skilling 2004, "Programming the
+//! Hilbert curve").
+
 /// Bits of each coordinate in a Hilbert index.
 pub(crate) const BITS: u32 = 20;
 
-/// Index of a cell along the Hilbert curve: cells with near indices are near in space. Coordinates are below 2^[`BITS`].
-/// (Skilling 2004, "Programming the Hilbert curve".)
+/// Index of a cell along the Hilbert curve. Coordinates are below 2^[`BITS`].
 pub(crate) fn hilbert_index(cell: [u32; 3]) -> u64 {
     let mut x = cell;
     // Branch-free: the bits are unpredictable.

@@ -6,8 +6,8 @@
 //! f(x) = |x − t|² − |x − p|²   is linear in x,
 //! ```
 //!
-//! so if f is positive at the corners of a box of points, t is nearest to none of them. The minimum over the points t of a
-//! node's box splits into axes too:
+//! so if f is positive at the corners of a box of points, t is nearest to none of them. The minimum over the points t
+//! of a node's box splits into axes too:
 //!
 //! ```text
 //! min f = Σ_axis min over both ends x of (max(t_min − x, x − t_max, 0)² − (x − p)²).
@@ -26,7 +26,7 @@ pub(crate) struct PruneBound {
     ends: [[f64; 2]; 3],
     /// Squared offset of each end from the point of the mesh.
     offsets_sq: [[f64; 2]; 3],
-    /// More than the rounding of f, and of the exact distances that are compared later.
+    /// Exceeds the rounding of f, and of the exact distances that are compared later.
     slack: f64,
 }
 

@@ -1,7 +1,7 @@
 //! Queries of the tree, depth first with a fixed stack.
 //!
-//! The nearest triangle is searched by branch and bound: children wait by their squared box distance, the nearest on top,
-//! and are discarded if that exceeds the best squared distance so far by more than rounding.
+//! The nearest triangle is found by branch and bound. Children wait by their squared box distance, the nearest on top.
+//! They are discarded if that exceeds the best squared distance so far by more than rounding.
 
 use std::ops::ControlFlow;
 
@@ -36,8 +36,8 @@ impl pulp::NullaryFnOnce for NearestQuery<'_> {
 }
 
 impl Bvh {
-    /// Triangle nearest to `point`; among equally near ones that of the lowest slot. `guess` is any slot: the nearer its
-    /// triangle, the shorter the search. The result does not depend on it.
+    /// Triangle nearest to `point`; among equally near ones that of the lowest slot. `guess` is any slot: the nearer
+    /// its triangle, the shorter the search. The result does not depend on it.
     pub fn nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
         self.arch.dispatch(NearestQuery { tree: self, point, guess })
     }
@@ -81,8 +81,8 @@ impl Bvh {
         best
     }
 
-    /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a few
-    /// more, in an order that does not depend on the point.
+    /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a
+    /// few more. Their order does not depend on the point.
     pub fn visit_within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {
         let is_near = |boxes: &ChildBoxes| {
             boxes.distances_sq(point).map(|box_distance_sq| box_distance_sq <= distance_sq * (1.0 + PRUNE_SLACK))

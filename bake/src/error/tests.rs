@@ -67,7 +67,7 @@ fn a_cell_around_a_corner_has_as_large_an_error_bound_far_from_the_origin_as_nea
         let distance = MeshDistance::new(&mesh, None);
         for _ in 0..300 {
             let half_side = 0.004 + 0.004 * random(&mut state).abs();
-            // The corner of three right angles is the middle of the last cell, but for rounding. No other corner is in the band.
+            // The corner of three right angles is the middle of the last cell, the only one in the band.
             let rounding = random_vector(&mut state) * (4e-16 * far);
             let center = Vector3::from(points[0]).add_scalar(-0.5 * half_side) + rounding;
             let block = ErrorBlock { center, half_side };

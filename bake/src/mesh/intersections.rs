@@ -1,15 +1,15 @@
-//! Triangle-triangle and segment-triangle intersections, decided by exact predicates (orient2d and orient3d of Shewchuk 1997,
-//! "Adaptive precision floating-point arithmetic and fast robust geometric predicates").
+//! Triangle-triangle and segment-triangle intersections, decided by exact predicates (orient2d and orient3d of
+//! Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric predicates").
 //!
 //! | step | rejects a pair if | arithmetic |
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
 //! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
 //! | 3 | the same | exact |
-//! | 4 | no edge of one crosses the other: for a segment pq and a triangle abc, the volumes of pqab, pqbc, pqca have one sign (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates") | exact |
+//! | 4 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
-//! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner or
-//! along an edge, do not intersect; shared corners are recognized by their indices.
+//! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
+//! or along an edge, do not intersect; shared corners are recognized by their indices.
 
 use std::ops::ControlFlow;
 
@@ -172,8 +172,8 @@ fn side_of_plane([a, b, c]: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
 }
 
 /// Change of the winding number along a segment, by the triangles that it crosses. `None` if it touches the edge of a
-/// triangle, if an end lies in the plane of one, or if more than 256 boxes meet the segment's: the winding number itself
-/// costs less.
+/// triangle or an end lies in the plane of one. Also `None` if more than 256 boxes meet the segment's: evaluating the
+/// winding number costs less.
 pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vector3<f64>; 2]) -> Option<f64> {
     const MAX_TRIANGLES: usize = 256;
     let (mut change, mut triangles) = (Some(0.0), 0);
@@ -187,7 +187,8 @@ pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vect
     change
 }
 
-/// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the plane.
+/// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the
+/// plane.
 fn crossing(segment: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> Option<f64> {
     let [from_side, to_side] = segment.map(|point| side_of_plane(triangle, point));
     if (from_side > 0.0 && to_side > 0.0) || (from_side < 0.0 && to_side < 0.0) {

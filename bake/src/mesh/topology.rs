@@ -1,7 +1,7 @@
 //! Topology of a mesh, and an orientation of its triangles: does it bound one solid, and which side is out?
 //!
 //! 1. Doubled triangles, the same corners with opposite windings, are reduced to one if the rest closes without the other.
-//! 2. Half-edges are sorted by their end points; the number that share an edge tells boundary edges and non-manifold ones.
+//! 2. Half-edges are sorted by their end points; those of one edge are counted to find boundary and non-manifold edges.
 //! 3. Union-find over edges counts shells.
 //! 4. A breadth-first search across edges of two triangles turns each to agree with its neighbour. The majority of a
 //!    connected part keeps its winding.
@@ -180,7 +180,8 @@ fn half_edges(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<HalfEdge> {
     half_edges
 }
 
-/// Sorts items whose order begins with a key below `key_count`: a counting sort by key, then each small bucket by itself.
+/// Sorts items whose order begins with a key below `key_count`: a counting sort by key, then each small bucket by
+/// itself.
 fn counting_sort<T: Ord + Copy>(items: &mut Vec<T>, key_count: usize, key: impl Fn(&T) -> u32) {
     let mut ends = vec![0_usize; key_count + 1];
     items.iter().for_each(|item| ends[key(item) as usize + 1] += 1);

@@ -40,7 +40,7 @@ impl PacketSearch<'_> {
         let bound = PruneBound::new(nodes.ends([0; 3], SIDE), on_mesh);
         let height = self.tree.candidates_within(&bound, self.max_expanded, &mut self.candidates, &mut self.expanded);
         let frame = self.tree.frame;
-        let center = frame.to_unit_f32(nodes.center([0; 3], SIDE));
+        let center = frame.unit_from_mesh_f32(nodes.center([0; 3], SIDE));
         let spacing = (nodes.spacing * frame.inv_length) as f32;
         let max_coordinate = center.iter().fold(0.0_f32, |max, x| max.max(x.abs())) + SIDE as f32 * spacing;
         let moved = nodes.max_coordinate() * frame.inv_length * NODE_POSITION_ROUNDING;
@@ -127,7 +127,8 @@ impl PacketSearch<'_> {
         self.store(first, |lane| nearest.lane(lane));
     }
 
-    /// Expands a suboctant's candidates down to triangles, and measures its 2 × 2 × 2 nodes to them. `near` is a tree node near to it.
+    /// Expands a suboctant's candidates down to triangles, and measures its 2 × 2 × 2 nodes to them. `near` is a tree
+    /// node near to it.
     #[inline(always)]
     fn descend_suboctant(
         &mut self,
@@ -142,7 +143,7 @@ impl PacketSearch<'_> {
         let points = nodes.eight_from(first);
         let mut local: VectorX8<f32> = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            let point = self.tree.frame.to_unit_f32(lane_of(&points, lane).into());
+            let point = self.tree.frame.unit_from_mesh_f32(lane_of(&points, lane).into());
             (0..3).for_each(|axis| local[axis][lane] = point[axis]);
         }
         self.candidates.clear();
@@ -190,8 +191,8 @@ fn disc_corner(tree: &Bvh, height: usize, node: u32) -> Vector3<f64> {
     tree.corners[tree.bounding_disc(height, node).slot as usize][0]
 }
 
-/// Fills each octant's list with the tree nodes of one height that can hold the nearest to a point of the octant. Returns the
-/// tree node whose disc's center is nearest to each octant's.
+/// Fills each octant's list with the tree nodes of one height that can hold the nearest to a point of the octant.
+/// Returns the tree node whose disc's center is nearest to each octant's.
 #[inline(always)]
 fn distribute(tree: &Bvh, height: usize, nodes: &[u32], octants: &Octants, lists: &mut LaneLists) -> Lanes<u32> {
     let centers = octants.centers();

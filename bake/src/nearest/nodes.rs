@@ -12,8 +12,8 @@ pub(crate) const SIDE: usize = 8;
 
 pub(crate) const NODES: usize = SIDE * SIDE * SIDE;
 
-/// Cuts the nodes of a grid, x fastest, into groups of rows: all packets with the same y and z share a group. Returns each
-/// group's first y and z, and its rows.
+/// Cuts the nodes of a grid, x fastest, into groups of rows: all packets with the same y and z share a group. Returns
+/// each group's first y and z, and its rows.
 pub(crate) fn packet_rows<T>(nodes: &mut [T], [row, rows, layers]: [usize; 3]) -> Vec<([usize; 2], Vec<&mut [T]>)> {
     let groups_along_y = rows.div_ceil(SIDE);
     let first = |group: usize| [group % groups_along_y * SIDE, group / groups_along_y * SIDE];

@@ -1,7 +1,7 @@
-//! Cull of candidates for eight cubes at once, in f32: can a triangle, or a disc around triangles, be nearer to some point of a
-//! cube than a given point of the mesh?
+//! Cull of candidates for eight cubes at once, in f32: can a triangle, or a disc around triangles, be nearer to some
+//! point of a cube than a given point of the mesh?
 //!
-//! Let c be the center of a cube and s its half side, p the point of the mesh, and x = c + v with |vᵢ| ≤ s. For a point t,
+//! Let c be the center of a cube, s its half side, p the point of the mesh, and x = c + v, |vᵢ| ≤ s. For a point t,
 //!
 //! ```text
 //! |x − t|² − |x − p|² = |c − t|² − |c − p|² + 2 v·(p − t) ≥ |c − t|² − 2 s ‖p − t‖₁ − |c − p|².
@@ -27,7 +27,7 @@ pub(crate) struct OctantCull {
 
 /// The nearest of some points to each of eight centers, so far.
 pub(crate) struct NearestPoints {
-    /// By which the points are known to the caller.
+    /// The caller's names of the points.
     pub ids: Lanes<u32>,
     pub points: VectorX8<f32>,
     distances_sq: Lanes<f32>,
@@ -52,8 +52,8 @@ impl NearestPoints {
 }
 
 impl OctantCull {
-    /// `rounding` is the largest error of a length, so squares and products of lengths ℓ are off by less than 2 ℓ · rounding. For
-    /// d = |c − t| that is at most (d²/L + L) · rounding, for any L > 0; L is about |c − p|.
+    /// `rounding` is the largest error of a length, so squares and products of lengths ℓ are off by less than 2 ℓ ·
+    /// rounding. For d = |c − t| that is at most (d²/L + L) · rounding, for any L > 0; L is about |c − p|.
     #[inline(always)]
     pub fn new(centers: VectorX8<f32>, half_side: f32, points: VectorX8<f32>, rounding: f32) -> Self {
         let (mut certain, mut threshold) = ([0.0; LANES], [0.0; LANES]);
@@ -69,9 +69,9 @@ impl OctantCull {
 
     /// 1 for the cubes with a point that a triangle can be nearer to than p, else 0.
     ///
-    /// For t = Σ wᵢ tᵢ with weights w of the corners tᵢ, |c − t|² = Σ wᵢ |c − tᵢ|² − Σ wᵢ |tᵢ − t|². The last sum is at most
-    /// r², with r the radius of a ball around the triangle; and ‖p − t‖₁ ≤ Σ wᵢ ‖p − tᵢ‖₁. So the minimum over t is at
-    /// least that over the corners, less r².
+    /// For t = Σ wᵢ tᵢ with weights w of the corners tᵢ, |c − t|² = Σ wᵢ |c − tᵢ|² − Σ wᵢ |tᵢ − t|². The last sum is
+    /// at most r², with r the radius of a ball around the triangle; and ‖p − t‖₁ ≤ Σ wᵢ ‖p − tᵢ‖₁. So the minimum over
+    /// t is at least that over the corners, less r².
     #[inline(always)]
     pub fn keeps_triangle(&self, corners: &[[f32; 3]; 3], radius_sq: f32) -> Lanes<u32> {
         let mut keeps = [0; LANES];
@@ -101,8 +101,8 @@ impl OctantCull {
 
     /// 1 for the cubes with a point that a triangle in a disc can be nearer to than p, else 0.
     ///
-    /// Let a = c − m be the offset from the disc's center m, and u = t − m. Their parts along the normal are a∥ and |u∥| ≤ h, those
-    /// across it a⊥ and |u⊥| ≤ ρ. Then
+    /// Let a = c − m be the offset from the disc's center m, and u = t − m. Their parts along the normal are a∥ and
+    /// |u∥| ≤ h, those across it a⊥ and |u⊥| ≤ ρ. Then
     ///
     /// ```text
     /// |c − t|² ≥ |a|² − 2 h |a∥| − 2 |a⊥| |u⊥| + |u⊥|²,   ‖p − t‖₁ ≤ ‖p − m‖₁ + √3 (h + |u⊥|).

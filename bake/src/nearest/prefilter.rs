@@ -7,8 +7,8 @@
 //! √(D² + 2 D v·e + ρ²) ≤ A + k v·e,   A = √(D² + ρ²), k = D/A   (a root lies below its tangent),
 //! ```
 //!
-//! and from another triangle, at distance d in direction −f, at d + v·f or more, as that lies behind the plane across f.
-//! So the other is nearest to no point of the cube if d > A + s ‖k e − f‖₁.
+//! and from another triangle, at distance d in direction −f, at d + v·f or more, as that lies behind the plane across
+//! f. So the other is nearest to no point of the cube if d > A + s ‖k e − f‖₁.
 
 use super::octants::Octants;
 use crate::nearest::octant_cull::{NearestPoints, OctantCull};
@@ -38,8 +38,8 @@ pub(super) struct Prefilter {
     distances: Vec<(u32, ApproxDistance)>,
     /// Slots that can be nearest in each cube.
     lists: LaneLists,
-    /// For the entries of `lists` one after the other, [`ApproxDistance::distance_sq`] and [`ApproxDistance::gap`] from the
-    /// corners of their cube.
+    /// For the entries of `lists` one after the other, [`ApproxDistance::distance_sq`] and [`ApproxDistance::gap`]
+    /// from the corners of their cube.
     corner_distances: Vec<(Lanes<f32>, Lanes<f32>)>,
     /// Slot of the triangle nearest to each center.
     nearest: Lanes<u32>,
@@ -106,8 +106,8 @@ impl Prefilter {
         lower.map(|lower| lower - 3.0_f32.sqrt() * cubes.half_side - 2.0 * cubes.rounding)
     }
 
-    /// Finds which triangles can be nearest to a corner of each cube that is wanted. Measures all cubes before it decides for
-    /// any, so that no decision waits for the last measurement.
+    /// Finds which triangles can be nearest to a corner of each cube that is wanted. Measures all cubes before it
+    /// decides for any, so that no decision waits for the last measurement.
     #[inline(always)]
     pub fn filter_by_corners(&mut self, triangles: &[ApproxTriangle], cubes: &Octants, is_wanted: &Lanes<bool>) {
         let mut min_distances_sq = [[f32::INFINITY; LANES]; LANES];
@@ -147,7 +147,7 @@ impl Prefilter {
         }
     }
 
-    /// Slots that can be nearest to a corner of a cube, beside [`Self::nearest`].
+    /// Slots that can be nearest to a corner of a cube, except [`Self::nearest`].
     pub fn survivors(&self, cube: usize) -> &[u32] {
         let first = if cube == 0 { 0 } else { self.survivor_ends[cube - 1] };
         &self.survivors[first..self.survivor_ends[cube]]

@@ -24,8 +24,8 @@ struct BrickColumns<C> {
 }
 
 impl SparseBaker<'_> {
-    /// Bakes the grid. In all cells that the band enters, it interpolates the same samples as a dense grid of the lattice,
-    /// which is never allocated.
+    /// Bakes the grid. In all cells that the band enters, it interpolates the same samples as a dense grid of the
+    /// lattice, which is never allocated.
     ///
     /// Calls `on_slots_done` with the number of slots just finished, out of [`Self::slot_count`], from any thread. The
     /// result does not depend on the number of threads.
@@ -79,8 +79,8 @@ impl SparseBaker<'_> {
         columns
     }
 
-    /// Largest magnitude at a corner of a cell of the slot that the band can enter and whose corners can have both signs.
-    /// Samples are off by `rounding` at most.
+    /// Largest magnitude at a corner of a cell of the slot that the band can enter and whose corners can have both
+    /// signs. Samples are off by `rounding` at most.
     fn largest_at_sign_change(&self, halo: &HaloBlock, rounding: f64) -> f64 {
         let rounding = round_up(rounding);
         let exact_within = round_up(self.map.exact_within()) + rounding;
@@ -143,8 +143,8 @@ impl<C: Quantize> BrickColumns<C> {
     }
 }
 
-/// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid, and is as
-/// steep as that at most, up to the rounding of interpolation in f32.
+/// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid. It is
+/// at most as steep, up to the rounding of interpolation in f32.
 fn slope_bound<C: Quantize>(
     lattice: &Lattice,
     storage: &Sparse<BrickSlices<C>>,

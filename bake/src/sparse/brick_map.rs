@@ -12,8 +12,8 @@
 //! min over the slots around of max(D − R, W),      T(d) = W + (d − K) / 16   at the node's own distance d.
 //! ```
 //!
-//! At a node without a brick both interpolate to at most its distance: the first by the slot's bound, the second as shown at
-//! [`BrickMap::tilted`]. The slope of T gives descent methods a direction outside the band.
+//! At a node without a brick both interpolate to at most its distance: the first by the slot's bound, the second as
+//! shown at [`BrickMap::tilted`]. The slope of T gives descent methods a direction outside the band.
 
 use std::collections::BTreeSet;
 
@@ -28,11 +28,12 @@ use crate::sign::flood_fill::{NodeBlock, Seed, Winding};
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
 
-/// Minimum slope of the coarse grid away from the surface. A greater one keeps more bricks: a sixteenth costs 0.87 voxels
-/// around the band.
+/// Minimum slope of the coarse grid away from the surface. A greater one keeps more bricks: a sixteenth costs 0.87
+/// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
 
-/// Distance from the surface, in voxels, beyond which neighbouring coarse nodes, 8 voxels apart, have a clear segment between them.
+/// Distance from the surface, in voxels, beyond which neighbouring coarse nodes, 8 voxels apart, have a clear segment
+/// between them.
 const CLEAR_DISTANCE: f64 = 0.51 * BRICK as f64;
 
 /// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
@@ -86,8 +87,8 @@ impl BrickMap {
 
     /// Magnitude of a coarse node, and its distance or a lower bound of it.
     ///
-    /// The nearest triangle is searched only if it matters. `triangles` are those nearest to the middles of the slots; one of a
-    /// slot around the node gives an upper bound of the distance.
+    /// The nearest triangle is searched only if it matters. `triangles` are those nearest to the middles of the slots;
+    /// one of a slot around the node gives an upper bound of the distance.
     fn measure_coarse_node(
         &self,
         mesh: &MeshDistance,
@@ -148,20 +149,22 @@ impl BrickMap {
         0.5 * f64::from(BRICK) * 3.0_f64.sqrt() * self.spacing
     }
 
-    /// W: nodes within this of the surface hold their exact distances. They include all corners of cells that the band enters.
+    /// W: nodes within this of the surface hold their exact distances. They include all corners of cells that the band
+    /// enters.
     pub fn exact_within(&self) -> f64 {
         self.band + 3.0_f64.sqrt() * self.spacing
     }
 
-    /// K: a node within this of the surface has a brick. The excess over W is what [`Self::tilted`] can be too great by.
+    /// K: a node within this of the surface has a brick. The excess over W is what [`Self::tilted`] can be too great
+    /// by.
     pub fn kept_within(&self) -> f64 {
         self.exact_within() + MIN_COARSE_SLOPE * 2.0 * self.half_diagonal()
     }
 
     /// T(d) = W + s (d − K), with s = [`MIN_COARSE_SLOPE`].
     ///
-    /// Interpolated at a node without a brick, at a distance d ≥ K, from corners at most 2R farther, it is at most
-    /// W + s (d + 2R − K) = d − (1 − s) (d − K) ≤ d, as K = W + 2 s R.
+    /// A node without a brick is at a distance d ≥ K, and the corners of its slot are at most 2R farther. So T
+    /// interpolates there to at most W + s (d + 2R − K) = d − (1 − s) (d − K) ≤ d, as K = W + 2 s R.
     fn tilted(&self, distance: f64) -> f64 {
         self.exact_within() + MIN_COARSE_SLOPE * (distance - self.kept_within())
     }
@@ -223,9 +226,11 @@ impl BrickMap {
         std::array::from_fn(|corner| f64::from(self.magnitudes[corner_node(self.counts, slot, corner as u32)]))
     }
 
-    /// Slots without a brick where the sign jumps: around a coarse node, their middles and the node are not all on one side.
+    /// Slots without a brick where the sign jumps: around a coarse node, their middles and the node are not all on one
+    /// side.
     ///
-    /// No triangle lies between those points, so the mesh is open there, and the surface that closes it needs bricks too.
+    /// No triangle lies between those points, so the mesh is open there, and the surface that closes it needs bricks
+    /// too.
     pub fn slots_at_sign_jumps(&self, table: &[u32]) -> BTreeSet<usize> {
         let jumps_at = |(index, node): (usize, [u32; 3])| {
             let without_brick: Vec<usize> = self.slots_around(node).filter(|slot| table[*slot] == NO_BRICK).collect();

@@ -1,7 +1,7 @@
 //! Certified error of interpolation in the cells of one slot, as far as the band reaches.
 //!
-//! Blocks of 2 × 2 × 2 cells are refined from the worst on: each has at first a cheap upper bound of its error, then its
-//! error, then the errors of its cells. Refinement ends when no block can be worse than the worst cell.
+//! Blocks of 2 × 2 × 2 cells are refined from the worst on: each has at first a cheap upper bound of its error, then
+//! its error, then the errors of its cells. Refinement ends when no block can be worse than the worst cell.
 
 use std::cmp::Ordering;
 
@@ -14,8 +14,8 @@ use crate::error::normal_cones::MAX_ERROR;
 use crate::error::{BoundedBlock, BrickErrors};
 use crate::simd::LANES;
 
-/// A block whose error is at most this many times that of the worst cell so far stands for its cells. Compared with 1, it
-/// saves a tenth of the time.
+/// A block whose error is at most this many times that of the worst cell so far stands for its cells. Compared with 1,
+/// it saves a tenth of the time.
 const GOOD_ENOUGH: f64 = 1.05;
 
 /// A block that is not refined to cells.
@@ -37,8 +37,8 @@ impl Candidate {
 }
 
 impl SparseBaker<'_> {
-    /// Error of a slot's cells, a length. `nearest` returns distance and triangle of the tree at the nodes in the middle of
-    /// 2 × 2 × 2 cells; a distance beyond W can be any number beyond W.
+    /// Error of a slot's cells, a length. `nearest` returns distance and triangle of the tree at the nodes in the
+    /// middle of 2 × 2 × 2 cells; a distance beyond W can be any number beyond W.
     pub(super) fn slot_error(&self, slot: [u32; 3], nearest: impl FnMut([usize; 3]) -> (f64, usize)) -> f64 {
         let spacing = self.lattice.spacing();
         if self.mesh.solid_normals().is_none() {

@@ -1,7 +1,8 @@
 //! Approximate distance of a triangle from eight points at once, in f32, with bounds that hold whatever the rounding.
 //!
-//! Let q be any point of the triangle near to the nearest, x a query point and w = x − q. Then |w| is an upper bound of the
-//! distance. The triangle lies behind the plane across w through its foremost corner, so from x + v its distance is at least
+//! Let q be any point of the triangle near to the nearest, x a query point and w = x − q. Then |w| is an upper bound
+//! of the distance. The triangle lies behind the plane across w through its foremost corner, so from x + v its
+//! distance is at least
 //!
 //! ```text
 //! (gap + v·w) / |w|,   gap = w·x − max over the corners t of w·t,
@@ -39,7 +40,8 @@ pub(crate) struct ApproxTriangle {
     inv_area_sq: f32,
 }
 
-/// Bounds of a triangle's distance around eight points. The module's |w| is left as a square: callers seldom need the root.
+/// Bounds of a triangle's distance around eight points. The module's |w| is left as a square: callers seldom need the
+/// root.
 #[derive(Clone, Copy)]
 pub(crate) struct ApproxDistance {
     /// w: offset from a point of the triangle near to the nearest.
@@ -56,12 +58,12 @@ impl UnitFrame {
         Self { center, inv_length: 2.0 / bounds.longest_side() }
     }
 
-    pub fn to_unit(&self, point: Vector3<f64>) -> Vector3<f64> {
+    pub fn unit_from_mesh(&self, point: Vector3<f64>) -> Vector3<f64> {
         (point - self.center) * self.inv_length
     }
 
     #[inline(always)]
-    pub fn to_unit_f32(&self, point: Vector3<f64>) -> [f32; 3] {
+    pub fn unit_from_mesh_f32(&self, point: Vector3<f64>) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| ((point[axis] - self.center[axis]) * self.inv_length) as f32)
     }
 
@@ -73,7 +75,7 @@ impl UnitFrame {
 
 impl ApproxTriangle {
     pub fn new(corners: [Vector3<f64>; 3], frame: &UnitFrame) -> Self {
-        let [a, b, c] = corners.map(|corner| frame.to_unit_f32(corner));
+        let [a, b, c] = corners.map(|corner| frame.unit_from_mesh_f32(corner));
         let [ab, ac] = [sub(b, a), sub(c, a)];
         let [ab_sq, ac_sq, ab_ac] = [dot(ab, ab), dot(ac, ac), dot(ab, ac)];
         let area_sq = ab_sq * ac_sq - ab_ac * ab_ac;
@@ -129,9 +131,9 @@ impl ApproxTriangle {
         distances
     }
 
-    /// Weights of b and c at the nearest point, from the projections d₁ = ab·ap and d₂ = ac·ap: those of the plane's nearest
-    /// point if it is inside, else of the nearest of the three edges' points. At a + t e, the squared distance less |ap|² is
-    /// t (t e·e − 2 e·ap).
+    /// Weights of b and c at the nearest point, from the projections d₁ = ab·ap and d₂ = ac·ap: those of the plane's
+    /// nearest point if it is inside, else of the nearest of the three edges' points. At a + t e, the squared distance
+    /// less |ap|² is t (t e·e − 2 e·ap).
     #[inline(always)]
     fn nearest_weights(&self, d1: f32, d2: f32) -> [f32; 2] {
         let inside_u = (self.ac_sq * d1 - self.ab_ac * d2) * self.inv_area_sq;

@@ -32,7 +32,7 @@ fn closed_solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// Asserts that the sign changes only between neighbours with a surface between: their distances sum to at most a spacing.
+/// Asserts that the sign changes only between neighbours whose distances sum to at most a spacing.
 fn assert_no_leak(name: &str, baked: &Baked) {
     let [row, rows, layers] = baked.lattice.nodes();
     let value = |node: [u32; 3]| f64::from(baked.grid.distances[baked.lattice.index(node)]);

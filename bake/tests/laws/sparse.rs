@@ -187,7 +187,8 @@ fn it_is_no_steeper_than_an_interpolated_distance() {
         bake::<C>(mesh, &lattice).slope_bound
     }
     let mut random = Random::from_env();
-    // Codes divide the range of a brick's samples, at most its diagonal of 7√3 voxels; each of two samples is off by half a step.
+    // Codes divide the range of a brick's samples, at most its diagonal of 7√3 voxels; each of two samples is off by
+    // half a step.
     let rounded = |codes: f64| 3.0_f64.sqrt() * (1.0 + 7.0 * 3.0_f64.sqrt() / codes) * 1.000_01;
     for (name, mesh) in closed_meshes(&mut random) {
         for cells in [24, 100] {

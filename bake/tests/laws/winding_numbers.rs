@@ -60,7 +60,7 @@ fn with_slit(mesh: Mesh, width: f64, random: &mut Random) -> Mesh {
     mesh.without(&missing)
 }
 
-/// Meshes with holes and slits, nested shells, stacked sheets; with short boundaries, and one too long for a boundary cone.
+/// Meshes with holes and slits, nested shells, stacked sheets. One has too many boundary edges for a cone.
 fn broken_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let sphere = || meshes::icosphere(3);
     let torus = || meshes::torus(1.0, 0.4, 36, 18);
