@@ -66,7 +66,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
         |index: usize| [index % along_x, index / along_x % along_y, index / along_x / along_y].map(|n| n as u32);
     let places = (0..along_x * along_y * along_z).into_par_iter().map(place);
     let bounds: Vec<BlockBounds> = places.map(|place| HaloBlock::new(lattice, place, values).bounds()).collect();
-    let steepest = bounds.iter().map(|nodes| nodes.slope).fold(0.0, f32::max);
+    let steepest = bounds.iter().map(|nodes| nodes.slope_bound).fold(0.0, f32::max);
     let slope_bound = slope_bound_with_outside(steepest.into(), inside_reaches_box(lattice, value));
     let error_bound = error_bound(mesh, lattice, &distances);
     DenseGrid { distances, bounds, slope_bound, error_bound }

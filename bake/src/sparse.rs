@@ -18,6 +18,7 @@ mod quantize;
 use std::cmp::Ordering;
 
 use rayon::prelude::*;
+use sdf_core::Interval;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Bricks, Code, NO_BRICK, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 use sdf_core::nalgebra::Vector3;
@@ -218,7 +219,8 @@ impl<'a> Plan<'a> {
 
         let Parts { places: brick_places, scales, samples, roundings, interpolations } = parts;
         // Not asked for until they are there.
-        let no_bounds = vec![BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; scales.len()];
+        let no_bounds =
+            vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; scales.len()];
         let slices =
             BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
         let Some(storage) = Sparse::new(lattice, slices) else {
@@ -442,6 +444,6 @@ fn slope_bound<C: Quantize>(
     };
     let absent = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);
     let of_absent = absent.map(of_absent).reduce(|| 0.0, f64::max);
-    let inside = bricks.iter().map(|nodes| f64::from(nodes.slope)).fold(of_absent, f64::max);
+    let inside = bricks.iter().map(|nodes| f64::from(nodes.slope_bound)).fold(of_absent, f64::max);
     slope_bound_with_outside(inside, inside_reaches_box(lattice, |node| storage.node(node)))
 }

@@ -1,3 +1,7 @@
+use nalgebra::Vector3;
+
+use crate::number::Float;
+
 /// An axis-aligned box; empty never, unbounded where a coordinate is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -20,6 +24,21 @@ impl Aabb {
         points.into_iter().map(|p| Self { min: p, max: p }).reduce(|a, b| a.union(&b))
     }
 
+    /// The smallest box around the points; inverted (min = ∞, max = −∞) where there are none. A NaN is passed over.
+    #[inline(always)]
+    pub(crate) fn around_corners<R: Float>(points: &[Vector3<R>]) -> Self {
+        let mut bounds = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+        for point in points {
+            let point: [R; 3] = (*point).into();
+            for k in 0..3 {
+                let x = point[k].to_f64();
+                bounds.min[k] = if x < bounds.min[k] { x } else { bounds.min[k] };
+                bounds.max[k] = if bounds.max[k] < x { x } else { bounds.max[k] };
+            }
+        }
+        bounds
+    }
+
     /// The smallest box around both.
     #[inline]
     pub fn union(&self, other: &Self) -> Self {
@@ -29,7 +48,7 @@ impl Aabb {
         }
     }
 
-    /// What lies in both; `None` where nothing does.
+    /// The intersection; `None` where it is empty.
     pub fn intersection(&self, other: &Self) -> Option<Self> {
         let min = core::array::from_fn(|k| self.min[k].max(other.min[k]));
         let max = core::array::from_fn(|k| self.max[k].min(other.max[k]));

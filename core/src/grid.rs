@@ -5,6 +5,8 @@ mod dense;
 mod exact;
 mod gradient_range;
 mod lattice;
+#[cfg(feature = "alloc")]
+pub mod owned;
 pub mod sparse;
 mod trilinear;
 
@@ -12,16 +14,16 @@ use nalgebra::Vector3;
 
 pub use block_bounds::WithBlockBounds;
 pub use dense::Dense;
-pub use exact::segment::SegmentMinimum;
-pub use exact::triangle::TriangleMinimum;
 use gradient_range::GradientRange;
 pub use lattice::Lattice;
 
-use crate::enclosure::{bounds, reach, rounding};
-use crate::number::kernel::LaneKernel;
-use crate::number::{Float, Mask, Real};
+use crate::number::interval::Interval;
+use crate::number::kernel::{LaneKernel, run};
+use crate::number::{Float, Gather, Mask, Real};
+use crate::rounding::rounding;
+use crate::simplex::max_distance;
 use crate::vector::{from_f64, norm};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf, Status};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf, Status};
 
 /// Where a grid's samples come from.
 pub trait Storage {
@@ -31,7 +33,7 @@ pub trait Storage {
 
     /// [`corners`](Self::corners) of several cells, whose indices are given axis by axis as whole numbers.
     #[inline(always)]
-    fn corners_of<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
+    fn corners_in_lanes<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
         let mut corners = [[R::zero(); N]; 8];
         for cell in 0..N {
             let of_cell = self.corners([x[cell].to_index(), y[cell].to_index(), z[cell].to_index()]);
@@ -42,10 +44,10 @@ pub trait Storage {
         corners
     }
 
-    /// Whether [`block_bounds`](Self::bounds_of_nodes) ever answers: where it does not, it is not asked.
+    /// Can [`block_bounds`](Self::block_bounds) be `Some`? Where not, it is never called.
     const HAS_BLOCK_BOUNDS: bool = false;
 
-    /// What is certain of the nodes from `first` to `last`, where the storage knows it without looking at each.
+    /// Bounds of the nodes from `first` to `last`, where the storage knows them without visiting each.
     fn block_bounds(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<BlockBounds> {
         None
     }
@@ -58,8 +60,8 @@ impl<S: Storage> Storage for &S {
     }
 
     #[inline(always)]
-    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
-        (**self).corners_of(cells)
+    fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
+        (**self).corners_in_lanes(cells)
     }
 
     const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;
@@ -70,25 +72,37 @@ impl<S: Storage> Storage for &S {
     }
 }
 
-/// What is certain of a block of nodes.
+/// Bounds of a block of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockBounds {
-    /// No sample is below this.
-    pub least: f32,
-    /// No sample is above this.
-    pub greatest: f32,
-    /// The most that the interpolant changes over a unit of distance in any cell with a corner in the block.
-    pub slope: f32,
+    /// Holds every sample.
+    pub range: Interval<f32>,
+    /// Lipschitz constant of the interpolant in every cell with a corner in the block.
+    pub slope_bound: f32,
 }
 
 impl BlockBounds {
-    /// Those of two blocks together.
+    /// Bounds of no node: the neutral element of [`union`](Self::union).
+    pub const EMPTY: Self = Self { range: Interval::<f32>::EMPTY, slope_bound: 0.0 };
+
+    /// Bounds of two blocks together.
+    #[inline(always)]
     pub fn union(self, other: Self) -> Self {
-        Self {
-            least: self.least.min(other.least),
-            greatest: self.greatest.max(other.greatest),
-            slope: self.slope.max(other.slope),
-        }
+        Self { range: self.range.hull(other.range), slope_bound: self.slope_bound.max(other.slope_bound) }
+    }
+}
+
+/// The samples at the corners of cells, as the number types fetch them.
+struct Corners<'a, S>(&'a S);
+
+impl<S: Storage> Gather for Corners<'_, S> {
+    #[inline(always)]
+    fn gather_one(&self, cell: [u32; 3]) -> [f32; 8] {
+        self.0.corners(cell)
+    }
+    #[inline(always)]
+    fn gather_lanes<T: Float, const N: usize>(&self, cells: [[T; N]; 3]) -> [[T; N]; 8] {
+        self.0.corners_in_lanes(cells)
     }
 }
 
@@ -259,13 +273,13 @@ impl LaneKernel for Continue<'_> {
 impl<S: Storage> Sdf for Grid<S> {
     #[cfg_attr(feature = "std", inline(always))]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let located = R::apply(&Locate(&self.lattice), point);
+        let located = run(&Locate(&self.lattice), point);
         let [cell, share, within] = located;
-        let corners = R::corners(cell.into(), &self.storage);
-        let inside = R::apply(&Interpolate(&self.lattice), (share, corners));
+        let corners = R::gather(cell.into(), &Corners(&self.storage));
+        let inside = run(&Interpolate(&self.lattice), (share, corners));
         // Most points are within the box: what is said of others takes two roots and four divisions.
         if (within.x * within.y * within.z).lt(R::one()).any() {
-            return R::apply(&Continue(&self.lattice), (point, located, inside));
+            return run(&Continue(&self.lattice), (point, located, inside));
         }
         let ([value], gradient) = inside;
         Sample::new(value, gradient)
@@ -280,8 +294,10 @@ impl<S: Storage> Sdf for Grid<S> {
     fn slope_bound(&self) -> f64 {
         self.slope_bound
     }
+}
 
-    /// By what the storage knows of the nodes of all cells that the box meets, or comes nearest to.
+impl<S: Storage> EnclosedSdf for Grid<S> {
+    /// From the block bounds of the nodes of all cells that the box meets, or comes nearest to.
     #[cfg_attr(feature = "std", inline(always))]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         let global = BoxEnclosure { slope_bound: self.slope_bound, ..BoxEnclosure::ANYTHING };
@@ -290,56 +306,71 @@ impl<S: Storage> Sdf for Grid<S> {
         }
         let Some([first, last]) = self.lattice.nodes_around(region) else { return global };
         let Some(nodes) = self.storage.block_bounds(first, last) else { return global };
-        let (least, greatest, slope) = (f64::from(nodes.least), f64::from(nodes.greatest), f64::from(nodes.slope));
+        let (lower, upper) = (f64::from(nodes.range.lower), f64::from(nodes.range.upper));
+        let slope = f64::from(nodes.slope_bound);
         let bounds = self.lattice.bounds();
         let sticks_out = !bounds.encloses(region);
         if !sticks_out {
-            return BoxEnclosure { least, greatest, slope_bound: slope.min(self.slope_bound) };
+            return BoxEnclosure { range: Interval { lower, upper }, slope_bound: slope.min(self.slope_bound) };
         }
-        // Outside, the way to the grid is added to the value there, or makes a right angle with it: see `Grid`.
+        // Outside, the distance to the box is added to the value there, or is the other leg of a right angle: see `Grid`.
         let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]).max(0.0);
-        let away = libm::hypot(libm::hypot(gap(0), gap(1)), gap(2));
-        let reaches_in = least < 0.0;
-        let least = if reaches_in { least + away } else { libm::hypot(least, away) };
-        let slope_bound = slope_bound_with_outside(slope, reaches_in);
-        BoxEnclosure { least, greatest: f64::INFINITY, slope_bound: slope_bound.min(self.slope_bound) }
+        let distance = libm::hypot(libm::hypot(gap(0), gap(1)), gap(2));
+        let is_inside = lower < 0.0;
+        let lower = if is_inside { lower + distance } else { libm::hypot(lower, distance) };
+        let slope_bound = slope_bound_with_outside(slope, is_inside);
+        let range = Interval { lower, upper: f64::INFINITY };
+        BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound) }
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        self.least_on(ends)
-    }
-
-    #[cfg_attr(feature = "std", inline(always))]
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        self.least_in(corners, enough)
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        match *corners.as_slice() {
+            [a, b] => self.minimum_on_segment([a, b]).map(resize),
+            [a, b, c] => self.minimum_on_triangle([a, b, c], goal).map(resize),
+            _ => None,
+        }
     }
 
     /// In a few cells by how far the gradient there may be from that at the middle.
     fn linearization_error(&self, region: &Aabb) -> f64 {
-        let Some(GradientRange { gradients, .. }) = self.range_in::<f64>(region) else { return f64::INFINITY };
-        let spread = gradients.greatest - gradients.least;
+        let Some(GradientRange { gradients, .. }) = self.gradient_range::<f64>(region) else { return f64::INFINITY };
+        let spread = gradients.upper - gradients.lower;
         spread.dot(&Vector3::from(region.extents())) * 0.5
     }
 
     /// In a few cells by how the gradient varies there (the mean value form of interval arithmetic: Moore 1966, "Interval
     /// Analysis", ch. 6): off by the square of the hull's size, where a bound by the slope is off by the size.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        let Some(range) = self.range_in::<R>(&bounds(corners)) else {
-            return Enclosure::by_slope(self, about, corners);
+        let Some(inside) = self.gradient_range::<R>(&Aabb::around_corners(corners)) else {
+            return Enclosure::from_slope(self, about, corners);
         };
         let value = self.value(about);
         let (mut fall, mut rise) = (R::zero(), R::zero());
         for corner in corners {
-            let [falls, rises] = range.gradients.along(corner - about);
-            (fall, rise) = (Real::min(fall, falls), Real::max(rise, rises));
+            let change = inside.gradients.change_along(corner - about);
+            (fall, rise) = (Real::min(fall, change.lower), Real::max(rise, change.upper));
         }
         let unrounded = Enclosure {
             value,
-            least: Real::max(value + fall, range.least),
-            greatest: Real::min(value + rise, range.greatest),
-            gradients: range.gradients,
+            range: Interval {
+                lower: Real::max(value + fall, inside.range.lower),
+                upper: Real::min(value + rise, inside.range.upper),
+            },
+            gradients: inside.gradients,
         };
-        unrounded.widen(rounding(self.slope_bound, about, reach(about, corners), value))
+        unrounded.widen(rounding(self.slope_bound, about, max_distance(about, corners), value))
     }
+}
+
+/// The same minimum with `N` weights, of which it has as many.
+#[inline(always)]
+fn resize<R: Float, const M: usize, const N: usize>(found: ExactMinimum<R, M>) -> ExactMinimum<R, N> {
+    let mut weights = [R::zero(); N];
+    weights.iter_mut().zip(found.weights).for_each(|(weight, known)| *weight = known);
+    ExactMinimum { weights, value: found.value, lower_bound: found.lower_bound, evaluations: found.evaluations }
 }

@@ -30,7 +30,7 @@ use nalgebra::Vector3;
 
 use crate::number::kernel::LaneBundle;
 use crate::number::{Mask, Real};
-use crate::{Sample, Sdf, Simplex, Status};
+use crate::{EnclosedSdf, Sample, Simplex, Status};
 
 /// A method that looks for the least value of a field on simplices of `N` corners.
 ///
@@ -59,12 +59,12 @@ pub trait Minimizer<const N: usize> {
     }
 
     /// All corners must be finite and within ±[`Real::MAX_COORDINATE`].
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
 
     /// The same where the least value that it finds is at most `level`. Where it is not, a method that can tell may stop as
     /// soon as it is certain that none is.
     #[inline(always)]
-    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, _level: R) -> Minimum<R, N> {
+    fn minimize_below<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>, _level: R) -> Minimum<R, N> {
         self.minimize(field, simplex)
     }
 }

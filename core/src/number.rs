@@ -4,6 +4,7 @@
 //! [`Lanes`](crate::Lanes) several side by side, in a dual number its derivative. So that lanes can take both sides of a
 //! condition, generic code chooses with [`Real::select`] and not with `if`.
 
+pub mod interval;
 pub mod kernel;
 pub mod lanes;
 
@@ -11,9 +12,6 @@ use core::ops::{BitAnd, BitOr, Neg, Not};
 
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
 use num_traits::{One, Zero};
-
-use crate::grid::Storage;
-use crate::number::kernel::LaneKernel;
 
 /// What a comparison of two [`Real`]s answers: `bool`, or one for each lane.
 pub trait Mask:
@@ -80,14 +78,8 @@ pub trait Real:
 
     fn set_lane(&mut self, lane: usize, value: Self::Lane);
 
-    /// The samples at the corners of each lane's cell, whole numbers, which must lie in 0 ≤ cell < 2³¹.
-    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8];
-
-    /// What a kernel answers in each lane.
-    #[inline(always)]
-    fn apply<K: LaneKernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
-        kernel.apply(from)
-    }
+    /// The eight numbers that `table` holds for each lane's cell, three whole numbers in 0 ≤ cell < 2³¹.
+    fn gather<G: Gather>(cell: [Self; 3], table: &G) -> [Self; 8];
 
     #[inline(always)]
     fn abs(self) -> Self {
@@ -149,6 +141,14 @@ pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
     fn from_stored(stored: f32) -> Self;
 }
 
+/// A table with eight stored numbers for each cell of a lattice.
+pub trait Gather {
+    fn gather_one(&self, cell: [u32; 3]) -> [f32; 8];
+
+    /// The same for `N` cells, whose indices are given axis by axis as whole numbers.
+    fn gather_lanes<T: Float, const N: usize>(&self, cells: [[T; N]; 3]) -> [[T; N]; 8];
+}
+
 macro_rules! float {
     ($float:ident, $sqrt:path, $trunc:ident, $reach:literal) => {
         impl Real for $float {
@@ -191,8 +191,8 @@ macro_rules! float {
                 *self = value;
             }
             #[inline(always)]
-            fn corners<S: Storage>([x, y, z]: [Self; 3], storage: &S) -> [Self; 8] {
-                storage.corners([x as u32, y as u32, z as u32]).map(Self::from_stored)
+            fn gather<G: Gather>([x, y, z]: [Self; 3], table: &G) -> [Self; 8] {
+                table.gather_one([x as u32, y as u32, z as u32]).map(Self::from_stored)
             }
         }
 

@@ -1,20 +1,22 @@
 //! Fields put into the world. A placement says where a world point lies in the field's own frame; the chain rule that
 //! turns the answer back stands here once.
 
+mod posed;
 mod rigid;
 mod similarity;
 mod stretch;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use posed::Posed;
 pub use rigid::Rigid;
 pub use similarity::Similarity;
 pub use stretch::Stretch;
 
-use crate::enclosure::{reach, rounding};
-use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::rounding::rounding;
+use crate::simplex::max_distance;
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
 
 /// A map from the world into a field's own frame.
 pub trait Placement {
@@ -54,9 +56,7 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let pulled = self.placement.pull(point);
-        let local = self.field.evaluate(pulled.point);
-        let gradient = pulled.jacobian.tr_mul(&local.gradient) * pulled.scale;
-        Sample { value: local.value * pulled.scale, gradient, status: local.status }
+        pulled.push_sample(self.field.evaluate(pulled.point))
     }
 
     #[inline(always)]
@@ -72,60 +72,75 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.placement.slope_factor()
     }
+}
 
+/// For placements that are affine maps: they take a hull to the hull of its corners, and barycentric weights stay the same.
+impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let of_field = self.field.enclose_box(&self.placement.pull_bounds(*region));
-        let scale = self.placement.scale();
+        let local = self.field.enclose_box(&self.placement.pull_bounds(*region));
         BoxEnclosure {
-            least: of_field.least * scale,
-            greatest: of_field.greatest * scale,
-            slope_bound: of_field.slope_bound * self.placement.slope_factor(),
+            range: local.range.scale(self.placement.scale()),
+            slope_bound: local.slope_bound * self.placement.slope_factor(),
         }
     }
 
-    /// Of a placement that is an affine map: it takes a hull to the hull of its corners.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let pulled = self.pull_all(corners);
         let here = self.placement.pull(about);
-        let of_field = self.field.enclosure(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
-        let scaled = of_field.pull_back(&here.jacobian, here.scale);
+        let local = self.field.enclosure(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
+        let scaled = local.pull_back(&here.jacobian, here.scale);
         // The corners were rounded where they stood in the world.
-        scaled.widen(rounding(self.slope_bound(), about, reach(about, corners), scaled.value))
+        scaled.widen(rounding(self.slope_bound(), about, max_distance(about, corners), scaled.value))
     }
 
-    /// Of a placement that is an affine map.
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         let pulled = self.pull_all(corners);
         self.field.is_convex_on(pulled.get(..corners.len()).unwrap_or(&pulled))
     }
 
-    /// Of a placement that is an affine map.
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let pulled = self.pull_all(corners);
-        let of_field = self.field.max_rise_to_corners(pulled.get(..corners.len()).unwrap_or(&pulled));
-        of_field.map(|rise| rise * R::from_f64(self.placement.scale()))
+        let rises = self.field.max_rise_to_corners(pulled.get(..corners.len()).unwrap_or(&pulled));
+        rises.map(|rise| rise * R::from_f64(self.placement.scale()))
     }
 
-    /// Of a placement that is an affine map: it takes the middle of a box to that of the box around what it becomes.
+    /// The centre of a box becomes the centre of the box around its image.
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.field.linearization_error(&self.placement.pull_bounds(*region)) * self.placement.scale()
     }
 
-    /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let of_field = self.field.minimum_on_segment(ends.map(|end| self.placement.pull(end).point))?;
-        Some(SegmentMinimum { value: of_field.value * R::from_f64(self.placement.scale()), ..of_field })
-    }
-
-    /// Of a placement that is an affine map.
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
         let scale = R::from_f64(self.placement.scale());
-        let of_field = self.field.minimum_on_triangle(pulled, enough.map(|x| x / scale))?;
-        let (value, reach) = (of_field.value * scale, reach(corners[0], &corners));
-        // The corners were rounded where they stood in the world.
-        let rounding = rounding(self.slope_bound(), corners[0], reach, value);
-        Some(TriangleMinimum { value, least: of_field.least * scale - rounding, ..of_field })
+        let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
+        Some(push_minimum(local, &self.placement, self.slope_bound(), corners))
+    }
+}
+
+/// A minimum in the field's frame as one in the world, where the corners were rounded.
+#[inline(always)]
+fn push_minimum<R: Float, P: Placement, const N: usize>(
+    local: ExactMinimum<R, N>,
+    placement: &P,
+    slope_bound: f64,
+    corners: [Vector3<R>; N],
+) -> ExactMinimum<R, N> {
+    let scale = R::from_f64(placement.scale());
+    let (value, distance) = (local.value * scale, max_distance(corners[0], &corners));
+    let rounding = rounding(slope_bound, corners[0], distance, value);
+    ExactMinimum { value, lower_bound: local.lower_bound * scale - rounding, ..local }
+}
+
+impl<R: Real> Pulled<R> {
+    /// A sample in the field's frame as one in the world, by the chain rule: scale · Jᵀ ∇φ.
+    #[inline(always)]
+    pub fn push_sample(&self, local: Sample<R>) -> Sample<R> {
+        let gradient = self.jacobian.tr_mul(&local.gradient) * self.scale;
+        Sample { value: local.value * self.scale, gradient, status: local.status }
     }
 }
 

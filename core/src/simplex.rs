@@ -2,9 +2,11 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::enclosure::{mean, reach, rounding};
+use crate::Aabb;
 use crate::number::kernel::{LaneBundle, LaneKernel};
-use crate::number::{Mask, Real};
+use crate::number::{Float, Mask, Real};
+use crate::rounding::rounding;
+use crate::vector::norm;
 
 /// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +33,8 @@ impl<R: Real, const N: usize> Simplex<R, N> {
 
     /// The largest distance from a point to a corner: no point of the simplex is farther.
     #[inline(always)]
-    pub fn reach(&self, from: Vector3<R>) -> R {
-        reach(from, &self.corners)
+    pub fn max_distance_from(&self, point: Vector3<R>) -> R {
+        max_distance(point, &self.corners)
     }
 
     /// The length of the longest edge.
@@ -40,23 +42,23 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     pub fn longest_edge(&self) -> R {
         let mut longest = R::zero();
         for corner in 0..N {
-            longest = longest.max(self.reach(self.corners[corner]));
+            longest = longest.max(self.max_distance_from(self.corners[corner]));
         }
         longest
     }
 
-    /// What no value of the field on the simplex is below, by a bound of its slope there and its value at a point of the
-    /// simplex, rounding included.
+    /// Lower bound of φ on the simplex, rounding included, from the value at a point of it and the slope bound there:
+    /// φ ≥ value − slope_bound · max_k |corner_k − point|. `field_slope_bound` is that of the whole field.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn lower_bound(&self, of_field: f64, slope_bound: R, point: Vector3<R>, value: R) -> R {
-        let reach = self.reach(point);
-        // A slope can be beyond the numbers of this type, and no way times infinity is no number.
-        let fall = R::select(reach.is_zero(), R::zero(), reach * slope_bound);
-        value - fall - rounding(of_field, point, reach, value)
+    pub(crate) fn lower_bound(&self, field_slope_bound: f64, slope_bound: R, point: Vector3<R>, value: R) -> R {
+        let distance = self.max_distance_from(point);
+        // A slope can exceed the largest number of this type, and 0 · ∞ is NaN.
+        let fall = R::select(distance.is_zero(), R::zero(), distance * slope_bound);
+        value - fall - rounding(field_slope_bound, point, distance, value)
     }
 
-    /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the
-    /// paper with edges for corners, which differ by a constant that no method here minds.
+    /// The derivative of φ by each weight, less that by the first: ∇φ·(x_k − x_0). Eq. (4) of the paper has ∇φ·x_k; the two
+    /// differ by a constant, which no method here depends on.
     #[inline(always)]
     pub fn slopes(&self, gradient: Vector3<R>) -> [R; N] {
         let mut slopes = [R::zero(); N];
@@ -74,6 +76,32 @@ impl<R: Real, const N: usize> Simplex<R, N> {
         }
         all
     }
+}
+
+impl<R: Float, const N: usize> Simplex<R, N> {
+    /// The smallest box around it.
+    #[inline(always)]
+    pub fn bounds(&self) -> Aabb {
+        Aabb::around_corners(&self.corners)
+    }
+}
+
+/// The mean, summed over edges from the first point, so that no digits are lost far from the origin.
+#[inline(always)]
+pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
+    let Some(first) = points.first() else { return Vector3::zeros() };
+    let fraction = R::from_f64(1.0 / points.len() as f64);
+    points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * fraction)
+}
+
+/// The largest distance from a point to the others.
+#[inline(always)]
+pub(crate) fn max_distance<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
+    let mut largest = R::zero();
+    for point in points {
+        largest = largest.max(norm(point - from));
+    }
+    largest
 }
 
 /// [`Simplex::lower_bound`] of a field with this slope bound, from the simplex, the slope bound there, a point and its value.

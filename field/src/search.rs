@@ -1,7 +1,7 @@
 //! How the elements of a mesh are searched for contacts with each kind of field.
 
 use pulp::{Arch, NullaryFnOnce};
-use sdf_core::Sdf;
+use sdf_core::EnclosedSdf;
 use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Element, Outcome, batch, contact};
 use sdf_core::minimize::Minimizer;
@@ -16,7 +16,7 @@ const CULLED: usize = 8;
 const SEARCHED: usize = 16;
 
 /// A field that is searched in the way that is fastest for it.
-pub trait Search: Sdf + Sync {
+pub trait Search: EnclosedSdf + Sync {
     /// What becomes of those of the elements that are not culled, in their order.
     fn outcomes<M: Minimizer<N>, const N: usize>(
         &self,
@@ -87,14 +87,14 @@ struct Batch<'a, F, W, M, const N: usize> {
     elements: &'a [Element<f64, N>],
 }
 
-impl<F: Sdf, W: Sdf, M: Minimizer<N>, const N: usize> Batch<'_, F, W, M, N> {
+impl<F: EnclosedSdf, W: EnclosedSdf, M: Minimizer<N>, const N: usize> Batch<'_, F, W, M, N> {
     fn outcomes(&self) -> Vec<Outcome<f64, N>> {
         let Self { field, wide, minimizer, margin, elements } = *self;
         let mut looked = Arch::new().dispatch(Cull { field: wide, margin, elements });
         looked.sort_unstable_by_key(|(place, _)| *place);
         let passed = looked.iter().enumerate().filter_map(|(at, (place, looked))| {
             let lower_bound = looked.ok()?;
-            Some((at, Survivor { place: *place, lower_bound }))
+            Some((at, Survivor { index: *place, lower_bound }))
         });
         let (ats, passed): (Vec<_>, Vec<_>) = passed.unzip();
         let mut outcomes = vec![Outcome::NotFinite; looked.len()];
@@ -115,7 +115,7 @@ struct Cull<'a, F, const N: usize> {
     elements: &'a [Element<f64, N>],
 }
 
-impl<F: Sdf, const N: usize> NullaryFnOnce for Cull<'_, F, N> {
+impl<F: EnclosedSdf, const N: usize> NullaryFnOnce for Cull<'_, F, N> {
     type Output = Vec<(usize, Result<f64, CullReason>)>;
 
     // Only what is inlined here is compiled for the processor's own vectors.
@@ -140,7 +140,9 @@ struct Wide<'a, F, M, T, const N: usize> {
     take: T,
 }
 
-impl<F: Sdf, M: Minimizer<N>, T: FnMut(usize, Outcome<f64, N>), const N: usize> NullaryFnOnce for Wide<'_, F, M, T, N> {
+impl<F: EnclosedSdf, M: Minimizer<N>, T: FnMut(usize, Outcome<f64, N>), const N: usize> NullaryFnOnce
+    for Wide<'_, F, M, T, N>
+{
     type Output = ();
 
     #[inline(always)]

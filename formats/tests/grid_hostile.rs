@@ -76,7 +76,11 @@ impl Forged {
             let chunk = shape.iter().map(|side| *side.min(&30)).collect();
             Table { name, shape: shape.to_vec(), chunk, elements }
         };
-        let bounds = bricks.bounds.iter().flat_map(|bounds| [bounds.least, bounds.greatest, bounds.slope]).collect();
+        let bounds = bricks
+            .bounds
+            .iter()
+            .flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound])
+            .collect();
         let scales = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
         let tables = vec![
             table("samples", &[count, 512], Elements::U16(differences(&bricks.samples))),

@@ -2,6 +2,7 @@
 
 mod grid_samples;
 
+use sdf_core::Interval;
 use std::fs;
 
 use grid_samples::{Content, KINDS, Made, Random, about, lent};
@@ -52,7 +53,7 @@ fn any(random: &mut Random) -> f32 {
 
 fn any_bounds(random: &mut Random) -> BlockBounds {
     let [a, b] = [any(random), any(random)];
-    BlockBounds { least: a.min(b), greatest: a.max(b), slope: any(random).abs() }
+    BlockBounds { range: Interval { lower: a.min(b), upper: a.max(b) }, slope_bound: any(random).abs() }
 }
 
 #[test]
@@ -71,7 +72,8 @@ fn random_bits_come_back_too() {
         let stored = grid_file::read(&path).unwrap();
         assert_eq!(stored.grid.lattice().origin().map(f64::to_bits), lattice.origin().map(f64::to_bits));
         let OwnedSamples::Dense(bounded) = stored.grid.storage() else { panic!("another layout") };
-        let bits = |bounds: &BlockBounds| [bounds.least, bounds.greatest, bounds.slope].map(f32::to_bits);
+        let bits =
+            |bounds: &BlockBounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound].map(f32::to_bits);
         assert!(bounded.bounds().iter().map(bits).eq(bounds.iter().map(bits)));
         for cell in [[0; 3], lattice.cells().map(|n| n - 1), lattice.cells().map(|n| random.below(n as usize) as u32)] {
             let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
@@ -178,13 +180,14 @@ fn what_could_not_be_read_is_not_written() {
 }
 
 fn bad_bounds() -> [BlockBounds; 5] {
-    let good = BlockBounds { least: -1.0, greatest: 1.0, slope: 1.0 };
+    let range = Interval { lower: -1.0, upper: 1.0 };
+    let good = BlockBounds { range, slope_bound: 1.0 };
     [
-        BlockBounds { least: f32::NAN, ..good },
-        BlockBounds { greatest: f32::INFINITY, ..good },
-        BlockBounds { slope: f32::NAN, ..good },
-        BlockBounds { slope: -1e-9, ..good },
-        BlockBounds { least: 2.0, ..good },
+        BlockBounds { range: Interval { lower: f32::NAN, ..range }, ..good },
+        BlockBounds { range: Interval { upper: f32::INFINITY, ..range }, ..good },
+        BlockBounds { slope_bound: f32::NAN, ..good },
+        BlockBounds { slope_bound: -1e-9, ..good },
+        BlockBounds { range: Interval { lower: 2.0, ..range }, ..good },
     ]
 }
 

@@ -5,7 +5,7 @@ use sdf_core::combine::Union;
 use sdf_core::minimize::{AllMinima, Found, Minimum, Place};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Float, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Sdf, Simplex};
 use sdf_tests::oracle::{cast, lattice_weights, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::scenes;
@@ -14,7 +14,7 @@ const ROOM: usize = 4096;
 
 fn minima<R: Float, const N: usize>(
     search: &AllMinima,
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     simplex: &Simplex<R, N>,
     level: f64,
     room: usize,
@@ -33,7 +33,7 @@ struct Map<const N: usize> {
 }
 
 impl<const N: usize> Map<N> {
-    fn new<R: Float>(field: &impl Sdf, simplex: &Simplex<R, N>, parts: usize) -> Self {
+    fn new<R: Float>(field: &impl EnclosedSdf, simplex: &Simplex<R, N>, parts: usize) -> Self {
         let weights = lattice_weights::<N>(parts);
         let values = weights.iter().map(|w| field.value(simplex.point(w.map(R::from_f64))).to_f64()).collect();
         let key = |w: &[f64; N]| w.map(|w| (w * parts as f64).round() as i64);

@@ -6,7 +6,7 @@ use sdf_core::grid::{Dense, Grid, slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cone, Cylinder, Horseshoe, Sphere, Torus};
-use sdf_core::{Aabb, Float, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
 use sdf_tests::any_field::AnyField;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::methods::{Method, methods};
@@ -52,7 +52,7 @@ fn sample_answers_every_point_without_nan_and_says_which_it_refuses() {
 /// come back as a status.
 #[test]
 fn a_point_that_leaves_reach_in_the_fields_own_frame_is_refused() {
-    fn check<R: Float>(field: &impl Sdf) {
+    fn check<R: Float>(field: &impl EnclosedSdf) {
         for point in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-3, 1.0, 0.0]] {
             let point = Vector3::from(point).map(|x| R::from_f64(x * R::MAX_COORDINATE));
             let sample = field.sample(point);
@@ -258,6 +258,8 @@ impl Sdf for Broken {
         1.0
     }
 }
+
+impl EnclosedSdf for Broken {}
 
 #[test]
 fn answers_of_a_field_that_are_not_finite_are_answered_honestly() {

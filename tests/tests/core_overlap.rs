@@ -8,7 +8,7 @@ use sdf_core::grid::{Dense, Grid, Lattice};
 use sdf_core::overlap::{Deepest, Leaf, Minima, NoRegion, OverlapPoint, Pair, Patch, PatchPoint, Piece, Search};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, HalfSpace, Sphere, Torus};
-use sdf_core::{Aabb, Float, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Float, Sdf};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Scene, bounded, cube_lattice, sampled, sampled_in_bricks, scenes};
 
@@ -16,33 +16,33 @@ type Point = Vector3<f64>;
 
 const UNTURNED: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-fn shifted<F: Sdf>(field: F, translation: [f64; 3]) -> Placed<F, Rigid> {
+fn shifted<F: EnclosedSdf>(field: F, translation: [f64; 3]) -> Placed<F, Rigid> {
     Placed { field, placement: Rigid::new(translation, UNTURNED).unwrap() }
 }
 
-fn deepest<R: Float>(pair: &Pair<impl Sdf, impl Sdf>, tolerance: f64) -> Deepest<R> {
+fn deepest<R: Float>(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, tolerance: f64) -> Deepest<R> {
     pair.deepest(&Search { tolerance, ..Search::default() }, &mut vec![Piece::EMPTY; 1 << 14])
 }
 
-fn patch<R: Float>(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Patch<R>, Vec<PatchPoint<R>>) {
+fn patch<R: Float>(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, resolution: f64) -> (Patch<R>, Vec<PatchPoint<R>>) {
     let mut points = vec![];
     let patch = pair.patch(resolution, 1 << 22, |point| points.push(point));
     assert!(patch.complete && patch.points as usize == points.len());
     (patch, points)
 }
 
-fn minima(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Minima, Vec<OverlapPoint<f64>>) {
+fn minima(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, resolution: f64) -> (Minima, Vec<OverlapPoint<f64>>) {
     let (mut scratch, mut found) = (vec![Leaf::empty(); 1 << 18], vec![None; 32]);
     let minima = pair.minima(resolution, 1 << 22, &mut scratch, &mut found);
     assert!(minima.complete);
     (minima, found.into_iter().flatten().collect())
 }
 
-fn region_of(pair: &Pair<impl Sdf, impl Sdf>, share: f64) -> f64 {
+fn region_of(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, share: f64) -> f64 {
     pair.region().longest_side() * share
 }
 
-fn highest(a: &impl Sdf, b: &impl Sdf, point: Point) -> f64 {
+fn highest(a: &impl EnclosedSdf, b: &impl EnclosedSdf, point: Point) -> f64 {
     a.value(point).max(b.value(point))
 }
 
@@ -161,7 +161,7 @@ fn shrinking_leaves_out_no_point_in_which_the_fields_touch() {
 }
 
 /// Where the middle surface crosses a segment, if it does: by bisection.
-fn crossing(a: &impl Sdf, b: &impl Sdf, ends: [Point; 2]) -> Option<Point> {
+fn crossing(a: &impl EnclosedSdf, b: &impl EnclosedSdf, ends: [Point; 2]) -> Option<Point> {
     let side = |point: Point| a.value(point) - b.value(point);
     let [mut low, mut high] = ends;
     if side(low) == 0.0 {

@@ -1,4 +1,5 @@
 use rayon::prelude::*;
+use sdf_core::Interval;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
 
@@ -45,7 +46,7 @@ impl HaloBlock {
         let least = own().copied().fold(f32::INFINITY, f32::min);
         let greatest = own().copied().fold(f32::NEG_INFINITY, f32::max);
         let slope = pulp::Arch::new().dispatch(SteepestOf(self)).sqrt() / self.spacing;
-        BlockBounds { least, greatest, slope: round_up(slope) }
+        BlockBounds { range: Interval { lower: least, upper: greatest }, slope_bound: round_up(slope) }
     }
 
     /// The largest magnitude at a corner of a cell that may have corners of both signs and none farther than `within`, of the
@@ -169,9 +170,11 @@ mod tests {
                 let slope_of = |cell| cell_slope(std::array::from_fn(|index| corner(cell, index as u32)), 0.3);
                 let steepest = nodes(cells_from, cells_to).map(slope_of).fold(0.0, f64::max);
                 let wanted = BlockBounds {
-                    least: own().fold(f32::INFINITY, f32::min),
-                    greatest: own().fold(f32::NEG_INFINITY, f32::max),
-                    slope: round_up(steepest),
+                    range: Interval {
+                        lower: own().fold(f32::INFINITY, f32::min),
+                        upper: own().fold(f32::NEG_INFINITY, f32::max),
+                    },
+                    slope_bound: round_up(steepest),
                 };
                 assert_eq!(around.bounds(), wanted, "{place:?} of {counts:?}");
 

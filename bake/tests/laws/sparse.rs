@@ -1,11 +1,10 @@
 //! A sparse grid against the dense one of the same lattice, and against the mesh.
 
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
-use sdf_core::Aabb;
-use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, slope_bound};
 use sdf_core::nalgebra::Vector3;
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
 use crate::meshes::{self, Mesh};
 use crate::oracle::{self, Baked};
@@ -250,8 +249,12 @@ fn what_it_says_of_each_brick_holds_of_the_bricks_nodes_and_cells() {
             }
         }
         for (bounds, (least, greatest, slope)) in grid.bounds.iter().zip(seen) {
-            assert_eq!((bounds.least, bounds.greatest), (least, greatest), "{name}");
-            assert!(slope <= bounds.slope && bounds.slope <= slope.next_up(), "{name}: {slope} {}", bounds.slope);
+            assert_eq!((bounds.range.lower, bounds.range.upper), (least, greatest), "{name}");
+            assert!(
+                slope <= bounds.slope_bound && bounds.slope_bound <= slope.next_up(),
+                "{name}: {slope} {}",
+                bounds.slope_bound
+            );
         }
     }
     let mut random = Random::of_test();
@@ -283,7 +286,7 @@ fn what_a_grid_says_of_a_region_holds_there() {
                 8.0 * f64::from(f32::EPSILON) * values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
             for value in &values {
                 assert!(
-                    local.least - rounding <= *value && *value <= local.greatest + rounding,
+                    local.range.lower - rounding <= *value && *value <= local.range.upper + rounding,
                     "{name}: {value} {local:?}"
                 );
             }

@@ -10,7 +10,7 @@ use sdf_core::minimize::{
 };
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Simplex};
 use sdf_field::Search;
 use sdf_formats::contact_file::{self, ContactRecord};
 use sdf_formats::field_file::{self, Field, OpenField};
@@ -268,7 +268,7 @@ const MAX_PIECES: usize = 4096;
 /// Of the minima of one element so many are found at most; with more, the contacts say that the budget was spent.
 const MAX_MINIMA: usize = 256;
 
-fn all_of_each<F: Sdf + Sync, const N: usize>(
+fn all_of_each<F: EnclosedSdf + Sync, const N: usize>(
     args: &ContactsArgs,
     mesh: &Mesh,
     field: &F,
@@ -278,7 +278,7 @@ fn all_of_each<F: Sdf + Sync, const N: usize>(
     let room = || (vec![Place::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
     let outcome = |(places, minima): &mut (Vec<_>, Vec<_>), (id, vertices): (usize, &[u32; N])| {
         let mut contacts = vec![];
-        let take = |contact: &Contact<f64, N>| contacts.push(ContactRecord::from(contact));
+        let take = |contact: &Contact<f64>| contacts.push(ContactRecord::from(contact));
         match all_contacts(field, search, args.margin, &element(mesh, id, *vertices), places, minima, take) {
             Outcome::NotFinite => Some(Passed::NotFinite),
             Outcome::Culled => None,

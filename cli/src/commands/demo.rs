@@ -1,10 +1,10 @@
 //! The main job with nothing at hand.
 
+use sdf_core::EnclosedSdf;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use sdf_core::Sdf;
 use sdf_formats::field_file;
 use sdf_formats::field_file::Field;
 use sdf_formats::grid_file::StoredGrid;
@@ -76,7 +76,7 @@ fn cloth_over_body() -> Sheet {
 }
 
 /// A cut through the body's middle: the cloth as a green line, contacts as red dots.
-fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &Path) -> Result<()> {
+fn draw<F: EnclosedSdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &Path) -> Result<()> {
     const GREEN: [u8; 3] = [20, 130, 60];
     const RED: [u8; 3] = [200, 30, 40];
     let window = sdf_core::Aabb { min: [-1.25; 3], max: [1.25; 3] };

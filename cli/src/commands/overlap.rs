@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::contact_file::{self, OverlapRecord};
 use sdf_formats::field_file::{self, Node, OpenField};
 use serde::Serialize;
@@ -244,7 +244,10 @@ fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
     Ok(Found { verdict, certificate, minima: Some(minima), patch: Some(summary(&patch)), meetings })
 }
 
-fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
+fn minima<A: EnclosedSdf, B: EnclosedSdf>(
+    pair: &Pair<A, B>,
+    resolution: f64,
+) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
     let mut room = 1 << 16;
     loop {
         let mut found = vec![None; MAX_MINIMA];

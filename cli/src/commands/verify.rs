@@ -6,7 +6,7 @@ use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::field_file::{self, Field, OpenField};
 use sdf_formats::grid_file::{OwnedGrid, StoredGrid};
 use sdf_procedural::random::unit_at;
@@ -253,7 +253,7 @@ impl Far {
 }
 
 /// At as many points as were asked for.
-fn ask<F: Sdf + Sync>(
+fn ask<F: EnclosedSdf + Sync>(
     args: &VerifyArgs,
     field: &F,
     truth: &MeshDistance,

@@ -1,9 +1,10 @@
 use nalgebra::Vector3;
 
-use super::surveys;
+use super::enclosures;
 use crate::enclosure::sum;
+use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, Sample, Sdf};
 
 /// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
 ///
@@ -39,9 +40,9 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (a, b) = (self.a.evaluate(point), self.b.evaluate(point));
         let nearness = self.nearness(a.value, b.value);
-        let share_of_higher = nearness * R::from_f64(0.5);
-        let share_of_a = R::select(a.value.lt(b.value), R::one() - share_of_higher, share_of_higher);
-        let gradient = b.gradient + (a.gradient - b.gradient) * share_of_a;
+        let weight_of_higher = nearness * R::from_f64(0.5);
+        let weight_of_a = R::select(a.value.lt(b.value), R::one() - weight_of_higher, weight_of_higher);
+        let gradient = b.gradient + (a.gradient - b.gradient) * weight_of_a;
         let blended =
             Sample { value: self.blended(a.value, b.value, nearness), gradient, status: a.status.merge(b.status) };
         let alone = nearness.is_zero();
@@ -63,41 +64,46 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn slope_bound(&self) -> f64 {
         self.a.slope_bound().max(self.b.slope_bound())
     }
+}
 
+impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let sharp = self.a.enclose_box(region).lower(self.b.enclose_box(region));
-        BoxEnclosure { least: sharp.least - 0.25 * self.blend, ..sharp }
+        let sharp = self.a.enclose_box(region).min(self.b.enclose_box(region));
+        let range = Interval { lower: sharp.range.lower - 0.25 * self.blend, ..sharp.range };
+        BoxEnclosure { range, ..sharp }
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let (a, b) = (self.a.enclosure(about, corners), self.b.enclosure(about, corners));
-        // It rises where either part does.
+        // The blend is monotonic in both values.
         let blended = |a: R, b: R| self.blended(a, b, self.nearness(a, b));
         Enclosure {
             value: blended(a.value, b.value),
-            least: blended(a.least, b.least),
-            greatest: blended(a.greatest, b.greatest),
-            gradients: a.gradients.union(b.gradients),
+            range: Interval {
+                lower: blended(a.range.lower, b.range.lower),
+                upper: blended(a.range.upper, b.range.upper),
+            },
+            gradients: a.gradients.hull(b.gradients),
         }
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let [a, b] = surveys(&self.a, &self.b, corners);
+        let [a, b] = enclosures(&self.a, &self.b, corners);
         let blend = R::from_f64(self.blend);
         match () {
-            () if a.greatest + blend < b.least => self.a.is_convex_on(corners),
-            () if b.greatest + blend < a.least => self.b.is_convex_on(corners),
+            () if a.range.upper + blend < b.range.lower => self.a.is_convex_on(corners),
+            () if b.range.upper + blend < a.range.lower => self.b.is_convex_on(corners),
             () => false,
         }
     }
 
     /// Its gradient is a mean of the parts' own.
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let [a, b] = surveys(&self.a, &self.b, corners);
+        let [a, b] = enclosures(&self.a, &self.b, corners);
         let blend = R::from_f64(self.blend);
         match () {
-            () if a.greatest + blend < b.least => self.a.max_rise_to_corners(corners),
-            () if b.greatest + blend < a.least => self.b.max_rise_to_corners(corners),
+            () if a.range.upper + blend < b.range.lower => self.a.max_rise_to_corners(corners),
+            () if b.range.upper + blend < a.range.lower => self.b.max_rise_to_corners(corners),
             () => sum(self.a.max_rise_to_corners(corners), self.b.max_rise_to_corners(corners)),
         }
     }

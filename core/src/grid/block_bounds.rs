@@ -36,8 +36,8 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
     }
 
     #[inline(always)]
-    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
-        self.storage.corners_of(cells)
+    fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
+        self.storage.corners_in_lanes(cells)
     }
 
     const HAS_BLOCK_BOUNDS: bool = true;
@@ -65,7 +65,7 @@ pub(super) fn merge_blocks(
 ) -> Option<BlockBounds> {
     let place = |[x, y, z]: [u32; 3]| [x / BRICK, y / BRICK, z / BRICK];
     let (first, last) = (place(first), place(last));
-    let nothing = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let nothing = BlockBounds::EMPTY;
     // Most elements are no larger than a place.
     if first == last {
         return Some(nothing.union(of_place(first)?));

@@ -62,7 +62,7 @@ impl<S: AsRef<[f32]>> Storage for Dense<S> {
     }
 
     #[inline(always)]
-    fn corners_of<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
+    fn corners_in_lanes<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
         let mut corners = [[R::zero(); N]; 8];
         let Some(edges) = self.edges() else { return corners };
         // All in one loop, and two neighbours as the halves of one number: vectors fetch that at once.

@@ -4,6 +4,7 @@ use super::trilinear::mix;
 use super::{Grid, Storage};
 use crate::Aabb;
 use crate::enclosure::GradientBox;
+use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::vector::from_f64;
 
@@ -13,14 +14,13 @@ const MAX_CELLS: u32 = 64;
 
 /// What the interpolant and its gradients stay within in a box.
 pub(super) struct GradientRange<R: Real> {
-    pub least: R,
-    pub greatest: R,
+    pub range: Interval<R>,
     pub gradients: GradientBox<R>,
 }
 
 impl<S: Storage> Grid<S> {
     /// Cell by cell. `None` where the box reaches out of the grid or meets many cells, or a sample is no number.
-    pub(super) fn range_in<R: Float>(&self, region: &Aabb) -> Option<GradientRange<R>> {
+    pub(super) fn gradient_range<R: Float>(&self, region: &Aabb) -> Option<GradientRange<R>> {
         if !self.lattice.bounds().encloses(region) {
             return None;
         }
@@ -36,9 +36,8 @@ impl<S: Storage> Grid<S> {
         let (low, high) = (in_cells(reached.min), in_cells(reached.max));
         let everything = R::from_f64(f64::INFINITY);
         let mut range = GradientRange {
-            least: everything,
-            greatest: -everything,
-            gradients: GradientBox { least: Vector3::repeat(everything), greatest: Vector3::repeat(-everything) },
+            range: Interval { lower: everything, upper: -everything },
+            gradients: GradientBox { lower: Vector3::repeat(everything), upper: Vector3::repeat(-everything) },
         };
         for z in first[2]..last[2] {
             for y in first[1]..last[1] {
@@ -54,8 +53,8 @@ impl<S: Storage> Grid<S> {
             }
         }
         let inv_spacing = R::from_f64(self.lattice.inv_spacing());
-        range.gradients.least *= inv_spacing;
-        range.gradients.greatest *= inv_spacing;
+        range.gradients.lower *= inv_spacing;
+        range.gradients.upper *= inv_spacing;
         Some(range)
     }
 }
@@ -76,9 +75,9 @@ impl<R: Float> GradientRange<R> {
         let y = bilinear_range(along_y, [from.x, to.x], [from.z, to.z]);
         let z = bilinear_range(along_z, [from.x, to.x], [from.y, to.y]);
         let slopes = |end: usize| Vector3::new(x[end], y[end], z[end]);
-        self.gradients = self.gradients.union(GradientBox { least: slopes(0), greatest: slopes(1) });
+        self.gradients = self.gradients.hull(GradientBox { lower: slopes(0), upper: slopes(1) });
         for sample in c {
-            (self.least, self.greatest) = (Real::min(self.least, sample), Real::max(self.greatest, sample));
+            self.range = self.range.hull(Interval { lower: sample, upper: sample });
         }
     }
 }

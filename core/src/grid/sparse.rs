@@ -1,5 +1,7 @@
 use nalgebra::Vector3;
 
+use crate::number::interval::Interval;
+
 use super::block_bounds::merge_blocks;
 use super::{BlockBounds, Lattice, Storage, cell_slope, trilinear};
 
@@ -235,11 +237,12 @@ impl<B: Bricks> Sparse<B> {
         let of_brick = self.brick_in(place).and_then(|brick| self.bricks.bounds().get(brick));
         of_brick.copied().unwrap_or_else(|| {
             let corners = self.coarse_corners(place);
-            let least = corners.into_iter().fold(f32::INFINITY, f32::min);
-            let greatest = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            let lower = corners.into_iter().fold(f32::INFINITY, f32::min);
+            let upper = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
             let spacing = self.coarse_spacing / f64::from(BRICK);
-            let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(greatest.max(-least)) / spacing;
-            BlockBounds { least, greatest, slope: (cell_slope(corners, self.coarse_spacing) + rounding) as f32 }
+            let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(upper.max(-lower)) / spacing;
+            let slope_bound = (cell_slope(corners, self.coarse_spacing) + rounding) as f32;
+            BlockBounds { range: Interval { lower, upper }, slope_bound }
         })
     }
 }

@@ -1,8 +1,9 @@
 use super::sub_simplex::SubSimplex;
 use super::{Certified, Minimizer, Minimum};
-use crate::enclosure::{mean, rounding};
 use crate::number::{Float, Real};
-use crate::{Sdf, Simplex};
+use crate::rounding::rounding;
+use crate::simplex::mean;
+use crate::{EnclosedSdf, Simplex};
 
 /// Every isolated minimum of a field on a simplex: what §9 of the paper leaves open, the triangle that rests on several
 /// bumps.
@@ -13,7 +14,7 @@ use crate::{Sdf, Simplex};
 /// Letscher and Zomorodian 2002, "Topological Persistence and Simplification").
 ///
 /// The simplex is cut until from every point of a piece a straight way to one of its corners rises by no more than a third of
-/// that ([`Sdf::max_rise_to_corners`]), or the field is convex there and the least value of the piece known as well; pieces above the level
+/// that ([`EnclosedSdf::max_rise_to_corners`]), or the field is convex there and the least value of the piece known as well; pieces above the level
 /// are dropped. Then each such exit is left for a lower one as far as pieces lead there. The least of the whole simplex, by a
 /// certified search, is always among them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +91,7 @@ pub struct Found<R: Real, const N: usize> {
 impl AllMinima {
     /// The minima with a value of at most `level`, on a point, segment or triangle whose corners are finite and within
     /// ±[`Real::MAX_COORDINATE`]. With less room than a few hundred pieces triangles are seldom searched to the end.
-    pub fn minima<R: Float, F: Sdf, const N: usize>(
+    pub fn minima<R: Float, F: EnclosedSdf, const N: usize>(
         &self,
         field: &F,
         simplex: &Simplex<R, N>,
@@ -177,7 +178,7 @@ struct Search<'a, R: Float, F, const N: usize> {
     is_complete: bool,
 }
 
-impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
+impl<R: Float, F: EnclosedSdf, const N: usize> Search<'_, R, F, N> {
     /// Fills the first places with pieces that have an exit, which together hold all points with values of at most the level;
     /// returns how many.
     fn cut_up(&mut self, looks: u32, level: R, places: &mut [Place<R, N>]) -> usize {
@@ -194,7 +195,7 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
             let corners = piece.of(self.simplex).corners;
             let enclosure = self.field.enclosure(mean(&corners), &corners);
             self.evaluations = self.evaluations.saturating_add(1);
-            if level < enclosure.least {
+            if level < enclosure.range.lower {
                 if let (Some(place), Some(last)) = (places.get_mut(at), last) {
                     *place = last;
                 }
@@ -212,7 +213,7 @@ impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
                 places.iter_mut().skip(at).take(1).for_each(|place| place.piece = half);
                 used = used.saturating_add(1);
             } else {
-                self.is_complete &= is_gentle && enclosure.least <= enclosure.value;
+                self.is_complete &= is_gentle && enclosure.range.lower <= enclosure.value;
                 places.iter_mut().skip(at).take(1).for_each(|free| *free = place);
                 at = at.saturating_add(1);
             }

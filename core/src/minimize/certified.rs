@@ -4,22 +4,23 @@ use nalgebra::Vector3;
 
 use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
-use crate::enclosure::rounding;
+use crate::enclosure::PartVisitor;
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
+use crate::rounding::rounding;
 use crate::simplex::corner_weights;
 use crate::vector::norm;
-use crate::{GradientBox, Sample, Sdf, Simplex};
+use crate::{EnclosedSdf, Goal, GradientBox, Sample, Simplex};
 
 /// Branch and bound (Land and Doig 1960; Hansen and Walster 2003, "Global Optimization Using Interval Analysis"): the
-/// simplex is cut in two again and again, always the piece whose lower bound ([`Sdf::enclosure`]) is least, until no piece
+/// simplex is cut in two again and again, always the piece whose lower bound ([`EnclosedSdf::enclosure`]) is least, until no piece
 /// can hold a value much below the best one seen. What it answers is the least value of the whole simplex, however many
 /// minima there are, to within the gap between value and lower bound.
 ///
 /// It converged if that gap is within the tolerance. If not, the gap still holds: the budget ran out first.
 ///
 /// A grid knows the least of a segment by itself, and of a triangle that meets some hundreds of cells at most
-/// ([`Sdf::minimum_on_triangle`]): such a one is not searched, and a larger one cut until its pieces are. Elsewhere it begins
+/// ([`EnclosedSdf::exact_minimum`]): such a one is not searched, and a larger one cut until its pieces are. Elsewhere it begins
 /// where a few steps of [`Newton`] end: the lower the value to beat, the fewer the pieces.
 ///
 /// Told of a level ([`Minimizer::minimize_below`]), it stops as soon as no value is at most that. Where the least is, it answers
@@ -62,15 +63,25 @@ impl<const N: usize> Minimizer<N> for Certified {
 
     /// Lane by lane, for each has pieces of its own.
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         self.minimize_below(field, simplex, R::from_f64(f64::INFINITY))
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
+    fn minimize_below<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
         let mut minimum = Minimum::default();
         for lane in 0..R::LANES {
-            minimum.set_lane(lane, self.minimum(field, &simplex.lane(lane), level.lane(lane)));
+            let (simplex, level) = (simplex.lane(lane), level.lane(lane));
+            let mut parts = PartsSearch {
+                method: self,
+                simplex: &simplex,
+                level,
+                best: None,
+                open_bound: R::Lane::from_f64(f64::INFINITY),
+                has_several: false,
+            };
+            field.visit_parts(&mut parts);
+            minimum.set_lane(lane, parts.finish(field));
         }
         minimum
     }
@@ -78,12 +89,17 @@ impl<const N: usize> Minimizer<N> for Certified {
 
 impl Certified {
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimum<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
+    fn minimum<R: Float, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        level: R,
+    ) -> Minimum<R, N> {
         if let Some(minimum) = of_segment(field, simplex) {
             return minimum;
         }
         let longest = simplex.longest_edge();
-        let in_cells = of_cells(field, simplex, [level, self.tolerance_on(field, longest)]);
+        let in_cells = of_cells(field, simplex, Goal { level, gap: self.tolerance_on(field, longest) });
         if let Some(found) = in_cells {
             let [gap, rounding] = self.gap(field, simplex, longest, found.sample.value);
             let answer = found.answer(gap, rounding);
@@ -95,13 +111,13 @@ impl Certified {
     }
 
     #[inline(always)]
-    fn tolerance_on<R: Float, F: Sdf>(&self, field: &F, longest_edge: R) -> R {
+    fn tolerance_on<R: Float, F: EnclosedSdf>(&self, field: &F, longest_edge: R) -> R {
         longest_edge * R::from_f64(field.slope_bound() * self.tolerance)
     }
 
     /// Below a value by how much none is looked for, and how much it is off by rounding.
     #[inline(always)]
-    fn gap<R: Float, F: Sdf, const N: usize>(
+    fn gap<R: Float, F: EnclosedSdf, const N: usize>(
         &self,
         field: &F,
         simplex: &Simplex<R, N>,
@@ -114,7 +130,7 @@ impl Certified {
     }
 
     #[inline(never)]
-    fn search<R: Float, F: Sdf, const N: usize>(
+    fn search<R: Float, F: EnclosedSdf, const N: usize>(
         &self,
         field: &F,
         simplex: &Simplex<R, N>,
@@ -173,6 +189,71 @@ impl Certified {
     }
 }
 
+/// The search of a union, part by part: the lowest of the parts' minima. A part whose bounds lie above the lowest so far is
+/// not searched.
+struct PartsSearch<'a, R: Float, const N: usize> {
+    method: &'a Certified,
+    simplex: &'a Simplex<R, N>,
+    level: R,
+    best: Option<Minimum<R, N>>,
+    /// Lower bound of the parts whose search did not converge.
+    open_bound: R,
+    has_several: bool,
+}
+
+impl<R: Float, const N: usize> PartVisitor for PartsSearch<'_, R, N> {
+    #[cfg_attr(feature = "std", inline(always))]
+    fn visit<F: EnclosedSdf>(&mut self, part: &F) {
+        let Some(best) = self.best else {
+            let found = self.method.minimum(part, self.simplex, self.level);
+            self.include(&found);
+            self.best = Some(found);
+            return;
+        };
+        self.has_several = true;
+        let level = Real::min(self.level, best.sample.value);
+        let longest = self.simplex.longest_edge();
+        let rounding = rounding(part.slope_bound(), self.simplex.corners[0], longest, level);
+        if level < R::from_f64(part.enclose_box(&self.simplex.bounds()).range.lower) - rounding {
+            return;
+        }
+        let found = self.method.minimum(part, self.simplex, level);
+        self.include(&found);
+        let lowest = if found.sample.value < best.sample.value { found } else { best };
+        self.best = Some(Minimum {
+            lower_bound: Real::min(best.lower_bound, found.lower_bound),
+            evaluations: best.evaluations + found.evaluations,
+            ..lowest
+        });
+    }
+}
+
+impl<R: Float, const N: usize> PartsSearch<'_, R, N> {
+    #[inline(always)]
+    fn include(&mut self, found: &Minimum<R, N>) {
+        if !found.converged {
+            self.open_bound = Real::min(self.open_bound, found.lower_bound);
+        }
+    }
+
+    /// The status at the minimum is that of the whole field, which has a kink where two parts meet.
+    #[inline(always)]
+    fn finish<F: EnclosedSdf>(self, field: &F) -> Minimum<R, N> {
+        let Some(best) = self.best else { return Minimum::default() };
+        if !self.has_several {
+            return best;
+        }
+        let sample = field.evaluate(best.point);
+        Minimum {
+            sample,
+            lower_bound: Real::min(best.lower_bound, sample.value),
+            evaluations: best.evaluations + R::one(),
+            converged: sample.value <= self.open_bound,
+            ..best
+        }
+    }
+}
+
 /// What a field knows of a triangle by itself.
 #[derive(Clone, Copy)]
 struct InCells<R: Real, const N: usize> {
@@ -186,19 +267,19 @@ struct InCells<R: Real, const N: usize> {
 
 /// `None` where the field knows nothing, or this is no triangle.
 #[cfg_attr(feature = "std", inline(always))]
-fn of_cells<R: Float, F: Sdf, const N: usize>(
+fn of_cells<R: Float, F: EnclosedSdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,
-    enough: [R; 2],
+    goal: Goal<R>,
 ) -> Option<InCells<R, N>> {
     let &[a, b, c] = simplex.corners.as_slice() else { return None };
-    let found = field.minimum_on_triangle([a, b, c], enough)?;
+    let found = field.exact_minimum([a, b, c], goal)?;
     let mut weights = [R::zero(); N];
     weights.iter_mut().zip(found.weights).for_each(|(weight, of_corner)| *weight = of_corner);
     let point = simplex.point(weights);
     let sample = field.evaluate(point);
-    let least = Real::min(found.least, sample.value);
-    Some(InCells { weights, point, sample, least, looks: found.looks.saturating_add(1) })
+    let least = Real::min(found.lower_bound, sample.value);
+    Some(InCells { weights, point, sample, least, looks: found.evaluations.saturating_add(1) })
 }
 
 impl<R: Float, const N: usize> InCells<R, N> {
@@ -216,15 +297,18 @@ impl<R: Float, const N: usize> InCells<R, N> {
 }
 
 /// The least value on the three edges of a triangle, where the field knows that by itself.
-fn least_on_edges<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Boundary<R, N>> {
+fn least_on_edges<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    simplex: &Simplex<R, N>,
+) -> Option<Boundary<R, N>> {
     let &[a, b, c] = simplex.corners.as_slice() else { return None };
     let mut least = Boundary { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), looks: 0 };
     for (ends, from, to) in [([a, b], 0, 1), ([b, c], 1, 2), ([c, a], 2, 0)] {
-        let edge = field.minimum_on_segment(ends)?;
-        least.looks = least.looks.saturating_add(edge.looks);
+        let edge = field.exact_minimum(ends, Goal::exact())?;
+        least.looks = least.looks.saturating_add(edge.evaluations);
         if edge.value < least.value {
             let (from, to): ([R; N], [R; N]) = (corner_weights(from), corner_weights(to));
-            least.weights = from_fn(|k| from[k] * (R::one() - edge.share) + to[k] * edge.share);
+            least.weights = from_fn(|k| from[k] * edge.weights[0] + to[k] * edge.weights[1]);
             least.value = edge.value;
         }
     }
@@ -240,11 +324,11 @@ struct Boundary<R, const N: usize> {
 
 /// Where a field knows the least of a segment by itself.
 #[cfg_attr(feature = "std", inline(always))]
-fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Minimum<R, N>> {
+fn of_segment<R: Float, F: EnclosedSdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Minimum<R, N>> {
     let &[a, b] = simplex.corners.as_slice() else { return None };
-    let least = field.minimum_on_segment([a, b])?;
+    let least = field.exact_minimum([a, b], Goal::exact())?;
     let mut weights = [R::zero(); N];
-    weights.iter_mut().zip([R::one() - least.share, least.share]).for_each(|(weight, share)| *weight = share);
+    weights.iter_mut().zip(least.weights).for_each(|(weight, known)| *weight = known);
     let point = simplex.point(weights);
     let sample = field.evaluate(point);
     let rounding = rounding(field.slope_bound(), point, simplex.longest_edge(), sample.value);
@@ -253,7 +337,7 @@ fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, 
         point,
         sample,
         lower_bound: Real::min(least.value, sample.value) - rounding,
-        evaluations: R::from_f64(f64::from(least.looks.saturating_add(1))),
+        evaluations: R::from_f64(f64::from(least.evaluations.saturating_add(1))),
         converged: true,
     })
 }
@@ -283,7 +367,7 @@ struct Search<'a, R: Float, F, const N: usize> {
     plane: Option<Plane<R>>,
 }
 
-impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
+impl<'a, R: Float, F: EnclosedSdf, const N: usize> Search<'a, R, F, N> {
     fn from_local(field: &'a F, simplex: &'a Simplex<R, N>, local: &Newton) -> Self {
         let found = local.minimize(field, simplex);
         let best = Seen { weights: found.weights, value: found.sample.value };
@@ -342,7 +426,7 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
     fn look_at(&mut self, open: Open<R, N>, weights: [R; N], gap: R) {
         let piece = open.piece.of(self.simplex);
         self.evaluations = self.evaluations.saturating_add(1);
-        if let Some(found) = of_cells(self.field, &piece, [self.best.value - gap, gap]) {
+        if let Some(found) = of_cells(self.field, &piece, Goal { level: self.best.value - gap, gap }) {
             return self.take(open, &found, gap);
         }
         let enclosure = self.field.enclosure(self.simplex.point(weights), &piece.corners);
@@ -353,8 +437,9 @@ impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
             return;
         }
         // Where the field is no number, nothing is certain.
-        let is_known = enclosure.least <= enclosure.value;
-        let least = if is_known { Real::max(enclosure.least, open.least) } else { R::from_f64(f64::NEG_INFINITY) };
+        let is_known = enclosure.range.lower <= enclosure.value;
+        let least =
+            if is_known { Real::max(enclosure.range.lower, open.least) } else { R::from_f64(f64::NEG_INFINITY) };
         self.wait(Open { least, ..open }, gap);
     }
 
@@ -427,11 +512,11 @@ impl<R: Float> Plane<R> {
     /// boundary, holds a least value (0 is in the generalized gradient there: Clarke 1983, "Optimization and Nonsmooth
     /// Analysis", prop. 2.3.2).
     fn is_crossed_downhill(&self, gradients: &GradientBox<R>, slope_bound: f64) -> bool {
-        let middle = (gradients.least + gradients.greatest) * R::from_f64(0.5);
+        let middle = (gradients.lower + gradients.upper) * R::from_f64(0.5);
         let uphill = self.ways.iter().fold(Vector3::zeros(), |sum, way| sum + part_along(*way, middle));
         // More than what is off by rounding, and by how far the way leaves the plane.
         let rounding = norm(uphill) * R::from_f64(slope_bound * 1024.0 * R::EPSILON);
-        rounding < gradients.along(uphill)[0]
+        rounding < gradients.change_along(uphill).lower
     }
 }
 

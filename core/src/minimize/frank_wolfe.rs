@@ -3,9 +3,10 @@ use nalgebra::Vector3;
 use super::search::{Numbers, Search, Visit, lower};
 use super::{Minimizer, Minimum};
 use crate::number::kernel::LaneKernel;
+use crate::number::kernel::run;
 use crate::number::{Mask, Real};
 use crate::simplex::{LongestEdge, corner_weights};
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// The Frank-Wolfe method (§3.2 of the paper): each step goes towards the corner that the gradient points away from.
 ///
@@ -35,15 +36,15 @@ impl<const N: usize> Minimizer<N> for FrankWolfe {
     }
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
-        let [longest_edge] = R::apply(&LongestEdge, *simplex);
+        let [longest_edge] = run(&LongestEdge, *simplex);
         let tolerance = longest_edge * R::from_f64(field.slope_bound() * self.tolerance);
         let (mut current, mut active) = (search.best(), R::one());
         for i in 1..=self.iterations {
             let step = Step { rate: 2.0 / (f64::from(i) + 2.0) };
             let (kept, next, point, [goes_on]) =
-                R::apply(&step, (*simplex, current.numbers(), search.best.numbers(), [active, tolerance]));
+                run(&step, (*simplex, current.numbers(), search.best.numbers(), [active, tolerance]));
             search.take(kept, current.sample.status);
             active = goes_on;
             if !R::zero().lt(active).any() {

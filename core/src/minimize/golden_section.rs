@@ -1,7 +1,7 @@
 use super::search::Search;
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// Golden-section search on a segment (§4 of the paper; Kiefer 1953). It asks for values alone, one a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ impl<R: Real> Probe<R> {
 }
 
 impl Minimizer<2> for GoldenSection {
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
         let mut search = Search::from_corners(field, simplex);
         let all = !R::Mask::NONE;
         let mut ask = |share: R, active| {

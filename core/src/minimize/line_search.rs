@@ -4,7 +4,7 @@ use super::search::{Search, Visit};
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};
 use crate::simplex::corner_weights;
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// Pairwise Frank-Wolfe with a line search (Lacoste-Julien and Jaggi 2015, "On the Global Linear Convergence of
 /// Frank-Wolfe Optimization Variants", alg. 2): weight moves from the corner that costs most to the one that promises
@@ -29,7 +29,7 @@ impl Default for LineSearch {
 }
 
 impl<const N: usize> Minimizer<N> for LineSearch {
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
         let tolerance = simplex.longest_edge() * R::from_f64(field.slope_bound() * self.tolerance);
         let mut current = search.best();

@@ -6,7 +6,7 @@ use super::search::Search;
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};
 use crate::simplex::corner_weights;
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// Newton's method between cutting planes: a second-order bundle method (Kelley 1960, "The Cutting-Plane Method for
 /// Solving Convex Programs"; Lukšan and Vlček 1998, "A bundle-Newton method for nonsmooth unconstrained minimization").
@@ -49,7 +49,7 @@ impl Default for Newton {
 }
 
 impl<const N: usize> Minimizer<N> for Newton {
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from(field, simplex, corner_weights(0));
         let first = Tangent::new(simplex, &search.best());
         let mut corners = [first; N];

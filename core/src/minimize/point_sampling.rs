@@ -3,8 +3,9 @@ use nalgebra::Vector3;
 use super::search::Search;
 use super::{Minimizer, Minimum};
 use crate::number::kernel::LaneKernel;
+use crate::number::kernel::run;
 use crate::number::{Mask, Real};
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// The least of a fixed set of points: the baseline of §8.3, not a minimizer. It never converges.
 ///
@@ -27,7 +28,7 @@ impl Minimizer<3> for PointSampling {
     const LOCKSTEP: bool = true;
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
         least_of(field, simplex, self.samples, |number| {
             FIRST_WEIGHTS.get(number as usize).copied().unwrap_or_else(|| triangle_weights(number))
         })
@@ -38,7 +39,7 @@ impl Minimizer<2> for PointSampling {
     const LOCKSTEP: bool = true;
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
         least_of(field, simplex, self.samples, |number| {
             let share = (f64::from(number) + 0.5) / f64::from(self.samples.max(1));
             [1.0 - share, share]
@@ -50,14 +51,14 @@ impl Minimizer<1> for PointSampling {
     const LOCKSTEP: bool = true;
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
         least_of(field, simplex, 1, |_| [1.0])
     }
 }
 
 /// By values alone. Where the least is, the field is asked once more, for the gradient; the point is counted once.
 #[inline(always)]
-fn least_of<R: Real, F: Sdf, const N: usize>(
+fn least_of<R: Real, F: EnclosedSdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,
     samples: u32,
@@ -69,10 +70,10 @@ fn least_of<R: Real, F: Sdf, const N: usize>(
     for number in 1..samples {
         let next = weights(number);
         let point;
-        (best, point) = R::apply(&Step { asked, next }, (*simplex, best, [value]));
+        (best, point) = run(&Step { asked, next }, (*simplex, best, [value]));
         (asked, value) = (next, field.value(point));
     }
-    (best, _) = R::apply(&Step { asked, next: asked }, (*simplex, best, [value]));
+    (best, _) = run(&Step { asked, next: asked }, (*simplex, best, [value]));
     let mut search = Search::from(field, simplex, best.0);
     search.evaluations = R::from_f64(f64::from(samples.max(1)));
     search.finish(R::Mask::NONE)

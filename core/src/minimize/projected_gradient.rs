@@ -4,7 +4,7 @@ use super::search::Search;
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};
 use crate::simplex::project_weights;
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// Projected gradient descent on the barycentric weights with a fixed step (§3.1 of the paper).
 ///
@@ -36,7 +36,7 @@ impl<const N: usize> Minimizer<N> for ProjectedGradient {
     }
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut search = Search::from_corners(field, simplex);
         let steepest = simplex.longest_edge() * R::from_f64(field.slope_bound());
         let is_flat = steepest.is_zero();

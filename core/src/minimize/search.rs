@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 
 use super::Minimum;
 use crate::number::kernel::LaneKernel;
+use crate::number::kernel::run;
 use crate::number::{Mask, Real};
 use crate::simplex::{LowerBound, corner_weights};
 use crate::vector::select;
-use crate::{Sample, Sdf, Simplex, Status};
+use crate::{EnclosedSdf, Sample, Simplex, Status};
 
 /// A search under way: the best point so far and what it has cost.
 pub(super) struct Search<'a, R: Real, F, const N: usize> {
@@ -29,8 +30,8 @@ pub(super) type Numbers<R, const N: usize> = ([R; N], [R; 1], Vector3<R>);
 
 impl<R: Real, const N: usize> Visit<R, N> {
     #[inline(always)]
-    fn new<F: Sdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
-        let point = R::apply(&AtWeights, (*simplex, weights));
+    fn new<F: EnclosedSdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
+        let point = run(&AtWeights, (*simplex, weights));
         Self { weights, sample: field.evaluate(point) }
     }
 
@@ -91,7 +92,7 @@ impl<const N: usize> LaneKernel for AtWeights<N> {
     }
 }
 
-impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
+impl<'a, R: Real, F: EnclosedSdf, const N: usize> Search<'a, R, F, N> {
     /// Asks at the given weights.
     #[inline(always)]
     pub fn from(field: &'a F, simplex: &'a Simplex<R, N>, weights: [R; N]) -> Self {
@@ -126,7 +127,7 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
     /// Takes a point that was asked for the best where it is lower and `active` above zero.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn keep(&mut self, visit: Visit<R, N>, active: R) {
-        let kept = R::apply(&Lower, (visit.numbers(), self.best.numbers(), [active]));
+        let kept = run(&Lower, (visit.numbers(), self.best.numbers(), [active]));
         self.take(kept, visit.sample.status);
     }
 
@@ -147,9 +148,9 @@ impl<'a, R: Real, F: Sdf, const N: usize> Search<'a, R, F, N> {
     #[cfg_attr(feature = "std", inline(always))]
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let Visit { weights, sample } = self.best;
-        let point = R::apply(&AtWeights, (*self.simplex, weights));
+        let point = run(&AtWeights, (*self.simplex, weights));
         let below = LowerBound { slope_bound: self.field.slope_bound() };
-        let [lower_bound] = R::apply(&below, (*self.simplex, [R::from_f64(below.slope_bound)], point, [sample.value]));
+        let [lower_bound] = run(&below, (*self.simplex, [R::from_f64(below.slope_bound)], point, [sample.value]));
         Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
     }
 }

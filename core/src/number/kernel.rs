@@ -14,7 +14,7 @@ pub trait LaneBundle<R: Real>: Copy {
     fn set_lane(&mut self, lane: usize, one: Self::Lane);
 }
 
-/// A calculation with numbers of any kind, as a type, so that [`Real::apply`] can run it on one number or lane by lane.
+/// A calculation with numbers of any kind, as a type, so that [`run`] can apply it on one number or lane by lane.
 ///
 /// An operator of [`Lanes`](crate::Lanes) is a loop over the lanes, and a formula of thirty operators thirty loops with all
 /// lanes stored between them. A kernel is one loop around the whole formula, and that is what compilers turn into vectors
@@ -28,6 +28,19 @@ pub trait LaneKernel {
     type To<R: Real>: LaneBundle<R, Lane = Self::To<R::Lane>>;
 
     fn apply<R: Real>(&self, from: Self::From<R>) -> Self::To<R>;
+}
+
+/// Applies a kernel to one number, or lane by lane in one loop.
+#[inline(always)]
+pub fn run<R: Real, K: LaneKernel>(kernel: &K, from: K::From<R>) -> K::To<R> {
+    if R::LANES == 1 {
+        return kernel.apply::<R>(from);
+    }
+    let mut to = K::To::<R>::zero();
+    for lane in 0..R::LANES {
+        to.set_lane(lane, kernel.apply::<R::Lane>(from.lane(lane)));
+    }
+    to
 }
 
 macro_rules! tuple {

@@ -3,9 +3,7 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, N
 
 use num_traits::{One, Zero};
 
-use crate::grid::Storage;
-use crate::number::kernel::{LaneBundle, LaneKernel};
-use crate::number::{Float, Mask, Real};
+use crate::number::{Float, Gather, Mask, Real};
 
 /// `N` numbers side by side, each as if alone: lane for lane the same bits as the scalar.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,15 +148,7 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
         }
     }
     #[inline(always)]
-    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
-        storage.corners_of(cell.map(|along| along.0)).map(Self)
-    }
-    #[inline(always)]
-    fn apply<K: LaneKernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
-        let mut to = K::To::<Self>::zero();
-        for lane in 0..N {
-            to.set_lane(lane, kernel.apply::<T>(from.lane(lane)));
-        }
-        to
+    fn gather<G: Gather>(cell: [Self; 3], table: &G) -> [Self; 8] {
+        table.gather_lanes(cell.map(|axis| axis.0)).map(Self)
     }
 }

@@ -1,10 +1,10 @@
 use nalgebra::Vector3;
 
 use super::{OverlapPoint, Pair};
-use crate::enclosure::rounding;
 use crate::number::{Float, Real};
+use crate::rounding::rounding;
 use crate::vector::{from_f64, norm};
-use crate::{Aabb, BoxEnclosure, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf};
 
 /// A pair that is asked in one number type.
 pub(super) struct Asked<'p, R, A, B> {
@@ -33,7 +33,7 @@ impl<R: Float> Look<R> {
     }
 }
 
-impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
+impl<'p, R: Float, A: EnclosedSdf, B: EnclosedSdf> Asked<'p, R, A, B> {
     pub fn of(pair: &'p Pair<'p, A, B>) -> Self {
         Self::of_some(pair, [true; 2])
     }
@@ -50,7 +50,7 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
         let by_slope = |local: BoxEnclosure, value: R| value - reach * R::from_f64(local.slope_bound);
         let (a, b) = (self.pair.a, self.pair.b);
         let [of_a, of_b] = [a.enclose_box(region), b.enclose_box(region)];
-        let mut least = R::from_f64(of_a.least.max(of_b.least));
+        let mut least = R::from_f64(of_a.range.lower.max(of_b.range.lower));
         if is_asked[0] {
             least = Real::max(least, by_slope(of_a, a.value(middle)));
         }
@@ -71,7 +71,7 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
     pub fn look(&self, region: &Aabb) -> Look<R> {
         let (a, b) = (self.pair.a, self.pair.b);
         let [of_a, of_b] = [a.enclose_box(region), b.enclose_box(region)];
-        let unasked = R::from_f64(of_a.least.max(of_b.least)) - self.rounding;
+        let unasked = R::from_f64(of_a.range.lower.max(of_b.range.lower)) - self.rounding;
         let nothing = Look { least: unasked, off_middle: false, seen: None, margin: self.margin };
         if !nothing.may_touch() {
             return nothing;
@@ -86,8 +86,8 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
         let by_slope = Real::max(seen.a.value - steepest(&of_a), seen.b.value - steepest(&of_b)) - self.rounding;
         let least = Real::max(unasked, by_slope);
         let apart = (seen.a.value - seen.b.value).abs();
-        let off_middle = of_a.least > of_b.greatest
-            || of_b.least > of_a.greatest
+        let off_middle = of_a.range.lower > of_b.range.upper
+            || of_b.range.lower > of_a.range.upper
             || steepest(&of_a) + steepest(&of_b) + self.rounding * R::from_f64(2.0) < apart;
         let look = Look { least, off_middle, seen: Some(seen), margin: self.margin };
         if look.may_touch() {
@@ -119,7 +119,7 @@ impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
     }
 }
 
-impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
+impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// Of a value of this size at a point of the region.
     fn rounding<R: Float>(&self, value: R) -> R {
         let steepest = self.a.slope_bound().max(self.b.slope_bound());
@@ -142,7 +142,7 @@ impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
             let a = is_asked[0].then(|| self.a.enclosure::<R>(from_f64(at), &[from_f64(at)]));
             let b = is_asked[1].then(|| self.b.enclosure(from_f64(at), &[from_f64(at)]));
             for of_point in a.into_iter().chain(b) {
-                let spread = (of_point.value - of_point.least) + self.rounding(of_point.value);
+                let spread = (of_point.value - of_point.range.lower) + self.rounding(of_point.value);
                 // NaN is not taken.
                 most = if spread.is_finite() { Real::max(most, spread) } else { most };
             }

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::bounds::Asked;
 use super::{OverlapPoint, Pair};
 use crate::number::{Float, Real};
-use crate::{Aabb, Sdf};
+use crate::{Aabb, EnclosedSdf};
 
 /// Branch and bound for the least of max(φ_A, φ_B) (as [`Certified`](crate::minimize::Certified) on an element): boxes are
 /// cut in two across their longest side, always the one that may hold the lowest value, until none can hold one much below
@@ -54,7 +54,7 @@ impl Piece {
 /// Steps of a local search. Most come to rest after half as many.
 const LOCAL_STEPS: u32 = 48;
 
-impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
+impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// `scratch` holds the boxes that wait: a few hundred do for smooth bodies. Where it is too small the answer is not
     /// converged, and its bounds still hold.
     pub fn deepest<R: Float>(&self, search: &Search, scratch: &mut [Piece]) -> Deepest<R> {
@@ -102,7 +102,7 @@ struct Run<'p, 's, R: Real, A, B> {
     waiting: Heap<'s>,
 }
 
-impl<R: Float, A: Sdf, B: Sdf> Run<'_, '_, R, A, B> {
+impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> Run<'_, '_, R, A, B> {
     fn may_improve(&self, piece: &Piece) -> bool {
         let best = self.best.map_or(f64::INFINITY, |best| best.value.to_f64());
         piece.least < best - self.gap && piece.least <= self.asked.pair.margin
@@ -150,7 +150,7 @@ impl<R: Float, A: Sdf, B: Sdf> Run<'_, '_, R, A, B> {
     }
 }
 
-impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
+impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> Asked<'_, R, A, B> {
     /// Downhill from a point to where no step leads lower: each is to the least of the higher of both linear parts and of
     /// the squared way over twice the step size (a proximal step: Rockafellar 1976, "Monotone operators and the proximal
     /// point algorithm"), which doubles after one that succeeds. With how often both fields were asked.

@@ -3,7 +3,7 @@ use super::leaves::Leaves;
 use super::{OverlapPoint, Pair, Piece, Search};
 use crate::number::Float;
 use crate::vector::from_f64;
-use crate::{Aabb, Sdf};
+use crate::{Aabb, EnclosedSdf};
 
 /// A cube of the region in which the bodies may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Minima {
     pub complete: bool,
 }
 
-impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
+impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// Every isolated point that is deepest: the least of max(φ_A, φ_B) in each part of the region in which the bodies
     /// touch, and of two minima in one part the higher as well, if every way from it to a lower point climbs by more than
     /// twice the `barrier`, the most that the value changes along the diagonal of a leaf; none is told of that climbs by less
@@ -90,7 +90,7 @@ const MAX_BOXES: u32 = 8;
 /// A box of three leaves along each side is searched to a share of its side.
 const NEARBY: Search = Search { evaluations: 512, tolerance: 1e-3 };
 
-impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
+impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> Asked<'_, R, A, B> {
     /// Downhill from a point, and by branch and bound in a box around where that ends: where several faces of a body meet,
     /// steps along gradients come to rest above the bottom. With how often both fields were asked.
     fn bottom(&self, from: [f64; 3], edge: f64) -> (OverlapPoint<R>, u32) {

@@ -1,7 +1,7 @@
 use super::bounds::Asked;
 use super::leaves::Leaves;
 use crate::number::{Float, Real};
-use crate::{Aabb, Sdf};
+use crate::{Aabb, EnclosedSdf};
 
 /// Two fields, how near they must come to touch, and where that can be: outside of `region` one φ is above the margin
 /// everywhere. Both are asked within the region alone.
@@ -25,7 +25,7 @@ pub enum NoRegion {
 /// More than the corners of a box are off by, in roundings of the largest of them.
 const ROUNDINGS: f64 = 64.0;
 
-impl<'a, A: Sdf, B: Sdf> Pair<'a, A, B> {
+impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
     /// `margin` is a distance to either field; less than 0 wants so much depth in both.
     pub fn new(a: &'a A, b: &'a B, margin: f64) -> Result<Self, NoRegion> {
         let [of_a, of_b] = [a.bounds(margin), b.bounds(margin)].map(outward);
@@ -57,7 +57,7 @@ impl<'a, A: Sdf, B: Sdf> Pair<'a, A, B> {
     }
 
     /// The same, but of a field that is not to be asked, because its samples are still to be read, by what it knows of each
-    /// piece without ([`Sdf::enclose_box`]).
+    /// piece without ([`EnclosedSdf::enclose_box`]).
     pub fn shrink_asking(&self, cells: u32, is_asked: [bool; 2]) -> Result<Self, NoRegion> {
         let asked = Asked::<f64, A, B>::of_some(self, is_asked);
         self.around(cells, |piece| asked.may_touch(piece, is_asked))

@@ -6,7 +6,7 @@ use super::polygon::{Extent, Polygon};
 use super::{OverlapPoint, Pair};
 use crate::number::{Float, Real};
 use crate::vector::{from_f64, norm};
-use crate::{Aabb, Sdf};
+use crate::{Aabb, EnclosedSdf};
 
 /// A piece of the surface on which φ_A = φ_B.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ pub struct Patch<R> {
     pub complete: bool,
 }
 
-impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
+impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// The points of the middle surface at which neither φ is above the margin, one from each cube with an edge of
     /// `resolution` that the surface passes through, as far as its linear part in the cube tells. No cube is passed over
     /// that may hold a point of it.
@@ -106,7 +106,7 @@ const ON_MIDDLE: f64 = 1e-3;
 /// Leave 2⁻¹² of the segment.
 const HALVINGS: u32 = 12;
 
-impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
+impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> Asked<'_, R, A, B> {
     /// With how often both fields were asked.
     fn piece(&self, leaf: &Aabb, middle: &OverlapPoint<R>) -> (Passage<R>, u32) {
         let Some(near) = middle.on_middle().filter(|_| middle.is_known()) else { return (Passage::Unknown, 0) };

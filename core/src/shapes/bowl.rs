@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A hollow sphere around the origin, cut open above z = `cut_height`, with a wall that is rounded at the rim. Exact
 /// outside, and inside as long as the wall does not fill the hollow; else a bound there.
@@ -57,3 +57,5 @@ impl Sdf for Bowl {
         1.0
     }
 }
+
+impl EnclosedSdf for Bowl {}

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use crate::number::Real;
 use crate::vector::{direction, from_f64};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// All points within `radius` of the segment from `a` to `b`. Exact. The gradient on the segment is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +31,6 @@ impl Capsule {
 }
 
 impl Sdf for Capsule {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (a, b) = (from_f64::<R>(self.a), from_f64::<R>(self.b));
@@ -52,4 +50,8 @@ impl Sdf for Capsule {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Capsule {
+    const IS_CONVEX: bool = true;
 }

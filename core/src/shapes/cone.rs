@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::number::{Mask, Real};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A solid cone with its apex at the origin and its base at z = −`height`. Exact. The gradient is a choice at the apex,
 /// on the rim and, inside, on the axis and where side and base are equally near.
@@ -33,8 +33,6 @@ impl Cone {
 }
 
 impl Sdf for Cone {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (sin, cos) = (R::from_f64(self.sin), R::from_f64(self.cos));
@@ -65,4 +63,8 @@ impl Sdf for Cone {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Cone {
+    const IS_CONVEX: bool = true;
 }

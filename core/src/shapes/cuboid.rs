@@ -5,7 +5,7 @@ use super::is_length;
 use super::profile::corner;
 use crate::number::Real;
 use crate::vector::from_f64;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A box around the origin with its sides along the axes. Exact. The gradient is a choice on the edges and, inside,
 /// where two walls are equally near.
@@ -21,8 +21,6 @@ impl Cuboid {
 }
 
 impl Sdf for Cuboid {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let corner = corner((point.map(R::abs) - from_f64(self.half_extents)).into());
@@ -36,4 +34,8 @@ impl Sdf for Cuboid {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Cuboid {
+    const IS_CONVEX: bool = true;
 }

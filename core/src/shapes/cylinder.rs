@@ -4,7 +4,7 @@ use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, revolve};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A solid cylinder around z, from −`half_height` to `half_height`. Exact. The gradient is a choice on the rims and,
 /// inside, on the axis and where side and end are equally near.
@@ -21,8 +21,6 @@ impl Cylinder {
 }
 
 impl Sdf for Cylinder {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         revolve(point, |[from_axis, z]| {
@@ -43,4 +41,8 @@ impl Sdf for Cylinder {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Cylinder {
+    const IS_CONVEX: bool = true;
 }

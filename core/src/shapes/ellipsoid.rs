@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use crate::number::Real;
 use crate::vector::{direction, from_f64};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// An ellipsoid around the origin with its axes along x, y and z.
 ///
@@ -24,8 +24,6 @@ impl Ellipsoid {
 }
 
 impl Sdf for Ellipsoid {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         // 1 along the smallest axis, less along the others.
@@ -43,4 +41,8 @@ impl Sdf for Ellipsoid {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Ellipsoid {
+    const IS_CONVEX: bool = true;
 }

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use crate::number::Real;
 use crate::vector::from_f64;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// All points with n·x ≤ offset: φ = n·x − offset. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,8 +25,6 @@ impl HalfSpace {
 }
 
 impl Sdf for HalfSpace {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let normal = from_f64(self.normal);
@@ -40,4 +38,8 @@ impl Sdf for HalfSpace {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for HalfSpace {
+    const IS_CONVEX: bool = true;
 }

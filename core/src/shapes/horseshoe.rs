@@ -4,7 +4,7 @@ use super::fold::unfold_axis;
 use super::is_length;
 use super::profile::{Profile, corner, extrude};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A bar bent to an arc around the origin in the plane of x and y, open towards +y, its ends running on as straight
 /// legs, as thick along z as from −`half_depth` to `half_depth`: the shape of the paper's Fig. 3, extruded. Exact.
@@ -88,3 +88,5 @@ impl Sdf for Horseshoe {
         1.0
     }
 }
+
+impl EnclosedSdf for Horseshoe {}

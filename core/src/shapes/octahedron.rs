@@ -5,7 +5,7 @@ use super::is_length;
 use crate::number::Real;
 use crate::simplex::excess;
 use crate::vector::direction;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
@@ -23,8 +23,6 @@ impl Octahedron {
 }
 
 impl Sdf for Octahedron {
-    const IS_CONVEX: bool = true;
-
     /// In the octant of positive coordinates the surface is a triangle, and its nearest point is the point less the
     /// excess, where that leaves anything: the projection onto a simplex.
     #[inline]
@@ -44,4 +42,8 @@ impl Sdf for Octahedron {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Octahedron {
+    const IS_CONVEX: bool = true;
 }

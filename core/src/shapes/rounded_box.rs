@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::Cuboid;
 use crate::combine::Offset;
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A box with `radius` added around it. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +20,6 @@ impl RoundedBox {
 }
 
 impl Sdf for RoundedBox {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.inflated.evaluate(point)
@@ -34,4 +32,8 @@ impl Sdf for RoundedBox {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for RoundedBox {
+    const IS_CONVEX: bool = true;
 }

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use crate::number::Real;
 use crate::vector::direction;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A ball around the origin. Exact. The gradient at the centre is a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +18,6 @@ impl Sphere {
 }
 
 impl Sdf for Sphere {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let from_center = direction(point);
@@ -33,4 +31,8 @@ impl Sdf for Sphere {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Sphere {
+    const IS_CONVEX: bool = true;
 }

@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A ring around z in the plane z = 0. Exact. The gradient is a choice on the ring's core circle and on the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,3 +38,5 @@ impl Sdf for Torus {
         1.0
     }
 }
+
+impl EnclosedSdf for Torus {}

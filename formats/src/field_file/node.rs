@@ -1,13 +1,12 @@
 use std::sync::Arc;
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
-use sdf_core::grid::{SegmentMinimum, TriangleMinimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Real, Sample, Sdf};
+use sdf_core::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Float, Goal, PartVisitor, Real, Sample, Sdf};
 
 use crate::grid_file::OwnedGrid;
 
@@ -82,16 +81,23 @@ impl Sdf for Node {
     fn slope_bound(&self) -> f64 {
         delegate!(self, field => field.slope_bound())
     }
+}
 
+impl EnclosedSdf for Node {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         delegate!(self, field => field.enclose_box(region))
     }
 
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        delegate!(self, field => field.minimum_on_segment(ends))
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        delegate!(self, field => field.exact_minimum(corners, goal))
     }
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        delegate!(self, field => field.minimum_on_triangle(corners, enough))
+
+    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
+        delegate!(self, field => field.visit_parts(visitor));
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

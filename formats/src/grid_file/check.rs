@@ -95,8 +95,9 @@ pub(super) fn table(lattice: &Lattice, places: &[[u32; 3]]) -> Result<Vec<u32>, 
 
 pub(super) fn sound_bounds(bounds: &[BlockBounds]) -> Result<(), String> {
     let is_valid = |bounds: &BlockBounds| {
-        let finite = [bounds.least, bounds.greatest, bounds.slope].iter().all(|number| number.is_finite());
-        finite && bounds.least <= bounds.greatest && bounds.slope >= 0.0
+        let finite =
+            [bounds.range.lower, bounds.range.upper, bounds.slope_bound].iter().all(|number| number.is_finite());
+        finite && bounds.range.lower <= bounds.range.upper && bounds.slope_bound >= 0.0
     };
     match bounds.iter().position(|bounds| !is_valid(bounds)) {
         Some(at) => Err(format!("bounds {at} are {:?}", bounds[at])),

@@ -116,7 +116,7 @@ fn put_changed<T: Element>(
 }
 
 fn flat(bounds: &[BlockBounds]) -> Vec<f32> {
-    bounds.iter().flat_map(|bounds| [bounds.least, bounds.greatest, bounds.slope]).collect()
+    bounds.iter().flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound]).collect()
 }
 
 fn set_attributes(group: &H5Group, attributes: &Attributes) -> Result<(), Hdf5Error> {

@@ -27,12 +27,12 @@ impl Storage for OwnedSamples {
 
     // Vectors are of no use to it, and inlined it would be compiled anew for each minimizer and instruction set.
     #[inline(never)]
-    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
+    fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
         match self {
-            Self::Dense(samples) => samples.corners_of(cells),
-            Self::SparseF32(samples) => samples.corners_of(cells),
-            Self::SparseU16(samples) => samples.corners_of(cells),
-            Self::SparseU8(samples) => samples.corners_of(cells),
+            Self::Dense(samples) => samples.corners_in_lanes(cells),
+            Self::SparseF32(samples) => samples.corners_in_lanes(cells),
+            Self::SparseU16(samples) => samples.corners_in_lanes(cells),
+            Self::SparseU8(samples) => samples.corners_in_lanes(cells),
         }
     }
 

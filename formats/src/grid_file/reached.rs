@@ -2,7 +2,7 @@
 
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Grid, Lattice, Storage};
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
 use super::tiling::Tile;
 
@@ -46,7 +46,7 @@ impl Reached {
                 continue;
             }
             let rounding = CULL_OFF * grid.slope_bound().max(1.0) * largest.max(level.abs());
-            if near.is_none() || grid.enclose_box(&region).least <= level + rounding {
+            if near.is_none() || grid.enclose_box(&region).range.lower <= level + rounding {
                 reached.begin(first, last);
             }
         }

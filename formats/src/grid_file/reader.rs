@@ -1,9 +1,9 @@
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use sdf_core::Aabb;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds};
+use sdf_core::{Aabb, Interval};
 use sha2::{Digest, Sha256};
 
 use super::classic::{Classic, Dataset, Object};
@@ -387,7 +387,10 @@ impl Digests {
 const ALL: [usize; 3] = [usize::MAX; 3];
 
 fn node_bounds(numbers: &[f32]) -> Result<Vec<BlockBounds>, Fault> {
-    let of = |numbers: &[f32]| BlockBounds { least: numbers[0], greatest: numbers[1], slope: numbers[2] };
+    let of = |numbers: &[f32]| BlockBounds {
+        range: Interval { lower: numbers[0], upper: numbers[1] },
+        slope_bound: numbers[2],
+    };
     let bounds: Vec<BlockBounds> = numbers.chunks_exact(3).map(of).collect();
     check::sound_bounds(&bounds).map_err(Fault::damaged)?;
     Ok(bounds)

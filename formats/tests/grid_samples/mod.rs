@@ -2,6 +2,7 @@
 
 #![allow(dead_code)]
 
+use sdf_core::Interval;
 use std::path::Path;
 
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
@@ -143,7 +144,7 @@ fn sparse<C: Code>(
         bricks.samples.extend(samples.iter().map(|sample| encode(*sample, scale)));
         bricks.errors.push(scale.step / 2.0);
     }
-    let nothing = BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 };
+    let nothing = BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 };
     bricks.bounds = vec![nothing; bricks.places.len()];
     let sparse = Sparse::new(lattice, bricks).unwrap();
     let bounds = sparse.bricks().places.iter().map(|place| bounds_of_place(lattice, &sparse, *place)).collect();
@@ -165,14 +166,16 @@ fn bounds_of_place(lattice: &Lattice, storage: &impl Storage, place: [u32; 3]) -
     let cells = lattice.cells();
     let last: [u32; 3] = std::array::from_fn(|axis| (8 * place[axis] + 7).min(cells[axis] - 1));
     let counts = std::array::from_fn(|axis| last[axis] + 1 - first[axis].min(last[axis]));
-    let nothing = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let nothing = BlockBounds::EMPTY;
     places(counts).fold(nothing, |bounds, step| {
         let cell = std::array::from_fn(|axis| first[axis].min(last[axis]) + step[axis]);
         let corners = storage.corners(cell);
         bounds.union(BlockBounds {
-            least: corners.into_iter().fold(f32::INFINITY, f32::min),
-            greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
-            slope: cell_slope(corners, lattice.spacing()) as f32 * 1.000001,
+            range: Interval {
+                lower: corners.into_iter().fold(f32::INFINITY, f32::min),
+                upper: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
+            },
+            slope_bound: cell_slope(corners, lattice.spacing()) as f32 * 1.000001,
         })
     })
 }

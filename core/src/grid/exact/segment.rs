@@ -13,22 +13,11 @@ use nalgebra::Vector3;
 use pieces::{LANES, Pieces};
 use voxel_walk::Trace;
 
-use crate::enclosure::bounds;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::vector::from_f64;
-
-/// Where on a segment a field is least.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SegmentMinimum<R> {
-    /// Of the way from the first end to the second.
-    pub share: R,
-    /// φ there, but for rounding.
-    pub value: R,
-    /// How many cells were looked at.
-    pub looks: u32,
-}
+use crate::{Aabb, ExactMinimum};
 
 /// A line to follow, counted in cells from the first node.
 #[derive(Clone, Copy)]
@@ -53,8 +42,8 @@ pub(super) struct Lowest<R> {
 impl<S: Storage> Grid<S> {
     /// `None` where the segment leaves the box or meets many cells.
     #[inline(always)]
-    pub(in crate::grid) fn least_on<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        if !self.lattice.bounds().encloses(&bounds(&ends)) {
+    pub(in crate::grid) fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<ExactMinimum<R, 2>> {
+        if !self.lattice.bounds().encloses(&Aabb::around_corners(&ends)) {
             return None;
         }
         let line = Line {
@@ -65,7 +54,13 @@ impl<S: Storage> Grid<S> {
         };
         let mut lowest = Lowest { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), looks: 0 };
         self.follow([line], &mut core::iter::empty(), &mut lowest)?;
-        Some(SegmentMinimum { share: lowest.weights[1], value: lowest.value, looks: lowest.looks })
+        let (fraction, value) = (lowest.weights[1], lowest.value);
+        Some(ExactMinimum {
+            weights: [R::one() - fraction, fraction],
+            value,
+            lower_bound: value,
+            evaluations: lowest.looks,
+        })
     }
 
     /// Counted in cells from the first node.

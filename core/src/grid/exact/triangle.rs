@@ -32,33 +32,21 @@ use nalgebra::Vector3;
 
 use super::polynomial::Polynomial;
 use super::segment::Lowest;
-use crate::Aabb;
-use crate::enclosure::{bounds, mean, reach, rounding};
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
-
-/// Where on a triangle a field is least.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TriangleMinimum<R> {
-    /// Barycentric.
-    pub weights: [R; 3],
-    /// φ there, but for rounding.
-    pub value: R,
-    /// No value on the triangle is below this, but for rounding.
-    pub least: R,
-    /// How many points were asked and cells searched. Cells of which no more than bounds were taken do not count.
-    pub looks: u32,
-}
+use crate::rounding::rounding;
+use crate::simplex::{max_distance, mean};
+use crate::{Aabb, ExactMinimum, Goal};
 
 impl<S: Storage> Grid<S> {
     /// `None` where the triangle leaves the box or meets many cells, or a sample is no number.
     #[inline(always)]
-    pub(in crate::grid) fn least_in<R: Float>(
+    pub(in crate::grid) fn minimum_on_triangle<R: Float>(
         &self,
         corners: [Vector3<R>; 3],
-        [level, gap]: [R; 2],
-    ) -> Option<TriangleMinimum<R>> {
-        if !self.lattice.bounds().encloses(&bounds(&corners)) {
+        Goal { level, gap }: Goal<R>,
+    ) -> Option<ExactMinimum<R, 3>> {
+        if !self.lattice.bounds().encloses(&Aabb::around_corners(&corners)) {
             return None;
         }
         let face = Face::new(&self.lattice, corners.map(|corner| self.in_cells(corner)))?;
@@ -72,7 +60,7 @@ impl<S: Storage> Grid<S> {
         // Of the corners where they stand in the world, and of the first node, from which they are counted.
         let Aabb { min, max } = self.lattice.bounds();
         let farthest = min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
-        let reach = Real::max(reach(corners[0], &corners), R::from_f64(farthest));
+        let reach = Real::max(max_distance(corners[0], &corners), R::from_f64(farthest));
         let rounding = rounding(self.slope_bound, corners[0], reach, value);
         let directions = Directions::new(&face, gradient, R::from_f64(self.slope_bound * self.lattice.spacing()));
         let rises = self.directional_bounds(&mut cells, &directions)?;
@@ -90,7 +78,7 @@ impl<S: Storage> Grid<S> {
         }
         let Lowest { weights, value, looks } = lowest;
         let least = if least <= level { Real::max(least, value - deficit - rounding) } else { least };
-        Some(TriangleMinimum { weights, value, least, looks })
+        Some(ExactMinimum { weights, value, lower_bound: least, evaluations: looks })
     }
 
     /// All counted in cells.
@@ -105,7 +93,7 @@ impl<S: Storage> Grid<S> {
             (cells[0][k], cells[1][k]) = (cell(points[k].x, last[0]), cell(points[k].y, last[1]));
             cells[2][k] = cell(points[k].z, last[2]);
         }
-        let samples = self.storage.corners_of(cells);
+        let samples = self.storage.corners_in_lanes(cells);
         let shares = [0, 1, 2, 3].map(|k: usize| {
             let k = k % 4;
             points[k] - Vector3::new(cells[0][k], cells[1][k], cells[2][k])

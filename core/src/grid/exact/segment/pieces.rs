@@ -71,7 +71,7 @@ impl<R: Float> Pieces<R> {
     /// Of all lanes, and compared with a value; where no piece was put, what stood there before.
     #[inline(always)]
     pub fn least<S: Storage>(&self, storage: &S, than: R) -> Least<R> {
-        let samples = storage.corners_of(self.first);
+        let samples = storage.corners_in_lanes(self.first);
         let nothing = [R::zero(); LANES];
         let (is_finite, may_be_less) = ([false; LANES], [0; LANES]);
         let mut least = Least { share: nothing, value: nothing, corner: nothing, is_finite, may_be_less };

@@ -83,7 +83,7 @@ impl<R: Float> Cells<R> {
             let first = self.cell_range.part(numbers[lane]).first;
             (at[0][lane], at[1][lane], at[2][lane]) = (first[0], first[1], first[2]);
         }
-        let samples = storage.corners_of(at);
+        let samples = storage.corners_in_lanes(at);
         let mut marked = numbers;
         for lane in 0..LANES {
             let part = self.cell_range.part(numbers[lane]);
