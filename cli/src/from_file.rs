@@ -20,10 +20,10 @@ enum Blocks {
 
 impl FromFile {
     pub fn of(stored: &StoredGrid, file_bytes: u64) -> Self {
-        let ReadCount { bytes, blocks, of_blocks } = stored.read;
+        let ReadCount { bytes, blocks, total_blocks } = stored.read;
         let blocks = match stored.layout {
-            Layout::Sparse { .. } => Blocks::Sparse { bricks: blocks, of_bricks: of_blocks },
-            Layout::Dense => Blocks::Dense { chunks: blocks, of_chunks: of_blocks },
+            Layout::Sparse { .. } => Blocks::Sparse { bricks: blocks, of_bricks: total_blocks },
+            Layout::Dense => Blocks::Dense { chunks: blocks, of_chunks: total_blocks },
         };
         Self { file_bytes, bytes, blocks }
     }

@@ -38,7 +38,7 @@ fn main() -> ExitCode {
     }
     let handled = ctrlc::set_handler(|| {
         let _ending = ENDING.lock().unwrap_or_else(PoisonError::into_inner);
-        let _removed = sdf_formats::grid_file::remove_temporaries();
+        let _removed = sdf_formats::remove_temporaries();
         std::process::exit(INTERRUPTED);
     });
     let result = handled.map_err(anyhow::Error::from).and_then(|()| match command {

@@ -64,8 +64,41 @@ delegate_sdf!(AnyField {
     Stretched,
 } unions { Union });
 
+/// A shape is a field, and so is a grid.
+macro_rules! from_shape {
+    ($($shape:ident),+ $(,)?) => {$(
+        impl From<$shape> for AnyField {
+            fn from(shape: $shape) -> Self {
+                Self::$shape(shape)
+            }
+        }
+    )+};
+}
+
+from_shape!(
+    Sphere, HalfSpace, Cuboid, RoundedBox, Capsule, Cylinder, Cone, Torus, Octahedron, Ellipsoid, Bowl, Horseshoe
+);
+
+impl From<Arc<OwnedGrid>> for AnyField {
+    fn from(grid: Arc<OwnedGrid>) -> Self {
+        Self::Grid(grid)
+    }
+}
+
 impl From<OwnedGrid> for AnyField {
     fn from(grid: OwnedGrid) -> Self {
         Self::Grid(Arc::new(grid))
+    }
+}
+
+impl AnyField {
+    /// The union of several fields; `None` of none.
+    pub fn union(parts: Vec<AnyField>) -> Option<Self> {
+        Compound::new(parts).map(Self::Union)
+    }
+
+    /// The field put into the world.
+    pub fn placed(self, placement: Similarity) -> Self {
+        Self::Placed(Box::new(Placed { field: self, placement }))
     }
 }

@@ -1,7 +1,25 @@
-//! Fields as a program holds them, and contacts with them in the widest vectors that the processor has.
+//! Signed distance fields as a program holds them.
+//!
+//! A [`Field`] is any grid or closed form: baked from a mesh, opened from a file or from bytes, saved to either, sampled at many
+//! points, searched for contacts with a mesh given as slices, on as many threads as asked, in the widest vectors that the
+//! processor has. It is all that a program depends on; [`core`] is there for what it does not cover.
+//!
+//! Features: `bake` (fields from meshes), `files` (files and bytes), `threads`. Without them it depends on the core and two
+//! crates more, and knows no file format.
 
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 
-mod search;
+mod contacts;
+mod engine;
+mod field;
+mod mesh_view;
+mod options;
+mod threads;
 
-pub use search::Search;
+pub use contacts::{Contacts, QueryError};
+pub use field::Field;
+pub use mesh_view::{MeshView, VertexOutOfRange};
+pub use options::{ContactOptions, Elements, Method};
+pub use sdf_core as core;
+pub use threads::Threads;

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 pub use overlap_record::{OverlapKind, OverlapRecord};
 
-use crate::grid_file::atomic_write;
+use crate::atomic_write::atomic_write;
 
 /// A contact as files hold it. `Contact` of the core with its numbers widened.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -9,7 +9,7 @@ use sdf_bake::{MeshDistance, MeshReport, SignMethod, SparseGrid, TriangleMesh, d
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK_SAMPLES;
-use sdf_formats::grid_file::{About, Source};
+use sdf_formats::grid_file::{self, About, Source};
 use serde_json::json;
 
 use crate::args::{BakeArgs, Layout, Precision, Sign, Tolerance};
@@ -43,7 +43,7 @@ fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
     let least_half = median.map_or(String::new(), |median| format!(", {} in half of the bricks", number(median)));
     let mut rows = vec![
         ("mesh", mesh_row(&baked.input, &mesh)),
-        ("sign", about.sign_verdict.clone()),
+        ("sign", about.sign_reason.clone()),
         ("grid", format!("{} nodes, spacing {}", counts(baked.lattice.nodes()), number(baked.lattice.spacing()))),
     ];
     if let Some(picked) = &baked.picked {
@@ -77,7 +77,7 @@ fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
             "shells": baked.topology.shells,
             "intersecting_pairs": baked.topology.intersecting_pairs,
             "sign_method": about.sign_method,
-            "sign_verdict": about.sign_verdict,
+            "sign_verdict": about.sign_reason,
             "layout": baked.grid.layout(),
             "precision": baked.grid.precision(),
             "nodes": baked.lattice.node_count(),
@@ -264,8 +264,11 @@ pub fn about(args: &BakeArgs, baked: &Baked) -> About {
         (mesh.min[axis] - bounds.min[axis]).min(bounds.max[axis] - mesh.max[axis])
     };
     About {
-        sign_method: baked.method.to_string(),
-        sign_verdict: baked.verdict.clone(),
+        sign_method: match baked.method {
+            SignMethod::PseudoNormal => grid_file::SignMethod::PseudoNormal,
+            SignMethod::Winding => grid_file::SignMethod::Winding,
+        },
+        sign_reason: baked.verdict.clone(),
         slope_bound: baked.grid.slope_bound(),
         error_bound: baked.grid.error_bound(),
         padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),

@@ -135,7 +135,7 @@ fn read_reached<const N: usize>(
     // What is asked of an element may lie beyond its box by the rounding of the world's coordinates.
     let off = farthest * 4.0 * f64::EPSILON;
     let regions = world().map(|bounds| if stays { bounds } else { pose.pull_bounds(bounds.inflate(off)) });
-    Ok(reader.read_reached(regions, args.margin + farthest * ROUNDING)?)
+    Ok(reader.read_needed(regions, args.margin + farthest * ROUNDING)?)
 }
 
 /// More than a cull allows for rounding in f64, as a share of the largest coordinate.

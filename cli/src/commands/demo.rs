@@ -53,7 +53,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
         rows: vec![
             ("body", format!("{}, {} triangles", body.display(), baked.input.triangles)),
             ("cloth", format!("{}, {} triangles", cloth.display(), cloth_mesh.triangles.len())),
-            ("field", format!("{}, {}", grid.display(), about.sign_verdict)),
+            ("field", format!("{}, {}", grid.display(), about.sign_reason)),
             ("contacts", format!("{}, {} of them", list.display(), found.contacts.len())),
             ("deepest", number(deepest)),
             ("picture", picture.display().to_string()),

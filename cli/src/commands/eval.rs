@@ -18,7 +18,7 @@ pub fn run(args: &EvalArgs) -> Result<()> {
         OpenField::Grid(reader) => {
             let file_bytes = reader.summary().file_bytes;
             let regions = points.iter().map(|point| Aabb { min: *point, max: *point });
-            let stored = reader.read_reached(regions, f64::INFINITY)?;
+            let stored = reader.read_needed(regions, f64::INFINITY)?;
             print(args, &stored.grid, &points, Some(FromFile::of(&stored, file_bytes)))
         }
         OpenField::Analytic(node) => print(args, &node, &points, None),

@@ -32,7 +32,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     ("nodes", counts(lattice.nodes())),
                     ("spacing", number(lattice.spacing())),
                     ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
-                    ("sign", about.sign_verdict.clone()),
+                    ("sign", about.sign_reason.clone()),
                     ("slope", format!("at most {}", number(about.slope_bound))),
                     ("error", format!("at most {}", number(about.error_bound))),
                     (
@@ -54,7 +54,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     "origin": lattice.origin(),
                     "spacing": lattice.spacing(),
                     "sign_method": about.sign_method,
-                    "sign_verdict": about.sign_verdict,
+                    "sign_verdict": about.sign_reason,
                     "slope_bound": about.slope_bound,
                     "error_bound": about.error_bound,
                     "source": {

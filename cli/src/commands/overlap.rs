@@ -141,8 +141,8 @@ impl<'a> Side<'a> {
                 require_known(self.path, margin, &summary)?;
                 let stored = match region {
                     // Where the inside reaches the box, the field is negative for as far beyond.
-                    None => reader.read_reached(faces(&summary.lattice), 0.0)?,
-                    Some(world) => reader.read_reached([self.pose.pull_bounds(world)], f64::INFINITY)?,
+                    None => reader.read_needed(faces(&summary.lattice), 0.0)?,
+                    Some(world) => reader.read_needed([self.pose.pull_bounds(world)], f64::INFINITY)?,
                 };
                 let from_file = FromFile::of(&stored, summary.file_bytes);
                 Ok((place(Node::Grid(Arc::new(stored.grid))), Some(from_file)))

@@ -18,7 +18,7 @@ pub fn run(args: &SliceArgs) -> Result<()> {
             let plane = plane(args, bounds);
             let mut region = bounds;
             (region.min[plane.axis], region.max[plane.axis]) = (plane.at, plane.at);
-            let stored = reader.read_reached([region], f64::INFINITY)?;
+            let stored = reader.read_needed([region], f64::INFINITY)?;
             let band = band(&stored.layout);
             let mut picture = Picture::of(&stored.grid, plane, args.pixels, band);
             if band.is_some() {

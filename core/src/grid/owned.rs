@@ -22,6 +22,11 @@ impl Layout {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Dense, Self::Sparse];
 
+    /// The layout of this [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|layout| layout.name() == name)
+    }
+
     /// `dense` or `sparse`, as files and the command line have it.
     pub fn name(self) -> &'static str {
         match self {
@@ -45,6 +50,11 @@ pub enum Precision {
 impl Precision {
     /// From the finest to the coarsest.
     pub const ALL: [Self; 3] = [Self::F32, Self::U16, Self::U8];
+
+    /// The precision of this [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|precision| precision.name() == name)
+    }
 
     /// `f32`, `u16` or `u8`, as files and the command line have it.
     pub fn name(self) -> &'static str {

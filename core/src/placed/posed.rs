@@ -114,24 +114,22 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
         }
     }
 
+    // Without a pose the parts are wrapped as well, so that a search is compiled once.
     #[inline(always)]
     fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
-        match self.pose {
-            None => self.field.visit_parts(visitor),
-            Some(pose) => self.field.visit_parts(&mut WithPose { visitor, pose }),
-        }
+        self.field.visit_parts(&mut WithPose { visitor, pose: self.pose });
     }
 }
 
-/// Visits the parts of a moved union, each moved.
+/// Visits the parts of a union, each moved as the whole is.
 struct WithPose<'v, V> {
     visitor: &'v mut V,
-    pose: Rigid,
+    pose: Option<Rigid>,
 }
 
 impl<V: PartVisitor> PartVisitor for WithPose<'_, V> {
     #[inline(always)]
     fn visit<F: EnclosedSdf>(&mut self, part: &F) {
-        self.visitor.visit(&Posed { field: part, pose: Some(self.pose) });
+        self.visitor.visit(&Posed { field: part, pose: self.pose });
     }
 }
