@@ -28,7 +28,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use sdf_formats::field_file::Node;
+use sdf_core::AnyField;
 use sdf_procedural::SpikedBall;
 use serde::Serialize;
 
@@ -161,7 +161,7 @@ struct SetOutline {
 }
 
 impl SetOutline {
-    fn measure<const N: usize>(&self, fields: Vec<Node>, extent: Extent) -> SetReport
+    fn measure<const N: usize>(&self, fields: Vec<AnyField>, extent: Extent) -> SetReport
     where
         Method: ElementMethod<N>,
     {

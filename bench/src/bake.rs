@@ -1,11 +1,11 @@
 //! Bakes in memory, with the defaults of `sdftool bake`.
 
 use anyhow::{Context, Result, ensure};
-use sdf_bake::sparse::{Plan, Quantize};
+use sdf_bake::sparse::Plan;
 use sdf_bake::{DenseGrid, MeshDistance, SparseGrid, TriangleMesh, dense, lattice_around};
-use sdf_core::grid::sparse::{BRICK, Sparse};
-use sdf_core::grid::{Dense, Grid, Lattice, WithBlockBounds};
-use sdf_formats::grid_file::{OwnedBricks, OwnedGrid, OwnedSamples};
+use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
+use sdf_core::grid::sparse::BRICK;
+use sdf_core::grid::{Grid, Lattice};
 use sdf_procedural::Mesh;
 use serde::{Deserialize, Serialize};
 
@@ -92,25 +92,16 @@ impl Baked {
 
     /// The grid as a field.
     pub fn into_grid(self) -> Result<OwnedGrid> {
-        let grid = match self.samples {
-            Samples::Dense(baked) => dense_grid(self.lattice, baked),
-            Samples::Sparse(baked) => sparse_grid(self.lattice, baked),
+        let lattice = self.lattice;
+        let (samples, slope_bound) = match self.samples {
+            Samples::Dense(baked) => (OwnedStorage::dense(&lattice, baked.distances, baked.bounds), baked.slope_bound),
+            Samples::Sparse(baked) => {
+                let SparseGrid { table, places: slots, scales, samples, bounds, errors, coarse, .. } = baked;
+                let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
+                (OwnedStorage::sparse(&lattice, bricks), baked.slope_bound)
+            }
         };
-        grid.context("a grid that does not fit its lattice")
+        let grid = samples.and_then(|samples| Grid::new(lattice, samples, slope_bound));
+        grid.context("the samples do not fit the lattice")
     }
-}
-
-fn dense_grid(lattice: Lattice, baked: DenseGrid) -> Option<OwnedGrid> {
-    let samples = WithBlockBounds::new(&lattice, Dense::new(&lattice, baked.distances)?, baked.bounds)?;
-    Grid::new(lattice, OwnedSamples::Dense(samples), baked.slope_bound)
-}
-
-fn sparse_grid(lattice: Lattice, baked: SparseGrid<u16>) -> Option<OwnedGrid> {
-    fn bricks<C: Quantize>(baked: SparseGrid<C>) -> OwnedBricks<C> {
-        let SparseGrid { table, places, scales, samples, bounds, errors, coarse, .. } = baked;
-        OwnedBricks { table, places, scales, samples, bounds, errors, coarse }
-    }
-    let slope_bound = baked.slope_bound;
-    let samples = Sparse::new(&lattice, bricks(baked))?;
-    Grid::new(lattice, OwnedSamples::SparseU16(samples), slope_bound)
 }

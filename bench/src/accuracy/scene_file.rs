@@ -1,11 +1,11 @@
 //! Scenes as TOML files describe them: a field, and a mesh that touches it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
+use sdf_core::AnyField;
 use sdf_core::nalgebra::{Rotation3, Vector3};
-use sdf_formats::field_file::{self, Field, Node};
+use sdf_formats::field_file::{self, Field};
 use sdf_formats::mesh;
 use sdf_procedural::{Bowl, Mesh, Pot, Rope, Sheet, SpikedBall};
 use serde::{Deserialize, Serialize};
@@ -134,7 +134,7 @@ pub struct SceneFile {
 
 impl SceneFile {
     /// The field, baked if the body is a mesh, with at most `max_cells` cells along its longest side.
-    pub fn field(&self, max_cells: u32) -> Result<Node> {
+    pub fn field(&self, max_cells: u32) -> Result<AnyField> {
         let body = match &self.scene.body {
             Body::SpikedBall(body) => body.mesh(),
             Body::Bowl(body) => body.mesh(),
@@ -166,9 +166,9 @@ impl SceneFile {
     }
 }
 
-fn read_field(path: &Path) -> Result<Node> {
+fn read_field(path: &Path) -> Result<AnyField> {
     Ok(match field_file::read(path)? {
-        Field::Grid(stored) => Node::Grid(Arc::new(stored.grid)),
+        Field::Grid(stored) => stored.grid.into(),
         Field::Analytic(node) => node,
     })
 }

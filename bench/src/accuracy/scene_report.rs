@@ -11,8 +11,7 @@ use rayon::prelude::*;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::minimize::{Certified, Minimizer, PointSampling};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Sdf, Simplex};
-use sdf_formats::field_file::Node;
+use sdf_core::{AnyField, Sdf, Simplex};
 use sdf_procedural::Mesh;
 use serde::Serialize;
 
@@ -81,7 +80,7 @@ pub struct SceneLimits {
     pub rounds: u32,
 }
 
-pub fn measure(file: &SceneFile, field: &Node, limits: SceneLimits) -> Result<SceneReport> {
+pub fn measure(file: &SceneFile, field: &AnyField, limits: SceneLimits) -> Result<SceneReport> {
     let mesh = file.mesh()?;
     let scene = PosedScene { scene: &file.scene, field, limits };
     Ok(match file.scene.elements {
@@ -93,7 +92,7 @@ pub fn measure(file: &SceneFile, field: &Node, limits: SceneLimits) -> Result<Sc
 /// A scene and its field.
 struct PosedScene<'a> {
     scene: &'a Scene,
-    field: &'a Node,
+    field: &'a AnyField,
     limits: SceneLimits,
 }
 

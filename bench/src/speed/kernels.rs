@@ -36,7 +36,7 @@ fn bake(body: &str, resolution: u32, layout: Layout, times: u32) -> Result<()> {
 fn contacts(method: MethodName, times: u32) -> Result<()> {
     let scene = ContactScene::built_in(24)?;
     for _ in 0..times {
-        black_box(on_threads(1, || scene.find(method))?);
+        black_box(on_threads(1, || scene.find(method))??);
     }
     Ok(())
 }
