@@ -35,13 +35,13 @@ use serde::Serialize;
 pub use pages::{Page, docs, folder};
 pub use scene_file::{SceneFile, read_scenes};
 
-use crate::bake::Layout;
 use advice::{Advice, Cost, advise};
 use curves::{SetReport, measure};
 use methods::{ElementMethod, Method};
 use problems::{Domain, ProblemSet};
 use reference::reference;
 use scene_report::{SceneLimits, SceneReport};
+use sdf_core::grid::owned::Layout;
 
 /// Everything that was measured.
 #[derive(Debug, Serialize)]

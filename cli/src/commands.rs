@@ -3,7 +3,7 @@ pub mod contacts;
 pub mod demo;
 pub mod eval;
 pub mod info;
-mod overlap;
+pub mod overlap;
 pub mod slice;
 pub mod surface;
 pub mod verify;

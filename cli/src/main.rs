@@ -4,16 +4,15 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod baked_grid;
 mod commands;
 mod csv_points;
-mod from_file;
 mod histogram;
 mod memory;
 mod mesh_input;
 mod output;
 mod pictures;
 mod progress;
+mod read_summary;
 mod report;
 
 use std::io::ErrorKind;
@@ -43,6 +42,7 @@ fn main() -> ExitCode {
     });
     let result = handled.map_err(anyhow::Error::from).and_then(|()| match command {
         Command::Bake(args) => commands::bake::run(&args),
+        Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(&args),
         Command::Contacts(args) => commands::contacts::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Info(args) => commands::info::run(&args),

@@ -5,6 +5,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, AnyField, Sample, Sdf};
 
 use crate::contacts::{self, Contacts, QueryError};
+use crate::info::GridInfo;
 use crate::{ContactOptions, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
@@ -24,8 +25,7 @@ use crate::{ContactOptions, MeshView, Threads};
 #[derive(Clone, Debug)]
 pub struct Field {
     field: AnyField,
-    #[cfg(feature = "files")]
-    pub(crate) about: Option<sdf_formats::grid_file::About>,
+    info: Option<Arc<GridInfo>>,
 }
 
 /// Points that one thread samples at a time.
@@ -34,16 +34,27 @@ const CHUNK: usize = 1024;
 impl Field {
     /// A field of the core: a shape, a combination, a grid in memory.
     pub fn new(field: impl Into<AnyField>) -> Self {
-        Self {
-            field: field.into(),
-            #[cfg(feature = "files")]
-            about: None,
-        }
+        Self { field: field.into(), info: None }
+    }
+
+    /// A grid, and what is known of it.
+    pub fn from_grid(grid: impl Into<Arc<OwnedGrid>>, info: GridInfo) -> Self {
+        Self { field: AnyField::Grid(grid.into()), info: Some(Arc::new(info)) }
+    }
+
+    /// What is known of a grid that was baked; `None` of others and of closed forms.
+    pub fn info(&self) -> Option<&GridInfo> {
+        self.info.as_deref()
     }
 
     /// The field as the core has it: a field like any other.
     pub fn as_any(&self) -> &AnyField {
         &self.field
+    }
+
+    /// The same, to keep.
+    pub fn into_any(self) -> AnyField {
+        self.field
     }
 
     /// The grid, if it is one.

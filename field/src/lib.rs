@@ -10,15 +10,27 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(feature = "bake")]
+mod bake;
 mod contacts;
 mod engine;
 mod field;
+#[cfg(feature = "files")]
+pub mod file;
+mod info;
+#[cfg(feature = "bake")]
+pub mod memory;
 mod mesh_view;
 mod options;
 mod threads;
 
+#[cfg(feature = "bake")]
+pub use bake::{
+    BakeError, BakeOptions, Baked, ErrorBudgetError, GridSize, InvalidMesh, MaxError, MeshReport, Progress, Topology,
+};
 pub use contacts::{Contacts, QueryError};
 pub use field::Field;
+pub use info::{GridInfo, SignMethod, Source};
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};
 pub use sdf_core as core;

@@ -34,7 +34,8 @@ impl std::error::Error for VertexOutOfRange {}
 impl<'a> MeshView<'a> {
     /// The edges of the faces, each once, its lower vertex first, in ascending order.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let sides = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]].map(|[from, to]| [from.min(to), from.max(to)]);
+        let sides =
+            |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]].map(|[from, to]| [from.min(to), from.max(to)]);
         let mut edges: Vec<_> = self.faces.iter().flat_map(sides).collect();
         edges.sort_unstable();
         edges.dedup();

@@ -8,7 +8,9 @@ use sdf_core::combine::SmoothUnion;
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Horseshoe, Sphere, Torus};
 use sdf_procedural::Mesh;
 
-use crate::bake::{self, Layout};
+use sdf_core::grid::owned::Layout;
+
+use crate::bake;
 
 /// The horseshoe of the paper's Fig. 3. It is so deep that in the plane z = 0 only its outline is near.
 pub fn horseshoe() -> Result<AnyField> {
@@ -33,5 +35,5 @@ pub fn shapes() -> Result<Vec<AnyField>> {
 
 /// Bakes with `resolution` cells along the longest side.
 pub fn bake(body: &Mesh, resolution: u32, layout: Layout) -> Result<AnyField> {
-    Ok(bake::bake(body, resolution, layout)?.into_grid()?.into())
+    Ok(bake::bake(body, resolution, layout)?.into_any())
 }

@@ -1,8 +1,9 @@
+use sdf_core::AnyField;
+use sdf_core::Simplex;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::minimize::{
     Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
-use sdf_core::{AnyField, Simplex};
 
 /// A minimizer with a budget left open.
 pub struct Method {

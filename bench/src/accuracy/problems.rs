@@ -1,9 +1,10 @@
 //! Random elements, each posed on a field.
 
+use sdf_core::AnyField;
 use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::shapes::Cone;
-use sdf_core::{Aabb, AnyField, Sdf, Simplex};
+use sdf_core::{Aabb, Sdf, Simplex};
 
 use super::random::NamedRandom;
 use super::reference::Reference;

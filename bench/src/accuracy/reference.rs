@@ -1,7 +1,8 @@
 //! Proven minimum of a field on an element, by branch and bound with many evaluations.
 
+use sdf_core::AnyField;
+use sdf_core::Simplex;
 use sdf_core::minimize::{Certified, Minimizer};
-use sdf_core::{AnyField, Simplex};
 
 /// Bounds of the minimum on an element, in the field's unit.
 #[derive(Clone, Copy, Debug)]

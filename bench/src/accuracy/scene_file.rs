@@ -1,6 +1,7 @@
 //! Scenes as TOML files describe them: a field, and a mesh that touches it.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use sdf_core::AnyField;
@@ -11,7 +12,7 @@ use sdf_procedural::{Bowl, Mesh, Pot, Rope, Sheet, SpikedBall};
 use serde::{Deserialize, Serialize};
 
 use super::fields;
-use crate::bake::Layout;
+use sdf_core::grid::owned::Layout;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -39,7 +40,13 @@ pub enum Elements {
 pub struct GridOptions {
     /// Cells along the body's longest side.
     pub resolution: u32,
+    #[serde(deserialize_with = "layout")]
     pub layout: Layout,
+}
+
+fn layout<'de, D: serde::Deserializer<'de>>(text: D) -> Result<Layout, D::Error> {
+    let name = String::deserialize(text)?;
+    Layout::from_name(&name).ok_or_else(|| serde::de::Error::unknown_variant(&name, &["dense", "sparse"]))
 }
 
 /// Source of the field.
@@ -168,7 +175,7 @@ impl SceneFile {
 
 fn read_field(path: &Path) -> Result<AnyField> {
     Ok(match field_file::read(path)? {
-        Field::Grid(stored) => stored.grid.into(),
+        Field::Grid(stored) => AnyField::Grid(Arc::new(stored.grid)),
         Field::Analytic(node) => node,
     })
 }

@@ -8,17 +8,18 @@ use std::hint::black_box;
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
+use sdf_core::AnyField;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::minimize::{Certified, Minimizer, PointSampling};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{AnyField, Sdf, Simplex};
+use sdf_core::{Sdf, Simplex};
 use sdf_procedural::Mesh;
 use serde::Serialize;
 
 use super::methods::{ElementMethod, Method, methods};
 use super::scene_file::{Elements, PaperTimes, Scene, SceneFile};
-use crate::bake::Layout;
 use crate::statistics::median;
+use sdf_core::grid::owned::Layout;
 
 #[derive(Debug, Serialize)]
 pub struct SceneReport {
@@ -28,6 +29,7 @@ pub struct SceneReport {
     pub element_kind: Elements,
     /// Cells along the body's longest side, if it is a grid.
     pub resolution: Option<u32>,
+    #[serde(serialize_with = "name")]
     pub layout: Option<Layout>,
     pub margin: f64,
     pub points: usize,
@@ -78,6 +80,10 @@ pub struct SceneLimits {
     pub cells: u32,
     pub elements: usize,
     pub rounds: u32,
+}
+
+fn name<S: serde::Serializer>(layout: &Option<Layout>, to: S) -> Result<S::Ok, S::Error> {
+    layout.map(Layout::name).serialize(to)
 }
 
 pub fn measure(file: &SceneFile, field: &AnyField, limits: SceneLimits) -> Result<SceneReport> {

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use sdf_field::{ContactOptions, Contacts, Field, MeshView, Method};
-use sdf_formats::field_file;
+use sdf_field::{ContactOptions, Field, MeshView, Method};
 use sdf_formats::mesh;
 use sdf_procedural::Mesh;
 
@@ -13,7 +12,9 @@ use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
 use super::{MethodName, Options, bodies};
-use crate::bake::{Layout, bake};
+use sdf_core::grid::owned::Layout;
+
+use crate::bake::bake;
 use crate::machine;
 
 /// A mesh and a field that it may touch.
@@ -60,10 +61,7 @@ fn scene(options: &Options) -> Result<ContactScene> {
     Ok(ContactScene {
         name: format!("{} on {}", stem(mesh_path), stem(field_path)),
         mesh: Mesh { points: mesh.points, triangles: mesh.triangles, segments: vec![] },
-        field: match field_file::read(field_path)? {
-            field_file::Field::Grid(stored) => stored.grid.into(),
-            field_file::Field::Analytic(field) => field.into(),
-        },
+        field: Field::open(field_path)?,
         resolution: 0,
         margin: options.margin,
     })
@@ -72,9 +70,9 @@ fn scene(options: &Options) -> Result<ContactScene> {
 impl ContactScene {
     /// A sheet over a ball with thin spikes, in a dense grid.
     pub fn built_in(resolution: u32) -> Result<Self> {
-        let grid = bake(&bodies::spiked_ball(), resolution, Layout::Dense)?.into_grid()?;
+        let field = bake(&bodies::spiked_ball(), resolution, Layout::Dense)?;
         let name = "sheet on spiked ball".to_owned();
-        Ok(Self { name, mesh: bodies::cloth(), field: grid.into(), resolution, margin: 0.01 })
+        Ok(Self { name, mesh: bodies::cloth(), field, resolution, margin: 0.01 })
     }
 
     fn work<'a>(
@@ -101,32 +99,49 @@ impl ContactScene {
         let (found, seconds) = timed(threads, || self.find(method))?;
         let found = found?;
         // Separated faces do not report their evaluations: each is taken for an average contact.
-        let evaluations: f64 = found.contacts.iter().map(|contact| f64::from(contact.evaluations)).sum();
-        let mean = evaluations / found.contacts.len().max(1) as f64;
-        let evaluations = found.element_count as f64 + mean * found.searched_count as f64;
+        let mean = found.evaluations / found.contacts.max(1) as f64;
+        let evaluations = self.mesh.triangles.len() as f64 + mean * found.passed_cull as f64;
         Ok(RunResult {
-            contacts: Some(found.contacts.len()),
+            contacts: Some(found.contacts),
             floor_seconds: limits.map(|limits| limits.evaluation_seconds(evaluations) / threads as f64),
             ..RunResult::timed(seconds)
         })
     }
 
     /// Searches all faces, on the threads of the current pool.
-    pub fn find(&self, method: MethodName) -> Result<Contacts> {
-        let method = match method {
-            MethodName::Auto => Method::Auto,
-            MethodName::Pgd => Method::ProjectedGradient,
-            MethodName::Fw => Method::FrankWolfe,
-            MethodName::Ls => Method::LineSearch,
-            MethodName::Newton => Method::Newton,
-            MethodName::Certified => Method::Certified,
-            MethodName::Sample4 => Method::Sampling(4),
-            MethodName::Sample16 => Method::Sampling(16),
-            MethodName::Sample64 => Method::Sampling(64),
-        };
+    pub fn find(&self, method: MethodName) -> Result<ContactTotals> {
+        let options =
+            ContactOptions { method: library_method(method), margin: self.margin, ..ContactOptions::default() };
         let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
-        Ok(self.field.contacts(mesh, &ContactOptions { method, margin: self.margin, ..ContactOptions::default() })?)
+        let found = self.field.contacts(mesh, &options)?;
+        Ok(ContactTotals {
+            contacts: found.contacts.len(),
+            passed_cull: found.searched_count,
+            evaluations: found.contacts.iter().map(|contact| f64::from(contact.evaluations)).sum(),
+        })
     }
+}
+
+fn library_method(method: MethodName) -> Method {
+    match method {
+        MethodName::Auto => Method::Auto,
+        MethodName::Certified => Method::Certified,
+        MethodName::Fw => Method::FrankWolfe,
+        MethodName::Pgd => Method::ProjectedGradient,
+        MethodName::Ls => Method::LineSearch,
+        MethodName::Newton => Method::Newton,
+        MethodName::Sample4 => Method::Sampling(4),
+        MethodName::Sample16 => Method::Sampling(16),
+        MethodName::Sample64 => Method::Sampling(64),
+    }
+}
+
+/// Totals over all faces.
+pub struct ContactTotals {
+    contacts: usize,
+    passed_cull: usize,
+    /// Evaluations of the faces that are contacts.
+    evaluations: f64,
 }
 
 /// The word on the command line.

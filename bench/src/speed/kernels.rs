@@ -9,7 +9,9 @@ use super::MethodName;
 use super::bodies::{self, BOWL, POT};
 use super::contacts::ContactScene;
 use super::reading::obj_text;
-use crate::bake::{self, Layout};
+use sdf_core::grid::owned::Layout;
+
+use crate::bake;
 use crate::on_threads;
 
 /// Does a work of .ci/instructions.txt `times` times.

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::args::EvalArgs;
 use crate::csv_points;
-use crate::from_file::FromFile;
+use crate::read_summary::FromFile;
 use crate::report::{print_json, to_stdout};
 
 pub fn run(args: &EvalArgs) -> Result<()> {

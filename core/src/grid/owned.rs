@@ -119,6 +119,21 @@ impl OwnedStorage {
         for_each_storage!(self, _dense => None, sparse => Some(sparse.bricks().scales.len()))
     }
 
+    /// For each brick its slot: see [`OwnedBricks::slots`]. Empty of a dense grid.
+    pub fn slots(&self) -> &[[u32; 3]] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().slots)
+    }
+
+    /// For each brick its scale. Empty of a dense grid.
+    pub fn scales(&self) -> &[Scale] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().scales)
+    }
+
+    /// The brick in a slot. `None` where there is none, and of a dense grid.
+    pub fn brick_at(&self, slot: [u32; 3]) -> Option<usize> {
+        for_each_storage!(self, _dense => None, sparse => sparse.brick_at(slot))
+    }
+
     /// For each brick its error bound: see [`OwnedBricks::errors`]. Empty of a dense grid.
     pub fn brick_errors(&self) -> &[f32] {
         for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().errors)
