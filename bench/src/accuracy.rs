@@ -29,6 +29,7 @@ use std::time::Instant;
 use anyhow::Result;
 use rayon::prelude::*;
 use sdf_core::AnyField;
+use sdf_core::grid::owned::Layout;
 use sdf_procedural::SpikedBall;
 use serde::Serialize;
 
@@ -41,7 +42,6 @@ use methods::{ElementMethod, Method};
 use problems::{Domain, ProblemSet};
 use reference::reference;
 use scene_report::{SceneLimits, SceneReport};
-use sdf_core::grid::owned::Layout;
 
 /// Everything that was measured.
 #[derive(Debug, Serialize)]

@@ -5,10 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use anyhow::{Context, Result};
 use sdf_core::AnyField;
 use sdf_core::combine::SmoothUnion;
+use sdf_core::grid::owned::Layout;
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Horseshoe, Sphere, Torus};
 use sdf_procedural::Mesh;
-
-use sdf_core::grid::owned::Layout;
 
 use crate::bake;
 

@@ -1,18 +1,17 @@
 //! Scenes as TOML files describe them: a field, and a mesh that touches it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use sdf_core::AnyField;
+use sdf_core::grid::owned::Layout;
 use sdf_core::nalgebra::{Rotation3, Vector3};
-use sdf_formats::field_file::{self, Field};
-use sdf_formats::mesh;
+use sdf_field::Field;
+use sdf_formats::{field_file, mesh};
 use sdf_procedural::{Bowl, Mesh, Pot, Rope, Sheet, SpikedBall};
 use serde::{Deserialize, Serialize};
 
 use super::fields;
-use sdf_core::grid::owned::Layout;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -174,10 +173,7 @@ impl SceneFile {
 }
 
 fn read_field(path: &Path) -> Result<AnyField> {
-    Ok(match field_file::read(path)? {
-        Field::Grid(stored) => AnyField::Grid(Arc::new(stored.grid)),
-        Field::Analytic(node) => node,
-    })
+    Ok(Field::open(path)?.into_any())
 }
 
 fn read_mesh(path: &Path) -> Result<Mesh> {

@@ -10,6 +10,7 @@ use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use sdf_core::AnyField;
 use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::grid::owned::Layout;
 use sdf_core::minimize::{Certified, Minimizer, PointSampling};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Sdf, Simplex};
@@ -19,7 +20,6 @@ use serde::Serialize;
 use super::methods::{ElementMethod, Method, methods};
 use super::scene_file::{Elements, PaperTimes, Scene, SceneFile};
 use crate::statistics::median;
-use sdf_core::grid::owned::Layout;
 
 #[derive(Debug, Serialize)]
 pub struct SceneReport {

@@ -1,13 +1,13 @@
 //! Bakes in memory: neither the mesh's file nor the grid's is counted.
 
 use anyhow::Result;
+use sdf_core::grid::owned::Layout;
 use sdf_procedural::Mesh;
 
 use super::bodies::{self, BOWL, POT};
 use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
-use sdf_core::grid::owned::Layout;
 
 use crate::bake::{bake, stored_node_count};
 use crate::machine;

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Result;
+use sdf_core::grid::owned::Layout;
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_formats::mesh::{self, MeshFormat};
 
@@ -12,7 +13,6 @@ use super::bodies::{self, POT};
 use super::round_robin::{RoundRobin, RunResult, Work};
 use super::row::Row;
 use crate::program::sdftool;
-use sdf_core::grid::owned::Layout;
 
 pub fn measure(quick: bool, turns: &mut RoundRobin) -> Result<()> {
     let folder = tempfile::tempdir()?;

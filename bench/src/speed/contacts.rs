@@ -4,7 +4,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use sdf_field::{ContactOptions, Field, MeshView, Method};
+use sdf_core::grid::owned::Layout;
+use sdf_field::{ContactOptions, Contacts, Field, MeshView, Method};
 use sdf_formats::mesh;
 use sdf_procedural::Mesh;
 
@@ -12,7 +13,6 @@ use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
 use super::{MethodName, Options, bodies};
-use sdf_core::grid::owned::Layout;
 
 use crate::bake::bake;
 use crate::machine;
@@ -99,49 +99,32 @@ impl ContactScene {
         let (found, seconds) = timed(threads, || self.find(method))?;
         let found = found?;
         // Separated faces do not report their evaluations: each is taken for an average contact.
-        let mean = found.evaluations / found.contacts.max(1) as f64;
-        let evaluations = self.mesh.triangles.len() as f64 + mean * found.passed_cull as f64;
+        let evaluations: f64 = found.contacts.iter().map(|contact| f64::from(contact.evaluations)).sum();
+        let mean = evaluations / found.contacts.len().max(1) as f64;
+        let evaluations = found.element_count as f64 + mean * found.searched_count as f64;
         Ok(RunResult {
-            contacts: Some(found.contacts),
+            contacts: Some(found.contacts.len()),
             floor_seconds: limits.map(|limits| limits.evaluation_seconds(evaluations) / threads as f64),
             ..RunResult::timed(seconds)
         })
     }
 
     /// Searches all faces, on the threads of the current pool.
-    pub fn find(&self, method: MethodName) -> Result<ContactTotals> {
-        let options =
-            ContactOptions { method: library_method(method), margin: self.margin, ..ContactOptions::default() };
+    pub fn find(&self, method: MethodName) -> Result<Contacts> {
+        let method = match method {
+            MethodName::Auto => Method::Auto,
+            MethodName::Pgd => Method::ProjectedGradient,
+            MethodName::Fw => Method::FrankWolfe,
+            MethodName::Ls => Method::LineSearch,
+            MethodName::Newton => Method::Newton,
+            MethodName::Certified => Method::Certified,
+            MethodName::Sample4 => Method::Sampling(4),
+            MethodName::Sample16 => Method::Sampling(16),
+            MethodName::Sample64 => Method::Sampling(64),
+        };
         let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
-        let found = self.field.contacts(mesh, &options)?;
-        Ok(ContactTotals {
-            contacts: found.contacts.len(),
-            passed_cull: found.searched_count,
-            evaluations: found.contacts.iter().map(|contact| f64::from(contact.evaluations)).sum(),
-        })
+        Ok(self.field.contacts(mesh, &ContactOptions { method, margin: self.margin, ..ContactOptions::default() })?)
     }
-}
-
-fn library_method(method: MethodName) -> Method {
-    match method {
-        MethodName::Auto => Method::Auto,
-        MethodName::Certified => Method::Certified,
-        MethodName::Fw => Method::FrankWolfe,
-        MethodName::Pgd => Method::ProjectedGradient,
-        MethodName::Ls => Method::LineSearch,
-        MethodName::Newton => Method::Newton,
-        MethodName::Sample4 => Method::Sampling(4),
-        MethodName::Sample16 => Method::Sampling(16),
-        MethodName::Sample64 => Method::Sampling(64),
-    }
-}
-
-/// Totals over all faces.
-pub struct ContactTotals {
-    contacts: usize,
-    passed_cull: usize,
-    /// Evaluations of the faces that are contacts.
-    evaluations: f64,
 }
 
 /// The word on the command line.

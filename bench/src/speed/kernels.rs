@@ -4,12 +4,12 @@
 use std::hint::black_box;
 
 use anyhow::{Result, bail};
+use sdf_core::grid::owned::Layout;
 
 use super::MethodName;
 use super::bodies::{self, BOWL, POT};
 use super::contacts::ContactScene;
 use super::reading::obj_text;
-use sdf_core::grid::owned::Layout;
 
 use crate::bake;
 use crate::on_threads;
