@@ -510,7 +510,7 @@ fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
 }
 
 fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    MeshFormat::of(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
+    MeshFormat::from_extension(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
 }
 
 fn tolerance(text: &str) -> Result<Tolerance, String> {

@@ -42,7 +42,7 @@ fn mesh(model: Model) -> Mesh {
     Mesh {
         format: MeshFormat::Obj,
         polygons: (0..triangles.len() as u32).collect(),
-        polygon_counts: PolygonCounts { all: triangles.len(), ..PolygonCounts::default() },
+        polygon_counts: PolygonCounts { total: triangles.len(), ..PolygonCounts::default() },
         objects: 1,
         points,
         triangles,

@@ -48,7 +48,7 @@ fn contacts(method: Method, times: u32) -> Result<()> {
 fn read(times: u32) -> Result<()> {
     let text = obj(&bodies::body(POT, 40_000)).into_bytes();
     for _ in 0..times {
-        black_box(sdf_formats::mesh::parse(&text, "pot.obj")?);
+        black_box(sdf_formats::mesh::read_bytes(&text, "pot.obj")?);
     }
     Ok(())
 }

@@ -65,8 +65,8 @@ fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
             "output": output.display().to_string(),
             "triangles": baked.input.triangles,
             "objects": baked.input.objects,
-            "polygons": baked.input.polygon_counts.all,
-            "polygons_cut_blindly": baked.input.polygon_counts.blind,
+            "polygons": baked.input.polygon_counts.total,
+            "polygons_cut_blindly": baked.input.polygon_counts.unverified,
             "degenerate_triangles": mesh.degenerate_triangles,
             "repeated_triangles": mesh.repeated_triangles,
             "unreferenced_points": mesh.unreferenced_points,
@@ -319,7 +319,7 @@ fn mesh_row(mesh: &MeshFacts, found: &MeshReport) -> String {
         (found.unreferenced_points, "point unused", "points unused"),
         (found.degenerate_triangles, "triangle without area", "triangles without area"),
         (found.repeated_triangles, "triangle repeated", "triangles repeated"),
-        (mesh.polygon_counts.blind, "polygon cut blindly", "polygons cut blindly"),
+        (mesh.polygon_counts.unverified, "polygon cut blindly", "polygons cut blindly"),
     ];
     for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {
         row.push_str(&format!(", {count} {}", if count == 1 { one } else { several }));

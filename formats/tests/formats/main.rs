@@ -8,6 +8,7 @@ mod grid_round_trip;
 mod grid_samples;
 mod grid_threads;
 mod memory;
+mod mesh_bytes;
 mod mesh_hostile;
 mod mesh_models;
 mod mesh_obj;
