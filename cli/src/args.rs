@@ -225,7 +225,7 @@ impl ContactsArgs {
 
     /// Of the output.
     pub fn format(&self) -> Option<ContactFormat> {
-        self.output.as_deref().and_then(ContactFormat::of)
+        self.output.as_deref().and_then(ContactFormat::from_extension)
     }
 }
 
@@ -506,7 +506,7 @@ fn turn(text: &str) -> Result<Numbers<4>, String> {
 }
 
 fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    ContactFormat::of(&path).map(|_| path).ok_or("take a name that ends in .csv, .json, .ply or .h5")
+    ContactFormat::from_extension(&path).map(|_| path).ok_or("take a name that ends in .csv, .json, .ply or .h5")
 }
 
 fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {

@@ -135,7 +135,7 @@ impl Place {
             Body::Bowl(body) => body.model(),
             Body::Pot(body) => body.model(),
             Body::File(name) => match (&self.folder, self.scene.grid) {
-                (None, _) => return Ok(field_file::read_text(ANALYTIC.1, Path::new(ANALYTIC.0))?),
+                (None, _) => return Ok(field_file::read_text(ANALYTIC.1, ANALYTIC.0)?),
                 (Some(folder), Some(_)) => model_of_file(&folder.join(name))?,
                 (Some(folder), None) => return field_of_file(&folder.join(name)),
             },

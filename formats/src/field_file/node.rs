@@ -11,7 +11,7 @@ use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Real, Sample, Sdf};
 
 use crate::grid_file::OwnedGrid;
 
-/// A field whose making is known only at run time: a tree of shapes.
+/// A field that is known only at run time: a tree of shapes.
 #[derive(Clone, Debug)]
 pub enum Node {
     Sphere(Sphere),
@@ -37,7 +37,7 @@ pub enum Node {
     Stretched(Box<Placed<Node, Stretch>>),
 }
 
-/// Calls the same method of whatever the node holds.
+/// Calls a method of the shape in a node.
 macro_rules! delegate {
     ($node:expr, $field:ident => $call:expr) => {
         match $node {

@@ -1,27 +1,23 @@
-//! From a table of the file to the shape that it describes.
-
-use std::path::Path;
-use std::sync::Arc;
+//! The shape that a table describes.
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
-use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
 
+use super::pose::Pose;
 use super::table::Table;
 use super::{FieldError, Grids, Node};
-use crate::grid_file::OwnedGrid;
 
 const SHAPES: &str = "sphere, half_space, box, rounded_box, capsule, cylinder, cone, torus, octahedron, ellipsoid, bowl, \
     horseshoe, grid, union, intersection, difference, smooth_union, offset or shell";
 
-/// The shape of a table, placed by its `pose`. `may_nest`: how many levels deeper it may go.
-pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Result<Node, FieldError> {
-    let Some(may_nest) = may_nest.checked_sub(1) else {
+/// The shape of a table, placed by its `pose`. `max_depth` bounds the nesting of shapes.
+pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Result<Node, FieldError> {
+    let Some(depth) = max_depth.checked_sub(1) else {
         return Err(table.refuse("is nested too deep"));
     };
-    let pose = table.table_if_there("pose")?.map(pose).transpose()?;
+    let pose = table.optional_table("pose")?.map(Pose::read).transpose()?;
     let shape = table.text("shape")?;
     let node = match shape {
         "sphere" => Sphere::new(table.number("radius")?).map(Node::Sphere),
@@ -45,37 +41,40 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Resu
             table.number("half_depth")?,
         )
         .map(Node::Horseshoe),
-        "grid" => Some(Node::Grid(grid(&mut table, grids)?)),
-        "union" => joined(&mut table, grids, may_nest, |a, b| Some(Node::Union(Box::new(Union(a, b)))))?,
-        "intersection" => {
-            joined(&mut table, grids, may_nest, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))?
+        "grid" => {
+            let name = table.text("file")?;
+            Some(Node::Grid(grids.read(name).map_err(|what| table.refuse(what))?))
         }
-        "difference" => difference(&mut table, grids, may_nest)?,
+        "union" => join_all(parts(&mut table, grids, depth)?, union),
+        "intersection" => {
+            join_all(parts(&mut table, grids, depth)?, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))
+        }
+        "difference" => difference(parts(&mut table, grids, depth)?),
         "smooth_union" => {
             let blend = table.number("blend")?;
-            let blended = |a, b| SmoothUnion::new(a, b, blend).map(|union| Node::SmoothUnion(Box::new(union)));
-            joined(&mut table, grids, may_nest, blended)?
+            let join = |a, b| SmoothUnion::new(a, b, blend).map(|union| Node::SmoothUnion(Box::new(union)));
+            join_all(parts(&mut table, grids, depth)?, join)
         }
         "offset" => {
-            let of = node(table.table("of")?, grids, may_nest)?;
-            Offset::new(of, table.number("distance")?).map(|offset| Node::Offset(Box::new(offset)))
+            let part = node(table.table("of")?, grids, depth)?;
+            Offset::new(part, table.number("distance")?).map(|offset| Node::Offset(Box::new(offset)))
         }
         "shell" => {
-            let of = node(table.table("of")?, grids, may_nest)?;
-            Shell::new(of, table.number("thickness")?).map(|shell| Node::Shell(Box::new(shell)))
+            let part = node(table.table("of")?, grids, depth)?;
+            Shell::new(part, table.number("thickness")?).map(|shell| Node::Shell(Box::new(shell)))
         }
-        unknown => return Err(table.refuse(format!("shape {unknown:.40?} is unknown; take {SHAPES}"))),
+        unknown => return Err(table.refuse(format!("unknown shape {unknown:.40?}; known shapes: {SHAPES}"))),
     };
-    let node = node.ok_or_else(|| table.refuse(format!("these numbers make no {shape}: {}", wanted(shape))))?;
+    let node = node.ok_or_else(|| table.refuse(format!("not a valid {shape}: {}", requirement(shape))))?;
     table.finish()?;
     Ok(match pose {
-        Some(pose) => pose.of(node),
+        Some(pose) => pose.place(node),
         None => node,
     })
 }
 
-/// Of the numbers of a shape that is not made of just any.
-fn wanted(shape: &str) -> &'static str {
+/// Condition on the numbers of a shape.
+fn requirement(shape: &str) -> &'static str {
     match shape {
         "half_space" => "normal must not be zero",
         "rounded_box" => "half_extents must be more than 0, radius 0 or more",
@@ -90,58 +89,11 @@ fn wanted(shape: &str) -> &'static str {
     }
 }
 
-/// First stretched, where each axis has a scale of its own, then put where it belongs.
-struct Pose {
-    stretch: Option<Stretch>,
-    placement: Similarity,
+fn parts(table: &mut Table, grids: &mut Grids, depth: usize) -> Result<Vec<Node>, FieldError> {
+    table.tables("of")?.into_iter().map(|part| node(part, grids, depth)).collect()
 }
 
-impl Pose {
-    fn of(self, node: Node) -> Node {
-        let field = match self.stretch {
-            Some(placement) => Node::Stretched(Box::new(Placed { field: node, placement })),
-            None => node,
-        };
-        Node::Placed(Box::new(Placed { field, placement: self.placement }))
-    }
-}
-
-fn pose(mut table: Table) -> Result<Pose, FieldError> {
-    let translation = table.numbers_if_there("translation")?.unwrap_or([0.0; 3]);
-    let rotation = table.numbers_if_there("rotation")?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let (stretch, scale) = if table.is_list("scale") {
-        let stretch = Stretch::new(table.numbers("scale")?);
-        (Some(stretch.ok_or_else(|| table.refuse("no scale of an axis may be zero"))?), 1.0)
-    } else {
-        (None, table.number_if_there("scale")?.unwrap_or(1.0))
-    };
-    let placement = Similarity::new(translation, rotation, scale);
-    let placement = placement.ok_or_else(|| table.refuse("rotation must not be zero and scale must be positive"))?;
-    table.finish()?;
-    Ok(Pose { stretch, placement })
-}
-
-/// The file is named as seen from the folder of this one.
-fn grid(table: &mut Table, grids: &mut Grids) -> Result<Arc<OwnedGrid>, FieldError> {
-    let folder = table.file.parent().unwrap_or(Path::new("."));
-    let file = folder.join(table.text("file")?);
-    grids.read(&file).map_err(|error| table.refuse(error.to_string()))
-}
-
-fn parts(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Vec<Node>, FieldError> {
-    table.tables("of")?.into_iter().map(|part| node(part, grids, may_nest)).collect()
-}
-
-/// All of `of`, joined by pairs of neighbours, pairs of pairs and so on, so that many parts nest but little.
-fn joined(
-    table: &mut Table,
-    grids: &mut Grids,
-    may_nest: usize,
-    join: impl Fn(Node, Node) -> Option<Node>,
-) -> Result<Option<Node>, FieldError> {
-    Ok(join_all(parts(table, grids, may_nest)?, join))
-}
-
+/// All parts, joined in a balanced tree of neighbours, so that n parts nest only log₂ n deep.
 fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> Option<Node> {
     while parts.len() > 1 {
         let mut halved = Vec::with_capacity(parts.len().div_ceil(2));
@@ -157,14 +109,16 @@ fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> 
     parts.pop()
 }
 
-/// The first of `of` without all the others.
-fn difference(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Option<Node>, FieldError> {
-    let mut parts = parts(table, grids, may_nest)?;
-    let others = parts.split_off(1);
-    let taken = join_all(others, |a, b| Some(Node::Union(Box::new(Union(a, b)))));
+fn union(a: Node, b: Node) -> Option<Node> {
+    Some(Node::Union(Box::new(Union(a, b))))
+}
+
+/// The first part without all others.
+fn difference(mut parts: Vec<Node>) -> Option<Node> {
+    let others = join_all(parts.split_off(1), union);
     let first = parts.pop();
-    Ok(match (first, taken) {
-        (Some(first), Some(taken)) => Some(Node::Difference(Box::new(Difference(first, taken)))),
+    match (first, others) {
+        (Some(first), Some(others)) => Some(Node::Difference(Box::new(Difference(first, others)))),
         (first, _) => first,
-    })
+    }
 }

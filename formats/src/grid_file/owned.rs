@@ -61,8 +61,8 @@ pub struct OwnedBricks<C> {
     pub samples: Vec<C>,
     /// Bounds of each brick.
     pub bounds: Vec<BlockBounds>,
-    /// For each brick, over the cells whose first corner it holds: a bound on |interpolated value − signed distance| where
-    /// the distance is within the band.
+    /// For each brick, over the cells whose first corner it holds: a bound on |interpolated value − signed distance|
+    /// where the distance is within the band.
     pub errors: Vec<f32>,
     /// Samples of the coarse grid, x fastest: one more along each axis than there are brick slots.
     pub coarse: Vec<f32>,

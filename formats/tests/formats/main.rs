@@ -1,6 +1,9 @@
 //! All integration tests of the crate, in one program.
 
 mod atomic_write;
+mod contact_files;
+mod fields;
+mod grid_bytes;
 mod grid_damage;
 mod grid_hostile;
 mod grid_needed;
