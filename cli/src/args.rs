@@ -263,7 +263,7 @@ impl ContactsArgs {
 
     /// The format of the output.
     pub fn format(&self) -> Option<ContactFormat> {
-        self.output.as_deref().and_then(ContactFormat::of)
+        self.output.as_deref().and_then(ContactFormat::from_extension)
     }
 }
 
@@ -522,11 +522,11 @@ fn turn(text: &str) -> Result<Numbers<4>, String> {
 }
 
 fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    ContactFormat::of(&path).map(|_| path).ok_or("take a name that ends in .csv, .json, .ply or .h5")
+    ContactFormat::from_extension(&path).map(|_| path).ok_or("take a name that ends in .csv, .json, .ply or .h5")
 }
 
 fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    MeshFormat::of(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
+    MeshFormat::from_extension(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
 }
 
 fn max_error(text: &str) -> Result<ErrorLimit, String> {

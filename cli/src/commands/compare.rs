@@ -41,7 +41,11 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     }
     to_stdout(|out| {
         use std::io::Write;
-        writeln!(out, "{} elements, {} contacts, {} of them proven", comparison.elements, comparison.contacts, comparison.proven)?;
+        writeln!(
+            out,
+            "{} elements, {} contacts, {} of them proven",
+            comparison.elements, comparison.contacts, comparison.proven
+        )?;
         for row in table(&comparison) {
             writeln!(out, "{row}")?;
         }
@@ -173,7 +177,8 @@ pub fn advice(comparison: &Comparison) -> String {
         return format!("recommended: {recommended}: there are no contacts here to compare the methods by");
     }
     if comparison.recommended == Method::Auto {
-        return "recommended: auto: every faster method misses contacts or is off by more than the tolerance here".to_owned();
+        return "recommended: auto: every faster method misses contacts or is off by more than the tolerance here"
+            .to_owned();
     }
     let faster = auto.seconds / taken.seconds;
     format!(

@@ -5,7 +5,7 @@ use sdf_core::Simplex;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
-use sdf_formats::contact_file::{self, ContactRecord};
+use sdf_formats::contact_file::{self, ContactRecord, Label};
 use sdf_formats::field_file::{self, OpenField};
 use sdf_formats::grid_file::{GridReader, StoredGrid};
 use sdf_formats::mesh::Mesh;
@@ -89,7 +89,7 @@ struct Seconds {
 
 fn describe(contact: &ContactRecord) -> String {
     let [x, y, z] = contact.point.map(number);
-    format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element, contact.id)
+    format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element.name(), contact.id)
 }
 
 /// The field, a grid only as far as the mesh can reach it.

@@ -51,8 +51,8 @@ impl UnreadSparse {
         let errors_digest = datasets.add(&errors);
         let coarse_digest = datasets.add(&coarse);
         let digests = datasets.read_digests(file, sdf, header)?;
-        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the table's
-        // memory.
+        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the
+        // table's memory.
         let coarse = digests.elements(file, &coarse, coarse_digest)?;
         let slots = digests.elements(file, &slots, slots_digest)?;
         let slots: Vec<[u32; 3]> = slots.chunks_exact(3).map(|slot| [slot[0], slot[1], slot[2]]).collect();
@@ -139,7 +139,7 @@ impl SampleDataset {
 
 /// Reads samples of any precision.
 struct BrickReader<'a> {
-    file: &'a Hdf5Reader,
+    file: &'a Hdf5Reader<'a>,
     digests: &'a Digests,
     lattice: &'a Lattice,
     mask: Option<&'a BlockMask>,

@@ -1,4 +1,4 @@
-//! Grids read from a file, whole or in part.
+//! Grids read from a file or its bytes, whole or in part.
 //!
 //! | step | question | file |
 //! |---|---|---|
@@ -10,6 +10,7 @@
 //!
 //! Steps 1 and 2 happen in [`open`], 4 and 5 in [`GridReader::read_needed`].
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use sdf_core::Aabb;
@@ -32,19 +33,32 @@ pub fn read(path: &Path) -> Result<StoredGrid, GridFileError> {
 /// Reads all but the samples of a grid, and verifies its checksums.
 ///
 /// Refuses a file that is cut short, damaged, not HDF5, not a grid, of another version, or declares more than it holds.
-/// Memory stays below about three thousand times the size of the file: deflate expands at most 1032 times, and each number
-/// of the coarse grid brings two of ours.
-pub fn open(path: &Path) -> Result<GridReader, GridFileError> {
-    OpenGrid::open(path).map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.at(path))
+/// Memory stays below about three thousand times the size of the file: deflate expands at most 1032 times, and each
+/// number of the coarse grid brings two of ours.
+pub fn open(path: &Path) -> Result<GridReader<'static>, GridFileError> {
+    let grid = Hdf5Reader::open(path).map_err(GridFault::from).and_then(OpenGrid::open);
+    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.at(path))
+}
+
+/// Reads a grid from the bytes of a file and verifies its checksums. Errors show `name` in place of a path.
+pub fn read_bytes(bytes: &[u8], name: &str) -> Result<StoredGrid, GridFileError> {
+    open_bytes(bytes, name)?.read()
+}
+
+/// Like [`open`], from the bytes of a file, lent (`&[u8]`) or owned (`Vec<u8>`). Errors show `name` in place of a path.
+pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<GridReader<'a>, GridFileError> {
+    let path = Path::new(name);
+    let grid = Hdf5Reader::open_bytes(bytes.into()).map_err(GridFault::from).and_then(OpenGrid::open);
+    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.at(path))
 }
 
 /// An open grid file: everything but the samples is read and checked.
-pub struct GridReader {
+pub struct GridReader<'a> {
     path: PathBuf,
-    grid: OpenGrid,
+    grid: OpenGrid<'a>,
 }
 
-impl GridReader {
+impl GridReader<'_> {
     pub fn lattice(&self) -> &Lattice {
         &self.grid.header.lattice
     }
@@ -73,13 +87,13 @@ impl GridReader {
         self.grid.read(None).map_err(|fault| fault.at(&self.path))
     }
 
-    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero. The
-    /// grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole grid would
-    /// read missing samples.
+    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero.
+    /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole
+    /// grid would read missing samples.
     ///
     /// Skips regions in which no value is at most `level`: with its margin as `level`, [`sdf_core::contact`] never
-    /// evaluates there. Rounding to f32 in the field's own frame is allowed for; for a field placed far from the origin, add
-    /// the rounding of world coordinates to `level`. An empty or non-finite region makes everything needed.
+    /// evaluates there. Rounding to f32 in the field's own frame is allowed for; for a field placed far from the
+    /// origin, add the rounding of world coordinates to `level`. An empty or non-finite region makes everything needed.
     pub fn read_needed(self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Result<StoredGrid, GridFileError> {
         let mask = self.grid.mask(regions, level);
         self.grid.read(Some(&mask)).map_err(|fault| fault.at(&self.path))
@@ -93,8 +107,8 @@ pub(super) struct SamplesRead {
     pub total_blocks: usize,
 }
 
-struct OpenGrid {
-    file: Hdf5Reader,
+struct OpenGrid<'a> {
+    file: Hdf5Reader<'a>,
     header: Header,
     digests: Digests,
     contents: Contents,
@@ -105,9 +119,8 @@ enum Contents {
     Sparse(UnreadSparse),
 }
 
-impl OpenGrid {
-    fn open(path: &Path) -> Result<Self, GridFault> {
-        let file = Hdf5Reader::open(path)?;
+impl<'a> OpenGrid<'a> {
+    fn open(file: Hdf5Reader<'a>) -> Result<Self, GridFault> {
         let sdf = file.member(None, "sdf")?;
         let header = Header::read(&file, &sdf)?;
         let (contents, digests) = match header.sparse {

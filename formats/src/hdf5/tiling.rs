@@ -1,7 +1,7 @@
 //! Chunks of a dataset: which elements each one holds, and where its rows lie in memory.
 //!
-//! A dataset of shape (n₀, n₁, n₂), the last axis fastest, is cut at multiples of the chunk's sides. Chunks at the upper
-//! ends stick out of the dataset; a [`Tile`] is the part inside.
+//! A dataset of shape (n₀, n₁, n₂), the last axis fastest, is cut at multiples of the chunk's sides. Chunks at the
+//! upper ends stick out of the dataset; a [`Tile`] is the part inside.
 
 use std::ops::Range;
 
@@ -45,8 +45,8 @@ impl Tiling {
         self.counts().iter().try_fold(1_usize, |total, count| total.checked_mul(*count))
     }
 
-    /// Elements of a slab: a contiguous range of memory that holds whole chunks and nothing of others. A slab is one layer
-    /// of chunks, or one row of chunks if the dataset has a single layer of elements.
+    /// Elements of a slab: a contiguous range of memory that holds whole chunks and nothing of others. A slab is one
+    /// layer of chunks, or one row of chunks if the dataset has a single layer of elements.
     pub(crate) fn slab_elements(&self) -> usize {
         let [nz, ny, nx] = self.shape;
         if nz > 1 { self.sides[0] * ny * nx } else { self.sides[1] * nx }

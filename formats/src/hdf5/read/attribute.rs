@@ -1,5 +1,5 @@
-//! Values of attributes: attribute messages (section IV.A.2.m) with a datatype (IV.A.2.d), a dataspace (IV.A.2.b), and texts
-//! of variable length in a global heap (III.E).
+//! Values of attributes: attribute messages (section IV.A.2.m) with a datatype (IV.A.2.d), a dataspace (IV.A.2.b), and
+//! texts of variable length in a global heap (III.E).
 
 use super::fields::Fields;
 use super::object::Object;

@@ -80,7 +80,7 @@ fn entry_bytes(rank: usize) -> usize {
 
 /// A walk through the tree, with the chunks found so far.
 struct TreeWalk<'a> {
-    source: &'a ByteSource,
+    source: &'a ByteSource<'a>,
     name: &'static str,
     tiling: Tiling,
     rank: usize,

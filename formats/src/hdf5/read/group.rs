@@ -1,7 +1,7 @@
 //! Members of a group, by name: sections III.A.1, III.B, III.C and III.D.
 //!
-//! A group's symbol table message names a B-tree, whose leaf lists symbol table nodes, and a local heap, which holds the
-//! names. A group that fills more than one leaf is far larger than ours and is refused.
+//! A group's symbol table message names a B-tree, whose leaf lists symbol table nodes, and a local heap, which holds
+//! the names. A group that fills more than one leaf is far larger than ours and is refused.
 
 use super::ReadError;
 use super::fields::Fields;

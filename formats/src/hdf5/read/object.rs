@@ -1,7 +1,7 @@
 //! Object headers of version 1: section IV.A.1.a.
 //!
-//! A header is a list of messages in one block, or in several that continuation messages chain. Bounds on blocks and bytes
-//! stop a header that continues in itself.
+//! A header is a list of messages in one block, or in several that continuation messages chain. Bounds on blocks and
+//! bytes stop a header that continues in itself.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,8 @@ use super::source::ByteSource;
 const CONTINUATION: u16 = 0x10;
 const SHARED: u8 = 2;
 
-/// Largest header, in bytes. Ours have less than 4 KiB, or a few times [`super::MAX_TEXT_BYTES`] with the longest texts.
+/// Largest header, in bytes. Ours have less than 4 KiB, or a few times [`super::MAX_TEXT_BYTES`] with the longest
+/// texts.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 const MAX_HEADER_BLOCKS: usize = 64;
 
