@@ -4,8 +4,7 @@ mod page;
 
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use sdf_core::placed::Rigid;
+use anyhow::{Result, bail};
 use sdf_field::compare::{Comparison, METHODS, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::{self, OpenField};
@@ -68,9 +67,6 @@ fn read_field(args: &CompareArgs) -> Result<Field> {
 }
 
 fn options(args: &CompareArgs) -> Result<ContactOptions> {
-    let is_moved = args.translate.0 != [0.0; 3] || args.rotate.0 != [0.0, 0.0, 0.0, 1.0];
-    let pose = Rigid::new(args.translate.0, args.rotate.0)
-        .context("--rotate: a zero quaternion is not a rotation; use 0,0,0,1 for none")?;
     Ok(ContactOptions {
         elements: match args.elements {
             Elements::Faces => FieldElements::Faces,
@@ -78,7 +74,7 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
             Elements::Vertices => bail!("--elements vertices: a vertex needs no search; use faces or edges"),
         },
         margin: args.margin,
-        pose: is_moved.then_some(pose),
+        pose: args.pose.motion()?,
         tolerance: args.tolerance,
         threads: Threads::ALL,
         ..ContactOptions::default()
