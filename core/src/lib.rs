@@ -15,6 +15,7 @@
 extern crate std;
 
 mod aabb;
+mod best_first;
 pub mod combine;
 pub mod contact;
 mod enclosure;

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
+use crate::best_first::{BestFirstQueue, Node};
 use crate::enclosure::PartVisitor;
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
@@ -52,7 +53,7 @@ const MAX_ROUNDINGS: f64 = 8.0;
 const PART_TO_POLISH: f64 = 0.125;
 
 /// Pieces that wait at a time: 5 KB of triangles in f64.
-const MAX_PIECES: usize = 64;
+const MAX_NODES: usize = 64;
 
 /// With less room than this, the smallest piece is cut and not the most promising: that one is done with after as many
 /// cuts, two for each halving of its size, and needs room for no more.
@@ -145,42 +146,44 @@ impl Certified {
         };
         let [gap, rounding] = self.gap(field, simplex, simplex.longest_edge(), search.best.value);
         if let Some(boundary) = boundary {
-            search.settle(Real::min(boundary.value, search.best.value) - rounding);
+            search.queue.fathom(Real::min(boundary.value, search.best.value) - rounding);
         }
-        let whole = Open { piece: SubSimplex::whole(), least: R::from_f64(f64::NEG_INFINITY), cuts: 0 };
+        let root = SimplexNode::root();
         match in_cells {
-            Some(found) => search.wait(Open { least: found.least - rounding, ..whole }, gap),
-            None => search.look_at(whole, search.best.weights, gap),
+            Some(found) => search.enqueue(SimplexNode { lower_bound: found.least - rounding, ..root }, gap),
+            None => search.look_at(root, search.best.weights, gap),
         }
-        if boundary.is_some() && search.waiting.count > 0 {
+        if boundary.is_some() && search.queue.count() > 0 {
             search.descend(&self.local, &SubSimplex::whole());
         }
         let mut converged = true;
-        while let Some(open) = search.waiting.pop() {
-            if search.best.value - gap <= open.least {
-                search.settle(open.least);
+        while let Some(node) = search.next_node() {
+            if search.best.value - gap <= node.lower_bound {
+                search.queue.fathom(node.lower_bound);
                 continue;
             }
-            if level < Real::min(open.least, search.least()) {
-                search.settle(open.least);
+            if level < Real::min(node.lower_bound, search.lower_bound()) {
+                search.queue.fathom(node.lower_bound);
                 converged = false;
                 break;
             }
-            let Some(halves) = open.piece.cut(simplex) else {
+            let Some(halves) = node.piece.cut(simplex) else {
                 // No larger than rounding, which is all that its bound is off by, if there is one.
-                converged &= open.least.is_finite();
-                search.settle(open.least);
+                converged &= node.lower_bound.is_finite();
+                search.queue.fathom(node.lower_bound);
                 continue;
             };
             if search.evaluations >= self.evaluations.saturating_add(search.within) {
                 converged = false;
-                search.settle(open.least);
+                search.queue.fathom(node.lower_bound);
                 break;
             }
-            let cuts = open.cuts.saturating_add(1);
-            halves.into_iter().for_each(|piece| search.look_at(Open { piece, cuts, ..open }, piece.middle(), gap));
+            let depth = node.depth.saturating_add(1);
+            halves
+                .into_iter()
+                .for_each(|piece| search.look_at(SimplexNode { piece, depth, ..node }, piece.middle(), gap));
         }
-        converged &= search.best.value - gap <= search.given_up;
+        converged &= search.best.value - gap <= search.queue.overflow_bound();
         // A search that was stopped is not: polished, it might end lower than one that went on.
         if converged && search.is_rough {
             search.descend(&self.local, &SubSimplex::around(search.best.weights, R::from_f64(PART_TO_POLISH)));
@@ -355,11 +358,7 @@ struct Search<'a, R: Float, F, const N: usize> {
     best: Seen<R, N>,
     /// The best is the mean of some piece, and not where a local search ended.
     is_rough: bool,
-    waiting: Waiting<R, N>,
-    /// No piece that is done with holds a value below this.
-    settled: R,
-    /// No piece that there was no room for does.
-    given_up: R,
+    queue: BestFirstQueue<SimplexNode<R, N>, [SimplexNode<R, N>; MAX_NODES]>,
     evaluations: u32,
     /// Of these, those that were steps of a local search or in the cells of a grid along lines.
     within: u32,
@@ -392,19 +391,8 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> Search<'a, R, F, N> {
         evaluations: u32,
         plane: Option<Plane<R>>,
     ) -> Self {
-        let nothing = R::from_f64(f64::INFINITY);
-        Self {
-            field,
-            simplex,
-            best,
-            is_rough: false,
-            waiting: Waiting::new(),
-            settled: nothing,
-            given_up: nothing,
-            evaluations,
-            within: 0,
-            plane,
-        }
+        let queue = BestFirstQueue::new([SimplexNode::root(); MAX_NODES]);
+        Self { field, simplex, best, is_rough: false, queue, evaluations, within: 0, plane }
     }
 
     /// Looks for a lower value in a piece.
@@ -423,11 +411,11 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> Search<'a, R, F, N> {
 
     /// Bounds a piece, whose bound so far is that of the one it was cut from, by a look at the point of these weights in it,
     /// and lets it wait, unless it cannot hold a value below the best by more than the gap.
-    fn look_at(&mut self, open: Open<R, N>, weights: [R; N], gap: R) {
-        let piece = open.piece.of(self.simplex);
+    fn look_at(&mut self, node: SimplexNode<R, N>, weights: [R; N], gap: R) {
+        let piece = node.piece.of(self.simplex);
         self.evaluations = self.evaluations.saturating_add(1);
         if let Some(found) = of_cells(self.field, &piece, Goal { level: self.best.value - gap, gap }) {
-            return self.take(open, &found, gap);
+            return self.take(node, &found, gap);
         }
         let enclosure = self.field.enclosure(self.simplex.point(weights), &piece.corners);
         if enclosure.value < self.best.value {
@@ -438,49 +426,52 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> Search<'a, R, F, N> {
         }
         // Where the field is no number, nothing is certain.
         let is_known = enclosure.range.lower <= enclosure.value;
-        let least =
-            if is_known { Real::max(enclosure.range.lower, open.least) } else { R::from_f64(f64::NEG_INFINITY) };
-        self.wait(Open { least, ..open }, gap);
+        let lower_bound =
+            if is_known { Real::max(enclosure.range.lower, node.lower_bound) } else { R::from_f64(f64::NEG_INFINITY) };
+        self.enqueue(SimplexNode { lower_bound, ..node }, gap);
     }
 
     /// What the field knows of a piece by itself.
-    fn take(&mut self, open: Open<R, N>, found: &InCells<R, N>, gap: R) {
+    fn take(&mut self, node: SimplexNode<R, N>, found: &InCells<R, N>, gap: R) {
         self.evaluations = self.evaluations.saturating_add(found.looks);
         self.within = self.within.saturating_add(found.looks);
-        let weights = open.piece.weights(found.weights);
+        let weights = node.piece.weights(found.weights);
         let point = self.simplex.point(weights);
         let value = self.field.value(point);
         let rounding = rounding(self.field.slope_bound(), point, self.simplex.longest_edge(), value);
-        let least = Real::max(found.least - rounding, open.least);
+        let lower_bound = Real::max(found.least - rounding, node.lower_bound);
         if value < self.best.value {
-            (self.best, self.is_rough) = (Seen { weights, value }, least < value - gap);
+            (self.best, self.is_rough) = (Seen { weights, value }, lower_bound < value - gap);
         }
-        self.wait(Open { least, ..open }, gap);
+        self.enqueue(SimplexNode { lower_bound, ..node }, gap);
     }
 
-    fn wait(&mut self, open: Open<R, N>, gap: R) {
-        if open.least < self.best.value - gap {
-            let given_up = self.waiting.push(open);
-            self.given_up = Real::min(self.given_up, given_up);
-            self.settle(given_up);
+    fn enqueue(&mut self, node: SimplexNode<R, N>, gap: R) {
+        if node.lower_bound < self.best.value - gap {
+            self.queue.push_evicting(node);
         } else {
-            self.settle(open.least);
+            self.queue.fathom(node.lower_bound);
+        }
+    }
+
+    /// The node with the lowest bound, or, where room is short, the smallest.
+    fn next_node(&mut self) -> Option<SimplexNode<R, N>> {
+        if self.queue.count() > MAX_NODES - ROOM_TO_FINISH {
+            self.queue.pop_deepest(|node| node.depth)
+        } else {
+            self.queue.pop()
         }
     }
 
     /// What no value is below.
-    fn least(&self) -> R {
-        Real::min(self.best.value, Real::min(self.settled, self.waiting.least()))
-    }
-
-    fn settle(&mut self, least: R) {
-        self.settled = Real::min(self.settled, least);
+    fn lower_bound(&self) -> R {
+        Real::min(self.best.value, self.queue.lower_bound())
     }
 
     fn finish(self, converged: bool) -> Minimum<R, N> {
         let weights = self.best.weights;
         let point = self.simplex.point(weights);
-        let lower_bound = self.least();
+        let lower_bound = self.lower_bound();
         Minimum {
             weights,
             point,
@@ -528,94 +519,22 @@ fn part_along<R: Float>(way: Vector3<R>, vector: Vector3<R>) -> Vector3<R> {
 
 /// A part of the simplex that is still to be cut or dropped.
 #[derive(Clone, Copy)]
-struct Open<R, const N: usize> {
+struct SimplexNode<R, const N: usize> {
     piece: SubSimplex<R, N>,
-    least: R,
+    lower_bound: R,
     /// How many cuts made it.
-    cuts: u32,
+    depth: u32,
 }
 
-/// Pieces in a heap, the one with the least bound on top.
-struct Waiting<R, const N: usize> {
-    pieces: [Open<R, N>; MAX_PIECES],
-    count: usize,
+impl<R: Float, const N: usize> SimplexNode<R, N> {
+    fn root() -> Self {
+        Self { piece: SubSimplex::whole(), lower_bound: R::from_f64(f64::NEG_INFINITY), depth: 0 }
+    }
 }
 
-impl<R: Float, const N: usize> Waiting<R, N> {
-    fn new() -> Self {
-        Self { pieces: [Open { piece: SubSimplex::whole(), least: R::zero(), cuts: 0 }; MAX_PIECES], count: 0 }
-    }
-
-    /// The least bound of all.
-    fn least(&self) -> R {
-        if self.count == 0 { R::from_f64(f64::INFINITY) } else { self.pieces[0].least }
-    }
-
-    /// Returns the bound of the piece that found no room, or infinity.
-    fn push(&mut self, open: Open<R, N>) -> R {
-        if self.count < MAX_PIECES {
-            self.place(self.count, open);
-            self.count = self.count.saturating_add(1);
-            return R::from_f64(f64::INFINITY);
-        }
-        // The greatest bound is among those with none below them.
-        let leaves = self.pieces.iter().enumerate().skip(MAX_PIECES / 2);
-        let greatest =
-            leaves.fold(
-                (0, open.least),
-                |(at, most), (leaf, waiting)| {
-                    if most < waiting.least { (leaf, waiting.least) } else { (at, most) }
-                },
-            );
-        if open.least < greatest.1 {
-            self.place(greatest.0, open);
-        }
-        greatest.1
-    }
-
-    /// The one with the least bound, or, where room is short, the smallest.
-    fn pop(&mut self) -> Option<Open<R, N>> {
-        let mut at = 0;
-        if self.count > MAX_PIECES - ROOM_TO_FINISH {
-            for other in 1..self.count {
-                at = if self.at(at).cuts < self.at(other).cuts { other } else { at };
-            }
-        }
-        let taken = *self.at(at);
-        self.count = self.count.checked_sub(1)?;
-        let last = *self.at(self.count);
-        loop {
-            let below = [1, 2]
-                .map(|side| at.saturating_mul(2).saturating_add(side))
-                .into_iter()
-                .filter(|child| *child < self.count);
-            let lower = |a: usize, b: usize| if self.at(b).least < self.at(a).least { b } else { a };
-            let Some(least) = below.reduce(lower).filter(|child| self.at(*child).least < last.least) else { break };
-            *self.at_mut(at) = *self.at(least);
-            at = least;
-        }
-        self.place(at, last);
-        Some(taken)
-    }
-
-    /// At a place that is free, or up from there as far as its bound is the lower.
-    fn place(&mut self, free: usize, open: Open<R, N>) {
-        let mut at = free;
-        while at > 0 && open.least < self.at((at - 1) / 2).least {
-            *self.at_mut(at) = *self.at((at - 1) / 2);
-            at = (at - 1) / 2;
-        }
-        *self.at_mut(at) = open;
-    }
-
-    /// All indices are below the number of places; said so that no check of it can panic.
-    #[inline]
-    fn at(&self, index: usize) -> &Open<R, N> {
-        &self.pieces[index % MAX_PIECES]
-    }
-
-    #[inline]
-    fn at_mut(&mut self, index: usize) -> &mut Open<R, N> {
-        &mut self.pieces[index % MAX_PIECES]
+impl<R: Float, const N: usize> Node for SimplexNode<R, N> {
+    type Bound = R;
+    fn lower_bound(&self) -> R {
+        self.lower_bound
     }
 }

@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 
 use super::bounds::Asked;
 use super::{OverlapPoint, Pair};
+use crate::best_first::{BestFirstQueue, Node};
 use crate::number::{Float, Real};
 use crate::{Aabb, EnclosedSdf};
 
@@ -51,6 +52,13 @@ impl Piece {
     pub const EMPTY: Self = Self { region: Aabb { min: [0.0; 3], max: [0.0; 3] }, least: 0.0 };
 }
 
+impl Node for Piece {
+    type Bound = f64;
+    fn lower_bound(&self) -> f64 {
+        self.least
+    }
+}
+
 /// Steps of a local search. Most come to rest after half as many.
 const LOCAL_STEPS: u32 = 48;
 
@@ -64,19 +72,18 @@ impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
         let mut run = Run {
             asked,
             best: None,
-            settled: f64::INFINITY,
             evaluations: 0,
             gap: gap.to_f64(),
             converged: true,
-            waiting: Heap { pieces: scratch, count: 0 },
+            queue: BestFirstQueue::new(scratch),
         };
         run.look_at(Piece { region: self.region, least: f64::NEG_INFINITY });
-        while let Some(piece) = run.waiting.pop() {
+        while let Some(piece) = run.queue.pop() {
             let halves =
                 piece.region.halves().filter(|_| run.evaluations < search.evaluations && run.may_improve(&piece));
             let Some(halves) = halves else {
                 // None that waits has a lower bound.
-                run.settle(piece.least);
+                run.queue.fathom(piece.least);
                 if run.may_improve(&piece) {
                     run.converged = false;
                 }
@@ -94,22 +101,16 @@ impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
 struct Run<'p, 's, R: Real, A, B> {
     asked: Asked<'p, R, A, B>,
     best: Option<OverlapPoint<R>>,
-    /// No piece that is done with holds a value below this.
-    settled: f64,
     evaluations: u32,
     gap: f64,
     converged: bool,
-    waiting: Heap<'s>,
+    queue: BestFirstQueue<Piece, &'s mut [Piece]>,
 }
 
 impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> Run<'_, '_, R, A, B> {
     fn may_improve(&self, piece: &Piece) -> bool {
         let best = self.best.map_or(f64::INFINITY, |best| best.value.to_f64());
         piece.least < best - self.gap && piece.least <= self.asked.pair.margin
-    }
-
-    fn settle(&mut self, least: f64) {
-        self.settled = self.settled.min(least);
     }
 
     /// Bounds a piece, whose bound so far is that of the one it was cut from, and lets it wait if it is worth a cut.
@@ -133,20 +134,18 @@ impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> Run<'_, '_, R, A, B> {
         let least = if is_known { look.least.to_f64().max(piece.least) } else { f64::NEG_INFINITY };
         let piece = Piece { least, ..piece };
         if self.may_improve(&piece) {
-            if let Some(given_up) = self.waiting.push(piece) {
-                self.converged = false;
-                self.settle(given_up);
-            }
+            self.queue.push(piece);
         } else {
-            self.settle(piece.least);
+            self.queue.fathom(piece.least);
         }
     }
 
     fn finish(self) -> Deepest<R> {
-        let least = self.settled.min(self.waiting.least());
+        let least = self.queue.lower_bound();
         let value = self.best.map(|best| best.value);
         let lower_bound = value.map_or(R::from_f64(least), |value| Real::min(value, R::from_f64(least)));
-        Deepest { at: self.best, lower_bound, converged: self.converged, evaluations: self.evaluations }
+        let converged = self.converged && self.queue.overflow_bound() == f64::INFINITY;
+        Deepest { at: self.best, lower_bound, converged, evaluations: self.evaluations }
     }
 }
 
@@ -192,61 +191,5 @@ impl Aabb {
         let below = Self { max: core::array::from_fn(|axis| cut(axis, self.max[axis])), ..*self };
         let above = Self { min: core::array::from_fn(|axis| cut(axis, self.min[axis])), ..*self };
         (below != *self && above != *self).then_some([below, above])
-    }
-}
-
-/// Pieces in a heap, the one with the least bound on top.
-struct Heap<'s> {
-    pieces: &'s mut [Piece],
-    count: usize,
-}
-
-impl Heap<'_> {
-    fn least(&self) -> f64 {
-        self.bound(0).unwrap_or(f64::INFINITY)
-    }
-
-    /// Of the piece at a place, if one waits there.
-    fn bound(&self, at: usize) -> Option<f64> {
-        self.pieces.get(at).filter(|_| at < self.count).map(|piece| piece.least)
-    }
-
-    /// Returns the bound of the piece where it finds no room.
-    fn push(&mut self, piece: Piece) -> Option<f64> {
-        let Some(slot) = self.pieces.get_mut(self.count) else { return Some(piece.least) };
-        *slot = piece;
-        let mut at = self.count;
-        self.count = self.count.wrapping_add(1);
-        while at > 0 && self.bound(at) < self.bound((at - 1) / 2) {
-            self.swap(at, (at - 1) / 2);
-            at = (at - 1) / 2;
-        }
-        None
-    }
-
-    fn pop(&mut self) -> Option<Piece> {
-        let top = self.pieces.first().copied().filter(|_| self.count > 0)?;
-        self.count = self.count.wrapping_sub(1);
-        self.swap(0, self.count);
-        let mut at = 0_usize;
-        loop {
-            let below = [1, 2].map(|side| at.saturating_mul(2).saturating_add(side));
-            let lower = |a: (usize, f64), b: (usize, f64)| if b.1 < a.1 { b } else { a };
-            let waiting = below.into_iter().filter_map(|child| self.bound(child).map(|bound| (child, bound)));
-            let Some((child, least)) = waiting.reduce(lower) else { break };
-            if self.bound(at).is_some_and(|bound| bound <= least) {
-                break;
-            }
-            self.swap(at, child);
-            at = child;
-        }
-        Some(top)
-    }
-
-    fn swap(&mut self, a: usize, b: usize) {
-        if let (Some(of_a), Some(of_b)) = (self.pieces.get(a).copied(), self.pieces.get(b).copied()) {
-            self.pieces.iter_mut().skip(a).take(1).for_each(|piece| *piece = of_b);
-            self.pieces.iter_mut().skip(b).take(1).for_each(|piece| *piece = of_a);
-        }
     }
 }
