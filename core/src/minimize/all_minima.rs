@@ -68,7 +68,7 @@ impl<R: Float, const N: usize> Exit<R, N> {
 impl<R: Float, const N: usize> Default for Place<R, N> {
     fn default() -> Self {
         let piece = SubSimplex::whole();
-        let exit = Exit { weights: piece.middle(), value: R::zero() };
+        let exit = Exit { weights: piece.centroid(), value: R::zero() };
         Self { piece, exit, corners: [R::from_f64(f64::INFINITY); N], walk: 0, is_left: false }
     }
 }
@@ -192,7 +192,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize> Search<'_, R, F, N> {
         while at < used {
             let last = places.get(used.wrapping_sub(1)).copied();
             let Some(piece) = places.get(at).map(|place| place.piece) else { break };
-            let corners = piece.of(self.simplex).corners;
+            let corners = piece.embed(self.simplex).corners;
             let enclosure = self.field.enclosure(mean(&corners), &corners);
             self.evaluations = self.evaluations.saturating_add(1);
             if level < enclosure.range.lower {
@@ -207,7 +207,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize> Search<'_, R, F, N> {
             // To cut where the field is convex would make the least value of either part hard to find, not one.
             let may_cut = !is_gentle && !is_convex && looks > 0 && used < places.len();
             looks = looks.saturating_sub(1);
-            if let Some([half, other]) = may_cut.then(|| piece.cut(self.simplex)).flatten() {
+            if let Some([half, other]) = may_cut.then(|| piece.bisect(self.simplex)).flatten() {
                 let free = places.iter_mut().skip(used).take(1);
                 free.for_each(|place| *place = Place { piece: other, ..Place::default() });
                 places.iter_mut().skip(at).take(1).for_each(|place| place.piece = half);
@@ -291,7 +291,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize> Search<'_, R, F, N> {
     }
 
     fn least(&mut self, piece: &SubSimplex<R, N>) -> Least<R, N> {
-        let least = self.within.minimize(self.field, &piece.of(self.simplex));
+        let least = self.within.minimize(self.field, &piece.embed(self.simplex));
         self.evaluations = self.evaluations.saturating_add(least.evaluations.to_f64() as u32);
         let weights = piece.weights(least.weights);
         Least { exit: Exit { weights, value: least.sample.value }, lower_bound: least.lower_bound }
