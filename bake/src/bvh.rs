@@ -10,11 +10,13 @@ use crate::TriangleMesh;
 use crate::bvh::bounding_disc::BoundingDisc;
 use crate::bvh::hilbert::{BITS, hilbert_index};
 use crate::nearest::MAX_OPENED;
+use crate::rounding::{POINT_ON_MESH_ROUNDING, PRUNE_SLACK, SINGLE_SLACK};
+use crate::simd::{LANES, Lanes, VectorX8, max, min};
 use crate::triangle::approx::{ApproxTriangle, UnitFrame};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 
 /// How many children a node has. Their boxes are tested together.
-pub(crate) const ARITY: usize = 8;
+pub(crate) const ARITY: usize = LANES;
 
 /// Triangles in Hilbert order under an implicit tree: each level groups [`ARITY`] neighbours of the one below.
 pub(crate) struct Bvh {
@@ -36,8 +38,8 @@ pub(crate) struct Bvh {
 /// The boxes of a node's children, side by side. A place without a child holds a box that nothing is near to.
 #[derive(Clone)]
 struct Boxes {
-    min: [[f64; ARITY]; 3],
-    max: [[f64; ARITY]; 3],
+    min: VectorX8<f64>,
+    max: VectorX8<f64>,
 }
 
 /// A triangle of the tree and the point of it that is nearest.
@@ -79,13 +81,6 @@ pub(crate) struct PruneBound {
     slack: f64,
 }
 
-/// In shares of the farthest squared distance that counts.
-const REACH_SLACK: f64 = 1e-6;
-
-/// In shares of the largest coordinate, twice over: twice a way to the point times how far that is off is how much its square
-/// is.
-const COORDINATE_ROUNDING: f64 = 32.0 * f64::EPSILON;
-
 impl PruneBound {
     #[inline(always)]
     pub fn new(ends: [[f64; 2]; 3], near: Vector3<f64>) -> Self {
@@ -95,17 +90,13 @@ impl PruneBound {
             let [first, last] = ends[axis].map(f64::abs);
             largest = largest.max(first).max(last).max(near[axis].abs());
             ways_sq[axis] = ends[axis].map(|end| (end - near[axis]) * (end - near[axis]));
-            farthest_sq += larger(ways_sq[axis][0], ways_sq[axis][1]);
+            farthest_sq += max(ways_sq[axis][0], ways_sq[axis][1]);
         }
         // Far from the origin the point is off the mesh by some roundings of its coordinates.
-        let rounding = COORDINATE_ROUNDING * largest * farthest_sq.sqrt();
-        Self { ends, ways_sq, slack: REACH_SLACK * farthest_sq + rounding }
+        let rounding = POINT_ON_MESH_ROUNDING * largest * farthest_sq.sqrt();
+        Self { ends, ways_sq, slack: SINGLE_SLACK * farthest_sq + rounding }
     }
 }
-
-/// Boxes farther than this times the best distance so far are passed over. The excess over one is more than all
-/// rounding of both: so the answer does not depend on where the search began.
-const PRUNE_SLACK: f64 = 1.0 + 1e-12;
 
 /// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
 pub(crate) const STACK: usize = 11 * ARITY;
@@ -163,13 +154,13 @@ impl Bvh {
         while waiting > 0 {
             waiting -= 1;
             let (distance_sq, level, node) = stack[waiting];
-            if distance_sq > best.on_triangle.distance_sq * PRUNE_SLACK {
+            if distance_sq > best.on_triangle.distance_sq * (1.0 + PRUNE_SLACK) {
                 continue;
             }
             let distances_sq = self.levels[level][node].distances_sq(point);
             let first_waiting = waiting;
             for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                if distance_sq > best.on_triangle.distance_sq * PRUNE_SLACK {
+                if distance_sq > best.on_triangle.distance_sq * (1.0 + PRUNE_SLACK) {
                     continue;
                 }
                 let index = node * ARITY + child;
@@ -238,7 +229,8 @@ impl Bvh {
     /// Calls `visit` with every triangle whose box is no farther from `point` than the root of `distance_sq`, and perhaps some
     /// more. Whatever the point, they come in the same order.
     pub fn near(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {
-        let is_near = |boxes: &Boxes| boxes.distances_sq(point).map(|away_sq| away_sq <= distance_sq * PRUNE_SLACK);
+        let is_near =
+            |boxes: &Boxes| boxes.distances_sq(point).map(|away_sq| away_sq <= distance_sq * (1.0 + PRUNE_SLACK));
         self.walk(is_near, |slot| {
             visit(slot);
             ControlFlow::Continue(())
@@ -255,7 +247,7 @@ impl Bvh {
 
     /// Calls `visit` with every triangle whose box, and all boxes around it, are among those that `enters` picks of a node's
     /// children, until it breaks off.
-    fn walk(&self, enters: impl Fn(&Boxes) -> [bool; ARITY], mut visit: impl FnMut(usize) -> ControlFlow<()>) {
+    fn walk(&self, enters: impl Fn(&Boxes) -> Lanes<bool>, mut visit: impl FnMut(usize) -> ControlFlow<()>) {
         let mut stack = [(0, 0); STACK];
         let mut waiting = 1;
         stack[0] = (self.levels.len() - 1, 0);
@@ -282,13 +274,13 @@ impl Boxes {
     const NOTHING: Self = Self { min: [[f64::INFINITY; ARITY]; 3], max: [[f64::NEG_INFINITY; ARITY]; 3] };
 
     #[inline(always)]
-    fn distances_sq(&self, point: Vector3<f64>) -> [f64; ARITY] {
+    fn distances_sq(&self, point: Vector3<f64>) -> Lanes<f64> {
         let mut distances_sq = [0.0; ARITY];
         for axis in 0..3 {
             for child in 0..ARITY {
                 let below = self.min[axis][child] - point[axis];
                 let above = point[axis] - self.max[axis][child];
-                let outside = larger(larger(below, above), 0.0);
+                let outside = max(max(below, above), 0.0);
                 distances_sq[child] += outside * outside;
             }
         }
@@ -297,17 +289,17 @@ impl Boxes {
 
     /// Of each child the least |x − t|² − |x − p|² of [`PruneBound`], where positive. Infinite where there is no child.
     #[inline(always)]
-    fn excess(&self, reach: &PruneBound) -> [f64; ARITY] {
+    fn excess(&self, reach: &PruneBound) -> Lanes<f64> {
         let mut excess = [0.0; ARITY];
         for axis in 0..3 {
             for child in 0..ARITY {
                 let beyond = |end: usize| {
                     let point = reach.ends[axis][end];
-                    let outside = larger(larger(self.min[axis][child] - point, point - self.max[axis][child]), 0.0);
+                    let outside = max(max(self.min[axis][child] - point, point - self.max[axis][child]), 0.0);
                     outside * outside - reach.ways_sq[axis][end]
                 };
                 let (first, last) = (beyond(0), beyond(1));
-                excess[child] += if first < last { first } else { last };
+                excess[child] += min(first, last);
             }
         }
         excess
@@ -315,16 +307,10 @@ impl Boxes {
 
     /// The box around all children.
     fn outer(&self) -> [Vector3<f64>; 2] {
-        let least = |of: &[f64; ARITY]| of.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = |of: &[f64; ARITY]| of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = |of: &Lanes<f64>| of.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = |of: &Lanes<f64>| of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         [Vector3::from_fn(|axis, _| least(&self.min[axis])), Vector3::from_fn(|axis, _| most(&self.max[axis]))]
     }
-}
-
-/// One instruction, as `f64::max` is not: it minds NaN, which no distance to a box is.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> [Vector3<f64>; 2] {
@@ -349,15 +335,7 @@ fn group<T: Sync>(children: &[T], around: impl Fn(&T) -> [Vector3<f64>; 2] + Syn
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// SplitMix64, from −1 to 1.
-    fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 0.5_f64.powi(52) - 1.0
-    }
+    use crate::testing::random;
 
     /// `cells` by `cells` squares in the x-y plane cut in two, their corners moved by up to `height` along z.
     fn sheet(cells: u32, height: f64, state: &mut u64) -> TriangleMesh {

@@ -9,6 +9,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box};
 use crate::mesh_distance::AdjacentTriangles;
 use crate::nearest::{Nodes, Packet, SIDE, rows_of_packets};
+use crate::rounding::{SAMPLE_ROUNDING, SUM_SLACK};
 use crate::sign::flood_fill::NodeBlock;
 use crate::{MeshDistance, SignMethod};
 
@@ -30,8 +31,7 @@ pub struct DenseGrid {
 /// middle. `None` where that is no [`Lattice`].
 pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Lattice> {
     // A side that is a whole number of cells but for rounding gets that number.
-    const ROUNDING: f64 = 1e-9;
-    let covering = |extent: f64| (extent / spacing - ROUNDING).ceil().max(0.0) + 2.0 * f64::from(padding);
+    let covering = |extent: f64| (extent / spacing - SUM_SLACK).ceil().max(0.0) + 2.0 * f64::from(padding);
     let cells = bounds.extents().map(|extent| covering(extent).max(1.0));
     let in_range = cells.iter().all(|cells| *cells < f64::from(Lattice::MAX_NODES));
     let origin =
@@ -112,7 +112,7 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let largest = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);
-    let rounding = f64::from(largest) * f64::from(f32::EPSILON);
+    let rounding = f64::from(largest) * f64::from(SAMPLE_ROUNDING);
     let unpaired_at_boundary = if mesh.is_continuous() { 0.0 } else { largest_at_sign_change(lattice, distances) };
     half_diagonal + rounding + 2.0 * unpaired_at_boundary
 }

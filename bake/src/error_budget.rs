@@ -9,6 +9,7 @@ use sdf_core::grid::sparse::brick_counts;
 use thiserror::Error;
 
 use crate::error::normal_cones::MAX_ERROR;
+use crate::rounding::{BOUND_ROUNDING, DEQUANTIZED_ROUNDING};
 use crate::sparse::{Plan, Quantize, SparseGrid};
 use crate::{MeshDistance, lattice_around};
 
@@ -101,9 +102,6 @@ const FEWEST_CELLS: f64 = 8.0;
 /// Between sizes an octave apart, the one that suffices and the one that does not, the gap is halved this often.
 const HALVINGS: u32 = 3;
 
-/// A bound is rounded up to f32.
-const ROUNDING: f64 = 1.0 + 4.0 * f32::EPSILON as f64;
-
 impl Precision {
     /// The most that a sample is rounded by, in voxels. The samples of a brick differ by no more than 7 voxels along each
     /// axis; half a step is lost, and what f32 loses of numbers no larger than the band and all of that.
@@ -114,7 +112,7 @@ impl Precision {
             Self::U16 => f64::from(u16::MAX),
         };
         // A sample, its scale's two numbers and what they make of a code are each rounded.
-        0.5 * RANGE / codes + 4.0 * f64::from(f32::EPSILON) * (band + 2.0 * RANGE)
+        0.5 * RANGE / codes + DEQUANTIZED_ROUNDING * (band + 2.0 * RANGE)
     }
 }
 
@@ -172,13 +170,16 @@ impl Budget {
     }
 
     fn error(&self, size: Certified, precision: Precision) -> f64 {
-        (size.interpolation + precision.rounding(self.band) * size.spacing) * ROUNDING
+        (size.interpolation + precision.rounding(self.band) * size.spacing) * (1.0 + BOUND_ROUNDING)
     }
 
     /// What always suffices.
     fn sure_size(&self, mesh: &MeshDistance, precision: Precision) -> Certified {
         // Once for `error`, once for this very division.
-        let spacing = self.max_error / (MAX_ERROR + precision.rounding(self.band)) / ROUNDING / ROUNDING;
+        let spacing = self.max_error
+            / (MAX_ERROR + precision.rounding(self.band))
+            / (1.0 + BOUND_ROUNDING)
+            / (1.0 + BOUND_ROUNDING);
         let spacing = spacing.min(mesh.bounds().longest_side() / FEWEST_CELLS);
         Certified { spacing, interpolation: MAX_ERROR * spacing }
     }

@@ -20,11 +20,16 @@ mod bvh;
 pub mod dense;
 mod error;
 pub mod error_budget;
+mod into_grid;
 mod mesh;
 mod mesh_distance;
 mod nearest;
+mod rounding;
 mod sign;
+mod simd;
 pub mod sparse;
+#[cfg(test)]
+mod testing;
 mod triangle;
 
 pub use dense::{DenseGrid, lattice_around};

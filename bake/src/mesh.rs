@@ -84,7 +84,7 @@ impl TriangleMesh {
         triangles.iter().flatten().for_each(|index| is_referenced[*index as usize] = true);
         report.unreferenced_points = is_referenced.iter().filter(|is_referenced| !**is_referenced).count();
         let referenced = || points.iter().zip(&is_referenced).filter(|(_, used)| **used).map(|(point, _)| *point);
-        let bounds = Aabb::around(referenced()).ok_or(MeshError::NoTriangles)?;
+        let bounds = Aabb::from_points(referenced()).ok_or(MeshError::NoTriangles)?;
         let side = bounds.longest_side();
         if side < SMALLEST_SIDE {
             return Err(MeshError::NoExtent { side });

@@ -186,7 +186,7 @@ impl<'a> MeshDistance<'a> {
     ) -> bool {
         self.pseudo_normals.as_ref().is_some_and(|normals| {
             let on_triangle = on_triangle();
-            let normal = normals.of(self.mesh, self.tree.triangles[slot], on_triangle.feature);
+            let normal = normals.feature(self.mesh, self.tree.triangles[slot], on_triangle.feature);
             if normal == Vector3::zeros() {
                 return self.is_inside_by_winding(point);
             }
@@ -214,7 +214,7 @@ impl<'a> MeshDistance<'a> {
 
     /// The winding number, off by less than `most`, and by so little that the side of one half is right.
     pub(crate) fn bounded_winding(&self, point: Vector3<f64>, most: f64) -> Estimate {
-        self.winding.at(&self.tree, point, most)
+        self.winding.evaluate(&self.tree, point, most)
     }
 
     /// The curve away from which the winding number varies as it says, other than across triangles.
@@ -245,8 +245,8 @@ mod tests {
     use sdf_core::grid::Lattice;
 
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
     use crate::nearest::SIDE;
+    use crate::testing::{random, random_vector};
 
     /// Around a square of pyramids, of random heights inward and outward.
     fn spiky_solid(state: &mut u64) -> TriangleMesh {

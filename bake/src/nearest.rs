@@ -13,9 +13,11 @@ use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::{Bvh, NearestTriangle, PruneBound};
-use crate::nearest::octant_cull::{Lists, NearestPoints, OctantCull};
-use crate::triangle::approx::{Lanes, UnitFrame};
-use crate::triangle::nearest_x8::{LANES, Points, distances_sq};
+use crate::nearest::octant_cull::{NearestPoints, OctantCull};
+use crate::rounding::{CHAIN_SLACK, NODE_POSITION_ROUNDING, SINGLE_SLACK};
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, lane_of, or_lanes};
+use crate::triangle::approx::UnitFrame;
+use crate::triangle::nearest::distances_sq;
 use octants::{corner, sides};
 use prefilter::{Cubes, Prefilter};
 
@@ -62,8 +64,8 @@ pub(crate) struct Packet<'a> {
     most_opened: usize,
     found: Vec<u32>,
     opened: Vec<u32>,
-    of_large: Lists,
-    of_small: Lists,
+    of_large: LaneLists,
+    of_small: LaneLists,
     sifted: Prefilter,
 }
 
@@ -95,8 +97,8 @@ impl Nodes {
 
     /// 2 × 2 × 2 of them from the `first` on.
     #[inline(always)]
-    fn eight_from(&self, first: [usize; 3]) -> Points {
-        let mut points: Points = [[0.0; LANES]; 3];
+    fn eight_from(&self, first: [usize; 3]) -> VectorX8<f64> {
+        let mut points: VectorX8<f64> = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             for axis in 0..3 {
                 points[axis][lane] = self.axes[axis][first[axis] + corner(lane)[axis]];
@@ -121,7 +123,7 @@ impl Nodes {
             let ends = [first[axis], first[axis] + side - 1].map(|step| self.axes[axis][step]);
             (middle[axis] - ends[0]).abs().max((middle[axis] - ends[1]).abs())
         });
-        way.norm() * (1.0 + 1e-6)
+        way.norm() * (1.0 + SINGLE_SLACK)
     }
 
     /// The largest coordinate.
@@ -155,8 +157,8 @@ impl<'a> Packet<'a> {
             most_opened: MAX_OPENED,
             found: vec![],
             opened: vec![],
-            of_large: Lists::new(),
-            of_small: Lists::new(),
+            of_large: LaneLists::new(),
+            of_small: LaneLists::new(),
             sifted: Prefilter::new(),
         }
     }
@@ -201,12 +203,6 @@ impl<'a> Packet<'a> {
     }
 }
 
-/// So many times as far as rounding may move a coordinate of a node, a bound of three such is sure.
-const ROUNDINGS: f64 = 16.0;
-
-/// What is farther than this times as far as is asked for is so whatever the rounding.
-const BEYOND: f64 = 1.0 + 1e-5;
-
 struct MeasureTogether<'a, 'b> {
     packet: &'a mut Packet<'b>,
     nodes: &'a Nodes,
@@ -235,7 +231,7 @@ impl Packet<'_> {
         let middle = frame.local(nodes.middle_of([0; 3], SIDE));
         let spacing = (nodes.spacing * frame.inv_length) as f32;
         let farthest = middle.iter().fold(0.0_f32, |most, x| most.max(x.abs())) + SIDE as f32 * spacing;
-        let moved = nodes.farthest() * frame.inv_length * (ROUNDINGS * f64::EPSILON);
+        let moved = nodes.farthest() * frame.inv_length * NODE_POSITION_ROUNDING;
         let rounding = UnitFrame::rounding(farthest) + moved as f32;
         let large = Cubes { middle, step: 2.0 * spacing, half_side: 1.5 * spacing, rounding };
         let bounding_discs = deal_out(self.tree, height, &self.found, &large, &mut self.of_large);
@@ -264,7 +260,7 @@ impl Packet<'_> {
         let small = Cubes { middle, step: 0.5 * large.step, half_side: 0.25 * large.step, rounding: large.rounding };
         let near = self.tree.corners[self.tree.bounding_disc(height, bounding_disc).slot as usize][0];
         let reach = PruneBound::new(nodes.ends(first, SIDE / 2), near);
-        self.tree.open(height, self.of_large.of(octant), &reach, &mut self.found);
+        self.tree.open(height, self.of_large.lane(octant), &reach, &mut self.found);
         match height - 1 {
             0 => self.measure_found(nodes, first, &small, far),
             height => self.open_found(nodes, first, &small, height),
@@ -277,7 +273,7 @@ impl Packet<'_> {
         let Bvh { rough, frame, .. } = self.tree;
         self.sifted.sift(rough, &self.found, cubes);
         let least = if far < f64::INFINITY { self.sifted.least(cubes) } else { [0.0; LANES] };
-        let far = (far * BEYOND * frame.inv_length) as f32;
+        let far = (far * (1.0 + CHAIN_SLACK) * frame.inv_length) as f32;
         let is_near = std::array::from_fn(|part| least[part] <= far && nodes.asks_from(first_of(first, part)));
         self.sifted.pick(rough, cubes, &is_near);
         for part in 0..LANES {
@@ -327,13 +323,13 @@ impl Packet<'_> {
         let near = self.tree.corners[self.tree.bounding_disc(height, bounding_disc).slot as usize][0];
         let reach = PruneBound::new(nodes.ends(first, 2), near);
         let points = nodes.eight_from(first);
-        let mut local: [Lanes; 3] = [[0.0; LANES]; 3];
+        let mut local: VectorX8<f32> = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            let point = self.tree.frame.local(Vector3::new(points[0][lane], points[1][lane], points[2][lane]));
+            let point = self.tree.frame.local(lane_of(&points, lane).into());
             (0..3).for_each(|axis| local[axis][lane] = point[axis]);
         }
         self.found.clear();
-        self.found.extend_from_slice(self.of_small.of(part));
+        self.found.extend_from_slice(self.of_small.lane(part));
         for height in (1..=height).rev() {
             pick_patches(self.tree, height, &mut self.found, &local, cubes.rounding);
             self.tree.open(height, &self.found, &reach, &mut self.opened);
@@ -349,7 +345,7 @@ impl Packet<'_> {
         for slot in &self.found {
             let triangle = &triangles[*slot as usize];
             let holds = near.may_hold_triangle(&triangle.corners(), triangle.radius_sq());
-            if holds.iter().fold(0, |any, one| any | one) != 0 {
+            if or_lanes(&holds) != 0 {
                 bests.consider(self.tree, &points, *slot);
             }
         }
@@ -374,7 +370,7 @@ fn first_of(first: [usize; 3], part: usize) -> [usize; 3] {
 
 /// To each of eight cubes the nodes of one height that may hold the nearest to a point of it. What comes back is that near to each.
 #[inline(always)]
-fn deal_out(tree: &Bvh, height: usize, nodes: &[u32], cubes: &Cubes, lists: &mut Lists) -> [u32; LANES] {
+fn deal_out(tree: &Bvh, height: usize, nodes: &[u32], cubes: &Cubes, lists: &mut LaneLists) -> Lanes<u32> {
     let middles = cubes.middles();
     let mut nearest = NearestPoints::NONE;
     for node in nodes {
@@ -390,7 +386,7 @@ fn deal_out(tree: &Bvh, height: usize, nodes: &[u32], cubes: &Cubes, lists: &mut
 
 /// Leaves of nodes of one height those that may hold the nearest to one of eight points.
 #[inline(always)]
-fn pick_patches(tree: &Bvh, height: usize, nodes: &mut Vec<u32>, points: &[Lanes; 3], rounding: f32) {
+fn pick_patches(tree: &Bvh, height: usize, nodes: &mut Vec<u32>, points: &VectorX8<f32>, rounding: f32) {
     let mut nearest = NearestPoints::NONE;
     for node in nodes.iter() {
         nearest.consider(*node, tree.bounding_disc(height, *node).middle, points);
@@ -400,20 +396,20 @@ fn pick_patches(tree: &Bvh, height: usize, nodes: &mut Vec<u32>, points: &[Lanes
     for number in 0..nodes.len() {
         let node = nodes[number];
         nodes[count] = node;
-        count += near.may_hold_patch(tree.bounding_disc(height, node)).iter().fold(0, |any, one| any | one) as usize;
+        count += or_lanes(&near.may_hold_patch(tree.bounding_disc(height, node))) as usize;
     }
     nodes.truncate(count);
 }
 
 /// What is nearest to eight nodes so far.
 struct Bests {
-    slots: [u32; LANES],
-    distances_sq: [f64; LANES],
+    slots: Lanes<u32>,
+    distances_sq: Lanes<f64>,
 }
 
 impl Bests {
     #[inline(always)]
-    fn new(tree: &Bvh, points: &Points, slot: u32) -> Self {
+    fn new(tree: &Bvh, points: &VectorX8<f64>, slot: u32) -> Self {
         Self { slots: [slot; LANES], distances_sq: distances_sq_of(tree, points, slot) }
     }
 
@@ -424,7 +420,7 @@ impl Bests {
 
     /// The first in the tree's order where they are equally near.
     #[inline(always)]
-    fn consider(&mut self, tree: &Bvh, points: &Points, slot: u32) {
+    fn consider(&mut self, tree: &Bvh, points: &VectorX8<f64>, slot: u32) {
         let found_sq = distances_sq_of(tree, points, slot);
         for lane in 0..LANES {
             let (best, best_sq) = (self.slots[lane], self.distances_sq[lane]);
@@ -437,7 +433,7 @@ impl Bests {
 }
 
 #[inline(always)]
-fn distances_sq_of(tree: &Bvh, points: &Points, slot: u32) -> [f64; LANES] {
+fn distances_sq_of(tree: &Bvh, points: &VectorX8<f64>, slot: u32) -> Lanes<f64> {
     let slot = slot as usize;
     distances_sq(points, &tree.corners[slot], tree.rough[slot].is_sliver)
 }

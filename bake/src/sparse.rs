@@ -26,13 +26,15 @@ use sdf_core::nalgebra::Vector3;
 pub use quantize::Quantize;
 
 use crate::bvh::hilbert::hilbert_index;
+use crate::error::block::{ErrorBlock, Query};
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::error::normal_cones::MAX_ERROR;
-use crate::error::{Block, BlocksOfPlace, Measured, Query};
+use crate::error::{BoundedBlock, BrickErrors};
 use crate::mesh_distance::AdjacentTriangles;
 use crate::nearest::{Nodes, Packet};
+use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
 use crate::sign::flood_fill::NodeBlock;
-use crate::triangle::nearest_x8::LANES;
+use crate::simd::LANES;
 use crate::{MeshDistance, SignMethod};
 use brick_map::{BrickMap, middle};
 
@@ -323,20 +325,20 @@ impl<'a> Plan<'a> {
             let is_there = (0..3).all(|axis| node[axis] < self.lattice.nodes()[axis]);
             let (distance, slot) = nearest(step);
             if is_there && distance <= self.places.exact_within() {
-                let block = Block { center: self.lattice.node(node).into(), half_side: spacing };
+                let block = ErrorBlock { center: self.lattice.node(node).into(), half_side: spacing };
                 asked.push(Query { block, distance, slot });
             }
         }
         let farthest = asked.iter().map(|asked| asked.distance).fold(0.0, f64::max);
         // Their centers are a spacing inside the place.
         let half_side = (0.5 * f64::from(BRICK) - 1.0) * spacing;
-        let place = Block { center: middle(&self.lattice, place.map(|n| n as usize)), half_side };
-        let mut blocks = BlocksOfPlace::new(self.mesh, place, spacing, farthest);
-        let measured: Vec<Measured> = asked.chunks(LANES).flat_map(|asked| blocks.measure(asked)).collect();
+        let place = ErrorBlock { center: middle(&self.lattice, place.map(|n| n as usize)), half_side };
+        let mut blocks = BrickErrors::new(self.mesh, place, spacing, farthest);
+        let measured: Vec<BoundedBlock> = asked.chunks(LANES).flat_map(|asked| blocks.bound_blocks(asked)).collect();
         // The worst first, until it is hardly worse than cells that were looked at one by one. How bad a block is is only found out
         // where it may be the worst.
         let waiting =
-            |(block, measured): (usize, &Measured)| Waiting { block, error: measured.most_error, is_sure: false };
+            |(block, measured): (usize, &BoundedBlock)| Waiting { block, error: measured.error_bound, is_sure: false };
         let mut waiting: Vec<Waiting> = measured.iter().enumerate().map(waiting).collect();
         let mut of_cells = 0.0_f64;
         while let Some(worst) = waiting.iter_mut().max_by(|a, b| a.before(b)) {
@@ -344,11 +346,11 @@ impl<'a> Plan<'a> {
             if worst.error <= of_cells {
                 break;
             } else if !worst.is_sure {
-                *worst = Waiting { error: blocks.error(block), is_sure: true, ..*worst };
+                *worst = Waiting { error: blocks.block_error(block), is_sure: true, ..*worst };
             } else if worst.error <= NEARLY * of_cells {
                 return spacing * worst.error;
             } else {
-                of_cells = blocks.error_in_cells(block, self.places.band(), of_cells);
+                of_cells = blocks.cell_error(block, self.places.band(), of_cells);
                 worst.error = f64::NEG_INFINITY;
             }
         }
@@ -434,12 +436,10 @@ fn slope_bound<C: Quantize>(
     table: &[u32],
     bricks: &[BlockBounds],
 ) -> f64 {
-    /// Of seven interpolations, each of a product and two sums, at both ends of a cell's edge.
-    const ROUNDINGS: f64 = 16.0;
     let of_absent = |index: usize| {
         let corners = storage.coarse_corners(places.place(index));
         let largest = corners.iter().fold(0.0_f32, |most, corner| most.max(corner.abs()));
-        let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(largest) / lattice.spacing();
+        let rounding = COARSE_DIFFERENCE_ROUNDING * f64::from(largest) / lattice.spacing();
         cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
     };
     let absent = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);

@@ -1,8 +1,11 @@
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Parser, Subcommand, ValueEnum};
+use sdf_core::grid::owned::{Layout, Precision};
+use sdf_field::{BakeOptions, GridSize, MaxError, SignMethod, Source};
 use sdf_formats::contact_file::ContactFormat;
 use sdf_formats::mesh::MeshFormat;
 
@@ -29,8 +32,6 @@ pub enum Command {
     Slice(SliceArgs),
     Surface(SurfaceArgs),
     Demo(DemoArgs),
-    Study(StudyArgs),
-    Bench(BenchArgs),
 }
 
 impl Command {
@@ -82,17 +83,17 @@ pub struct BakeArgs {
     pub voxel_size: Option<f64>,
     /// The most that the grid may be off within its band, in the mesh's unit, or as 0.1% of the diagonal of its box: picks
     /// the side of a cell and the precision of a sparse grid.
-    #[arg(long, value_name = "E", value_parser = tolerance, allow_hyphen_values = true)]
-    pub max_error: Option<Tolerance>,
+    #[arg(long, value_name = "E", value_parser = max_error, allow_hyphen_values = true)]
+    pub max_error: Option<ErrorLimit>,
     /// Every node, or bricks near the surface and a coarse grid for the rest [default: dense; sparse with --max-error].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = layouts())]
     pub layout: Option<Layout>,
     /// How far from the surface a sparse grid keeps distances exactly, in cells; farther away it has lower bounds
     /// [default: 3].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub band: Option<u32>,
     /// How a sparse grid keeps its samples [default: u16; --max-error picks u16 or u8, whichever takes less].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = precisions())]
     pub precision: Option<Precision>,
     /// How many cells more around the mesh's box, on each side; contacts are found within this --margin.
     #[arg(long, value_name = "VOXELS", default_value_t = 4)]
@@ -113,34 +114,45 @@ impl BakeArgs {
 
     /// In cells.
     pub fn band(&self) -> u32 {
-        self.band.unwrap_or(3)
+        self.band.unwrap_or(BakeOptions::default().band)
+    }
+
+    /// The options of the library.
+    pub fn options(&self, source: Source) -> anyhow::Result<BakeOptions> {
+        let size = match (self.res, self.voxel_size, self.max_error) {
+            (Some(res), ..) => GridSize::Cells(res),
+            (None, Some(size), _) => GridSize::VoxelSize(size),
+            (None, None, Some(error)) => GridSize::MaxError(error.0),
+            (None, None, None) => anyhow::bail!("--res, --voxel-size or --max-error is needed"),
+        };
+        Ok(BakeOptions {
+            size,
+            layout: self.layout(),
+            precision: self.precision,
+            band: self.band(),
+            padding: self.padding,
+            sign: match self.sign {
+                Sign::Auto => None,
+                Sign::PseudoNormal => Some(SignMethod::PseudoNormal),
+                Sign::Winding => Some(SignMethod::Winding),
+            },
+            threads: sdf_field::Threads::ALL,
+            source,
+        })
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Layout {
-    /// A sample at every node of the box.
-    Dense,
-    /// Bricks of 8 × 8 × 8 samples near the surface, and every eighth node elsewhere.
-    Sparse,
-}
-
-/// How a sample is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Precision {
-    F32,
-    /// In 65,536 steps between the least and the greatest sample of a brick.
-    U16,
-    /// In 256 steps.
-    U8,
-}
-
-/// A length, or a share of the mesh's size.
+/// The value of --max-error, shown as it is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tolerance {
-    Length(f64),
-    /// Of the diagonal of the mesh's box.
-    Share(f64),
+pub struct ErrorLimit(pub MaxError);
+
+impl fmt::Display for ErrorLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            MaxError::Length(length) => write!(f, "{length}"),
+            MaxError::Fraction(fraction) => write!(f, "{}%", fraction * 100.0),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -215,15 +227,38 @@ pub struct ContactsArgs {
 }
 
 impl ContactsArgs {
-    pub fn iterations(&self) -> u32 {
-        self.iterations.unwrap_or(match self.method {
-            Method::Auto => 256,
-            Method::Certified => 1024,
-            _ => 32,
-        })
+    /// Refuses options that need a mesh, when the first argument is a field.
+    pub fn refuse_options_of_meshes(&self) -> anyhow::Result<()> {
+        let given = [
+            ("--elements", self.elements != Elements::Faces),
+            ("--method", self.method != Method::Auto),
+            ("--iterations", self.iterations.is_some()),
+            ("--all-minima", self.all_minima),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => {
+                anyhow::bail!("{option} needs a mesh, but {} is a field: leave it out", self.mesh.display())
+            }
+            None => Ok(()),
+        }
     }
 
-    /// Of the output.
+    /// Refuses options that need two fields, when the first argument is a mesh.
+    pub fn refuse_options_of_fields(&self) -> anyhow::Result<()> {
+        let given = [
+            ("--translate-first", self.translate_first.0 != [0.0; 3]),
+            ("--rotate-first", self.rotate_first.0 != [0.0, 0.0, 0.0, 1.0]),
+            ("--resolution", self.resolution.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => {
+                anyhow::bail!("{option} needs two fields, but {} is a mesh: leave it out", self.mesh.display())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The format of the output.
     pub fn format(&self) -> Option<ContactFormat> {
         self.output.as_deref().and_then(ContactFormat::of)
     }
@@ -258,6 +293,23 @@ pub enum Method {
     Sample16,
     /// The least of 64 fixed points, to compare with.
     Sample64,
+}
+
+impl From<Method> for sdf_field::Method {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Auto => Self::Auto,
+            Method::Certified => Self::Certified,
+            Method::Pgd => Self::ProjectedGradient,
+            Method::Fw => Self::FrankWolfe,
+            Method::Gss => Self::GoldenSection,
+            Method::Ls => Self::LineSearch,
+            Method::Newton => Self::Newton,
+            Method::Sample4 => Self::Sampling(4),
+            Method::Sample16 => Self::Sampling(16),
+            Method::Sample64 => Self::Sampling(64),
+        }
+    }
 }
 
 /// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz.
@@ -372,98 +424,6 @@ pub struct DemoArgs {
     pub json: Json,
 }
 
-/// Measure every method: error against steps, evaluations and time, missed contacts, and whole scenes.
-///
-/// Writes index.html, a report with its pictures in it, study.json, and the numbers of each picture as CSV. All but the times
-/// is the same from run to run. The whole takes minutes.
-#[derive(Debug, Parser)]
-pub struct StudyArgs {
-    /// The folder to write into; it is made where it is not there.
-    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-study")]
-    pub output: PathBuf,
-    /// A few problems and small scenes, in seconds.
-    #[arg(long)]
-    pub short: bool,
-    /// Also write study.md, and its pictures in pictures/study, into this folder.
-    #[arg(long, value_name = "FOLDER")]
-    pub docs: Option<PathBuf>,
-    /// A scene of one's own, as those in scenes/; may be given several times.
-    #[arg(long = "scene", value_name = "FILE.toml")]
-    pub scenes: Vec<PathBuf>,
-    #[command(flatten)]
-    pub threads: Threads,
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// Measure how fast this machine bakes, finds contacts and reads meshes, beside the limits of the machine itself.
-///
-/// Works on bodies and cloths made by formula, and on a cloth and a field of one's own with --mesh and --field. The works of a
-/// table take turns; every time is a median. Times do not count the reading of files but where that is what is measured. A
-/// work that would take longer than --limit is left out, and said to be.
-#[derive(Debug, Parser)]
-pub struct BenchArgs {
-    /// A little of everything, in seconds.
-    #[arg(long)]
-    pub quick: bool,
-    /// Which measurements, with commas between.
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "GROUP")]
-    pub only: Vec<BenchGroup>,
-    /// With --field: a mesh whose contacts with it are found in place of those of our own cloth.
-    #[arg(long, requires = "field")]
-    pub mesh: Option<PathBuf>,
-    /// With --mesh: the field.
-    #[arg(long, requires = "mesh")]
-    pub field: Option<PathBuf>,
-    /// Of contacts, in the unit of the mesh.
-    #[arg(long, value_name = "D", default_value_t = 0.01, value_parser = finite, allow_negative_numbers = true)]
-    pub margin: f64,
-    /// Of contacts: this method alone [default: several].
-    #[arg(long, value_enum)]
-    pub method: Option<Method>,
-    /// How often each work is done at least.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub rounds: u32,
-    /// Seconds that one run of a work may take, as far as that can be foreseen.
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
-    pub limit: f64,
-    /// Where to write the table as CSV [default: nowhere].
-    #[arg(long, value_name = "OUT.csv")]
-    pub csv: Option<PathBuf>,
-    /// Also write performance.md, and its numbers and pictures in performance/, into this folder.
-    #[arg(long, value_name = "FOLDER")]
-    pub docs: Option<PathBuf>,
-    /// Measure nothing: write the page anew from the numbers that are there.
-    #[arg(long, requires = "docs")]
-    pub rewrite: bool,
-    /// Do one fixed work on one thread, to count instructions of.
-    #[arg(long, hide = true)]
-    pub kernel: Option<String>,
-    /// How often; 0 only prepares it.
-    #[arg(long, hide = true, default_value_t = 1)]
-    pub times: u32,
-    #[command(flatten)]
-    pub json: Json,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BenchGroup {
-    /// What the machine itself can do: copying, interpolating, distances of points from triangles.
-    Limits,
-    /// Baking against resolution.
-    Resolution,
-    /// Baking against the number of triangles.
-    Triangles,
-    /// Baking and contacts against the number of threads.
-    Threads,
-    /// Contacts by several methods.
-    Contacts,
-    /// Reading an OBJ file.
-    Reading,
-    /// Whole commands as processes of their own, with the most memory that they hold.
-    Commands,
-}
-
 #[derive(Clone, Copy, Debug, Parser)]
 pub struct Threads {
     /// Threads to work with; the result does not depend on it [default: as many as the machine has].
@@ -513,11 +473,31 @@ fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     MeshFormat::of(&path).map(|_| path).ok_or("take a name that ends in .obj, .ply or .stl")
 }
 
-fn tolerance(text: &str) -> Result<Tolerance, String> {
-    match text.strip_suffix('%') {
-        Some(percent) => positive(percent.trim_end()).map(|percent| Tolerance::Share(percent / 100.0)),
-        None => positive(text).map(Tolerance::Length),
-    }
+fn max_error(text: &str) -> Result<ErrorLimit, String> {
+    let error = match text.strip_suffix('%') {
+        Some(percent) => positive(percent.trim_end()).map(|percent| MaxError::Fraction(percent / 100.0)),
+        None => positive(text).map(MaxError::Length),
+    };
+    error.map(ErrorLimit)
+}
+
+fn layouts() -> impl TypedValueParser<Value = Layout> {
+    let help = |layout| match layout {
+        Layout::Dense => "a sample at every node of the box",
+        Layout::Sparse => "bricks of 8 × 8 × 8 samples near the surface, and every eighth node elsewhere",
+    };
+    let values = Layout::ALL.map(|layout| PossibleValue::new(layout.name()).help(help(layout)));
+    PossibleValuesParser::new(values).map(|name| Layout::from_name(&name).expect("clap has checked the name"))
+}
+
+fn precisions() -> impl TypedValueParser<Value = Precision> {
+    let help = |precision| match precision {
+        Precision::F32 => "exact to half a unit in the last place",
+        Precision::U16 => "65,536 steps between the lowest and the highest sample of a brick",
+        Precision::U8 => "256 steps",
+    };
+    let values = Precision::ALL.map(|precision| PossibleValue::new(precision.name()).help(help(precision)));
+    PossibleValuesParser::new(values).map(|name| Precision::from_name(&name).expect("clap has checked the name"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {

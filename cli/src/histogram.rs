@@ -2,7 +2,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use sdf_formats::grid_file::atomic_write;
+use sdf_formats::atomic_write;
 
 use crate::mesh_input::at;
 

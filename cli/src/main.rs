@@ -4,20 +4,16 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod baked_grid;
-mod bench;
 mod commands;
 mod csv_points;
-mod from_file;
 mod histogram;
 mod memory;
 mod mesh_input;
-mod models;
 mod output;
 mod pictures;
 mod progress;
+mod read_summary;
 mod report;
-mod study;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
@@ -41,11 +37,12 @@ fn main() -> ExitCode {
     }
     let handled = ctrlc::set_handler(|| {
         let _ending = ENDING.lock().unwrap_or_else(PoisonError::into_inner);
-        let _removed = sdf_formats::grid_file::remove_temporaries();
+        let _removed = sdf_formats::remove_temporaries();
         std::process::exit(INTERRUPTED);
     });
     let result = handled.map_err(anyhow::Error::from).and_then(|()| match command {
         Command::Bake(args) => commands::bake::run(&args),
+        Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(&args),
         Command::Contacts(args) => commands::contacts::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Info(args) => commands::info::run(&args),
@@ -53,8 +50,6 @@ fn main() -> ExitCode {
         Command::Slice(args) => commands::slice::run(&args),
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
-        Command::Study(args) => commands::study::run(&args),
-        Command::Bench(args) => commands::bench::run(&args),
     });
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));

@@ -3,7 +3,7 @@ use std::path::Path;
 use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf};
-use sdf_formats::grid_file::atomic_write;
+use sdf_formats::atomic_write;
 
 use crate::mesh_input::at;
 
@@ -42,7 +42,7 @@ const OUTSIDE: [[f64; 3]; 2] = [[253.0, 236.0, 214.0], [214.0, 118.0, 40.0]];
 impl Picture {
     /// The field's values in a plane, in shades with a line at equal steps; `longer` pixels along the longer side. Where a
     /// `band` is given, lines stand where it ends.
-    pub fn of<F: EnclosedSdf>(field: &F, plane: Plane, longer: u32, band: Option<f64>) -> Self {
+    pub fn of<F: Sdf>(field: &F, plane: Plane, longer: u32, band: Option<f64>) -> Self {
         let [right, up] = plane.across();
         let extents = plane.window.extents();
         let pixel = extents[right].max(extents[up]) / f64::from(longer);

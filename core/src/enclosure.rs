@@ -251,7 +251,7 @@ impl<R: Float> Enclosure<R> {
     pub fn from_slope<F: EnclosedSdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
         let value = field.value(about);
         let distance = max_distance(about, corners);
-        let local = field.enclose_box(&Aabb::around_corners(corners));
+        let local = field.enclose_box(&Aabb::from_corners(corners));
         let spread = distance * R::from_f64(local.slope_bound);
         let unrounded = Self {
             value,

@@ -11,13 +11,18 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(all(feature = "core-math", not(feature = "std")), feature(core_float_math))]
 
+#[cfg(feature = "alloc")]
+extern crate alloc;
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
 mod aabb;
+#[cfg(feature = "alloc")]
+mod any_field;
 mod best_first;
 pub mod combine;
 pub mod contact;
+mod delegate;
 mod enclosure;
 pub mod grid;
 pub mod minimize;
@@ -31,6 +36,8 @@ mod simplex;
 mod vector;
 
 pub use aabb::Aabb;
+#[cfg(feature = "alloc")]
+pub use any_field::AnyField;
 pub use enclosure::{BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, GradientBox, PartVisitor};
 pub use nalgebra;
 pub use number::interval::Interval;

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 pub use overlap_record::{OverlapKind, OverlapRecord};
 
-use crate::grid_file::atomic_write;
+use crate::atomic_write::atomic_write;
 
 /// A contact as files hold it. `Contact` of the core with its numbers widened.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -42,8 +42,8 @@ pub struct ContactRecord {
     pub key: u64,
 }
 
-impl<const N: usize> From<&Contact<f64, N>> for ContactRecord {
-    fn from(contact: &Contact<f64, N>) -> Self {
+impl From<&Contact<f64>> for ContactRecord {
+    fn from(contact: &Contact<f64>) -> Self {
         let (feature, feature_id) = match contact.feature {
             Feature::Vertex(vertex) => ("vertex", vec![vertex]),
             Feature::Edge(vertices) => ("edge", vertices.to_vec()),
@@ -55,7 +55,7 @@ impl<const N: usize> From<&Contact<f64, N>> for ContactRecord {
             polygon: None,
             feature,
             feature_id,
-            weights: contact.weights.to_vec(),
+            weights: contact.corner_weights().to_vec(),
             point: contact.point.into(),
             surface_point: contact.surface_point.into(),
             normal: contact.normal.into(),

@@ -1,7 +1,6 @@
 //! Fields as a program is given them: a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`).
 
 mod error;
-mod node;
 mod shapes;
 mod table;
 
@@ -13,9 +12,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use error::FieldError;
-pub use node::Node;
 
-use crate::grid_file::{self, GridReader, OwnedGrid, StoredGrid};
+use sdf_core::AnyField;
+use sdf_core::grid::owned::OwnedGrid;
+
+use crate::grid_file::{self, GridReader, StoredGrid};
 use table::Table;
 
 /// What a field file holds.
@@ -23,14 +24,14 @@ use table::Table;
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum Field {
     Grid(StoredGrid),
-    Analytic(Node),
+    Analytic(AnyField),
 }
 
 /// What a field file holds, of a grid not yet the samples.
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum OpenField {
     Grid(GridReader),
-    Analytic(Node),
+    Analytic(AnyField),
 }
 
 /// Shapes within shapes, one in another, deeper than this are refused: each takes stack to evaluate.
@@ -69,7 +70,7 @@ fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
     Ok(start == b"\x89HDF\r\n\x1a\n")
 }
 
-fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
+fn read_toml(path: &Path, may_nest: usize) -> Result<AnyField, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
     let refused = |what: String| FieldError::Refused { path: path.to_owned(), place: String::new(), what };
     let not_a_field =
@@ -89,11 +90,11 @@ fn read_toml(path: &Path, may_nest: usize) -> Result<Node, FieldError> {
 
 /// Reads shapes in closed form from the text of a `.sdf.toml`. `path` is where it comes from: messages name it, and grids are
 /// looked for beside it.
-pub fn read_text(text: &str, path: &Path) -> Result<Node, FieldError> {
+pub fn read_text(text: &str, path: &Path) -> Result<AnyField, FieldError> {
     parse(text, path, MAX_NESTED)
 }
 
-fn parse(text: &str, path: &Path, may_nest: usize) -> Result<Node, FieldError> {
+fn parse(text: &str, path: &Path, may_nest: usize) -> Result<AnyField, FieldError> {
     let refused = |what: String| FieldError::Refused { path: path.to_owned(), place: String::new(), what };
     let document: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);

@@ -1,5 +1,7 @@
-//! Baked grids on disk: HDF5 that h5py and h5dump open as it is, and ParaView and VTK where it is dense. docs/format.md
-//! describes the file.
+//! Grid files: baked grids in HDF5. docs/format.md describes the format.
+//!
+//! h5py and h5dump open every grid file; ParaView and VTK open dense ones. `write` and `check` write a file, `reader` and the
+//! modules that it lists read one, whole or in part.
 //!
 //! ```no_run
 //! let stored = sdf_formats::grid_file::read("dragon.sdf.h5".as_ref())?;
@@ -7,96 +9,76 @@
 //! # Ok::<(), sdf_formats::grid_file::GridFileError>(())
 //! ```
 
-mod atomic_write;
+mod block_mask;
 mod check;
-mod classic;
-mod differences;
-mod element;
+mod delta;
+mod digests;
 mod error;
-mod hdf5_writer;
-mod head;
+mod header;
 mod layout;
-mod owned;
-mod packing;
-mod reached;
+mod read_dense;
+mod read_sparse;
 mod reader;
-mod tiling;
+mod unread;
+mod write;
 
 use std::path::Path;
 
+use sdf_core::grid::owned::{Layout, OwnedGrid, Precision};
 use sdf_core::grid::sparse::Scale;
 use sdf_core::grid::{BlockBounds, Lattice};
+use serde::Serialize;
 
-pub use atomic_write::{Removed, atomic_write, remove_temporaries};
-pub use error::{Fault, GridFileError};
-pub use owned::{OwnedBricks, OwnedGrid, OwnedSamples};
+pub use error::{GridFault, GridFileError};
 pub use reader::{GridReader, open, read};
 
-/// A grid from a file, and what is known of it.
+use crate::atomic_write::atomic_write;
+
+/// A grid read from a file, with its metadata.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredGrid {
     pub grid: OwnedGrid,
-    pub layout: Layout,
+    /// `None` of a dense grid.
+    pub sparse: Option<SparseInfo>,
     pub about: About,
     pub read: ReadCount,
 }
 
-/// What was read of a file.
+/// Extent of what was read of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadCount {
-    /// All told, of attributes, tables and samples; what is read twice counts twice.
+    /// Bytes of attributes, tables and samples; bytes read twice count twice.
     pub bytes: u64,
-    /// How many bricks of a sparse grid, or chunks of a dense one, have their samples.
+    /// Bricks of a sparse grid, or chunks of a dense one, whose samples were read.
     pub blocks: usize,
-    pub of_blocks: usize,
+    /// Bricks or chunks in the file.
+    pub total_blocks: usize,
 }
 
-/// How a grid keeps its samples.
+/// What the header says of a sparse grid: bricks near the surface, over a coarse grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Layout {
-    /// One for every node.
-    Dense,
-    /// In bricks near the surface, over a coarse grid.
-    Sparse {
-        /// Wherever the surface is no farther than this, the grid interpolates samples of bricks alone.
-        band: f64,
-        precision: Precision,
-        bricks: usize,
-    },
+pub struct SparseInfo {
+    /// Within this distance of the surface, the grid interpolates only samples of bricks.
+    pub band: f64,
+    /// The type of a sample.
+    pub precision: Precision,
+    /// How many bricks there are.
+    pub bricks: usize,
 }
 
-/// What number a sample is stored as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    F32,
-    U16,
-    U8,
+/// The layout and the precision of a grid's samples.
+pub fn layout_of(sparse: Option<SparseInfo>) -> (Layout, Precision) {
+    sparse.map_or((Layout::Dense, Precision::F32), |sparse| (Layout::Sparse, sparse.precision))
 }
 
-impl Precision {
-    const ALL: [Self; 3] = [Self::F32, Self::U16, Self::U8];
-
-    /// `f32`, `u16` or `u8`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::U16 => "u16",
-            Self::U8 => "u8",
-        }
-    }
-
-    fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|precision| precision.name() == name)
-    }
-}
-
-/// What the file says without its samples.
+/// Contents of a file without its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     pub lattice: Lattice,
-    pub layout: Layout,
+    /// `None` of a dense grid.
+    pub sparse: Option<SparseInfo>,
     pub about: About,
-    /// The samples first, then what stands beside them.
+    /// Datasets: the samples first, the digests last.
     pub parts: Vec<Part>,
     pub file_bytes: u64,
 }
@@ -105,47 +87,70 @@ pub struct Summary {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     pub name: &'static str,
-    /// Packed.
+    /// Compressed size.
     pub stored_bytes: u64,
 }
 
-/// All that the file says of a grid of either layout beside the samples.
+/// Metadata of a grid of either layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
-    /// `pseudo-normal` or `winding`.
-    pub sign_method: String,
-    /// In words: what the mesh looked like, and why this method.
-    pub sign_verdict: String,
-    /// The most that the interpolated value changes over a unit of distance.
+    pub sign_method: SignMethod,
+    /// In words: the state of the mesh, and why this method. The attribute `sign_verdict`.
+    pub sign_reason: String,
+    /// Lipschitz constant of the interpolated value.
     pub slope_bound: f64,
-    /// Certified: the interpolated value is no further from the true distance, in a dense grid nowhere in the box, in a
-    /// sparse one nowhere in the band. In the unit of the mesh.
+    /// Certified bound on |interpolated value − true distance|, in the unit of the mesh: anywhere in the box of a dense grid,
+    /// anywhere in the band of a sparse one.
     pub error_bound: f64,
-    /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.
+    /// Least distance from the mesh to the faces of the box, in the unit of the mesh.
     pub padding: f64,
     pub source: Source,
-    /// The program and its version, `sdftool 0.1.0`.
+    /// The program and its version, such as `sdftool 0.1.0`.
     pub tool: String,
-    /// The options that shaped the result, `--res 256 --padding 2 --sign auto`.
+    /// The options that shaped the result, such as `--res 256 --padding 2 --sign auto`.
     pub options: String,
+}
+
+/// How inside and outside were told apart when the grid was baked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SignMethod {
+    PseudoNormal,
+    Winding,
+}
+
+impl SignMethod {
+    const ALL: [Self; 2] = [Self::PseudoNormal, Self::Winding];
+
+    /// `pseudo-normal` or `winding`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PseudoNormal => "pseudo-normal",
+            Self::Winding => "winding",
+        }
+    }
+
+    fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|method| method.name() == name)
+    }
 }
 
 /// The mesh that was baked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     pub name: String,
-    /// Of the mesh file's bytes.
+    /// SHA-256 of the mesh file's bytes.
     pub sha256: [u8; 32],
     pub triangles: u64,
 }
 
-/// The samples of a grid that is to be written.
+/// Samples of a grid to be written.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
     Dense {
-        /// One for every node, x fastest: negative inside, in the unit of the mesh.
+        /// A distance for every node, x fastest: negative inside, in the unit of the mesh.
         distances: &'a [f32],
-        /// One for each place of 8 × 8 × 8 nodes, x fastest.
+        /// Bounds of each block of 8 × 8 × 8 nodes, x fastest.
         bounds: &'a [BlockBounds],
     },
     F32(SparseSamples<'a, f32>),
@@ -153,12 +158,13 @@ pub enum Samples<'a> {
     U8(SparseSamples<'a, u8>),
 }
 
-/// Bricks and a coarse grid: what [`OwnedBricks`] holds, but for the table, which follows from the places.
+/// Bricks and a coarse grid: an [`OwnedBricks`] without its table, which follows from the bricks' slots.
 #[derive(Clone, Copy, Debug)]
 pub struct SparseSamples<'a, C> {
-    /// See [`Layout::Sparse`].
+    /// See [`SparseInfo::band`].
     pub band: f64,
-    pub places: &'a [[u32; 3]],
+    /// Slot of each brick.
+    pub slots: &'a [[u32; 3]],
     pub scales: &'a [Scale],
     pub samples: &'a [C],
     pub bounds: &'a [BlockBounds],
@@ -186,9 +192,8 @@ impl<'a> From<SparseSamples<'a, u8>> for Samples<'a> {
 
 /// Writes a grid whole or not at all, see [`atomic_write`]. The same input gives the same bytes.
 ///
-/// What [`read`] would refuse is refused here: counts that do not fit, a number that is not finite, a bound below zero, a
-/// brick outside of the lattice or in the place of another, no brick at all, an unknown sign method, a text with a NUL or
-/// of more than 64 KiB.
+/// Refuses whatever [`read`] would refuse: counts that do not fit, NaN and infinities, negative bounds, a brick outside of the
+/// lattice or in the slot of another, no bricks, a text that contains a NUL or has more than 64 KiB.
 pub fn write<'a>(
     path: &Path,
     lattice: &Lattice,
@@ -196,6 +201,6 @@ pub fn write<'a>(
     about: &About,
 ) -> Result<(), GridFileError> {
     let samples = samples.into();
-    let head = check::head(lattice, &samples, about).map_err(|flaw| Fault::Refused(flaw).at(path))?;
-    atomic_write(path, |temporary| hdf5_writer::write(temporary, &samples, head)).map_err(|fault| fault.at(path))
+    let header = check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).at(path))?;
+    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.at(path))
 }

@@ -1,26 +1,30 @@
-//! How this crate begins and ends an HDF5 file.
+//! HDF5 files: a strict reader of the classic form, and a writer on top of rust-hdf5.
+//!
+//! | question | file |
+//! |---|---|
+//! | Which numbers may a dataset hold, and in which bytes? | `element` |
+//! | Which elements lie in which chunk? | `tiling` |
+//! | What does a file hold, if nothing in it can be trusted? | `read` and its folder |
+//! | How is a file begun, filled and ended? | `write` |
+//! | How are chunks compressed on several threads? | `packing` |
+//!
+//! Sections named in comments are those of the "HDF5 File Format Specification, version 3.0" (The HDF Group).
 
-use std::io;
-use std::mem::ManuallyDrop;
-use std::path::Path;
+mod element;
+mod packing;
+mod read;
+mod tiling;
+mod write;
 
-use rust_hdf5::{H5File, Hdf5Error, LibverBound};
+pub(crate) use element::Element;
+pub(crate) use packing::DIGEST_BYTES;
+pub(crate) use read::{Dataset, Hdf5Reader, Object, ReadError, Value};
+pub(crate) use tiling::Tile;
+pub(crate) use write::{create, fixed_ascii, set_fixed_ascii, write_dataset};
 
-/// Makes a file of what `fill` puts into it, without times, in the classic form that every reader knows. Not synced.
-pub(crate) fn create(path: &Path, fill: impl FnOnce(&H5File) -> Result<(), Hdf5Error>) -> io::Result<()> {
-    create_and_fill(path, fill).map_err(|error| match error {
-        Hdf5Error::Io(error) => error,
-        error => io::Error::other(error.to_string()),
-    })
-}
+/// First bytes of every HDF5 file, section II.A.
+pub(crate) const SIGNATURE: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
 
-fn create_and_fill(path: &Path, fill: impl FnOnce(&H5File) -> Result<(), Hdf5Error>) -> Result<(), Hdf5Error> {
-    // Nobody else knows the temporary file, and some network disks have no locks.
-    let file = H5File::options().libver(LibverBound::Earliest).track_times(false).no_locking().create(path)?;
-    // Dropped unfinished, rust-hdf5 0.7.9 finishes the file, and prints if it cannot. One that is to be removed is
-    // better left as it is: what leaks is its handle.
-    let file = ManuallyDrop::new(file);
-    fill(&file)?;
-    file.flush()?;
-    ManuallyDrop::into_inner(file).close_no_sync()
-}
+/// Longest text of an attribute, in bytes. HDF5 cannot keep more in an object header; a path or a sentence has a
+/// hundredth of it.
+pub(crate) const MAX_TEXT_BYTES: usize = 1 << 16;

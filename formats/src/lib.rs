@@ -1,7 +1,10 @@
-//! Files: meshes in, grids in and out.
+//! Files: meshes in and out, grids in and out, fields in closed form in, contacts out.
 
+mod atomic_write;
 pub mod contact_file;
 pub mod field_file;
 pub mod grid_file;
 mod hdf5;
 pub mod mesh;
+
+pub use atomic_write::{WriteLock, atomic_write, remove_temporaries};

@@ -7,7 +7,7 @@ use sdf_bake::SparseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, slope_bound};
+use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, measure_slope_bound};
 use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
@@ -55,7 +55,7 @@ impl Sdf for Scene {
     fn bounds(&self, level: f64) -> Aabb {
         self.field.bounds(level)
     }
-    fn slope_bound(&self) -> f64 {
+    fn measure_slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
 }
@@ -138,7 +138,7 @@ impl<F: Sdf> Sdf for Steep<F> {
     fn bounds(&self, level: f64) -> Aabb {
         self.field.bounds(level / self.steepness)
     }
-    fn slope_bound(&self) -> f64 {
+    fn measure_slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.steepness
     }
 }
@@ -165,7 +165,7 @@ pub fn sampled(field: &impl Sdf, lattice: Lattice, steepness: f64) -> Grid<Dense
         samples[lattice.index([i, j, k])] = (field.value(node) * steepness) as f32;
     }
     let storage = Dense::new(&lattice, samples).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }
 
@@ -239,7 +239,7 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
     let bounds = grid.places.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
     grid.bounds = bounds;
     let storage = Sparse::new(&lattice, grid).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }
 

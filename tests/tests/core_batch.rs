@@ -93,13 +93,13 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     });
     let mut by_halves = vec![];
     let mut passed = vec![];
-    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |place, looked| match looked {
-        Ok(lower_bound) => passed.push(Survivor { place, lower_bound }),
-        Err(CullReason::Culled) => by_halves.push((place, Outcome::Culled)),
-        Err(CullReason::NotFinite) => by_halves.push((place, Outcome::NotFinite)),
+    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |index, looked| match looked {
+        Ok(lower_bound) => passed.push(Survivor { index, lower_bound }),
+        Err(CullReason::Culled) => by_halves.push((index, Outcome::Culled)),
+        Err(CullReason::NotFinite) => by_halves.push((index, Outcome::NotFinite)),
     });
     batch::search::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &passed, |at, outcome| {
-        by_halves.push((passed[at].place, outcome));
+        by_halves.push((passed[at].index, outcome));
     });
     by_halves.sort_by_key(|(place, _)| *place);
     assert!(by_halves.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not each once");

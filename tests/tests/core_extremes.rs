@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{Dense, Grid, slope_bound};
+use sdf_core::grid::{Dense, Grid, measure_slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cone, Cylinder, Horseshoe, Sphere, Torus};
@@ -230,7 +230,7 @@ fn stored_samples_that_are_not_finite_are_answered_honestly() {
             let at = random.below(samples.len());
             samples[at] = bad;
             let storage = Dense::new(&lattice, samples).unwrap();
-            let steepest = slope_bound(&lattice, &storage);
+            let steepest = measure_slope_bound(&lattice, &storage);
             let dense = Grid::new(lattice, storage, if steepest.is_finite() { steepest } else { 1.8 }).unwrap();
             let field = if round % 2 == 0 { AnyField::new(dense) } else { AnyField::new(bounded(dense)) };
             is_answered_honestly(&field, Vector3::from(node(at)), &mut random, &format!("{bad} at {at}"));
@@ -254,7 +254,7 @@ impl Sdf for Broken {
     fn bounds(&self, level: f64) -> Aabb {
         Sphere::new(0.5).unwrap().bounds(level)
     }
-    fn slope_bound(&self) -> f64 {
+    fn measure_slope_bound(&self) -> f64 {
         1.0
     }
 }

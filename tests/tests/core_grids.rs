@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{Dense, Grid, Storage, slope_bound};
+use sdf_core::grid::{Dense, Grid, Storage, measure_slope_bound};
 use sdf_core::minimize::{FrankWolfe, ProjectedGradient};
 use sdf_core::shapes::Sphere;
 use sdf_core::{Aabb, EnclosedSdf, Float, Goal, Sdf, Simplex, project_weights};
@@ -221,7 +221,7 @@ fn a_slope_bound_that_is_no_number_makes_no_grid() {
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         assert!(Grid::new(lattice, storage, bad).is_none());
     }
-    assert_eq!(slope_bound(&lattice, &storage), 1.0);
+    assert_eq!(measure_slope_bound(&lattice, &storage), 1.0);
     assert!(Dense::new(&lattice, &samples[1..]).is_none());
 }
 
@@ -379,7 +379,7 @@ fn the_least_on_a_triangle_in_noise_is_below_all_its_points() {
     for _ in 0..300 {
         let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
         let storage = Dense::new(&lattice, samples).unwrap();
-        let steepest = slope_bound(&lattice, &storage);
+        let steepest = measure_slope_bound(&lattice, &storage);
         let grid = Grid::new(lattice, storage, steepest).unwrap();
         let reach = random.between(0.05, 0.6);
         let a = random.in_cube(0.4);
@@ -403,7 +403,7 @@ fn a_survey_at_a_node_knows_the_gradients_of_all_cells_around_it() {
     let lattice = cube_lattice(1.0, 8);
     let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
     let storage = Dense::new(&lattice, samples).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     let grid = Grid::new(lattice, storage, steepest).unwrap();
     for _ in 0..200 {
         let node = [0, 1, 2].map(|_| 1 + random.below(7) as u32);

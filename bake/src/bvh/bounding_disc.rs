@@ -2,6 +2,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
+use crate::rounding::{MIN_AREA, SINGLE_SLACK};
 use crate::triangle::approx::UnitFrame;
 
 /// In the tree's [`UnitFrame`]. A mesh is smooth in the small: a disc is much thinner than a box.
@@ -18,12 +19,6 @@ pub(crate) struct BoundingDisc {
     /// Whose first corner the middle is, in the order of the tree.
     pub slot: u32,
 }
-
-/// More than rounding takes from a radius.
-const ROUND_UP: f64 = 1.0 + 1e-6;
-
-/// Of an area less than this the normal would not come out with a length of one.
-const MIN_AREA: f64 = 1e-100;
 
 impl BoundingDisc {
     /// Around so many of the triangles, and no more than there are.
@@ -55,8 +50,8 @@ impl BoundingDisc {
         Self {
             middle: middle.into(),
             normal: normal.into(),
-            radius: (radius_sq.sqrt() * ROUND_UP) as f32,
-            half_thickness: (half_thickness * ROUND_UP) as f32,
+            radius: (radius_sq.sqrt() * (1.0 + SINGLE_SLACK)) as f32,
+            half_thickness: (half_thickness * (1.0 + SINGLE_SLACK)) as f32,
             slot: (first + nearest) as u32,
         }
     }
@@ -65,7 +60,7 @@ impl BoundingDisc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
+    use crate::testing::{random, random_vector};
     use sdf_core::Aabb;
 
     #[test]

@@ -7,7 +7,8 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::sign::winding::area_vector;
+use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
+use crate::triangle::area_vector;
 
 /// How many pairs of triangles pass through each other, or lie on each other in one plane. Exact predicates decide;
 /// triangles that only touch, with a corner or along an edge, are not counted.
@@ -58,23 +59,18 @@ struct Plane {
 }
 
 impl Plane {
-    /// 16 roundings to the nearest; products of three differences and their sum have at most 9.
-    const ROUNDING: f64 = 8.0 * f64::EPSILON;
-    /// More than what underflow can take from them, of coordinates up to 1e30.
-    const UNDERFLOW: f64 = 1e-280;
-
     fn new([a, b, c]: &[Vector3<f64>; 3]) -> Self {
         let (u, v) = (b - a, c - a);
         let forth = Vector3::new(u.y * v.z, u.z * v.x, u.x * v.y);
         let back = Vector3::new(u.z * v.y, u.x * v.z, u.y * v.x);
-        Self { through: *a, normal: forth - back, rounding: (forth.abs() + back.abs()) * Self::ROUNDING }
+        Self { through: *a, normal: forth - back, rounding: (forth.abs() + back.abs()) * DETERMINANT_ROUNDING }
     }
 
     /// Positive on one side of the plane, negative on the other, zero where rounding may hide which.
     fn sure_side(&self, point: &Vector3<f64>) -> f64 {
         let way = point - self.through;
         let side = self.normal.dot(&way);
-        if side.abs() > self.rounding.dot(&way.abs()) + Self::UNDERFLOW { side } else { 0.0 }
+        if side.abs() > self.rounding.dot(&way.abs()) + MIN_VOLUME { side } else { 0.0 }
     }
 
     /// All corners that are not `others` too, of which there is one, surely lie on one side.
@@ -191,7 +187,7 @@ fn passes([from, to]: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
+    use crate::testing::{random, random_vector};
     use crate::{MeshDistance, SignMethod};
 
     /// Points on a small grid of whole numbers: triangles touch, lie in one plane and have no area more often than not.

@@ -3,7 +3,7 @@ use std::fmt;
 
 use crate::TriangleMesh;
 use crate::mesh::has_area;
-use crate::sign::winding::area_vector;
+use crate::triangle::area_vector;
 
 /// How the triangles of a mesh hang together. Triangles without area are left out of all of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,36 +5,35 @@
 //! t of a triangle, the triangle is nearest to no point of the cube.
 
 use crate::bvh::bounding_disc::BoundingDisc;
-use crate::triangle::approx::Lanes;
-use crate::triangle::nearest_x8::LANES;
+use crate::simd::{LANES, Lanes, VectorX8, dot, lane_of, sub};
 
 pub(crate) struct OctantCull {
-    middles: [Lanes; 3],
+    middles: VectorX8<f32>,
     half_side: f32,
     /// Of the mesh.
-    points: [Lanes; 3],
+    points: VectorX8<f32>,
     /// What of |c − t|² rounding leaves.
-    kept: Lanes,
+    kept: Lanes<f32>,
     /// |c − p|², and what rounding adds.
-    most: Lanes,
+    most: Lanes<f32>,
     rounding: f32,
 }
 
 /// The nearest of some points to each of eight others.
 pub(crate) struct NearestPoints {
     /// What the points were called.
-    pub names: [u32; LANES],
-    pub points: [Lanes; 3],
-    distances_sq: Lanes,
+    pub names: Lanes<u32>,
+    pub points: VectorX8<f32>,
+    distances_sq: Lanes<f32>,
 }
 
 impl NearestPoints {
     pub const NONE: Self = Self { names: [0; LANES], points: [[0.0; LANES]; 3], distances_sq: [f32::INFINITY; LANES] };
 
     #[inline(always)]
-    pub fn consider(&mut self, name: u32, point: [f32; 3], from: &[Lanes; 3]) {
+    pub fn consider(&mut self, name: u32, point: [f32; 3], from: &VectorX8<f32>) {
         for lane in 0..LANES {
-            let way = [from[0][lane] - point[0], from[1][lane] - point[1], from[2][lane] - point[2]];
+            let way = sub(lane_of(from, lane), point);
             let distance_sq = dot(way, way);
             let is_nearer = distance_sq < self.distances_sq[lane];
             self.names[lane] = if is_nearer { name } else { self.names[lane] };
@@ -50,10 +49,10 @@ impl OctantCull {
     /// `rounding`: what lengths are off by at most. Squares and products of lengths ℓ so are off by less than 2ℓ of it; of
     /// |c − t| =: d that is at most d²/L + L, for any L.
     #[inline(always)]
-    pub fn new(middles: [Lanes; 3], half_side: f32, points: [Lanes; 3], rounding: f32) -> Self {
+    pub fn new(middles: VectorX8<f32>, half_side: f32, points: VectorX8<f32>, rounding: f32) -> Self {
         let (mut kept, mut most) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let way = [0, 1, 2].map(|axis: usize| middles[axis][lane] - points[axis][lane]);
+            let way = sub(lane_of(&middles, lane), lane_of(&points, lane));
             let distance_sq = dot(way, way);
             let length = distance_sq.sqrt() + 4.0 * half_side + 8.0 * rounding;
             kept[lane] = 1.0 - rounding / length;
@@ -67,7 +66,7 @@ impl OctantCull {
     /// With weights w, of t = Σ wᵢ tᵢ the square |c − t|² is Σ wᵢ |c − tᵢ|² less Σ wᵢ |tᵢ − t|², which is no more than the
     /// square of the radius r of a ball around the triangle; and |p − t|₁ ≤ Σ wᵢ |p − tᵢ|₁. So the least is that of a corner, less r².
     #[inline(always)]
-    pub fn may_hold_triangle(&self, corners: &[[f32; 3]; 3], radius_sq: f32) -> [u32; LANES] {
+    pub fn may_hold_triangle(&self, corners: &[[f32; 3]; 3], radius_sq: f32) -> Lanes<u32> {
         let mut holds = [0; LANES];
         for lane in 0..LANES {
             let mut least = f32::INFINITY;
@@ -82,7 +81,7 @@ impl OctantCull {
 
     #[inline(always)]
     fn at_point(&self, lane: usize, point: [f32; 3]) -> f32 {
-        let way = [0, 1, 2].map(|axis: usize| self.middles[axis][lane] - point[axis]);
+        let way = sub(lane_of(&self.middles, lane), point);
         self.kept[lane] * dot(way, way) - 2.0 * self.half_side * self.apart(lane, point)
     }
 
@@ -98,13 +97,13 @@ impl OctantCull {
     /// With a from the patch's middle m to c, parts of it along and across the patch's normal, and as parts of u = t − m no more
     /// than h and ρ: |c − t|² ≥ |a|² − 2h |a along| − 2 |a across| |u across| + |u across|², and |p − t|₁ ≤ |p − m|₁ + √3 (h + |u across|).
     #[inline(always)]
-    pub fn may_hold_patch(&self, bounding_disc: &BoundingDisc) -> [u32; LANES] {
+    pub fn may_hold_patch(&self, bounding_disc: &BoundingDisc) -> Lanes<u32> {
         let BoundingDisc { middle, normal, radius, half_thickness, .. } = *bounding_disc;
         let root_of_three = 3.0_f32.sqrt();
         let diagonal = root_of_three * self.half_side + self.rounding;
         let mut holds = [0; LANES];
         for lane in 0..LANES {
-            let way = [0, 1, 2].map(|axis: usize| self.middles[axis][lane] - middle[axis]);
+            let way = sub(lane_of(&self.middles, lane), middle);
             let along = dot(way, normal);
             let across = [0, 1, 2].map(|axis: usize| way[axis] - along * normal[axis]);
             let across = dot(across, across).sqrt() + diagonal;
@@ -119,58 +118,13 @@ impl OctantCull {
     }
 }
 
-/// Lists for each of eight lanes.
-pub(crate) struct Lists {
-    of_lanes: [Vec<u32>; LANES],
-    counts: [usize; LANES],
-}
-
-impl Lists {
-    pub fn new() -> Self {
-        Self { of_lanes: Default::default(), counts: [0; LANES] }
-    }
-
-    /// Empties them, with room for so many.
-    #[inline(always)]
-    pub fn clear(&mut self, room: usize) {
-        self.counts = [0; LANES];
-        for list in &mut self.of_lanes {
-            if list.len() < room {
-                list.resize(room, 0);
-            }
-        }
-    }
-
-    /// To those lists where `takes` is 1, not 0. Without a branch for each, which would be hard to foretell.
-    #[inline(always)]
-    pub fn push(&mut self, name: u32, takes: &[u32; LANES]) {
-        for lane in 0..LANES {
-            self.of_lanes[lane][self.counts[lane]] = name;
-            self.counts[lane] += takes[lane] as usize;
-        }
-    }
-
-    pub fn empty(&mut self, lane: usize) {
-        self.counts[lane] = 0;
-    }
-
-    pub fn of(&self, lane: usize) -> &[u32] {
-        &self.of_lanes[lane][..self.counts[lane]]
-    }
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 #[cfg(test)]
 mod tests {
     use sdf_core::Aabb;
     use sdf_core::nalgebra::Vector3;
 
     use super::*;
-    use crate::error::normal_cones::tests::random_vector;
+    use crate::testing::random_vector;
     use crate::triangle::approx::{ApproxTriangle, UnitFrame};
     use crate::triangle::nearest_on_triangle;
 

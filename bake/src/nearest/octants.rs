@@ -1,11 +1,10 @@
 //! The eight parts of a cube, side by side in lanes.
 
-use crate::triangle::approx::Lanes;
-use crate::triangle::nearest_x8::LANES;
+use crate::simd::{LANES, VectorX8};
 
 /// From a middle to those of eight parts, so far along each axis.
 #[inline(always)]
-pub(super) fn steps(step: f32) -> [Lanes; 3] {
+pub(super) fn steps(step: f32) -> VectorX8<f32> {
     let mut steps = [[0.0; LANES]; 3];
     for lane in 0..LANES {
         for axis in 0..3 {

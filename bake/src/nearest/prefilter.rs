@@ -1,9 +1,9 @@
 //! From what may be nearest somewhere in a cube to what may be in each of eight cubes in it.
 
 use super::octants::{sides, steps};
-use crate::nearest::octant_cull::{Lists, NearestPoints, OctantCull};
-use crate::triangle::approx::{ApproxDistance, ApproxTriangle, Lanes};
-use crate::triangle::nearest_x8::LANES;
+use crate::nearest::octant_cull::{NearestPoints, OctantCull};
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, or_lanes};
+use crate::triangle::approx::{ApproxDistance, ApproxTriangle};
 
 /// Eight cubes in a cube.
 #[derive(Clone, Copy)]
@@ -19,7 +19,7 @@ pub(super) struct Cubes {
 
 /// What is nearest to the middles of eight cubes so far.
 struct Bests {
-    slots: [u32; LANES],
+    slots: Lanes<u32>,
     seen: ApproxDistance,
 }
 
@@ -30,9 +30,9 @@ struct Bests {
 /// it is at least d + v·f away, as that lies behind the plane across f.
 struct Bounds {
     /// A, and twice the rounding.
-    most: Lanes,
+    most: Lanes<f32>,
     /// k e of the same.
-    slope: [Lanes; 3],
+    slope: VectorX8<f32>,
 }
 
 /// Triangles, and room to tell which of them may be nearest in which of eight cubes.
@@ -42,12 +42,12 @@ pub(super) struct Prefilter {
     /// What was looked at closely.
     seen: Vec<(u32, ApproxDistance)>,
     /// Of what was seen, by cube.
-    lists: Lists,
+    lists: LaneLists,
     /// Of each of these, from the corners of its cube, [`ApproxDistance::way_sq`] and [`ApproxDistance::along`].
-    near: Vec<(Lanes, Lanes)>,
-    picked_ends: [usize; LANES],
+    near: Vec<(Lanes<f32>, Lanes<f32>)>,
+    picked_ends: Lanes<usize>,
     /// By cube, what is nearest to its middle of what was looked at.
-    nearest: [u32; LANES],
+    nearest: Lanes<u32>,
 }
 
 impl Prefilter {
@@ -55,7 +55,7 @@ impl Prefilter {
         Self {
             picked: vec![],
             seen: vec![],
-            lists: Lists::new(),
+            lists: LaneLists::new(),
             near: vec![],
             picked_ends: [0; LANES],
             nearest: [0; LANES],
@@ -69,7 +69,7 @@ impl Prefilter {
 
     /// In each cube no corner is nearer to anything.
     #[inline(always)]
-    pub fn least(&self, cubes: &Cubes) -> Lanes {
+    pub fn least(&self, cubes: &Cubes) -> Lanes<f32> {
         let mut least = [f32::INFINITY; LANES];
         for (_, ApproxDistance { way_sq, along, .. }) in &self.seen {
             for lane in 0..LANES {
@@ -85,15 +85,15 @@ impl Prefilter {
     /// Picks what may be nearest to a corner of each cube that `is_asked` for. All cubes are looked at before any is picked for, so that
     /// nothing waits for the last that was looked at.
     #[inline(always)]
-    pub fn pick(&mut self, triangles: &[ApproxTriangle], cubes: &Cubes, is_asked: &[bool; LANES]) {
+    pub fn pick(&mut self, triangles: &[ApproxTriangle], cubes: &Cubes, is_asked: &Lanes<bool>) {
         let mut most_sq = [[f32::INFINITY; LANES]; LANES];
         self.near.clear();
         for cube in 0..LANES {
             if !is_asked[cube] {
-                self.lists.empty(cube);
+                self.lists.clear_lane(cube);
             }
             let corners = cubes.corners_of(cube);
-            for slot in self.lists.of(cube) {
+            for slot in self.lists.lane(cube) {
                 let ApproxDistance { way_sq, along, .. } = triangles[*slot as usize].seen_from(&corners);
                 for lane in 0..LANES {
                     let most_sq = &mut most_sq[cube][lane];
@@ -107,7 +107,7 @@ impl Prefilter {
         let (mut first, mut count) = (0, 0);
         for cube in 0..LANES {
             let most = most_sq[cube].map(|most_sq| most_sq.sqrt() + 2.0 * cubes.rounding);
-            let slots = self.lists.of(cube);
+            let slots = self.lists.lane(cube);
             for (slot, (way_sq, along)) in slots.iter().zip(&self.near[first..]) {
                 self.picked[count] = *slot;
                 let mut within = 0;
@@ -142,7 +142,7 @@ impl Prefilter {
             let triangle = &triangles[*slot as usize];
             self.picked[count] = *slot;
             let holds = near.may_hold_triangle(&triangle.corners(), triangle.radius_sq());
-            count += holds.iter().fold(0, |any, one| any | one) as usize;
+            count += or_lanes(&holds) as usize;
         }
         self.seen.clear();
         for slot in &self.picked[..count] {
@@ -162,7 +162,7 @@ impl Prefilter {
 impl Cubes {
     /// Of the eight.
     #[inline(always)]
-    pub fn middles(&self) -> [Lanes; 3] {
+    pub fn middles(&self) -> VectorX8<f32> {
         let mut middles = steps(self.step);
         for axis in 0..3 {
             for lane in 0..LANES {
@@ -174,7 +174,7 @@ impl Cubes {
 
     /// Of one of the eight.
     #[inline(always)]
-    fn corners_of(&self, cube: usize) -> [Lanes; 3] {
+    fn corners_of(&self, cube: usize) -> VectorX8<f32> {
         let middle = [0, 1, 2].map(|axis: usize| self.middle[axis] + sides(cube)[axis] * self.step);
         Self { middle, step: self.half_side, ..*self }.middles()
     }
@@ -183,7 +183,7 @@ impl Cubes {
 impl Bests {
     /// Of the triangles with the nearest corners.
     #[inline(always)]
-    fn first_seen(triangles: &[ApproxTriangle], slots: &[u32], middles: &[Lanes; 3]) -> Self {
+    fn first_seen(triangles: &[ApproxTriangle], slots: &[u32], middles: &VectorX8<f32>) -> Self {
         let mut nearest = NearestPoints::NONE;
         for slot in slots {
             nearest.consider(*slot, triangles[*slot as usize].first_corner(), middles);
@@ -201,7 +201,7 @@ impl Bests {
 
     /// Where they are.
     #[inline(always)]
-    fn points(&self, middles: &[Lanes; 3]) -> [Lanes; 3] {
+    fn points(&self, middles: &VectorX8<f32>) -> VectorX8<f32> {
         let mut points = *middles;
         for axis in 0..3 {
             for lane in 0..LANES {
@@ -241,7 +241,7 @@ impl Bests {
 impl Bounds {
     /// In which of the cubes a triangle may be nearest to a point: 1, else 0. All of it times the length of the way.
     #[inline(always)]
-    fn passed(&self, found: &ApproxDistance, half_side: f32) -> [u32; LANES] {
+    fn passed(&self, found: &ApproxDistance, half_side: f32) -> Lanes<u32> {
         let mut passed = [0; LANES];
         for lane in 0..LANES {
             let length = found.way_sq[lane].sqrt();

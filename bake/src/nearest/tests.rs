@@ -1,20 +1,7 @@
 use super::*;
 use crate::TriangleMesh;
-use crate::error::normal_cones::tests::{random, random_vector};
+use crate::testing::{instruction_sets, random, random_vector};
 use crate::triangle::nearest_on_triangle;
-
-/// The instruction sets of this machine that the code is compiled for.
-pub(crate) fn instruction_sets() -> Vec<pulp::Arch> {
-    #[cfg(target_arch = "x86_64")]
-    let known = [
-        Some(pulp::Arch::Scalar),
-        pulp::x86::V3::try_new().map(pulp::Arch::V3),
-        pulp::x86::V4::try_new().map(pulp::Arch::V4),
-    ];
-    #[cfg(not(target_arch = "x86_64"))]
-    let known = [Some(pulp::Arch::new())];
-    known.into_iter().flatten().collect()
-}
 
 /// Squares in the x-y plane cut in two, their corners moved by up to `height` along z.
 fn sheet(cells: u32, height: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {

@@ -6,6 +6,7 @@ use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
 use crate::nearest::{Nodes, Packet, SIDE, rows_of_packets};
+use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sign::flood_fill::{NodeBlock, Seed, Winding};
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
@@ -36,9 +37,6 @@ const TILT: f64 = 1.0 / 16.0;
 
 /// Nodes of the coarse grid so many spacings from the surface have a free way to those of their neighbours that are too.
 const FREE: f64 = 0.51 * BRICK as f64;
-
-/// More than f32's own rounding, twice.
-const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 impl BrickMap {
     pub fn measure(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
@@ -75,7 +73,7 @@ impl BrickMap {
         let guess = nearest.map_or(0, |index| slots[index] as usize);
         let most = nearest_on_triangle(at, mesh.tree().corners[guess]).distance_sq.sqrt() as f32;
         let farthest = self.around(node).map(|index| of_middle(&index)).fold(0.0, f32::max);
-        let least = (f64::from(farthest) - self.reach()) * (1.0 - ROUNDING);
+        let least = (f64::from(farthest) - self.reach()) * (1.0 - COARSE_DISTANCE_ROUNDING);
         let is_too_near = mesh.sign_method() == SignMethod::Winding && least < FREE * self.spacing;
         let flat = self.magnitude(node, 0.0);
         if !is_too_near && self.magnitude(node, most) == flat {
@@ -89,8 +87,8 @@ impl BrickMap {
     fn magnitude(&self, node: [u32; 3], distance: f32) -> f32 {
         let least = self.around(node).map(|index| self.bound(index)).fold(f64::INFINITY, f64::min);
         // Towards zero, whatever the rounding.
-        let tilted = self.tilted(f64::from(distance) * (1.0 - ROUNDING));
-        (least.max(tilted) * (1.0 - ROUNDING)) as f32
+        let tilted = self.tilted(f64::from(distance) * (1.0 - COARSE_DISTANCE_ROUNDING));
+        (least.max(tilted) * (1.0 - COARSE_DISTANCE_ROUNDING)) as f32
     }
 
     pub fn count(&self) -> usize {
@@ -143,19 +141,21 @@ impl BrickMap {
     }
 
     pub fn may_need_brick(&self, index: usize) -> bool {
-        f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) <= self.kept_within() + self.reach()
+        f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING) <= self.kept_within() + self.reach()
     }
 
     /// No node of a place without a brick is nearer to the surface than this.
     fn bound(&self, index: usize) -> f64 {
-        (f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) - self.reach()).max(self.exact_within())
+        (f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING) - self.reach())
+            .max(self.exact_within())
     }
 
     /// How many bricks there can be: those of places that may need one, and those that may have to close a mesh.
     pub fn most_bricks(&self) -> usize {
         // The middle of a place is one of its nodes.
-        let may_be_absent =
-            |index: usize| f64::from(self.distances[index].abs()) * (1.0 + ROUNDING) >= self.kept_within();
+        let may_be_absent = |index: usize| {
+            f64::from(self.distances[index].abs()) * (1.0 + COARSE_DISTANCE_ROUNDING) >= self.kept_within()
+        };
         let may_be_torn = |index: usize| {
             let place = self.place(index);
             let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
@@ -213,7 +213,7 @@ impl BrickMap {
         let middle = Seed {
             node: [BRICK as usize / 2; 3],
             position: middle(lattice, place.map(|n| n as usize)),
-            way: 0.0,
+            length: 0.0,
             distance: self.distances[index].abs(),
             winding: sides.of_middles[index],
         };
@@ -224,7 +224,7 @@ impl BrickMap {
             Seed {
                 node: steps.map(|step| step * (BRICK as usize - 1)),
                 position: lattice.node(std::array::from_fn(|axis| (place[axis] + steps[axis] as u32) * BRICK)).into(),
-                way: (steps.iter().sum::<usize>() as f64).sqrt(),
+                length: (steps.iter().sum::<usize>() as f64).sqrt(),
                 distance: sides.distances_of_nodes[node].abs(),
                 winding: sides.of_nodes[node],
             }
@@ -266,7 +266,9 @@ where
         let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
         let block = NodeBlock { counts, spacing: block.spacing, position };
         let signed = block.sign_rows(mesh, &[], &mut distances.chunks_mut(row).collect::<Vec<_>>());
-        (0..distances.len()).map(|index| signed.at([index % row, index / row % rows, index / row / rows])).collect()
+        (0..distances.len())
+            .map(|index| signed.winding([index % row, index / row % rows, index / row / rows]))
+            .collect()
     };
     distances.par_chunks_mut(row * rows * SLAB).enumerate().map(of_slab).collect::<Vec<_>>().concat()
 }
@@ -315,7 +317,7 @@ fn place_node(counts: [u32; 3], place: [u32; 3], corner: u32) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
+    use crate::testing::{random, random_vector};
     use crate::{TriangleMesh, lattice_around};
 
     /// Some tetrahedra, and some triangles that make the mesh open.

@@ -6,17 +6,9 @@
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
+use crate::rounding::{APPROX_DISTANCE_ROUNDING, MIN_SQ_F32};
+use crate::simd::{LANES, Lanes, VectorX8, dot, lane_of, max, sub};
 use crate::triangle::is_sliver;
-use crate::triangle::nearest_x8::LANES;
-
-pub(crate) type Lanes = [f32; LANES];
-
-/// What rounding adds to a bound, in shares of the largest coordinate. All errors of a few dozen operations in f32 come to
-/// less than a third of it.
-const ROUNDING: f32 = 1.0 / 131_072.0;
-
-/// Ways, edges and areas with smaller squares count as none: f32 has lost their digits.
-const MIN_SQ: f32 = 1e-36;
 
 /// Where f32 is at home: a mesh from -1 to 1.
 #[derive(Clone, Copy, Debug)]
@@ -45,12 +37,12 @@ pub(crate) struct ApproxTriangle {
 #[derive(Clone, Copy)]
 pub(crate) struct ApproxDistance {
     /// From a point of the triangle, near to the nearest.
-    pub way: [Lanes; 3],
+    pub way: VectorX8<f32>,
     /// So the triangle is no farther than its root, but for rounding.
-    pub way_sq: Lanes,
+    pub way_sq: Lanes<f32>,
     /// From a point at v from the point itself, the triangle is no nearer than (`along` + v · `way`) / |`way`|, but for rounding.
     /// Zero, and then it says nothing, where the way is shorter than 1e-18.
-    pub along: Lanes,
+    pub along: Lanes<f32>,
 }
 
 impl UnitFrame {
@@ -70,14 +62,14 @@ impl UnitFrame {
 
     /// What bounds are off by at most, seen from points up to `reach` along each axis.
     pub fn rounding(reach: f32) -> f32 {
-        ROUNDING * (1.0 + reach)
+        APPROX_DISTANCE_ROUNDING * (1.0 + reach)
     }
 }
 
 impl ApproxTriangle {
     pub fn new(corners: [Vector3<f64>; 3], frame: &UnitFrame) -> Self {
         let [a, b, c] = corners.map(|corner| frame.local(corner));
-        let [ab, ac] = [minus(b, a), minus(c, a)];
+        let [ab, ac] = [sub(b, a), sub(c, a)];
         let [ab_sq, ac_sq, ab_ac] = [dot(ab, ab), dot(ac, ac), dot(ab, ac)];
         let area_sq = ab_sq * ac_sq - ab_ac * ab_ac;
         Self {
@@ -92,7 +84,7 @@ impl ApproxTriangle {
             inv_ac_sq: inverse(ac_sq),
             inv_bc_sq: inverse(ab_sq + ac_sq - 2.0 * ab_ac),
             // Without an area nothing is inside: all comparisons fail.
-            inv_area_sq: if area_sq > MIN_SQ { 1.0 / area_sq } else { f32::NAN },
+            inv_area_sq: if area_sq > MIN_SQ_F32 { 1.0 / area_sq } else { f32::NAN },
         }
     }
 
@@ -109,22 +101,22 @@ impl ApproxTriangle {
     /// Of a ball around it. A third of the longest edge's square is enough (Jung's theorem), but for rounding.
     #[inline(always)]
     pub fn radius_sq(&self) -> f32 {
-        0.34 * larger(larger(self.ab_sq, self.ac_sq), self.ab_sq + self.ac_sq - 2.0 * self.ab_ac)
+        0.34 * max(max(self.ab_sq, self.ac_sq), self.ab_sq + self.ac_sq - 2.0 * self.ab_ac)
     }
 
     #[inline(always)]
-    pub fn seen_from(&self, points: &[Lanes; 3]) -> ApproxDistance {
+    pub fn seen_from(&self, points: &VectorX8<f32>) -> ApproxDistance {
         let mut seen = ApproxDistance { way: [[0.0; LANES]; 3], way_sq: [0.0; LANES], along: [0.0; LANES] };
         for lane in 0..LANES {
-            let from_a = minus([points[0][lane], points[1][lane], points[2][lane]], self.a);
+            let from_a = sub(lane_of(points, lane), self.a);
             let [along_ab, along_ac] = self.nearest_weights(dot(self.ab, from_a), dot(self.ac, from_a));
             let way = |axis: usize| from_a[axis] - (self.ab[axis] * along_ab + self.ac[axis] * along_ac);
             let way = [way(0), way(1), way(2)];
             let way_sq = dot(way, way);
-            let foremost = larger(larger(dot(self.ab, way), dot(self.ac, way)), 0.0);
+            let foremost = max(max(dot(self.ab, way), dot(self.ac, way)), 0.0);
             let along = dot(from_a, way) - foremost;
             seen.way_sq[lane] = way_sq;
-            seen.along[lane] = if way_sq > MIN_SQ { along } else { 0.0 };
+            seen.along[lane] = if way_sq > MIN_SQ_F32 { along } else { 0.0 };
             for axis in 0..3 {
                 seen.way[axis][lane] = way[axis];
             }
@@ -160,35 +152,19 @@ impl ApproxTriangle {
 /// Zero of what has no length: its points are all the same.
 #[inline(always)]
 fn inverse(square: f32) -> f32 {
-    if square > MIN_SQ { 1.0 / square } else { 0.0 }
+    if square > MIN_SQ_F32 { 1.0 / square } else { 0.0 }
 }
 
 #[inline(always)]
 fn clamp(share: f32) -> f32 {
-    let share = larger(share, 0.0);
+    let share = max(share, 0.0);
     if share < 1.0 { share } else { 1.0 }
-}
-
-/// One instruction, as `f32::max` is not.
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn minus(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
+    use crate::testing::{random, random_vector};
     use crate::triangle::nearest_on_triangle;
 
     #[test]

@@ -1,4 +1,4 @@
-//! Grids baked to keep within an error.
+//! Grids baked to an error budget.
 
 use sdf_bake::error_budget::{AnyGrid, Baked, Budget, ErrorBudgetError};
 use sdf_bake::sparse::SparseGrid;
@@ -40,7 +40,7 @@ fn worst_error(mesh: &TriangleMesh, distance: &MeshDistance, baked: &Baked, rand
         let error = |_| {
             let [a, b, c] = mesh.corners(random.below(mesh.triangle_count())).map(Vector3::from);
             let (u, v) = (random.unit(), random.unit());
-            let point = a + (b - a) * u.min(v) + (c - b) * (u - v).abs() * u.min(v) + random.in_cube(0.5 * band);
+            let point = a + (b - a) * u.min(v) + (c - b) * (u - v).abs() * u.min(v) + random.point_in_cube(0.5 * band);
             let exact = distance.signed_distance(point.into());
             if exact.abs() > band { 0.0 } else { (field.value(point) - exact).abs() }
         };
@@ -60,16 +60,16 @@ fn error_bound(baked: &Baked) -> f64 {
 }
 
 #[test]
-fn a_grid_within_a_budget_is_off_by_no_more() {
-    let mut random = Random::of_test();
+fn a_grid_baked_to_a_budget_is_off_by_no_more() {
+    let mut random = Random::from_env();
     for (name, mesh) in solids(&mut random) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for share in [0.3, 0.03, 0.01] {
-            let budget = budget(share * mesh.bounds().longest_side());
+        for fraction in [0.3, 0.03, 0.01] {
+            let budget = budget(fraction * mesh.bounds().longest_side());
             let choice = budget.choose(&distance).unwrap();
             let baked = budget.bake(&distance, &|_| ()).unwrap();
-            assert_eq!(baked.lattice, *choice.plan.lattice(), "{name}: what was chosen was not within the budget");
+            assert_eq!(baked.lattice, *choice.plan.lattice(), "{name}: the first choice was not within the budget");
             assert!(error_bound(&baked) <= choice.error_bound && choice.error_bound <= budget.max_error, "{name}");
             let worst = worst_error(&mesh, &distance, &baked, &mut random);
             assert!(worst <= budget.max_error, "{name}: off by {worst}, more than {}", budget.max_error);
@@ -84,31 +84,31 @@ fn a_grid_within_a_budget_is_off_by_no_more() {
 }
 
 #[test]
-fn a_smooth_mesh_takes_larger_voxels_than_any_would() {
+fn a_smooth_mesh_gets_larger_voxels_than_an_arbitrary_one() {
     let mesh = meshes::icosphere(5).baked();
     let distance = MeshDistance::new(&mesh, None);
     let budget = budget(0.005);
     let baked = budget.bake(&distance, &|_| ()).unwrap();
-    let of_any = budget.max_error / 0.75_f64.sqrt();
-    assert!(baked.lattice.spacing() > 3.0 * of_any, "{} of {of_any}", baked.lattice.spacing());
+    let arbitrary = budget.max_error / 0.75_f64.sqrt();
+    assert!(baked.lattice.spacing() > 3.0 * arbitrary, "{}, {arbitrary} for any mesh", baked.lattice.spacing());
 }
 
 #[test]
-fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
-    let mut random = Random::of_test();
+fn a_budget_beyond_the_memory_limit_is_refused_with_what_fits_the_limit() {
+    let mut random = Random::from_env();
     for (name, mesh) in solids(&mut random).into_iter().filter(|(name, _)| ["sphere", "two cubes"].contains(name)) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for (share, most_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
-            let budget = Budget { most_bytes, ..budget(share * mesh.bounds().longest_side()) };
-            let Err(refusal) = budget.choose(&distance) else { panic!("{name}: {share} in {most_bytes}") };
+        for (fraction, most_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
+            let budget = Budget { most_bytes, ..budget(fraction * mesh.bounds().longest_side()) };
+            let Err(refusal) = budget.choose(&distance) else { panic!("{name}: {fraction} in {most_bytes}") };
             println!("{name}: {refusal}");
             let ErrorBudgetError::TooLarge { bytes, reachable, .. } = &refusal else { panic!("{name}: {refusal}") };
             assert!(bytes.is_none_or(|bytes| bytes > most_bytes), "{name}: {bytes:?}");
-            assert!(bytes.is_some() || share < 1e-6, "{name}: {refusal}");
+            assert!(bytes.is_some() || fraction < 1e-6, "{name}: {refusal}");
             let reachable = reachable.unwrap();
             assert!(reachable.error > budget.max_error && reachable.bytes <= most_bytes, "{name}: {reachable:?}");
-            // Sizes are tried an eighth of an octave apart, and a size a little finer can do worse.
+            // Voxel sizes are tried an eighth of an octave apart, and a slightly finer one can have a larger error.
             let again = Budget { max_error: 1.5 * reachable.error, ..budget }.bake(&distance, &|_| ());
             assert!(error_bound(&again.unwrap()) <= 1.5 * reachable.error, "{name}");
         }
@@ -118,7 +118,7 @@ fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
 }
 
 #[test]
-fn where_no_voxel_is_small_enough_it_says_so() {
+fn a_budget_that_no_voxel_size_meets_is_refused() {
     let open = meshes::icosphere(2).without(&[0, 1, 2]).baked();
     let refusal = budget(0.1).bake(&MeshDistance::new(&open, None), &|_| ()).unwrap_err();
     assert!(matches!(refusal, ErrorBudgetError::SignJumps { .. }), "{refusal}");

@@ -1,4 +1,4 @@
-//! What a mesh is checked for before it is baked.
+//! Checks of a mesh before it is baked.
 
 use sdf_bake::{MeshError, MeshReport, TriangleMesh};
 
@@ -23,7 +23,7 @@ fn a_clean_mesh_has_nothing_to_report() {
 }
 
 #[test]
-fn points_at_one_place_are_one() {
+fn points_at_one_position_are_welded() {
     let mut points = CORNERS.to_vec();
     points.extend([CORNERS[1], [-0.0, 1.0, -0.0], [1.0, 0.0, f64::MIN_POSITIVE]]);
     let found = report(&points, &[[0, 1, 2], [0, 4, 3], [0, 5, 3], [6, 2, 3]]);
@@ -56,7 +56,7 @@ fn triangles_without_area_are_counted_and_kept() {
 }
 
 #[test]
-fn triangles_that_stand_twice_are_counted_and_left_out() {
+fn repeated_triangles_are_counted_and_left_out() {
     let mut points = CORNERS.to_vec();
     points.push(CORNERS[2]);
     let triangles = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 4], [0, 2, 1], [1, 2, 3], [3, 1, 2]];
@@ -66,7 +66,7 @@ fn triangles_that_stand_twice_are_counted_and_left_out() {
 }
 
 #[test]
-fn what_cannot_be_baked_is_refused_with_its_place() {
+fn an_invalid_mesh_is_refused_with_the_index_of_its_error() {
     let refusal = |points: &[[f64; 3]], triangles: &[[u32; 3]]| TriangleMesh::new(points, triangles).unwrap_err();
     assert_eq!(refusal(&CORNERS, &[]), MeshError::NoTriangles);
     assert_eq!(refusal(&[], &[]), MeshError::NoTriangles);
@@ -90,7 +90,7 @@ fn what_cannot_be_baked_is_refused_with_its_place() {
 }
 
 #[test]
-fn the_largest_and_the_smallest_that_are_allowed_bake() {
+fn the_largest_and_the_smallest_valid_meshes_bake() {
     for size in [1e30, 1e-30] {
         let points = CORNERS.map(|p| p.map(|x| x * size));
         let mesh = TriangleMesh::new(&points, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap();

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::args::EvalArgs;
 use crate::csv_points;
-use crate::from_file::FromFile;
+use crate::read_summary::FromFile;
 use crate::report::{print_json, to_stdout};
 
 pub fn run(args: &EvalArgs) -> Result<()> {
@@ -18,7 +18,7 @@ pub fn run(args: &EvalArgs) -> Result<()> {
         OpenField::Grid(reader) => {
             let file_bytes = reader.summary().file_bytes;
             let regions = points.iter().map(|point| Aabb { min: *point, max: *point });
-            let stored = reader.read_reached(regions, f64::INFINITY)?;
+            let stored = reader.read_needed(regions, f64::INFINITY)?;
             print(args, &stored.grid, &points, Some(FromFile::of(&stored, file_bytes)))
         }
         OpenField::Analytic(node) => print(args, &node, &points, None),

@@ -6,24 +6,28 @@ use anyhow::{Context, Result, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Aabb, EnclosedSdf};
+use sdf_core::{Aabb, AnyField, EnclosedSdf};
 use sdf_formats::contact_file::{self, OverlapRecord};
-use sdf_formats::field_file::{self, Node, OpenField};
+use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
-use super::contacts::require_known;
-use crate::args::{ContactsArgs, Elements, Method};
-use crate::from_file::FromFile;
-use crate::mesh_input;
+use crate::args::ContactsArgs;
+use crate::read_summary::{FromFile, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
+use crate::{mesh_input, output};
 
 /// Where two fields touch.
 pub fn run(args: &ContactsArgs) -> Result<()> {
-    refuse_options_of_meshes(args)?;
+    if let Some(path) = &args.output {
+        output::require(path, &[&args.mesh, &args.sdf])?;
+    }
+    args.refuse_options_of_meshes()?;
     let started = Instant::now();
     let sides = [
-        Side::open(&args.mesh, args.translate_first.0, args.rotate_first.0).context("--rotate-first is no turn")?,
-        Side::open(&args.sdf, args.translate.0, args.rotate.0).context("--rotate is no turn")?,
+        Side::open(&args.mesh, args.translate_first.0, args.rotate_first.0)
+            .context("--rotate-first: a zero quaternion is not a rotation; use 0,0,0,1 for none")?,
+        Side::open(&args.sdf, args.translate.0, args.rotate.0)
+            .context("--rotate: a zero quaternion is not a rotation; use 0,0,0,1 for none")?,
     ];
     let bodies = Bodies::read(args, &sides)?;
     let read = started.elapsed().as_secs_f64();
@@ -132,20 +136,20 @@ impl<'a> Side<'a> {
     }
 
     /// With no samples of a grid but those that tell its bounds; else what the samples in a box of the world answer.
-    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<Node, Rigid>, Option<FromFile>)> {
+    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<AnyField, Rigid>, Option<FromFile>)> {
         let place = |field| Placed { field, placement: self.pose };
         match field_file::open(self.path)? {
             OpenField::Analytic(node) => Ok((place(node), None)),
             OpenField::Grid(reader) => {
                 let summary = reader.summary();
-                require_known(self.path, margin, &summary)?;
+                require_distances(self.path, margin, &summary)?;
                 let stored = match region {
                     // Where the inside reaches the box, the field is negative for as far beyond.
-                    None => reader.read_reached(faces(&summary.lattice), 0.0)?,
-                    Some(world) => reader.read_reached([self.pose.pull_bounds(world)], f64::INFINITY)?,
+                    None => reader.read_needed(faces(&summary.lattice), 0.0)?,
+                    Some(world) => reader.read_needed([self.pose.pull_bounds(world)], f64::INFINITY)?,
                 };
                 let from_file = FromFile::of(&stored, summary.file_bytes);
-                Ok((place(Node::Grid(Arc::new(stored.grid))), Some(from_file)))
+                Ok((place(AnyField::Grid(Arc::new(stored.grid))), Some(from_file)))
             }
         }
     }
@@ -175,7 +179,7 @@ fn faces(lattice: &Lattice) -> Vec<Aabb> {
 
 /// Two fields in the world, as much of them as they can touch in.
 struct Bodies {
-    fields: [Placed<Node, Rigid>; 2],
+    fields: [Placed<AnyField, Rigid>; 2],
     read: [Option<FromFile>; 2],
     region: Aabb,
 }
@@ -329,30 +333,4 @@ fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)>
 
 fn cut_short(complete: bool) -> &'static str {
     if complete { "" } else { ", and maybe more: take a larger --resolution" }
-}
-
-fn refuse_options_of_meshes(args: &ContactsArgs) -> Result<()> {
-    let given = [
-        ("--elements", args.elements != Elements::Faces),
-        ("--method", args.method != Method::Auto),
-        ("--iterations", args.iterations.is_some()),
-        ("--all-minima", args.all_minima),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((option, _)) => bail!("{option} is for a mesh, and {} is a field: leave it out", args.mesh.display()),
-        None => Ok(()),
-    }
-}
-
-/// What only two fields can be told.
-pub fn refuse_options_of_fields(args: &ContactsArgs) -> Result<()> {
-    let given = [
-        ("--translate-first", args.translate_first.0 != [0.0; 3]),
-        ("--rotate-first", args.rotate_first.0 != [0.0, 0.0, 0.0, 1.0]),
-        ("--resolution", args.resolution.is_some()),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((option, _)) => bail!("{option} is for two fields, and {} is no field: leave it out", args.mesh.display()),
-        None => Ok(()),
-    }
 }

@@ -14,7 +14,6 @@ use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
 use crate::args::SurfaceArgs;
-use crate::from_file::band;
 use crate::mesh_input::at;
 use crate::report::{Report, number};
 use crate::{memory, output};
@@ -26,8 +25,8 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     let format = MeshFormat::of(&args.output).context("--output has no ending that is known")?;
     output::require(&args.output, &[&args.sdf])?;
     let surface = match field_file::read(&args.sdf)? {
-        Field::Grid(StoredGrid { grid, layout, .. }) => {
-            if let Some(band) = band(&layout).filter(|band| args.level.abs() > *band) {
+        Field::Grid(StoredGrid { grid, sparse, .. }) => {
+            if let Some(band) = sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
                 bail!(
                     "{}: --level {} lies beyond the band of {} in which distances are kept: bake with a larger --band",
                     args.sdf.display(),

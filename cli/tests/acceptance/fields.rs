@@ -10,15 +10,16 @@ use sdf_core::shapes::{
 use sdf_core::{EnclosedSdf, Sdf};
 use sdf_formats::field_file::{self, Field};
 use sdf_formats::grid_file::StoredGrid;
+use sdf_procedural::random::Random;
 
 use crate::folder::{Folder, says};
-use crate::meshes::{Model, Random};
+use crate::meshes::Model;
 
 /// That `sdftool eval` of the table says what the field itself says, bit for bit.
 fn same<F: EnclosedSdf>(folder: &Folder, table: &str, field: &F) {
     folder.write("field.sdf.toml", format!("[field]\n{table}\n"));
-    let mut random = Random(7);
-    let points: Vec<[f64; 3]> = (0..200).map(|_| random.point(3.0)).collect();
+    let mut random = Random::new(7);
+    let points: Vec<[f64; 3]> = (0..200).map(|_| random.point_in_cube(3.0)).collect();
     let lines: Vec<String> = points.iter().map(|[x, y, z]| format!("{x:?},{y:?},{z:?}")).collect();
     folder.write("points.csv", lines.join("\n"));
     let json = folder.json("eval field.sdf.toml --points points.csv");

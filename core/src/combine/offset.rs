@@ -1,9 +1,11 @@
+//! Offset of a field: φ − d. Gradients, curvature and minimum points stay, values shift.
+
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
 
-/// The shape grown by `distance`, or shrunk where it is negative: φ − distance.
+/// The shape grown by `distance`, or shrunk if that is negative: φ − `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Offset<F> {
     field: F,
@@ -11,6 +13,7 @@ pub struct Offset<F> {
 }
 
 impl<F> Offset<F> {
+    /// `None` unless `distance` is finite.
     pub fn new(field: F, distance: f64) -> Option<Self> {
         distance.is_finite().then_some(Self { field, distance })
     }
@@ -65,7 +68,7 @@ impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {
     ) -> Option<ExactMinimum<R, N>> {
         let distance = R::from_f64(self.distance);
         let goal = Goal { level: goal.level + distance, ..goal };
-        let found = self.field.exact_minimum(corners, goal)?;
-        Some(ExactMinimum { value: found.value - distance, lower_bound: found.lower_bound - distance, ..found })
+        let minimum = self.field.exact_minimum(corners, goal)?;
+        Some(ExactMinimum { value: minimum.value - distance, lower_bound: minimum.lower_bound - distance, ..minimum })
     }
 }

@@ -1,3 +1,8 @@
+//! Shell of a field: |φ| − thickness/2.
+//!
+//! Bounds follow from |φ| = max(φ, −φ): \[a, b\] becomes \[max(a, −b, 0), max(b, −a)\]. A path may cross the surface
+//! once or more, so its rise is at most that of φ plus that of −φ.
+
 use nalgebra::Vector3;
 
 use crate::enclosure::sum;
@@ -6,8 +11,9 @@ use crate::number::{Float, Real};
 use crate::simplex::mean;
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, Sample, Sdf};
 
-/// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
-/// the wall, the gradient is a choice.
+/// A wall with half of `thickness` on either side of the surface: |φ| − thickness/2.
+///
+/// Degenerate: the old surface, which is the middle of the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell<F> {
     field: F,
@@ -15,6 +21,7 @@ pub struct Shell<F> {
 }
 
 impl<F> Shell<F> {
+    /// `None` unless `thickness` is finite and positive.
     pub fn new(field: F, thickness: f64) -> Option<Self> {
         (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness })
     }

@@ -1,9 +1,15 @@
+//! Intervals of real numbers (Moore 1966, "Interval Analysis").
+//!
+//! Endpoints are computed in round-to-nearest. Callers widen results by the bounds of `rounding`.
+
 use super::Real;
 
 /// The closed interval [`lower`, `upper`]; empty where `upper` < `lower`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<R> {
+    /// Lower end.
     pub lower: R,
+    /// Upper end.
     pub upper: R,
 }
 
@@ -30,25 +36,25 @@ impl<R: Real> Interval<R> {
         Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) }
     }
 
-    /// min(x, y) for all x of this and all y of the other.
+    /// min(x, y) for all x of this interval and all y of the other.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         Self { lower: self.lower.min(other.lower), upper: self.upper.min(other.upper) }
     }
 
-    /// x + `distance`.
+    /// x + `distance` for all x of the interval.
     #[inline(always)]
     pub fn shift(self, distance: R) -> Self {
         Self { lower: self.lower + distance, upper: self.upper + distance }
     }
 
-    /// x · `factor`, which is not negative.
+    /// x · `factor` for all x of the interval. `factor` must not be negative.
     #[inline(always)]
     pub fn scale(self, factor: R) -> Self {
         Self { lower: self.lower * factor, upper: self.upper * factor }
     }
 
-    /// Grown by `distance` to both sides.
+    /// \[lower − `distance`, upper + `distance`\].
     #[inline(always)]
     pub fn widen(self, distance: R) -> Self {
         Self { lower: self.lower - distance, upper: self.upper + distance }

@@ -1,3 +1,8 @@
+//! Several numbers side by side, computed by vector instructions.
+//!
+//! Every operator is a loop over an array, which compilers vectorize. No intrinsics are used, so that the same source
+//! serves all processors and `unsafe` is not needed.
+
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
@@ -5,12 +10,12 @@ use num_traits::{One, Zero};
 
 use crate::number::{Float, Gather, Mask, Real};
 
-/// `N` numbers side by side, each as if alone: lane for lane the same bits as the scalar.
+/// `N` numbers side by side. Each lane has the same bits as the scalar computation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
-/// One answer for each lane.
+/// One `bool` per lane: the result of comparing [`Lanes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneMask<const N: usize>(pub [bool; N]);
 

@@ -5,14 +5,14 @@ use crate::combine::Offset;
 use crate::number::Real;
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A box with `radius` added around it. Exact.
+/// A box with rounded edges and corners: that of [`Cuboid`] minus `radius`. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundedBox {
     inflated: Offset<Cuboid>,
 }
 
 impl RoundedBox {
-    /// `half_extents` are those of the box within, `radius` that of its edges and corners.
+    /// `half_extents` are those of the inner box, without `radius`, which may be zero.
     pub fn new(half_extents: [f64; 3], radius: f64) -> Option<Self> {
         let sharp = Cuboid::new(half_extents)?;
         (radius >= 0.0).then_some(Self { inflated: Offset::new(sharp, radius)? })

@@ -3,40 +3,44 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::AnyField;
+use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion};
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
 
 use super::table::Table;
-use super::{FieldError, Grids, Node};
-use crate::grid_file::OwnedGrid;
+use super::{FieldError, Grids};
 
 const SHAPES: &str = "sphere, half_space, box, rounded_box, capsule, cylinder, cone, torus, octahedron, ellipsoid, bowl, \
     horseshoe, grid, union, intersection, difference, smooth_union, offset or shell";
 
 /// The shape of a table, placed by its `pose`. `may_nest`: how many levels deeper it may go.
-pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Result<Node, FieldError> {
+pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Result<AnyField, FieldError> {
     let Some(may_nest) = may_nest.checked_sub(1) else {
         return Err(table.refuse("is nested too deep"));
     };
     let pose = table.table_if_there("pose")?.map(pose).transpose()?;
     let shape = table.text("shape")?;
     let node = match shape {
-        "sphere" => Sphere::new(table.number("radius")?).map(Node::Sphere),
-        "half_space" => HalfSpace::new(table.numbers("normal")?, table.number("offset")?).map(Node::HalfSpace),
-        "box" => Cuboid::new(table.numbers("half_extents")?).map(Node::Cuboid),
-        "rounded_box" => RoundedBox::new(table.numbers("half_extents")?, table.number("radius")?).map(Node::RoundedBox),
-        "capsule" => Capsule::new(table.numbers("a")?, table.numbers("b")?, table.number("radius")?).map(Node::Capsule),
-        "cylinder" => Cylinder::new(table.number("radius")?, table.number("half_height")?).map(Node::Cylinder),
-        "cone" => Cone::new(table.number("half_angle_deg")?.to_radians(), table.number("height")?).map(Node::Cone),
-        "torus" => Torus::new(table.number("major_radius")?, table.number("minor_radius")?).map(Node::Torus),
-        "octahedron" => Octahedron::new(table.number("size")?).map(Node::Octahedron),
-        "ellipsoid" => Ellipsoid::new(table.numbers("radii")?).map(Node::Ellipsoid),
-        "bowl" => {
-            Bowl::new(table.number("radius")?, table.number("cut_height")?, table.number("thickness")?).map(Node::Bowl)
+        "sphere" => Sphere::new(table.number("radius")?).map(AnyField::Sphere),
+        "half_space" => HalfSpace::new(table.numbers("normal")?, table.number("offset")?).map(AnyField::HalfSpace),
+        "box" => Cuboid::new(table.numbers("half_extents")?).map(AnyField::Cuboid),
+        "rounded_box" => {
+            RoundedBox::new(table.numbers("half_extents")?, table.number("radius")?).map(AnyField::RoundedBox)
         }
+        "capsule" => {
+            Capsule::new(table.numbers("a")?, table.numbers("b")?, table.number("radius")?).map(AnyField::Capsule)
+        }
+        "cylinder" => Cylinder::new(table.number("radius")?, table.number("half_height")?).map(AnyField::Cylinder),
+        "cone" => Cone::new(table.number("half_angle_deg")?.to_radians(), table.number("height")?).map(AnyField::Cone),
+        "torus" => Torus::new(table.number("major_radius")?, table.number("minor_radius")?).map(AnyField::Torus),
+        "octahedron" => Octahedron::new(table.number("size")?).map(AnyField::Octahedron),
+        "ellipsoid" => Ellipsoid::new(table.numbers("radii")?).map(AnyField::Ellipsoid),
+        "bowl" => Bowl::new(table.number("radius")?, table.number("cut_height")?, table.number("thickness")?)
+            .map(AnyField::Bowl),
         "horseshoe" => Horseshoe::new(
             table.number("radius")?,
             table.number("thickness")?,
@@ -44,25 +48,25 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, may_nest: usize) -> Resu
             table.number("leg")?,
             table.number("half_depth")?,
         )
-        .map(Node::Horseshoe),
-        "grid" => Some(Node::Grid(grid(&mut table, grids)?)),
-        "union" => joined(&mut table, grids, may_nest, |a, b| Some(Node::Union(Box::new(Union(a, b)))))?,
+        .map(AnyField::Horseshoe),
+        "grid" => Some(AnyField::Grid(grid(&mut table, grids)?)),
+        "union" => union(parts(&mut table, grids, may_nest)?),
         "intersection" => {
-            joined(&mut table, grids, may_nest, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))?
+            joined(&mut table, grids, may_nest, |a, b| Some(AnyField::Intersection(Box::new(Intersection(a, b)))))?
         }
         "difference" => difference(&mut table, grids, may_nest)?,
         "smooth_union" => {
             let blend = table.number("blend")?;
-            let blended = |a, b| SmoothUnion::new(a, b, blend).map(|union| Node::SmoothUnion(Box::new(union)));
+            let blended = |a, b| SmoothUnion::new(a, b, blend).map(|union| AnyField::SmoothUnion(Box::new(union)));
             joined(&mut table, grids, may_nest, blended)?
         }
         "offset" => {
             let of = node(table.table("of")?, grids, may_nest)?;
-            Offset::new(of, table.number("distance")?).map(|offset| Node::Offset(Box::new(offset)))
+            Offset::new(of, table.number("distance")?).map(|offset| AnyField::Offset(Box::new(offset)))
         }
         "shell" => {
             let of = node(table.table("of")?, grids, may_nest)?;
-            Shell::new(of, table.number("thickness")?).map(|shell| Node::Shell(Box::new(shell)))
+            Shell::new(of, table.number("thickness")?).map(|shell| AnyField::Shell(Box::new(shell)))
         }
         unknown => return Err(table.refuse(format!("shape {unknown:.40?} is unknown; take {SHAPES}"))),
     };
@@ -97,12 +101,12 @@ struct Pose {
 }
 
 impl Pose {
-    fn of(self, node: Node) -> Node {
+    fn of(self, node: AnyField) -> AnyField {
         let field = match self.stretch {
-            Some(placement) => Node::Stretched(Box::new(Placed { field: node, placement })),
+            Some(placement) => AnyField::Stretched(Box::new(Placed { field: node, placement })),
             None => node,
         };
-        Node::Placed(Box::new(Placed { field, placement: self.placement }))
+        AnyField::Placed(Box::new(Placed { field, placement: self.placement }))
     }
 }
 
@@ -128,7 +132,7 @@ fn grid(table: &mut Table, grids: &mut Grids) -> Result<Arc<OwnedGrid>, FieldErr
     grids.read(&file).map_err(|error| table.refuse(error.to_string()))
 }
 
-fn parts(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Vec<Node>, FieldError> {
+fn parts(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Vec<AnyField>, FieldError> {
     table.tables("of")?.into_iter().map(|part| node(part, grids, may_nest)).collect()
 }
 
@@ -137,12 +141,12 @@ fn joined(
     table: &mut Table,
     grids: &mut Grids,
     may_nest: usize,
-    join: impl Fn(Node, Node) -> Option<Node>,
-) -> Result<Option<Node>, FieldError> {
+    join: impl Fn(AnyField, AnyField) -> Option<AnyField>,
+) -> Result<Option<AnyField>, FieldError> {
     Ok(join_all(parts(table, grids, may_nest)?, join))
 }
 
-fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> Option<Node> {
+fn join_all(mut parts: Vec<AnyField>, join: impl Fn(AnyField, AnyField) -> Option<AnyField>) -> Option<AnyField> {
     while parts.len() > 1 {
         let mut halved = Vec::with_capacity(parts.len().div_ceil(2));
         let mut rest = parts.into_iter();
@@ -157,14 +161,19 @@ fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> 
     parts.pop()
 }
 
+/// The union of all parts; of one alone, that part.
+fn union(mut parts: Vec<AnyField>) -> Option<AnyField> {
+    if parts.len() == 1 { parts.pop() } else { AnyField::union(parts) }
+}
+
 /// The first of `of` without all the others.
-fn difference(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Option<Node>, FieldError> {
+fn difference(table: &mut Table, grids: &mut Grids, may_nest: usize) -> Result<Option<AnyField>, FieldError> {
     let mut parts = parts(table, grids, may_nest)?;
     let others = parts.split_off(1);
-    let taken = join_all(others, |a, b| Some(Node::Union(Box::new(Union(a, b)))));
+    let taken = union(others);
     let first = parts.pop();
     Ok(match (first, taken) {
-        (Some(first), Some(taken)) => Some(Node::Difference(Box::new(Difference(first, taken)))),
+        (Some(first), Some(taken)) => Some(AnyField::Difference(Box::new(Difference(first, taken)))),
         (first, _) => first,
     })
 }

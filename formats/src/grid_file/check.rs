@@ -1,37 +1,39 @@
-//! What may stand in a file, whether it is to be written or was read.
+//! Validity of a grid's parts: before a file is written, and after one is read.
 
+use sdf_core::Interval;
+use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use sdf_core::grid::{BlockBounds, Lattice};
 
-use super::element::Element;
-use super::head::Head;
-use super::{About, Layout, Precision, Samples, SparseSamples, layout};
+use super::header::Header;
+use super::{About, GridFault, Samples, SparseInfo, SparseSamples, layout};
+use crate::hdf5::Element;
 
-/// Of samples that may be written, with the checksum of their digests left empty; else what is wrong with them.
-pub(super) fn head(lattice: &Lattice, samples: &Samples, about: &About) -> Result<Head, String> {
-    let sparse = |band: f64, precision: Precision, bricks: usize| Layout::Sparse { band, precision, bricks };
-    let layout = match samples {
-        Samples::Dense { .. } => Layout::Dense,
-        Samples::F32(samples) => sparse(samples.band, Precision::F32, samples.places.len()),
-        Samples::U16(samples) => sparse(samples.band, Precision::U16, samples.places.len()),
-        Samples::U8(samples) => sparse(samples.band, Precision::U8, samples.places.len()),
+/// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid.
+pub(super) fn checked_header(lattice: &Lattice, samples: &Samples, about: &About) -> Result<Header, String> {
+    let sparse = |band: f64, precision: Precision, bricks: usize| Some(SparseInfo { band, precision, bricks });
+    let sparse = match samples {
+        Samples::Dense { .. } => None,
+        Samples::F32(samples) => sparse(samples.band, Precision::F32, samples.slots.len()),
+        Samples::U16(samples) => sparse(samples.band, Precision::U16, samples.slots.len()),
+        Samples::U8(samples) => sparse(samples.band, Precision::U8, samples.slots.len()),
     };
-    let head = Head { lattice: *lattice, layout, about: about.clone(), digests_sha256: String::new() };
-    if let Some(flaw) = head.flaw() {
-        return Err(flaw);
+    let header = Header { lattice: *lattice, sparse, about: about.clone(), digests_sha256: String::new() };
+    if let Some(violation) = header.violation() {
+        return Err(violation);
     }
     match samples {
         Samples::Dense { distances, bounds } => {
             count("distances", distances.len(), Some(lattice.node_count()))?;
-            count("bounds", bounds.len(), layout::place_count(lattice))?;
-            finite("sample", distances)?;
-            sound_bounds(bounds)?;
+            count("bounds", bounds.len(), layout::slot_count(lattice))?;
+            all_finite("sample", distances)?;
+            valid_bounds(bounds)?;
         }
         Samples::F32(samples) => sparse_samples(lattice, samples, Precision::F32)?,
         Samples::U16(samples) => sparse_samples(lattice, samples, Precision::U16)?,
         Samples::U8(samples) => sparse_samples(lattice, samples, Precision::U8)?,
     }
-    Ok(head)
+    Ok(header)
 }
 
 fn sparse_samples<C: Element>(
@@ -39,91 +41,104 @@ fn sparse_samples<C: Element>(
     samples: &SparseSamples<C>,
     precision: Precision,
 ) -> Result<(), String> {
-    let bricks = samples.places.len();
+    let bricks = samples.slots.len();
     count("scales", samples.scales.len(), Some(bricks))?;
     count("samples", samples.samples.len(), bricks.checked_mul(BRICK_SAMPLES))?;
     count("bounds", samples.bounds.len(), Some(bricks))?;
     count("errors", samples.errors.len(), Some(bricks))?;
     count("nodes of the coarse grid", samples.coarse.len(), coarse_count(lattice))?;
-    table(lattice, samples.places)?;
-    finite("sample", samples.samples)?;
-    finite("coarse node", samples.coarse)?;
-    sound_scales(samples.scales, precision)?;
-    sound_bounds(samples.bounds)?;
-    sound_errors(samples.errors)
+    brick_table(lattice, samples.slots)?;
+    all_finite("sample", samples.samples)?;
+    all_finite("coarse node", samples.coarse)?;
+    valid_scales(samples.scales, precision)?;
+    valid_bounds(samples.bounds)?;
+    valid_errors(samples.errors)
 }
 
 fn coarse_count(lattice: &Lattice) -> Option<usize> {
-    layout::coarse_shape(lattice).iter().try_fold(1_usize, |count, along| count.checked_mul(*along))
+    layout::coarse_shape(lattice).iter().try_fold(1_usize, |count, nodes| count.checked_mul(*nodes))
 }
 
-fn count(what: &str, found: usize, wanted: Option<usize>) -> Result<(), String> {
-    match wanted {
-        Some(wanted) if wanted == found => Ok(()),
-        Some(wanted) => Err(format!("{found} {what} where {wanted} belong")),
-        None => Err(format!("more {what} belong there than can be counted")),
+fn count(what: &str, found: usize, expected: Option<usize>) -> Result<(), String> {
+    match expected {
+        Some(expected) if expected == found => Ok(()),
+        Some(expected) => Err(format!("{found} {what} where {expected} are expected")),
+        None => Err(format!("the number of {what} overflows")),
     }
 }
 
-fn finite<T: Element>(what: &str, elements: &[T]) -> Result<(), String> {
-    match elements.iter().position(|element| !element.is_valid()) {
-        Some(at) => Err(format!("{what} {at} is not finite")),
+fn all_finite<T: Element>(what: &str, elements: &[T]) -> Result<(), String> {
+    match elements.iter().position(|element| !element.is_finite()) {
+        Some(index) => Err(format!("{what} {index} is not finite")),
         None => Ok(()),
     }
 }
 
-/// Which brick is at each place.
-pub(super) fn table(lattice: &Lattice, places: &[[u32; 3]]) -> Result<Vec<u32>, String> {
+/// For each brick slot, x fastest, the index of its brick or [`NO_BRICK`].
+pub(super) fn brick_table(lattice: &Lattice, slots: &[[u32; 3]]) -> Result<Vec<u32>, String> {
     let counts = brick_counts(lattice);
-    let count = layout::place_count(lattice).ok_or("more places than can be counted")?;
+    let count = layout::slot_count(lattice).ok_or("too many brick slots")?;
     let mut table = Vec::new();
-    table.try_reserve_exact(count).map_err(|_| "more places than memory has room for")?;
+    table.try_reserve_exact(count).map_err(|_| "not enough memory for the table of brick slots")?;
     table.resize(count, NO_BRICK);
-    for (brick, place) in places.iter().enumerate() {
-        if (0..3).any(|axis| place[axis] >= counts[axis]) {
-            return Err(format!("brick {brick} is at {place:?} of {counts:?} places"));
+    for (brick, slot) in slots.iter().enumerate() {
+        if (0..3).any(|axis| slot[axis] >= counts[axis]) {
+            return Err(format!("brick {brick} is at {slot:?} of {counts:?} slots"));
         }
-        let [x, y, z] = place.map(|at| at as usize);
+        let [x, y, z] = slot.map(|index| index as usize);
         let entry = &mut table[(z * counts[1] as usize + y) * counts[0] as usize + x];
         if *entry != NO_BRICK {
-            return Err(format!("bricks {entry} and {brick} are both at {place:?}"));
+            return Err(format!("bricks {entry} and {brick} are both at {slot:?}"));
         }
         *entry = brick as u32;
     }
     Ok(table)
 }
 
-pub(super) fn sound_bounds(bounds: &[BlockBounds]) -> Result<(), String> {
+/// Block bounds from rows of three numbers: lower, upper, slope.
+pub(super) fn block_bounds(numbers: &[f32]) -> Result<Vec<BlockBounds>, GridFault> {
+    let row = |numbers: &[f32]| BlockBounds {
+        range: Interval { lower: numbers[0], upper: numbers[1] },
+        slope_bound: numbers[2],
+    };
+    let bounds: Vec<BlockBounds> = numbers.chunks_exact(3).map(row).collect();
+    valid_bounds(&bounds).map_err(GridFault::damaged)?;
+    Ok(bounds)
+}
+
+/// An error unless every bound is finite, lower ≤ upper, and slope ≥ 0.
+fn valid_bounds(bounds: &[BlockBounds]) -> Result<(), String> {
     let is_valid = |bounds: &BlockBounds| {
-        let finite =
+        let is_finite =
             [bounds.range.lower, bounds.range.upper, bounds.slope_bound].iter().all(|number| number.is_finite());
-        finite && bounds.range.lower <= bounds.range.upper && bounds.slope_bound >= 0.0
+        is_finite && bounds.range.lower <= bounds.range.upper && bounds.slope_bound >= 0.0
     };
     match bounds.iter().position(|bounds| !is_valid(bounds)) {
-        Some(at) => Err(format!("bounds {at} are {:?}", bounds[at])),
+        Some(index) => Err(format!("bounds {index} are {:?}", bounds[index])),
         None => Ok(()),
     }
 }
 
-/// None steps back, or beyond all numbers at the last code.
-pub(super) fn sound_scales(scales: &[Scale], precision: Precision) -> Result<(), String> {
+/// An error unless every step is at least zero and the largest code decodes to a finite value.
+pub(super) fn valid_scales(scales: &[Scale], precision: Precision) -> Result<(), String> {
     let is_valid = |scale: &Scale| {
-        let last = match precision {
+        let max_value = match precision {
             Precision::F32 => scale.step,
             Precision::U16 => u16::MAX.decode(*scale),
             Precision::U8 => u8::MAX.decode(*scale),
         };
-        scale.base.is_finite() && scale.step >= 0.0 && last.is_finite()
+        scale.base.is_finite() && scale.step >= 0.0 && max_value.is_finite()
     };
     match scales.iter().position(|scale| !is_valid(scale)) {
-        Some(at) => Err(format!("scale {at} is {:?}", scales[at])),
+        Some(index) => Err(format!("scale {index} is {:?}", scales[index])),
         None => Ok(()),
     }
 }
 
-pub(super) fn sound_errors(errors: &[f32]) -> Result<(), String> {
+/// An error unless every error bound is finite and at least zero.
+pub(super) fn valid_errors(errors: &[f32]) -> Result<(), String> {
     match errors.iter().position(|error| !(error.is_finite() && *error >= 0.0)) {
-        Some(at) => Err(format!("error {at} is {}", errors[at])),
+        Some(index) => Err(format!("error {index} is {}", errors[index])),
         None => Ok(()),
     }
 }

@@ -1,21 +1,24 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a grid was not read or not written. It prints as one line: which file, what is wrong, what to do.
+use crate::hdf5::ReadError;
+
+/// Why a grid was not read or not written. Prints as one line: which file, what is wrong, what to do.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", path.display())]
 pub struct GridFileError {
     pub path: PathBuf,
-    pub fault: Fault,
+    pub fault: GridFault,
 }
 
+/// Cause of a [`GridFileError`].
 #[derive(Debug, thiserror::Error)]
-pub enum Fault {
+pub enum GridFault {
     #[error(transparent)]
     Io(#[from] io::Error),
     #[error("not an HDF5 file; give a grid that `sdftool bake` wrote")]
     NotHdf5,
-    /// Sound HDF5 perhaps, but not a file that docs/format.md describes.
+    /// Valid HDF5 perhaps, but not a file that docs/format.md describes.
     #[error("an HDF5 file, but not an sdftool grid: {0}; give a grid that `sdftool bake` wrote")]
     NotAGrid(String),
     #[error("format version {found}, and this program reads up to {known}; update sdftool")]
@@ -24,12 +27,12 @@ pub enum Fault {
     EarlierVersion { found: i128, known: i128 },
     #[error("{0}: the file is damaged; bake it again")]
     Damaged(String),
-    /// What was asked to be written would be refused by [`super::read`].
+    /// The grid to be written would be refused by [`super::read`].
     #[error("cannot be written: {0}")]
     Refused(String),
 }
 
-impl Fault {
+impl GridFault {
     pub(super) fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged(what.into())
     }
@@ -40,5 +43,16 @@ impl Fault {
 
     pub(super) fn at(self, path: &Path) -> GridFileError {
         GridFileError { path: path.to_owned(), fault: self }
+    }
+}
+
+impl From<ReadError> for GridFault {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Io(error) => Self::Io(error),
+            ReadError::NotHdf5 => Self::NotHdf5,
+            ReadError::Unexpected(what) => Self::NotAGrid(what),
+            ReadError::Damaged(what) => Self::Damaged(what),
+        }
     }
 }

@@ -1,65 +1,56 @@
-//! What docs/format.md fixes: versions, chunks, checksums.
+//! Constants and shapes that docs/format.md fixes, and the chunk shapes that we choose.
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, NO_BRICK, brick_counts};
 
 pub(super) const FORMAT_VERSION: i128 = 2;
 
-/// The first that lets a dataset say that it is the scalars. Readers of earlier 2.x read it too, as one array of many.
+/// First version in which a dataset can be marked as the scalars. Readers of earlier 2.x read it too, as one array of
+/// several.
 pub(super) const VTKHDF_VERSION: [i64; 2] = [2, 6];
 
 pub(super) const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Nodes along each side of a chunk of nodes: 128 KiB of samples, which is what a reader of one spot must inflate (0.3 ms).
-/// With 64 the file is 0.5 % smaller and that spot costs 8 times more; with 16 the file is 6 % larger and writing
-/// takes 4 times longer.
+/// Nodes along each side of a chunk of nodes: 128 KiB of samples, which a reader of one point must inflate (0.3 ms).
+/// With 64 the file is 0.5 % smaller and that point costs 8 times more; with 16 the file is 6 % larger and writing takes
+/// 4 times longer.
 const CHUNK_SIDE: usize = 32;
 
-/// Bricks in a chunk of samples: 32 KiB of u16, inflated and hashed in 0.07 ms. Of 50 000 bricks of a lumpy sphere, 51 MB
-/// of u16, 16 bricks give 31.2 MB and 0.05 ms, 32 give 29.9 MB, 64 give 29.8 MB and 0.13 ms, 256 give 29.7 MB and 0.62 ms.
-/// Of a dragon at --res 256, as u16, they give 1.46, 1.38, 1.38 and 1.38 bytes a sample.
+/// Bricks in a chunk of samples: 32 KiB of u16, inflated and hashed in 0.07 ms. 50 000 bricks of a lumpy sphere, 51 MB of
+/// u16: chunks of 16 bricks give 31.2 MB and 0.05 ms, 32 give 29.9 MB, 64 give 29.8 MB and 0.13 ms, 256 give 29.7 MB and
+/// 0.62 ms. A dragon at --res 256, as u16: 1.46, 1.38, 1.38 and 1.38 bytes a sample.
 const CHUNK_BRICKS: usize = 32;
 
-/// Rows in a chunk of a table, which is read whole anyway: 48 KiB of bounds. With a tenth of it the
-/// digests, which do not pack, would take a twentieth of what they vouch for.
+/// Rows in a chunk of a table, which is always read whole: 48 KiB of bounds. With a tenth of it the digests, which do not
+/// compress, would take a twentieth of what they protect.
 const CHUNK_ROWS: usize = 4096;
 
-/// Of 256³ samples of a lumpy sphere, 67 MB, on one core: level 2 gives 42.6 MB in 0.71 s, 4 gives 41.5 MB in
-/// 0.77 s, 6 gives 41.2 MB in 0.87 s, 9 gives 41.0 MB in 1.45 s. Level 1 gives 46.6 MB and takes longer to read.
-pub(super) const DEFLATE_LEVEL: u32 = 4;
-
-/// The longest text of an attribute, in bytes: a path or a sentence has a hundred times less, and HDF5 cannot keep
-/// more in the header of an object.
-pub(super) const MAX_TEXT: usize = 1 << 16;
-
-/// The last number stands for no brick.
+/// Largest number of bricks: the last index means that there is no brick.
 pub(super) const MAX_BRICKS: usize = NO_BRICK as usize;
 
-pub(super) const SIGN_METHODS: [&str; 2] = ["pseudo-normal", "winding"];
-
-/// Of the samples of a dense grid: nodes along z, y and x.
-pub(super) fn shape(lattice: &Lattice) -> [usize; 3] {
+/// Shape of a dense grid's samples: nodes along z, y and x.
+pub(super) fn dense_shape(lattice: &Lattice) -> [usize; 3] {
     let [nx, ny, nz] = lattice.nodes();
     [nz, ny, nx].map(|n| n as usize)
 }
 
-/// Of the samples of a sparse grid.
+/// Shape of a sparse grid's samples.
 pub(super) fn bricks_shape(bricks: usize) -> [usize; 2] {
     [bricks, BRICK_SAMPLES]
 }
 
-/// Of the coarse grid: along z, y and x one more than there are places of bricks.
+/// Shape of the coarse grid: one more than there are brick slots, along z, y and x.
 pub(super) fn coarse_shape(lattice: &Lattice) -> [usize; 3] {
     let [px, py, pz] = brick_counts(lattice);
-    [pz, py, px].map(|along| along as usize + 1)
+    [pz, py, px].map(|slots| slots as usize + 1)
 }
 
-/// `None` where that is beyond all numbers.
-pub(super) fn place_count(lattice: &Lattice) -> Option<usize> {
-    brick_counts(lattice).iter().try_fold(1_usize, |count, along| count.checked_mul(*along as usize))
+/// Number of brick slots: blocks of 8 × 8 × 8 nodes; `None` on overflow.
+pub(super) fn slot_count(lattice: &Lattice) -> Option<usize> {
+    brick_counts(lattice).iter().try_fold(1_usize, |count, slots| count.checked_mul(*slots as usize))
 }
 
-/// How a dataset of ours is cut.
+/// Shape of the chunks of a dataset that we write.
 pub(super) fn chunk_shape(shape: &[usize]) -> Vec<usize> {
     let sides: &[usize] = match shape {
         [_, _, _] => &[CHUNK_SIDE; 3],
@@ -75,13 +66,11 @@ pub(super) fn whole_extent(lattice: &Lattice) -> [i64; 6] {
     [0, nx, 0, ny, 0, nz]
 }
 
-pub(super) const DIGEST_BYTES: usize = 32;
-
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// `None` unless it is what [`hex`] makes of 32 bytes.
+/// Inverse of [`hex`] for 32 bytes; `None` for any other text.
 pub(super) fn sha256_from_hex(text: &str) -> Option<[u8; 32]> {
     let digits: Option<Vec<u8>> = text
         .bytes()

@@ -5,7 +5,7 @@ use std::path::Path;
 use sdf_core::nalgebra::Vector3;
 
 use super::MeshFormat;
-use crate::grid_file::atomic_write;
+use crate::atomic_write::atomic_write;
 
 impl MeshFormat {
     /// By the name's end: obj, ply, stl.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use sdf_bake::SparseGrid;
 use sdf_core::combine::SmoothUnion;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, Sparse};
-use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, slope_bound};
+use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, measure_slope_bound};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, Torus};
 use sdf_core::{EnclosedSdf, Interval};
@@ -115,6 +115,6 @@ fn one_brick(field: &impl EnclosedSdf) -> Grid<Sparse<SparseGrid<f32>>> {
         error_bound: 0.0,
     };
     let storage = Sparse::new(&lattice, brick).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }

@@ -1,0 +1,259 @@
+//! Attributes of /sdf: their meaning, their HDF5 types, and the text whose SHA-256 is their checksum.
+//!
+//! docs/format.md lists the attributes; their order here is that of the checksum.
+
+use std::fmt::Write;
+
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::Precision;
+use sdf_core::grid::sparse::{BRICK, brick_counts};
+use sha2::{Digest, Sha256};
+
+use super::{About, GridFault, SignMethod, Source, SparseInfo, layout, layout_of};
+use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
+
+/// Attributes of both layouts.
+const COMMON: [&str; 15] = [
+    "format_version",
+    "layout",
+    "origin",
+    "spacing",
+    "counts",
+    "padding",
+    "sign_method",
+    "sign_verdict",
+    "slope_bound",
+    "error_bound",
+    "source_name",
+    "source_sha256",
+    "source_triangles",
+    "tool",
+    "options",
+];
+/// Attributes of sparse grids, after the common ones.
+const SPARSE_ONLY: [&str; 4] = ["band", "precision", "brick_side", "bricks"];
+const DIGESTS: &str = "digests_sha256";
+pub(super) const CHECKSUM: &str = "attributes_sha256";
+
+/// The values of all attributes.
+#[derive(Clone, Debug)]
+pub(super) struct Header {
+    pub lattice: Lattice,
+    pub sparse: Option<SparseInfo>,
+    pub about: About,
+    /// SHA-256 of the dataset `digests`, in the form of [`layout::hex`].
+    pub digests_sha256: String,
+}
+
+impl Header {
+    /// Reads all attributes and verifies their checksum.
+    pub(super) fn read(file: &Hdf5Reader, sdf: &Object) -> Result<Self, GridFault> {
+        let [version] = Attributes::read(file, sdf, ["format_version"])?.integers("format_version")?;
+        match version {
+            layout::FORMAT_VERSION => {}
+            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::FORMAT_VERSION }),
+            later if later > layout::FORMAT_VERSION => {
+                return Err(GridFault::LaterVersion { found: later, known: layout::FORMAT_VERSION });
+            }
+            unknown => return Err(GridFault::not_a_grid(format!("its format version is {unknown}"))),
+        }
+        let is_sparse = match Attributes::read(file, sdf, ["layout"])?.text("layout")? {
+            "dense" => false,
+            "sparse" => true,
+            _ => return Err(GridFault::not_a_grid("its layout is neither dense nor sparse")),
+        };
+        let sparse_only = SPARSE_ONLY.into_iter().filter(|_| is_sparse);
+        let attributes = Attributes::read(file, sdf, COMMON.into_iter().chain(sparse_only).chain([DIGESTS]))?;
+        if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
+            return Err(GridFault::damaged("checksum of the attributes does not match"));
+        }
+        let header = Self {
+            lattice: attributes.lattice()?,
+            sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
+            about: attributes.about()?,
+            digests_sha256: attributes.text(DIGESTS)?.to_owned(),
+        };
+        match header.violation() {
+            Some(violation) => Err(GridFault::damaged(violation)),
+            None => Ok(header),
+        }
+    }
+
+    /// All attributes but their checksum, which comes last.
+    pub(super) fn attributes(&self) -> Attributes {
+        let text = |text: &str| Value::Text(text.to_owned());
+        let number = |number: f64| Value::Numbers(vec![number]);
+        let integer = |integer: i128| Value::Integers(vec![integer]);
+        let about = &self.about;
+        let (layout, _) = layout_of(self.sparse);
+        let common = [
+            integer(layout::FORMAT_VERSION),
+            text(layout.name()),
+            Value::Numbers(self.lattice.origin().to_vec()),
+            number(self.lattice.spacing()),
+            Value::Integers(self.lattice.nodes().map(i128::from).to_vec()),
+            number(about.padding),
+            text(about.sign_method.name()),
+            text(&about.sign_reason),
+            number(about.slope_bound),
+            number(about.error_bound),
+            text(&about.source.name),
+            text(&layout::hex(&about.source.sha256)),
+            integer(about.source.triangles.into()),
+            text(&about.tool),
+            text(&about.options),
+        ];
+        let mut attributes: Vec<_> = COMMON.into_iter().zip(common).collect();
+        if let Some(SparseInfo { band, precision, bricks }) = self.sparse {
+            let sparse_only = [number(band), text(precision.name()), integer(BRICK.into()), integer(bricks as i128)];
+            attributes.extend(SPARSE_ONLY.into_iter().zip(sparse_only));
+        }
+        attributes.push((DIGESTS, text(&self.digests_sha256)));
+        Attributes(attributes)
+    }
+
+    /// The first value that no file may have, in words.
+    pub(super) fn violation(&self) -> Option<String> {
+        let about = &self.about;
+        let band = self.sparse.map_or(0.0, |sparse| sparse.band);
+        let lengths = [
+            ("slope_bound", about.slope_bound),
+            ("error_bound", about.error_bound),
+            ("padding", about.padding),
+            ("band", band),
+        ];
+        if let Some((name, bad)) = lengths.into_iter().find(|(_, length)| !(length.is_finite() && *length >= 0.0)) {
+            return Some(format!("{name} is {bad}"));
+        }
+        if let Some(SparseInfo { bricks, .. }) = self.sparse {
+            let slots = brick_counts(&self.lattice).iter().map(|slots| u128::from(*slots)).product::<u128>();
+            if bricks == 0 || bricks as u128 > slots.min(layout::MAX_BRICKS as u128) {
+                return Some(format!("{bricks} bricks for {slots} brick slots"));
+            }
+        }
+        let texts = [&about.sign_reason, &about.source.name, &about.tool, &about.options];
+        let bad = texts.into_iter().find(|text| text.len() > MAX_TEXT_BYTES || text.contains('\0'));
+        bad.map(|text| format!("a text of {} bytes is longer than 65536 or contains a NUL", text.len()))
+    }
+}
+
+/// Attributes by name.
+pub(super) struct Attributes(pub Vec<(&'static str, Value)>);
+
+impl Attributes {
+    pub(super) fn read(
+        file: &Hdf5Reader,
+        object: &Object,
+        names: impl IntoIterator<Item = &'static str>,
+    ) -> Result<Self, GridFault> {
+        names
+            .into_iter()
+            .map(|name| Ok((name, file.attribute(object, name)?)))
+            .collect::<Result<_, GridFault>>()
+            .map(Self)
+    }
+
+    /// SHA-256 of lines `name=value`, as docs/format.md defines it.
+    pub(super) fn checksum(&self) -> String {
+        let mut text = String::new();
+        for (name, value) in &self.0 {
+            let value = match value {
+                Value::Text(text) => text.clone(),
+                Value::Integers(integers) => joined(integers, |integer| integer.to_string()),
+                Value::Numbers(numbers) => joined(numbers, |number| format!("{:016x}", number.to_bits())),
+            };
+            writeln!(text, "{name}={value}").expect("writing to a String cannot fail");
+        }
+        layout::hex(&Sha256::digest(text))
+    }
+
+    fn lattice(&self) -> Result<Lattice, GridFault> {
+        let origin = self.numbers("origin")?;
+        let [spacing] = self.numbers("spacing")?;
+        let counts = self.integers::<3>("counts")?;
+        let nodes = counts.map(|n| u32::try_from(n).unwrap_or(0));
+        Lattice::new(origin, spacing, nodes).ok_or_else(|| {
+            GridFault::damaged(format!("{counts:?} nodes {spacing} apart from {origin:?} are not a grid"))
+        })
+    }
+
+    fn sparse(&self) -> Result<SparseInfo, GridFault> {
+        let [band] = self.numbers("band")?;
+        let [bricks] = self.integers("bricks")?;
+        let precision = Precision::from_name(self.text("precision")?);
+        if self.integers("brick_side")? != [i128::from(BRICK)] {
+            return Err(GridFault::not_a_grid(format!("its bricks do not have {BRICK} nodes along a side")));
+        }
+        Ok(SparseInfo {
+            band,
+            precision: precision.ok_or_else(|| GridFault::not_a_grid("its precision is not f32, u16 or u8"))?,
+            bricks: usize::try_from(bricks).map_err(|_| GridFault::damaged("bricks is not a count"))?,
+        })
+    }
+
+    fn about(&self) -> Result<About, GridFault> {
+        let [slope_bound] = self.numbers("slope_bound")?;
+        let [error_bound] = self.numbers("error_bound")?;
+        let [padding] = self.numbers("padding")?;
+        Ok(About {
+            sign_method: self.sign_method()?,
+            sign_reason: self.text("sign_verdict")?.to_owned(),
+            slope_bound,
+            error_bound,
+            padding,
+            source: self.source()?,
+            tool: self.text("tool")?.to_owned(),
+            options: self.text("options")?.to_owned(),
+        })
+    }
+
+    fn sign_method(&self) -> Result<SignMethod, GridFault> {
+        let name = self.text("sign_method")?;
+        let unknown = || format!("sign_method is {name:?}, not one of {:?}", SignMethod::ALL.map(SignMethod::name));
+        SignMethod::from_name(name).ok_or_else(|| GridFault::damaged(unknown()))
+    }
+
+    fn source(&self) -> Result<Source, GridFault> {
+        let sha256 = layout::sha256_from_hex(self.text("source_sha256")?);
+        let [triangles] = self.integers("source_triangles")?;
+        Ok(Source {
+            name: self.text("source_name")?.to_owned(),
+            sha256: sha256.ok_or_else(|| GridFault::damaged("source_sha256 is not 64 hexadecimal digits"))?,
+            triangles: triangles.try_into().map_err(|_| GridFault::damaged("source_triangles is not a count"))?,
+        })
+    }
+
+    fn value(&self, name: &str) -> Result<&Value, GridFault> {
+        let found = self.0.iter().find(|(known, _)| *known == name);
+        found.map(|(_, value)| value).ok_or_else(|| unexpected(name))
+    }
+
+    pub(super) fn integers<const N: usize>(&self, name: &str) -> Result<[i128; N], GridFault> {
+        match self.value(name)? {
+            Value::Integers(integers) => integers.as_slice().try_into().map_err(|_| unexpected(name)),
+            _ => Err(unexpected(name)),
+        }
+    }
+
+    pub(super) fn numbers<const N: usize>(&self, name: &str) -> Result<[f64; N], GridFault> {
+        match self.value(name)? {
+            Value::Numbers(numbers) => numbers.as_slice().try_into().map_err(|_| unexpected(name)),
+            _ => Err(unexpected(name)),
+        }
+    }
+
+    pub(super) fn text(&self, name: &str) -> Result<&str, GridFault> {
+        match self.value(name)? {
+            Value::Text(text) => Ok(text),
+            _ => Err(unexpected(name)),
+        }
+    }
+}
+
+fn joined<T>(values: &[T], written: impl Fn(&T) -> String) -> String {
+    values.iter().map(written).collect::<Vec<_>>().join(" ")
+}
+
+fn unexpected(name: &str) -> GridFault {
+    GridFault::not_a_grid(format!("its attribute {name} is not what docs/format.md says"))
+}

@@ -1,0 +1,170 @@
+//! Sparse grids: bricks of 8 × 8 × 8 samples near the surface, over a coarse grid.
+
+use rayon::prelude::*;
+use sdf_core::Aabb;
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
+
+use super::block_mask::BlockMask;
+use super::delta::DeltaCoding;
+use super::digests::{DatasetList, Digests, open_dataset};
+use super::header::Header;
+use super::reader::SamplesRead;
+use super::unread::{Unread, unread_grid};
+use super::{GridFault, check, layout};
+use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
+
+/// Index of the first digest of the samples: they come first.
+const SAMPLES_DIGEST: usize = 0;
+
+/// A sparse grid whose samples are not read yet, but all its tables.
+pub(super) struct UnreadSparse {
+    samples: SampleDataset,
+    tables: OwnedBricks<Unread>,
+}
+
+enum SampleDataset {
+    F32(Dataset<f32>),
+    U16(Dataset<u16>),
+    U8(Dataset<u8>),
+}
+
+impl UnreadSparse {
+    pub(super) fn open(
+        file: &Hdf5Reader,
+        sdf: &Object,
+        header: &Header,
+        bricks: usize,
+        precision: Precision,
+    ) -> Result<(Self, Digests), GridFault> {
+        let mut datasets = DatasetList::default();
+        let samples = SampleDataset::open(file, sdf, bricks, precision, &mut datasets)?;
+        let bounds = open_dataset::<f32>(file, sdf, "bounds", &[bricks, 3])?;
+        let slots = open_dataset::<u32>(file, sdf, "places", &[bricks, 3])?;
+        let scales = open_dataset::<f32>(file, sdf, "scales", &[bricks, 2])?;
+        let errors = open_dataset::<f32>(file, sdf, "errors", &[bricks])?;
+        let coarse = open_dataset::<f32>(file, sdf, "coarse", &layout::coarse_shape(&header.lattice))?;
+        let bounds_digest = datasets.add(&bounds);
+        let slots_digest = datasets.add(&slots);
+        let scales_digest = datasets.add(&scales);
+        let errors_digest = datasets.add(&errors);
+        let coarse_digest = datasets.add(&coarse);
+        let digests = datasets.read_digests(file, sdf, header)?;
+        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the table's
+        // memory.
+        let coarse = digests.elements(file, &coarse, coarse_digest)?;
+        let slots = digests.elements(file, &slots, slots_digest)?;
+        let slots: Vec<[u32; 3]> = slots.chunks_exact(3).map(|slot| [slot[0], slot[1], slot[2]]).collect();
+        let scales = digests.elements(file, &scales, scales_digest)?;
+        let errors = digests.elements(file, &errors, errors_digest)?;
+        let tables = OwnedBricks {
+            table: check::brick_table(&header.lattice, &slots).map_err(GridFault::damaged)?,
+            slots,
+            scales: scales.chunks_exact(2).map(|scale| Scale { base: scale[0], step: scale[1] }).collect(),
+            samples: vec![Unread; bricks * BRICK_SAMPLES],
+            bounds: check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?,
+            errors,
+            coarse,
+        };
+        check::valid_scales(&tables.scales, precision).map_err(GridFault::damaged)?;
+        check::valid_errors(&tables.errors).map_err(GridFault::damaged)?;
+        Ok((Self { samples, tables }, digests))
+    }
+
+    /// Blocks needed for queries in `regions` that reach `level`.
+    pub(super) fn mask(&self, header: &Header, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
+        let OwnedBricks { table, scales, samples, bounds, coarse, .. } = &self.tables;
+        let slices = BrickSlices { table, scales, samples, bounds, coarse };
+        let storage = Sparse::new(&header.lattice, slices).expect("the tables were checked");
+        BlockMask::needed(&unread_grid(header, storage), regions, level)
+    }
+
+    /// Reads all samples, or those of the bricks in `mask`.
+    pub(super) fn read(
+        self,
+        file: &Hdf5Reader,
+        digests: &Digests,
+        lattice: &Lattice,
+        mask: Option<&BlockMask>,
+    ) -> Result<SamplesRead, GridFault> {
+        let total_blocks = self.tables.slots.len();
+        let bricks = BrickReader { file, digests, lattice, mask };
+        let (samples, blocks) = match self.samples {
+            SampleDataset::F32(dataset) => {
+                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                (OwnedStorage::SparseF32(sparse), blocks)
+            }
+            SampleDataset::U16(dataset) => {
+                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                (OwnedStorage::SparseU16(sparse), blocks)
+            }
+            SampleDataset::U8(dataset) => {
+                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                (OwnedStorage::SparseU8(sparse), blocks)
+            }
+        };
+        Ok(SamplesRead { samples, blocks, total_blocks })
+    }
+}
+
+impl SampleDataset {
+    fn open(
+        file: &Hdf5Reader,
+        sdf: &Object,
+        bricks: usize,
+        precision: Precision,
+        datasets: &mut DatasetList,
+    ) -> Result<Self, GridFault> {
+        let shape = layout::bricks_shape(bricks);
+        Ok(match precision {
+            Precision::F32 => {
+                let samples = open_dataset(file, sdf, "samples", &shape)?;
+                datasets.add(&samples);
+                Self::F32(samples)
+            }
+            Precision::U16 => {
+                let samples = open_dataset(file, sdf, "samples", &shape)?;
+                datasets.add(&samples);
+                Self::U16(samples)
+            }
+            Precision::U8 => {
+                let samples = open_dataset(file, sdf, "samples", &shape)?;
+                datasets.add(&samples);
+                Self::U8(samples)
+            }
+        })
+    }
+}
+
+/// Reads samples of any precision.
+struct BrickReader<'a> {
+    file: &'a Hdf5Reader,
+    digests: &'a Digests,
+    lattice: &'a Lattice,
+    mask: Option<&'a BlockMask>,
+}
+
+impl BrickReader<'_> {
+    /// The bricks with their samples, and how many bricks lie in chunks that were read.
+    fn read<C: Code + DeltaCoding>(
+        &self,
+        dataset: &Dataset<C>,
+        tables: OwnedBricks<Unread>,
+    ) -> Result<(Sparse<OwnedBricks<C>>, usize), GridFault> {
+        let is_slot_needed =
+            |slot: &[u32; 3]| self.mask.is_none_or(|mask| mask.contains(slot.map(|index| index as usize)));
+        let is_brick_needed: Vec<bool> = tables.slots.iter().map(is_slot_needed).collect();
+        let is_needed = |tile: Tile| is_brick_needed[tile.first[1]..][..tile.size[1]].contains(&true);
+        let piece = [1, 1, BRICK_SAMPLES];
+        let mut samples = self.digests.elements_in(self.file, dataset, SAMPLES_DIGEST, piece, is_needed)?;
+        let bricks = samples.par_chunks_exact_mut(BRICK_SAMPLES).zip(&is_brick_needed);
+        bricks.filter(|(_, is_needed)| **is_needed).for_each(|(brick, _)| C::delta_decode(brick));
+        let [_, chunk_bricks, _] = dataset.tiling().sides();
+        let chunks_read = is_brick_needed.chunks(chunk_bricks).filter(|chunk| chunk.contains(&true));
+        let bricks_read = chunks_read.map(<[bool]>::len).sum();
+        let OwnedBricks { table, slots, scales, bounds, errors, coarse, .. } = tables;
+        let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
+        Ok((Sparse::new(self.lattice, bricks).expect("the tables were checked"), bricks_read))
+    }
+}

@@ -1,0 +1,63 @@
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use super::ReadError;
+
+/// A file, read by address from any thread.
+pub(super) struct ByteSource {
+    file: Mutex<File>,
+    length: u64,
+    bytes_read: AtomicU64,
+}
+
+impl ByteSource {
+    pub(super) fn open(path: &Path) -> Result<Self, ReadError> {
+        // Checked before opening, because opening a pipe waits for its writer.
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file").into());
+        }
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Self { file: Mutex::new(file), length, bytes_read: AtomicU64::new(0) })
+    }
+
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Bytes read so far; bytes read twice count twice.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.bytes_read.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn contains(&self, address: u64, count: u64) -> bool {
+        address.checked_add(count).is_some_and(|end| end <= self.length)
+    }
+
+    /// The bytes at an address. Takes memory only for what the source holds.
+    pub(super) fn at(&self, address: u64, count: usize) -> Result<Vec<u8>, ReadError> {
+        let mut bytes = Vec::new();
+        self.read_into(address, count, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Like [`Self::at`], but reuses a buffer.
+    pub(super) fn read_into(&self, address: u64, count: usize, buffer: &mut Vec<u8>) -> Result<(), ReadError> {
+        if !self.contains(address, count as u64) {
+            return Err(ReadError::damaged(format!(
+                "{count} bytes at {address} lie outside its {} bytes",
+                self.length
+            )));
+        }
+        buffer.resize(count, 0);
+        // A thread that panicked leaves only a file position behind.
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(address))?;
+        file.read_exact(buffer)?;
+        self.bytes_read.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(())
+    }
+}

@@ -1,0 +1,182 @@
+//! A write that fails, panics, is killed or interrupted leaves the old file as it was, and nothing else.
+
+use std::fs;
+use std::io::{self, Error};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sdf_formats::{atomic_write, grid_file, remove_temporaries};
+use tempfile::TempDir;
+
+use crate::grid_samples::{Made, about};
+
+/// A folder that contains only an old file.
+struct OldFile {
+    folder: TempDir,
+    path: PathBuf,
+}
+
+impl OldFile {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("old.txt");
+        fs::write(&path, "old").unwrap();
+        Self { folder, path }
+    }
+
+    fn is_unchanged(&self) -> bool {
+        fs::read(&self.path).unwrap() == b"old" && self.file_count() == 1
+    }
+
+    fn file_count(&self) -> usize {
+        fs::read_dir(&self.folder).unwrap().count()
+    }
+}
+
+#[test]
+fn the_new_file_replaces_the_old() {
+    let old = OldFile::new();
+    let written: io::Result<usize> = atomic_write(&old.path, |temporary| {
+        assert_eq!(temporary.parent().unwrap().parent(), old.path.parent());
+        fs::write(temporary, "new")?;
+        assert_eq!(fs::read(&old.path)?, b"old");
+        Ok(3)
+    });
+    assert_eq!(written.unwrap(), 3);
+    assert_eq!(fs::read(&old.path).unwrap(), b"new");
+    assert_eq!(old.file_count(), 1);
+}
+
+#[test]
+fn a_write_that_fails_leaves_the_old_file() {
+    let old = OldFile::new();
+    let answer: io::Result<()> = atomic_write(&old.path, |temporary| {
+        fs::write(temporary, "half of the n")?;
+        Err(Error::other("disk is full"))
+    });
+    assert_eq!(answer.unwrap_err().to_string(), "disk is full");
+    assert!(old.is_unchanged());
+}
+
+#[test]
+fn a_write_that_panics_leaves_the_old_file() {
+    let old = OldFile::new();
+    let path = old.path.clone();
+    let answer = std::panic::catch_unwind(move || -> io::Result<()> {
+        atomic_write(&path, |temporary| {
+            fs::write(temporary, "half of the n")?;
+            panic!("on purpose")
+        })
+    });
+    assert!(answer.is_err());
+    assert!(old.is_unchanged());
+}
+
+#[test]
+fn two_writers_of_one_file_do_not_mix() {
+    let old = OldFile::new();
+    let outer: io::Result<()> = atomic_write(&old.path, |temporary| {
+        fs::write(temporary, "outer")?;
+        let inner: io::Result<()> = atomic_write(&old.path, |_| unreachable!());
+        assert_eq!(inner.unwrap_err().kind(), io::ErrorKind::ResourceBusy);
+        assert_eq!(fs::read(temporary)?, b"outer");
+        Ok(())
+    });
+    outer.unwrap();
+    assert_eq!(fs::read(&old.path).unwrap(), b"outer");
+}
+
+#[test]
+fn a_folder_is_not_replaced() {
+    let old = OldFile::new();
+    let answer: io::Result<()> = atomic_write(old.folder.path(), |_| unreachable!());
+    assert_eq!(answer.unwrap_err().to_string(), "exists and is not a regular file");
+    let answer: io::Result<()> = atomic_write(&old.folder.path().join("none/new.txt"), |_| unreachable!());
+    assert_eq!(answer.unwrap_err().kind(), io::ErrorKind::NotFound);
+    assert!(old.is_unchanged());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link() {
+    let old = OldFile::new();
+    let link = old.folder.path().join("link.txt");
+    std::os::unix::fs::symlink("old.txt", &link).unwrap();
+    let answer: io::Result<()> = atomic_write(&link, |temporary| fs::write(temporary, "new"));
+    answer.unwrap();
+    assert!(link.symlink_metadata().unwrap().is_symlink());
+    assert_eq!(fs::read(&old.path).unwrap(), b"new");
+}
+
+const TARGET: &str = "ATOMIC_WRITE_TARGET";
+
+/// Not a test of its own: the child process that the next two tests start and end early.
+#[test]
+#[ignore = "started by other tests"]
+fn victim() {
+    let Some(target) = std::env::var_os(TARGET) else { return };
+    let made = Made::new([64, 64, 64], None);
+    if std::env::var_os("ABORT").is_none() {
+        let error = grid_file::write(Path::new(&target), &made.lattice, made.samples(), &about()).unwrap_err();
+        assert_eq!(error.to_string().lines().count(), 1);
+        return;
+    }
+    let _: io::Result<()> = atomic_write(Path::new(&target), |temporary| {
+        fs::write(temporary, "half of the n")?;
+        std::process::abort()
+    });
+}
+
+#[test]
+fn a_killed_write_leaves_the_old_file() {
+    let old = OldFile::new();
+    let this = std::env::current_exe().unwrap();
+    let arguments = ["--exact", "atomic_write::victim", "--ignored"];
+    let output = Command::new(this).args(arguments).env(TARGET, &old.path).env("ABORT", "1").output().unwrap();
+    assert!(!output.status.success());
+    assert_eq!(fs::read(&old.path).unwrap(), b"old");
+}
+
+/// A limit on file sizes acts as a full disk does.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_the_old_file() {
+    let old = OldFile::new();
+    let script = "trap '' XFSZ; ulimit -f 64; exec \"$0\" --exact atomic_write::victim --ignored";
+    let this = std::env::current_exe().unwrap();
+    let output = Command::new("sh").args(["-c", script]).arg(this).env(TARGET, &old.path).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
+    assert!(old.is_unchanged());
+}
+
+/// Runs in a process of its own, because it stops every write of its process.
+#[test]
+#[ignore = "started by another test"]
+fn interrupted_victim() {
+    let folder = TempDir::new().unwrap();
+    let target = folder.path().join("old.txt");
+    fs::write(&target, "old").unwrap();
+    let answer: io::Result<()> = atomic_write(&target, |temporary| {
+        fs::write(temporary, "half of the n")?;
+        let lock = remove_temporaries();
+        assert_eq!(fs::read_dir(folder.path())?.count(), 1);
+        // The folder is gone, so the file cannot be created again.
+        assert!(fs::write(temporary, "half of the n").is_err());
+        drop(lock);
+        Ok(())
+    });
+    // If the process does not end, the writer notices.
+    assert!(answer.is_err());
+    assert_eq!(fs::read(&target).unwrap(), b"old");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn interrupted_writes_are_cleared_away_and_cannot_come_back() {
+    let this = std::env::current_exe().unwrap();
+    let output =
+        Command::new(this).args(["--exact", "atomic_write::interrupted_victim", "--ignored"]).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("1 passed"), "{said}");
+}

@@ -1,0 +1,17 @@
+//! All integration tests of the crate, in one program.
+
+mod atomic_write;
+mod grid_damage;
+mod grid_hostile;
+mod grid_needed;
+mod grid_round_trip;
+mod grid_samples;
+mod grid_threads;
+mod memory;
+mod mesh_hostile;
+mod mesh_models;
+mod mesh_obj;
+mod mesh_ply;
+mod mesh_polygons;
+mod mesh_stl;
+mod random;
