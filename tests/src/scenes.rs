@@ -55,7 +55,7 @@ impl Sdf for Scene {
     fn bounds(&self, level: f64) -> Aabb {
         self.field.bounds(level)
     }
-    fn measure_slope_bound(&self) -> f64 {
+    fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
 }
@@ -138,7 +138,7 @@ impl<F: Sdf> Sdf for Steep<F> {
     fn bounds(&self, level: f64) -> Aabb {
         self.field.bounds(level / self.steepness)
     }
-    fn measure_slope_bound(&self) -> f64 {
+    fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.steepness
     }
 }

@@ -254,7 +254,7 @@ impl Sdf for Broken {
     fn bounds(&self, level: f64) -> Aabb {
         Sphere::new(0.5).unwrap().bounds(level)
     }
-    fn measure_slope_bound(&self) -> f64 {
+    fn slope_bound(&self) -> f64 {
         1.0
     }
 }
