@@ -2,8 +2,8 @@
 //! programming problems"): which subregion is searched next, and what is proven of all the others?
 //!
 //! Open nodes are kept in a binary heap (Williams 1964) with the lowest bound on top. Its storage is fixed: a node that
-//! finds no room is dropped, and its bound is remembered. So at any time
-//! min(value found, [`BestFirstQueue::lower_bound`]) is a lower bound of the whole region.
+//! finds no room is dropped, and its bound is remembered. So at any time min(value found,
+//! [`BestFirstQueue::lower_bound`]) is a lower bound of the whole region.
 
 use crate::number::{Float, Real};
 
@@ -19,7 +19,7 @@ pub(crate) struct BestFirstQueue<N: Node, S> {
     count: usize,
     /// Lower bound of all nodes that are done with.
     fathomed_bound: N::Bound,
-    /// Lower bound of those among them that found no room.
+    /// Lower bound of the nodes among them that a full queue dropped.
     overflow_bound: N::Bound,
 }
 
@@ -39,7 +39,7 @@ impl<N: Node, S: AsRef<[N]> + AsMut<[N]>> BestFirstQueue<N, S> {
         Real::min(self.fathomed_bound, open)
     }
 
-    /// Lower bound of the nodes that were dropped for want of room; infinite if none was.
+    /// Lower bound of the nodes that a full queue dropped; infinite if there are none.
     pub fn overflow_bound(&self) -> N::Bound {
         self.overflow_bound
     }
@@ -49,7 +49,7 @@ impl<N: Node, S: AsRef<[N]> + AsMut<[N]>> BestFirstQueue<N, S> {
         self.fathomed_bound = Real::min(self.fathomed_bound, lower_bound);
     }
 
-    /// Adds a node, or drops it if there is no room.
+    /// Adds a node, or drops it if the queue is full.
     pub fn push(&mut self, node: N) {
         if self.count < self.storage.as_ref().len() {
             let last = self.count;
@@ -60,8 +60,8 @@ impl<N: Node, S: AsRef<[N]> + AsMut<[N]>> BestFirstQueue<N, S> {
         }
     }
 
-    /// Adds a node. If there is no room, drops the node with the highest bound instead: one more pass over the leaves of
-    /// the heap.
+    /// Adds a node. If the queue is full, the node with the highest bound is dropped instead, found in one pass over
+    /// the leaves of the heap.
     pub fn push_evicting(&mut self, node: N) {
         let nodes = self.storage.as_ref();
         if self.count < nodes.len() {

@@ -8,8 +8,9 @@
 //! | 3 | If not: the node with the lowest bound is bisected, and each half bounded from one evaluation. | `branch_and_bound` |
 //! | 4 | Does some in-plane direction descend on all of a half? Then its interior holds no minimum. | `descent_test` |
 //!
-//! With v the lowest value found and l the lower bound of all nodes, min(v, l) ≤ min φ ≤ v. A node whose bound is at least
-//! v − gap is fathomed; gap = tolerance · longest edge · slope bound + rounding. The search has converged when no other is left.
+//! With v the lowest value found and l the lower bound of all nodes, min(v, l) ≤ min φ ≤ v. A node whose bound is at
+//! least v − gap is fathomed; gap = tolerance · longest edge · slope bound + rounding. The search has converged when no
+//! other is left.
 
 mod branch_and_bound;
 mod descent_test;
@@ -27,26 +28,28 @@ use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::{EnclosedSdf, Goal, Simplex};
 
-/// Branch and bound: finds the global minimum on the simplex, however many local ones there are, to within the gap between
-/// value and lower bound.
+/// Branch and bound: finds the global minimum on the simplex, however many local ones there are, to within the gap
+/// between value and lower bound.
 ///
 /// It has converged if that gap is within the tolerance. Otherwise the budget ran out first, and the bound still holds.
 ///
 /// A grid knows its minimum on a segment, and on a triangle that meets up to a few hundred cells
-/// ([`EnclosedSdf::exact_minimum`]): these need no search, and a larger triangle is cut until its parts are of that size.
-/// On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer the nodes.
+/// ([`EnclosedSdf::exact_minimum`]): these need no search, and a larger triangle is cut until its parts are of that
+/// size. On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer
+/// the nodes.
 ///
-/// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the minimum is
-/// at most the level, the answer is the same as without.
+/// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the minimum
+/// is at most the level, the answer is the same as without.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
-    /// Largest number of evaluations. Local steps and the first bound of the whole simplex do not count, and the exact
+    /// Largest number of evaluations. The local steps and the first bound of the whole simplex do not count. The exact
     /// minimum of a grid on a part counts as one.
     pub evaluations: u32,
     /// Stops when the minimum is known to within this fraction of longest edge · slope bound.
     pub tolerance: f64,
-    /// Finds the first value to beat, and polishes the result. Newton needs fewer evaluations in all than Frank-Wolfe or no
-    /// local search, on shapes and grids. Where the field is smooth it makes the point accurate, not only the value.
+    /// Finds the first value to beat, and polishes the result. Newton needs fewer evaluations in all than Frank-Wolfe
+    /// or no local search, on shapes and grids. Where the field is smooth it makes the point accurate, not only the
+    /// value.
     pub local: Newton,
 }
 

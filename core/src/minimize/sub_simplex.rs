@@ -1,7 +1,7 @@
 //! Parts of a simplex, by the barycentric weights of their corners: what subdivision cuts and bounds.
 //!
-//! A part is bisected at the middle of its longest edge (Rivara 1984, "Algorithms for refining triangular grids suitable for
-//! adaptive and multigrid techniques"), so that two bisections of a triangle halve its size.
+//! A part is bisected at the middle of its longest edge (Rivara 1984, "Algorithms for refining triangular grids
+//! suitable for adaptive and multigrid techniques"), so that two bisections of a triangle halve its size.
 
 use core::array::from_fn;
 

@@ -1,7 +1,7 @@
 //! The state of the search: the lowest value so far, and a queue of parts of the simplex with a lower bound each.
 //!
-//! A part is bounded by what the field encloses on it ([`EnclosedSdf::enclosure`], one evaluation at its centroid), by the
-//! bound of the part it was cut from, or by the exact minimum on it, where the field knows that.
+//! A part is bounded by the exact minimum on it, where the field knows that. Else by the higher of two bounds: that of
+//! its parent, and the enclosure of φ on the part ([`EnclosedSdf::enclosure`], one evaluation at its centroid).
 
 use super::descent_test::DescentTest;
 use super::grid_exact::{EdgeMinimum, SampledMinimum, minimum_on_triangle};
@@ -15,8 +15,9 @@ use crate::{EnclosedSdf, Goal, Simplex};
 /// Room for open nodes: 5 KB for triangles in f64.
 const MAX_NODES: usize = 64;
 
-/// With fewer slots free than this, the deepest node is bisected and not the one with the lowest bound. Depth first needs
-/// one slot per cut; after this many cuts, two for each halving of a triangle's size, a part is 2⁻²⁰ of the simplex.
+/// With fewer slots free than this, the deepest node is bisected and not the one with the lowest bound. Depth first
+/// needs one slot per cut; after this many cuts, two for each halving of a triangle's size, a part is 2⁻²⁰ of the
+/// simplex.
 const MIN_FREE_SLOTS: usize = 40;
 
 /// A part of the simplex that is to be cut or fathomed.
@@ -105,8 +106,8 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
         self.needs_polish = false;
     }
 
-    /// Bounds a node, whose bound so far is that of its parent, from an evaluation at the point of `weights` in it, and
-    /// enqueues it unless that fathoms it.
+    /// Bounds a node from an evaluation at the point of `weights` in it, and enqueues it unless that fathoms it. Its
+    /// bound so far is that of its parent.
     pub fn bound_node(&mut self, node: SimplexNode<R, N>, weights: [R; N], gap: R) {
         let part = node.part.embed(self.simplex);
         self.evaluations = self.evaluations.saturating_add(1);

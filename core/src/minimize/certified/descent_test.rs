@@ -1,9 +1,9 @@
-//! The descent test: does one in-plane direction descend on all of a part of a triangle? Then no point in the interior of
-//! the triangle that lies in the part is a minimum, for 0 lies in the generalized gradient of a minimum (Clarke 1983,
-//! "Optimization and Nonsmooth Analysis", prop. 2.3.2).
+//! The descent test: does one in-plane direction descend on all of a part of a triangle? Then the part holds no
+//! minimum, unless on the triangle's boundary. In the interior 0 lies in the generalized gradient of a minimum (Clarke
+//! 1983, "Optimization and Nonsmooth Analysis", prop. 2.3.2).
 //!
-//! With gradients in the interval vector \[g\] the candidate is u, the projection of mid \[g\] to the plane:
-//! u = Σ_k e_k (mid \[g\] · e_k) / (e_k · e_k) for an orthogonal basis e of the plane. −u descends if lower(\[g\] · u) > 0.
+//! With gradients in the interval vector \[g\] the candidate is u, the projection of mid \[g\] to the plane: u = Σ_k
+//! e_k (mid \[g\] · e_k) / (e_k · e_k) for an orthogonal basis e of the plane. −u descends if lower(\[g\] · u) > 0.
 
 use nalgebra::Vector3;
 

@@ -1,7 +1,8 @@
-//! Minima that the field knows without a search ([`EnclosedSdf::exact_minimum`]; today those of a grid), made into answers.
+//! Minima that the field knows without a search ([`EnclosedSdf::exact_minimum`]; today those of a grid), made into
+//! answers.
 //!
-//! An exact minimum is a value in exact arithmetic at rounded weights. The answer is the field's own sample at the point of
-//! those weights, so φ ≥ min(exact lower bound, sample) − rounding.
+//! An exact minimum is a value in exact arithmetic at rounded weights. The answer is the field's own sample at the
+//! point of those weights, so φ ≥ min(exact lower bound, sample) − rounding.
 
 use core::array::from_fn;
 

@@ -1,7 +1,7 @@
 //! The search of a union: min over the parts of their minima, each part searched by what it knows itself.
 //!
-//! min_x min_i φ_i(x) = min_i min_x φ_i(x). The value found so far is the level of the next search, and a part whose box
-//! bound lies above it is skipped.
+//! min_x min_i φ_i(x) = min_i min_x φ_i(x). The value found so far is the level of the next search, and a part whose
+//! box bound lies above it is skipped.
 
 use super::Certified;
 use crate::enclosure::PartVisitor;
