@@ -1,13 +1,13 @@
 //! Certified error of trilinear interpolation.
 //!
-//! A grid holds exact distances φ(xᵢ) at the nodes. How far is the interpolant I(x) = Σ wᵢ φ(xᵢ) of a cell from φ(x)? The
-//! proofs are in `docs/error-bounds.md`, with the same letters; its sections are named below.
+//! A grid holds exact distances φ(xᵢ) at the nodes. How far is the interpolant I(x) = Σ wᵢ φ(xᵢ) of a cell from φ(x)?
+//! The proofs are in `docs/error-bounds.md`, with the same letters; its sections are named below.
 //!
 //! | step | question | file | section |
 //! |---|---|---|---|
 //! | 1 | Which triangles are near a brick? | `local_triangles` | – |
 //! | 2 | Which of them can be nearest to a point of a block? | `candidates` | "Which triangles can be nearest" |
-//! | 3 | How far apart are the gradients that their normals combine to, and so how large is the error? | `normal_cones` | "Where the gradient is known to turn little", "Gradients are combinations of nearby normals" |
+//! | 3 | How far do gradients that combine their normals differ, and so how large is the error? | `normal_cones` | "Where the gradient …", "Gradients are …" |
 //! | 4 | What do rounding and jumps of the sign add? | `node_bounds` | "What is added" |
 //!
 //! Errors are in voxels. Blocks are of 2 × 2 × 2 cells; only the worst are searched again cell by cell.
@@ -135,7 +135,7 @@ impl<'a> BrickErrors<'a> {
 impl MeshDistance<'_> {
     /// Outward unit normal of a triangle of the tree; zero if unknown.
     fn normal(&self, slot: u32) -> Vector3<f64> {
-        let normals = self.normals_of_one_solid();
+        let normals = self.solid_normals();
         normals.map_or_else(Vector3::zeros, |normals| normals.face(self.tree().triangles[slot as usize]))
     }
 
@@ -143,7 +143,7 @@ impl MeshDistance<'_> {
     ///
     /// The faces that meet at a nearest point share a corner, so each gradient lies in one of these cones.
     fn normals_by_corner(&self, candidates: &[u32]) -> Vec<Normals> {
-        let corners = |slot: &u32| self.points_of(*slot as usize).map(|point| (point, self.normal(*slot)));
+        let corners = |slot: &u32| self.corner_indices(*slot as usize).map(|point| (point, self.normal(*slot)));
         let mut by_corner: Vec<(u32, Vector3<f64>)> = candidates.iter().flat_map(corners).collect();
         by_corner.sort_by_key(|(corner, _)| *corner);
         let cone = |around_corner: &[(u32, Vector3<f64>)]| {

@@ -1,14 +1,11 @@
 //! Helpers of the unit tests.
 
 use sdf_core::nalgebra::Vector3;
+use sdf_procedural::random::next_bits;
 
-/// SplitMix64 (Steele, Lea and Flood 2014), uniform from −1 to 1.
+/// Uniform from −1 to 1.
 pub(crate) fn random(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 * 0.5_f64.powi(52) - 1.0
+    (next_bits(state) >> 11) as f64 * 0.5_f64.powi(52) - 1.0
 }
 
 pub(crate) fn random_vector(state: &mut u64) -> Vector3<f64> {

@@ -6,15 +6,16 @@ use sdf_core::nalgebra::Vector3;
 use crate::rounding::SLIVER_SINE_SQ;
 pub(crate) use nearest::{NearestOnTriangle, nearest_on_triangle};
 
-/// The part of a triangle that a point lies on: corner i, the edge from corner i to the next, or the inside.
+/// Part of a triangle that a point lies on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TriangleFeature {
     Corner(usize),
+    /// From corner i to the next.
     Edge(usize),
     Inside,
 }
 
-/// So thin that its normal means nothing.
+/// Is the triangle so thin that its normal is meaningless? Then its edges stand for it.
 #[inline(always)]
 pub(crate) fn is_sliver([a, b, c]: [Vector3<f64>; 3]) -> bool {
     let (ab, ac) = (b - a, c - a);

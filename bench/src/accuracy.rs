@@ -28,14 +28,14 @@ use std::time::Instant;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use sdf_formats::field_file::Node;
+use sdf_core::AnyField;
+use sdf_core::grid::owned::Layout;
 use sdf_procedural::SpikedBall;
 use serde::Serialize;
 
 pub use pages::{Page, docs, folder};
 pub use scene_file::{SceneFile, read_scenes};
 
-use crate::bake::Layout;
 use advice::{Advice, Cost, advise};
 use curves::{SetReport, measure};
 use methods::{ElementMethod, Method};
@@ -161,7 +161,7 @@ struct SetOutline {
 }
 
 impl SetOutline {
-    fn measure<const N: usize>(&self, fields: Vec<Node>, extent: Extent) -> SetReport
+    fn measure<const N: usize>(&self, fields: Vec<AnyField>, extent: Extent) -> SetReport
     where
         Method: ElementMethod<N>,
     {

@@ -1,9 +1,11 @@
 pub mod bake;
+pub mod compare;
 pub mod contacts;
 pub mod demo;
 pub mod eval;
 pub mod info;
 pub mod overlap;
+pub mod shell;
 pub mod slice;
 pub mod surface;
 pub mod verify;

@@ -44,12 +44,15 @@ fn main() -> ExitCode {
         Command::Bake(args) => commands::bake::run(&args),
         Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(&args),
         Command::Contacts(args) => commands::contacts::run(&args),
+        Command::Compare(args) => commands::compare::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
         Command::Slice(args) => commands::slice::run(&args),
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
+        Command::Completions(args) => commands::shell::completions(&args),
+        Command::Man(args) => commands::shell::man(&args),
     });
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));

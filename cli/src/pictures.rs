@@ -2,7 +2,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf};
+use sdf_core::{Aabb, Sdf};
 use sdf_formats::atomic_write;
 
 use crate::mesh_input::at;

@@ -1,11 +1,11 @@
 //! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
 
 use sdf_bake::error_budget::ErrorBudget;
-use sdf_bake::sparse::{Quantize, SparseBaker};
-use sdf_bake::{MeshDistance, TriangleMesh, dense, lattice_around};
+use sdf_bake::sparse::SparseBaker;
+use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{Layout, OwnedCode, OwnedGrid, Precision};
+use sdf_core::grid::owned::{Layout, Precision};
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 
 pub use sdf_bake::error_budget::ErrorBudgetError;
@@ -170,7 +170,7 @@ fn bake(
     });
     let distance = MeshDistance::new(mesh, method);
     let bounds = mesh.bounds();
-    let (grid, error_bound, band) = match options.size {
+    let (BakedGrid { grid, error_bound }, band) = match options.size {
         GridSize::Cells(cells) => {
             bake_size(&distance, options, &bounds, bounds.longest_side() / f64::from(cells), on_progress)?
         }
@@ -201,8 +201,8 @@ fn bake(
     })
 }
 
-/// A grid, its error bound, and the half width of its band.
-type BakedGrid = (OwnedGrid, f64, Option<f64>);
+/// A grid, and the half width of its band.
+type GridAndBand = (BakedGrid, Option<f64>);
 
 fn bake_size(
     distance: &MeshDistance,
@@ -210,38 +210,22 @@ fn bake_size(
     bounds: &Aabb,
     spacing: f64,
     on_progress: &(dyn Fn(Progress) + Sync),
-) -> Result<BakedGrid, BakeError> {
+) -> Result<GridAndBand, BakeError> {
     let lattice = lattice(options, bounds, spacing)?;
     if options.layout == Layout::Dense {
         on_progress(Progress::Total(lattice.node_count() as u64));
         let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
-        let error_bound = dense.error_bound;
-        return Ok((dense.into_grid(&lattice), error_bound, None));
+        return Ok((dense.into_grid(&lattice), None));
     }
     let band = f64::from(options.band) * lattice.spacing();
     let baker = SparseBaker::new(distance, &lattice, band);
     let precision = options.precision.unwrap_or(Precision::U16);
-    let bytes = match precision {
-        Precision::F32 => baker.max_bytes::<f32>(),
-        Precision::U16 => baker.max_bytes::<u16>(),
-        Precision::U8 => baker.max_bytes::<u8>(),
-    };
+    let bytes = baker.max_bytes_as(precision);
     let nodes = lattice.nodes().map(f64::from);
     require_memory(nodes, Some(baker.max_bricks()), bytes as f64)?;
     on_progress(Progress::Total(baker.slot_count() as u64));
     let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
-    let (grid, error_bound) = match precision {
-        Precision::F32 => bake_sparse::<f32>(&baker, &on_done),
-        Precision::U16 => bake_sparse::<u16>(&baker, &on_done),
-        Precision::U8 => bake_sparse::<u8>(&baker, &on_done),
-    };
-    Ok((grid, error_bound, Some(band)))
-}
-
-fn bake_sparse<C: Quantize + OwnedCode>(baker: &SparseBaker, on_done: &(dyn Fn(usize) + Sync)) -> (OwnedGrid, f64) {
-    let baked = baker.bake::<C>(on_done);
-    let error_bound = baked.error_bound;
-    (baked.into_grid(baker.lattice()), error_bound)
+    Ok((baker.bake_as(precision, &on_done), Some(band)))
 }
 
 fn bake_within(
@@ -250,7 +234,7 @@ fn bake_within(
     bounds: &Aabb,
     max_error: MaxError,
     on_progress: &(dyn Fn(Progress) + Sync),
-) -> Result<BakedGrid, BakeError> {
+) -> Result<GridAndBand, BakeError> {
     let max_error = match max_error {
         MaxError::Length(length) => length,
         MaxError::Fraction(fraction) => fraction * bounds.diagonal(),
@@ -264,7 +248,7 @@ fn bake_within(
     };
     let baked = budget.bake(distance, &on_done).map_err(BakeError::ErrorBudget)?;
     let band = f64::from(options.band) * baked.grid.lattice().spacing();
-    Ok((baked.grid, baked.error_bound, Some(band)))
+    Ok((baked, Some(band)))
 }
 
 /// Largest side of a cell in sides of the mesh's box. One says nothing of the mesh already; from 1e16 on, the nodes are so far

@@ -52,6 +52,11 @@ impl Field {
         &self.field
     }
 
+    /// The same, to keep.
+    pub fn into_any(self) -> AnyField {
+        self.field
+    }
+
     /// The grid, if it is one.
     pub fn grid(&self) -> Option<&Arc<OwnedGrid>> {
         match &self.field {

@@ -12,6 +12,7 @@
 
 #[cfg(feature = "bake")]
 mod bake;
+pub mod compare;
 mod contacts;
 mod engine;
 mod field;

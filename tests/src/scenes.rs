@@ -205,7 +205,7 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
     let places = brick_counts(&lattice);
     let mut grid = SparseGrid::<C> {
         table: vec![],
-        places: vec![],
+        slots: vec![],
         scales: vec![],
         samples: vec![],
         coarse: vec![],
@@ -223,20 +223,20 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
         let node = |step: [u32; 3]| std::array::from_fn(|axis| place[axis] * BRICK + step[axis]);
         let values: Vec<f32> = all([BRICK; 3]).map(|step| value(node(step))).collect();
         let is_near = values.iter().any(|value| f64::from(value.abs()) < within);
-        grid.table.push(if is_near { grid.places.len() as u32 } else { NO_BRICK });
+        grid.table.push(if is_near { grid.slots.len() as u32 } else { NO_BRICK });
         if is_near {
             let least = values.iter().copied().fold(f32::INFINITY, f32::min);
             let greatest = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
             let scale = C::scale(least, greatest);
-            grid.places.push(place);
+            grid.slots.push(place);
             grid.scales.push(scale);
             grid.samples.extend(values.iter().map(|value| C::encode(*value, scale)));
         }
     }
     grid.coarse = all(places.map(|count| count + 1)).map(|node| value(node.map(|n| n * BRICK))).collect();
-    assert!(grid.table.contains(&NO_BRICK) && !grid.places.is_empty(), "the scene has places of both kinds");
-    grid.bounds = vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; grid.places.len()];
-    let bounds = grid.places.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
+    assert!(grid.table.contains(&NO_BRICK) && !grid.slots.is_empty(), "the scene has places of both kinds");
+    grid.bounds = vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; grid.slots.len()];
+    let bounds = grid.slots.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
     grid.bounds = bounds;
     let storage = Sparse::new(&lattice, grid).unwrap();
     let steepest = measure_slope_bound(&lattice, &storage);

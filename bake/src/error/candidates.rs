@@ -1,7 +1,7 @@
 //! Candidates of a block: the triangles that can be nearest to one of its points.
 //!
-//! A block has center c and half side s; its points are c + v with |v|² ≤ ρ² = 3 s². The triangle nearest to c is at distance
-//! D in direction −e, and another is at distance d in direction −f. Then at c + v
+//! A block has center c and half side s; its points are c + v with |v|² ≤ ρ² = 3 s². The triangle nearest to c is at
+//! distance D in direction −e, and another is at distance d in direction −f. Then at c + v
 //!
 //! ```text
 //! D(c + v) ≤ √(D² + 2D v·e + ρ²) ≤ A + k v·e,   A = √(D² + ρ²), k = D/A       (a root lies below its tangent)
@@ -9,7 +9,8 @@
 //! ```
 //!
 //! so the other can be nearest only if d ≤ A + s ‖k e − f‖₁ (`docs/error-bounds.md`, "Which triangles can be nearest").
-//! Eight blocks are searched side by side; all distances have the bits of [`nearest_on_triangle`](crate::triangle::nearest_on_triangle).
+//! Eight blocks are searched side by side; all distances have the bits of
+//! [`nearest_on_triangle`](crate::triangle::nearest_on_triangle).
 
 use sdf_core::nalgebra::Vector3;
 
@@ -113,7 +114,7 @@ impl pulp::NullaryFnOnce for FindCandidates<'_, '_> {
         *nearest = CenterOffsetX8::NONE;
         for slot in triangles {
             let slot = *slot as usize;
-            let offset = CenterOffsetX8::new(&tree.corners[slot], tree.rough[slot].is_sliver, &blocks.centers);
+            let offset = CenterOffsetX8::new(&tree.corners[slot], tree.approx[slot].is_sliver, &blocks.centers);
             nearest.keep_nearer(&offset);
             offsets.push(offset);
         }

@@ -53,7 +53,7 @@ impl<'a> LocalTriangles<'a> {
         let mut local = Self { tree, center, inv_unit: 1.0 / unit, slots, spheres, groups, picked, candidates };
         let radius = radius * f64::from(SLACK);
         let max_offset = radius / unit;
-        tree.near(center, radius * radius, |slot| local.push(slot, max_offset));
+        tree.visit_within(center, radius * radius, |slot| local.push(slot, max_offset));
         let enclosing = |items: &[BoundingSpheres]| BoundingSpheres::enclosing(items, max_offset);
         local.groups.extend(local.spheres.chunks(LANES).map(enclosing));
         local
@@ -108,7 +108,7 @@ impl<'a> LocalTriangles<'a> {
         })
     }
 
-    /// Picks, in order, the triangles that may be candidates of one of the blocks. `nearest` are offsets from nearest points.
+    /// Picks, in order, the triangles that may be candidates of a block. `nearest`: offsets from the nearest points.
     fn pick(&mut self, blocks: &BlocksX8, nearest: &[CenterOffset]) {
         let bound = |index: usize| ApproxBound::new(self, blocks, index, &nearest[index]);
         let bounds: [ApproxBound; LANES] = std::array::from_fn(|lane| bound(lane.min(nearest.len() - 1)));
@@ -220,9 +220,9 @@ impl ApproxBound {
 
     /// 0 only for spheres without a candidate, else 1.
     ///
-    /// A sphere has radius r and its center is L away in direction −g. A triangle in it has d ≥ L − r. Its direction f is
-    /// at an angle α to g with sin α ≤ r/L, so ‖f − g‖₁ ≤ √3 √2 r/L. Thus d ≤ A + s ‖k e − f‖₁ implies
-    /// L − r ≤ A + s (‖k e − g‖₁ + √6 r/L). Both sides are multiplied by L; for r ≥ L the sphere is admitted.
+    /// A sphere has radius r and its center is L away in direction −g. A triangle in it has d ≥ L − r. Its direction f
+    /// is at an angle α to g with sin α ≤ r/L, so ‖f − g‖₁ ≤ √3 √2 r/L. Thus d ≤ A + s ‖k e − f‖₁ implies L − r ≤ A + s
+    /// (‖k e − g‖₁ + √6 r/L). Both sides are multiplied by L; for r ≥ L the sphere is admitted.
     #[inline(always)]
     fn admits(&self, spheres: &BoundingSpheres) -> Lanes<u32> {
         let mut admits = [0; LANES];

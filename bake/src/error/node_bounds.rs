@@ -20,8 +20,8 @@ pub(crate) struct HaloBlock {
 }
 
 impl HaloBlock {
-    /// Reads the samples of the brick at `brick`, counted in bricks. `read_row` fills a row of nodes along x from the given
-    /// one on, all in one brick.
+    /// Reads the samples of the brick at `brick`, counted in bricks. `read_row` fills a row of nodes along x from the
+    /// given one on, all in one brick.
     pub fn new(lattice: &Lattice, brick: [u32; 3], read_row: impl Fn([u32; 3], &mut [f32])) -> Self {
         let mut values = [[[f32::NAN; SIDE]; SIDE]; SIDE];
         let own = brick.map(|n| n * BRICK);
@@ -54,7 +54,7 @@ impl HaloBlock {
         BlockBounds { range: Interval { lower, upper }, slope_bound: round_up(slope_bound) }
     }
 
-    /// Largest magnitude at a corner of a cell whose corners may have both signs and none of them beyond `max_magnitude`.
+    /// Largest magnitude at the corners of cells that may have both signs and have none beyond `max_magnitude`.
     ///
     /// Only cells whose first corner is in the brick count. Each value is off by `rounding` at most.
     pub fn largest_at_sign_change(&self, rounding: f32, max_magnitude: f32) -> f32 {
@@ -80,8 +80,8 @@ impl HaloBlock {
 
 /// Σ over the axes of a cell's largest squared difference along it, in the steepest cell.
 ///
-/// The square of [`cell_slope`](sdf_core::grid::cell_slope) times the spacing. A cell partly outside the lattice has NaN
-/// differences, which count as zero; the cell beside it with the same corners is at least as steep.
+/// The square of [`cell_slope`](sdf_core::grid::cell_slope) times the spacing. A cell partly outside the lattice has
+/// NaN differences, which count as zero; the cell beside it with the same corners is at least as steep.
 struct MaxSlopeSq<'a>(&'a HaloBlock);
 
 impl pulp::WithSimd for MaxSlopeSq<'_> {

@@ -1,8 +1,8 @@
 //! Error of the interpolant where all gradients are combinations of known normals.
 //!
-//! Each gradient of the distance in a cell is a unit vector in one of some cones; a cone holds the combinations, with weights
-//! ≥ 0, of its unit normals nⱼ (`docs/error-bounds.md`, "Gradients are combinations of nearby normals"). A spherical cap of
-//! axis a and half angle θ < 90° around the normals holds each unit vector u of the cone, and along m
+//! Each gradient of the distance in a cell is a unit vector in one of some cones; a cone holds the combinations, with
+//! weights ≥ 0, of its unit normals nⱼ (`docs/error-bounds.md`, "Gradients are combinations of nearby normals"). A
+//! spherical cap of axis a and half angle θ < 90° around the normals holds each unit vector u of the cone, and along m
 //!
 //! ```text
 //! cos(β + θ) ≤ u·m ≤ cos(β − θ),  β = ∠(a, m)         (1 for β ≤ θ, −1 for β + θ ≥ 180°)
@@ -153,7 +153,7 @@ struct Cone<'a> {
     sine: f64,
 }
 
-/// Upper bound of the error, in voxels, if each gradient lies in one of these cones. [`MAX_ERROR`] if a normal is unknown.
+/// Error bound, in voxels, if each gradient lies in one of these cones. [`MAX_ERROR`] if a normal is unknown.
 pub(crate) fn cone_error_bound(cones: &[Normals]) -> f64 {
     if cones.is_empty() || cones.iter().any(|normals| normals.count == 0 || normals.is_any_unknown) {
         return MAX_ERROR;

@@ -22,7 +22,7 @@ fn the_gradient_at_a_point_of_a_block_lies_in_the_cone_of_the_candidates_around_
     for (sides, top, bottom) in [(3, 1.0, 0.5), (4, 0.05, 0.05), (5, 2.0, -0.2), (9, 0.1, -0.05), (40, 0.7, 0.2)] {
         let mesh = bipyramid(sides, top, bottom);
         let distance = MeshDistance::new(&mesh, None);
-        assert!(distance.normals_of_one_solid().is_some());
+        assert!(distance.solid_normals().is_some());
         for _ in 0..300 {
             let center = random_vector(&mut state) * 1.3;
             let block = ErrorBlock { center, half_side: 0.3 * random(&mut state).abs() };
@@ -67,7 +67,7 @@ fn a_cell_around_a_corner_has_as_large_an_error_bound_far_from_the_origin_as_nea
         let distance = MeshDistance::new(&mesh, None);
         for _ in 0..300 {
             let half_side = 0.004 + 0.004 * random(&mut state).abs();
-            // The corner of three right angles is the middle of the last cell, but for rounding. No other corner is in the band.
+            // The corner of three right angles is the middle of the last cell, the only one in the band.
             let rounding = random_vector(&mut state) * (4e-16 * far);
             let center = Vector3::from(points[0]).add_scalar(-0.5 * half_side) + rounding;
             let block = ErrorBlock { center, half_side };

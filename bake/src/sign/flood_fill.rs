@@ -1,8 +1,8 @@
 //! Signs of a block of nodes, by flood fill of winding numbers.
 //!
-//! A segment from p to q is *clear* if D(p) + D(q) > |p − q|, D the distance to the mesh. No triangle meets it: each of its
-//! points lies in one of the open balls around p and q of radius D. Along a clear segment the winding number w changes
-//! by at most slope · |p − q| (`winding::boundary`); for a closed mesh it does not change.
+//! A segment from p to q is *clear* if D(p) + D(q) > |p − q|, D the distance to the mesh. No triangle meets it: each of
+//! its points lies in one of the open balls around p and q of radius D. Along a clear segment the winding number w
+//! changes by at most slope · |p − q| (`winding::boundary`); for a closed mesh it does not change.
 //!
 //! | step | which nodes get w | file |
 //! |---|---|---|
@@ -11,9 +11,9 @@
 //! | 3 | neighbours along clear diagonals, and across triangles by exact predicates | `crossing` |
 //! | 4 | the rest, evaluated; each begins step 2 again | [`FloodFill::evaluate`] |
 //!
-//! Every value has a bound of its error (`winding_value`), and is carried on only if that decides |w| ≥ 1/2; otherwise w
-//! is evaluated. So every sign is that of the exact winding number, but for rounding: where ||w| − 1/2| < 1e-9, or a point
-//! is nearer to a triangle's edge than a millionth of its length.
+//! Every value has a bound of its error (`winding_value`), and is carried on only if that decides |w| ≥ 1/2; otherwise
+//! w is evaluated. So every sign is that of the exact winding number, but for rounding: where ||w| − 1/2| < 1e-9, or a
+//! point is nearer to a triangle's edge than a millionth of its length.
 
 mod bit_block;
 mod crossing;
@@ -168,7 +168,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
     }
 
     /// Assigns to a node the winding number of the point `from`, `length` spacings away on a clear segment, if that
-    /// decides its side. If it decides the side of the node's whole cube, all nodes that clear edges reach in it get it.
+    /// decides its side. If it decides the side of the whole cube, so to all nodes that clear edges reach there.
     fn adopt(&mut self, index: usize, winding: Winding, length: f64, from: impl FnOnce(&Self) -> Vector3<f64>) {
         if self.regions.is_empty() {
             return self.fill(index, winding, SIDE);
@@ -335,7 +335,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
     fn evaluate(&mut self, index: usize) {
         // A value that cannot be carried on needs no smaller error than its own side does.
         let max_error = if self.mesh.boundary().has_slope_bound() { MAX_EVALUATED_ERROR } else { f64::INFINITY };
-        let winding = Winding::new(self.mesh.bounded_winding(self.position(index), max_error));
+        let winding = Winding::new(self.mesh.winding_estimate(self.position(index), max_error));
         if winding.is_certain() {
             self.adopt(index, winding, 0.0, |flood| flood.position(index));
         }

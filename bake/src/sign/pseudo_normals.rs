@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
-use crate::mesh::topology::{Oriented, same_edge};
+use crate::mesh::topology::{OrientedMesh, same_edge};
 use crate::triangle::{TriangleFeature, area_vector, is_sliver};
 
 /// Outward normals of all features of a mesh. Those of edges and corners have any length.
@@ -22,7 +22,7 @@ pub(crate) struct PseudoNormals {
 }
 
 impl PseudoNormals {
-    pub fn new(mesh: &TriangleMesh, oriented: &Oriented) -> Self {
+    pub fn new(mesh: &TriangleMesh, oriented: &OrientedMesh) -> Self {
         let unit_normal = |(corners, orientation): (&[u32; 3], &f64)| {
             let corners = mesh.corner_points(*corners);
             let normal = area_vector(corners).try_normalize(0.0).filter(|_| !is_sliver(corners));

@@ -1,8 +1,8 @@
 //! Generalized winding number of a triangle soup.
 //!
 //! w(x) = (1/4π) Σ_t Ω_t(x), Ω_t the signed solid angle of triangle t seen from x (Jacobson, Kavan and Sorkine-Hornung
-//! 2013, "Robust inside-outside segmentation using generalized winding numbers"). A far group of triangles counts by its
-//! moments (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders 1 and 2).
+//! 2013, "Robust inside-outside segmentation using generalized winding numbers"). A far group of triangles counts by
+//! its moments (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders 1 and 2).
 //!
 //! | step | question | file |
 //! |---|---|---|
@@ -59,8 +59,8 @@ pub(crate) struct WindingNumbers {
 }
 
 impl WindingNumbers {
-    /// Computes all moments. Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for one
-    /// that does not count. `boundary` is that of the triangles so oriented.
+    /// Computes all moments. Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for
+    /// one that does not count. `boundary` is that of the triangles so oriented.
     pub fn new(tree: &Bvh, orientations: Vec<f64>, boundary: MeshBoundary) -> Self {
         let triangles: Vec<WeightedTriangle> = tree
             .corners

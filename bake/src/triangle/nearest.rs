@@ -13,8 +13,8 @@
 //! | bc | d₃d₆ − d₅d₄ ≤ 0, d₄ ≥ d₃, d₅ ≥ d₆ | b + bc (d₄ − d₃) / (d₄ − d₃ + d₅ − d₆) |
 //! | inside | else | p − n (n·ap) / n·n, with n = ab × ac |
 //!
-//! The first that holds is taken. One kernel computes all of them and selects, so that a loop over points runs in SIMD
-//! lanes with the same bits as one point at a time.
+//! The first that holds is taken. One kernel computes all of them and selects. A loop over points so runs in SIMD
+//! lanes, with the same bits as one point at a time.
 
 use sdf_core::nalgebra::Vector3;
 
@@ -42,7 +42,8 @@ pub(crate) fn nearest_on_triangle(point: Vector3<f64>, corners: [Vector3<f64>; 3
     }
 }
 
-/// Squared distances of eight points, with the bits of [`nearest_on_triangle`]. `is_sliver`: the result of [`is_sliver`] for these corners.
+/// Squared distances of eight points, with the bits of [`nearest_on_triangle`]. `is_sliver` is [`is_sliver`] of the
+/// corners.
 #[inline(always)]
 pub(crate) fn distances_sq(points: &VectorX8<f64>, corners: &[Vector3<f64>; 3], is_sliver: bool) -> Lanes<f64> {
     let mut distances_sq = Lanes::default();

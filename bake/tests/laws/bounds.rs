@@ -82,7 +82,7 @@ fn the_interpolant_of_a_closed_mesh_is_off_by_no_more_than_its_error_bound() {
     }
 }
 
-/// Where the surface that closes a hole cuts no edge of a cell, the grid cannot detect it. All other errors are bounded.
+/// Where the surface that closes a hole cuts no edge of a cell, the grid cannot detect it.
 #[test]
 fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound_except_in_cells_without_a_change_of_sign() {
     let mut random = Random::from_env();

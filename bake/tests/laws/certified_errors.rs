@@ -1,4 +1,4 @@
-//! Error bounds of a sparse grid's bricks, compared with the baker's own distances (which `distances` and `signs` test).
+//! Error bounds of a sparse grid's bricks, compared with the baker's own distances (tested elsewhere).
 
 use sdf_bake::sparse::{self, Quantize, SparseGrid};
 use sdf_bake::{MeshDistance, lattice_around};
@@ -45,7 +45,7 @@ fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, band: f64, random: &m
     let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 2).unwrap();
     let spacing = lattice.spacing();
     let grid: SparseGrid<C> = sparse::bake(&distance, &lattice, band * spacing, &|_| ());
-    assert_eq!(grid.errors.len(), grid.places.len());
+    assert_eq!(grid.errors.len(), grid.slots.len());
     assert_eq!(grid.error_bound, f64::from(grid.errors.iter().copied().fold(0.0, f32::max)), "{name}");
     let field = Grid::new(lattice, Sparse::new(&lattice, &grid).unwrap(), grid.slope_bound).unwrap();
     let mut worst = 0.0_f64;
@@ -129,7 +129,7 @@ fn smooth_parts_of_a_mesh_have_small_error_bounds() {
     assert!(quantile(errors.clone(), 0.5) < 0.15, "sphere: {} in the middle", quantile(errors, 0.5));
     let cube = meshes::cube().turned(&random.rotation());
     let (_, errors) = check::<f32>("cube", &cube, 80, 3.0, &mut random);
-    // At an edge of 90° between flat faces the bound is (0.707 + 0.146)/2 = 0.43 voxels (docs/error-bounds.md, "By ranges").
+    // At an edge of 90° between flat faces the bound is (0.707 + 0.146)/2 = 0.43 voxels (docs/error-bounds.md).
     let flat = errors.iter().filter(|error| **error < 1e-4).count();
     assert!(flat * 2 > errors.len(), "cube: {flat} of {} bricks are flat", errors.len());
     assert!(quantile(errors.clone(), 0.9) < 0.43, "cube: {} at its edges", quantile(errors, 0.9));

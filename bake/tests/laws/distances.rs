@@ -15,7 +15,7 @@ const TO_F32: f64 = 0.5 * f32::EPSILON as f64 * 1.000_001;
 /// Rounding of a distance in f64, relative to the mesh's diagonal. A smaller distance has lost all digits.
 const F64_ROUNDING: f64 = 1e-14;
 
-/// Asserts that both sign methods store the same magnitudes, equal to `oracle` within rounding to f32 and `tolerance` diagonals.
+/// Asserts that both sign methods store the oracle's magnitudes, within rounding to f32 and `tolerance` diagonals.
 fn assert_exact_by(name: &str, mesh: &Mesh, cells: u32, tolerance: f64, oracle: impl Fn(Vector3<f64>) -> f64) {
     let diagonal = oracle::diagonal(mesh);
     let baked = [sdf_bake::SignMethod::PseudoNormal, sdf_bake::SignMethod::Winding]
@@ -81,8 +81,8 @@ fn every_node_of_a_soup_has_the_distance_that_parry_finds() {
     });
 }
 
-/// The normal of a needle of aspect a has a relative error of about ε/a. Below a = 1e-7 the baker replaces the needle by its
-/// edges, which are at most a/2 from its points. (Some of the needles are thinner than their aspect.)
+/// The normal of a needle of aspect a has a relative error of about ε/a. Below a = 1e-7 the baker replaces the needle
+/// by its edges, which are at most a/2 from its points. (Some of the needles are thinner than their aspect.)
 #[test]
 fn every_node_around_needles_has_the_distance_found_by_brute_force() {
     let mut random = Random::from_env();

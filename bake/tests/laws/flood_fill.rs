@@ -40,7 +40,7 @@ fn every_node_has_the_sign_of_its_own_winding_number() {
             assert_eq!(signed.is_sign_negative(), is_inside(node), "{name}: {signed} at {node:?}");
         }
         let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, 3.0 * dense.lattice.spacing(), &|_| ());
-        for (brick, samples) in sparse.places.iter().zip(sparse.samples.chunks(512)) {
+        for (brick, samples) in sparse.slots.iter().zip(sparse.samples.chunks(512)) {
             for (index, signed) in (0..).zip(samples) {
                 let step = [index % 8, index / 8 % 8, index / 64];
                 let node = dense.lattice.node(std::array::from_fn(|axis| brick[axis] * 8 + step[axis]));

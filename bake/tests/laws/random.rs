@@ -1,6 +1,7 @@
 //! Random numbers whose seed is printed when a test fails, and can be given: `SDF_SEED=7 cargo test -p sdf-bake`.
 
 use sdf_core::nalgebra::{Rotation3, Vector3};
+use sdf_procedural::random::next_bits;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Random {
@@ -19,11 +20,7 @@ impl Random {
     }
 
     pub fn bits(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        next_bits(&mut self.state)
     }
 
     /// 0 ≤ x < 1, a multiple of 2⁻⁵³.

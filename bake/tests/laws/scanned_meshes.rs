@@ -38,7 +38,7 @@ fn a_scanned_mesh_does_not_leak_and_has_the_signs_and_distances_of_brute_force()
         let Some(mesh) = read(name) else { continue };
         let triangles: TriangleMesh = mesh.baked();
         let distance = MeshDistance::new(&triangles, None);
-        println!("{name}: {}", distance.verdict());
+        println!("{name}: {}", distance.sign_reason());
         let baked = Baked::new(&distance, &triangles.bounds(), 48);
         let (corners, bounds) = (mesh.corners(), triangles.bounds());
         let is_outside = |node: &Vector3<f64>| (0..3).any(|k| node[k] < bounds.min[k] || node[k] > bounds.max[k]);

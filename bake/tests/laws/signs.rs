@@ -32,7 +32,7 @@ fn closed_solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// Asserts that the sign changes only between neighbours with a surface between: their distances sum to at most a spacing.
+/// Asserts that the sign changes only between neighbours whose distances sum to at most a spacing.
 fn assert_no_leak(name: &str, baked: &Baked) {
     let [row, rows, layers] = baked.lattice.nodes();
     let value = |node: [u32; 3]| f64::from(baked.grid.distances[baked.lattice.index(node)]);
@@ -278,7 +278,7 @@ fn no_point_beside_a_fine_flat_sheet_is_inside() {
 fn a_self_intersecting_shell_has_its_inside_by_winding_number() {
     let spindle = meshes::torus(0.5, 0.8, 20, 14);
     assert_no_leak("spindle", &assert_inside("spindle", &spindle, None, 16, solid(&spindle)));
-    assert!(MeshDistance::new(&spindle.baked(), None).verdict().contains("intersecting"));
+    assert!(MeshDistance::new(&spindle.baked(), None).sign_reason().contains("intersecting"));
 }
 
 /// Closed manifold shells without thickness, and sheets.

@@ -47,7 +47,7 @@ fn bake<C: Quantize>(mesh: &Mesh, lattice: &Lattice) -> SparseGrid<C> {
 fn table<C>(lattice: &Lattice, grid: &SparseGrid<C>) -> Vec<u32> {
     let [row, rows, layers] = brick_counts(lattice).map(|n| n as usize);
     let mut table = vec![NO_BRICK; row * rows * layers];
-    for (number, [x, y, z]) in (0..).zip(&grid.places) {
+    for (number, [x, y, z]) in (0..).zip(&grid.slots) {
         let entry = &mut table[(*z as usize * rows + *y as usize) * row + *x as usize];
         assert_eq!(*entry, NO_BRICK, "two bricks at one slot");
         *entry = number;
@@ -187,7 +187,8 @@ fn it_is_no_steeper_than_an_interpolated_distance() {
         bake::<C>(mesh, &lattice).slope_bound
     }
     let mut random = Random::from_env();
-    // Codes divide the range of a brick's samples, at most its diagonal of 7√3 voxels; each of two samples is off by half a step.
+    // Codes divide the range of a brick's samples, at most its diagonal of 7√3 voxels; each of two samples is off by
+    // half a step.
     let rounded = |codes: f64| 3.0_f64.sqrt() * (1.0 + 7.0 * 3.0_f64.sqrt() / codes) * 1.000_01;
     for (name, mesh) in closed_meshes(&mut random) {
         for cells in [24, 100] {
@@ -232,24 +233,24 @@ fn a_plan_predicts_the_grid() {
         let lattice = Baked::from_mesh(&mesh, None, 50).lattice;
         let mesh = mesh.baked();
         let distance = sdf_bake::MeshDistance::new(&mesh, None);
-        let plan = sparse::Plan::new(&distance, &lattice, BAND * lattice.spacing());
+        let baker = sparse::SparseBaker::new(&distance, &lattice, BAND * lattice.spacing());
         let done = std::sync::atomic::AtomicUsize::new(0);
         let count = |places| {
             done.fetch_add(places, std::sync::atomic::Ordering::Relaxed);
         };
-        let grid = plan.bake::<f32>(&count);
-        assert_eq!((plan.places(), done.into_inner()), (grid.table.len(), grid.table.len()), "{name}");
-        let bricks = grid.places.len();
-        assert!(bricks <= plan.most_bricks(), "{name}: {bricks} bricks, at most {}", plan.most_bricks());
-        assert!(plan.most_bricks() <= 2 * bricks + 30, "{name}: {bricks} bricks, at most {}", plan.most_bricks());
-        let Some(interpolation) = plan.interpolation_error(f64::INFINITY) else {
+        let grid = baker.bake::<f32>(&count);
+        assert_eq!((baker.slot_count(), done.into_inner()), (grid.table.len(), grid.table.len()), "{name}");
+        let bricks = grid.slots.len();
+        assert!(bricks <= baker.max_bricks(), "{name}: {bricks} bricks, at most {}", baker.max_bricks());
+        assert!(baker.max_bricks() <= 2 * bricks + 30, "{name}: {bricks} bricks, at most {}", baker.max_bricks());
+        let Some(interpolation) = baker.interpolation_error(f64::INFINITY) else {
             assert!(!distance.is_continuous(), "{name}");
             continue;
         };
         // Samples in f32 have little rounding.
         let rounding = grid.error_bound - interpolation;
         assert!(0.0 <= rounding && rounding <= 1e-5 * lattice.spacing(), "{name}: {rounding} is not all rounding");
-        assert_eq!(plan.interpolation_error(0.5 * interpolation), None, "{name}");
+        assert_eq!(baker.interpolation_error(0.5 * interpolation), None, "{name}");
     }
 }
 

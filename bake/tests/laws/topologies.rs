@@ -20,7 +20,7 @@ const CLOSED_SHELL: Topology = Topology {
 fn assert_verdict(mesh: &Mesh, wanted: Topology, verdict: &str) {
     let baked = mesh.baked();
     let distance = MeshDistance::new(&baked, None);
-    assert_eq!((distance.topology(), distance.verdict()), (&wanted, verdict));
+    assert_eq!((distance.topology(), distance.sign_reason()), (&wanted, verdict));
     let named = if verdict.starts_with("winding") { SignMethod::Winding } else { SignMethod::PseudoNormal };
     assert_eq!(distance.sign_method(), named);
 }
@@ -109,7 +109,7 @@ fn a_strip_with_half_a_turn_has_an_edge_that_no_winding_suits() {
     let found = distance.topology();
     assert_eq!((found.boundary_edges, found.non_orientable_edges, found.shells), (80, 1, 1));
     assert_eq!(distance.sign_method(), SignMethod::Winding);
-    assert!(distance.verdict().contains("1 edge that no winding suits"));
+    assert!(distance.sign_reason().contains("1 edge that no winding suits"));
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn faces_that_cross_are_counted() {
         assert!(pairs > 0);
         assert_eq!(distance.topology().intersecting_pairs, pairs);
         assert_eq!(distance.sign_method(), SignMethod::Winding);
-        assert_eq!(distance.verdict(), format!("winding: {pairs} pairs of intersecting faces"));
+        assert_eq!(distance.sign_reason(), format!("winding: {pairs} pairs of intersecting faces"));
     }
 }
 
@@ -204,9 +204,9 @@ fn a_requested_method_is_used_and_named() {
     let open = meshes::cube().without(&[0]).baked();
     let distance = MeshDistance::new(&open, Some(SignMethod::PseudoNormal));
     assert_eq!(distance.sign_method(), SignMethod::PseudoNormal);
-    assert_eq!(distance.verdict(), "pseudo-normal, as asked; the mesh: 3 boundary edges");
+    assert_eq!(distance.sign_reason(), "pseudo-normal, as asked; the mesh: 3 boundary edges");
     let closed = meshes::cube().baked();
     let distance = MeshDistance::new(&closed, Some(SignMethod::Winding));
     assert_eq!(distance.sign_method(), SignMethod::Winding);
-    assert_eq!(distance.verdict(), "winding, as asked; the mesh: closed, consistently wound, one shell");
+    assert_eq!(distance.sign_reason(), "winding, as asked; the mesh: closed, consistently wound, one shell");
 }

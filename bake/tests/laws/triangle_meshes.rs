@@ -1,6 +1,6 @@
 //! Checks of a mesh before it is baked.
 
-use sdf_bake::{MeshError, MeshReport, TriangleMesh};
+use sdf_bake::{InvalidMesh, MeshReport, TriangleMesh};
 
 use crate::meshes;
 
@@ -33,7 +33,7 @@ fn points_at_one_position_are_welded() {
     let triangles: Vec<[u32; 3]> = (0..12).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     let welded = TriangleMesh::new(&corners, &triangles).unwrap();
     assert_eq!(welded.report(), MeshReport { welded_points: 28, ..MeshReport::default() });
-    let verdict = sdf_bake::MeshDistance::new(&welded, None).verdict().to_owned();
+    let verdict = sdf_bake::MeshDistance::new(&welded, None).sign_reason().to_owned();
     assert_eq!(verdict, "pseudo-normal: closed, consistently wound, one shell");
 }
 
@@ -68,25 +68,25 @@ fn repeated_triangles_are_counted_and_left_out() {
 #[test]
 fn an_invalid_mesh_is_refused_with_the_index_of_its_error() {
     let refusal = |points: &[[f64; 3]], triangles: &[[u32; 3]]| TriangleMesh::new(points, triangles).unwrap_err();
-    assert_eq!(refusal(&CORNERS, &[]), MeshError::NoTriangles);
-    assert_eq!(refusal(&[], &[]), MeshError::NoTriangles);
-    let too_high = MeshError::IndexOutOfRange { triangle: 1, index: 4, points: 4 };
+    assert_eq!(refusal(&CORNERS, &[]), InvalidMesh::NoTriangles);
+    assert_eq!(refusal(&[], &[]), InvalidMesh::NoTriangles);
+    let too_high = InvalidMesh::IndexOutOfRange { triangle: 1, index: 4, points: 4 };
     assert_eq!(refusal(&CORNERS, &[[0, 1, 2], [0, 4, 9]]), too_high);
-    assert_eq!(too_high.to_string(), "triangle 1 names point 4, but there are 4");
-    assert_eq!(refusal(&[], &[[0, 0, 0]]), MeshError::IndexOutOfRange { triangle: 0, index: 0, points: 0 });
+    assert_eq!(too_high.to_string(), "triangle 1 refers to point 4, but the mesh has 4 points");
+    assert_eq!(refusal(&[], &[[0, 0, 0]]), InvalidMesh::IndexOutOfRange { triangle: 0, index: 0, points: 0 });
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut points = CORNERS;
         points[2][1] = bad;
-        assert_eq!(refusal(&points, &[[0, 1, 2]]), MeshError::NotFinite { point: 2 });
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::NotFinite { point: 2 });
     }
     for far in [1.000_001e30, -1e31, f64::MAX] {
         let mut points = CORNERS;
         points[3][2] = far;
-        assert_eq!(refusal(&points, &[[0, 1, 2]]), MeshError::TooFarOut { point: 3 });
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::TooFarOut { point: 3 });
     }
-    assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), MeshError::NoExtent { side: 0.0 });
+    assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), InvalidMesh::NoExtent { side: 0.0 });
     let tiny = CORNERS.map(|p| p.map(|x| x * 0.99e-30));
-    assert_eq!(refusal(&tiny, &[[0, 1, 2]]), MeshError::NoExtent { side: 0.99e-30 });
+    assert_eq!(refusal(&tiny, &[[0, 1, 2]]), InvalidMesh::NoExtent { side: 0.99e-30 });
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn with_slit(mesh: Mesh, width: f64, random: &mut Random) -> Mesh {
     mesh.without(&missing)
 }
 
-/// Meshes with holes and slits, nested shells, stacked sheets; with short boundaries, and one too long for a boundary cone.
+/// Meshes with holes and slits, nested shells, stacked sheets. One has too many boundary edges for a cone.
 fn broken_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let sphere = || meshes::icosphere(3);
     let torus = || meshes::torus(1.0, 0.4, 36, 18);
@@ -149,7 +149,7 @@ fn every_sign_is_that_of_the_exact_winding_number() {
         assert_sides(&mesh, name, dense.nodes(), &mut random);
         let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, dense.lattice.spacing(), &|_| ());
         let node = |(index, sample): (usize, &f32)| {
-            let (brick, step) = (sparse.places[index / 512], [index % 8, index / 8 % 8, index / 64 % 8]);
+            let (brick, step) = (sparse.slots[index / 512], [index % 8, index / 8 % 8, index / 64 % 8]);
             let node = std::array::from_fn(|axis| brick[axis] * 8 + step[axis] as u32);
             (Vector3::from(dense.lattice.node(node)), f64::from(*sample))
         };

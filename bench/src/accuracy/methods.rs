@@ -1,9 +1,9 @@
+use sdf_core::AnyField;
 use sdf_core::Simplex;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::minimize::{
     Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
-use sdf_formats::field_file::Node;
 
 /// A minimizer with a budget left open.
 pub struct Method {
@@ -30,8 +30,8 @@ pub fn methods() -> Vec<Method> {
     ]
 }
 
-type Minimize<const N: usize> = dyn Fn(u32, &Node, &Simplex<f64, N>) -> Minimum<f64, N> + Send + Sync;
-type FindContact<const N: usize> = dyn Fn(u32, &Node, f64, &Element<f64, N>) -> Outcome<f64, N> + Send + Sync;
+type Minimize<const N: usize> = dyn Fn(u32, &AnyField, &Simplex<f64, N>) -> Minimum<f64, N> + Send + Sync;
+type FindContact<const N: usize> = dyn Fn(u32, &AnyField, f64, &Element<f64, N>) -> Outcome<f64, N> + Send + Sync;
 
 /// A method for elements of `N` corners. The first argument of each function is the budget.
 pub struct Budgeted<const N: usize> {

@@ -1,10 +1,10 @@
 //! Random elements, each posed on a field.
 
+use sdf_core::AnyField;
 use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::shapes::Cone;
 use sdf_core::{Aabb, Sdf, Simplex};
-use sdf_formats::field_file::Node;
 
 use super::random::NamedRandom;
 use super::reference::Reference;
@@ -19,7 +19,7 @@ pub const MISS_DEPTH: f64 = 1e-3;
 pub struct ProblemSet<const N: usize> {
     pub name: &'static str,
     pub about: &'static str,
-    pub fields: Vec<Node>,
+    pub fields: Vec<AnyField>,
     /// Number of elements drawn, rejected ones included.
     pub drawn: usize,
     pub problems: Vec<Problem<N>>,
@@ -44,7 +44,13 @@ impl<const N: usize> ProblemSet<N> {
     /// Elements in a body's box or around it. Each fits a cube whose side is between 1/20 of the box and the whole box, its
     /// logarithm distributed evenly. Each field gets as many draws. Elements with the minimum at a corner are rejected:
     /// every method evaluates the corners first.
-    pub fn random(name: &'static str, about: &'static str, fields: Vec<Node>, count: usize, domain: Domain) -> Self {
+    pub fn random(
+        name: &'static str,
+        about: &'static str,
+        fields: Vec<AnyField>,
+        count: usize,
+        domain: Domain,
+    ) -> Self {
         let mut random = NamedRandom::new(&format!("{name} {N}"));
         let boxes: Vec<Aabb> = fields.iter().map(|field| body_box(field, domain)).collect();
         let (mut drawn, mut problems) = (0, vec![]);
@@ -62,7 +68,7 @@ impl<const N: usize> ProblemSet<N> {
 }
 
 /// Is the minimum within [`MISS_DEPTH`] of the lowest corner, as far as a short branch and bound tells?
-fn is_lowest_at_a_corner<const N: usize>(field: &Node, simplex: &Simplex<f64, N>) -> bool
+fn is_lowest_at_a_corner<const N: usize>(field: &AnyField, simplex: &Simplex<f64, N>) -> bool
 where
     Certified: Minimizer<N>,
 {
@@ -75,7 +81,7 @@ where
 /// Largest distance of an element's center from the body's box, in its longest sides.
 const OUTSIDE: f64 = 0.15;
 
-fn body_box(field: &Node, domain: Domain) -> Aabb {
+fn body_box(field: &AnyField, domain: Domain) -> Aabb {
     let mut bounds = field.bounds(0.0);
     if domain == Domain::Plane {
         (bounds.min[2], bounds.max[2]) = (0.0, 0.0);
@@ -115,7 +121,7 @@ pub fn apexes(count: usize) -> (ProblemSet<3>, Vec<Reference>) {
         let minimum = -depth * angle.sin();
         problems.push(Problem { field: fields.len(), longest_edge: simplex.longest_edge(), simplex });
         references.push(Reference { lower_bound: minimum, value: minimum, converged: true });
-        fields.push(Node::Cone(cone));
+        fields.push(AnyField::Cone(cone));
     }
     let about = "triangles pierced by the apex of a cone of 2 to 30 degrees";
     (ProblemSet { name: "apexes", about, fields, drawn: count, problems }, references)

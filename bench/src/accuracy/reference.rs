@@ -1,8 +1,8 @@
 //! Proven minimum of a field on an element, by branch and bound with many evaluations.
 
+use sdf_core::AnyField;
 use sdf_core::Simplex;
 use sdf_core::minimize::{Certified, Minimizer};
-use sdf_formats::field_file::Node;
 
 /// Bounds of the minimum on an element, in the field's unit.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ const MAX_BISECTIONS: u32 = 4;
 /// Factor of the tolerance for bisected elements.
 const BISECTED_TOLERANCE: f64 = 10.0;
 
-pub fn reference<const N: usize>(field: &Node, simplex: &Simplex<f64, N>) -> Reference {
+pub fn reference<const N: usize>(field: &AnyField, simplex: &Simplex<f64, N>) -> Reference {
     let tolerance = if N == 2 { TOLERANCE_ON_EDGES } else { TOLERANCE_ON_FACES };
     let gap = tolerance * simplex.longest_edge();
     let whole = certify(field, simplex, gap);
@@ -37,7 +37,7 @@ pub fn reference<const N: usize>(field: &Node, simplex: &Simplex<f64, N>) -> Ref
 }
 
 /// `gap` is the largest gap allowed, as a length.
-fn certify<const N: usize>(field: &Node, simplex: &Simplex<f64, N>, gap: f64) -> Reference
+fn certify<const N: usize>(field: &AnyField, simplex: &Simplex<f64, N>, gap: f64) -> Reference
 where
     Certified: Minimizer<N>,
 {
@@ -47,7 +47,7 @@ where
     Reference { lower_bound: minimum.lower_bound, value: minimum.sample.value, converged: minimum.converged }
 }
 
-fn certify_parts<const N: usize>(field: &Node, simplex: &Simplex<f64, N>, gap: f64, bisections: u32) -> Reference {
+fn certify_parts<const N: usize>(field: &AnyField, simplex: &Simplex<f64, N>, gap: f64, bisections: u32) -> Reference {
     let whole = certify(field, simplex, gap);
     if whole.converged || bisections == 0 {
         return whole;

@@ -1,17 +1,17 @@
 //! Scenes as TOML files describe them: a field, and a mesh that touches it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
+use sdf_core::AnyField;
+use sdf_core::grid::owned::Layout;
 use sdf_core::nalgebra::{Rotation3, Vector3};
-use sdf_formats::field_file::{self, Field, Node};
-use sdf_formats::mesh;
+use sdf_field::Field;
+use sdf_formats::{field_file, mesh};
 use sdf_procedural::{Bowl, Mesh, Pot, Rope, Sheet, SpikedBall};
 use serde::{Deserialize, Serialize};
 
 use super::fields;
-use crate::bake::Layout;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -39,7 +39,13 @@ pub enum Elements {
 pub struct GridOptions {
     /// Cells along the body's longest side.
     pub resolution: u32,
+    #[serde(deserialize_with = "layout")]
     pub layout: Layout,
+}
+
+fn layout<'de, D: serde::Deserializer<'de>>(text: D) -> Result<Layout, D::Error> {
+    let name = String::deserialize(text)?;
+    Layout::from_name(&name).ok_or_else(|| serde::de::Error::unknown_variant(&name, &["dense", "sparse"]))
 }
 
 /// Source of the field.
@@ -134,7 +140,7 @@ pub struct SceneFile {
 
 impl SceneFile {
     /// The field, baked if the body is a mesh, with at most `max_cells` cells along its longest side.
-    pub fn field(&self, max_cells: u32) -> Result<Node> {
+    pub fn field(&self, max_cells: u32) -> Result<AnyField> {
         let body = match &self.scene.body {
             Body::SpikedBall(body) => body.mesh(),
             Body::Bowl(body) => body.mesh(),
@@ -166,11 +172,8 @@ impl SceneFile {
     }
 }
 
-fn read_field(path: &Path) -> Result<Node> {
-    Ok(match field_file::read(path)? {
-        Field::Grid(stored) => Node::Grid(Arc::new(stored.grid)),
-        Field::Analytic(node) => node,
-    })
+fn read_field(path: &Path) -> Result<AnyField> {
+    Ok(Field::open(path)?.into_any())
 }
 
 fn read_mesh(path: &Path) -> Result<Mesh> {

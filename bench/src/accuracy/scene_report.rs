@@ -8,17 +8,17 @@ use std::hint::black_box;
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
+use sdf_core::AnyField;
 use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::grid::owned::Layout;
 use sdf_core::minimize::{Certified, Minimizer, PointSampling};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Sdf, Simplex};
-use sdf_formats::field_file::Node;
 use sdf_procedural::Mesh;
 use serde::Serialize;
 
 use super::methods::{ElementMethod, Method, methods};
 use super::scene_file::{Elements, PaperTimes, Scene, SceneFile};
-use crate::bake::Layout;
 use crate::statistics::median;
 
 #[derive(Debug, Serialize)]
@@ -29,6 +29,7 @@ pub struct SceneReport {
     pub element_kind: Elements,
     /// Cells along the body's longest side, if it is a grid.
     pub resolution: Option<u32>,
+    #[serde(serialize_with = "name")]
     pub layout: Option<Layout>,
     pub margin: f64,
     pub points: usize,
@@ -81,7 +82,11 @@ pub struct SceneLimits {
     pub rounds: u32,
 }
 
-pub fn measure(file: &SceneFile, field: &Node, limits: SceneLimits) -> Result<SceneReport> {
+fn name<S: serde::Serializer>(layout: &Option<Layout>, to: S) -> Result<S::Ok, S::Error> {
+    layout.map(Layout::name).serialize(to)
+}
+
+pub fn measure(file: &SceneFile, field: &AnyField, limits: SceneLimits) -> Result<SceneReport> {
     let mesh = file.mesh()?;
     let scene = PosedScene { scene: &file.scene, field, limits };
     Ok(match file.scene.elements {
@@ -93,7 +98,7 @@ pub fn measure(file: &SceneFile, field: &Node, limits: SceneLimits) -> Result<Sc
 /// A scene and its field.
 struct PosedScene<'a> {
     scene: &'a Scene,
-    field: &'a Node,
+    field: &'a AnyField,
     limits: SceneLimits,
 }
 

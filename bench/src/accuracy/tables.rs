@@ -1,10 +1,11 @@
 //! Results as tables, rounded for a reader.
 
+use sdf_core::grid::owned::Layout;
+
 use super::advice::{Advice, Cost};
 use super::curves::{CurvePoint, MethodCurve, SetReport};
 use super::scene_file::Elements;
 use super::scene_report::{SceneMethod, SceneReport, VERTICES};
-use crate::bake::Layout;
 use crate::table::Table;
 
 /// One row for each method with its usual budgets: its results on one set, and the fraction of apexes that it finds.

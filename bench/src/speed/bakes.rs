@@ -1,13 +1,15 @@
 //! Bakes in memory: neither the mesh's file nor the grid's is counted.
 
 use anyhow::Result;
+use sdf_core::grid::owned::Layout;
 use sdf_procedural::Mesh;
 
 use super::bodies::{self, BOWL, POT};
 use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
-use crate::bake::{Layout, bake};
+
+use crate::bake::{bake, stored_node_count};
 use crate::machine;
 
 /// A body and the options of its bake.
@@ -61,7 +63,7 @@ impl<'a> BakeJob<'a> {
     fn work(self, limits: Option<&'a MachineLimits>) -> Work<'a> {
         let row = Row {
             group: self.group,
-            work: format!("bake {} {}", self.layout.word(), self.name),
+            work: format!("bake {} {}", self.layout.name(), self.name),
             triangles: self.body.triangles.len(),
             resolution: self.resolution,
             threads: self.threads,
@@ -77,7 +79,7 @@ impl<'a> BakeJob<'a> {
 
     fn run(&self, limits: Option<&MachineLimits>) -> Result<RunResult> {
         let (baked, seconds) = timed(self.threads, || bake(self.body, self.resolution, self.layout))?;
-        let nodes = baked?.stored_node_count() as f64;
+        let nodes = baked?.grid().map_or(0, |grid| stored_node_count(grid)) as f64;
         Ok(RunResult {
             units: nodes,
             floor_seconds: limits.map(|limits| limits.bake_seconds(nodes) / self.threads as f64),

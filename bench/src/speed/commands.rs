@@ -5,13 +5,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Result;
+use sdf_core::grid::owned::Layout;
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_formats::mesh::{self, MeshFormat};
 
 use super::bodies::{self, POT};
 use super::round_robin::{RoundRobin, RunResult, Work};
 use super::row::Row;
-use crate::bake::Layout;
 use crate::program::sdftool;
 
 pub fn measure(quick: bool, turns: &mut RoundRobin) -> Result<()> {
@@ -24,11 +24,11 @@ pub fn measure(quick: bool, turns: &mut RoundRobin) -> Result<()> {
     mesh::write(cloth_file, MeshFormat::Obj, &cloth.points, &cloth.triangles)?;
     let [dense, sparse] = if quick { [32, 64] } else { [256, 512] };
     let bake = |layout: Layout, resolution: u32, file: &Path| {
-        let options = ["--res", &resolution.to_string(), "--layout", layout.word()].map(OsString::from);
+        let options = ["--res", &resolution.to_string(), "--layout", layout.name()].map(OsString::from);
         let words = ["bake".into(), body_file.into(), "-o".into(), file.into()].into_iter().chain(options).collect();
         Command {
             timed_part: "bake",
-            name: format!("bake {} pot", layout.word()),
+            name: format!("bake {} pot", layout.name()),
             triangles: body.triangles.len(),
             resolution,
             words,
@@ -41,7 +41,7 @@ pub fn measure(quick: bool, turns: &mut RoundRobin) -> Result<()> {
         let words = ["contacts".into(), cloth_file.into(), file.into()].into_iter().chain(options).collect();
         Command {
             timed_part: "query",
-            name: format!("contacts of sheet on {} pot by fw", layout.word()),
+            name: format!("contacts of sheet on {} pot by fw", layout.name()),
             triangles: cloth.triangles.len(),
             resolution,
             words,

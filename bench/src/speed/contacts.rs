@@ -4,14 +4,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use rayon::prelude::*;
-use sdf_core::Simplex;
-use sdf_core::contact::{Element, Outcome};
-use sdf_core::minimize::{Certified, FrankWolfe, LineSearch, Minimizer, Newton, PointSampling, ProjectedGradient};
-use sdf_core::nalgebra::Vector3;
-use sdf_field::Search;
-use sdf_formats::field_file::{self, Field, Node};
-use sdf_formats::grid_file::OwnedGrid;
+use sdf_core::grid::owned::Layout;
+use sdf_field::{ContactOptions, Contacts, Field, MeshView, Method};
 use sdf_formats::mesh;
 use sdf_procedural::Mesh;
 
@@ -19,21 +13,17 @@ use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
 use super::{MethodName, Options, bodies};
-use crate::bake::{Layout, bake};
+
+use crate::bake::bake;
 use crate::machine;
 
 /// A mesh and a field that it may touch.
 pub struct ContactScene {
     name: String,
     mesh: Mesh,
-    field: ContactField,
+    field: Field,
     resolution: u32,
     margin: f64,
-}
-
-enum ContactField {
-    Grid(OwnedGrid),
-    ClosedForm(Node),
 }
 
 const METHODS: [MethodName; 7] = [
@@ -71,10 +61,7 @@ fn scene(options: &Options) -> Result<ContactScene> {
     Ok(ContactScene {
         name: format!("{} on {}", stem(mesh_path), stem(field_path)),
         mesh: Mesh { points: mesh.points, triangles: mesh.triangles, segments: vec![] },
-        field: match field_file::read(field_path)? {
-            Field::Grid(stored) => ContactField::Grid(stored.grid),
-            Field::Analytic(node) => ContactField::ClosedForm(node),
-        },
+        field: Field::open(field_path)?,
         resolution: 0,
         margin: options.margin,
     })
@@ -83,9 +70,9 @@ fn scene(options: &Options) -> Result<ContactScene> {
 impl ContactScene {
     /// A sheet over a ball with thin spikes, in a dense grid.
     pub fn built_in(resolution: u32) -> Result<Self> {
-        let grid = bake(&bodies::spiked_ball(), resolution, Layout::Dense)?.into_grid()?;
+        let field = bake(&bodies::spiked_ball(), resolution, Layout::Dense)?;
         let name = "sheet on spiked ball".to_owned();
-        Ok(Self { name, mesh: bodies::cloth(), field: ContactField::Grid(grid), resolution, margin: 0.01 })
+        Ok(Self { name, mesh: bodies::cloth(), field, resolution, margin: 0.01 })
     }
 
     fn work<'a>(
@@ -110,87 +97,33 @@ impl ContactScene {
 
     fn run(&self, method: MethodName, threads: usize, limits: Option<&MachineLimits>) -> Result<RunResult> {
         let (found, seconds) = timed(threads, || self.find(method))?;
+        let found = found?;
         // Separated faces do not report their evaluations: each is taken for an average contact.
-        let mean = found.evaluations / found.contacts.max(1) as f64;
-        let evaluations = self.mesh.triangles.len() as f64 + mean * found.passed_cull as f64;
+        let evaluations: f64 = found.contacts.iter().map(|contact| f64::from(contact.evaluations)).sum();
+        let mean = evaluations / found.contacts.len().max(1) as f64;
+        let evaluations = found.element_count as f64 + mean * found.searched_count as f64;
         Ok(RunResult {
-            contacts: Some(found.contacts),
+            contacts: Some(found.contacts.len()),
             floor_seconds: limits.map(|limits| limits.evaluation_seconds(evaluations) / threads as f64),
             ..RunResult::timed(seconds)
         })
     }
 
     /// Searches all faces, on the threads of the current pool.
-    pub fn find(&self, method: MethodName) -> ContactTotals {
-        match &self.field {
-            ContactField::Grid(grid) => self.find_by_name(grid, method),
-            ContactField::ClosedForm(node) => self.find_by_name(node, method),
-        }
-    }
-
-    fn find_by_name<F: Search>(&self, field: &F, method: MethodName) -> ContactTotals {
-        let certified = |evaluations| Certified { evaluations, ..Certified::default() };
-        match method {
-            MethodName::Auto => self.find_by(field, &certified(256)),
-            MethodName::Certified => self.find_by(field, &certified(1024)),
-            MethodName::Fw => self.find_by(field, &FrankWolfe::default()),
-            MethodName::Pgd => self.find_by(field, &ProjectedGradient::default()),
-            MethodName::Ls => self.find_by(field, &LineSearch { iterations: 32, ..Default::default() }),
-            MethodName::Newton => self.find_by(field, &Newton::default()),
-            MethodName::Sample4 => self.find_by(field, &PointSampling { samples: 4 }),
-            MethodName::Sample16 => self.find_by(field, &PointSampling { samples: 16 }),
-            MethodName::Sample64 => self.find_by(field, &PointSampling { samples: 64 }),
-        }
-    }
-
-    fn find_by<F: Search, M: Minimizer<3> + Sync>(&self, field: &F, minimizer: &M) -> ContactTotals {
-        let chunks = self.mesh.triangles.par_chunks(CHUNK).enumerate();
-        let totals = chunks.map(|(chunk, triangles)| {
-            let faces = (chunk * CHUNK..).zip(triangles).map(|(id, vertices)| self.face(id, *vertices));
-            let faces: Vec<_> = faces.collect();
-            field.outcomes(minimizer, self.margin, &faces).iter().fold(ContactTotals::default(), ContactTotals::add)
-        });
-        totals.collect::<Vec<_>>().into_iter().fold(ContactTotals::default(), ContactTotals::merge)
-    }
-
-    fn face(&self, id: usize, vertices: [u32; 3]) -> Element<f64, 3> {
-        let corners = vertices.map(|vertex| Vector3::from(self.mesh.points[vertex as usize]));
-        Element { id: id as u32, vertices, simplex: Simplex { corners } }
-    }
-}
-
-/// Faces searched together: enough to fill the vectors, few enough to distribute among threads.
-const CHUNK: usize = 512;
-
-/// Totals over all faces.
-#[derive(Default)]
-pub struct ContactTotals {
-    contacts: usize,
-    passed_cull: usize,
-    /// Evaluations of the faces that are contacts.
-    evaluations: f64,
-}
-
-impl ContactTotals {
-    fn add(mut self, outcome: &Outcome<f64, 3>) -> Self {
-        match outcome {
-            Outcome::NotFinite | Outcome::Culled => {}
-            Outcome::Separated(_) => self.passed_cull += 1,
-            Outcome::Contact(contact) => {
-                self.passed_cull += 1;
-                self.contacts += 1;
-                self.evaluations += f64::from(contact.evaluations);
-            }
-        }
-        self
-    }
-
-    fn merge(self, other: Self) -> Self {
-        Self {
-            contacts: self.contacts + other.contacts,
-            passed_cull: self.passed_cull + other.passed_cull,
-            evaluations: self.evaluations + other.evaluations,
-        }
+    pub fn find(&self, method: MethodName) -> Result<Contacts> {
+        let method = match method {
+            MethodName::Auto => Method::Auto,
+            MethodName::Pgd => Method::ProjectedGradient,
+            MethodName::Fw => Method::FrankWolfe,
+            MethodName::Ls => Method::LineSearch,
+            MethodName::Newton => Method::Newton,
+            MethodName::Certified => Method::Certified,
+            MethodName::Sample4 => Method::Sampling(4),
+            MethodName::Sample16 => Method::Sampling(16),
+            MethodName::Sample64 => Method::Sampling(64),
+        };
+        let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
+        Ok(self.field.contacts(mesh, &ContactOptions { method, margin: self.margin, ..ContactOptions::default() })?)
     }
 }
 

@@ -4,12 +4,14 @@
 use std::hint::black_box;
 
 use anyhow::{Result, bail};
+use sdf_core::grid::owned::Layout;
 
 use super::MethodName;
 use super::bodies::{self, BOWL, POT};
 use super::contacts::ContactScene;
 use super::reading::obj_text;
-use crate::bake::{self, Layout};
+
+use crate::bake;
 use crate::on_threads;
 
 /// Does a work of .ci/instructions.txt `times` times.
@@ -36,7 +38,7 @@ fn bake(body: &str, resolution: u32, layout: Layout, times: u32) -> Result<()> {
 fn contacts(method: MethodName, times: u32) -> Result<()> {
     let scene = ContactScene::built_in(24)?;
     for _ in 0..times {
-        black_box(on_threads(1, || scene.find(method))?);
+        black_box(on_threads(1, || scene.find(method))??);
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
@@ -9,7 +9,7 @@ use sdf_field::{BakeError, Baked, ErrorBudgetError, Field, GridInfo, MeshReport,
 use serde_json::json;
 
 use crate::args::BakeArgs;
-use crate::mesh_input::{self, MeshFacts, MeshInput, at};
+use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 

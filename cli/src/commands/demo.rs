@@ -12,6 +12,7 @@ use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
 use crate::mesh_input::{self, at};
 use crate::pictures::{Picture, Plane};
+use sdf_core::Sdf;
 use sdf_field::Field;
 
 use crate::report::{Report, number};
@@ -72,7 +73,7 @@ fn cloth_over_body() -> Sheet {
 }
 
 /// A cut through the body's middle: the cloth as a green line, contacts as red dots.
-fn draw<F: EnclosedSdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &Path) -> Result<()> {
+fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &Path) -> Result<()> {
     const GREEN: [u8; 3] = [20, 130, 60];
     const RED: [u8; 3] = [200, 30, 40];
     let window = sdf_core::Aabb { min: [-1.25; 3], max: [1.25; 3] };

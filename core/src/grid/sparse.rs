@@ -20,13 +20,13 @@ use crate::rounding::INTERPOLATION;
 pub trait Bricks {
     /// Encoding of the samples.
     type Code: Code;
-    /// By slot, x fastest: the number of its brick, or [`NO_BRICK`].
+    /// Number of the brick in each slot, x fastest, or [`NO_BRICK`].
     fn table(&self) -> &[u32];
-    /// By brick.
+    /// One scale per brick.
     fn scales(&self) -> &[Scale];
-    /// By brick, then by node, x fastest.
+    /// [`BRICK_SAMPLES`] codes per brick, x fastest.
     fn samples(&self) -> &[Self::Code];
-    /// By brick. Nodes outside the lattice do not count.
+    /// Bounds of each brick, without nodes outside the lattice.
     fn bounds(&self) -> &[BlockBounds];
     /// Samples of the coarse grid, x fastest: one more along each axis than there are slots.
     fn coarse(&self) -> &[f32];

@@ -16,11 +16,8 @@ pub struct Posed<F> {
 
 impl<F> Posed<F> {
     #[inline(always)]
-    fn placed(&self) -> Result<&F, Placed<&F, Rigid>> {
-        match self.pose {
-            None => Ok(&self.field),
-            Some(placement) => Err(Placed { field: &self.field, placement }),
-        }
+    fn placed(&self) -> Option<Placed<&F, Rigid>> {
+        self.pose.map(|placement| Placed { field: &self.field, placement })
     }
 }
 
@@ -45,15 +42,15 @@ impl<F: Sdf> Sdf for Posed<F> {
 
     fn bounds(&self, level: f64) -> Aabb {
         match self.placed() {
-            Ok(field) => field.bounds(level),
-            Err(placed) => placed.bounds(level),
+            None => self.field.bounds(level),
+            Some(placed) => placed.bounds(level),
         }
     }
 
     fn slope_bound(&self) -> f64 {
         match self.placed() {
-            Ok(field) => field.slope_bound(),
-            Err(placed) => placed.slope_bound(),
+            None => self.field.slope_bound(),
+            Some(placed) => placed.slope_bound(),
         }
     }
 }
@@ -74,22 +71,22 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         match self.placed() {
-            Ok(field) => field.enclosure(about, corners),
-            Err(placed) => placed.enclosure(about, corners),
+            None => self.field.enclosure(about, corners),
+            Some(placed) => placed.enclosure(about, corners),
         }
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         match self.placed() {
-            Ok(field) => field.is_convex_on(corners),
-            Err(placed) => placed.is_convex_on(corners),
+            None => self.field.is_convex_on(corners),
+            Some(placed) => placed.is_convex_on(corners),
         }
     }
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         match self.placed() {
-            Ok(field) => field.max_rise_to_corners(corners),
-            Err(placed) => placed.max_rise_to_corners(corners),
+            None => self.field.max_rise_to_corners(corners),
+            Some(placed) => placed.max_rise_to_corners(corners),
         }
     }
 
@@ -109,8 +106,8 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
 
     fn linearization_error(&self, region: &Aabb) -> f64 {
         match self.placed() {
-            Ok(field) => field.linearization_error(region),
-            Err(placed) => placed.linearization_error(region),
+            None => self.field.linearization_error(region),
+            Some(placed) => placed.linearization_error(region),
         }
     }
 

@@ -1,7 +1,7 @@
 //! A horseshoe: a bar bent to an arc with two straight legs (Quilez, "sdHorseshoe"), extruded.
 //!
-//! By symmetry only x ≥ 0 is computed. The frame at the end of the arc has the axes `outward` from the centre and
-//! `along` the leg:
+//! The shape is symmetric in x, so only x ≥ 0 is computed. The frame at the end of the arc has the axes `outward`
+//! from the centre and `along` the leg:
 //!
 //! ```text
 //! outward = x sin β − y cos β      along = x cos β + y sin β      β: bend

@@ -143,17 +143,15 @@ const TEN: [f64; 23] = [
 
 #[cfg(test)]
 mod tests {
+    use sdf_procedural::random::next_bits;
+
     use super::*;
 
-    /// SplitMix64, G. Steele et al. 2014.
     struct Random(u64);
 
     impl Random {
         fn next(&mut self) -> u64 {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let x = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            x ^ x >> 31
+            next_bits(&mut self.0)
         }
 
         fn below(&mut self, n: u64) -> u64 {

@@ -27,7 +27,7 @@ fn max_distance(query: &Query) -> f64 {
 fn one_by_one(tree: &Bvh, query: &Query) -> (Vec<u32>, CenterOffset) {
     let ErrorBlock { center, half_side } = query.block;
     let mut all: Vec<(u32, NearestOnTriangle)> = vec![];
-    tree.near(center, 1e6, |slot| all.push((slot as u32, nearest_on_triangle(center, tree.corners[slot]))));
+    tree.visit_within(center, 1e6, |slot| all.push((slot as u32, nearest_on_triangle(center, tree.corners[slot]))));
     let (_, nearest) = *all.iter().min_by(|a, b| a.1.distance_sq.total_cmp(&b.1.distance_sq)).unwrap();
     let direction =
         |on_triangle: &NearestOnTriangle| (center - on_triangle.point).try_normalize(0.0).unwrap_or_default();

@@ -1,7 +1,8 @@
 //! Cheap upper bounds of [`cone_error_bound`](super::cone_error_bound) for eight sets of normals at once.
 //!
-//! The axis of the first cap is the sum of the two normals farthest apart. [`cone_error_bound`](super::cone_error_bound)
-//! takes another cap only if it is smaller, so (√3/2) sin θ of the first one is an upper bound.
+//! The axis of the first cap is the sum of the two normals farthest apart.
+//! [`cone_error_bound`](super::cone_error_bound) takes another cap only if it is smaller, so (√3/2) sin θ of the first
+//! one is an upper bound.
 
 use sdf_core::nalgebra::Vector3;
 
@@ -14,7 +15,7 @@ const UNROLL: usize = 4;
 
 /// Upper bounds of [`cone_error_bound`](super::cone_error_bound) of each set as one cone.
 ///
-/// `sets`: ascending indices of normals. `memberships`: for each normal, 1 in the lanes of the sets that hold it, else 0.
+/// `sets`: ascending indices of normals. `memberships`: for each normal, 1 in the lanes of its sets, else 0.
 pub(crate) fn cone_error_bounds_x8(
     arch: pulp::Arch,
     normals: &[Vector3<f64>],

@@ -3,7 +3,7 @@
 //! 1. Along a clear diagonal of a cell face or of a cell, w is carried on as along a grid edge.
 //! 2. Across triangles, w jumps by the sum of their orientations. Exact orientation predicates (Shewchuk 1997, "Adaptive
 //!    precision floating-point arithmetic and fast robust geometric predicates", crate `robust`) find the triangles
-//!    that a segment crosses: [`MeshDistance::winding_step`](crate::MeshDistance::winding_step).
+//!    that a segment crosses: [`MeshDistance::winding_change`](crate::MeshDistance::winding_change).
 
 use sdf_core::nalgebra::Vector3;
 
@@ -37,7 +37,9 @@ impl<P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'_, P> {
         let usable: Vec<_> = self.neighbours(index).filter(is_usable).take(MAX_TRIES).collect();
         for (neighbour, length) in usable {
             let before = Estimate::from(self.windings[neighbour]);
-            let Some(step) = self.mesh.winding_step([neighbour, index].map(|end| self.position(end))) else { continue };
+            let Some(step) = self.mesh.winding_change([neighbour, index].map(|end| self.position(end))) else {
+                continue;
+            };
             let after = Winding::new(Estimate { value: before.value + step, ..before });
             self.adopt(index, after, length, |flood| flood.position(neighbour));
             if self.windings[index].is_known() {

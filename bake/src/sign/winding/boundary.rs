@@ -7,9 +7,9 @@
 //! ∇w(x) = (1/4π) Σ_edges m ∫ (y − x) × dy/|y − x|³,     so     |∇w(x)| ≤ (1/4π) Σ_edges |m| ∫ ds/|y − x|².
 //! ```
 //!
-//! For an edge of length ℓ at distance d from x, the last integral is at most min(ℓ/d², π/d): the first as |y − x| ≥ d, the
-//! second by integrating 1/(d² + s²) over the whole line. In a ball of radius r about x all |y − x| shrink by a factor of
-//! (d − r)/d at most. So an edge contributes at most |m| min(ℓ, πd)/(d − r)².
+//! For an edge of length ℓ at distance d from x, the last integral is at most min(ℓ/d², π/d): the first as |y − x| ≥ d,
+//! the second by integrating 1/(d² + s²) over the whole line. In a ball of radius r about x all |y − x| shrink by a
+//! factor of (d − r)/d at most. So an edge contributes at most |m| min(ℓ, πd)/(d − r)².
 
 use std::f64::consts::PI;
 
@@ -91,7 +91,7 @@ impl MeshBoundary {
         }
     }
 
-    /// Winding number modulo 1; 0 for a closed mesh. `None` without a cone, or if the point may be on an edge of the cone.
+    /// Winding number modulo 1; 0 for a closed mesh. `None` without a cone, or near one of its edges.
     pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Estimate> {
         match (self.is_empty(), self.has_cone()) {
             (true, _) => Some(Estimate { value: 0.0, error: 0.0 }),

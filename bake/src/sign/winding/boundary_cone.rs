@@ -36,7 +36,7 @@ struct EdgesX8 {
     orientations: Lanes<f64>,
 }
 
-/// Products between two normalizations: squared lengths from [`MIN_CONE_FACTOR_SQ`] to 16 neither overflow nor underflow.
+/// Products between two normalizations. Squared lengths from [`MIN_CONE_FACTOR_SQ`] to 16 stay in range.
 const PRODUCTS: usize = 8;
 
 impl BoundaryCone {

@@ -8,8 +8,9 @@
 //! ```
 //!
 //! With r = c − x the gradients of the terms l = 1, 2 integrate to dipole·r/d³ + (tr Q − 3 rᵀQr/d²)/d³.
-//! T(γ) = P_l(cos γ) is a trigonometric polynomial of degree l with |T| ≤ 1, so T′² + l² T² ≤ l² (Bernstein and Szegő). So the
-//! gradient of term l is at most l |y − c|ˡ⁻¹/dˡ⁺¹ long. With t = |y − c|/d, all terms l ≥ 3 are at most
+//!
+//! T(γ) = P_l(cos γ) is a trigonometric polynomial of degree l with |T| ≤ 1, so T′² + l² T² ≤ l² (Bernstein and Szegő).
+//! So the gradient of term l is at most l |y − c|ˡ⁻¹/dˡ⁺¹ long. With t = |y − c|/d, all terms l ≥ 3 are at most
 //!
 //! ```text
 //! Σ_{l≥3} l tˡ⁻¹/d² = t² (3 − 2t)/(1 − t)²/d².

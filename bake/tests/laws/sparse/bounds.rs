@@ -16,13 +16,13 @@ fn the_bounds_of_each_brick_hold_for_its_nodes_and_cells() {
         let lattice = Baked::from_mesh(mesh, None, 27).lattice;
         let grid = bake::<C>(mesh, &lattice);
         let storage = Sparse::new(&lattice, &grid).unwrap();
-        assert_eq!(grid.samples.len(), grid.places.len() * BRICK_SAMPLES);
+        assert_eq!(grid.samples.len(), grid.slots.len() * BRICK_SAMPLES);
         let [row, rows, _] = brick_counts(&lattice).map(|n| n as usize);
         let brick_of = |node: [u32; 3]| {
             let [x, y, z] = node.map(|n| (n / BRICK) as usize);
             grid.table[(z * rows + y) * row + x] as usize
         };
-        let mut exact: Vec<_> = grid.places.iter().map(|_| (f32::INFINITY, f32::NEG_INFINITY, 0.0_f32)).collect();
+        let mut exact: Vec<_> = grid.slots.iter().map(|_| (f32::INFINITY, f32::NEG_INFINITY, 0.0_f32)).collect();
         let [cells_x, cells_y, cells_z] = lattice.cells();
         for index in 0..cells_x * cells_y * cells_z {
             let cell = [index % cells_x, index / cells_x % cells_y, index / cells_x / cells_y];

@@ -161,7 +161,7 @@ impl<S: Storage> Grid<S> {
 struct CellPoints<R: Real> {
     /// Position in the cell.
     fractions: [Vector3<R>; 4],
-    /// By corner of the cell, then by point.
+    /// Samples by corner of the cell, then by point.
     samples: [[R; 4]; 8],
 }
 

@@ -105,7 +105,7 @@ fn one_brick(field: &impl EnclosedSdf) -> Grid<Sparse<SparseGrid<f32>>> {
     };
     let brick = SparseGrid {
         table: vec![0],
-        places: vec![[0; 3]],
+        slots: vec![[0; 3]],
         scales: vec![Scale { base: 0.0, step: 0.0 }],
         samples,
         coarse: vec![0.0; 8],

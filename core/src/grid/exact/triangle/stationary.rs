@@ -20,7 +20,7 @@ use super::grid_triangle::GridTriangle;
 use crate::grid::exact::segment::LowestPoint;
 use crate::number::{Float, Real};
 
-/// Depth of the stack of boxes. The last box is always cut first, so it holds one box per level of bisection.
+/// Depth of the stack of boxes. The last box is always cut first, so the stack grows by one box per bisection.
 const MAX_BOXES: usize = 24;
 
 /// Most boxes examined in a cell.
