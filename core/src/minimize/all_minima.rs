@@ -17,7 +17,7 @@
 use super::sub_simplex::{SubSimplex, WeightedValue};
 use super::{Certified, Minimizer, Minimum};
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{NESTED_FIELDS_TWICE, rounding};
 use crate::simplex::mean;
 use crate::{EnclosedSdf, Simplex};
 
@@ -42,10 +42,6 @@ impl Default for AllMinima {
         Self { max_cells: 4096, tolerance: 1e-2, search: Certified { evaluations: 1024, ..Certified::default() } }
     }
 }
-
-/// Roundings of a value in multiples of [`rounding`]: eight, as in the certified search, on either side of a
-/// comparison.
-const MAX_ROUNDINGS: f64 = 16.0;
 
 /// Parts of the straight path between two minima that are bounded one by one.
 const PATH_PARTS: u32 = 16;
@@ -108,8 +104,8 @@ impl AllMinima {
     ) -> MinimaSummary<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
-        let max_rise =
-            longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0) + rounding * R::from_f64(MAX_ROUNDINGS);
+        let max_rise = longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0)
+            + rounding * R::from_f64(NESTED_FIELDS_TWICE);
         let global_minimum = self.search.minimize_below(field, simplex, level);
         let evaluations = global_minimum.evaluations.to_f64() as u32;
         let lower_bound = global_minimum.lower_bound;

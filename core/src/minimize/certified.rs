@@ -25,7 +25,7 @@ use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{NESTED_FIELDS, rounding};
 use crate::{EnclosedSdf, Goal, Simplex};
 
 /// Branch and bound: finds the global minimum on the simplex, however many local ones there are, to within the gap
@@ -60,10 +60,6 @@ impl Default for Certified {
         Self { evaluations: 1024, tolerance: 1e-3, local }
     }
 }
-
-/// Roundings of a value in multiples of [`rounding`]: one for each field around another, seven at most, and one for the
-/// value that a bound is compared with.
-const MAX_ROUNDINGS: f64 = 8.0;
 
 /// Size of the part around the best point that is polished at the end, as a fraction of the simplex.
 const POLISH_FRACTION: f64 = 0.125;
@@ -135,7 +131,7 @@ impl Certified {
         value: R,
     ) -> Slack<R> {
         let rounding = rounding(field.slope_bound(), simplex.corners[0], longest_edge, value);
-        Slack { gap: self.tolerance_on(field, longest_edge) + rounding * R::from_f64(MAX_ROUNDINGS), rounding }
+        Slack { gap: self.tolerance_on(field, longest_edge) + rounding * R::from_f64(NESTED_FIELDS), rounding }
     }
 
     /// `exact` is what the field knows of the whole triangle, if that was not enough.

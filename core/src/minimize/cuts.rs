@@ -9,6 +9,7 @@ use core::array::from_fn;
 use super::descent_state::WeightedSample;
 use crate::Simplex;
 use crate::number::Real;
+use crate::rounding::SAME_WEIGHT;
 use crate::simplex::corner_weights;
 
 /// Cuts in the bundle. Three fail now and then on convex fields; five or six take as many steps as four, and each costs
@@ -88,7 +89,7 @@ impl<R: Real, const N: usize> CutBundle<R, N> {
 
     /// Was one of the tangents taken at this point, up to rounding?
     pub fn contains(&self, weights: [R; N]) -> R::Mask {
-        let rounding = R::from_f64(16.0 * R::EPSILON);
+        let rounding = R::from_f64(SAME_WEIGHT * R::EPSILON);
         let is_equal = |tangent: &Tangent<R, N>| {
             (0..N).fold(R::zero(), |max, k| max.max((tangent.weights[k] - weights[k]).abs())).le(rounding)
         };

@@ -7,6 +7,7 @@ use core::array::from_fn;
 
 use crate::Simplex;
 use crate::number::{Float, Real};
+use crate::rounding::SIDE_WEIGHT;
 use crate::simplex::corner_weights;
 use crate::vector::norm;
 
@@ -81,7 +82,7 @@ impl<R: Float, const N: usize> SubSimplex<R, N> {
     /// Is the point in the part or on its boundary? For simplices of up to three corners.
     pub fn contains(&self, weights: &[R; N]) -> bool {
         // Covers points on a side whose weights are not made by halving.
-        let slack = R::from_f64(8.0 * R::EPSILON);
+        let slack = R::from_f64(SIDE_WEIGHT * R::EPSILON);
         match self.corners.as_slice() {
             [_] => true,
             [a, b] => {

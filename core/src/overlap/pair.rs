@@ -4,6 +4,7 @@
 use super::bounds::PairQuery;
 use super::leaves::Leaves;
 use crate::number::{Float, Real};
+use crate::rounding::FIELD_BOUNDS;
 use crate::{Aabb, EnclosedSdf};
 
 /// Two fields and the margin within which they touch. Outside of `region`, f = max(φ_A, φ_B) is above the margin; the
@@ -24,9 +25,6 @@ pub enum NoRegion {
     /// Both bodies are unbounded, or the margin or a bound is not finite or beyond [`Real::MAX_COORDINATE`] of f32.
     Unbounded,
 }
-
-/// Error of a corner of the bounds, in multiples of ε times the largest coordinate.
-const BOX_ROUNDINGS: f64 = 64.0;
 
 impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
     /// `margin` is the largest φ of either field at which they touch; a negative one asks for so much depth in both.
@@ -90,5 +88,5 @@ impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
 fn widen(bounds: Aabb) -> Aabb {
     let coordinates = [bounds.min, bounds.max];
     let largest = coordinates.iter().flatten().filter(|x| x.is_finite()).fold(0.0_f64, |max, x| max.max(x.abs()));
-    bounds.inflate(largest * BOX_ROUNDINGS * f64::EPSILON)
+    bounds.inflate(largest * FIELD_BOUNDS * f64::EPSILON)
 }

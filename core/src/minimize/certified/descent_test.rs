@@ -8,6 +8,7 @@
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
+use crate::rounding::DIRECTIONAL_DERIVATIVE;
 use crate::vector::norm;
 use crate::{GradientBox, Simplex};
 
@@ -31,8 +32,7 @@ impl<R: Float> DescentTest<R> {
     pub fn excludes(&self, gradients: &GradientBox<R>, slope_bound: f64) -> bool {
         let middle = (gradients.lower + gradients.upper) * R::from_f64(0.5);
         let uphill = self.basis.iter().fold(Vector3::zeros(), |sum, axis| sum + project(*axis, middle));
-        // Above all rounding, and the error by which `uphill` leaves the plane.
-        let rounding = norm(uphill) * R::from_f64(slope_bound * 1024.0 * R::EPSILON);
+        let rounding = norm(uphill) * R::from_f64(slope_bound * DIRECTIONAL_DERIVATIVE * R::EPSILON);
         rounding < gradients.change_along(uphill).lower
     }
 }
