@@ -22,7 +22,7 @@ pub use cull::{CentroidBound, centroid_bound};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
 
 use crate::EnclosedSdf;
-use crate::minimize::{AllMinima, Minimizer, Minimum, Place};
+use crate::minimize::{AllMinima, Minimizer, Minimum, SimplexCell};
 use crate::number::Float;
 
 /// How far to trust a contact. Where several apply, the first.
@@ -129,7 +129,7 @@ pub fn all_contacts<R, F, const N: usize>(
     search: &AllMinima,
     margin: R,
     element: &Element<R, N>,
-    places: &mut [Place<R, N>],
+    places: &mut [SimplexCell<R, N>],
     minima: &mut [Minimum<R, N>],
     mut visit: impl FnMut(&Contact<R>),
 ) -> Outcome<R, N>
@@ -142,11 +142,11 @@ where
         Err(outcome) => return outcome,
     };
     let found = search.minima(field, &element.simplex, margin, places, minima);
-    if is_separated(margin, &found.least) && found.count == 0 {
-        return Outcome::Separated(found.least);
+    if is_separated(margin, &found.global_minimum) && found.count == 0 {
+        return Outcome::Separated(found.global_minimum);
     }
     // Given no buffer, the search has found one nevertheless.
-    let alone = [Minimum { converged: false, ..found.least }];
+    let alone = [Minimum { converged: false, ..found.global_minimum }];
     let minima = if found.count > 0 { minima.get(..found.count).unwrap_or(&alone) } else { &alone };
     let mut contacts = minima.iter().zip(0..).filter_map(|(minimum, rank)| report(element, minimum, lower_bound, rank));
     let Some(lowest) = contacts.next() else { return Outcome::NotFinite };

@@ -19,6 +19,7 @@ extern crate std;
 mod aabb;
 #[cfg(feature = "alloc")]
 mod any_field;
+mod best_first;
 pub mod combine;
 pub mod contact;
 mod delegate;

@@ -35,24 +35,19 @@ pub(crate) const DIRECTIONAL_DERIVATIVE: f64 = 1024.0;
 pub(crate) const MIN_SINE_SQ: f64 = 1e-6;
 
 /// Bounds of a box that holds all points where a field is low. L: the largest coordinate.
-#[allow(dead_code)]
 pub(crate) const FIELD_BOUNDS: f64 = 64.0;
 
 /// Barycentric weight of a point on a side of a sub-simplex, after many halvings. L = 1.
-#[allow(dead_code)]
 pub(crate) const SIDE_WEIGHT: f64 = 8.0;
 
 /// Difference of two computed barycentric weights of one point. L = 1.
-#[allow(dead_code)]
 pub(crate) const SAME_WEIGHT: f64 = 16.0;
 
 /// Multiple of [`rounding`] in a lower bound: one per nested field (each [`Placed`](crate::placed::Placed) or
 /// combination widens the bound again), seven at most, and one of the value that it is compared with.
-#[allow(dead_code)]
 pub(crate) const NESTED_FIELDS: f64 = 8.0;
 
 /// Multiple of [`rounding`] in a comparison of two bounds: [`NESTED_FIELDS`] on either side.
-#[allow(dead_code)]
 pub(crate) const NESTED_FIELDS_TWICE: f64 = 16.0;
 
 /// Bound of |computed φ − exact φ| = [`EVALUATION`]·ε·max(|φ|, slope bound · max(`distance`, |x|, |y|, |z|)): for

@@ -3,8 +3,8 @@
 use sdf_core::AnyField;
 use sdf_core::contact::{Contact, Outcome, all_contacts};
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, Place, PointSampling,
-    ProjectedGradient,
+    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling,
+    ProjectedGradient, SimplexCell,
 };
 use sdf_core::placed::Posed;
 
@@ -147,7 +147,7 @@ fn find_all_minima<const N: usize>(
     check(points, elements).map_err(QueryError::VertexOutOfRange)?;
     let field = Posed { field, pose: options.pose };
     let search_chunk = |first: usize, vertices: &[[u32; N]]| {
-        let (mut pieces, mut minima) = (vec![Place::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
+        let (mut pieces, mut minima) = (vec![SimplexCell::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
         let mut found = Contacts::default();
         for (id, vertices) in (first..).zip(vertices) {
             let element = element(points, id, *vertices);

@@ -7,7 +7,7 @@ use sdf_core::contact::{
     Contact, ContactStatus, Element, ElementKind, Feature, Outcome, all_contacts, centroid_bound, contact,
 };
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, Place, PointSampling, ProjectedGradient,
+    AllMinima, Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, PointSampling, ProjectedGradient, SimplexCell,
 };
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, HalfSpace, Sphere};
@@ -377,7 +377,7 @@ fn keys_are_unique_and_stay_from_frame_to_frame() {
 fn all_contacts_of_an_element_begin_with_the_deepest_and_have_keys_of_their_own() {
     fn check<R: Float, const N: usize>(random: &mut Random) {
         let search = AllMinima::default();
-        let (mut places, mut minima) = (vec![Place::default(); 1024], vec![Minimum::default(); 64]);
+        let (mut places, mut minima) = (vec![SimplexCell::default(); 1024], vec![Minimum::default(); 64]);
         for scene in scenes(1.0) {
             for id in 0..8 {
                 let element = element(id, cast::<R, N>(&random_simplex(random, scene.size)));

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use sdf_core::grid::Lattice;
-use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
+use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch};
 use sdf_core::placed::{Placed, Placement, Rigid};
 use sdf_core::{Aabb, AnyField, EnclosedSdf};
 use sdf_formats::contact_file::{self, OverlapRecord};
@@ -187,7 +187,7 @@ impl Bodies {
     fn read(args: &ContactsArgs, sides: &[Side; 2]) -> Result<Option<Self>> {
         let [(a, of_a), (b, of_b)] = [sides[0].field(args.margin, None)?, sides[1].field(args.margin, None)?];
         let is_whole = [of_a.is_none(), of_b.is_none()];
-        let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_asking(PIECES, is_whole));
+        let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_evaluating(PIECES, is_whole));
         let region = match shrunk {
             Ok(pair) => pair.region(),
             Err(NoRegion::Separated) => return Ok(None),
@@ -217,21 +217,21 @@ const LEAVES: f64 = 64.0;
 
 fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
     let [a, b] = &bodies.fields;
-    let pair = Pair::new(a, b, args.margin).and_then(|pair| pair.within(&bodies.region));
+    let pair = Pair::new(a, b, args.margin).and_then(|pair| pair.restrict(&bodies.region));
     let Ok(pair) = pair.and_then(|pair| pair.shrink::<f64>(PIECES)) else { return Ok(Found::default()) };
-    let search = Search { evaluations: EVALUATIONS, tolerance: args.tolerance };
-    let deepest = pair.deepest::<f64>(&search, &mut vec![Piece::EMPTY; WAITING]);
-    let verdict = match deepest.at {
+    let search = DepthSearch { evaluations: EVALUATIONS, tolerance: args.tolerance };
+    let deepest = pair.deepest::<f64>(&search, &mut vec![BoxNode::EMPTY; WAITING]);
+    let verdict = match deepest.point {
         Some(at) if at.value <= args.margin => Verdict::Contact,
         _ if args.margin < deepest.lower_bound => Verdict::Separated,
         _ => Verdict::Undecided,
     };
     let certificate = |value| {
-        let Deepest { lower_bound, converged, evaluations, .. } = deepest;
+        let DeepestPoint { lower_bound, converged, evaluations, .. } = deepest;
         Some(Certificate { value, lower_bound, converged, evaluations })
     };
     if verdict == Verdict::Separated {
-        return Ok(Found { certificate: certificate(deepest.at.map(|at| at.value)), ..Found::default() });
+        return Ok(Found { certificate: certificate(deepest.point.map(|at| at.value)), ..Found::default() });
     }
     let resolution = args.resolution.unwrap_or(pair.region().longest_side() / LEAVES);
     let (minima, mut points) = minima(&pair, resolution);
@@ -249,23 +249,23 @@ fn minima<A: EnclosedSdf, B: EnclosedSdf>(
     let mut room = 1 << 16;
     loop {
         let mut found = vec![None; MAX_MINIMA];
-        let minima = pair.minima(resolution, EVALUATIONS, &mut vec![Leaf::empty(); room], &mut found);
-        if minima.leaves <= room {
+        let minima = pair.minima(resolution, EVALUATIONS, &mut vec![MortonLeaf::empty(); room], &mut found);
+        if minima.leaf_count <= room {
             let summary = MinimaSummary {
                 count: minima.count,
                 barrier: minima.barrier,
-                complete: minima.complete,
+                complete: minima.is_complete,
                 evaluations: minima.evaluations,
             };
             return (summary, found.into_iter().flatten().collect());
         }
-        room = minima.leaves;
+        room = minima.leaf_count;
     }
 }
 
 /// The proven deepest point takes the place of the minimum that it is nearest to.
-fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &Deepest<f64>) {
-    let Some(at) = deepest.at else { return };
+fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &DeepestPoint<f64>) {
+    let Some(at) = deepest.point else { return };
     let distance = |other: &OverlapPoint<f64>| (other.point - at.point).norm();
     let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
     match nearest {
@@ -277,9 +277,17 @@ fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &Deepest<f64>) {
 }
 
 fn summary(patch: &Patch<f64>) -> PatchSummary {
-    let Patch { points, area, resolution, leaves, bounds, unknown, evaluations, complete } = *patch;
-    let bounds = bounds.map(|bounds| [bounds.min, bounds.max]);
-    PatchSummary { area, points, resolution, leaves, bounds, unknown, complete, evaluations }
+    let Patch { point_count, area, resolution, leaf_count, bounds, undefined_count, evaluations, is_complete } = *patch;
+    PatchSummary {
+        area,
+        points: point_count,
+        resolution,
+        leaves: leaf_count,
+        bounds: bounds.map(|bounds| [bounds.min, bounds.max]),
+        unknown: undefined_count,
+        complete: is_complete,
+        evaluations,
+    }
 }
 
 fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)> {
