@@ -27,7 +27,7 @@ impl Label for OverlapKind {
     }
 }
 
-/// How far to trust an overlap point; the worse of both fields.
+/// Reliability of an overlap point: the worse of both fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OverlapStatus {
     Good,

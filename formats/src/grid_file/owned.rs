@@ -57,7 +57,7 @@ pub struct OwnedBricks<C> {
     /// Slot of each brick, counted in bricks from the first node.
     pub places: Vec<[u32; 3]>,
     pub scales: Vec<Scale>,
-    /// By brick, then by node, x fastest.
+    /// Codes of all nodes, brick after brick, x fastest.
     pub samples: Vec<C>,
     /// Bounds of each brick.
     pub bounds: Vec<BlockBounds>,
