@@ -36,7 +36,7 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
-/// The bytes that `write` writes to a path, for writers that need one. The file is temporary, in a folder that only
+/// The bytes of a file that `write` writes, for writers that need a path. The file is temporary, in a folder that only
 /// this user can open.
 pub(crate) fn temporary_bytes<E: From<io::Error>>(write: impl FnOnce(&Path) -> Result<(), E>) -> Result<Vec<u8>, E> {
     let random = RandomState::new().build_hasher().finish();

@@ -1,3 +1,5 @@
+//! Points at which two fields overlap, as entries of each format.
+
 use rust_hdf5::{H5File, Hdf5Error};
 use sdf_core::overlap::{OverlapPoint, PatchPoint};
 use serde::Serialize;

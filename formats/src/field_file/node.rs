@@ -1,3 +1,5 @@
+//! A field that is known only at run time: an enum of all shapes. Each method is passed on to the shape in the node.
+
 use std::sync::Arc;
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};

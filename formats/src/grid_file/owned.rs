@@ -1,3 +1,5 @@
+//! Grids that own their samples, of either layout and any precision.
+
 use sdf_core::Float;
 use sdf_core::grid::sparse::{Bricks, Code, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Dense, Grid, Storage, WithBlockBounds};

@@ -1,3 +1,5 @@
+//! Errors of mesh files: which file, where in it, what was expected, what was found.
+
 use std::fmt::{self, Display, Formatter};
 use std::io;
 

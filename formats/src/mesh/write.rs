@@ -1,3 +1,5 @@
+//! Meshes written as OBJ, PLY or STL; shortest decimal numbers in text, so that OBJ and PLY keep every bit.
+
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;

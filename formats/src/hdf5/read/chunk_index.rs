@@ -1,7 +1,7 @@
 //! Addresses of a dataset's chunks, from its header messages and its version 1 B-tree.
 //!
 //! Whatever a file declares is checked before memory is taken for it: the tree must have room for an entry a chunk, and
-//! each chunk must store at least 1/1032 of its bytes, which is the most that deflate can compress.
+//! each chunk must store at least 1/1032 of its bytes, the limit of deflate.
 
 use super::ReadError;
 use super::fields::Fields;

@@ -1,3 +1,5 @@
+//! Bytes of a file by address. Reads outside of the file are errors, and take no memory.
+
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
