@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Temporary folders of the writes in progress in this process.
-static IN_PROGRESS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Writes a file whole or not at all.
 ///
@@ -36,7 +36,7 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
-/// The bytes that `write` writes to a path, for writers that need one. The file is temporary, in a folder that only
+/// The bytes of a file that `write` writes, for writers that need a path. The file is temporary, in a folder that only
 /// this user can open.
 pub(crate) fn temporary_bytes<E: From<io::Error>>(write: impl FnOnce(&Path) -> Result<(), E>) -> Result<Vec<u8>, E> {
     let random = RandomState::new().build_hasher().finish();
@@ -49,8 +49,8 @@ pub(crate) fn temporary_bytes<E: From<io::Error>>(write: impl FnOnce(&Path) -> R
 /// cannot go on, because their folders are gone. New ones cannot begin while the returned lock is held: hold it until
 /// the process ends.
 pub fn remove_temporaries() -> WriteLock {
-    let in_progress = in_progress();
-    for folder in in_progress.iter() {
+    let active_folders = active_folders();
+    for folder in active_folders.iter() {
         // A writer may create a file meanwhile, but not for ever: each attempt removes what is there.
         for _ in 0..1000 {
             let left = fs::remove_dir_all(folder);
@@ -59,17 +59,17 @@ pub fn remove_temporaries() -> WriteLock {
             }
         }
     }
-    WriteLock { _in_progress: in_progress }
+    WriteLock { _active_folders: active_folders }
 }
 
 /// Blocks new [`atomic_write`]s of this process.
 #[must_use = "writes can begin again as soon as this is dropped"]
 pub struct WriteLock {
-    _in_progress: MutexGuard<'static, BTreeSet<PathBuf>>,
+    _active_folders: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 
-fn in_progress() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    IN_PROGRESS.lock().unwrap_or_else(PoisonError::into_inner)
+fn active_folders() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    ACTIVE_FOLDERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The path to rename to, with links followed.
@@ -105,18 +105,18 @@ struct Temporary {
 
 impl Temporary {
     fn create(folder: PathBuf) -> io::Result<Self> {
-        let mut in_progress = in_progress();
-        if !in_progress.insert(folder.clone()) {
+        let mut active_folders = active_folders();
+        if !active_folders.insert(folder.clone()) {
             return Err(io::Error::new(io::ErrorKind::ResourceBusy, "is being written already"));
         }
         // Left by a killed process with the same id.
         let _ = fs::remove_dir_all(&folder);
         // Fails if someone else put a link there.
         if let Err(error) = create_private_folder(&folder) {
-            in_progress.remove(&folder);
+            active_folders.remove(&folder);
             return Err(error);
         }
-        drop(in_progress);
+        drop(active_folders);
         let temporary = Self { path: folder.join("file"), folder };
         File::create_new(&temporary.path)?;
         Ok(temporary)
@@ -137,6 +137,6 @@ fn create_private_folder(path: &Path) -> io::Result<()> {
 impl Drop for Temporary {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.folder);
-        in_progress().remove(&self.folder);
+        active_folders().remove(&self.folder);
     }
 }

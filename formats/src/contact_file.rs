@@ -86,7 +86,7 @@ pub fn write<T: Record>(
     })
 }
 
-/// The bytes that [`write`] would write. HDF5 passes through a temporary file, as in [`crate::grid_file::to_bytes`].
+/// The bytes that [`write()`] would write. HDF5 passes through a temporary file, as in [`crate::grid_file::to_bytes`].
 pub fn to_bytes<T: Record>(
     format: ContactFormat,
     records: &[T],

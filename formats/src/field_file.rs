@@ -79,7 +79,7 @@ pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let mut bytes = Vec::new();
     fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     let folder = path.parent().unwrap_or(Path::new("."));
-    parse_bytes(&bytes, path, &mut Grids::beside(folder)).map(OpenField::Analytic)
+    parse_bytes(&bytes, path, &mut Grids::new(Some(folder))).map(OpenField::Analytic)
 }
 
 /// Like [`open`], from the bytes of a file, lent (`&[u8]`) or owned (`Vec<u8>`). Errors show `name` in place of a path.
@@ -88,13 +88,13 @@ pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<Ope
     if bytes.starts_with(SIGNATURE) {
         return Ok(OpenField::Grid(grid_file::open_bytes(bytes, name)?));
     }
-    parse_bytes(&bytes, Path::new(name), &mut Grids::none()).map(OpenField::Analytic)
+    parse_bytes(&bytes, Path::new(name), &mut Grids::new(None)).map(OpenField::Analytic)
 }
 
 /// Reads shapes in closed form from the text of a `.sdf.toml`. Errors show `name` in place of a path. A text has no
 /// folder to look for files in, so the shape `grid` is refused.
 pub fn read_text(text: &str, name: &str) -> Result<AnyField, FieldError> {
-    parse(text, Path::new(name), &mut Grids::none())
+    parse(text, Path::new(name), &mut Grids::new(None))
 }
 
 /// `true` for a regular file that is a field and not a mesh: HDF5 by its content, TOML by its name.
@@ -143,16 +143,12 @@ fn refused(path: &Path, what: String) -> FieldError {
 struct Grids<'a> {
     /// Folder that names are relative to; `None` if the field is not read from a file.
     folder: Option<&'a Path>,
-    by_path: HashMap<PathBuf, Arc<OwnedGrid>>,
+    grids: HashMap<PathBuf, Arc<OwnedGrid>>,
 }
 
 impl<'a> Grids<'a> {
-    fn beside(folder: &'a Path) -> Self {
-        Self { folder: Some(folder), by_path: HashMap::new() }
-    }
-
-    fn none() -> Self {
-        Self { folder: None, by_path: HashMap::new() }
+    fn new(folder: Option<&'a Path>) -> Self {
+        Self { folder, grids: HashMap::new() }
     }
 
     /// The grid of a file; the error is its description.
@@ -162,7 +158,7 @@ impl<'a> Grids<'a> {
         };
         let path = folder.join(name);
         let unreadable = |source: std::io::Error| format!("{}: {source}", path.display());
-        Ok(match self.by_path.entry(fs::canonicalize(&path).map_err(unreadable)?) {
+        Ok(match self.grids.entry(fs::canonicalize(&path).map_err(unreadable)?) {
             Entry::Occupied(known) => known.get().clone(),
             Entry::Vacant(new) => {
                 let stored = grid_file::read(&path).map_err(|error| error.to_string())?;

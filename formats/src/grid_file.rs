@@ -111,7 +111,7 @@ pub struct About {
     pub options: String,
 }
 
-/// How inside and outside were distinguished when the grid was baked.
+/// Test for inside and outside that the grid was baked with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SignMethod {
@@ -201,11 +201,12 @@ pub fn write<'a>(
     about: &About,
 ) -> Result<(), GridFileError> {
     let samples = samples.into();
-    let header = check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).at(path))?;
-    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.at(path))
+    let header =
+        check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).with_path(path))?;
+    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.with_path(path))
 }
 
-/// The bytes that [`write`] would write.
+/// The bytes that [`write()`] would write.
 ///
 /// rust-hdf5 0.7.9 can write only to a path. So the bytes pass through a file in the system's temporary folder
 /// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns.

@@ -56,7 +56,7 @@ pub struct Mesh {
     pub polygon_counts: PolygonCounts,
 }
 
-/// How the polygons of a file became triangles.
+/// Number of polygons in a file, by the way in which they became triangles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PolygonCounts {
     pub total: usize,
@@ -135,6 +135,6 @@ impl Display for MeshFormat {
 fn point_index(points: usize) -> Result<u32, MeshFault> {
     match u32::try_from(points) {
         Ok(index) if index < u32::MAX => Ok(index),
-        _ => Err(MeshFault::in_file(format!("at most {} points", u32::MAX), "more")),
+        _ => Err(MeshFault::whole_file(format!("at most {} points", u32::MAX), "more")),
     }
 }

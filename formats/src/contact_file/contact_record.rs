@@ -1,3 +1,5 @@
+//! Contacts of a mesh with a field, as entries of each format.
+
 use rust_hdf5::{H5File, Hdf5Error};
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use serde::Serialize;

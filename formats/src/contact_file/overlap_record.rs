@@ -1,3 +1,5 @@
+//! Points at which two fields overlap, as entries of each format.
+
 use rust_hdf5::{H5File, Hdf5Error};
 use sdf_core::overlap::{OverlapPoint, PatchPoint};
 use serde::Serialize;
@@ -27,7 +29,7 @@ impl Label for OverlapKind {
     }
 }
 
-/// How far to trust an overlap point; the worse of both fields.
+/// Reliability of an overlap point: the worse of both fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OverlapStatus {
     Good,

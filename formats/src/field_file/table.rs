@@ -1,3 +1,5 @@
+//! TOML tables, read key by key. Errors name the table; keys that nobody reads are errors.
+
 use std::path::Path;
 
 use toml::Value;

@@ -1,6 +1,6 @@
 //! Blocks of 8 × 8 × 8 nodes whose samples queries in given regions need.
 //!
-//! A region needs the nodes of all cells that it meets, and a few more to all sides for points that f32 rounds. Each
+//! A region needs the nodes of all cells that it meets, widened by the rounding of points in f32. Each
 //! region adds 1 to a box of counters through a difference array: ±1 at the eight corners of the box, and prefix sums
 //! along the axes at the end. So a region costs the same whatever its size.
 //!

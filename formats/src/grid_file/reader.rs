@@ -37,7 +37,7 @@ pub fn read(path: &Path) -> Result<StoredGrid, GridFileError> {
 /// number of the coarse grid brings two of ours.
 pub fn open(path: &Path) -> Result<GridReader<'static>, GridFileError> {
     let grid = Hdf5Reader::open(path).map_err(GridFault::from).and_then(OpenGrid::open);
-    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.at(path))
+    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.with_path(path))
 }
 
 /// Reads a grid from the bytes of a file and verifies its checksums. Errors show `name` in place of a path.
@@ -49,7 +49,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<StoredGrid, GridFileError>
 pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<GridReader<'a>, GridFileError> {
     let path = Path::new(name);
     let grid = Hdf5Reader::open_bytes(bytes.into()).map_err(GridFault::from).and_then(OpenGrid::open);
-    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.at(path))
+    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.with_path(path))
 }
 
 /// An open grid file: everything but the samples is read and checked.
@@ -84,7 +84,7 @@ impl GridReader<'_> {
 
     /// Reads all samples.
     pub fn read(self) -> Result<StoredGrid, GridFileError> {
-        self.grid.read(None).map_err(|fault| fault.at(&self.path))
+        self.grid.read(None).map_err(|fault| fault.with_path(&self.path))
     }
 
     /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero.
@@ -96,7 +96,7 @@ impl GridReader<'_> {
     /// origin, add the rounding of world coordinates to `level`. An empty or non-finite region makes everything needed.
     pub fn read_needed(self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Result<StoredGrid, GridFileError> {
         let mask = self.grid.mask(regions, level);
-        self.grid.read(Some(&mask)).map_err(|fault| fault.at(&self.path))
+        self.grid.read(Some(&mask)).map_err(|fault| fault.with_path(&self.path))
     }
 }
 

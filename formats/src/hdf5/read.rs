@@ -106,14 +106,14 @@ impl<'a> Hdf5Reader<'a> {
 
 /// Address of the root group's object header: section II.A, version 0.
 fn root_address(source: &ByteSource) -> Result<u64, ReadError> {
-    if source.length() < SIGNATURE.len() as u64 || source.at(0, SIGNATURE.len())? != SIGNATURE {
+    if source.length() < SIGNATURE.len() as u64 || source.read(0, SIGNATURE.len())? != SIGNATURE {
         return Err(ReadError::NotHdf5);
     }
-    let [version] = source.at(SIGNATURE.len() as u64, 1)?[..] else { return Err(ReadError::NotHdf5) };
+    let [version] = source.read(SIGNATURE.len() as u64, 1)?[..] else { return Err(ReadError::NotHdf5) };
     if version != 0 {
         return Err(ReadError::unexpected(format!("its superblock has version {version}, a grid's has 0")));
     }
-    let superblock = source.at(0, SUPERBLOCK_BYTES)?;
+    let superblock = source.read(0, SUPERBLOCK_BYTES)?;
     let mut fields = Fields(&superblock[SIGNATURE.len() + 1..]);
     fields.skip(4)?;
     let [offset_bytes, length_bytes] = [fields.u8()?, fields.u8()?];

@@ -24,7 +24,7 @@ pub(crate) struct Tile {
 impl Tiling {
     /// Takes at most three axes; every side must be at least 1.
     pub(crate) fn new(shape: &[usize], sides: &[usize]) -> Self {
-        Self { shape: with_leading_ones(shape), sides: with_leading_ones(sides) }
+        Self { shape: padded_shape(shape), sides: padded_shape(sides) }
     }
 
     pub(crate) fn sides(&self) -> [usize; 3] {
@@ -102,7 +102,7 @@ impl Tile {
     }
 }
 
-fn with_leading_ones(shape: &[usize]) -> [usize; 3] {
+fn padded_shape(shape: &[usize]) -> [usize; 3] {
     let mut padded = [1; 3];
     padded[3 - shape.len()..].copy_from_slice(shape);
     padded

@@ -1,3 +1,5 @@
+//! HDF5 files written through rust-hdf5, in the classic form and without times, so that equal contents give equal bytes.
+
 use std::io;
 use std::mem::ManuallyDrop;
 use std::path::Path;

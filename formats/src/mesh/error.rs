@@ -1,3 +1,5 @@
+//! Errors of mesh files: which file, where in it, what was expected, what was found.
+
 use std::fmt::{self, Display, Formatter};
 use std::io;
 
@@ -21,7 +23,7 @@ pub enum MeshError {
     Malformed { file: String, fault: MeshFault },
 }
 
-/// What is wrong in a mesh file, and where.
+/// Fault in a mesh file: its location, and what was expected and found there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MeshFault {
     /// `None` for the whole file, such as its length.
@@ -41,15 +43,15 @@ pub enum Location {
 }
 
 impl MeshFault {
-    pub(super) fn at(location: Location, expected: impl Into<String>, found: impl Into<String>) -> Self {
+    pub(super) fn new(location: Location, expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self { location: Some(location), expected: expected.into(), found: found.into() }
     }
 
-    pub(super) fn on_line(line: usize, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self::at(Location::Line(line), expected, found)
+    pub(super) fn line(line: usize, expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self::new(Location::Line(line), expected, found)
     }
 
-    pub(super) fn in_file(expected: impl Into<String>, found: impl Into<String>) -> Self {
+    pub(super) fn whole_file(expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self { location: None, expected: expected.into(), found: found.into() }
     }
 

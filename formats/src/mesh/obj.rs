@@ -121,7 +121,7 @@ fn read_corners(
         corners.push(corner);
     }
     if corners.len() < min_count {
-        return Err(MeshFault::on_line(text.line, format!("at least {min_count} {what}"), corners.len().to_string()));
+        return Err(MeshFault::line(text.line, format!("at least {min_count} {what}"), corners.len().to_string()));
     }
     Ok(())
 }
@@ -172,12 +172,12 @@ fn bad_index(line: usize, index: Option<i64>, token: &[u8], points: usize) -> Me
         None if number::<f64>(token).is_some() => "a whole number",
         None => "an index such as `7`, `7/1`, `7//1` or `7/1/1`",
         Some(0) => "an index that is not 0 (they count from 1)",
-        Some(1..) => return MeshFault::on_line(line, format!("an index up to {}", u32::MAX), quote(token)),
+        Some(1..) => return MeshFault::line(line, format!("an index up to {}", u32::MAX), quote(token)),
         Some(_) => {
-            return MeshFault::on_line(line, format!("an index back to one of {points} points so far"), quote(token));
+            return MeshFault::line(line, format!("an index back to one of {points} points so far"), quote(token));
         }
     };
-    MeshFault::on_line(line, expected, quote(token))
+    MeshFault::line(line, expected, quote(token))
 }
 
 /// Indices of points that were not read yet, with their lines. Each entry is larger than all before it, so the first
@@ -196,11 +196,7 @@ impl ForwardReferences {
         match self.0.iter().find(|&&(corner, _)| corner as usize >= points) {
             Some(&(corner, line)) => {
                 let found = u64::from(corner) + 1;
-                Err(MeshFault::on_line(
-                    line,
-                    format!("an index up to {points}, the number of points"),
-                    found.to_string(),
-                ))
+                Err(MeshFault::line(line, format!("an index up to {points}, the number of points"), found.to_string()))
             }
             None => Ok(()),
         }

@@ -44,14 +44,14 @@ fn read<'a>(header: &'a Header, mut values: impl Values<'a>) -> Result<Mesh, Mes
                     point_index(points.len())?;
                     match row.scalars.iter().find(|x| !x.is_finite()) {
                         None => points.push(row.scalars),
-                        Some(x) => return Err(MeshFault::at(values.location(), "a finite number", spell(*x))),
+                        Some(x) => return Err(MeshFault::new(values.location(), "a finite number", spell(*x))),
                     }
                 }
                 Subject::Face => {
                     row.set_corners(row.list.len(), points_declared, &values)?;
                     if row.corners.len() < 3 {
                         let found = row.corners.len().to_string();
-                        return Err(MeshFault::at(values.location(), "at least 3 corners", found));
+                        return Err(MeshFault::new(values.location(), "at least 3 corners", found));
                     }
                     polygons.push(&row.corners)?;
                 }
@@ -114,7 +114,7 @@ fn roles(element: &Element, subject: Subject) -> Result<Vec<Role>, MeshFault> {
             }
             None => {
                 let expected = format!("a {} `{}`", if is_list { "list property" } else { "property" }, names[0]);
-                Err(MeshFault::on_line(element.line, expected, format!("none in element {}", element.name)))
+                Err(MeshFault::line(element.line, expected, format!("none in element {}", element.name)))
             }
         }
     };
@@ -173,7 +173,7 @@ impl Row {
             // The cast is exact: there are fewer than 2³² points.
             if !(value >= 0.0 && value < points as f64 && value.fract() == 0.0) {
                 let expected = format!("an index from 0 up to {points} - 1");
-                return Err(MeshFault::at(values.location(), expected, spell(value)));
+                return Err(MeshFault::new(values.location(), expected, spell(value)));
             }
             self.corners.push(value as u32);
         }
@@ -205,7 +205,7 @@ fn list_length<'a>(value: f64, values: &impl Values<'a>) -> Result<usize, MeshFa
     if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
         return Ok(value as usize);
     }
-    Err(MeshFault::at(values.location(), "the length of a list", spell(value)))
+    Err(MeshFault::new(values.location(), "the length of a list", spell(value)))
 }
 
 /// A sequence of values, in text or binary.
@@ -241,7 +241,7 @@ impl<'a> Ascii<'a> {
 
     fn token(&mut self) -> Result<&'a [u8], MeshFault> {
         match self.text.token() {
-            [] => Err(MeshFault::on_line(self.line, "another value", "the end of the line")),
+            [] => Err(MeshFault::line(self.line, "another value", "the end of the line")),
             token => Ok(token),
         }
     }
@@ -252,7 +252,7 @@ impl<'a> Values<'a> for Ascii<'a> {
         if self.skip_empty_lines() {
             return Ok(());
         }
-        Err(MeshFault::on_line(self.line, format!("{element} {index}"), "the end of the file"))
+        Err(MeshFault::line(self.line, format!("{element} {index}"), "the end of the file"))
     }
 
     #[inline]
@@ -263,7 +263,7 @@ impl<'a> Values<'a> for Ascii<'a> {
             Scalar::F32 => number::<f32>(token).map(f64::from),
             _ => number(token),
         };
-        value.ok_or_else(|| MeshFault::on_line(self.line, "a number", quote(token)))
+        value.ok_or_else(|| MeshFault::line(self.line, "a number", quote(token)))
     }
 
     fn skip(&mut self, _: Scalar, count: usize) -> Result<(), MeshFault> {
@@ -276,14 +276,14 @@ impl<'a> Values<'a> for Ascii<'a> {
                 self.text.next_line();
                 Ok(())
             }
-            more => Err(MeshFault::on_line(self.line, "the end of the line", quote(more))),
+            more => Err(MeshFault::line(self.line, "the end of the line", quote(more))),
         }
     }
 
     fn finish(&mut self) -> Result<(), MeshFault> {
         if self.skip_empty_lines() {
             let found = self.text.token();
-            return Err(MeshFault::on_line(self.line, "no more than the header declares", quote(found)));
+            return Err(MeshFault::line(self.line, "no more than the header declares", quote(found)));
         }
         Ok(())
     }
@@ -319,7 +319,7 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
     #[cold]
     fn too_short(&self, count: usize) -> MeshFault {
         let found = format!("{} at the end of the file", self.bytes.len());
-        MeshFault::at(self.location(), format!("{count} more bytes"), found)
+        MeshFault::new(self.location(), format!("{count} more bytes"), found)
     }
 }
 

@@ -94,7 +94,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, MeshFault> {
     let mut elements: Vec<Element> = Vec::new();
     loop {
         if !text.next_line() {
-            return Err(MeshFault::on_line(text.line, "`end_header`", "the end of the file"));
+            return Err(MeshFault::line(text.line, "`end_header`", "the end of the file"));
         }
         let line = text.line;
         match text.token() {
@@ -106,31 +106,31 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, MeshFault> {
                     b"binary_big_endian" => Encoding::BigEndian,
                     _ => {
                         let expected = "`ascii`, `binary_little_endian` or `binary_big_endian`";
-                        return Err(MeshFault::on_line(line, expected, quote(token)));
+                        return Err(MeshFault::line(line, expected, quote(token)));
                     }
                 });
             }
             b"element" => {
                 let element = element(&mut text)?;
                 if elements.iter().any(|e| e.name == element.name) {
-                    return Err(MeshFault::on_line(line, "each element once", quote(element.name.as_bytes())));
+                    return Err(MeshFault::line(line, "each element once", quote(element.name.as_bytes())));
                 }
                 elements.push(element);
             }
             b"property" => {
                 let property = property(&mut text)?;
                 let Some(element) = elements.last_mut() else {
-                    return Err(MeshFault::on_line(line, "`element` first", "`property`"));
+                    return Err(MeshFault::line(line, "`element` first", "`property`"));
                 };
                 element.properties.push(property);
             }
             b"end_header" => break,
             b"comment" | b"obj_info" | b"" => {}
-            token => return Err(MeshFault::on_line(line, "a keyword of PLY", quote(token))),
+            token => return Err(MeshFault::line(line, "a keyword of PLY", quote(token))),
         }
     }
     let Some(encoding) = encoding else {
-        return Err(MeshFault::on_line(text.line, "`format` before `end_header`", "none"));
+        return Err(MeshFault::line(text.line, "`format` before `end_header`", "none"));
     };
     // The first line shows how lines end. After a CR alone, an LF is the first byte of the binary data.
     text.token();
@@ -156,7 +156,7 @@ impl Header {
             if min_bytes > left + u128::from(self.encoding == Encoding::Ascii) {
                 let expected =
                     format!("{min_bytes} bytes or more after the header, for {} {}", element.count, element.name);
-                return Err(MeshFault::on_line(element.line, expected, left.to_string()));
+                return Err(MeshFault::line(element.line, expected, left.to_string()));
             }
         }
         Ok(())
@@ -170,7 +170,7 @@ fn element(text: &mut Text<false>) -> Result<Element, MeshFault> {
         Some(count) if !name.is_empty() => {
             Ok(Element { name: printable(name), count, properties: Vec::new(), line: text.line })
         }
-        _ => Err(MeshFault::on_line(text.line, "an element's name and number", quote(count))),
+        _ => Err(MeshFault::line(text.line, "an element's name and number", quote(count))),
     }
 }
 
@@ -181,7 +181,7 @@ fn property(text: &mut Text<false>) -> Result<Property, MeshFault> {
     };
     let name = text.token();
     if name.is_empty() {
-        return Err(MeshFault::on_line(text.line, "a property's name", "nothing"));
+        return Err(MeshFault::line(text.line, "a property's name", "nothing"));
     }
     Ok(Property { name: printable(name), kind })
 }
@@ -189,7 +189,7 @@ fn property(text: &mut Text<false>) -> Result<Property, MeshFault> {
 fn scalar(text: &mut Text<false>, token: Option<&[u8]>) -> Result<Scalar, MeshFault> {
     let token = token.unwrap_or_else(|| text.token());
     Scalar::from_name(token)
-        .ok_or_else(|| MeshFault::on_line(text.line, "a type such as `float` or `int32`", quote(token)))
+        .ok_or_else(|| MeshFault::line(text.line, "a type such as `float` or `int32`", quote(token)))
 }
 
 /// A name that a message may show. The names that we know are plain.

@@ -20,7 +20,7 @@ impl Polygons {
     pub(super) fn push(&mut self, corners: &[u32]) -> Result<(), MeshFault> {
         debug_assert!(corners.len() >= 3);
         let Ok(polygon) = u32::try_from(self.count) else {
-            return Err(MeshFault::in_file(format!("at most {} polygons", u32::MAX), "more"));
+            return Err(MeshFault::whole_file(format!("at most {} polygons", u32::MAX), "more"));
         };
         self.count += 1;
         if let &[a, b, c] = corners {

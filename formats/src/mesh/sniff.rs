@@ -71,12 +71,12 @@ fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
 /// `true` if the text begins with "solid" and goes on with a facet or the end of the solid.
 fn is_stl_text(bytes: &[u8]) -> bool {
     let mut text = Text::<false>::new(bytes);
-    let mut in_solid = false;
+    let mut is_in_solid = false;
     loop {
         match text.token() {
             b"" => {}
-            token if !in_solid && is_keyword(token, "solid") => in_solid = true,
-            token if in_solid => return ["facet", "endsolid", "color"].iter().any(|word| is_keyword(token, word)),
+            token if !is_in_solid && is_keyword(token, "solid") => is_in_solid = true,
+            token if is_in_solid => return ["facet", "endsolid", "color"].iter().any(|word| is_keyword(token, word)),
             _ => return false,
         }
         if !text.next_line() {

@@ -29,14 +29,14 @@ fn declared_size(bytes: &[u8]) -> Option<(u32, u64)> {
 
 pub(super) fn parse_binary(bytes: &[u8]) -> Result<Mesh, MeshFault> {
     let Some((count, length)) = declared_size(bytes) else {
-        return Err(MeshFault::in_file(
+        return Err(MeshFault::whole_file(
             format!("at least {HEADER_BYTES} bytes of binary STL"),
             bytes.len().to_string(),
         ));
     };
     if length != bytes.len() as u64 {
         let expected = format!("{HEADER_BYTES} + {TRIANGLE_BYTES} * {count} = {length} bytes of binary STL");
-        return Err(MeshFault::in_file(expected, bytes.len().to_string()));
+        return Err(MeshFault::whole_file(expected, bytes.len().to_string()));
     }
     let mut soup = Soup::default();
     for (triangle, record) in bytes[HEADER_BYTES..].chunks_exact(TRIANGLE_BYTES).enumerate() {
@@ -44,7 +44,7 @@ pub(super) fn parse_binary(bytes: &[u8]) -> Result<Mesh, MeshFault> {
         let coordinate = |corner: usize, axis: usize| f64::from(f32::from_le_bytes(numbers[3 * corner + axis]));
         let corners = [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| coordinate(corner, axis)));
         if let Some(found) = corners.as_flattened().iter().find(|x| !x.is_finite()) {
-            return Err(MeshFault::at(
+            return Err(MeshFault::new(
                 Location::Element("triangle".into(), triangle),
                 "a finite number",
                 found.to_string(),
@@ -59,13 +59,13 @@ pub(super) fn parse_text(bytes: &[u8]) -> Result<Mesh, MeshFault> {
     let mut text = Text::<false>::new(bytes);
     let mut soup = Soup::default();
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
-    let (mut in_solid, mut in_facet) = (false, false);
+    let (mut is_in_solid, mut is_in_facet) = (false, false);
     let (mut object_count, mut is_object_counted) = (0, false);
     loop {
         let keyword = text.token();
-        let misplaced = |expected: &str| MeshFault::on_line(text.line, expected, quote(keyword));
+        let misplaced = |expected: &str| MeshFault::line(text.line, expected, quote(keyword));
         if is_keyword(keyword, "vertex") {
-            if !in_facet {
+            if !is_in_facet {
                 return Err(misplaced("`facet` first"));
             }
             if corners.len() == 3 {
@@ -73,28 +73,28 @@ pub(super) fn parse_text(bytes: &[u8]) -> Result<Mesh, MeshFault> {
             }
             corners.push(text.coordinates()?);
         } else if is_keyword(keyword, "facet") {
-            if !in_solid || in_facet {
-                return Err(misplaced(if in_facet { "`endfacet`" } else { "`solid`" }));
+            if !is_in_solid || is_in_facet {
+                return Err(misplaced(if is_in_facet { "`endfacet`" } else { "`solid`" }));
             }
-            in_facet = true;
+            is_in_facet = true;
         } else if is_keyword(keyword, "endfacet") {
             let [a, b, c] = corners[..] else {
-                return Err(MeshFault::on_line(text.line, "3 corners", corners.len().to_string()));
+                return Err(MeshFault::line(text.line, "3 corners", corners.len().to_string()));
             };
-            if !in_facet {
+            if !is_in_facet {
                 return Err(misplaced("`facet`"));
             }
             soup.push([a, b, c])?;
             corners.clear();
-            in_facet = false;
+            is_in_facet = false;
             object_count += usize::from(!is_object_counted);
             is_object_counted = true;
         } else if is_keyword(keyword, "solid") || is_keyword(keyword, "endsolid") {
             // The rest of the line is a name of any words.
-            if in_facet {
+            if is_in_facet {
                 return Err(misplaced("`endfacet`"));
             }
-            in_solid = is_keyword(keyword, "solid");
+            is_in_solid = is_keyword(keyword, "solid");
             is_object_counted = false;
         } else if !(keyword.is_empty()
             || is_keyword(keyword, "outer")
@@ -107,9 +107,9 @@ pub(super) fn parse_text(bytes: &[u8]) -> Result<Mesh, MeshFault> {
             break;
         }
     }
-    if in_solid {
-        let expected = if in_facet { "`endfacet`" } else { "`endsolid`" };
-        return Err(MeshFault::on_line(text.line, expected, "the end of the file"));
+    if is_in_solid {
+        let expected = if is_in_facet { "`endfacet`" } else { "`endsolid`" };
+        return Err(MeshFault::line(text.line, expected, "the end of the file"));
     }
     Ok(soup.weld(object_count))
 }

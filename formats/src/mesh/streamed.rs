@@ -62,8 +62,8 @@ fn append_block(file: &mut File, bytes: &mut Vec<u8>) -> io::Result<bool> {
     Ok(file.take(count as u64).read_to_end(bytes)? == count)
 }
 
-/// Bytes that are certainly whole lines. A line that a backslash joins to the next is not, nor is one that ends with CR
-/// at the end of the block: LF may follow.
+/// Number of bytes that certainly are whole lines. A line joined to the next by a backslash is not whole. Nor is a line
+/// that ends with CR at the end of the block: LF may follow.
 fn whole_lines(bytes: &[u8]) -> usize {
     let is_joined = |end: usize| bytes[..end].ends_with(b"\\") || bytes[..end].ends_with(b"\\\r");
     memrchr_iter(b'\n', bytes).find(|end| !is_joined(*end)).map_or(0, |end| end + 1)

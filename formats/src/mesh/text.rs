@@ -100,7 +100,7 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
     /// Goes to the beginning of the next line; `false` at the end of the text.
     #[inline]
     pub(super) fn next_line(&mut self) -> bool {
-        let mut in_comment = false;
+        let mut is_in_comment = false;
         loop {
             let rest = self.rest();
             let found = match rest {
@@ -113,14 +113,14 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
                 return false;
             };
             let is_backslash = rest[found] == b'\\';
-            in_comment |= is_backslash && rest[..found].contains(&b'#');
+            is_in_comment |= is_backslash && rest[..found].contains(&b'#');
             self.offset += found;
             if !is_backslash {
                 self.skip_line_end();
                 return self.offset < self.bytes.len();
             }
             self.offset += 1;
-            if !in_comment && matches!(self.bytes.get(self.offset), Some(b'\n' | b'\r')) {
+            if !is_in_comment && matches!(self.bytes.get(self.offset), Some(b'\n' | b'\r')) {
                 self.skip_line_end();
             }
         }
@@ -179,10 +179,10 @@ impl<'a, const OBJ: bool> Text<'a, OBJ> {
     #[cold]
     fn bad_coordinate(&self, token: &[u8], count: usize) -> MeshFault {
         if token.is_empty() {
-            return MeshFault::on_line(self.line, "3 coordinates", count.to_string());
+            return MeshFault::line(self.line, "3 coordinates", count.to_string());
         }
         let expected = if number::<f64>(token).is_some() { "a finite number" } else { "a number" };
-        MeshFault::on_line(self.line, expected, quote(token))
+        MeshFault::line(self.line, expected, quote(token))
     }
 
     /// `true` if the backslash at the position ends its line.

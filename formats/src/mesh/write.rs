@@ -1,3 +1,5 @@
+//! Meshes written as OBJ, PLY or STL; shortest decimal numbers in text, so that OBJ and PLY keep every bit.
+
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -25,7 +27,7 @@ pub fn write(path: &Path, format: MeshFormat, points: &[[f64; 3]], triangles: &[
     atomic_write(path, |temporary| std::fs::write(temporary, bytes))
 }
 
-/// The bytes that [`write`] would write.
+/// The bytes that [`write()`] would write.
 pub fn to_bytes(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
     Ok(match format {
         MeshFormat::Obj => obj(points, triangles).into_bytes(),

@@ -7,7 +7,7 @@ use sdf_formats::grid_file::{self, GridFault, StoredGrid};
 use tempfile::TempDir;
 
 use crate::grid_samples::{KINDS, Made, about};
-use crate::memory::{on_this_thread, peak_of};
+use crate::memory::{peak_of, run_on_one_thread};
 use crate::random::Random;
 
 #[test]
@@ -69,8 +69,8 @@ fn damaged_bytes_are_refused_as_damaged_files_are() {
                 bytes.resize(random.below(valid.len() + 100), 0);
             }
             fs::write(&path, &bytes).unwrap();
-            let file = on_this_thread(|| grid_file::read(&path));
-            let (read, memory) = peak_of(|| on_this_thread(|| grid_file::read_bytes(&bytes, name)));
+            let file = run_on_one_thread(|| grid_file::read(&path));
+            let (read, memory) = peak_of(|| run_on_one_thread(|| grid_file::read_bytes(&bytes, name)));
             assert!(memory < (1 << 20) + 5 * valid.len(), "{memory} bytes of memory");
             let message =
                 |read: Result<StoredGrid, _>| read.map_err(|error: grid_file::GridFileError| error.to_string());

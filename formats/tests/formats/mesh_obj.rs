@@ -1,3 +1,5 @@
+//! OBJ files: spellings, numbers, refusals, and the triangles that tobj reads.
+
 use std::fmt::Write;
 
 use sdf_formats::mesh::{Mesh, read, read_bytes};

@@ -1,3 +1,5 @@
+//! PLY files: encodings, types, foreign elements, refusals, and the triangles that ply-rs-bw reads.
+
 use sdf_formats::mesh::{Mesh, MeshFormat, read, read_bytes};
 
 use crate::mesh_models::{Model, shared_meshes};

@@ -1,3 +1,5 @@
+//! STL files: text and binary, welding, refusals, and the triangles that stl_io reads.
+
 use sdf_formats::mesh::{Mesh, MeshFormat, read_bytes};
 
 use crate::mesh_models::Model;

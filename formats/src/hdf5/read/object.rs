@@ -29,7 +29,7 @@ struct Message {
 
 impl Object {
     pub(super) fn read(source: &ByteSource, address: u64) -> Result<Self, ReadError> {
-        let prefix = source.at(address, 16)?;
+        let prefix = source.read(address, 16)?;
         let mut fields = Fields(&prefix);
         let version = fields.u8()?;
         if version != 1 {
@@ -48,7 +48,7 @@ impl Object {
             if block_count > MAX_HEADER_BLOCKS || byte_count > MAX_HEADER_BYTES {
                 return Err(ReadError::damaged("an object header is too large"));
             }
-            let block = source.at(address, length)?;
+            let block = source.read(address, length)?;
             let mut fields = Fields(&block);
             while fields.0.len() >= 8 && messages.len() < count {
                 let kind = fields.u16()?;

@@ -1,3 +1,5 @@
+//! Bytes of a file by address. Reads outside of the file are errors, and take no memory.
+
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -48,13 +50,13 @@ impl<'a> ByteSource<'a> {
     }
 
     /// The bytes at an address. Takes memory only for what the source holds.
-    pub(super) fn at(&self, address: u64, count: usize) -> Result<Vec<u8>, ReadError> {
+    pub(super) fn read(&self, address: u64, count: usize) -> Result<Vec<u8>, ReadError> {
         let mut bytes = Vec::new();
         self.read_into(address, count, &mut bytes)?;
         Ok(bytes)
     }
 
-    /// Like [`Self::at`], but reuses a buffer.
+    /// Like [`Self::read`], but reuses a buffer.
     pub(super) fn read_into(&self, address: u64, count: usize, buffer: &mut Vec<u8>) -> Result<(), ReadError> {
         if !self.contains(address, count as u64) {
             return Err(ReadError::damaged(format!(

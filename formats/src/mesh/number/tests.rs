@@ -1,3 +1,5 @@
+//! Numbers and indices against the standard library, bit for bit.
+
 use super::*;
 
 /// SplitMix64, G. Steele et al. 2014.
