@@ -1,4 +1,4 @@
-//! Contacts several at a time are those of one at a time, bit for bit.
+//! Contacts several at a time equal contacts one at a time, bit for bit.
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
@@ -8,11 +8,11 @@ use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSamplin
 use sdf_core::shapes::Cuboid;
 use sdf_core::{EnclosedSdf, Float, Real, Simplex};
 use sdf_tests::methods::{Method, methods};
-use sdf_tests::oracle::{cast, random_simplex};
+use sdf_tests::oracle::{cast, element, random_simplex};
 use sdf_tests::random::Random;
-use sdf_tests::scenes::{bounded, cube_lattice, sampled, scenes};
+use sdf_tests::scenes::{cube_lattice, sampled, scenes, with_block_bounds};
 
-/// A method that is searched with in lanes, though it may not pay.
+/// A method that runs in lanes, even where that does not pay.
 #[derive(Debug)]
 struct InLanes(Method);
 
@@ -42,29 +42,33 @@ macro_rules! in_lanes {
 
 in_lanes!(1, 2, 3);
 
-/// All that an outcome says, numbers as bits.
+/// Everything that an outcome reports, numbers as bits.
 fn bits<R: Float, const N: usize>(outcome: &Outcome<R, N>) -> String {
-    let of = |numbers: &[R]| numbers.iter().map(|x| x.to_f64().to_bits()).collect::<Vec<_>>();
+    let bits = |numbers: &[R]| numbers.iter().map(|x| x.to_f64().to_bits()).collect::<Vec<_>>();
     match outcome {
         Outcome::NotFinite => "not finite".to_owned(),
         Outcome::Culled => "culled".to_owned(),
         Outcome::Separated(Minimum { weights, point, sample, lower_bound, evaluations, converged }) => {
-            let numbers = [&weights[..], point.as_slice(), sample.gradient.as_slice()].map(of);
-            format!("{numbers:?} {:?} {:?} {converged}", of(&[sample.value, *lower_bound, *evaluations]), sample.status)
+            let numbers = [&weights[..], point.as_slice(), sample.gradient.as_slice()].map(bits);
+            format!(
+                "{numbers:?} {:?} {:?} {converged}",
+                bits(&[sample.value, *lower_bound, *evaluations]),
+                sample.status
+            )
         }
         Outcome::Contact(contact) => {
             let Contact { kind, element, rank, feature, evaluations, status, .. } = contact;
             let Contact { weights, point, surface_point, normal, distance, lower_bound, .. } = contact;
-            let vectors = [point.as_slice(), surface_point.as_slice(), normal.as_slice(), &weights[..]].map(of);
+            let vectors = [point.as_slice(), surface_point.as_slice(), normal.as_slice(), &weights[..]].map(bits);
             let names = format!("{kind:?} {element} {rank} {feature:?} {evaluations} {status:?}");
-            format!("{names} {vectors:?} {:?}", of(&[*distance, *lower_bound]))
+            format!("{names} {vectors:?} {:?}", bits(&[*distance, *lower_bound]))
         }
     }
 }
 
-/// Random ones, and between them some that are degenerate, far out, or no element at all.
+/// Random elements, among them degenerate, remote and invalid ones.
 fn elements<R: Float, const N: usize>(random: &mut Random, size: f64, count: usize) -> Vec<Element<R, N>> {
-    let element = |id: usize| {
+    let random_element = |id: usize| {
         let mut simplex: Simplex<f64, N> = random_simplex(random, size);
         match id % 11 {
             3 => simplex.corners[id % N].x = f64::NAN,
@@ -74,10 +78,9 @@ fn elements<R: Float, const N: usize>(random: &mut Random, size: f64, count: usi
             8 => simplex.corners[id % N].z = 1e30,
             _ => {}
         }
-        let vertices = std::array::from_fn(|corner| (N * id + corner) as u32);
-        Element { id: id as u32, vertices, simplex: cast(&simplex) }
+        element(id as u32, cast(&simplex))
     };
-    (0..count).map(element).collect()
+    (0..count).map(random_element).collect()
 }
 
 fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usize, const L: usize>(
@@ -87,27 +90,27 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     elements: &[Element<R, N>],
     name: &str,
 ) {
-    let mut together = vec![None; elements.len()];
-    batch::contacts::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, |at, outcome| {
-        assert!(together[at].replace(outcome).is_none(), "{name}: told twice of one element");
+    let mut batched = vec![None; elements.len()];
+    batch::contacts::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, |index, outcome| {
+        assert!(batched[index].replace(outcome).is_none(), "{name}: two outcomes of element {index}");
     });
-    let mut by_halves = vec![];
-    let mut passed = vec![];
-    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |index, looked| match looked {
-        Ok(lower_bound) => passed.push(Survivor { index, lower_bound }),
-        Err(CullReason::Culled) => by_halves.push((index, Outcome::Culled)),
-        Err(CullReason::NotFinite) => by_halves.push((index, Outcome::NotFinite)),
+    let mut in_two_steps = vec![];
+    let mut survivors = vec![];
+    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |place, culled| match culled {
+        Ok(lower_bound) => survivors.push(Survivor { index: place, lower_bound }),
+        Err(CullReason::Culled) => in_two_steps.push((place, Outcome::Culled)),
+        Err(CullReason::NotFinite) => in_two_steps.push((place, Outcome::NotFinite)),
     });
-    batch::search::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &passed, |at, outcome| {
-        by_halves.push((passed[at].index, outcome));
+    batch::search::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &survivors, |index, outcome| {
+        in_two_steps.push((survivors[index].index, outcome));
     });
-    by_halves.sort_by_key(|(place, _)| *place);
-    assert!(by_halves.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not each once");
-    for ((_, outcome), together) in by_halves.iter().zip(&together) {
-        assert_eq!(together.as_ref().map(bits), Some(bits(outcome)), "{name} by {method:?}, by halves");
+    in_two_steps.sort_by_key(|(place, _)| *place);
+    assert!(in_two_steps.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not one outcome each");
+    for ((_, outcome), batched) in in_two_steps.iter().zip(&batched) {
+        assert_eq!(batched.as_ref().map(bits), Some(bits(outcome)), "{name} by {method:?}, cull and search apart");
     }
-    for (element, outcome) in elements.iter().zip(together) {
-        let outcome = outcome.unwrap_or_else(|| panic!("{name}: nothing told of {element:?}"));
+    for (element, outcome) in elements.iter().zip(batched) {
+        let outcome = outcome.unwrap_or_else(|| panic!("{name}: no outcome of {element:?}"));
         let alone = contact(field, method, R::from_f64(margin), element);
         assert_eq!(bits(&alone), bits(&outcome), "{name} by {method:?}, margin {margin}: {element:?}");
     }
@@ -118,13 +121,13 @@ where
     Method: Minimizer<N>,
     InLanes: Minimizer<N>,
 {
-    let mut random = Random::of_test();
+    let mut random = Random::seeded();
     for scene in scenes(1.0) {
-        for (at, method) in methods(N, 12).into_iter().enumerate() {
-            for margin in [0.3 * scene.size, -0.1 * scene.size, if at == 0 { f64::NAN } else { 0.0 }] {
-                let elements = elements::<R, N>(&mut random, scene.size, 4 * L + 3 + at);
-                batch_equals_alone::<R, _, N, L>(&scene, &InLanes(method), margin, &elements, scene.name);
-                batch_equals_alone::<R, _, N, L>(&scene, &method, margin, &elements, scene.name);
+        for (index, method) in methods(N, 12).into_iter().enumerate() {
+            for margin in [0.3 * scene.size, -0.1 * scene.size, if index == 0 { f64::NAN } else { 0.0 }] {
+                let elements = elements::<R, N>(&mut random, scene.size, 4 * L + 3 + index);
+                batch_equals_alone::<R, _, N, L>(&scene.field, &InLanes(method), margin, &elements, scene.name);
+                batch_equals_alone::<R, _, N, L>(&scene.field, &method, margin, &elements, scene.name);
             }
         }
     }
@@ -146,9 +149,9 @@ fn contacts_in_lanes_are_those_of_one_at_a_time_bit_for_bit_in_f64() {
 
 #[test]
 fn any_number_of_lanes_and_elements_gives_the_same_contacts() {
-    let mut random = Random::of_test();
+    let mut random = Random::seeded();
     let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
-    let grid = bounded(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    let grid = with_block_bounds(sampled(&body, cube_lattice(1.0, 20), 1.0));
     let fixed = FrankWolfe { tolerance: -1.0, ..FrankWolfe::default() };
     for count in [0, 1, 2, 7, 8, 9, 31, 64] {
         let elements = elements::<f64, 3>(&mut random, 1.0, count);
@@ -161,12 +164,12 @@ fn any_number_of_lanes_and_elements_gives_the_same_contacts() {
     }
 }
 
-/// Its search stops as soon as it is certain that no value is within the margin.
+/// Certified search stops as soon as it is certain that no value is within the margin.
 #[test]
-fn a_search_that_may_stop_at_the_margin_stops_where_it_does_alone() {
-    let mut random = Random::of_test();
+fn a_search_that_may_stop_at_the_margin_stops_at_the_same_point_in_lanes() {
+    let mut random = Random::seeded();
     let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
-    let grid = bounded(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    let grid = with_block_bounds(sampled(&body, cube_lattice(1.0, 20), 1.0));
     for margin in [-0.2, -0.05, 0.0, 0.1] {
         let elements = elements::<f64, 3>(&mut random, 0.3, 500);
         batch_equals_alone::<_, _, 3, 8>(&grid, &Certified::default(), margin, &elements, "at the margin");
@@ -186,15 +189,15 @@ impl<F: EnclosedSdf, M: Minimizer<3>> NullaryFnOnce for Batch<'_, F, M> {
     #[inline(always)]
     fn call(self) -> Self::Output {
         let mut outcomes = vec![];
-        let take = |at, outcome| outcomes.push((at, outcome));
-        batch::contacts::<_, _, _, _, 3, 8>(self.field, self.method, MARGIN, self.elements, take);
+        let visit = |index, outcome| outcomes.push((index, outcome));
+        batch::contacts::<_, _, _, _, 3, 8>(self.field, self.method, MARGIN, self.elements, visit);
         outcomes
     }
 }
 
 const MARGIN: f64 = 0.1;
 
-/// All that this processor has.
+/// Every instruction set of this processor.
 fn instruction_sets() -> Vec<Arch> {
     let mut sets = vec![Arch::Scalar, Arch::new()];
     #[cfg(target_arch = "x86_64")]
@@ -203,13 +206,13 @@ fn instruction_sets() -> Vec<Arch> {
 }
 
 fn every_instruction_set_equals_alone<F: EnclosedSdf, M: Minimizer<3> + std::fmt::Debug>(field: &F, method: &M) {
-    let elements = elements::<f64, 3>(&mut Random::of_test(), 0.5, 400);
+    let elements = elements::<f64, 3>(&mut Random::seeded(), 0.5, 400);
     for set in instruction_sets() {
         let outcomes = set.dispatch(Batch { field, method, elements: &elements });
         assert_eq!(outcomes.len(), elements.len());
-        for (at, outcome) in outcomes {
-            let alone = contact(field, method, MARGIN, &elements[at]);
-            assert_eq!(bits(&alone), bits(&outcome), "{set:?} by {method:?}: {:?}", elements[at]);
+        for (index, outcome) in outcomes {
+            let alone = contact(field, method, MARGIN, &elements[index]);
+            assert_eq!(bits(&alone), bits(&outcome), "{set:?} by {method:?}: {:?}", elements[index]);
         }
     }
 }
@@ -217,7 +220,7 @@ fn every_instruction_set_equals_alone<F: EnclosedSdf, M: Minimizer<3> + std::fmt
 #[test]
 fn every_instruction_set_gives_the_same_contacts() {
     let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
-    let grid = bounded(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    let grid = with_block_bounds(sampled(&body, cube_lattice(1.0, 20), 1.0));
     every_instruction_set_equals_alone(&grid, &FrankWolfe::default());
     every_instruction_set_equals_alone(&grid, &FrankWolfe { tolerance: -1.0, ..FrankWolfe::default() });
     every_instruction_set_equals_alone(&grid, &ProjectedGradient::default());
