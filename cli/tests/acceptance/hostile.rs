@@ -215,7 +215,7 @@ fn check_flipped_bits(layout: &str) {
     let surface = "surface damaged.sdf.h5 -o surface.obj";
     folder.done(surface);
     let expected_surface = folder.read("surface.obj");
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let (mut refusals, flips) = (0, 100);
     for _ in 0..flips {
         let mut damaged = good.clone();
@@ -253,7 +253,7 @@ fn a_grid_file_cut_short_is_refused() {
 #[test]
 fn random_bytes_are_refused_as_every_kind_of_file() {
     let folder = scene();
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     for length in [1, 7, 8, 84, 134, 500, 3000] {
         for beginning in [&b""[..], b"\x89HDF\r\n\x1a\n", b"ply\n", b"solid ", b"v 0 0 0\nf ", b"[field]\n"] {
             let mut bytes = beginning.to_vec();
