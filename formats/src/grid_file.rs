@@ -17,10 +17,10 @@ mod error;
 mod header;
 mod layout;
 mod owned;
+mod placeholder;
 mod read_dense;
 mod read_sparse;
 mod reader;
-mod unread;
 mod write;
 
 use std::path::Path;
