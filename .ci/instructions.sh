@@ -19,8 +19,8 @@ if ! command -v valgrind >/dev/null; then
     export DEBIAN_FRONTEND=noninteractive
     { apt-get update && apt-get install --yes --no-install-recommends valgrind; } >/dev/null
 fi
-cargo build --release --locked --quiet -p sdftool
-sdftool=$(realpath "${CARGO_TARGET_DIR:-target}")/release/sdftool
+cargo build --release --locked --quiet -p sdf-bench --bin speed
+speed=$(realpath "${CARGO_TARGET_DIR:-target}")/release/speed
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
@@ -50,12 +50,12 @@ compiler() { rustc --version | cut -d ' ' -f 2; }
 count() {
     local log=$folder/$1.$2.log
     # Nothing that the environment has may move a count.
-    env -i RAYON_NUM_THREADS=1 valgrind --tool=callgrind --callgrind-out-file=/dev/null "$sdftool" bench --kernel "$1" --times "$2" \
+    env -i RAYON_NUM_THREADS=1 valgrind --tool=callgrind --callgrind-out-file=/dev/null "$speed" --kernel "$1" --times "$2" \
         >"$log" 2>&1 || { cat "$log" >&2; return 1; }
     sed -n 's/.*Collected : //p' "$log" >"$folder/$1.$2"
 }
 export -f count
-export folder sdftool
+export folder speed
 
 of_work() { echo $(($(cat "$folder/$1.1") - $(cat "$folder/$1.0"))); }
 

@@ -1,3 +1,8 @@
+//! A checked triangle mesh: equal points welded, repeated triangles removed.
+//!
+//! `topology` counts what keeps it from bounding one solid and orients its triangles; `intersections` counts crossing
+//! triangles exactly.
+
 pub mod intersections;
 pub mod topology;
 
@@ -9,9 +14,10 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 use thiserror::Error;
 
-/// Triangles that can be baked: all indices in range, all coordinates finite, some area.
+/// Triangles that can be baked: indices in range, finite coordinates, positive extent.
 ///
-/// Points at the same place are one; a triangle that stands twice counts once. What was found is in [`MeshReport`].
+/// Points at one position become one point; a triangle that occurs twice counts once. [`TriangleMesh::report`] has the
+/// counts.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     pub(crate) points: Vec<Vector3<f64>>,
@@ -20,86 +26,65 @@ pub struct TriangleMesh {
     report: MeshReport,
 }
 
-/// What a mesh held that a clean one would not. None of it is an error.
+/// Redundancies of the input. None is an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshReport {
-    /// Points at the place of an earlier one, taken for that one.
+    /// Points at the position of an earlier one, replaced by it.
     pub welded_points: usize,
     /// Points that no triangle uses.
     pub unreferenced_points: usize,
-    /// Triangles without area. Distances to them count; they have no side.
+    /// Triangles without area. They count for distances, not for signs.
     pub degenerate_triangles: usize,
-    /// Triangles with the same corners and winding as an earlier one, left out.
+    /// Triangles with the corners and winding of an earlier one, removed.
     pub repeated_triangles: usize,
 }
 
-#[derive(Debug, Error, PartialEq)]
-pub enum MeshError {
+/// Reason why a mesh cannot be baked.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum InvalidMesh {
     #[error("the mesh has no triangles")]
     NoTriangles,
     #[error("the mesh has no extent: its longest side is {side}, and must be 1e-30 or more")]
     NoExtent { side: f64 },
-    #[error("triangle {triangle} names point {index}, but there are {points}")]
+    #[error("triangle {triangle} refers to point {index}, but the mesh has {points} points")]
     IndexOutOfRange { triangle: usize, index: u32, points: usize },
-    #[error("point {point} is not finite")]
+    #[error("point {point} has a coordinate that is not finite")]
     NotFinite { point: usize },
     #[error("point {point} is too far out: a coordinate is beyond ±1e30")]
     TooFarOut { point: usize },
 }
 
 /// Samples are f32, which end at 3e38 and lose digits below 1e-38.
-const LARGEST_COORDINATE: f64 = 1e30;
-const SMALLEST_SIDE: f64 = 1e-30;
+const MAX_COORDINATE: f64 = 1e30;
+const MIN_SIDE: f64 = 1e-30;
 
 impl TriangleMesh {
-    pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, MeshError> {
-        if triangles.is_empty() {
-            return Err(MeshError::NoTriangles);
-        }
-        for (point, coordinates) in points.iter().enumerate() {
-            if coordinates.iter().any(|x| !x.is_finite()) {
-                return Err(MeshError::NotFinite { point });
-            }
-            if coordinates.iter().any(|x| x.abs() > LARGEST_COORDINATE) {
-                return Err(MeshError::TooFarOut { point });
-            }
-        }
-        for (triangle, corners) in triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|index| **index as usize >= points.len()) {
-                return Err(MeshError::IndexOutOfRange { triangle, index, points: points.len() });
-            }
-        }
-        let first_at_place = weld(points);
-        let count = triangles.len();
-        let mut report = MeshReport {
-            welded_points: first_at_place
-                .iter()
-                .enumerate()
-                .filter(|(point, first)| *point != **first as usize)
-                .count(),
-            ..MeshReport::default()
-        };
+    pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, InvalidMesh> {
+        check(points, triangles)?;
+        let first_at_position = weld(points);
+        let welded_points = (0..).zip(&first_at_position).filter(|(point, first)| *point != **first).count();
 
         let mut is_referenced = vec![false; points.len()];
         triangles.iter().flatten().for_each(|index| is_referenced[*index as usize] = true);
-        report.unreferenced_points = is_referenced.iter().filter(|is_referenced| !**is_referenced).count();
+        let unreferenced_points = is_referenced.iter().filter(|is_referenced| !**is_referenced).count();
         let referenced = || points.iter().zip(&is_referenced).filter(|(_, used)| **used).map(|(point, _)| *point);
-        let bounds = Aabb::around(referenced()).ok_or(MeshError::NoTriangles)?;
+        let bounds = Aabb::from_points(referenced()).ok_or(InvalidMesh::NoTriangles)?;
         let side = bounds.longest_side();
-        if side < SMALLEST_SIDE {
-            return Err(MeshError::NoExtent { side });
+        if side < MIN_SIDE {
+            return Err(InvalidMesh::NoExtent { side });
         }
 
         let points: Vec<Vector3<f64>> = points.iter().map(|point| Vector3::from(*point)).collect();
-        let triangles = triangles.iter().map(|corners| corners.map(|index| first_at_place[index as usize]));
-        let kept = without_repeated(triangles);
-        report.repeated_triangles = count - kept.len();
+        let welded = triangles.iter().map(|corners| corners.map(|index| first_at_position[index as usize]));
+        let unique = without_repeated(welded);
+        let repeated_triangles = triangles.len() - unique.len();
         let has_area = |corners: &&[u32; 3]| has_area(corners.map(|index| points[index as usize]));
-        report.degenerate_triangles = kept.len() - kept.iter().filter(has_area).count();
-        Ok(Self { points, triangles: kept, bounds, report })
+        let degenerate_triangles = unique.len() - unique.iter().filter(has_area).count();
+        let report = MeshReport { welded_points, unreferenced_points, degenerate_triangles, repeated_triangles };
+        Ok(Self { points, triangles: unique, bounds, report })
     }
 
-    /// The box around all points that a triangle uses.
+    /// Box around all points that a triangle uses.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -112,7 +97,6 @@ impl TriangleMesh {
         self.triangles.len()
     }
 
-    /// The corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
         self.triangles[triangle].map(|index| self.points[index as usize].into())
     }
@@ -122,38 +106,59 @@ impl TriangleMesh {
     }
 }
 
-/// For each point the first one at its place.
+fn check(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), InvalidMesh> {
+    if triangles.is_empty() {
+        return Err(InvalidMesh::NoTriangles);
+    }
+    for (point, coordinates) in points.iter().enumerate() {
+        if coordinates.iter().any(|x| !x.is_finite()) {
+            return Err(InvalidMesh::NotFinite { point });
+        }
+        if coordinates.iter().any(|x| x.abs() > MAX_COORDINATE) {
+            return Err(InvalidMesh::TooFarOut { point });
+        }
+    }
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&index) = corners.iter().find(|index| **index as usize >= points.len()) {
+            return Err(InvalidMesh::IndexOutOfRange { triangle, index, points: points.len() });
+        }
+    }
+    Ok(())
+}
+
+/// For each point, the index of the first at its position.
 fn weld(points: &[[f64; 3]]) -> Vec<u32> {
-    let place = |index: u32| points[index as usize].map(|x| (x + 0.0).to_bits()); // −0 + 0 is 0
-    // Seeded anew by each process, for a file may choose its points so that they collide.
+    let position = |index: u32| points[index as usize].map(|x| (x + 0.0).to_bits()); // −0 + 0 is 0
+    // A new seed per process: a file could choose points that collide under a known one.
     let hasher = DefaultHashBuilder::default();
-    let hash = |index: &u32| hasher.hash_one(place(*index));
-    // Of indices alone, which take a seventh of the points' own room.
+    let hash = |index: &u32| hasher.hash_one(position(*index));
+    // The table holds indices, which take a seventh of the memory of points.
     let mut first_at: HashTable<u32> = HashTable::with_capacity(points.len());
-    let first =
-        |index: u32| *first_at.entry(hash(&index), |first| place(*first) == place(index), hash).or_insert(index).get();
+    let first = |index: u32| {
+        *first_at.entry(hash(&index), |first| position(*first) == position(index), hash).or_insert(index).get()
+    };
     (0..).zip(points).map(|(index, _)| index).map(first).collect()
 }
 
-/// Of triangles with the same corners and winding the first.
+/// The first of all triangles with the same corners and winding.
 fn without_repeated(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
-    let mut kept: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
-    let mut seen: HashTable<u32> = HashTable::with_capacity(triangles.len());
+    let mut unique: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
+    let mut table: HashTable<u32> = HashTable::with_capacity(triangles.len());
     let hasher = DefaultHashBuilder::default();
     for corners in triangles {
-        let turned = turned_to_lowest_first(corners);
-        let of_kept = |index: &u32| turned_to_lowest_first(kept[*index as usize]);
-        let hash = |index: &u32| hasher.hash_one(of_kept(index));
-        if let Entry::Vacant(place) = seen.entry(hasher.hash_one(turned), |index| of_kept(index) == turned, hash) {
-            place.insert(kept.len() as u32);
-            kept.push(corners);
+        let rotated = rotated_to_lowest_first(corners);
+        let key = |index: &u32| rotated_to_lowest_first(unique[*index as usize]);
+        let hash = |index: &u32| hasher.hash_one(key(index));
+        if let Entry::Vacant(entry) = table.entry(hasher.hash_one(rotated), |index| key(index) == rotated, hash) {
+            entry.insert(unique.len() as u32);
+            unique.push(corners);
         }
     }
-    kept
+    unique
 }
 
-/// The same triangle with the same winding, however its corners are counted.
-fn turned_to_lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+/// The same triangle with the same winding, its lowest index first.
+fn rotated_to_lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a <= b && a <= c {
         [a, b, c]
     } else if b <= c {

@@ -1,3 +1,6 @@
+//! Exact signed distance to a mesh: distance by the tree (`bvh`, `nearest`), sign by the method that suits the mesh
+//! (`sign`).
+
 use std::fmt;
 
 use sdf_core::Aabb;
@@ -5,20 +8,20 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::{Bvh, NearestTriangle};
-use crate::mesh::intersections::{intersecting_pairs, winding_step};
+use crate::mesh::intersections::{intersecting_pairs, winding_change};
 use crate::mesh::topology::{Topology, orient};
-use crate::nearest::{NearestInPacket, Nodes, Packet};
+use crate::nearest::{NearestToNode, PacketNodes, PacketSearch};
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
 use crate::sign::winding::{Estimate, MeshBoundary, WindingNumbers};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 
-/// How inside is told from outside.
+/// How inside and outside are distinguished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignMethod {
-    /// By the nearest feature's angle-weighted pseudo-normal: for one closed surface.
+    /// Angle-weighted pseudo-normal of the nearest feature: for one closed surface.
     PseudoNormal,
-    /// By the generalized winding number: inside is where its magnitude is at least a half.
+    /// Generalized winding number w: inside where |w| ≥ 1/2.
     Winding,
 }
 
@@ -31,41 +34,41 @@ impl fmt::Display for SignMethod {
     }
 }
 
-/// The exact signed distance to a mesh, by any method, at any point.
+/// Exact signed distance to a mesh.
 pub struct MeshDistance<'a> {
     mesh: &'a TriangleMesh,
     tree: Bvh,
     topology: Topology,
     winding: WindingNumbers,
     pseudo_normals: Option<PseudoNormals>,
-    verdict: String,
+    sign_reason: String,
 }
 
-/// The nearest triangle's unsigned distance, and where to look for a neighbouring point's.
+/// Unsigned distance at a point, and its sign if pseudo-normals give it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     pub distance: f64,
+    /// Slot of the nearest triangle, or of one near it: where to begin the search from a neighbouring point.
     pub guess: usize,
-    /// By the pseudo-normal, where that is the method.
+    /// False if the sign is yet to be computed by winding numbers.
     pub is_inside: bool,
 }
 
-/// A point and what is nearest to it.
+/// A point whose nearest triangle is known.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AdjacentTriangles {
+pub(crate) struct MeasuredPoint {
     pub point: Vector3<f64>,
     pub nearest: Nearest,
 }
 
 impl Nearest {
-    /// Negative inside; positive where the sign is yet to come.
     pub fn signed(&self) -> f64 {
         if self.is_inside { -self.distance } else { self.distance }
     }
 }
 
 impl<'a> MeshDistance<'a> {
-    /// `sign`: `None` looks at the mesh and takes the pseudo-normals where they are sure.
+    /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, else winding numbers.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
         let tree = Bvh::new(mesh);
         let mut oriented = orient(mesh);
@@ -75,24 +78,20 @@ impl<'a> MeshDistance<'a> {
             oriented.topology.intersecting_pairs = intersecting_pairs(mesh, &tree, &orientations);
         }
         let topology = oriented.topology;
-        let sound = topology.bounds_one_solid();
-        let method = sign.unwrap_or(if sound { SignMethod::PseudoNormal } else { SignMethod::Winding });
-        let verdict = verdict(sign, method, &topology);
+        let bounds_one_solid = topology.bounds_one_solid();
+        let method = sign.unwrap_or(if bounds_one_solid { SignMethod::PseudoNormal } else { SignMethod::Winding });
+        let sign_reason = sign_reason(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
         let boundary = MeshBoundary::new(
-            oriented.boundary().map(|(points, times)| (points.map(|p| mesh.points[p as usize]), times)),
+            oriented
+                .boundary()
+                .map(|(points, multiplicity)| (points.map(|point| mesh.points[point as usize]), multiplicity)),
         );
-        Self {
-            mesh,
-            winding: WindingNumbers::new(&tree, orientations, boundary),
-            tree,
-            topology,
-            pseudo_normals,
-            verdict,
-        }
+        let winding = WindingNumbers::new(&tree, orientations, boundary);
+        Self { mesh, tree, topology, winding, pseudo_normals, sign_reason }
     }
 
-    /// The box around the mesh.
+    /// Box around the mesh.
     pub fn bounds(&self) -> Aabb {
         self.mesh.bounds()
     }
@@ -105,19 +104,19 @@ impl<'a> MeshDistance<'a> {
         if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
     }
 
-    /// The signed distance has no jump: its sign changes at triangles alone. Not so around the holes of an open mesh, nor
-    /// where pseudo-normals were asked for though shells lie within each other.
+    /// Is the signed distance continuous, its sign changing at triangles alone? It jumps around the holes of an open
+    /// mesh, and where pseudo-normals were requested for shells within each other.
     pub fn is_continuous(&self) -> bool {
         let signs_agree = self.sign_method() == SignMethod::Winding || self.topology.bounds_one_solid();
         self.topology.is_closed() && signs_agree
     }
 
-    /// What the mesh looks like and which method that made, in words.
-    pub fn verdict(&self) -> &str {
-        &self.verdict
+    /// The sign method and the topology that led to it, in words.
+    pub fn sign_reason(&self) -> &str {
+        &self.sign_reason
     }
 
-    /// Negative inside. Exact but for f64's own rounding.
+    /// Signed distance, negative inside. Exact up to the rounding of f64.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
         let nearest = self.nearest(point.into(), 0);
         let is_inside = match self.pseudo_normals {
@@ -127,36 +126,37 @@ impl<'a> MeshDistance<'a> {
         if is_inside { -nearest.distance } else { nearest.distance }
     }
 
-    /// The generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole. Exact but for rounding where
-    /// the mesh is closed, and at most points where its rim is short; else off by less than 0.1, and never on the wrong side of one half
-    /// but for rounding.
+    /// Generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole.
+    ///
+    /// Exact up to rounding if the mesh is closed, and at most points if its boundary is short. Else its error is less
+    /// than 0.1, and it is on the same side of 1/2 as the exact value, up to rounding.
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
         const MAX_ERROR: f64 = 0.1;
-        self.bounded_winding(point.into(), MAX_ERROR).value
+        self.winding_estimate(point.into(), MAX_ERROR).value
     }
 
-    /// `guess` is a triangle to begin with: any will do, a near one saves time.
+    /// Nearest triangle. `guess` is any slot: a near one saves time.
     pub(crate) fn nearest(&self, point: Vector3<f64>, guess: usize) -> Nearest {
         let NearestTriangle { slot, on_triangle } = self.tree.nearest(point, guess);
         let is_inside = self.is_inside_by_normal(point, slot, || on_triangle);
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
     }
 
-    /// The same of a node that was measured, or was found to be far: then the distance is a bound from below. It takes less time
-    /// `beside` a point that is near.
-    pub(crate) fn nearest_in(
+    /// Nearest triangle of a node of a searched packet, or a lower bound of its distance. A measured point near the
+    /// node saves time.
+    pub(crate) fn nearest_to_node(
         &self,
-        packet: &Packet,
-        nodes: &Nodes,
+        search: &PacketSearch,
+        nodes: &PacketNodes,
         step: [usize; 3],
-        beside: Option<AdjacentTriangles>,
+        neighbour: Option<MeasuredPoint>,
     ) -> Nearest {
-        let NearestInPacket { slot, distance_sq } = packet.nearest(step);
-        let node = nodes.at(step);
+        let NearestToNode { slot, distance_sq } = search.nearest(step);
+        let node = nodes.position(step);
         let distance = distance_sq.sqrt();
-        let guess = slot.map_or(packet.guess(), |slot| slot as usize);
-        if let Some(beside) = beside.filter(|beside| self.are_on_one_side(beside, node, distance)) {
-            return Nearest { distance, guess, is_inside: beside.nearest.is_inside };
+        let guess = slot.map_or(search.guess(), |slot| slot as usize);
+        if let Some(neighbour) = neighbour.filter(|neighbour| self.is_segment_clear(neighbour, node, distance)) {
+            return Nearest { distance, guess, is_inside: neighbour.nearest.is_inside };
         }
         if slot.is_none() && self.pseudo_normals.is_some() {
             return self.nearest(node, guess);
@@ -165,19 +165,21 @@ impl<'a> MeshDistance<'a> {
         Nearest { distance, guess, is_inside }
     }
 
-    /// Of nodes farther than this, that they are so is enough to tell their sides from those of their neighbours.
-    pub(crate) fn measured_within(&self, far: f64) -> f64 {
-        let needs_all = self.pseudo_normals.is_some() && self.normals_of_one_solid().is_none();
-        if needs_all { f64::INFINITY } else { far }
+    /// Distance up to which packets are searched, if exact values are wanted up to `max_distance`. Infinite if signs
+    /// need the nearest triangle of every node.
+    pub(crate) fn search_distance(&self, max_distance: f64) -> f64 {
+        let needs_all = self.pseudo_normals.is_some() && self.solid_normals().is_none();
+        if needs_all { f64::INFINITY } else { max_distance }
     }
 
-    /// Two points are so near to each other that the surface of one solid cannot pass between them.
-    fn are_on_one_side(&self, beside: &AdjacentTriangles, point: Vector3<f64>, distance: f64) -> bool {
-        self.normals_of_one_solid().is_some()
-            && beside.nearest.distance + distance > (point - beside.point).norm() * CLEARANCE
+    /// Is the segment between two points too short for the surface of one solid to cross it? Then both are on one side.
+    /// D(p) + D(q) > |p − q| suffices, for points of the surface are outside of both balls.
+    fn is_segment_clear(&self, neighbour: &MeasuredPoint, point: Vector3<f64>, distance: f64) -> bool {
+        self.solid_normals().is_some()
+            && neighbour.nearest.distance + distance > (point - neighbour.point).norm() * CLEARANCE
     }
 
-    /// By the pseudo-normal of what is nearest on a triangle of the tree, where that is the method.
+    /// Sign by the pseudo-normal of the nearest feature of a triangle. False without pseudo-normals.
     fn is_inside_by_normal(
         &self,
         point: Vector3<f64>,
@@ -186,7 +188,7 @@ impl<'a> MeshDistance<'a> {
     ) -> bool {
         self.pseudo_normals.as_ref().is_some_and(|normals| {
             let on_triangle = on_triangle();
-            let normal = normals.of(self.mesh, self.tree.triangles[slot], on_triangle.feature);
+            let normal = normals.feature(self.mesh, self.tree.triangles[slot], on_triangle.feature);
             if normal == Vector3::zeros() {
                 return self.is_inside_by_winding(point);
             }
@@ -195,108 +197,49 @@ impl<'a> MeshDistance<'a> {
     }
 
     fn is_inside_by_winding(&self, point: Vector3<f64>) -> bool {
-        self.bounded_winding(point, f64::INFINITY).value.abs() >= 0.5
+        self.winding_estimate(point, f64::INFINITY).value.abs() >= 0.5
     }
 
     pub(crate) fn tree(&self) -> &Bvh {
         &self.tree
     }
 
-    /// The normals of all faces, where these bound one solid and every side is told by them.
-    pub(crate) fn normals_of_one_solid(&self) -> Option<&PseudoNormals> {
+    /// Normals of all faces, if pseudo-normals give every sign and the mesh bounds one solid.
+    pub(crate) fn solid_normals(&self) -> Option<&PseudoNormals> {
         self.pseudo_normals.as_ref().filter(|_| self.topology.bounds_one_solid())
     }
 
-    /// The corners of a triangle of the tree, by their numbers.
-    pub(crate) fn points_of(&self, slot: usize) -> [u32; 3] {
+    /// Indices of the corners of a triangle in the tree.
+    pub(crate) fn corner_indices(&self, slot: usize) -> [u32; 3] {
         self.mesh.triangles[self.tree.triangles[slot] as usize]
     }
 
-    /// The winding number, off by less than `most`, and by so little that the side of one half is right.
-    pub(crate) fn bounded_winding(&self, point: Vector3<f64>, most: f64) -> Estimate {
-        self.winding.at(&self.tree, point, most)
+    /// Winding number with an error less than `max_error`, and so small that the value is on the right side of 1/2.
+    pub(crate) fn winding_estimate(&self, point: Vector3<f64>, max_error: f64) -> Estimate {
+        self.winding.evaluate(&self.tree, point, max_error)
     }
 
-    /// The curve away from which the winding number varies as it says, other than across triangles.
     pub(crate) fn boundary(&self) -> &MeshBoundary {
         self.winding.boundary()
     }
 
-    /// What triangles between two points add to the winding number. `None` where that is a matter of rounding.
-    pub(crate) fn winding_step(&self, way: [Vector3<f64>; 2]) -> Option<f64> {
-        winding_step(&self.tree, self.winding.orientations(), way)
+    /// Change of the winding number along a segment by the triangles that it crosses. `None` if rounding decides.
+    pub(crate) fn winding_change(&self, segment: [Vector3<f64>; 2]) -> Option<f64> {
+        winding_change(&self.tree, self.winding.orientations(), segment)
     }
 }
 
-fn verdict(asked: Option<SignMethod>, method: SignMethod, topology: &Topology) -> String {
+fn sign_reason(requested: Option<SignMethod>, method: SignMethod, topology: &Topology) -> String {
     let found = match topology.to_string() {
         found if found.is_empty() => "closed, consistently wound, one shell".to_owned(),
         found if topology.bounds_one_solid() => format!("closed, one shell ({found}: put right)"),
         found => found,
     };
-    match asked {
+    match requested {
         Some(_) => format!("{method}, as asked; the mesh: {found}"),
         None => format!("{method}: {found}"),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use sdf_core::grid::Lattice;
-
-    use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
-    use crate::nearest::SIDE;
-
-    /// Around a square of pyramids, of random heights inward and outward.
-    fn spiky_solid(state: &mut u64) -> TriangleMesh {
-        let corner = |index: u32| [0, 1, 2].map(|axis| f64::from(index >> axis & 1));
-        let mut points: Vec<[f64; 3]> = (0..8).map(corner).collect();
-        let mut triangles = vec![];
-        for (face, corners) in
-            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].into_iter().enumerate()
-        {
-            let mut apex = [0.5; 3];
-            apex[[2, 1, 0][face / 2]] = (face % 2) as f64 + 0.3 * random(state);
-            points.push(apex);
-            triangles.extend((0..4).map(|side| [corners[side], corners[(side + 1) % 4], 8 + face as u32]));
-        }
-        TriangleMesh::new(&points, &triangles).unwrap()
-    }
-
-    #[test]
-    fn a_node_is_on_the_same_side_whatever_point_it_is_measured_beside_and_however_far_it_is() {
-        let mut state = 11;
-        println!("seed {state}");
-        let [mut taken, mut bounded] = [0; 2];
-        for _ in 0..20 {
-            let mesh = spiky_solid(&mut state);
-            let mesh = MeshDistance::new(&mesh, None);
-            assert_eq!(mesh.sign_method(), SignMethod::PseudoNormal);
-            let origin = (random_vector(&mut state) * 0.5).into();
-            let lattice = Lattice::new(origin, 0.1, [SIDE as u32; 3]).unwrap();
-            let nodes = Nodes::of_lattice(&lattice, [0; 3], [SIDE; 3]);
-            let [mut packet, mut near] = [0; 2].map(|_| Packet::new(mesh.tree()));
-            packet.measure(&nodes, f64::INFINITY, f64::INFINITY);
-            near.measure(&nodes, f64::INFINITY, 0.1);
-            for index in 0..SIDE * SIDE * SIDE {
-                let step = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
-                let point = nodes.at(step) + random_vector(&mut state) * 0.3;
-                let beside = AdjacentTriangles { point, nearest: mesh.nearest(point, 0) };
-                let alone = mesh.nearest_in(&packet, &nodes, step, None);
-                taken += usize::from(mesh.are_on_one_side(&beside, nodes.at(step), alone.distance));
-                let found = mesh.nearest_in(&packet, &nodes, step, Some(beside));
-                assert_eq!(found.is_inside, alone.is_inside, "{point:?} {:?}", nodes.at(step));
-                for beside in [None, Some(beside)] {
-                    let found = mesh.nearest_in(&near, &nodes, step, beside);
-                    assert_eq!(found.is_inside, alone.is_inside, "{point:?} {:?}", nodes.at(step));
-                    assert!(
-                        found.distance == alone.distance || 0.1 < found.distance && found.distance < alone.distance
-                    );
-                    bounded += usize::from(found.distance < alone.distance);
-                }
-            }
-        }
-        assert!(taken > 1000 && bounded > 1000, "{taken} {bounded}");
-    }
-}
+mod tests;

@@ -1,11 +1,11 @@
 pub mod bake;
-pub mod bench;
+pub mod compare;
 pub mod contacts;
 pub mod demo;
 pub mod eval;
 pub mod info;
-mod overlap;
+pub mod overlap;
+pub mod shell;
 pub mod slice;
-pub mod study;
 pub mod surface;
 pub mod verify;

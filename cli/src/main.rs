@@ -4,20 +4,16 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod baked_grid;
-mod bench;
 mod commands;
 mod csv_points;
-mod from_file;
 mod histogram;
 mod memory;
 mod mesh_input;
-mod models;
 mod output;
 mod pictures;
 mod progress;
+mod read_summary;
 mod report;
-mod study;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
@@ -46,15 +42,17 @@ fn main() -> ExitCode {
     });
     let result = handled.map_err(anyhow::Error::from).and_then(|()| match command {
         Command::Bake(args) => commands::bake::run(&args),
+        Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(&args),
         Command::Contacts(args) => commands::contacts::run(&args),
+        Command::Compare(args) => commands::compare::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
         Command::Slice(args) => commands::slice::run(&args),
         Command::Surface(args) => commands::surface::run(&args),
         Command::Demo(args) => commands::demo::run(&args),
-        Command::Study(args) => commands::study::run(&args),
-        Command::Bench(args) => commands::bench::run(&args),
+        Command::Completions(args) => commands::shell::completions(&args),
+        Command::Man(args) => commands::shell::man(&args),
     });
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));

@@ -1,30 +1,25 @@
 use anyhow::{Result, bail};
+use sdf_field::memory::{ASSUMED_BYTES, free_bytes};
 
-/// Refuses work that needs more memory than there is, before any of it is done.
-///
-/// `what` says in words what is asked for, and `smaller` what to change.
+/// Refuses work that needs more memory than there is, before any of it is done. `what` is the work, `smaller` what to change.
 pub fn require(bytes: f64, what: &str, smaller: &str) -> Result<()> {
-    match available() {
-        Some(available) if bytes > available => {
-            bail!("{what} needs {}, and {} are free here: {smaller}", in_words(bytes), in_words(available))
-        }
-        None if bytes > ASSUMED => bail!("{what} needs {}: {smaller}", in_words(bytes)),
-        _ => Ok(()),
+    let free = free_bytes();
+    if bytes > free.unwrap_or(ASSUMED_BYTES) {
+        bail!("{what} {}: {smaller}", shortage(Some(bytes), free));
+    }
+    Ok(())
+}
+
+/// How much memory is needed and free, in words that follow what needs it.
+pub fn shortage(bytes: Option<f64>, free: Option<f64>) -> String {
+    match (bytes, free) {
+        (Some(bytes), Some(free)) => format!("needs {}, and {} are free here", words(bytes), words(free)),
+        (Some(bytes), None) => format!("needs {}", words(bytes)),
+        (None, _) => "is too large".to_owned(),
     }
 }
 
-/// Where the system does not say what is free.
-pub const ASSUMED: f64 = 64e9;
-
-/// Linux says so in a file; elsewhere it is not known.
-pub fn available() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: f64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes * 1024.0)
-}
-
-/// The most memory that this process has held at a time, where the system says it.
+/// The peak memory of this process in bytes, where the system says it.
 pub fn peak() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -32,7 +27,7 @@ pub fn peak() -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-fn in_words(bytes: f64) -> String {
+fn words(bytes: f64) -> String {
     if bytes >= 1e18 {
         return format!("{bytes:.1e} bytes");
     }

@@ -1,82 +1,238 @@
+//! What is certain of a field in a region: intervals of the value and of the gradient, and exact minima where they are known.
+//!
+//! The bounds are those of interval analysis (Moore 1966, "Interval Analysis"): an enclosure of φ over a hull holds every
+//! value there, rounding included. Fields that know nothing better are bounded by their slope:
+//! φ(about) ± slope_bound · distance.
+
 use nalgebra::{Matrix3, Vector3};
 
+use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::vector::norm;
-use crate::{Aabb, Sdf, Simplex};
+use crate::rounding::rounding;
+use crate::simplex::{max_distance, mean};
+use crate::{Aabb, Sdf};
 
-/// What is certain of a field on the convex hull of one to four points, after one look at a point of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Enclosure<R: Real> {
-    /// φ at the point that was looked at.
-    pub value: R,
-    /// No value on the hull is below this.
-    pub least: R,
-    /// No value on the hull is above this.
-    pub greatest: R,
-    pub gradients: GradientBox<R>,
-}
+/// A field that bounds itself in regions. Every method has a default from [`Sdf::slope_bound`], so that
+/// `impl EnclosedSdf for MyField {}` is enough; better bounds make culls and certified searches faster.
+pub trait EnclosedSdf: Sdf {
+    /// Is φ a convex function? Where its gradient is a choice, it must then be a limit of gradients nearby.
+    const IS_CONVEX: bool = false;
 
-/// A box of vectors that holds every gradient of a field on a hull, those of both sides where it has a kink.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GradientBox<R: Real> {
-    pub least: Vector3<R>,
-    pub greatest: Vector3<R>,
-}
-
-impl<R: Float> GradientBox<R> {
-    /// Those that are no longer than a slope bound.
-    pub fn within(slope_bound: f64) -> Self {
-        let greatest = Vector3::repeat(R::from_f64(slope_bound));
-        Self { least: -greatest, greatest }
+    /// Bounds of φ in a box, without an evaluation.
+    fn enclose_box(&self, _region: &Aabb) -> BoxEnclosure {
+        BoxEnclosure { slope_bound: self.slope_bound(), ..BoxEnclosure::ANYTHING }
     }
 
-    /// Those of either.
-    pub fn union(self, other: Self) -> Self {
-        Self {
-            least: self.least.zip_map(&other.least, Real::min),
-            greatest: self.greatest.zip_map(&other.greatest, Real::max),
+    /// Bounds of φ and ∇φ on the convex hull of one to four points, from one evaluation at `about`, a point of the hull:
+    /// the nearer that is to the minimum, the tighter.
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        if Self::IS_CONVEX {
+            Enclosure::from_tangent_plane(self, about, corners)
+        } else {
+            Enclosure::from_slope(self, about, corners)
         }
     }
 
-    /// Those of −φ.
+    /// Is φ certainly a convex function on the convex hull of one to four points?
+    fn is_convex_on<R: Float>(&self, _corners: &[Vector3<R>]) -> bool {
+        Self::IS_CONVEX
+    }
+
+    /// For each of one to four corners: upper bound of the total rise of φ along any straight path to it from a point of
+    /// the hull.
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        if Self::IS_CONVEX {
+            max_rise_of_convex(self, corners)
+        } else {
+            self.enclosure(mean(corners), corners).gradients.max_rise_to_corners(corners)
+        }
+    }
+
+    /// The minimum on a segment (`N` = 2) or triangle (`N` = 3), where the field knows it without a search.
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        _corners: [Vector3<R>; N],
+        _goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        None
+    }
+
+    /// Upper bound of φ(c) + ∇φ(c)·(x − c) − φ(x) for x in a box with centre c: how far the field can lie below its
+    /// tangent plane. 0 where φ is convex; infinity where nothing is known.
+    fn linearization_error(&self, _region: &Aabb) -> f64 {
+        if Self::IS_CONVEX { 0.0 } else { f64::INFINITY }
+    }
+
+    /// Visits the fields whose minimum this field is: the parts of a union, else the field itself. A search of a union can
+    /// so use what each part knows.
+    #[inline(always)]
+    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
+        visitor.visit(&self);
+    }
+}
+
+/// A callback that takes fields of any type: see [`EnclosedSdf::visit_parts`].
+pub trait PartVisitor {
+    fn visit<F: EnclosedSdf>(&mut self, part: &F);
+}
+
+impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
+    const IS_CONVEX: bool = F::IS_CONVEX;
+    #[inline(always)]
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        (**self).enclose_box(region)
+    }
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        (**self).enclosure(about, corners)
+    }
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        (**self).is_convex_on(corners)
+    }
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        (**self).max_rise_to_corners(corners)
+    }
+    #[inline(always)]
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        (**self).exact_minimum(corners, goal)
+    }
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        (**self).linearization_error(region)
+    }
+    #[inline(always)]
+    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
+        (**self).visit_parts(visitor);
+    }
+}
+
+/// When a search may stop early.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal<R> {
+    /// May stop once every value is proven above this.
+    pub level: R,
+    /// May stop once no value is lower than the one found by more than this.
+    pub gap: R,
+}
+
+impl<R: Real> Goal<R> {
+    /// No early stop.
+    pub fn exact() -> Self {
+        Self { level: R::from_f64(f64::INFINITY), gap: R::zero() }
+    }
+}
+
+/// A minimum that a field knows without a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactMinimum<R, const N: usize> {
+    /// Barycentric.
+    pub weights: [R; N],
+    /// φ there, up to rounding.
+    pub value: R,
+    /// Lower bound of φ on the segment or triangle, up to rounding.
+    pub lower_bound: R,
+    /// Points evaluated and cells searched. Cells that were only bounded do not count.
+    pub evaluations: u32,
+}
+
+/// Bounds of a field in a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxEnclosure {
+    /// Holds every value in the box.
+    pub range: Interval<f64>,
+    /// Lipschitz constant of φ between points of the box.
+    pub slope_bound: f64,
+}
+
+impl BoxEnclosure {
+    /// Nothing is known.
+    pub const ANYTHING: Self = Self { range: Interval::EVERYTHING, slope_bound: f64::INFINITY };
+
+    /// Bounds of −φ.
     pub fn negate(self) -> Self {
-        Self { least: -self.greatest, greatest: -self.least }
+        Self { range: self.range.negate(), ..self }
     }
 
-    /// Of φ(`jacobian` · x) · `scale`, from those of φ.
+    /// Bounds of the minimum of two fields.
+    pub fn min(self, other: Self) -> Self {
+        Self { range: self.range.min(other.range), slope_bound: self.slope_bound.max(other.slope_bound) }
+    }
+
+    /// Bounds of φ + `distance`.
+    pub fn shift(self, distance: f64) -> Self {
+        Self { range: self.range.shift(distance), ..self }
+    }
+}
+
+/// Bounds of a field on the convex hull of one to four points, from one evaluation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enclosure<R: Real> {
+    /// φ at the point that was evaluated.
+    pub value: R,
+    /// Holds every value on the hull.
+    pub range: Interval<R>,
+    /// Holds every gradient on the hull, those of both sides at a kink.
+    pub gradients: GradientBox<R>,
+}
+
+/// An interval vector: a box that holds every gradient of a field in a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GradientBox<R: Real> {
+    pub lower: Vector3<R>,
+    pub upper: Vector3<R>,
+}
+
+impl<R: Float> GradientBox<R> {
+    /// All gradients no longer than a slope bound.
+    pub fn from_slope(slope_bound: f64) -> Self {
+        let upper = Vector3::repeat(R::from_f64(slope_bound));
+        Self { lower: -upper, upper }
+    }
+
+    /// The smallest box around both.
+    pub fn hull(self, other: Self) -> Self {
+        Self { lower: self.lower.zip_map(&other.lower, Real::min), upper: self.upper.zip_map(&other.upper, Real::max) }
+    }
+
+    /// Gradients of −φ.
+    pub fn negate(self) -> Self {
+        Self { lower: -self.upper, upper: -self.lower }
+    }
+
+    /// Gradients of φ(`jacobian` · x) · `scale`: the chain rule, axis by axis.
     pub fn pull_back(self, jacobian: &Matrix3<R>, scale: R) -> Self {
-        let axis = |k: usize| {
-            let [least, greatest] = self.along(jacobian.column(k).into_owned());
-            [least * scale, greatest * scale]
-        };
+        let axis = |k: usize| self.change_along(jacobian.column(k).into_owned()).scale(scale);
         let [x, y, z] = [axis(0), axis(1), axis(2)];
-        Self { least: Vector3::new(x[0], y[0], z[0]), greatest: Vector3::new(x[1], y[1], z[1]) }
+        Self { lower: Vector3::new(x.lower, y.lower, z.lower), upper: Vector3::new(x.upper, y.upper, z.upper) }
     }
 
-    /// [`Sdf::max_rise_to_corners`] where no gradient on the hull is another.
+    /// [`EnclosedSdf::max_rise_to_corners`] of a field with these gradients on the hull.
     pub fn max_rise_to_corners(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let mut rises = [R::zero(); 4];
         for (rise, to) in rises.iter_mut().zip(corners) {
-            // A way from within the hull is a mean of those from its corners.
-            *rise = corners.iter().fold(R::zero(), |rise, from| Real::max(rise, self.along(to - from)[1]));
+            // A path from inside the hull is a mean of those from its corners.
+            *rise = corners.iter().fold(R::zero(), |rise, from| Real::max(rise, self.change_along(to - from).upper));
         }
         rises
     }
 
-    /// The least and the most that φ can change over a way, a vector, if all of it lies in the hull.
+    /// The change of φ over `offset`, a straight path inside the region: the interval product
+    /// Σ_i \[lower_i, upper_i\] · offset_i.
     #[inline]
-    pub fn along(&self, way: Vector3<R>) -> [R; 2] {
-        let mut range = [R::zero(); 2];
-        for ((least, greatest), way) in self.least.iter().zip(&self.greatest).zip(&way) {
-            let (a, b) = (*least * *way, *greatest * *way);
-            range = [range[0] + Real::min(a, b), range[1] + Real::max(a, b)];
+    pub fn change_along(&self, offset: Vector3<R>) -> Interval<R> {
+        let mut range = Interval { lower: R::zero(), upper: R::zero() };
+        for ((lower, upper), offset) in self.lower.iter().zip(&self.upper).zip(&offset) {
+            let (a, b) = (*lower * *offset, *upper * *offset);
+            range = Interval { lower: range.lower + Real::min(a, b), upper: range.upper + Real::max(a, b) };
         }
         range
     }
 }
 
-/// [`Sdf::max_rise_to_corners`] of a field that is a convex function: it rises fastest where a way ends.
-pub(crate) fn max_rise_of_convex<R: Float, F: Sdf>(field: &F, corners: &[Vector3<R>]) -> [R; 4] {
+/// [`EnclosedSdf::max_rise_to_corners`] of a convex φ, which rises fastest where a path ends: ∇φ(to)·(to − from).
+pub(crate) fn max_rise_of_convex<R: Float, F: Sdf + ?Sized>(field: &F, corners: &[Vector3<R>]) -> [R; 4] {
     let mut gradients = [Vector3::zeros(); 4];
     gradients.iter_mut().zip(corners).for_each(|(gradient, corner)| *gradient = field.evaluate(*corner).gradient);
     let mut rises = [R::zero(); 4];
@@ -91,144 +247,86 @@ pub(crate) fn sum<R: Float>(a: [R; 4], b: [R; 4]) -> [R; 4] {
 }
 
 impl<R: Float> Enclosure<R> {
-    /// By how steep the field is in the box around the points, and what else is certain there.
-    pub fn by_slope<F: Sdf>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
+    /// From the slope bound in the box around the points: φ(about) ± slope_bound · max |corner − about|.
+    pub fn from_slope<F: EnclosedSdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
         let value = field.value(about);
-        let reach = reach(about, corners);
-        let local = field.enclose_box(&bounds(corners));
-        let spread = reach * R::from_f64(local.slope_bound);
+        let distance = max_distance(about, corners);
+        let local = field.enclose_box(&Aabb::from_corners(corners));
+        let spread = distance * R::from_f64(local.slope_bound);
         let unrounded = Self {
             value,
-            least: Real::max(value - spread, R::from_f64(local.least)),
-            greatest: Real::min(value + spread, R::from_f64(local.greatest)),
-            gradients: GradientBox::within(local.slope_bound),
+            range: Interval {
+                lower: Real::max(value - spread, R::from_f64(local.range.lower)),
+                upper: Real::min(value + spread, R::from_f64(local.range.upper)),
+            },
+            gradients: GradientBox::from_slope(local.slope_bound),
         };
-        unrounded.widen(rounding(field.slope_bound(), about, reach, value))
+        unrounded.widen(rounding(field.slope_bound(), about, distance, value))
     }
 
-    /// Of a field that is a convex function, which lies above its tangent planes. A gradient that is a choice must be a
-    /// limit of gradients nearby.
-    pub fn of_convex<F: Sdf>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
+    /// Of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(about) + ∇φ(about)·(x − about).
+    pub fn from_tangent_plane<F: Sdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
         let sample = field.evaluate(about);
-        let reach = reach(about, corners);
+        let distance = max_distance(about, corners);
         let falls = corners.iter().map(|corner| sample.gradient.dot(&(corner - about)));
         let unrounded = Self {
             value: sample.value,
-            least: sample.value + falls.fold(R::zero(), Real::min),
-            greatest: sample.value + reach * R::from_f64(field.slope_bound()),
-            gradients: GradientBox::within(field.slope_bound()),
+            range: Interval {
+                lower: sample.value + falls.fold(R::zero(), Real::min),
+                upper: sample.value + distance * R::from_f64(field.slope_bound()),
+            },
+            gradients: GradientBox::from_slope(field.slope_bound()),
         };
-        unrounded.widen(rounding(field.slope_bound(), about, reach, sample.value))
+        unrounded.widen(rounding(field.slope_bound(), about, distance, sample.value))
     }
 
-    /// That of −φ.
+    /// Bounds of −φ.
     pub fn negate(self) -> Self {
-        Self { value: -self.value, least: -self.greatest, greatest: -self.least, gradients: self.gradients.negate() }
+        Self { value: -self.value, range: self.range.negate(), gradients: self.gradients.negate() }
     }
 
-    /// That of the lower of two fields.
-    pub fn lower(self, other: Self) -> Self {
+    /// Bounds of the minimum of two fields.
+    pub fn min(self, other: Self) -> Self {
         let gradients = match () {
-            () if self.greatest < other.least => self.gradients,
-            () if other.greatest < self.least => other.gradients,
-            () => self.gradients.union(other.gradients),
+            () if self.range.upper < other.range.lower => self.gradients,
+            () if other.range.upper < self.range.lower => other.gradients,
+            () => self.gradients.hull(other.gradients),
         };
-        Self {
-            value: Real::min(self.value, other.value),
-            least: Real::min(self.least, other.least),
-            greatest: Real::min(self.greatest, other.greatest),
-            gradients,
-        }
+        Self { value: Real::min(self.value, other.value), range: self.range.min(other.range), gradients }
     }
 
-    /// [`Sdf::max_rise_to_corners`] of the lower of two fields, of which these are the surveys; of each field asked only where it matters.
-    pub fn min_combine(
+    /// [`EnclosedSdf::max_rise_to_corners`] of the minimum of two fields with these enclosures; each field's own is
+    /// computed only where it matters.
+    pub fn min_max_rise(
         self,
         other: Self,
-        rises: impl FnOnce() -> [R; 4],
+        own_rises: impl FnOnce() -> [R; 4],
         other_rises: impl FnOnce() -> [R; 4],
     ) -> [R; 4] {
         match () {
-            () if self.greatest < other.least => rises(),
-            () if other.greatest < self.least => other_rises(),
-            // Now along the one and now along the other.
-            () => sum(rises(), other_rises()),
+            () if self.range.upper < other.range.lower => own_rises(),
+            () if other.range.upper < self.range.lower => other_rises(),
+            // A path runs partly along the one and partly along the other.
+            () => sum(own_rises(), other_rises()),
         }
     }
 
-    /// That of φ + `distance`.
-    pub fn raise(self, distance: R) -> Self {
-        Self {
-            value: self.value + distance,
-            least: self.least + distance,
-            greatest: self.greatest + distance,
-            gradients: self.gradients,
-        }
+    /// Bounds of φ + `distance`.
+    pub fn shift(self, distance: R) -> Self {
+        Self { value: self.value + distance, range: self.range.shift(distance), gradients: self.gradients }
     }
 
-    /// That of φ(`jacobian` · x) · `scale`.
+    /// Bounds of φ(`jacobian` · x) · `scale`.
     pub fn pull_back(self, jacobian: &Matrix3<R>, scale: R) -> Self {
         Self {
             value: self.value * scale,
-            least: self.least * scale,
-            greatest: self.greatest * scale,
+            range: self.range.scale(scale),
             gradients: self.gradients.pull_back(jacobian, scale),
         }
     }
 
-    /// With bounds that allow for values that are off by so much.
+    /// The same with values that may be off by `rounding`.
     pub fn widen(self, rounding: R) -> Self {
-        Self { least: self.least - rounding, greatest: self.greatest + rounding, ..self }
-    }
-}
-
-/// How many roundings of the largest number in it a bound may be off. An evaluation takes some thirty operations, few of
-/// which round at the size of the coordinates.
-const ROUNDINGS: f64 = 32.0;
-
-/// More than `value` or another value of the field within `reach` of `point`, no larger in size, may be off by rounding.
-#[inline(always)]
-pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, reach: R, value: R) -> R {
-    let length = reach.max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
-    (length * R::from_f64(slope_bound)).max(value.abs()) * R::from_f64(ROUNDINGS * R::EPSILON)
-}
-
-/// Summed over edges from the first, so that digits are not lost far from the origin.
-#[inline(always)]
-pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
-    let Some(first) = points.first() else { return Vector3::zeros() };
-    let share = R::from_f64(1.0 / points.len() as f64);
-    points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * share)
-}
-
-#[inline(always)]
-pub(crate) fn reach<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
-    let mut reach = R::zero();
-    for point in points {
-        reach = reach.max(norm(point - from));
-    }
-    reach
-}
-
-/// The smallest box around the points.
-#[inline(always)]
-pub(crate) fn bounds<R: Float>(points: &[Vector3<R>]) -> Aabb {
-    let mut bounds = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
-    for point in points {
-        let point: [R; 3] = (*point).into();
-        for k in 0..3 {
-            let x = point[k].to_f64();
-            bounds.min[k] = if x < bounds.min[k] { x } else { bounds.min[k] };
-            bounds.max[k] = if bounds.max[k] < x { x } else { bounds.max[k] };
-        }
-    }
-    bounds
-}
-
-impl<R: Float, const N: usize> Simplex<R, N> {
-    /// The smallest box around it.
-    #[inline(always)]
-    pub fn bounds(&self) -> Aabb {
-        bounds(&self.corners)
+        Self { range: self.range.widen(rounding), ..self }
     }
 }

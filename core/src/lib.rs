@@ -11,28 +11,38 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(all(feature = "core-math", not(feature = "std")), feature(core_float_math))]
 
+#[cfg(feature = "alloc")]
+extern crate alloc;
 #[cfg(any(feature = "std", test))]
 extern crate std;
 
 mod aabb;
+#[cfg(feature = "alloc")]
+mod any_field;
+mod best_first;
 pub mod combine;
 pub mod contact;
+mod delegate;
 mod enclosure;
 pub mod grid;
 pub mod minimize;
 mod number;
 pub mod overlap;
 pub mod placed;
+mod rounding;
 mod sdf;
 pub mod shapes;
 mod simplex;
 mod vector;
 
 pub use aabb::Aabb;
-pub use enclosure::{Enclosure, GradientBox};
+#[cfg(feature = "alloc")]
+pub use any_field::AnyField;
+pub use enclosure::{BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, GradientBox, PartVisitor};
 pub use nalgebra;
+pub use number::interval::Interval;
 pub use number::kernel::{LaneBundle, LaneKernel};
 pub use number::lanes::{LaneMask, Lanes};
-pub use number::{Float, Mask, Real};
-pub use sdf::{BoxEnclosure, Sample, Sdf, Status};
+pub use number::{Float, Gather, Mask, Real};
+pub use sdf::{DynSdf, Sample, Sdf, Status};
 pub use simplex::{Simplex, project_weights};

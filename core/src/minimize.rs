@@ -1,23 +1,32 @@
-//! Where on a simplex a field is least: the local optimization of Macklin et al. 2020, §3 and §4.
+//! Minimizers: where on a simplex is φ lowest? (Macklin et al. 2020, "Local Optimization for Robust Signed Distance
+//! Field Collision", §3 and §4, and methods that find more.)
 //!
-//! Every method starts at the corner with the least value, keeps the best point it has seen, and stops by itself or when
-//! its budget is spent. None but [`Certified`] and [`AllMinima`] know whether another, lower minimum exists. Of the others
-//! [`Newton`] takes the fewest evaluations, and [`FrankWolfe`] the least time on a field that is quick to answer.
+//! | method | finds | file |
+//! |---|---|---|
+//! | [`Certified`] | the global minimum, with a proven lower bound | `certified` |
+//! | [`AllMinima`] | every isolated minimum | `all_minima` |
+//! | [`Newton`] | a local minimum, in the fewest evaluations | `newton`, `cuts`, `curvature` |
+//! | [`FrankWolfe`] | a local minimum, in the shortest time on fields that are cheap to evaluate | `frank_wolfe` |
+//! | [`ProjectedGradient`], [`LineSearch`], [`GoldenSection`] | a local minimum | one each |
+//! | [`PointSampling`] | the lowest of fixed points | `point_sampling` |
+//!
+//! Every local method starts at the lowest corner and keeps the best point so far (`descent_state`). It stops by its
+//! own condition, or when its budget is spent. `sub_simplex` holds the parts that a subdivision cuts.
 
 mod all_minima;
 mod certified;
 mod curvature;
 mod cuts;
+mod descent_state;
 mod frank_wolfe;
 mod golden_section;
 mod line_search;
 mod newton;
 mod point_sampling;
 mod projected_gradient;
-mod search;
 mod sub_simplex;
 
-pub use all_minima::{AllMinima, Found, Place};
+pub use all_minima::{AllMinima, MinimaSummary, SimplexCell};
 pub use certified::Certified;
 pub use frank_wolfe::FrankWolfe;
 pub use golden_section::GoldenSection;
@@ -30,27 +39,28 @@ use nalgebra::Vector3;
 
 use crate::number::kernel::LaneBundle;
 use crate::number::{Mask, Real};
-use crate::{Sample, Sdf, Simplex, Status};
+use crate::{EnclosedSdf, Sample, Simplex, Status};
 
-/// A method that looks for the least value of a field on simplices of `N` corners.
+/// A method that minimizes a field on simplices of `N` corners.
 ///
 /// ```
 /// use sdf_core::minimize::{FrankWolfe, Minimizer};
 /// use sdf_core::{Simplex, nalgebra::Vector3, shapes::Sphere};
 /// let segment = Simplex { corners: [Vector3::new(-2.0, 0.0, 3.0), Vector3::new(2.0, 0.0, 3.0)] };
-/// let least = FrankWolfe::default().minimize(&Sphere::new(1.0).unwrap(), &segment);
-/// assert!((least.sample.value - 2.0_f64).abs() < 1e-2);
+/// let minimum = FrankWolfe::default().minimize(&Sphere::new(1.0).unwrap(), &segment);
+/// assert!((minimum.sample.value - 2.0_f64).abs() < 1e-2);
 /// ```
 pub trait Minimizer<const N: usize> {
-    /// Whether it searches many simplices faster side by side in [`Lanes`](crate::Lanes) than one by one: where each takes
-    /// the same steps as the others it does, where all wait for the one that takes most it does not.
+    /// `true` if several simplices in SIMD lanes ([`Lanes`](crate::Lanes)) run faster than one at a time: so for
+    /// fixed-step methods, not for adaptive ones, whose lanes wait for the slowest.
     const LOCKSTEP: bool = false;
 
-    /// Whether a search of one simplex works side by side within itself, so that it pays to compile it for wide vectors.
+    /// `true` if the search of one simplex gains from SIMD instructions itself, so that it pays to compile it for wide
+    /// vectors.
     const USES_SIMD: bool = Self::LOCKSTEP;
 
-    /// The same method with so small a budget that it is worth a try on many simplices side by side, before the whole budget is
-    /// spent on those that it leaves over. Where it converges it answers what the method itself does, bit for bit.
+    /// A cheap first pass in lanes: the same method with a small budget. Where it converges, its answer is that of the
+    /// method itself, bit for bit. The other simplices are searched again with the full budget.
     fn quick_pass(&self) -> Option<Self>
     where
         Self: Sized,
@@ -58,33 +68,35 @@ pub trait Minimizer<const N: usize> {
         None
     }
 
-    /// All corners must be finite and within ±[`Real::MAX_COORDINATE`].
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
+    /// Minimizes φ on a simplex whose corners are finite and within ±[`Real::MAX_COORDINATE`].
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N>;
 
-    /// The same where the least value that it finds is at most `level`. Where it is not, a method that can tell may stop as
-    /// soon as it is certain that none is.
+    /// [`minimize`](Self::minimize), for a caller who needs only minima of at most `level`. A method with a lower bound
+    /// may stop once every value is proven above `level`; it then returns the lowest value so far.
     #[inline(always)]
-    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, _level: R) -> Minimum<R, N> {
+    fn minimize_below<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>, _level: R) -> Minimum<R, N> {
         self.minimize(field, simplex)
     }
 }
 
-/// The least value that was seen, and where.
+/// The lowest point found on a simplex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Minimum<R: Real, const N: usize> {
-    /// Barycentric: none negative, their sum one.
+    /// Barycentric weights: not negative, with sum 1.
     pub weights: [R; N],
+    /// The point of the weights.
     pub point: Vector3<R>,
+    /// φ and ∇φ at the point.
     pub sample: Sample<R>,
-    /// No point of the simplex has a value below this, by the field's slope bound and the sample.
+    /// Lower bound of φ on the simplex: from the search, or from the sample and the slope bound.
     pub lower_bound: R,
-    /// At how many points the field was asked; a whole number.
+    /// Number of evaluations of the field, a whole number.
     pub evaluations: R,
-    /// The method's own condition for a local minimum was met before its budget was spent.
+    /// The method's condition for a minimum was met before its budget was spent.
     pub converged: R::Mask,
 }
 
-/// All zero: room for one that is still to be found.
+/// All zero: fills buffers.
 impl<R: Real, const N: usize> Default for Minimum<R, N> {
     fn default() -> Self {
         Self {

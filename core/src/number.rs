@@ -1,9 +1,15 @@
-//! The number a query is asked in.
+//! The number types that fields are written over.
 //!
-//! A field stores plain floats and is written once, over [`Real`]. Asked in `f32` or `f64` it answers one point, in
-//! [`Lanes`](crate::Lanes) several side by side, in a dual number its derivative. So that lanes can take both sides of a
-//! condition, generic code chooses with [`Real::select`] and not with `if`.
+//! A field is written once, over [`Real`]. In `f32` or `f64` it evaluates one point, in [`Lanes`](crate::Lanes)
+//! several side by side, in a dual number it also yields derivatives.
+//!
+//! - Lanes may need both sides of a condition. Generic code therefore chooses with [`Real::select`] and not with `if`.
+//! - [`Float`] is a number with one lane. Searches use it: they branch on values.
+//! - A formula of many operators is a [`LaneKernel`](crate::LaneKernel), so that lanes run it in one loop: see
+//!   `kernel`.
 
+mod backend;
+pub mod interval;
 pub mod kernel;
 pub mod lanes;
 
@@ -12,18 +18,17 @@ use core::ops::{BitAnd, BitOr, Neg, Not};
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
 use num_traits::{One, Zero};
 
-use crate::grid::Storage;
-use crate::number::kernel::LaneKernel;
-
-/// What a comparison of two [`Real`]s answers: `bool`, or one for each lane.
+/// Result of a comparison of two [`Real`]s: `bool`, or one `bool` per lane.
 pub trait Mask:
     Copy + core::fmt::Debug + PartialEq + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static
 {
+    /// `false` in every lane.
     const NONE: Self;
+    /// Is it `true` in some lane?
     fn any(self) -> bool;
-    /// `lane` counts those of the number.
+    /// The value in a lane. `lane` is below [`Real::LANES`].
     fn lane(&self, lane: usize) -> bool;
-    /// `lane` counts those of the number.
+    /// Sets the value in a lane. `lane` is below [`Real::LANES`].
     fn set_lane(&mut self, lane: usize, yes: bool);
 }
 
@@ -47,63 +52,68 @@ impl Mask for bool {
 pub trait Real:
     Scalar + Copy + Zero + One + ClosedAddAssign + ClosedSubAssign + ClosedMulAssign + ClosedDivAssign + Neg<Output = Self>
 {
+    /// Result of a comparison.
     type Mask: Mask;
 
-    /// What stands in one lane: the number itself where it has but one.
+    /// Number in one lane: the type itself if it has only one.
     type Lane: Float;
 
+    /// Number of lanes.
     const LANES: usize;
 
-    /// The distance from 1 to the next larger number.
+    /// Distance from 1 to the next larger number.
     const EPSILON: f64;
 
-    /// The largest coordinate that a field is asked at: sums of its squares stay finite. Lengths below its reciprocal
-    /// count as zero where a direction is wanted: their squares have lost digits.
+    /// Largest coordinate at which a field is evaluated: sums of squares stay finite. Lengths below its reciprocal
+    /// count as zero where a direction is needed, because their squares have lost digits.
     const MAX_COORDINATE: f64;
 
-    /// The nearest number to a constant or a parameter of a field.
+    /// Nearest number to a constant or a parameter of a field.
     fn from_f64(x: f64) -> Self;
 
+    /// √self; NaN below zero.
     fn sqrt(self) -> Self;
 
-    /// Towards zero, for self < 2³¹; zero below zero.
+    /// Integer part, for self < 2³¹; 0 below zero.
     fn trunc(self) -> Self;
 
+    /// self < other.
     fn lt(self, other: Self) -> Self::Mask;
 
+    /// self ≤ other.
     fn le(self, other: Self) -> Self::Mask;
 
+    /// `yes` where the mask is true, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// `lane` is below [`Self::LANES`].
+    /// The number in a lane. `lane` is below [`Self::LANES`].
     fn lane(&self, lane: usize) -> Self::Lane;
 
+    /// Sets the number in a lane. `lane` is below [`Self::LANES`].
     fn set_lane(&mut self, lane: usize, value: Self::Lane);
 
-    /// The samples at the corners of each lane's cell, whole numbers, which must lie in 0 ≤ cell < 2³¹.
-    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8];
+    /// The eight numbers of each lane's cell. Cells are three integers in 0 ≤ cell < 2³¹.
+    fn gather<G: Gather>(cell: [Self; 3], table: &G) -> [Self; 8];
 
-    /// What a kernel answers in each lane.
-    #[inline(always)]
-    fn apply<K: LaneKernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
-        kernel.apply(from)
-    }
-
+    /// |self|.
     #[inline(always)]
     fn abs(self) -> Self {
         Self::select(self.lt(Self::zero()), -self, self)
     }
 
+    /// The smaller number; self if one is NaN.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self::select(other.lt(self), other, self)
     }
 
+    /// The larger number; self if one is NaN.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self::select(self.lt(other), other, self)
     }
 
+    /// The nearest number in \[low, high\].
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
@@ -115,48 +125,60 @@ pub trait Real:
         Self::select(self.lt(Self::zero()), -Self::one(), Self::one())
     }
 
+    /// Is it 0 or −0?
     #[inline(always)]
     fn is_zero(self) -> Self::Mask {
         self.le(Self::zero()) & Self::zero().le(self)
     }
 
-    /// A length below the reciprocal of [`Self::MAX_COORDINATE`].
+    /// Is this length below the reciprocal of [`Self::MAX_COORDINATE`]?
     #[inline(always)]
     fn is_negligible(self) -> Self::Mask {
         self.lt(Self::from_f64(1.0 / Self::MAX_COORDINATE))
     }
 
+    /// Is it neither NaN nor infinite?
     #[inline(always)]
     fn is_finite(self) -> Self::Mask {
         Real::is_zero(self * Self::zero())
     }
 
-    /// Within ±[`Self::MAX_COORDINATE`], which NaN and the infinities are not.
+    /// Is it within ±[`Self::MAX_COORDINATE`]? NaN and infinities are not.
     #[inline(always)]
     fn is_representable(self) -> Self::Mask {
         self.abs().le(Self::from_f64(Self::MAX_COORDINATE))
     }
 }
 
-/// A number with one lane, which can branch and leave the query.
+/// A number with one lane: comparisons are `bool`, so code can branch on them.
 pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
+    /// The same number as f64.
     fn to_f64(self) -> f64;
 
-    /// The whole number that it is, for 0 ≤ self < 2³¹.
+    /// Conversion of an integer in 0 ≤ self < 2³¹.
     fn to_index(self) -> u32;
 
-    /// The nearest number to a stored one.
+    /// Nearest number to a stored sample.
     fn from_stored(stored: f32) -> Self;
 }
 
+/// A table of eight stored numbers per cell of a lattice.
+pub trait Gather {
+    /// The numbers of one cell.
+    fn gather_one(&self, cell: [u32; 3]) -> [f32; 8];
+
+    /// The numbers of `N` cells, whose indices are given axis by axis as integers.
+    fn gather_lanes<T: Float, const N: usize>(&self, cells: [[T; N]; 3]) -> [[T; N]; 8];
+}
+
 macro_rules! float {
-    ($float:ident, $sqrt:path, $trunc:ident, $reach:literal) => {
+    ($float:ident, $sqrt:ident, $trunc:ident, $max_coordinate:literal) => {
         impl Real for $float {
             type Mask = bool;
             type Lane = Self;
             const LANES: usize = 1;
             const EPSILON: f64 = $float::EPSILON as f64;
-            const MAX_COORDINATE: f64 = $reach;
+            const MAX_COORDINATE: f64 = $max_coordinate;
 
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
@@ -164,11 +186,11 @@ macro_rules! float {
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
-                $sqrt(self)
+                backend::$sqrt(self)
             }
             #[inline(always)]
             fn trunc(self) -> Self {
-                whole::$trunc(self)
+                backend::$trunc(self)
             }
             #[inline(always)]
             fn lt(self, other: Self) -> bool {
@@ -191,8 +213,8 @@ macro_rules! float {
                 *self = value;
             }
             #[inline(always)]
-            fn corners<S: Storage>([x, y, z]: [Self; 3], storage: &S) -> [Self; 8] {
-                storage.corners([x as u32, y as u32, z as u32]).map(Self::from_stored)
+            fn gather<G: Gather>([x, y, z]: [Self; 3], table: &G) -> [Self; 8] {
+                table.gather_one([x as u32, y as u32, z as u32]).map(Self::from_stored)
             }
         }
 
@@ -203,7 +225,7 @@ macro_rules! float {
             }
             #[inline(always)]
             fn to_index(self) -> u32 {
-                (f64::from(self) + AT_ONES).to_bits() as u32
+                (f64::from(self) + backend::UNIT_ULP).to_bits() as u32
             }
             #[inline(always)]
             fn from_stored(stored: f32) -> Self {
@@ -213,63 +235,5 @@ macro_rules! float {
     };
 }
 
-float!(f32, roots::sqrtf, truncf, 1e18);
-float!(f64, roots::sqrt, trunc, 1e150);
-
-#[cfg(feature = "std")]
-mod roots {
-    #[inline(always)]
-    pub fn sqrtf(x: f32) -> f32 {
-        x.sqrt()
-    }
-    #[inline(always)]
-    pub fn sqrt(x: f64) -> f64 {
-        x.sqrt()
-    }
-}
-
-#[cfg(all(feature = "core-math", not(feature = "std")))]
-mod roots {
-    pub use core::f32::math::sqrt as sqrtf;
-    pub use core::f64::math::sqrt;
-}
-
-#[cfg(not(any(feature = "core-math", feature = "std")))]
-use libm as roots;
-
-/// By conversions, which are instructions everywhere, but saturate, and no vector unit does that.
-#[cfg(not(feature = "std"))]
-mod whole {
-    #[inline(always)]
-    pub fn truncf(x: f32) -> f32 {
-        x as u32 as f32
-    }
-    #[inline(always)]
-    pub fn trunc(x: f64) -> f64 {
-        x as u32 as f64
-    }
-}
-
-/// By sums alone, which vector units have, and without a choice that could become a branch.
-#[cfg(feature = "std")]
-mod whole {
-    #[inline(always)]
-    pub fn truncf(x: f32) -> f32 {
-        let nearest = (x + AT_ONES_F32) - AT_ONES_F32;
-        let whole = nearest - if x < nearest { 1.0 } else { 0.0 };
-        // Beyond 2 to the number of digits a float is a whole number.
-        let whole = if x < AT_ONES_F32 { whole } else { x };
-        if 0.0 < whole { whole } else { 0.0 }
-    }
-    #[inline(always)]
-    pub fn trunc(x: f64) -> f64 {
-        let nearest = (x + super::AT_ONES) - super::AT_ONES;
-        let whole = nearest - if x < nearest { 1.0 } else { 0.0 };
-        if 0.0 < whole { whole } else { 0.0 }
-    }
-
-    const AT_ONES_F32: f32 = 8_388_608.0;
-}
-
-/// 2⁵²: added to a smaller number, it leaves the last digit that of ones.
-const AT_ONES: f64 = 4_503_599_627_370_496.0;
+float!(f32, sqrtf, truncf, 1e18);
+float!(f64, sqrt, trunc, 1e150);

@@ -1,52 +1,75 @@
-//! Fields put into the world. A placement says where a world point lies in the field's own frame; the chain rule that
-//! turns the answer back stands here once.
+//! Fields placed into the world.
+//!
+//! A field φ lives in its own, local frame. A placement maps a world point x to the local point p(x) and has a factor
+//! s from local to world lengths. The placed field is
+//!
+//! ```text
+//! φ_w(x)  = s φ(p(x))
+//! ∇φ_w(x) = s Jᵀ ∇φ(p(x)),    J = ∂p/∂x                       (chain rule)
+//! |∇φ_w|  ≤ s ‖J‖ |∇φ|                                        `slope_factor` = s ‖J‖
+//! ```
+//!
+//! | placement | p(x) | s | file |
+//! |---|---|---|---|
+//! | [`Rigid`] | Rᵀ(x − t) | 1 | `rigid` |
+//! | [`Similarity`] | Rᵀ(x − t) / s | any s > 0 | `similarity` |
+//! | [`Stretch`] | (x / f_x, y / f_y, z / f_z) | smallest \|f\| | `stretch` |
+//!
+//! s ‖J‖ ≤ 1 for each of them, so that a placed field is never steeper than the field. All are affine: they map a
+//! hull to the hull of the mapped corners, and barycentric weights stay the same.
 
+mod posed;
 mod rigid;
 mod similarity;
 mod stretch;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use posed::Posed;
 pub use rigid::Rigid;
 pub use similarity::Similarity;
 pub use stretch::Stretch;
 
-use crate::enclosure::{reach, rounding};
-use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::rounding::rounding;
+use crate::simplex::max_distance;
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
 
-/// A map from the world into a field's own frame.
+/// An affine map from the world into a field's local frame.
 pub trait Placement {
-    fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R>;
+    /// p(x), its derivative and the scale.
+    fn pull<R: Real>(&self, world_point: Vector3<R>) -> LocalPoint<R>;
 
-    /// A box in the world around all that is in `local`, a box in the field's frame.
+    /// A box in the world that holds the image of `local`, a box in the local frame.
     fn push_bounds(&self, local: Aabb) -> Aabb;
 
-    /// A box in the field's frame around all that is in `world`, a box in the world.
+    /// A box in the local frame that holds the image of `world`, a box in the world.
     fn pull_bounds(&self, world: Aabb) -> Aabb;
 
-    /// The most that `scale · |jacobian|` can be: 1 for a rigid motion or a similarity.
+    /// Upper bound of s ‖J‖: by how much a placed field can be steeper than the field.
     fn slope_factor(&self) -> f64;
 
-    /// World lengths for one length of the field's own frame, the `scale` of [`Pulled`].
+    /// s: the world length of a local length of 1.
     fn scale(&self) -> f64;
 }
 
-/// A world point in a field's own frame.
+/// A world point in a field's local frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pulled<R: Real> {
+pub struct LocalPoint<R: Real> {
+    /// p(x).
     pub point: Vector3<R>,
-    /// The derivative of `point` by the world point.
+    /// J = ∂p/∂x.
     pub jacobian: Matrix3<R>,
-    /// What a distance of the field's own frame is multiplied by in the world.
+    /// s: the factor from local to world distances.
     pub scale: R,
 }
 
-/// A field put into the world by a placement.
+/// A field placed into the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed<F, P> {
+    /// The field, in its local frame.
     pub field: F,
+    /// The map between the frames.
     pub placement: P,
 }
 
@@ -54,9 +77,7 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let pulled = self.placement.pull(point);
-        let local = self.field.evaluate(pulled.point);
-        let gradient = pulled.jacobian.tr_mul(&local.gradient) * pulled.scale;
-        Sample { value: local.value * pulled.scale, gradient, status: local.status }
+        pulled.push_sample(self.field.evaluate(pulled.point))
     }
 
     #[inline(always)]
@@ -72,65 +93,80 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.placement.slope_factor()
     }
+}
 
+impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let of_field = self.field.enclose_box(&self.placement.pull_bounds(*region));
-        let scale = self.placement.scale();
+        let local = self.field.enclose_box(&self.placement.pull_bounds(*region));
         BoxEnclosure {
-            least: of_field.least * scale,
-            greatest: of_field.greatest * scale,
-            slope_bound: of_field.slope_bound * self.placement.slope_factor(),
+            range: local.range.scale(self.placement.scale()),
+            slope_bound: local.slope_bound * self.placement.slope_factor(),
         }
     }
 
-    /// Of a placement that is an affine map: it takes a hull to the hull of its corners.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let pulled = self.pull_all(corners);
         let here = self.placement.pull(about);
-        let of_field = self.field.enclosure(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
-        let scaled = of_field.pull_back(&here.jacobian, here.scale);
-        // The corners were rounded where they stood in the world.
-        scaled.widen(rounding(self.slope_bound(), about, reach(about, corners), scaled.value))
+        let local = self.field.enclosure(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
+        let scaled = local.pull_back(&here.jacobian, here.scale);
+        // World coordinates may be larger than local ones, and so is their rounding.
+        scaled.widen(rounding(self.slope_bound(), about, max_distance(about, corners), scaled.value))
     }
 
-    /// Of a placement that is an affine map.
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         let pulled = self.pull_all(corners);
         self.field.is_convex_on(pulled.get(..corners.len()).unwrap_or(&pulled))
     }
 
-    /// Of a placement that is an affine map.
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let pulled = self.pull_all(corners);
-        let of_field = self.field.max_rise_to_corners(pulled.get(..corners.len()).unwrap_or(&pulled));
-        of_field.map(|rise| rise * R::from_f64(self.placement.scale()))
+        let rises = self.field.max_rise_to_corners(pulled.get(..corners.len()).unwrap_or(&pulled));
+        rises.map(|rise| rise * R::from_f64(self.placement.scale()))
     }
 
-    /// Of a placement that is an affine map: it takes the middle of a box to that of the box around what it becomes.
+    /// p maps the centre of a box to the centre of the box around its image, so both have the same tangent plane.
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.field.linearization_error(&self.placement.pull_bounds(*region)) * self.placement.scale()
     }
 
-    /// Of a placement that is an affine map: it takes a segment to one, and shares of the way stay what they are.
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let of_field = self.field.minimum_on_segment(ends.map(|end| self.placement.pull(end).point))?;
-        Some(SegmentMinimum { value: of_field.value * R::from_f64(self.placement.scale()), ..of_field })
-    }
-
-    /// Of a placement that is an affine map.
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
         let scale = R::from_f64(self.placement.scale());
-        let of_field = self.field.minimum_on_triangle(pulled, enough.map(|x| x / scale))?;
-        let (value, reach) = (of_field.value * scale, reach(corners[0], &corners));
-        // The corners were rounded where they stood in the world.
-        let rounding = rounding(self.slope_bound(), corners[0], reach, value);
-        Some(TriangleMinimum { value, least: of_field.least * scale - rounding, ..of_field })
+        let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
+        Some(push_minimum(local, &self.placement, self.slope_bound(), corners))
+    }
+}
+
+/// A minimum in the field's frame as one in the world, where the corners were rounded.
+#[inline(always)]
+fn push_minimum<R: Float, P: Placement, const N: usize>(
+    local: ExactMinimum<R, N>,
+    placement: &P,
+    slope_bound: f64,
+    corners: [Vector3<R>; N],
+) -> ExactMinimum<R, N> {
+    let scale = R::from_f64(placement.scale());
+    let (value, distance) = (local.value * scale, max_distance(corners[0], &corners));
+    // World coordinates may be larger than local ones, and so is their rounding.
+    let rounding = rounding(slope_bound, corners[0], distance, value);
+    ExactMinimum { value, lower_bound: local.lower_bound * scale - rounding, ..local }
+}
+
+impl<R: Real> LocalPoint<R> {
+    /// A sample in the field's frame as one in the world, by the chain rule: scale · Jᵀ ∇φ.
+    #[inline(always)]
+    pub fn push_sample(&self, local: Sample<R>) -> Sample<R> {
+        let gradient = self.jacobian.tr_mul(&local.gradient) * self.scale;
+        Sample { value: local.value * self.scale, gradient, status: local.status }
     }
 }
 
 impl<F, P: Placement> Placed<F, P> {
-    /// Up to four points.
+    /// p of up to four points; the rest is zero.
     fn pull_all<R: Real>(&self, points: &[Vector3<R>]) -> [Vector3<R>; 4] {
         let mut pulled = [Vector3::zeros(); 4];
         for (pulled, point) in pulled.iter_mut().zip(points) {

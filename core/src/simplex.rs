@@ -1,20 +1,30 @@
+//! Simplices: points, segments and triangles, and their barycentric weights.
+//!
+//! A point of the simplex is x = Σ_k w_k x_k with w_k ≥ 0 and Σ w_k = 1. A minimizer needs two formulas of Macklin et
+//! al. 2020, "Local Optimization for Robust Signed Distance Field Collision", both here for any number of corners:
+//! the derivatives of φ by the weights, eq. (4), and the projection of arbitrary weights onto the valid ones, eq.
+//! (5).
+
 use core::array::from_fn;
 
 use nalgebra::Vector3;
 
-use crate::enclosure::{mean, reach, rounding};
+use crate::Aabb;
 use crate::number::kernel::{LaneBundle, LaneKernel};
-use crate::number::{Mask, Real};
+use crate::number::{Float, Mask, Real};
+use crate::rounding::rounding;
+use crate::vector::norm;
 
-/// The convex hull of `N` corners: a point, a segment, a triangle, a tetrahedron. Corners may coincide.
+/// The convex hull of `N` corners: a point, segment, triangle or tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simplex<R: Real, const N: usize> {
+    /// Positions of the corners.
     pub corners: [Vector3<R>; N],
 }
 
 impl<R: Real, const N: usize> Simplex<R, N> {
-    /// The point of the given barycentric weights. Summed over edges from one corner, so that digits are not lost far
-    /// from the origin.
+    /// The point with the given barycentric weights: x₀ + Σ_k w_k (x_k − x₀). Edges, unlike positions, keep their
+    /// digits far from the origin.
     #[inline(always)]
     pub fn point(&self, weights: [R; N]) -> Vector3<R> {
         let mut point = self.corners[0];
@@ -24,39 +34,40 @@ impl<R: Real, const N: usize> Simplex<R, N> {
         point
     }
 
+    /// Mean of the corners.
     #[inline(always)]
     pub fn centroid(&self) -> Vector3<R> {
         mean(&self.corners)
     }
 
-    /// The largest distance from a point to a corner: no point of the simplex is farther.
+    /// Largest distance from a point to a point of the simplex. A corner attains it.
     #[inline(always)]
-    pub fn reach(&self, from: Vector3<R>) -> R {
-        reach(from, &self.corners)
+    pub fn max_distance_from(&self, point: Vector3<R>) -> R {
+        max_distance(point, &self.corners)
     }
 
-    /// The length of the longest edge.
+    /// Length of the longest edge.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn longest_edge(&self) -> R {
         let mut longest = R::zero();
         for corner in 0..N {
-            longest = longest.max(self.reach(self.corners[corner]));
+            longest = longest.max(self.max_distance_from(self.corners[corner]));
         }
         longest
     }
 
-    /// What no value of the field on the simplex is below, by a bound of its slope there and its value at a point of the
-    /// simplex, rounding included.
+    /// Lower bound of φ on the simplex, rounding included, from the value at a point of it and the slope bound there:
+    /// φ ≥ value − slope_bound · max_k |x_k − point| − rounding. `field_slope_bound` is that of the whole field.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn lower_bound(&self, of_field: f64, slope_bound: R, point: Vector3<R>, value: R) -> R {
-        let reach = self.reach(point);
-        // A slope can be beyond the numbers of this type, and no way times infinity is no number.
-        let fall = R::select(reach.is_zero(), R::zero(), reach * slope_bound);
-        value - fall - rounding(of_field, point, reach, value)
+    pub(crate) fn lower_bound(&self, field_slope_bound: f64, slope_bound: R, point: Vector3<R>, value: R) -> R {
+        let distance = self.max_distance_from(point);
+        // In R a slope bound may overflow to infinity, and 0 · ∞ is NaN.
+        let fall = R::select(distance.is_zero(), R::zero(), distance * slope_bound);
+        value - fall - rounding(field_slope_bound, point, distance, value)
     }
 
-    /// How fast a function with this gradient changes by each weight, less its change by the first: eq. (4) of the
-    /// paper with edges for corners, which differ by a constant that no method here minds.
+    /// Derivative of φ by each weight minus that by the first: ∂φ/∂w_k − ∂φ/∂w₀ = ∇φ·(x_k − x₀). Eq. (4) of the paper
+    /// has ∇φ·x_k. The constant difference cancels, because weights always sum to one.
     #[inline(always)]
     pub fn slopes(&self, gradient: Vector3<R>) -> [R; N] {
         let mut slopes = [R::zero(); N];
@@ -66,6 +77,7 @@ impl<R: Real, const N: usize> Simplex<R, N> {
         slopes
     }
 
+    /// Are all coordinates within ±[`Real::MAX_COORDINATE`]?
     #[inline(always)]
     pub fn is_representable(&self) -> R::Mask {
         let mut all = !R::Mask::NONE;
@@ -76,8 +88,35 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     }
 }
 
-/// [`Simplex::lower_bound`] of a field with this slope bound, from the simplex, the slope bound there, a point and its value.
+impl<R: Float, const N: usize> Simplex<R, N> {
+    /// The smallest box that holds the simplex.
+    #[inline(always)]
+    pub fn bounds(&self) -> Aabb {
+        Aabb::from_corners(&self.corners)
+    }
+}
+
+/// Mean of the points: x₀ + Σ_k (x_k − x₀)/n, which keeps digits far from the origin.
+#[inline(always)]
+pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
+    let Some(first) = points.first() else { return Vector3::zeros() };
+    let fraction = R::from_f64(1.0 / points.len() as f64);
+    points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * fraction)
+}
+
+/// Largest distance from `from` to one of the points.
+#[inline(always)]
+pub(crate) fn max_distance<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
+    let mut largest = R::zero();
+    for point in points {
+        largest = largest.max(norm(point - from));
+    }
+    largest
+}
+
+/// [`Simplex::lower_bound`] as a kernel: from the simplex, the slope bound there, a point and its value.
 pub(crate) struct LowerBound<const N: usize> {
+    /// Slope bound of the whole field.
     pub slope_bound: f64,
 }
 
@@ -91,7 +130,7 @@ impl<const N: usize> LaneKernel for LowerBound<N> {
     }
 }
 
-/// [`Simplex::longest_edge`].
+/// [`Simplex::longest_edge`] as a kernel.
 pub(crate) struct LongestEdge<const N: usize>;
 
 impl<const N: usize> LaneKernel for LongestEdge<N> {
@@ -120,14 +159,15 @@ impl<R: Real, const N: usize> LaneBundle<R> for Simplex<R, N> {
     }
 }
 
-/// The weights of a corner: 1 there, 0 elsewhere.
+/// Barycentric weights of a corner: 1 there, 0 elsewhere.
 #[inline(always)]
 pub(crate) fn corner_weights<R: Real, const N: usize>(corner: usize) -> [R; N] {
     from_fn(|i| if i == corner { R::one() } else { R::zero() })
 }
 
-/// The nearest weights that are barycentric, none negative and their sum one: ℙ of the paper's eq. (5), in any number
-/// of corners.
+/// Euclidean projection onto the valid barycentric weights {w : w_k ≥ 0, Σ w_k = 1}: the operator ℙ of the paper's
+/// eq. (5), for any number of corners. w_k = max(v_k − τ, 0), with τ from [`excess`]; divided by the sum, which
+/// rounding moves from 1.
 #[inline(always)]
 pub fn project_weights<R: Real, const N: usize>(weights: [R; N]) -> [R; N] {
     let excess = excess(weights, R::one());
@@ -136,24 +176,24 @@ pub fn project_weights<R: Real, const N: usize>(weights: [R; N]) -> [R; N] {
     positive.map(|weight| weight / sum)
 }
 
-/// What to take from each of `values`, and leave none below zero, so that the rest sums to `total`.
+/// The threshold τ with Σ max(v_i − τ, 0) = `total`: subtracting it projects `values` onto a scaled simplex.
 ///
-/// With the values in falling order and the k largest kept, their excess over `total` is shared by k; the right k gives
-/// the most. (Held, Wolfe, Crowder 1974, "Validation of subgradient optimization", §3.)
+/// With v sorted in descending order, τ = max_k (Σ_{i ≤ k} v_i − `total`) / k (Held, Wolfe and Crowder 1974,
+/// "Validation of subgradient optimization", §3).
 #[inline(always)]
 pub(crate) fn excess<R: Real, const N: usize>(values: [R; N], total: R) -> R {
-    let mut falling = values;
+    let mut sorted = values;
     for end in (1..N).rev() {
         for i in 0..end {
-            let (a, b) = (falling[i], falling[i + 1]);
-            (falling[i], falling[i + 1]) = (a.max(b), a.min(b));
+            let (a, b) = (sorted[i], sorted[i + 1]);
+            (sorted[i], sorted[i + 1]) = (a.max(b), a.min(b));
         }
     }
-    let mut sum = falling[0] - total;
+    let mut sum = sorted[0] - total;
     let mut excess = sum;
-    for (kept, value) in (2..).zip(&falling[1..]) {
+    for (count, value) in (2..).zip(&sorted[1..]) {
         sum += *value;
-        excess = excess.max(sum * R::from_f64(1.0 / f64::from(kept)));
+        excess = excess.max(sum * R::from_f64(1.0 / f64::from(count)));
     }
     excess
 }

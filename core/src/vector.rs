@@ -1,13 +1,15 @@
+//! Vector functions over [`Real`], written branch-free so that lanes run them.
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::number::Real;
 
-/// A length and the direction it was measured in.
+/// Length and direction of a vector.
 pub(crate) struct Direction<R: Real> {
     pub length: R,
-    /// Of unit length; +x where the length is zero.
+    /// Unit vector; +x where `is_zero`.
     pub unit: Vector3<R>,
-    /// The length is zero, or so small that its square has lost digits.
+    /// Is the length [negligible](Real::is_negligible), so that its square has lost digits?
     pub is_zero: R::Mask,
 }
 
@@ -20,6 +22,7 @@ pub(crate) fn direction<R: Real>(vector: Vector3<R>) -> Direction<R> {
     Direction { length, unit, is_zero }
 }
 
+/// |vector|.
 #[inline(always)]
 pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
     vector.dot(&vector).sqrt()
@@ -30,7 +33,7 @@ pub(crate) fn from_f64<R: Real>(vector: [f64; 3]) -> Vector3<R> {
     Vector3::new(R::from_f64(vector[0]), R::from_f64(vector[1]), R::from_f64(vector[2]))
 }
 
-/// As nalgebra multiplies, to the same bits, but inlined, for wide vectors are only made of what is.
+/// matrix · vector, with the bits of nalgebra's product. Inlined, which vectorization needs.
 #[inline(always)]
 pub(crate) fn times<R: Real>(matrix: &Matrix3<R>, vector: Vector3<R>) -> Vector3<R> {
     let row = |row: usize| {
@@ -40,7 +43,7 @@ pub(crate) fn times<R: Real>(matrix: &Matrix3<R>, vector: Vector3<R>) -> Vector3
     Vector3::new(row(0), row(1), row(2))
 }
 
-/// Coordinate by coordinate.
+/// [`Real::select`] for each coordinate.
 #[inline(always)]
 pub(crate) fn select<R: Real>(mask: R::Mask, yes: Vector3<R>, no: Vector3<R>) -> Vector3<R> {
     Vector3::new(R::select(mask, yes.x, no.x), R::select(mask, yes.y, no.y), R::select(mask, yes.z, no.z))

@@ -5,10 +5,8 @@
 //! | Is it a grid or TOML, and where is it read from? | here |
 //! | Which value has a key, and are all keys known? | `table` |
 //! | Which shape does a table describe, and which pose? | `shapes`, `pose` |
-//! | How is a tree of shapes evaluated? | `node` |
 
 mod error;
-mod node;
 mod pose;
 mod shapes;
 mod table;
@@ -22,9 +20,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use error::FieldError;
-pub use node::Node;
 
-use crate::grid_file::{self, GridReader, OwnedGrid, StoredGrid};
+use sdf_core::AnyField;
+use sdf_core::grid::owned::OwnedGrid;
+
+use crate::grid_file::{self, GridReader, StoredGrid};
 use crate::hdf5::SIGNATURE;
 use table::Table;
 
@@ -33,14 +33,14 @@ use table::Table;
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum Field {
     Grid(StoredGrid),
-    Analytic(Node),
+    Analytic(AnyField),
 }
 
 /// The field of a file; of a grid, the samples are not read yet.
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum OpenField<'a> {
     Grid(GridReader<'a>),
-    Analytic(Node),
+    Analytic(AnyField),
 }
 
 impl OpenField<'_> {
@@ -93,7 +93,7 @@ pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<Ope
 
 /// Reads shapes in closed form from the text of a `.sdf.toml`. Errors show `name` in place of a path. A text has no
 /// folder to look for files in, so the shape `grid` is refused.
-pub fn read_text(text: &str, name: &str) -> Result<Node, FieldError> {
+pub fn read_text(text: &str, name: &str) -> Result<AnyField, FieldError> {
     parse(text, Path::new(name), &mut Grids::new(None))
 }
 
@@ -109,7 +109,7 @@ fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
     Ok(start == SIGNATURE)
 }
 
-fn parse_bytes(bytes: &[u8], path: &Path, grids: &mut Grids) -> Result<Node, FieldError> {
+fn parse_bytes(bytes: &[u8], path: &Path, grids: &mut Grids) -> Result<AnyField, FieldError> {
     let not_a_field =
         |what: &str| refused(path, format!("{what}; give a baked grid (.sdf.h5) or shapes in TOML (.sdf.toml)"));
     if bytes.is_empty() {
@@ -122,7 +122,7 @@ fn parse_bytes(bytes: &[u8], path: &Path, grids: &mut Grids) -> Result<Node, Fie
     parse(text, path, grids)
 }
 
-fn parse(text: &str, path: &Path, grids: &mut Grids) -> Result<Node, FieldError> {
+fn parse(text: &str, path: &Path, grids: &mut Grids) -> Result<AnyField, FieldError> {
     let document: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         let location = line.map(|line| format!(" from line {line} on")).unwrap_or_default();

@@ -16,7 +16,6 @@ mod digests;
 mod error;
 mod header;
 mod layout;
-mod owned;
 mod placeholder;
 mod read_dense;
 mod read_sparse;
@@ -25,12 +24,12 @@ mod write;
 
 use std::path::Path;
 
+use sdf_core::grid::owned::{Layout, OwnedGrid, Precision};
 use sdf_core::grid::sparse::Scale;
 use sdf_core::grid::{BlockBounds, Lattice};
 use serde::Serialize;
 
 pub use error::{GridFault, GridFileError};
-pub use owned::{OwnedBricks, OwnedGrid, OwnedSamples};
 pub use reader::{GridReader, open, open_bytes, read, read_bytes};
 
 use crate::atomic_write::{atomic_write, temporary_bytes};
@@ -39,7 +38,8 @@ use crate::atomic_write::{atomic_write, temporary_bytes};
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredGrid {
     pub grid: OwnedGrid,
-    pub layout: Layout,
+    /// `None` of a dense grid.
+    pub sparse: Option<SparseInfo>,
     pub about: About,
     pub read: ReadCount,
 }
@@ -55,50 +55,28 @@ pub struct ReadCount {
     pub total_blocks: usize,
 }
 
-/// Arrangement of a grid's samples.
+/// What the header says of a sparse grid: bricks near the surface, over a coarse grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Layout {
-    /// A sample for every node.
-    Dense,
-    /// In bricks near the surface, over a coarse grid.
-    Sparse {
-        /// Within this distance of the surface, the grid interpolates only samples of bricks.
-        band: f64,
-        precision: Precision,
-        bricks: usize,
-    },
+pub struct SparseInfo {
+    /// Within this distance of the surface, the grid interpolates only samples of bricks.
+    pub band: f64,
+    /// The type of a sample.
+    pub precision: Precision,
+    /// How many bricks there are.
+    pub bricks: usize,
 }
 
-/// Number type of stored samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    F32,
-    U16,
-    U8,
-}
-
-impl Precision {
-    const ALL: [Self; 3] = [Self::F32, Self::U16, Self::U8];
-
-    /// `f32`, `u16` or `u8`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::U16 => "u16",
-            Self::U8 => "u8",
-        }
-    }
-
-    fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|precision| precision.name() == name)
-    }
+/// The layout and the precision of a grid's samples.
+pub fn layout_of(sparse: Option<SparseInfo>) -> (Layout, Precision) {
+    sparse.map_or((Layout::Dense, Precision::F32), |sparse| (Layout::Sparse, sparse.precision))
 }
 
 /// Contents of a file without its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     pub lattice: Lattice,
-    pub layout: Layout,
+    /// `None` of a dense grid.
+    pub sparse: Option<SparseInfo>,
     pub about: About,
     /// Datasets: the samples first, the digests last.
     pub parts: Vec<Part>,
@@ -183,10 +161,10 @@ pub enum Samples<'a> {
 /// Bricks and a coarse grid: an [`OwnedBricks`] without its table, which follows from the bricks' slots.
 #[derive(Clone, Copy, Debug)]
 pub struct SparseSamples<'a, C> {
-    /// See [`Layout::Sparse`].
+    /// See [`SparseInfo::band`].
     pub band: f64,
     /// Slot of each brick.
-    pub places: &'a [[u32; 3]],
+    pub slots: &'a [[u32; 3]],
     pub scales: &'a [Scale],
     pub samples: &'a [C],
     pub bounds: &'a [BlockBounds],

@@ -237,8 +237,8 @@ class Run:
         margin = 0.01
         # In one process, its median after a first time, as Warp's kernel is timed; and as one command.
         in_process = lambda method: Sdftool(
-            f"sdftool {method}", self.args.sdftool,
-            ["bench", "--only", "contacts", "--mesh", cloth, "--field", file, "--margin", margin, "--method", method, "--json"],
+            f"sdftool {method}", self.args.speed,
+            ["--only", "contacts", "--mesh", cloth, "--field", file, "--margin", margin, "--method", method, "--json"],
             lambda said: next(row["seconds"] for row in said["rows"] if row["threads"] == 1),
             lambda said: next({"faces": row["found"]} for row in said["rows"] if row["threads"] == 1),
         )
@@ -320,6 +320,7 @@ def shown(number):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sdftool", required=True, type=Path)
+    parser.add_argument("--speed", required=True, type=Path, help="the program that measures contacts in one process")
     parser.add_argument("--peers", required=True, type=Path)
     parser.add_argument("--meshes", required=True, type=Path, help="a folder with the meshes to bake, as OBJ")
     parser.add_argument("--names", default="stanford-bunny,armadillo,dragon", help="which of them")

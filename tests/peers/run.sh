@@ -22,7 +22,7 @@ elif [ ${#missing[@]} -gt 0 ]; then
 fi
 
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
-cargo build --release --locked --quiet -p sdftool
+cargo build --release --locked --quiet -p sdftool -p sdf-bench
 cargo build --release --quiet --manifest-path tests/peers/Cargo.toml --target-dir "$target/peers"
 
 venv=$target/peers-venv
@@ -32,5 +32,6 @@ if ! cmp --silent tests/peers/requirements.txt "$venv/requirements.txt"; then
     cp tests/peers/requirements.txt "$venv/requirements.txt"
 fi
 
-"$venv/bin/python" tests/peers/run.py --sdftool "$target/release/sdftool" --peers "$target/peers/release/peers" "$@"
-"$target/release/sdftool" bench --docs docs --rewrite
+"$venv/bin/python" tests/peers/run.py --sdftool "$target/release/sdftool" --speed "$target/release/speed" \
+    --peers "$target/peers/release/peers" "$@"
+"$target/release/speed" --docs docs --rewrite

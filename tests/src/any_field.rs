@@ -4,8 +4,7 @@ use std::any::Any;
 use std::rc::Rc;
 
 use nalgebra::Vector3;
-use sdf_core::grid::{SegmentMinimum, TriangleMinimum};
-use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Lanes, Real, Sample, Sdf};
+use sdf_core::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Float, Goal, Lanes, Real, Sample, Sdf};
 
 use crate::dual::Dual;
 
@@ -29,11 +28,11 @@ pub trait Surveys<R: Float> {
     fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R>;
     fn is_convex_there(&self, corners: &[Vector3<R>]) -> bool;
     fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4];
-    fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>>;
-    fn least_among(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>>;
+    fn least_between(&self, ends: [Vector3<R>; 2], goal: Goal<R>) -> Option<ExactMinimum<R, 2>>;
+    fn least_among(&self, corners: [Vector3<R>; 3], goal: Goal<R>) -> Option<ExactMinimum<R, 3>>;
 }
 
-impl<R: Float, F: Sdf> Surveys<R> for F {
+impl<R: Float, F: EnclosedSdf> Surveys<R> for F {
     fn survey_of(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.enclosure(about, corners)
     }
@@ -43,11 +42,11 @@ impl<R: Float, F: Sdf> Surveys<R> for F {
     fn rises_to(&self, corners: &[Vector3<R>]) -> [R; 4] {
         self.max_rise_to_corners(corners)
     }
-    fn least_between(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        self.minimum_on_segment(ends)
+    fn least_between(&self, ends: [Vector3<R>; 2], goal: Goal<R>) -> Option<ExactMinimum<R, 2>> {
+        self.exact_minimum(ends, goal)
     }
-    fn least_among(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        self.minimum_on_triangle(corners, enough)
+    fn least_among(&self, corners: [Vector3<R>; 3], goal: Goal<R>) -> Option<ExactMinimum<R, 3>> {
+        self.exact_minimum(corners, goal)
     }
 }
 
@@ -59,7 +58,7 @@ pub trait Limits {
     fn below_linear(&self, region: &Aabb) -> f64;
 }
 
-impl<F: Sdf> Limits for F {
+impl<F: EnclosedSdf> Limits for F {
     fn bounds_at(&self, level: f64) -> Aabb {
         self.bounds(level)
     }
@@ -77,7 +76,7 @@ impl<F: Sdf> Limits for F {
 macro_rules! any_field {
     ($($number:ty),*) => {
         trait Inner: Limits + Surveys<f32> + Surveys<f64> $(+ Answers<$number>)* {}
-        impl<F: Sdf> Inner for F {}
+        impl<F: EnclosedSdf> Inner for F {}
 
         /// A field of any type. It panics when asked in a number type that no test uses. A clone is the same field.
         #[derive(Clone)]
@@ -107,7 +106,9 @@ macro_rules! any_field {
             fn slope_bound(&self) -> f64 {
                 self.0.steepest()
             }
+        }
 
+        impl EnclosedSdf for AnyField {
             fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
                 self.0.limits_in(region)
             }
@@ -148,20 +149,23 @@ macro_rules! any_field {
                 same(self.0.rises_to(&held[..corners.len()])).unwrap()
             }
 
-            fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-                if let Some(ends) = same::<_, [Vector3<f32>; 2]>(ends) {
-                    return same(self.0.least_between(ends)).unwrap();
+            fn exact_minimum<R: Float, const N: usize>(
+                &self,
+                corners: [Vector3<R>; N],
+                goal: Goal<R>,
+            ) -> Option<ExactMinimum<R, N>> {
+                let query = (corners, goal);
+                if let Some((ends, goal)) = same::<_, ([Vector3<f32>; 2], Goal<f32>)>(query) {
+                    return same(self.0.least_between(ends, goal)).unwrap();
                 }
-                let ends = same::<_, [Vector3<f64>; 2]>(ends).unwrap();
-                same(self.0.least_between(ends)).unwrap()
-            }
-
-            fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-                if let Some((corners, enough)) = same::<_, ([Vector3<f32>; 3], [f32; 2])>((corners, enough)) {
-                    return same(self.0.least_among(corners, enough)).unwrap();
+                if let Some((ends, goal)) = same::<_, ([Vector3<f64>; 2], Goal<f64>)>(query) {
+                    return same(self.0.least_between(ends, goal)).unwrap();
                 }
-                let (corners, enough) = same::<_, ([Vector3<f64>; 3], [f64; 2])>((corners, enough)).unwrap();
-                same(self.0.least_among(corners, enough)).unwrap()
+                if let Some((corners, goal)) = same::<_, ([Vector3<f32>; 3], Goal<f32>)>(query) {
+                    return same(self.0.least_among(corners, goal)).unwrap();
+                }
+                let (corners, goal) = same::<_, ([Vector3<f64>; 3], Goal<f64>)>(query).unwrap();
+                same(self.0.least_among(corners, goal)).unwrap()
             }
         }
     };
@@ -170,7 +174,7 @@ macro_rules! any_field {
 any_field!(f32, f64, Lanes<f32, 8>, Lanes<f64, 4>, Dual<f32>, Dual<f64>);
 
 impl AnyField {
-    pub fn new(field: impl Sdf + 'static) -> Self {
+    pub fn new(field: impl EnclosedSdf + 'static) -> Self {
         Self(Rc::new(field))
     }
 }

@@ -4,8 +4,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use nalgebra::Vector3;
 use num_traits::{One, Zero};
-use sdf_core::grid::Storage;
-use sdf_core::{Float, Real};
+use sdf_core::{Float, Gather, Real};
 
 /// A number and its derivatives by x, y and z. Comparisons and choices go by the value, so the derivative is that of the
 /// branch that was taken.
@@ -111,7 +110,7 @@ impl<T: Float> Real for Dual<T> {
     fn set_lane(&mut self, _lane: usize, value: T) {
         *self = Self::constant(value);
     }
-    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
-        T::corners(cell.map(|along| along.value), storage).map(Self::constant)
+    fn gather<G: Gather>(cell: [Self; 3], table: &G) -> [Self; 8] {
+        T::gather(cell.map(|along| along.value), table).map(Self::constant)
     }
 }

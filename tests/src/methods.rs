@@ -3,7 +3,7 @@
 use sdf_core::minimize::{
     Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
-use sdf_core::{Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Real, Simplex};
 
 #[derive(Clone, Copy, Debug)]
 pub enum Method {
@@ -42,7 +42,7 @@ impl Minimizer<2> for Method {
         }
     }
 
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
         match self {
             Self::FrankWolfe(method) => method.minimize(field, simplex),
             Self::ProjectedGradient(method) => method.minimize(field, simplex),
@@ -54,7 +54,7 @@ impl Minimizer<2> for Method {
         }
     }
 
-    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>, level: R) -> Minimum<R, 2> {
+    fn minimize_below<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>, level: R) -> Minimum<R, 2> {
         match self {
             Self::Certified(method) => method.minimize_below(field, simplex, level),
             other => other.minimize(field, simplex),
@@ -75,7 +75,11 @@ macro_rules! all_but_golden_section {
                 }
             }
 
-            fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
+            fn minimize<R: Real, F: EnclosedSdf>(
+                &self,
+                field: &F,
+                simplex: &Simplex<R, $corners>,
+            ) -> Minimum<R, $corners> {
                 match self {
                     Self::FrankWolfe(method) => method.minimize(field, simplex),
                     Self::ProjectedGradient(method) => method.minimize(field, simplex),
@@ -87,7 +91,7 @@ macro_rules! all_but_golden_section {
                 }
             }
 
-            fn minimize_below<R: Real, F: Sdf>(
+            fn minimize_below<R: Real, F: EnclosedSdf>(
                 &self,
                 field: &F,
                 simplex: &Simplex<R, $corners>,

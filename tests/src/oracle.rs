@@ -1,7 +1,7 @@
 //! What a shape, a simplex and a field are, by brute force.
 
 use nalgebra::Vector3;
-use sdf_core::{Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Real, Simplex};
 
 use crate::random::Random;
 
@@ -61,7 +61,7 @@ pub fn lattice_weights<const N: usize>(parts: usize) -> Vec<[f64; N]> {
 /// The least value on the lattice of a simplex. No point is farther from a lattice point than the longest edge over
 /// `parts`, so the truth is at most slope bound · longest edge / parts below.
 pub fn least_on_lattice<R: Real<Mask = bool>, const N: usize>(
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     simplex: &Simplex<R, N>,
     parts: usize,
 ) -> R {
@@ -71,7 +71,7 @@ pub fn least_on_lattice<R: Real<Mask = bool>, const N: usize>(
 
 /// The least value of a convex field on a simplex of one to three corners, to `slope bound · longest edge · 1e-9`: on
 /// a convex function ternary search is sure, and the least along one weight is convex in the other.
-pub fn least_of_convex<const N: usize>(field: &impl Sdf, simplex: &Simplex<f64, N>) -> f64 {
+pub fn least_of_convex<const N: usize>(field: &impl EnclosedSdf, simplex: &Simplex<f64, N>) -> f64 {
     let value = |weights: [f64; N]| field.value(simplex.point(weights));
     let weights = |b: f64, c: f64| {
         let mut weights = [0.0; N];

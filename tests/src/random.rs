@@ -1,10 +1,13 @@
 //! Random numbers whose seed is printed when a test fails, and can be given: `SDF_SEED=7 cargo test -p sdf-tests`.
 
-use nalgebra::Vector3;
+use std::ops::{Deref, DerefMut};
 
-/// SplitMix64 (Steele, Lea, Flood 2014): small, good enough for test points, the same on every machine.
+use nalgebra::Vector3;
+use sdf_procedural::random;
+
+/// A generator of random numbers and vectors.
 pub struct Random {
-    state: u64,
+    numbers: random::Random,
 }
 
 impl Random {
@@ -19,41 +22,15 @@ impl Random {
     }
 
     pub fn with_seed(seed: u64) -> Self {
-        Self { state: seed }
+        Self { numbers: random::Random::new(seed) }
     }
 
-    pub fn bits(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// 0 ≤ x < 1, in multiples of 2⁻⁵³.
-    pub fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 * (0.5_f64).powi(53)
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// A whole number below `count`.
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
-
-    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.below(from.len())]
-    }
-
-    /// In the cube around the origin that reaches `half` to either side.
+    /// A point of the cube |x|, |y|, |z| ≤ `half`.
     pub fn in_cube(&mut self, half: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.between(-half, half))
+        self.point_in_cube(half).into()
     }
 
-    /// Of unit length, evenly over the sphere.
+    /// A unit vector, evenly distributed over the sphere.
     pub fn direction(&mut self) -> Vector3<f64> {
         loop {
             let candidate = self.in_cube(1.0);
@@ -63,10 +40,18 @@ impl Random {
             }
         }
     }
+}
 
-    pub fn shuffle<T>(&mut self, items: &mut [T]) {
-        for end in (1..items.len()).rev() {
-            items.swap(end, self.below(end + 1));
-        }
+impl Deref for Random {
+    type Target = random::Random;
+
+    fn deref(&self) -> &random::Random {
+        &self.numbers
+    }
+}
+
+impl DerefMut for Random {
+    fn deref_mut(&mut self) -> &mut random::Random {
+        &mut self.numbers
     }
 }

@@ -7,15 +7,12 @@ use sdf_bake::SparseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
-use sdf_core::grid::{
-    BlockBounds, Dense, Grid, Lattice, SegmentMinimum, Storage, TriangleMinimum, WithBlockBounds, cell_slope,
-    slope_bound,
-};
+use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds, cell_slope, measure_slope_bound};
 use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
-use sdf_core::{Aabb, BoxEnclosure, Enclosure, Float, Real, Sample, Sdf};
+use sdf_core::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Float, Goal, Interval, Real, Sample, Sdf};
 
 use crate::any_field::AnyField;
 use crate::random::Random;
@@ -61,6 +58,9 @@ impl Sdf for Scene {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
+}
+
+impl EnclosedSdf for Scene {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.field.enclose_box(region)
     }
@@ -73,11 +73,12 @@ impl Sdf for Scene {
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         self.field.max_rise_to_corners(corners)
     }
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        self.field.minimum_on_segment(ends)
-    }
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        self.field.minimum_on_triangle(corners, enough)
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        self.field.exact_minimum(corners, goal)
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.field.linearization_error(region)
@@ -85,7 +86,7 @@ impl Sdf for Scene {
 }
 
 impl Scene {
-    fn new(name: &'static str, size: f64, meaning: Meaning, field: Option<impl Sdf + 'static>) -> Self {
+    fn new(name: &'static str, size: f64, meaning: Meaning, field: Option<impl EnclosedSdf + 'static>) -> Self {
         let field = AnyField::new(field.unwrap_or_else(|| panic!("the parameters of {name} make no field")));
         Self { name, field, meaning, convex: false, inside: None, size, creases: vec![] }
     }
@@ -140,10 +141,12 @@ impl<F: Sdf> Sdf for Steep<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.steepness
     }
+}
+
+impl<F: EnclosedSdf> EnclosedSdf for Steep<F> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let BoxEnclosure { least, greatest, slope_bound } = self.field.enclose_box(region);
-        let steepness = self.steepness;
-        BoxEnclosure { least: least * steepness, greatest: greatest * steepness, slope_bound: slope_bound * steepness }
+        let BoxEnclosure { range, slope_bound } = self.field.enclose_box(region);
+        BoxEnclosure { range: range.scale(self.steepness), slope_bound: slope_bound * self.steepness }
     }
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.field.enclosure(about, corners).pull_back(&Matrix3::identity(), R::from_f64(self.steepness))
@@ -162,7 +165,7 @@ pub fn sampled(field: &impl Sdf, lattice: Lattice, steepness: f64) -> Grid<Dense
         samples[lattice.index([i, j, k])] = (field.value(node) * steepness) as f32;
     }
     let storage = Dense::new(&lattice, samples).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }
 
@@ -177,13 +180,16 @@ pub fn bounded(grid: Grid<Dense<Vec<f32>>>) -> Grid<WithBlockBounds<Dense<Vec<f3
         // Of all cells with a corner in the place; those have a few nodes more.
         let first = place.map(|n| (n * BRICK).saturating_sub(1));
         let last: [u32; 3] = std::array::from_fn(|axis| ((place[axis] + 1) * BRICK).min(cells[axis]));
-        let mut of_place = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+        let mut of_place = BlockBounds::EMPTY;
         for z in first[2]..last[2] {
             for y in first[1]..last[1] {
                 for x in first[0]..last[0] {
                     let corners = grid.storage().corners([x, y, z]);
                     let slope = cell_slope(corners, lattice.spacing()) as f32 * (1.0 + f32::EPSILON);
-                    let of_corner = |sample: f32| BlockBounds { least: sample, greatest: sample, slope };
+                    let of_corner = |sample: f32| BlockBounds {
+                        range: Interval { lower: sample, upper: sample },
+                        slope_bound: slope,
+                    };
                     of_place = corners.into_iter().map(of_corner).fold(of_place, BlockBounds::union);
                 }
             }
@@ -199,7 +205,7 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
     let places = brick_counts(&lattice);
     let mut grid = SparseGrid::<C> {
         table: vec![],
-        places: vec![],
+        slots: vec![],
         scales: vec![],
         samples: vec![],
         coarse: vec![],
@@ -217,42 +223,42 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, within
         let node = |step: [u32; 3]| std::array::from_fn(|axis| place[axis] * BRICK + step[axis]);
         let values: Vec<f32> = all([BRICK; 3]).map(|step| value(node(step))).collect();
         let is_near = values.iter().any(|value| f64::from(value.abs()) < within);
-        grid.table.push(if is_near { grid.places.len() as u32 } else { NO_BRICK });
+        grid.table.push(if is_near { grid.slots.len() as u32 } else { NO_BRICK });
         if is_near {
             let least = values.iter().copied().fold(f32::INFINITY, f32::min);
             let greatest = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
             let scale = C::scale(least, greatest);
-            grid.places.push(place);
+            grid.slots.push(place);
             grid.scales.push(scale);
             grid.samples.extend(values.iter().map(|value| C::encode(*value, scale)));
         }
     }
     grid.coarse = all(places.map(|count| count + 1)).map(|node| value(node.map(|n| n * BRICK))).collect();
-    assert!(grid.table.contains(&NO_BRICK) && !grid.places.is_empty(), "the scene has places of both kinds");
-    grid.bounds = vec![BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 }; grid.places.len()];
-    let bounds = grid.places.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
+    assert!(grid.table.contains(&NO_BRICK) && !grid.slots.is_empty(), "the scene has places of both kinds");
+    grid.bounds = vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; grid.slots.len()];
+    let bounds = grid.slots.iter().map(|place| bounds_of_brick(&lattice, &grid, *place)).collect();
     grid.bounds = bounds;
     let storage = Sparse::new(&lattice, grid).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }
 
 /// Asks every node of a brick, and every cell with a corner among them.
 fn bounds_of_brick<C: Quantize>(lattice: &Lattice, grid: &SparseGrid<C>, place: [u32; 3]) -> BlockBounds {
     let storage = Sparse::new(lattice, grid).unwrap();
-    let mut bounds = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let mut bounds = BlockBounds::EMPTY;
     for index in 0..9_u32.pow(3) {
         let past: [u32; 3] =
             std::array::from_fn(|axis| place[axis] * BRICK + [index % 9, index / 9 % 9, index / 81][axis]);
         let is_own = (0..3).all(|axis| past[axis] / BRICK == place[axis] && past[axis] < lattice.nodes()[axis]);
         if is_own {
             let value = storage.node(past);
-            bounds = BlockBounds { least: bounds.least.min(value), greatest: bounds.greatest.max(value), ..bounds };
+            bounds = BlockBounds { range: bounds.range.hull(Interval { lower: value, upper: value }), ..bounds };
         }
         let cell = past.map(|node| node.wrapping_sub(1));
         if (0..3).all(|axis| cell[axis] < lattice.cells()[axis]) {
             let slope = cell_slope(storage.corners(cell), lattice.spacing()) as f32;
-            bounds.slope = bounds.slope.max(slope.next_up());
+            bounds.slope_bound = bounds.slope_bound.max(slope.next_up());
         }
     }
     bounds

@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 use sdf_core::combine::Union;
-use sdf_core::minimize::{AllMinima, Found, Minimum, Place};
+use sdf_core::minimize::{AllMinima, MinimaSummary, Minimum, SimplexCell};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Float, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Sdf, Simplex};
 use sdf_tests::oracle::{cast, lattice_weights, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::scenes;
@@ -14,13 +14,13 @@ const ROOM: usize = 4096;
 
 fn minima<R: Float, const N: usize>(
     search: &AllMinima,
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     simplex: &Simplex<R, N>,
     level: f64,
     room: usize,
-) -> (Found<R, N>, Vec<Minimum<R, N>>) {
+) -> (MinimaSummary<R, N>, Vec<Minimum<R, N>>) {
     let mut minima = vec![Minimum::default(); 64];
-    let found = search.minima(field, simplex, R::from_f64(level), &mut vec![Place::default(); room], &mut minima);
+    let found = search.minima(field, simplex, R::from_f64(level), &mut vec![SimplexCell::default(); room], &mut minima);
     minima.truncate(found.count);
     (found, minima)
 }
@@ -33,7 +33,7 @@ struct Map<const N: usize> {
 }
 
 impl<const N: usize> Map<N> {
-    fn new<R: Float>(field: &impl Sdf, simplex: &Simplex<R, N>, parts: usize) -> Self {
+    fn new<R: Float>(field: &impl EnclosedSdf, simplex: &Simplex<R, N>, parts: usize) -> Self {
         let weights = lattice_weights::<N>(parts);
         let values = weights.iter().map(|w| field.value(simplex.point(w.map(R::from_f64))).to_f64()).collect();
         let key = |w: &[f64; N]| w.map(|w| (w * parts as f64).round() as i64);
@@ -208,10 +208,10 @@ fn who_has_too_little_room_is_told() {
         let (found, all) = minima(&AllMinima::default(), &balls, &edge, 0.0, room);
         assert!(!found.is_complete && all.iter().all(|m| !m.converged), "{found:?}");
     }
-    let few_looks = AllMinima { looks: 3, ..AllMinima::default() };
-    assert!(!minima(&few_looks, &balls, &edge, 0.0, ROOM).0.is_complete);
+    let few_cells = AllMinima { max_cells: 3, ..AllMinima::default() };
+    assert!(!minima(&few_cells, &balls, &edge, 0.0, ROOM).0.is_complete);
     let mut one = [minima(&AllMinima::default(), &balls, &edge, 0.0, ROOM).1[2]];
-    let found = AllMinima::default().minima(&balls, &edge, 0.0, &mut vec![Place::default(); ROOM], &mut one);
+    let found = AllMinima::default().minima(&balls, &edge, 0.0, &mut vec![SimplexCell::default(); ROOM], &mut one);
     // With room for one the deepest is kept.
     assert!(!found.is_complete && found.count == 1 && one[0].sample.value < -0.29, "{found:?}");
     let far: Simplex<f64, 3> = Simplex { corners: [0, 1, 2].map(|_| random.in_cube(1.0) + Vector3::x() * 50.0) };

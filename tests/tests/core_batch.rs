@@ -6,7 +6,7 @@ use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::shapes::Cuboid;
-use sdf_core::{Float, Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Real, Simplex};
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{cast, random_simplex};
 use sdf_tests::random::Random;
@@ -20,7 +20,7 @@ macro_rules! in_lanes {
     ($($corners:literal),*) => {$(
         impl Minimizer<$corners> for InLanes {
             const LOCKSTEP: bool = true;
-            fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
+            fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, $corners>) -> Minimum<R, $corners> {
                 self.0.minimize(field, simplex)
             }
 
@@ -28,7 +28,7 @@ macro_rules! in_lanes {
                 Minimizer::<$corners>::quick_pass(&self.0).map(Self)
             }
 
-            fn minimize_below<R: Real, F: Sdf>(
+            fn minimize_below<R: Real, F: EnclosedSdf>(
                 &self,
                 field: &F,
                 simplex: &Simplex<R, $corners>,
@@ -81,7 +81,7 @@ fn elements<R: Float, const N: usize>(random: &mut Random, size: f64, count: usi
 }
 
 fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usize, const L: usize>(
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     method: &M,
     margin: f64,
     elements: &[Element<R, N>],
@@ -93,13 +93,13 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     });
     let mut by_halves = vec![];
     let mut passed = vec![];
-    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |place, looked| match looked {
-        Ok(lower_bound) => passed.push(Survivor { place, lower_bound }),
-        Err(CullReason::Culled) => by_halves.push((place, Outcome::Culled)),
-        Err(CullReason::NotFinite) => by_halves.push((place, Outcome::NotFinite)),
+    batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |index, looked| match looked {
+        Ok(lower_bound) => passed.push(Survivor { index, lower_bound }),
+        Err(CullReason::Culled) => by_halves.push((index, Outcome::Culled)),
+        Err(CullReason::NotFinite) => by_halves.push((index, Outcome::NotFinite)),
     });
     batch::search::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &passed, |at, outcome| {
-        by_halves.push((passed[at].place, outcome));
+        by_halves.push((passed[at].index, outcome));
     });
     by_halves.sort_by_key(|(place, _)| *place);
     assert!(by_halves.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not each once");
@@ -180,7 +180,7 @@ struct Batch<'a, F, M> {
     elements: &'a [Element<f64, 3>],
 }
 
-impl<F: Sdf, M: Minimizer<3>> NullaryFnOnce for Batch<'_, F, M> {
+impl<F: EnclosedSdf, M: Minimizer<3>> NullaryFnOnce for Batch<'_, F, M> {
     type Output = Vec<(usize, Outcome<f64, 3>)>;
 
     #[inline(always)]
@@ -202,7 +202,7 @@ fn instruction_sets() -> Vec<Arch> {
     sets
 }
 
-fn every_instruction_set_equals_alone<F: Sdf, M: Minimizer<3> + std::fmt::Debug>(field: &F, method: &M) {
+fn every_instruction_set_equals_alone<F: EnclosedSdf, M: Minimizer<3> + std::fmt::Debug>(field: &F, method: &M) {
     let elements = elements::<f64, 3>(&mut Random::of_test(), 0.5, 400);
     for set in instruction_sets() {
         let outcomes = set.dispatch(Batch { field, method, elements: &elements });

@@ -4,14 +4,14 @@ use std::collections::{BTreeSet, HashMap};
 
 use nalgebra::Vector3;
 use sdf_core::contact::{
-    Contact, ContactStatus, Element, ElementKind, Feature, Outcome, all_contacts, contact, may_touch,
+    Contact, ContactStatus, Element, ElementKind, Feature, Outcome, all_contacts, centroid_bound, contact,
 };
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, Place, PointSampling, ProjectedGradient,
+    AllMinima, Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, PointSampling, ProjectedGradient, SimplexCell,
 };
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, HalfSpace, Sphere};
-use sdf_core::{Float, Lanes, Real, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Lanes, Real, Sdf, Simplex};
 use sdf_tests::lanes::simplices_side_by_side;
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{cast, lattice_weights, random_simplex};
@@ -22,7 +22,7 @@ fn element<R: Real, const N: usize>(id: u32, simplex: Simplex<R, N>) -> Element<
     Element { id, vertices: std::array::from_fn(|corner| 10 * id + corner as u32), simplex }
 }
 
-fn found<R: Float, const N: usize>(outcome: Outcome<R, N>) -> Contact<R, N> {
+fn found<R: Float, const N: usize>(outcome: Outcome<R, N>) -> Contact<R> {
     match outcome {
         Outcome::Contact(contact) => contact,
         other => panic!("expected a contact, found {other:?}"),
@@ -31,7 +31,7 @@ fn found<R: Float, const N: usize>(outcome: Outcome<R, N>) -> Contact<R, N> {
 
 /// Both that nothing is lost and that the bound that comes with it holds.
 fn cull_is_honest<R: Float, const N: usize>(
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     name: &str,
     size: f64,
     rounds: usize,
@@ -45,7 +45,7 @@ fn cull_is_honest<R: Float, const N: usize>(
         // Margins just above and below the least value are the ones that a cull can get wrong.
         let near = R::from_f64(least.to_f64() + random.pick(&[0.0, 1e-7, -1e-7, 1e-3, 0.1]) * size);
         for margin in [near, least, R::from_f64(random.between(-0.5, 0.5) * size)] {
-            let cull = may_touch(field, &simplex, margin);
+            let cull = centroid_bound(field, &simplex, margin);
             let told = format!("{name}: {cull:?} with {margin:?}, but {least:?} on {simplex:?}");
             assert!(cull.may_touch || margin < least, "{told}");
             assert!(cull.lower_bound <= least, "{told}");
@@ -91,7 +91,7 @@ fn the_cull_minds_fields_that_are_steeper_than_one() {
     // One such by hand: 0.9 up at its middle, three times as steep, its lower end on the surface.
     let plane = Steep { field: HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap(), steepness: 3.0 };
     let edge = Simplex::<f64, 2> { corners: [Vector3::zeros(), Vector3::new(0.0, 0.0, 0.6)] };
-    assert!(may_touch(&plane, &edge, 0.0).may_touch);
+    assert!(centroid_bound(&plane, &edge, 0.0).may_touch);
     let steep_grid = sampled(&Sphere::new(0.5).unwrap(), cube_lattice(0.75, 24), 3.0);
     cull_is_honest::<f64, 3>(&steep_grid, "a steep grid", 0.6, 2000, &mut random);
 }
@@ -101,12 +101,12 @@ fn the_cull_minds_fields_that_are_steeper_than_one() {
 fn the_reach_of_a_sliver_is_to_its_farthest_corner() {
     let sliver = Simplex::<f64, 3> { corners: [Vector3::zeros(), Vector3::x(), Vector3::new(0.5, 0.01, 0.0)] };
     let centroid = sliver.centroid();
-    assert_eq!(sliver.reach(centroid), (sliver.corners[0] - centroid).norm());
+    assert_eq!(sliver.max_distance_from(centroid), (sliver.corners[0] - centroid).norm());
     // Just out of reach at right angles, and just in reach along.
     let above = HalfSpace::new([0.0, 1.0, 0.0], -0.51).unwrap();
-    assert!(!may_touch(&above, &sliver, 0.0).may_touch);
+    assert!(!centroid_bound(&above, &sliver, 0.0).may_touch);
     let aside = HalfSpace::new([1.0, 0.0, 0.0], 0.001).unwrap();
-    assert!(may_touch(&aside, &sliver, 0.0).may_touch);
+    assert!(centroid_bound(&aside, &sliver, 0.0).may_touch);
 }
 
 /// Of a true distance nothing farther than the element is wide is kept.
@@ -116,10 +116,15 @@ fn the_cull_drops_what_is_far() {
     for scene in scenes(1.0).iter().filter(|scene| scene.meaning == Meaning::Exact) {
         for _ in 0..300 {
             let simplex = random_simplex::<3>(&mut random, 3.0 * scene.size);
-            let reach = simplex.reach(simplex.centroid());
+            let reach = simplex.max_distance_from(simplex.centroid());
             let value = scene.value(simplex.centroid());
             let margin = 0.1 * scene.size;
-            assert_eq!(may_touch(scene, &simplex, margin).may_touch, value <= margin + reach + 1e-12, "{}", scene.name);
+            assert_eq!(
+                centroid_bound(scene, &simplex, margin).may_touch,
+                value <= margin + reach + 1e-12,
+                "{}",
+                scene.name
+            );
         }
     }
 }
@@ -132,9 +137,9 @@ fn one_lane_of_the_cull_equals_the_scalar_bit_for_bit() {
             for _ in 0..40 {
                 let alone: [Simplex<R, N>; L] = std::array::from_fn(|_| cast(&random_simplex(&mut random, scene.size)));
                 let margins: [R; L] = std::array::from_fn(|_| R::from_f64(random.between(-0.3, 0.5)));
-                let together = may_touch(&scene, &simplices_side_by_side(&alone), Lanes(margins));
+                let together = centroid_bound(&scene, &simplices_side_by_side(&alone), Lanes(margins));
                 for lane in 0..L {
-                    let cull = may_touch(&scene, &alone[lane], margins[lane]);
+                    let cull = centroid_bound(&scene, &alone[lane], margins[lane]);
                     assert_eq!(cull.may_touch, together.may_touch.0[lane], "{} on {:?}", scene.name, alone[lane]);
                     let (ours, theirs) = (cull.lower_bound.to_f64(), together.lower_bound.0[lane].to_f64());
                     assert_eq!(ours.to_bits(), theirs.to_bits(), "{} on {:?}", scene.name, alone[lane]);
@@ -150,7 +155,7 @@ fn one_lane_of_the_cull_equals_the_scalar_bit_for_bit() {
     check::<f64, 4, 3>();
 }
 
-fn contacts_of<const N: usize>(scene: &Scene, method: &Method, elements: &[Element<f64, N>]) -> Vec<Contact<f64, N>>
+fn contacts_of<const N: usize>(scene: &Scene, method: &Method, elements: &[Element<f64, N>]) -> Vec<Contact<f64>>
 where
     Method: Minimizer<N>,
 {
@@ -372,7 +377,7 @@ fn keys_are_unique_and_stay_from_frame_to_frame() {
 fn all_contacts_of_an_element_begin_with_the_deepest_and_have_keys_of_their_own() {
     fn check<R: Float, const N: usize>(random: &mut Random) {
         let search = AllMinima::default();
-        let (mut places, mut minima) = (vec![Place::default(); 1024], vec![Minimum::default(); 64]);
+        let (mut places, mut minima) = (vec![SimplexCell::default(); 1024], vec![Minimum::default(); 64]);
         for scene in scenes(1.0) {
             for id in 0..8 {
                 let element = element(id, cast::<R, N>(&random_simplex(random, scene.size)));
@@ -421,7 +426,7 @@ fn sampled_points_of_a_face_lie_on_the_face() {
 struct WithoutLevel(Certified);
 
 impl<const N: usize> Minimizer<N> for WithoutLevel {
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         self.0.minimize(field, simplex)
     }
 }

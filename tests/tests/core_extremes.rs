@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{Dense, Grid, slope_bound};
+use sdf_core::grid::{Dense, Grid, measure_slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cone, Cylinder, Horseshoe, Sphere, Torus};
-use sdf_core::{Aabb, Float, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
 use sdf_tests::any_field::AnyField;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::methods::{Method, methods};
@@ -52,7 +52,7 @@ fn sample_answers_every_point_without_nan_and_says_which_it_refuses() {
 /// come back as a status.
 #[test]
 fn a_point_that_leaves_reach_in_the_fields_own_frame_is_refused() {
-    fn check<R: Float>(field: &impl Sdf) {
+    fn check<R: Float>(field: &impl EnclosedSdf) {
         for point in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-3, 1.0, 0.0]] {
             let point = Vector3::from(point).map(|x| R::from_f64(x * R::MAX_COORDINATE));
             let sample = field.sample(point);
@@ -230,7 +230,7 @@ fn stored_samples_that_are_not_finite_are_answered_honestly() {
             let at = random.below(samples.len());
             samples[at] = bad;
             let storage = Dense::new(&lattice, samples).unwrap();
-            let steepest = slope_bound(&lattice, &storage);
+            let steepest = measure_slope_bound(&lattice, &storage);
             let dense = Grid::new(lattice, storage, if steepest.is_finite() { steepest } else { 1.8 }).unwrap();
             let field = if round % 2 == 0 { AnyField::new(dense) } else { AnyField::new(bounded(dense)) };
             is_answered_honestly(&field, Vector3::from(node(at)), &mut random, &format!("{bad} at {at}"));
@@ -258,6 +258,8 @@ impl Sdf for Broken {
         1.0
     }
 }
+
+impl EnclosedSdf for Broken {}
 
 #[test]
 fn answers_of_a_field_that_are_not_finite_are_answered_honestly() {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sdf_core::shapes::{Bowl, Horseshoe};
-use sdf_core::{Aabb, Float, Lanes, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Lanes, Real, Sample, Sdf, Simplex};
 use sdf_tests::dual::Dual;
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::lanes::{sample_of_lane, side_by_side};
@@ -231,7 +231,7 @@ fn bent_shapes_are_exact_whatever_their_parameters() {
 /// (a) No point of the surface is nearer than |φ|: asked of a cloud of points that membership alone gives. (b) One lies
 /// just that far, if φ is exact: where a step of φ against the gradient ends, members and others are both within 1e-7.
 fn assert_distance(
-    field: &impl Sdf,
+    field: &impl EnclosedSdf,
     name: &str,
     holds: impl Fn(Vector3<f64>) -> bool + Copy,
     size: f64,
@@ -307,15 +307,23 @@ fn what_is_certain_of_a_box_holds_at_all_of_its_points() {
             let reach = scene.size * 10.0_f64.powf(random.between(-4.0, 0.5));
             let region = Aabb { min: center.into(), max: center.into() }.inflate(reach);
             let certain = scene.enclose_box(&region);
-            informed += u32::from(certain.least.is_finite());
+            informed += u32::from(certain.range.lower.is_finite());
             assert!(certain.slope_bound <= scene.slope_bound(), "{}: {certain:?}", scene.name);
             let points: Vec<_> = (0..40).map(|_| center + random.in_cube(reach)).collect();
             let values: Vec<f64> = points.iter().map(|point| scene.value(*point)).collect();
             // Interpolation in f64 of f32 samples, whose bounds are f32 too.
             let rounding = 4.0 * f64::from(f32::EPSILON) * scene.slope_bound() * scene.size;
             for (a, pair) in values.iter().enumerate() {
-                assert!(certain.least <= pair + rounding, "{}: {certain:?}, but {pair} in {region:?}", scene.name);
-                assert!(*pair <= certain.greatest + rounding, "{}: {certain:?}, but {pair} in {region:?}", scene.name);
+                assert!(
+                    certain.range.lower <= pair + rounding,
+                    "{}: {certain:?}, but {pair} in {region:?}",
+                    scene.name
+                );
+                assert!(
+                    *pair <= certain.range.upper + rounding,
+                    "{}: {certain:?}, but {pair} in {region:?}",
+                    scene.name
+                );
                 for b in 0..a {
                     let most = certain.slope_bound * (points[a] - points[b]).norm() + rounding;
                     let change = (pair - values[b]).abs();
@@ -337,21 +345,23 @@ fn a_survey_holds_on_the_whole_hull() {
                 let simplex = cast::<R, N>(&random_simplex(random, 1.5 * scene.size));
                 let enclosure = scene.enclosure(simplex.centroid(), &simplex.corners);
                 let told = || format!("{}: {enclosure:?} of {simplex:?}", scene.name);
-                assert!(enclosure.least <= enclosure.value && enclosure.value <= enclosure.greatest, "{}", told());
+                assert!(
+                    enclosure.range.lower <= enclosure.value && enclosure.value <= enclosure.range.upper,
+                    "{}",
+                    told()
+                );
                 for weights in lattice_weights::<N>(if N == 4 { 6 } else { 12 }) {
                     let value = scene.value(simplex.point(weights.map(R::from_f64)));
                     assert!(
-                        enclosure.least <= value && value <= enclosure.greatest,
+                        enclosure.range.lower <= value && value <= enclosure.range.upper,
                         "{value:?} at {weights:?}, {}",
                         told()
                     );
                     let gradient = scene.evaluate(simplex.point(weights.map(R::from_f64))).gradient;
                     let rounding = R::from_f64(1e3 * R::EPSILON * scene.slope_bound());
-                    let is_within = gradient
-                        .iter()
-                        .zip(&enclosure.gradients.least)
-                        .all(|(g, least)| *least - rounding <= *g)
-                        && gradient.iter().zip(&enclosure.gradients.greatest).all(|(g, most)| *g <= *most + rounding);
+                    let is_within =
+                        gradient.iter().zip(&enclosure.gradients.lower).all(|(g, least)| *least - rounding <= *g)
+                            && gradient.iter().zip(&enclosure.gradients.upper).all(|(g, most)| *g <= *most + rounding);
                     assert!(is_within, "{gradient:?} at {weights:?}, {}", told());
                 }
             }
@@ -411,7 +421,7 @@ fn surveys_of_convex_shapes_close_in_faster_than_the_hull_shrinks() {
                 // Apart from how the value falls along the hull, which no bound may hide.
                 let lattice = lattice_weights::<3>(8).into_iter().map(|w| scene.value(simplex.point(w)));
                 let enclosure = scene.enclosure(simplex.centroid(), &simplex.corners);
-                lattice.fold(f64::INFINITY, f64::min) - enclosure.least
+                lattice.fold(f64::INFINITY, f64::min) - enclosure.range.lower
             });
             ratios.push(small / large.max(1e-12));
         }

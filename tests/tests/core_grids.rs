@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{Dense, Grid, Storage, slope_bound};
+use sdf_core::grid::{Dense, Grid, Storage, measure_slope_bound};
 use sdf_core::minimize::{FrankWolfe, ProjectedGradient};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Aabb, Float, Sdf, Simplex, project_weights};
+use sdf_core::{Aabb, EnclosedSdf, Float, Goal, Sdf, Simplex, project_weights};
 use sdf_tests::oracle::lattice_weights;
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, Scene, cube_lattice, sampled, sampled_in_bricks, scenes};
@@ -221,7 +221,7 @@ fn a_slope_bound_that_is_no_number_makes_no_grid() {
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         assert!(Grid::new(lattice, storage, bad).is_none());
     }
-    assert_eq!(slope_bound(&lattice, &storage), 1.0);
+    assert_eq!(measure_slope_bound(&lattice, &storage), 1.0);
     assert!(Dense::new(&lattice, &samples[1..]).is_none());
 }
 
@@ -246,11 +246,15 @@ fn the_least_on_a_segment_is_below_all_its_points() {
                 }
                 let a = if round % 8 == 3 { a.map(|x| (x * 16.0).round() / 16.0) } else { a };
                 let ends = [a, b].map(|end| end.map(R::from_f64));
-                let Some(least) = scene.minimum_on_segment(ends) else { continue };
+                let Some(least) = scene.exact_minimum(ends, Goal::exact()) else { continue };
                 answered += 1;
                 let at = |share: R| scene.value(ends[0] + (ends[1] - ends[0]) * share).to_f64();
                 let told = format!("{}: {least:?} on {ends:?}", scene.name);
-                assert!((at(least.share) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.share));
+                assert!(
+                    (at(least.weights[1]) - least.value.to_f64()).abs() <= tolerance,
+                    "{told}: {}",
+                    at(least.weights[1])
+                );
                 for step in 0..=1000 {
                     let value = at(R::from_f64(f64::from(step) / 1000.0));
                     assert!(least.value.to_f64() <= value + tolerance, "{told}, but {value} at {step}");
@@ -291,7 +295,7 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
                 }
                 let corners = corners.map(|corner| corner.map(R::from_f64));
                 let gap = R::from_f64(1e-3 * reach);
-                let Some(least) = scene.minimum_on_triangle(corners, [R::from_f64(f64::INFINITY), gap]) else {
+                let Some(least) = scene.exact_minimum(corners, Goal { level: R::from_f64(f64::INFINITY), gap }) else {
                     continue;
                 };
                 answered += 1;
@@ -299,12 +303,12 @@ fn the_least_on_a_triangle_is_below_all_its_points() {
                 let at = |weights: [R; 3]| scene.value(simplex.point(weights)).to_f64();
                 let told = format!("{}: {least:?} on {corners:?}", scene.name);
                 assert!((at(least.weights) - least.value.to_f64()).abs() <= tolerance, "{told}: {}", at(least.weights));
-                assert!(least.least <= least.value, "{told}");
+                assert!(least.lower_bound <= least.value, "{told}");
                 for weights in &all_over {
                     let value = at(weights.map(R::from_f64));
-                    assert!(least.least.to_f64() <= value + tolerance, "{told}, but {value} at {weights:?}");
+                    assert!(least.lower_bound.to_f64() <= value + tolerance, "{told}, but {value} at {weights:?}");
                 }
-                let enough = scene.minimum_on_triangle(corners, [least.value, gap]).unwrap();
+                let enough = scene.exact_minimum(corners, Goal { level: least.value, gap }).unwrap();
                 assert_eq!(enough, least, "a level that is met changes nothing");
             }
             if scene.name.ends_with("grid of a sphere") {
@@ -336,10 +340,10 @@ fn every_cell_that_a_triangle_meets_is_looked_at() {
         let mut samples = vec![1.0_f32; lattice.node_count()];
         samples[lattice.index(node)] = 0.0;
         let grid = Grid::new(lattice, Dense::new(&lattice, samples).unwrap(), 2.0).unwrap();
-        let Some(least) = grid.minimum_on_triangle(corners, [f64::INFINITY, 1e-3]) else { continue };
+        let Some(least) = grid.exact_minimum(corners, Goal { level: f64::INFINITY, gap: 1e-3 }) else { continue };
         answered += 1;
         let value = grid.value(lowest);
-        assert!(least.least <= value + 1e-12, "{least:?} on {simplex:?}, but {value} at {lowest}");
+        assert!(least.lower_bound <= value + 1e-12, "{least:?} on {simplex:?}, but {value} at {lowest}");
     }
     assert!(answered > 1000, "{answered} of 3000");
 }
@@ -358,10 +362,10 @@ fn the_least_of_a_bowl_within_a_cell_is_found() {
         ways.iter_mut().for_each(|way| *way *= 0.5);
         let corners = [middle + ways[0], middle + ways[1], middle - ways[0] * 0.4 - ways[1] * 0.7];
         let gap = 1e-9;
-        let Some(least) = grid.minimum_on_triangle(corners, [f64::INFINITY, gap]) else { continue };
+        let Some(least) = grid.exact_minimum(corners, Goal { level: f64::INFINITY, gap }) else { continue };
         let value = -3.0 * middle.x * middle.x;
         assert!((least.value - value).abs() <= gap, "{least:?} on {corners:?}, but {value} at {middle}");
-        assert!(least.least <= value + 1e-13, "{least:?} on {corners:?}, but {value} at {middle}");
+        assert!(least.lower_bound <= value + 1e-13, "{least:?} on {corners:?}, but {value} at {middle}");
     }
 }
 
@@ -375,17 +379,17 @@ fn the_least_on_a_triangle_in_noise_is_below_all_its_points() {
     for _ in 0..300 {
         let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
         let storage = Dense::new(&lattice, samples).unwrap();
-        let steepest = slope_bound(&lattice, &storage);
+        let steepest = measure_slope_bound(&lattice, &storage);
         let grid = Grid::new(lattice, storage, steepest).unwrap();
         let reach = random.between(0.05, 0.6);
         let a = random.in_cube(0.4);
         let simplex = Simplex { corners: [a, a + random.in_cube(reach), a + random.in_cube(reach)] };
         let gap = 1e-3 * reach * steepest;
-        let Some(least) = grid.minimum_on_triangle(simplex.corners, [f64::INFINITY, gap]) else { continue };
-        near += usize::from(least.value - 2.0 * gap <= least.least);
+        let Some(least) = grid.exact_minimum(simplex.corners, Goal { level: f64::INFINITY, gap }) else { continue };
+        near += usize::from(least.value - 2.0 * gap <= least.lower_bound);
         for weights in &all_over {
             let value = grid.value(simplex.point(*weights));
-            assert!(least.least <= value + 1e-13, "{least:?} on {simplex:?}, but {value} at {weights:?}");
+            assert!(least.lower_bound <= value + 1e-13, "{least:?} on {simplex:?}, but {value} at {weights:?}");
         }
     }
     assert!(near > 200, "{near} of 300 are near");
@@ -399,7 +403,7 @@ fn a_survey_at_a_node_knows_the_gradients_of_all_cells_around_it() {
     let lattice = cube_lattice(1.0, 8);
     let samples: Vec<f32> = (0..lattice.node_count()).map(|_| random.between(-1.0, 1.0) as f32).collect();
     let storage = Dense::new(&lattice, samples).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     let grid = Grid::new(lattice, storage, steepest).unwrap();
     for _ in 0..200 {
         let node = [0, 1, 2].map(|_| 1 + random.below(7) as u32);
@@ -410,7 +414,7 @@ fn a_survey_at_a_node_knows_the_gradients_of_all_cells_around_it() {
             let beside = at + random.direction() * 1e-7;
             let gradient = grid.evaluate(beside).gradient;
             for axis in 0..3 {
-                let (least, greatest) = (enclosure.gradients.least[axis], enclosure.gradients.greatest[axis]);
+                let (least, greatest) = (enclosure.gradients.lower[axis], enclosure.gradients.upper[axis]);
                 assert!(
                     least - 1e-4 <= gradient[axis] && gradient[axis] <= greatest + 1e-4,
                     "{gradient} of {enclosure:?}"
@@ -434,8 +438,11 @@ fn a_segment_along_the_face_of_the_box_is_followed_to_its_end() {
                         end[(axis + 1) % 3] = R::from_f64(along);
                         end
                     };
-                    let least = grid.minimum_on_segment([end(near, -0.9), end(far, 0.9)]).unwrap();
-                    assert!((least.share.to_f64() - 0.5).abs() < 0.02, "{least:?} from {near} to {far} along {axis}");
+                    let least = grid.exact_minimum([end(near, -0.9), end(far, 0.9)], Goal::exact()).unwrap();
+                    assert!(
+                        (least.weights[1].to_f64() - 0.5).abs() < 0.02,
+                        "{least:?} from {near} to {far} along {axis}"
+                    );
                 }
             }
         }
@@ -454,7 +461,7 @@ fn a_segment_on_which_numbers_end_between_finite_samples_has_no_least_in_closed_
     for row in 0..4 {
         let [from, to] = [node([2, row, 3]), node([3, row, 3])];
         let segment = [from * 0.75 + to * 0.25, from * 0.25 + to * 0.75];
-        assert_eq!(grid.minimum_on_segment(segment), None, "row {row}");
+        assert_eq!(grid.exact_minimum(segment, Goal::exact()), None, "row {row}");
     }
 }
 
@@ -472,9 +479,12 @@ fn a_segment_through_samples_that_are_not_finite_has_no_least_in_closed_form() {
             let way = random.direction() * random.between(0.05, 0.3);
             // Through a cell of that node, and through cells that have none of it.
             let middle = Vector3::from(lattice.node(at)) + random.in_cube(0.2);
-            assert_eq!(grid.minimum_on_segment([middle - way, middle + way]), None, "{bad} at {middle}");
+            assert_eq!(grid.exact_minimum([middle - way, middle + way], Goal::exact()), None, "{bad} at {middle}");
             let beyond = middle - Vector3::z() * 0.9;
-            assert!(grid.minimum_on_segment([beyond, beyond + Vector3::y() * 0.2]).is_some(), "{bad} at {beyond}");
+            assert!(
+                grid.exact_minimum([beyond, beyond + Vector3::y() * 0.2], Goal::exact()).is_some(),
+                "{bad} at {beyond}"
+            );
         }
     }
 }
@@ -493,10 +503,10 @@ fn a_triangle_through_samples_that_are_not_finite_has_no_least_in_closed_form() 
             let middle = Vector3::from(lattice.node(at)) + random.in_cube(0.2);
             let (a, b) = (random.direction() * 0.1, random.direction() * 0.1);
             let corners = [middle + a, middle + b, middle - a - b];
-            let enough = [f64::INFINITY, 0.0];
-            assert_eq!(grid.minimum_on_triangle(corners, enough), None, "{bad} at {middle}");
+            let goal = Goal::exact();
+            assert_eq!(grid.exact_minimum(corners, goal), None, "{bad} at {middle}");
             let beyond = corners.map(|corner| corner - Vector3::z() * 0.75);
-            assert!(grid.minimum_on_triangle(beyond, enough).is_some(), "{bad} at {middle}");
+            assert!(grid.exact_minimum(beyond, goal).is_some(), "{bad} at {middle}");
         }
     }
 }

@@ -5,7 +5,7 @@ use sdf_core::combine::Union;
 use sdf_core::minimize::{Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cone, HalfSpace, Sphere};
-use sdf_core::{Aabb, Float, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
 use sdf_tests::any_field::same;
 use sdf_tests::dual::Dual;
 use sdf_tests::lanes::{sample_of_lane, simplices_side_by_side};
@@ -295,6 +295,8 @@ impl Sdf for Counted<'_> {
     }
 }
 
+impl EnclosedSdf for Counted<'_> {}
+
 #[test]
 fn evaluations_are_at_how_many_points_the_field_was_asked() {
     fn check<const N: usize>()
@@ -330,6 +332,8 @@ impl Sdf for Remembered<'_> {
         self.0.slope_bound()
     }
 }
+
+impl EnclosedSdf for Remembered<'_> {}
 
 /// The certified search is left out: what it found in a piece it asks anew at the weights in the whole, and that rounds.
 #[test]
@@ -612,6 +616,8 @@ impl Sdf for Noted {
         0.0
     }
 }
+
+impl EnclosedSdf for Noted {}
 
 /// The weights of the points that a triangle is sampled at.
 fn sampled_weights(samples: u32) -> Vec<[f64; 3]> {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use sdf_core::combine::Intersection;
 use sdf_core::minimize::{FrankWolfe, Minimizer, Minimum, Newton};
 use sdf_core::shapes::{HalfSpace, Sphere};
-use sdf_core::{Aabb, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf, Simplex};
 use sdf_tests::oracle::{least_of_convex, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Meaning, scenes};
@@ -125,6 +125,8 @@ impl Sdf for Flat {
         f64::from(self.power) * 3.0_f64.sqrt()
     }
 }
+
+impl EnclosedSdf for Flat {}
 
 #[test]
 fn on_flat_fields_what_has_converged_is_within_the_tolerance() {

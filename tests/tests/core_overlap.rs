@@ -5,10 +5,12 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 use sdf_core::combine::Union;
 use sdf_core::grid::{Dense, Grid, Lattice};
-use sdf_core::overlap::{Deepest, Leaf, Minima, NoRegion, OverlapPoint, Pair, Patch, PatchPoint, Piece, Search};
+use sdf_core::overlap::{
+    BoxNode, DeepestPoint, DepthSearch, LocalMinima, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch, PatchPoint,
+};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, HalfSpace, Sphere, Torus};
-use sdf_core::{Aabb, Float, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Float, Sdf};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{Scene, bounded, cube_lattice, sampled, sampled_in_bricks, scenes};
 
@@ -16,33 +18,33 @@ type Point = Vector3<f64>;
 
 const UNTURNED: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-fn shifted<F: Sdf>(field: F, translation: [f64; 3]) -> Placed<F, Rigid> {
+fn shifted<F: EnclosedSdf>(field: F, translation: [f64; 3]) -> Placed<F, Rigid> {
     Placed { field, placement: Rigid::new(translation, UNTURNED).unwrap() }
 }
 
-fn deepest<R: Float>(pair: &Pair<impl Sdf, impl Sdf>, tolerance: f64) -> Deepest<R> {
-    pair.deepest(&Search { tolerance, ..Search::default() }, &mut vec![Piece::EMPTY; 1 << 14])
+fn deepest<R: Float>(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, tolerance: f64) -> DeepestPoint<R> {
+    pair.deepest(&DepthSearch { tolerance, ..DepthSearch::default() }, &mut vec![BoxNode::EMPTY; 1 << 14])
 }
 
-fn patch<R: Float>(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Patch<R>, Vec<PatchPoint<R>>) {
+fn patch<R: Float>(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, resolution: f64) -> (Patch<R>, Vec<PatchPoint<R>>) {
     let mut points = vec![];
     let patch = pair.patch(resolution, 1 << 22, |point| points.push(point));
-    assert!(patch.complete && patch.points as usize == points.len());
+    assert!(patch.is_complete && patch.point_count as usize == points.len());
     (patch, points)
 }
 
-fn minima(pair: &Pair<impl Sdf, impl Sdf>, resolution: f64) -> (Minima, Vec<OverlapPoint<f64>>) {
-    let (mut scratch, mut found) = (vec![Leaf::empty(); 1 << 18], vec![None; 32]);
+fn minima(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, resolution: f64) -> (LocalMinima, Vec<OverlapPoint<f64>>) {
+    let (mut scratch, mut found) = (vec![MortonLeaf::empty(); 1 << 18], vec![None; 32]);
     let minima = pair.minima(resolution, 1 << 22, &mut scratch, &mut found);
-    assert!(minima.complete);
+    assert!(minima.is_complete);
     (minima, found.into_iter().flatten().collect())
 }
 
-fn region_of(pair: &Pair<impl Sdf, impl Sdf>, share: f64) -> f64 {
+fn region_of(pair: &Pair<impl EnclosedSdf, impl EnclosedSdf>, share: f64) -> f64 {
     pair.region().longest_side() * share
 }
 
-fn highest(a: &impl Sdf, b: &impl Sdf, point: Point) -> f64 {
+fn highest(a: &impl EnclosedSdf, b: &impl EnclosedSdf, point: Point) -> f64 {
     a.value(point).max(b.value(point))
 }
 
@@ -106,9 +108,9 @@ fn what_is_proven_of_the_deepest_point_holds_at_every_node_of_a_lattice() {
         for node in &nodes {
             assert!(within(&region, *node) || margin < highest(a, b, *node), "{name}: {node} is left out");
         }
-        let search = Search { evaluations: 1 << 13, tolerance: 1e-2 };
-        let deepest = pair.deepest::<f64>(&search, &mut vec![Piece::EMPTY; 1 << 12]);
-        let Some(at) = deepest.at else {
+        let search = DepthSearch { evaluations: 1 << 13, tolerance: 1e-2 };
+        let deepest = pair.deepest::<f64>(&search, &mut vec![BoxNode::EMPTY; 1 << 12]);
+        let Some(at) = deepest.point else {
             assert!(margin < deepest.lower_bound && deepest.lower_bound <= lowest, "{name}: {deepest:?} {lowest}");
             apart += 1;
             return;
@@ -127,10 +129,10 @@ fn what_is_proven_of_the_deepest_point_holds_at_every_node_of_a_lattice() {
         contacts += usize::from(at.value <= margin);
         apart += usize::from(margin < deepest.lower_bound);
         // In f32 the same, but for what it rounds.
-        let in_f32 = pair.deepest::<f32>(&search, &mut vec![Piece::EMPTY; 1 << 12]);
+        let in_f32 = pair.deepest::<f32>(&search, &mut vec![BoxNode::EMPTY; 1 << 12]);
         assert!(f64::from(in_f32.lower_bound) <= lowest, "{name}: {lowest} is below {} in f32", in_f32.lower_bound);
         if deepest.converged && in_f32.converged && at.value <= margin {
-            let off = (f64::from(in_f32.at.unwrap().value) - at.value).abs();
+            let off = (f64::from(in_f32.point.unwrap().value) - at.value).abs();
             assert!(off <= gap + 1e-4, "{name}: {off} in f32");
         }
     });
@@ -144,9 +146,9 @@ fn shrinking_leaves_out_no_point_in_which_the_fields_touch() {
     pairs(&mut random, 2, |name, a, b, margin| {
         let Ok(pair) = Pair::new(a, b, margin) else { return };
         let shrunk = [
-            pair.shrink_asking(24, [false, false]),
-            pair.shrink_asking(24, [true, false]),
-            pair.shrink_asking(24, [false, true]),
+            pair.shrink_evaluating(24, [false, false]),
+            pair.shrink_evaluating(24, [true, false]),
+            pair.shrink_evaluating(24, [false, true]),
             pair.shrink::<f64>(24),
             pair.shrink::<f32>(24),
         ];
@@ -161,7 +163,7 @@ fn shrinking_leaves_out_no_point_in_which_the_fields_touch() {
 }
 
 /// Where the middle surface crosses a segment, if it does: by bisection.
-fn crossing(a: &impl Sdf, b: &impl Sdf, ends: [Point; 2]) -> Option<Point> {
+fn crossing(a: &impl EnclosedSdf, b: &impl EnclosedSdf, ends: [Point; 2]) -> Option<Point> {
     let side = |point: Point| a.value(point) - b.value(point);
     let [mut low, mut high] = ends;
     if side(low) == 0.0 {
@@ -186,7 +188,7 @@ fn no_point_of_the_patch_is_outside_of_its_leaves_and_every_piece_is_on_the_midd
         let resolution = region_of(&pair, 1.0 / 24.0);
         let (patch, points) = patch::<f64>(&pair, resolution);
         for piece in &points {
-            let at = piece.at;
+            let at = piece.point;
             let near = 0.06 * resolution;
             assert!((at.a.value - at.b.value).abs() <= near, "{name}: {at:?}");
             assert!(
@@ -224,7 +226,7 @@ fn balls_meet_in_the_middle_of_their_centres_in_a_disc() {
         let gap = distance - first - second;
         let pair = Pair::new(&a, &b, 0.5 * gap.max(0.0) + 1e-9).unwrap();
         let found = deepest::<f64>(&pair, 1e-6);
-        let at = found.at.unwrap();
+        let at = found.point.unwrap();
         assert!(
             found.converged && (at.separation() - gap).abs() < 1e-5 && (at.value - 0.5 * gap).abs() < 1e-5,
             "{found:?}"
@@ -233,7 +235,7 @@ fn balls_meet_in_the_middle_of_their_centres_in_a_disc() {
         assert!((at.point - centre - way * (second + 0.5 * gap)).norm() < 1e-2, "{found:?}");
         assert!((at.normal - way).norm() < 1e-2, "out of the second, into the first: {found:?}");
         let in_f32 = deepest::<f32>(&pair, 1e-4);
-        assert!((f64::from(in_f32.at.unwrap().value) - 0.5 * gap).abs() < 1e-3);
+        assert!((f64::from(in_f32.point.unwrap().value) - 0.5 * gap).abs() < 1e-3);
     }
     for distance in [0.5, 1.0, 1.9] {
         let ball = Sphere::new(1.0).unwrap();
@@ -252,7 +254,7 @@ fn balls_meet_in_the_middle_of_their_centres_in_a_disc() {
         for _ in 0..200 {
             let across = axis.cross(&random.direction()).normalize() * (area / PI).sqrt() * random.unit().sqrt();
             let point = axis * (0.5 * distance) + across;
-            let nearest = points.iter().map(|piece| (piece.at.point - point).norm()).fold(f64::INFINITY, f64::min);
+            let nearest = points.iter().map(|piece| (piece.point.point - point).norm()).fold(f64::INFINITY, f64::min);
             assert!(nearest < 2.0 * found.resolution, "{nearest}");
         }
     }
@@ -265,14 +267,17 @@ fn a_block_rests_on_the_floor_with_its_face() {
         let block = shifted(Cuboid::new([0.5, 0.3, 0.2]).unwrap(), [0.1, -0.2, 0.2 - depth]);
         let pair = Pair::new(&block, &floor, 0.0).unwrap().shrink::<f64>(32).unwrap();
         let found = deepest::<f64>(&pair, 1e-6);
-        let at = found.at.unwrap();
+        let at = found.point.unwrap();
         assert!(found.converged && found.evaluations < 2000, "flat on flat is no harder: {found:?}");
         assert!((at.value + 0.5 * depth).abs() < 2e-6 && (at.normal.z - 1.0).abs() < 1e-9, "{found:?}");
         for share in [1.0 / 24.0, 1.0 / 48.0, 1.0 / 96.0] {
             let (found, points) = patch::<f64>(&pair, region_of(&pair, share));
             // Along the rim, where the middle surface bends, half a row of leaves may be missed.
             assert!((found.area - 0.6).abs() < 0.5 * 3.2 * found.resolution, "{found:?}");
-            assert!(points.iter().all(|piece| piece.at.point.z.abs() <= depth && piece.at.normal.z > 0.7), "{found:?}");
+            assert!(
+                points.iter().all(|piece| piece.point.point.z.abs() <= depth && piece.point.normal.z > 0.7),
+                "{found:?}"
+            );
         }
         let (_, points) = minima(&pair, region_of(&pair, 1.0 / 48.0));
         assert_eq!(points.len(), 1, "a face is one minimum");
@@ -285,7 +290,7 @@ fn a_ball_sinks_into_a_block_by_its_depth() {
     for depth in [0.05, 0.2] {
         let ball = shifted(Sphere::new(0.3).unwrap(), [0.1, -0.1, 0.7 + 0.3 - depth]);
         let pair = Pair::new(&ball, &block, 0.0).unwrap();
-        let at = deepest::<f64>(&pair, 1e-6).at.unwrap();
+        let at = deepest::<f64>(&pair, 1e-6).point.unwrap();
         assert!((at.separation() + depth).abs() < 1e-5 && (at.normal.z - 1.0).abs() < 1e-6, "{at:?}");
         assert!((at.point - Vector3::new(0.1, -0.1, 0.7 - 0.5 * depth)).norm() < 1e-2, "{at:?}");
     }
@@ -299,7 +304,7 @@ fn a_bar_across_a_ring_touches_it_twice() {
     // Where the bar's axis is over the circle in the middle of the ring.
     let expected = [Vector3::new(-1.0, 0.0, 0.275), Vector3::new(15.0 / 17.0, 8.0 / 17.0, 0.275)];
     let found = deepest::<f64>(&pair, 1e-3);
-    assert!(found.converged && (found.at.unwrap().value + 0.025).abs() < 3e-3, "{found:?}");
+    assert!(found.converged && (found.point.unwrap().value + 0.025).abs() < 3e-3, "{found:?}");
     for share in [1.0 / 32.0, 1.0 / 64.0] {
         let (_, points) = minima(&pair, region_of(&pair, share));
         assert_eq!(points.len(), 2, "{points:?}");
@@ -330,7 +335,8 @@ fn minima_are_parted_by_what_rises_between_them() {
     }
     // With room for one it is the deepest, and the count says that there are two.
     let mut room = [None];
-    let short = pair.minima::<f64>(region_of(&pair, 1.0 / 64.0), 1 << 22, &mut vec![Leaf::empty(); 1 << 18], &mut room);
+    let short =
+        pair.minima::<f64>(region_of(&pair, 1.0 / 64.0), 1 << 22, &mut vec![MortonLeaf::empty(); 1 << 18], &mut room);
     assert_eq!((short.count, room[0].unwrap().value), (2, points[0].value));
     // Sunk so far that the bar is under the floor too, the weights are joined, and the lower hollow is still there.
     let sunk = shifted(dumbbell, [0.0, 0.0, -0.5]);
@@ -357,15 +363,15 @@ fn the_deepest_point_is_the_first_of_the_minima() {
     let mut compared = 0;
     pairs(&mut random, 2, |name, a, b, margin| {
         let Some(pair) = Pair::new(a, b, margin).ok().and_then(|pair| pair.shrink::<f64>(16).ok()) else { return };
-        let found =
-            pair.deepest::<f64>(&Search { evaluations: 1 << 13, tolerance: 1e-3 }, &mut vec![Piece::EMPTY; 1 << 12]);
+        let found = pair
+            .deepest::<f64>(&DepthSearch { evaluations: 1 << 13, tolerance: 1e-3 }, &mut vec![BoxNode::EMPTY; 1 << 12]);
         let (all, points) = minima(&pair, region_of(&pair, 1.0 / 24.0));
         assert!(
             points.windows(2).all(|two| two[0].value <= two[1].value) && points.len() == all.count.min(32),
             "{name}"
         );
         assert!(points.iter().all(|at| at.value <= margin + 1e-9 && at.value >= found.lower_bound), "{name}");
-        let Some(lowest) = found.at.filter(|at| found.converged && at.value <= margin) else { return };
+        let Some(lowest) = found.point.filter(|at| found.converged && at.value <= margin) else { return };
         compared += 1;
         let first = points.first().unwrap_or_else(|| panic!("{name}: {found:?} {all:?}"));
         assert!(
@@ -389,19 +395,23 @@ fn exchanged_fields_meet_in_the_same_points_with_opposite_normals() {
             assert_eq!((at.point, at.value, at.a, at.b), (back.point, back.value, back.b, back.a), "{name}");
             assert_eq!(at.normal, -back.normal, "{name}");
         };
-        let search = Search { evaluations: 1 << 12, tolerance: 1e-2 };
+        let search = DepthSearch { evaluations: 1 << 12, tolerance: 1e-2 };
         let [one, other] =
-            [there.deepest(&search, &mut [Piece::EMPTY; 1024]), back.deepest(&search, &mut [Piece::EMPTY; 1024])];
+            [there.deepest(&search, &mut [BoxNode::EMPTY; 1024]), back.deepest(&search, &mut [BoxNode::EMPTY; 1024])];
         assert_eq!(
             (one.lower_bound, one.converged, one.evaluations),
             (other.lower_bound, other.converged, other.evaluations)
         );
-        assert_eq!(one.at.is_some(), other.at.is_some(), "{name}");
-        one.at.iter().zip(&other.at).for_each(|(one, other)| same(one, other));
+        assert_eq!(one.point.is_some(), other.point.is_some(), "{name}");
+        one.point.iter().zip(&other.point).for_each(|(one, other)| same(one, other));
         let resolution = region_of(&there, 1.0 / 20.0);
         let ((one, points), (other, points_back)) = (patch::<f64>(&there, resolution), patch(&back, resolution));
-        assert_eq!((one.points, one.leaves, one.bounds), (other.points, other.leaves, other.bounds), "{name}");
-        points.iter().zip(&points_back).for_each(|(one, other)| same(&one.at, &other.at));
+        assert_eq!(
+            (one.point_count, one.leaf_count, one.bounds),
+            (other.point_count, other.leaf_count, other.bounds),
+            "{name}"
+        );
+        points.iter().zip(&points_back).for_each(|(one, other)| same(&one.point, &other.point));
         let ((_, points), (_, points_back)) = (minima(&there, resolution), minima(&back, resolution));
         assert_eq!(points.len(), points_back.len(), "{name}");
         points.iter().zip(&points_back).for_each(|(one, other)| same(one, other));
@@ -419,16 +429,16 @@ fn a_scale_by_a_power_of_two_leaves_every_bit_but_the_exponent() {
         let (a, b) = (first, shifted(&small[other], shift));
         let (scaled_a, scaled_b) = (&large[index], shifted(&large[other], shift.map(|x| 4.0 * x)));
         let (Ok(pair), Ok(scaled)) = (Pair::new(a, &b, 0.0), Pair::new(scaled_a, &scaled_b, 0.0)) else { continue };
-        let search = Search { evaluations: 1 << 10, tolerance: 1e-2 };
-        let one: Deepest<f64> = pair.deepest(&search, &mut [Piece::EMPTY; 512]);
-        let four: Deepest<f64> = scaled.deepest(&search, &mut [Piece::EMPTY; 512]);
+        let search = DepthSearch { evaluations: 1 << 10, tolerance: 1e-2 };
+        let one: DeepestPoint<f64> = pair.deepest(&search, &mut [BoxNode::EMPTY; 512]);
+        let four: DeepestPoint<f64> = scaled.deepest(&search, &mut [BoxNode::EMPTY; 512]);
         let name = format!("{} and {}", first.name, small[other].name);
         assert_eq!((one.lower_bound * 4.0, one.evaluations), (four.lower_bound, four.evaluations), "{name}");
-        let (Some(one), Some(four)) = (one.at, four.at) else { continue };
+        let (Some(one), Some(four)) = (one.point, four.point) else { continue };
         assert_eq!((one.point * 4.0, one.value * 4.0, one.normal), (four.point, four.value, four.normal), "{name}");
         let resolution = region_of(&pair, 1.0 / 16.0);
         let ((one, _), (four, _)) = (patch::<f64>(&pair, resolution), patch::<f64>(&scaled, 4.0 * resolution));
-        assert_eq!((one.area * 16.0, one.leaves), (four.area, four.leaves), "{name}");
+        assert_eq!((one.area * 16.0, one.leaf_count), (four.area, four.leaf_count), "{name}");
     }
 }
 
@@ -444,7 +454,7 @@ fn a_motion_of_both_moves_what_they_meet_in() {
         let Ok(pair) = Pair::new(&a, &b, 0.0).and_then(|pair| pair.shrink::<f64>(32)) else { continue };
         let (moved_a, moved_b) = (Placed { field: a, placement: motion }, Placed { field: b, placement: motion });
         let moved = Pair::new(&moved_a, &moved_b, 0.0).unwrap().shrink::<f64>(32).unwrap();
-        let [one, other] = [deepest::<f64>(&pair, 1e-5).at.unwrap(), deepest::<f64>(&moved, 1e-5).at.unwrap()];
+        let [one, other] = [deepest::<f64>(&pair, 1e-5).point.unwrap(), deepest::<f64>(&moved, 1e-5).point.unwrap()];
         assert!(
             (one.value - other.value).abs() < 3e-5 && (motion.push(one.point) - other.point).norm() < 0.03,
             "{one:?} {other:?}"
@@ -472,14 +482,14 @@ fn grids_meet_where_their_shapes_do_within_their_error() {
     let pose = Rigid::new([0.5, 0.35, 0.2], turn).unwrap();
     let placed = Placed { field: block, placement: pose };
     let exact = Pair::new(&ball, &placed, 0.0).unwrap();
-    let truth = deepest::<f64>(&exact, 1e-5).at.unwrap();
+    let truth = deepest::<f64>(&exact, 1e-5).point.unwrap();
     let area = patch::<f64>(&exact.shrink::<f64>(32).unwrap(), 0.01).0.area;
     let (dense, dense_block) = (bounded(sampled(&ball, lattice, 1.0)), sampled(&block, lattice, 1.0));
     let (bricks, block_bricks) =
         (sampled_in_bricks::<u16>(&ball, lattice, 0.1), sampled_in_bricks::<f32>(&block, lattice, 0.1));
-    let check = |name: &str, a: &dyn Fn() -> (Deepest<f64>, f64)| {
+    let check = |name: &str, a: &dyn Fn() -> (DeepestPoint<f64>, f64)| {
         let (found, of_grids) = a();
-        let at = found.at.unwrap();
+        let at = found.point.unwrap();
         assert!((at.value - truth.value).abs() <= error + 1e-4, "{name}: {} {}", at.value, truth.value);
         assert!(
             found.converged && found.lower_bound <= at.value && (at.point - truth.point).norm() < 0.1,
@@ -512,12 +522,12 @@ fn apart_is_proven_and_just_touching_is_not_taken_for_it() {
     let corner = shifted(ball, [1.3, 1.3, 1.3]);
     let pair = Pair::new(&ball, &corner, 0.0).unwrap();
     let found = deepest::<f64>(&pair, 1e-3);
-    assert!(found.converged && 0.0 < found.lower_bound && found.lower_bound <= found.at.unwrap().value, "{found:?}");
+    assert!(found.converged && 0.0 < found.lower_bound && found.lower_bound <= found.point.unwrap().value, "{found:?}");
     assert_eq!(pair.shrink::<f64>(32).err(), Some(NoRegion::Separated));
     assert_eq!(patch::<f64>(&pair, 0.05).0.bounds, None);
     let half = 0.5 * (1.3 * 3.0_f64.sqrt() - 2.0);
     let within = Pair::new(&ball, &corner, half + 1e-3).unwrap();
-    assert!((deepest::<f64>(&within, 1e-5).at.unwrap().value - half).abs() < 1e-4);
+    assert!((deepest::<f64>(&within, 1e-5).point.unwrap().value - half).abs() < 1e-4);
     // 0.1 + 0.2 is rounded up, and so would a box be.
     let (a, b) = (Sphere::new(0.2).unwrap(), shifted(Sphere::new(0.1).unwrap(), [0.1 + 0.2, 0.0, 0.0]));
     assert!(Pair::new(&a, &b, 0.0).is_ok());
@@ -525,12 +535,12 @@ fn apart_is_proven_and_just_touching_is_not_taken_for_it() {
         let way = random.direction();
         let touching = shifted(ball, (way * 2.0).into());
         let found = deepest::<f64>(&Pair::new(&ball, &touching, 0.0).unwrap(), 1e-6);
-        let at = found.at.unwrap();
+        let at = found.point.unwrap();
         assert!(found.lower_bound <= 0.0 && at.value.abs() < 1e-8 && (at.point - way).norm() < 1e-3, "{found:?}");
         let pair = Pair::new(&ball, &touching, 0.0).unwrap();
         assert!(pair.shrink::<f64>(64).is_ok(), "{way}");
         let in_f32 = deepest::<f32>(&pair, 1e-4);
-        assert!(in_f32.lower_bound <= 0.0 && in_f32.at.unwrap().value.abs() < 1e-4, "{in_f32:?}");
+        assert!(in_f32.lower_bound <= 0.0 && in_f32.point.unwrap().value.abs() < 1e-4, "{in_f32:?}");
     }
 }
 
@@ -539,19 +549,22 @@ fn one_in_the_other_and_twice_the_same_have_a_deepest_point() {
     let (large, small) = (Sphere::new(1.0).unwrap(), shifted(Sphere::new(0.25).unwrap(), [0.3, 0.2, 0.1]));
     let pair = Pair::new(&small, &large, 0.0).unwrap();
     let found = deepest::<f64>(&pair, 1e-4);
-    let at = found.at.unwrap();
+    let at = found.point.unwrap();
     assert!(
         found.converged && (at.value + 0.25).abs() < 1e-4 && (at.point - Vector3::new(0.3, 0.2, 0.1)).norm() < 1e-3,
         "{found:?}"
     );
-    assert!(patch::<f64>(&pair, 0.01).0.points == 0, "nowhere in the small one is it as deep as in the large one");
+    assert!(patch::<f64>(&pair, 0.01).0.point_count == 0, "nowhere in the small one is it as deep as in the large one");
     assert_eq!(minima(&pair, 0.02).1.len(), 1);
     let same = Pair::new(&large, &large, 0.0).unwrap();
     let found = deepest::<f64>(&same, 1e-3);
-    assert!(found.converged && (found.at.unwrap().value + 1.0).abs() < 2e-3, "{found:?}");
-    assert_eq!(found.at.unwrap().normal, Vector3::zeros());
+    assert!(found.converged && (found.point.unwrap().value + 1.0).abs() < 2e-3, "{found:?}");
+    assert_eq!(found.point.unwrap().normal, Vector3::zeros());
     let (all, _) = patch::<f64>(&same, 0.1);
-    assert!(all.points == 0 && all.area == 0.0 && all.unknown == all.leaves && all.leaves > 4000, "{all:?}");
+    assert!(
+        all.point_count == 0 && all.area == 0.0 && all.undefined_count == all.leaf_count && all.leaf_count > 4000,
+        "{all:?}"
+    );
 }
 
 #[test]
@@ -572,12 +585,12 @@ fn what_cannot_be_searched_is_said() {
             "{resolution}: {found:?}"
         );
     }
-    assert!(!pair.patch::<f64>(1e-3, 500, |_| ()).complete);
-    let short = pair.minima::<f64>(0.1, 1 << 20, &mut [Leaf::empty(); 8], &mut [None; 4]);
-    assert!(!short.complete && short.leaves > 8, "{short:?}");
+    assert!(!pair.patch::<f64>(1e-3, 500, |_| ()).is_complete);
+    let short = pair.minima::<f64>(0.1, 1 << 20, &mut [MortonLeaf::empty(); 8], &mut [None; 4]);
+    assert!(!short.is_complete && short.leaf_count > 8, "{short:?}");
     let within = Aabb { min: [0.2, -1.0, -1.0], max: [1.0; 3] };
-    let part = pair.within(&within).unwrap();
-    assert!(within.encloses(&part.region()) && deepest::<f64>(&part, 1e-4).at.unwrap().point.x >= 0.2);
+    let part = pair.restrict(&within).unwrap();
+    assert!(within.encloses(&part.region()) && deepest::<f64>(&part, 1e-4).point.unwrap().point.x >= 0.2);
 }
 
 #[test]
@@ -587,10 +600,10 @@ fn with_little_room_or_few_looks_the_bounds_still_hold() {
     let pair = Pair::new(&ring, &bar, 0.0).unwrap();
     for room in [0, 1, 2, 3, 5, 8, 20, 100] {
         for evaluations in [0, 1, 10, 100, 1000, 10_000] {
-            let found: Deepest<f64> =
-                pair.deepest(&Search { evaluations, tolerance: 1e-6 }, &mut vec![Piece::EMPTY; room]);
+            let found: DeepestPoint<f64> =
+                pair.deepest(&DepthSearch { evaluations, tolerance: 1e-6 }, &mut vec![BoxNode::EMPTY; room]);
             assert!(
-                found.lower_bound <= -0.025 && found.at.unwrap().value >= -0.025 - 1e-12,
+                found.lower_bound <= -0.025 && found.point.unwrap().value >= -0.025 - 1e-12,
                 "{room} {evaluations}: {found:?}"
             );
             assert!(!found.converged, "{room} {evaluations}: {found:?}");
@@ -616,23 +629,24 @@ fn samples_that_are_no_numbers_prove_nothing_and_end_nothing() {
         let broken = Grid::new(lattice, Dense::new(&lattice, samples.clone()).unwrap(), 2.0).unwrap();
         let other = shifted(ball, [0.05, 0.0, 0.8]);
         let pair = Pair::new(&broken, &other, 0.0).unwrap();
-        let search = Search { evaluations: 1 << 12, tolerance: 1e-3 };
-        let found: Deepest<f64> = pair.deepest(&search, &mut [Piece::EMPTY; 1024]);
+        let search = DepthSearch { evaluations: 1 << 12, tolerance: 1e-3 };
+        let found: DeepestPoint<f64> = pair.deepest(&search, &mut [BoxNode::EMPTY; 1024]);
         assert!(!found.converged && found.lower_bound == f64::NEG_INFINITY, "{found:?}");
-        assert!(found.at.is_some_and(|at| at.value < -0.05 && at.point.iter().all(|x| x.is_finite())), "{found:?}");
+        assert!(found.point.is_some_and(|at| at.value < -0.05 && at.point.iter().all(|x| x.is_finite())), "{found:?}");
         let (all, points) = patch::<f64>(&pair, 0.05);
         assert!(
-            all.unknown > 0 && all.area.is_finite() && points.iter().all(|piece| piece.at.value.is_finite()),
+            all.undefined_count > 0 && all.area.is_finite() && points.iter().all(|piece| piece.point.value.is_finite()),
             "{all:?}"
         );
         let (all, points) = minima(&pair, 0.05);
-        assert!(all.unknown > 0 && points.iter().all(|at| at.value.is_finite()), "{all:?}");
+        assert!(all.undefined_count > 0 && points.iter().all(|at| at.value.is_finite()), "{all:?}");
     }
     // Nothing but holes.
     let broken = Grid::new(lattice, Dense::new(&lattice, vec![f32::NAN; lattice.node_count()]).unwrap(), 2.0).unwrap();
     let pair = Pair::new(&broken, &ball, 0.0).unwrap();
-    let found: Deepest<f64> = pair.deepest(&Search { evaluations: 100, tolerance: 1e-3 }, &mut [Piece::EMPTY; 64]);
-    assert!(found.at.is_none() && found.lower_bound == f64::NEG_INFINITY && !found.converged, "{found:?}");
+    let found: DeepestPoint<f64> =
+        pair.deepest(&DepthSearch { evaluations: 100, tolerance: 1e-3 }, &mut [BoxNode::EMPTY; 64]);
+    assert!(found.point.is_none() && found.lower_bound == f64::NEG_INFINITY && !found.converged, "{found:?}");
 }
 
 #[test]
@@ -644,12 +658,12 @@ fn grids_of_one_cell_meet_too() {
     let ball = shifted(Sphere::new(0.25).unwrap(), [0.1, 0.1, 0.3]);
     let pair = Pair::new(&ball, &slab, 0.0).unwrap();
     let found = deepest::<f64>(&pair, 1e-4);
-    let at = found.at.unwrap();
+    let at = found.point.unwrap();
     assert!(found.converged && (at.separation() + 0.05).abs() < 1e-3 && (at.normal.z - 1.0).abs() < 0.05, "{found:?}");
     let upside_down = Placed { field: &slab, placement: Rigid::new([0.0, 0.0, 0.1], [1.0, 0.0, 0.0, 0.0]).unwrap() };
     let found = deepest::<f64>(&Pair::new(&slab, &upside_down, 0.0).unwrap(), 1e-3);
     // The one is below 0.1, the other above 0: half of that deep in the middle.
-    assert!((found.at.unwrap().value + 0.05).abs() < 1e-3, "{found:?}");
+    assert!((found.point.unwrap().value + 0.05).abs() < 1e-3, "{found:?}");
 }
 
 #[test]

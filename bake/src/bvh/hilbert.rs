@@ -1,16 +1,18 @@
+//! Order of cells along the Hilbert curve, on which near indices are near in space (Skilling 2004, "Programming the
+//! Hilbert curve").
+
 /// Bits of each coordinate in a Hilbert index.
 pub(crate) const BITS: u32 = 20;
 
-/// How far along the Hilbert curve a cell lies: cells with near indices are near in space. Coordinates are below
-/// 2^[`BITS`]. (Skilling 2004, "Programming the Hilbert curve".)
+/// Index of a cell along the Hilbert curve. Coordinates are below 2^[`BITS`].
 pub(crate) fn hilbert_index(cell: [u32; 3]) -> u64 {
     let mut x = cell;
-    // Without branches, which nobody could foretell.
-    let mask_of = |number: u32, bit: u32| 0_u32.wrapping_sub(number >> bit & 1);
+    // Branch-free: the bits are unpredictable.
+    let bit_mask = |number: u32, bit: u32| 0_u32.wrapping_sub(number >> bit & 1);
     for bit in (1..BITS).rev() {
         let low_bits = (1 << bit) - 1;
         for axis in 0..3 {
-            let is_set = mask_of(x[axis], bit);
+            let is_set = bit_mask(x[axis], bit);
             let swap = (x[0] ^ x[axis]) & low_bits & !is_set;
             x[0] ^= swap | low_bits & is_set;
             x[axis] ^= swap;
@@ -18,13 +20,13 @@ pub(crate) fn hilbert_index(cell: [u32; 3]) -> u64 {
     }
     x[1] ^= x[0];
     x[2] ^= x[1];
-    let turn = (1..BITS).fold(0, |turn, bit| turn ^ ((1 << bit) - 1) & mask_of(x[2], bit));
-    let [a, b, c] = x.map(|coordinate| two_apart(coordinate ^ turn));
+    let turn = (1..BITS).fold(0, |turn, bit| turn ^ ((1 << bit) - 1) & bit_mask(x[2], bit));
+    let [a, b, c] = x.map(|coordinate| spread_bits(coordinate ^ turn));
     a << 2 | b << 1 | c
 }
 
-/// Two zeros before each of the lowest 21 bits.
-fn two_apart(bits: u32) -> u64 {
+/// Inserts two zeros before each of the lowest 21 bits (Morton code of one coordinate).
+fn spread_bits(bits: u32) -> u64 {
     let steps = [
         (32, 0x001f_0000_0000_ffff),
         (16, 0x001f_0000_ff00_00ff),

@@ -1,225 +1,209 @@
-//! Of some triangles the ones that can be nearest to a point of a block: its candidates. Eight blocks go side by side, each step
-//! of it with the bits of [`nearest_on_triangle`].
+//! Candidates of a block: the triangles that can be nearest to one of its points.
+//!
+//! A block has center c and half side s; its points are c + v with |v|² ≤ ρ² = 3 s². The triangle nearest to c is at
+//! distance D in direction −e, and another is at distance d in direction −f. Then at c + v
+//!
+//! ```text
+//! D(c + v) ≤ √(D² + 2D v·e + ρ²) ≤ A + k v·e,   A = √(D² + ρ²), k = D/A       (a root lies below its tangent)
+//! d(c + v) ≥ d + v·f                                                          (it lies behind the plane across f)
+//! ```
+//!
+//! so the other can be nearest only if d ≤ A + s ‖k e − f‖₁ (`docs/error-bounds.md`, "Which triangles can be nearest").
+//! Eight blocks are searched side by side; all distances have the bits of
+//! [`nearest_on_triangle`](crate::triangle::nearest_on_triangle).
 
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
-use crate::error::{Block, PLACE_ROUNDING};
-use crate::nearest::octant_cull::Lists;
-use crate::triangle::nearest_on_triangle;
-use crate::triangle::nearest_x8::{LANES, Points, Triangle, dot};
+use crate::error::block::ErrorBlock;
+use crate::rounding::SINGLE_SLACK;
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, dot, lane_of, sub};
+use crate::triangle::nearest::for_each_point;
 
-/// A number of each block.
-type Lanes = [f64; LANES];
-
-/// Blocks side by side. Where there are fewer than eight, the last of them stands several times.
-pub(crate) struct Blocks {
-    pub centers: Points,
+/// Blocks of one size side by side. Unused lanes repeat the last block.
+pub(crate) struct BlocksX8 {
+    pub centers: VectorX8<f64>,
     pub half_side: f64,
-    /// No candidate is farther from the center.
-    pub most: Lanes,
+    /// Largest distance of a candidate from the center.
+    pub max_distances: Lanes<f64>,
 }
 
-/// Of the nearest triangle to a block's center.
+/// Offset of a block's center from the nearest point of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CenterOffset {
-    /// From the nearest point.
-    pub way: Vector3<f64>,
+    pub offset: Vector3<f64>,
     pub distance_sq: f64,
 }
 
-/// What was found last.
+/// Candidates of the eight blocks of the last search.
 pub(crate) struct Candidates<'a> {
     tree: &'a Bvh,
-    measured: Vec<Measured>,
-    /// The first of the nearest of each block. Infinitely far where there is no triangle.
-    nearest: Measured,
-    of_blocks: Lists,
-    /// Of each triangle, 1 for the blocks of which it is a candidate, else 0.
-    holds: Vec<[u64; LANES]>,
+    offsets: Vec<CenterOffsetX8>,
+    /// The first nearest triangle of each block. Infinitely far if there are no triangles.
+    nearest: CenterOffsetX8,
+    lists: LaneLists,
+    memberships: Vec<Lanes<u64>>,
 }
 
-/// A triangle as seen from each block's center.
+/// Offsets of eight blocks' centers from their nearest points of one triangle.
 #[derive(Clone, Copy)]
-struct Measured {
-    /// To the center from the nearest point.
-    way: [Lanes; 3],
-    distance_sq: Lanes,
+struct CenterOffsetX8 {
+    offset: VectorX8<f64>,
+    distance_sq: Lanes<f64>,
 }
 
-impl Blocks {
-    /// From one to eight blocks, all of one size. None of the candidates of each is farther from its center than stands beside it.
-    pub fn new(count: usize, block: impl Fn(usize) -> (Block, f64)) -> Self {
-        let blocks: [(Block, f64); LANES] = std::array::from_fn(|lane| block(lane.min(count - 1)));
+impl BlocksX8 {
+    /// Takes `count` blocks, from one to eight, each with the largest distance of its candidates.
+    pub fn new(count: usize, block: impl Fn(usize) -> (ErrorBlock, f64)) -> Self {
+        let blocks: [(ErrorBlock, f64); LANES] = std::array::from_fn(|lane| block(lane.min(count - 1)));
         Self {
             centers: [0, 1, 2].map(|axis| blocks.map(|(block, _)| block.center[axis])),
             half_side: blocks[0].0.half_side,
-            most: blocks.map(|(_, most)| most),
+            max_distances: blocks.map(|(_, max_distance)| max_distance),
         }
     }
 }
 
 impl<'a> Candidates<'a> {
     pub fn new(tree: &'a Bvh) -> Self {
-        Self { tree, measured: vec![], nearest: Measured::NONE, of_blocks: Lists::new(), holds: vec![] }
+        let (offsets, memberships) = (vec![], vec![]);
+        Self { tree, offsets, nearest: CenterOffsetX8::NONE, lists: LaneLists::new(), memberships }
     }
 
-    /// Of triangles of the tree, among which those nearest to each block's center are.
-    pub fn find(&mut self, triangles: &[u32], blocks: &Blocks) {
-        self.tree.arch.dispatch(Find { found: self, triangles, blocks });
+    /// Searches triangles of the tree. They must include those nearest to each block's center.
+    pub fn find(&mut self, triangles: &[u32], blocks: &BlocksX8) {
+        self.tree.arch.dispatch(FindCandidates { candidates: self, triangles, blocks });
     }
 
-    /// Of each block, by their numbers among the triangles.
-    pub fn of_each(&self) -> [&[u32]; LANES] {
-        std::array::from_fn(|block| self.of(block))
+    /// Candidates of each block, as indices into the searched triangles.
+    pub fn lists(&self) -> [&[u32]; LANES] {
+        std::array::from_fn(|block| self.list(block))
     }
 
-    /// Of a block, by their numbers among the triangles.
-    pub fn of(&self, block: usize) -> &[u32] {
-        self.of_blocks.of(block)
+    /// Candidates of one block, as indices into the searched triangles.
+    pub fn list(&self, block: usize) -> &[u32] {
+        self.lists.lane(block)
     }
 
-    /// Of each triangle, 1 for the blocks of which it is a candidate, else 0.
-    pub fn holds(&self) -> &[[u64; LANES]] {
-        &self.holds
+    /// For each searched triangle, 1 in the lanes of the blocks of which it is a candidate, else 0.
+    pub fn memberships(&self) -> &[Lanes<u64>] {
+        &self.memberships
     }
 
-    /// `None` where there is no triangle, or no distance that is a number.
+    /// `None` if there are no triangles or all distances are NaN or infinite.
     pub fn nearest(&self, block: usize) -> Option<CenterOffset> {
-        let way = Vector3::from_fn(|axis, _| self.nearest.way[axis][block]);
+        let offset = Vector3::from(lane_of(&self.nearest.offset, block));
         let distance_sq = self.nearest.distance_sq[block];
-        (distance_sq < f64::INFINITY).then_some(CenterOffset { way, distance_sq })
+        (distance_sq < f64::INFINITY).then_some(CenterOffset { offset, distance_sq })
     }
 }
 
-struct Find<'a, 'b> {
-    found: &'a mut Candidates<'b>,
+struct FindCandidates<'a, 'b> {
+    candidates: &'a mut Candidates<'b>,
     triangles: &'a [u32],
-    blocks: &'a Blocks,
+    blocks: &'a BlocksX8,
 }
 
-impl pulp::NullaryFnOnce for Find<'_, '_> {
+impl pulp::NullaryFnOnce for FindCandidates<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { found: Candidates { tree, measured, nearest, of_blocks, holds }, triangles, blocks } = self;
-        measured.clear();
-        *nearest = Measured::NONE;
+        let Self { candidates: Candidates { tree, offsets, nearest, lists, memberships }, triangles, blocks } = self;
+        offsets.clear();
+        *nearest = CenterOffsetX8::NONE;
         for slot in triangles {
             let slot = *slot as usize;
-            let of_triangle = Measured::new(&tree.corners[slot], tree.rough[slot].is_sliver, &blocks.centers);
-            nearest.keep_nearer(&of_triangle);
-            measured.push(of_triangle);
+            let offset = CenterOffsetX8::new(&tree.corners[slot], tree.approx[slot].is_sliver, &blocks.centers);
+            nearest.keep_nearer(&offset);
+            offsets.push(offset);
         }
-        let reach = PruneBound::new(blocks, nearest);
-        of_blocks.clear(triangles.len());
-        holds.clear();
-        for (number, of_triangle) in (0..).zip(measured.iter()) {
-            let takes = reach.holds(of_triangle);
-            of_blocks.push(number, &takes);
-            holds.push(takes.map(u64::from));
+        let bound = CandidateBound::new(blocks, nearest);
+        lists.clear(triangles.len());
+        memberships.clear();
+        for (index, offset) in (0..).zip(offsets.iter()) {
+            let is_member = bound.admits(offset);
+            lists.push(index, &is_member);
+            memberships.push(is_member.map(u64::from));
         }
     }
 }
 
-impl Measured {
-    const NONE: Self = Self { way: [[0.0; LANES]; 3], distance_sq: [f64::INFINITY; LANES] };
+impl CenterOffsetX8 {
+    const NONE: Self = Self { offset: [[0.0; LANES]; 3], distance_sq: [f64::INFINITY; LANES] };
 
     #[inline(always)]
-    fn new(corners: &[Vector3<f64>; 3], is_sliver: bool, centers: &Points) -> Self {
-        if is_sliver {
-            return Self::one_by_one(*corners, centers);
-        }
-        let mut measured = Self::NONE;
-        let triangle = Triangle::new(corners);
-        for lane in 0..LANES {
-            let center = [centers[0][lane], centers[1][lane], centers[2][lane]];
-            let (way, is_inside) = triangle.way_to(center);
-            measured.distance_sq[lane] = dot(way, way);
-            // Inside, the nearest point is found by the way, and so is rounded.
-            let from_nearest = |axis: usize| center[axis] - (center[axis] - way[axis]);
-            (0..3).for_each(|axis| measured.way[axis][lane] = if is_inside { from_nearest(axis) } else { way[axis] });
-        }
-        measured
-    }
-
-    #[inline(never)]
-    fn one_by_one(corners: [Vector3<f64>; 3], centers: &Points) -> Self {
-        let mut measured = Self::NONE;
-        for lane in 0..LANES {
-            let center = Vector3::from_fn(|axis, _| centers[axis][lane]);
-            let on_triangle = nearest_on_triangle(center, corners);
-            let way = center - on_triangle.point;
-            (0..3).for_each(|axis| measured.way[axis][lane] = way[axis]);
-            measured.distance_sq[lane] = on_triangle.distance_sq;
-        }
-        measured
+    fn new(corners: &[Vector3<f64>; 3], is_sliver: bool, centers: &VectorX8<f64>) -> Self {
+        let mut offsets = Self::NONE;
+        for_each_point(centers, corners, is_sliver, |lane, nearest, distance_sq| {
+            let offset = sub(lane_of(centers, lane), nearest);
+            (0..3).for_each(|axis| offsets.offset[axis][lane] = offset[axis]);
+            offsets.distance_sq[lane] = distance_sq;
+        });
+        offsets
     }
 
     #[inline(always)]
     fn keep_nearer(&mut self, other: &Self) {
         for lane in 0..LANES {
             let is_nearer = other.distance_sq[lane] < self.distance_sq[lane];
-            let keep = |mine: f64, others: f64| if is_nearer { others } else { mine };
-            self.distance_sq[lane] = keep(self.distance_sq[lane], other.distance_sq[lane]);
+            let select = |mine: f64, others: f64| if is_nearer { others } else { mine };
+            self.distance_sq[lane] = select(self.distance_sq[lane], other.distance_sq[lane]);
             for axis in 0..3 {
-                self.way[axis][lane] = keep(self.way[axis][lane], other.way[axis][lane]);
+                self.offset[axis][lane] = select(self.offset[axis][lane], other.offset[axis][lane]);
             }
         }
     }
 }
 
-/// What tells whether a triangle can be nearest to a point of each block, and is no farther from its center than `most`.
-///
-/// A point x = c + v of it, v·v ≤ ρ², is no farther from the triangle nearest to c, at D with direction e from there to c,
-/// than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from any other, at d with direction f, it is at
-/// least d + v·f away, as that lies behind the plane across f.
-pub(crate) struct PruneBound {
+/// The test d ≤ A + s ‖k e − f‖₁ and d ≤ `max_distance`, for each block.
+struct CandidateBound {
     half_side: f64,
-    hypotenuse: Lanes,
-    slope: [Lanes; 3],
-    most_sq: Lanes,
+    /// A.
+    hypotenuse: Lanes<f64>,
+    /// k e.
+    slope: VectorX8<f64>,
+    max_distance_sq: Lanes<f64>,
 }
 
-impl PruneBound {
+impl CandidateBound {
     #[inline(always)]
-    fn new(blocks: &Blocks, nearest: &Measured) -> Self {
-        let half_side = blocks.half_side * (1.0 + PLACE_ROUNDING);
-        let (mut hypotenuse, mut slope, mut most_sq) = ([0.0; LANES], [[0.0; LANES]; 3], [0.0; LANES]);
+    fn new(blocks: &BlocksX8, nearest: &CenterOffsetX8) -> Self {
+        let half_side = blocks.half_side * (1.0 + SINGLE_SLACK);
+        let (mut hypotenuse, mut slope, mut max_distance_sq) = ([0.0; LANES], [[0.0; LANES]; 3], [0.0; LANES]);
         for lane in 0..LANES {
             let distance_sq = nearest.distance_sq[lane];
-            let way = [0, 1, 2].map(|axis: usize| nearest.way[axis][lane]);
-            let length = length_or_one(way);
+            let offset = lane_of(&nearest.offset, lane);
+            let length = length_or_one(offset);
             hypotenuse[lane] = (distance_sq + 3.0 * half_side * half_side).sqrt();
-            let share = distance_sq.sqrt() / hypotenuse[lane];
-            (0..3).for_each(|axis| slope[axis][lane] = way[axis] / length * share);
-            most_sq[lane] = blocks.most[lane] * blocks.most[lane];
+            let k = distance_sq.sqrt() / hypotenuse[lane];
+            (0..3).for_each(|axis| slope[axis][lane] = offset[axis] / length * k);
+            max_distance_sq[lane] = blocks.max_distances[lane] * blocks.max_distances[lane];
         }
-        Self { half_side, hypotenuse, slope, most_sq }
+        Self { half_side, hypotenuse, slope, max_distance_sq }
     }
 
-    /// 1, else 0.
+    /// 1 for the blocks of which a triangle is a candidate, else 0.
     #[inline(always)]
-    fn holds(&self, measured: &Measured) -> [u32; LANES] {
-        let mut holds = [0; LANES];
+    fn admits(&self, offsets: &CenterOffsetX8) -> Lanes<u32> {
+        let mut admits = [0; LANES];
         for lane in 0..LANES {
-            let way = [measured.way[0][lane], measured.way[1][lane], measured.way[2][lane]];
-            let length = length_or_one(way);
-            let apart = |axis: usize| (self.slope[axis][lane] - way[axis] / length).abs();
-            let apart = self.half_side * (apart(0) + apart(1) + apart(2));
-            let distance_sq = measured.distance_sq[lane];
-            let is_held = (distance_sq <= self.most_sq[lane])
-                & (distance_sq.sqrt() <= (self.hypotenuse[lane] + apart) * (1.0 + PLACE_ROUNDING));
-            holds[lane] = u32::from(is_held);
+            let offset = lane_of(&offsets.offset, lane);
+            let length = length_or_one(offset);
+            let difference = |axis: usize| (self.slope[axis][lane] - offset[axis] / length).abs();
+            let excess = self.half_side * (difference(0) + difference(1) + difference(2));
+            let distance_sq = offsets.distance_sq[lane];
+            let is_candidate = (distance_sq <= self.max_distance_sq[lane])
+                & (distance_sq.sqrt() <= (self.hypotenuse[lane] + excess) * (1.0 + SINGLE_SLACK));
+            admits[lane] = u32::from(is_candidate);
         }
-        holds
+        admits
     }
 }
 
-/// No way has no direction.
+/// Length of a vector; 1 for the zero vector, so that it divides to zero.
 #[inline(always)]
-fn length_or_one(way: [f64; 3]) -> f64 {
-    let length = dot(way, way).sqrt();
+fn length_or_one(vector: [f64; 3]) -> f64 {
+    let length = dot(vector, vector).sqrt();
     if length > 0.0 { length } else { 1.0 }
 }

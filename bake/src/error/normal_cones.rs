@@ -1,32 +1,40 @@
-//! How far apart the gradients of a distance can lie, and so by how much its trilinear interpolant can be off. The proof
-//! stands in `docs/error-bounds.md`; the letters here are the same.
+//! Error of the interpolant where all gradients are combinations of known normals.
+//!
+//! Each gradient of the distance in a cell is a unit vector in one of some cones; a cone holds the combinations, with
+//! weights ≥ 0, of its unit normals nⱼ (`docs/error-bounds.md`, "Gradients are combinations of nearby normals"). A
+//! spherical cap of axis a and half angle θ < 90° around the normals holds each unit vector u of the cone, and along m
+//!
+//! ```text
+//! cos(β + θ) ≤ u·m ≤ cos(β − θ),  β = ∠(a, m)         (1 for β ≤ θ, −1 for β + θ ≥ 180°)
+//! min nⱼ·m / cos θ ≤ u·m ≤ max nⱼ·m / cos θ           (without the division where it would tighten)
+//! ```
+//!
+//! The error, in voxels, is at most the smaller of ("Where the gradient is known to turn little")
+//!
+//! ```text
+//! (√3/2) R             all gradients in a ball of radius R: sin θ for one cone
+//! ½ (r₁ + r₂ + r₃)     along three axes at right angles, the gradients range over widths 2 rₖ
+//! ```
 
 mod x8;
 
 use sdf_core::nalgebra::Vector3;
 
+use crate::rounding::NORMAL_SLACK;
+use crate::simd::{LANES, Lanes, VectorX8, lane_of, max, min};
 pub(crate) use x8::cone_error_bounds_x8;
 
-/// Nothing is known of the gradients but that they are no longer than one: half a cell's diagonal over its side.
+/// Error bound of any distance, in voxels: √3/2, as |I − φ| ≤ Σ wᵢ |xᵢ − x| (`docs/error-bounds.md`, "Any distance").
 pub(crate) const MAX_ERROR: f64 = 0.866_025_403_784_438_7;
 
-/// A triangle that is no sliver has a normal off by at most 2⁻⁵² over the least sine, 1e-7; and what is composed of such by
-/// ten times that where [`MIN_COSINE`] divides.
-const NORMAL_ROUNDING: f64 = 1e-7;
-
-/// In wider caps a gradient's share across is bounded by the cap alone.
+/// Smallest cos θ of a cap by which dot products with normals are divided.
 const MIN_COSINE: f64 = 0.1;
 
-/// Normals side by side: as many as f64 numbers fit the widest registers.
-const LANES: usize = 8;
-
-type Lanes = [f64; LANES];
-
-/// Unit normals of faces; a zero is one that is not known.
+/// Unit normals of faces; a zero vector is an unknown normal.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Normals {
-    /// In the places after the last stands the first of the same eight once more.
-    eights: Vec<[Lanes; 3]>,
+    /// Unused lanes of the last item repeat its first normal.
+    eights: Vec<VectorX8<f64>>,
     count: usize,
     is_any_unknown: bool,
 }
@@ -48,101 +56,96 @@ impl Normals {
         self.is_any_unknown |= normal == Vector3::zeros();
     }
 
-    /// Some of these, by their numbers.
-    pub fn collect(&mut self, of: &[Vector3<f64>], numbers: &[u32]) {
+    /// Replaces the contents by some of the given normals.
+    pub fn collect(&mut self, normals: &[Vector3<f64>], indices: &[u32]) {
         self.clear();
-        numbers.iter().for_each(|number| self.push(of[*number as usize]));
+        indices.iter().for_each(|index| self.push(normals[*index as usize]));
     }
 
     #[inline(always)]
     fn first(&self) -> Vector3<f64> {
-        lane_of(&self.eights[0], 0)
+        lane_of(&self.eights[0], 0).into()
     }
 
-    /// The first of those with the least share along a direction.
+    /// The first of the normals at the largest angle to a direction.
     #[inline(always)]
-    fn farthest_along(&self, along: Vector3<f64>) -> Vector3<f64> {
-        let (mut least, mut eights) = ([i64::MAX; LANES], [0_u64; LANES]);
-        for (number, eight) in (0..).zip(&self.eights) {
-            let shares = shares(eight, along);
+    fn farthest_from(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        let (mut lowest, mut eights) = ([i64::MAX; LANES], [0_u64; LANES]);
+        for (index, eight) in (0..).zip(&self.eights) {
+            let dots = dot_products(eight, direction);
             for lane in 0..LANES {
-                let order = order(shares[lane]);
-                let is_less = order < least[lane];
-                least[lane] = if is_less { order } else { least[lane] };
-                eights[lane] = if is_less { number } else { eights[lane] };
+                let key = total_order_key(dots[lane]);
+                let is_lower = key < lowest[lane];
+                lowest[lane] = if is_lower { key } else { lowest[lane] };
+                eights[lane] = if is_lower { index } else { eights[lane] };
             }
         }
-        let least_of_all = of_all(least, i64::min);
+        let lowest_of_all = reduce(lowest, i64::min);
         let mut firsts = [u64::MAX; LANES];
         for lane in 0..LANES {
-            let number = eights[lane] * LANES as u64 + lane as u64;
-            firsts[lane] = if least[lane] == least_of_all { number } else { u64::MAX };
+            let index = eights[lane] * LANES as u64 + lane as u64;
+            firsts[lane] = if lowest[lane] == lowest_of_all { index } else { u64::MAX };
         }
-        let first = of_all(firsts, u64::min) as usize;
-        lane_of(&self.eights[first / LANES], first % LANES)
+        let first = reduce(firsts, u64::min) as usize;
+        lane_of(&self.eights[first / LANES], first % LANES).into()
     }
 
-    /// The least and the greatest share along a direction, no more than one and no less than minus one.
+    /// Smallest and largest dot product with a direction, clamped to −1 … 1.
     #[inline(always)]
-    fn range_along(&self, along: Vector3<f64>) -> [f64; 2] {
-        let (mut least, mut greatest) = ([1.0; LANES], [-1.0; LANES]);
+    fn range_along(&self, direction: Vector3<f64>) -> [f64; 2] {
+        let (mut lower, mut upper) = ([1.0; LANES], [-1.0; LANES]);
         for eight in &self.eights {
-            let shares = shares(eight, along);
+            let dots = dot_products(eight, direction);
             for lane in 0..LANES {
-                least[lane] = lesser(least[lane], shares[lane]);
-                greatest[lane] = greater(greatest[lane], shares[lane]);
+                lower[lane] = min(dots[lane], lower[lane]);
+                upper[lane] = max(dots[lane], upper[lane]);
             }
         }
-        [of_all(least, lesser), of_all(greatest, greater)]
+        [reduce(lower, |a, b| min(b, a)), reduce(upper, |a, b| max(b, a))]
     }
 
-    /// The square of the largest sine of an angle to a unit vector.
+    /// Square of the largest sine of the angles to a unit vector.
     #[inline(always)]
-    fn largest_sine_sq(&self, axis: Vector3<f64>) -> f64 {
+    fn max_sine_sq(&self, axis: Vector3<f64>) -> f64 {
         let mut largest = [0.0; LANES];
         for [x, y, z] in &self.eights {
             for lane in 0..LANES {
-                let across = Vector3::new(x[lane], y[lane], z[lane]).cross(&axis);
-                largest[lane] = greater(largest[lane], across.dot(&across));
+                let cross = Vector3::new(x[lane], y[lane], z[lane]).cross(&axis);
+                largest[lane] = max(cross.dot(&cross), largest[lane]);
             }
         }
-        of_all(largest, greater)
+        reduce(largest, |a, b| max(b, a))
     }
 }
 
-/// In pairs, so that these too go side by side.
+/// Combines all lanes pairwise, so that the combinations too run in lanes.
 #[inline(always)]
-fn of_all<T: Copy>(mut lanes: [T; LANES], of_two: impl Fn(T, T) -> T) -> T {
+fn reduce<T: Copy>(mut lanes: Lanes<T>, combine: impl Fn(T, T) -> T) -> T {
     for half in [4, 2, 1] {
         for lane in 0..half {
-            lanes[lane] = of_two(lanes[lane], lanes[lane + half]);
+            lanes[lane] = combine(lanes[lane], lanes[lane + half]);
         }
     }
     lanes[0]
 }
 
 #[inline(always)]
-fn lane_of(eight: &[Lanes; 3], lane: usize) -> Vector3<f64> {
-    Vector3::new(eight[0][lane], eight[1][lane], eight[2][lane])
-}
-
-#[inline(always)]
-fn shares([x, y, z]: &[Lanes; 3], along: Vector3<f64>) -> Lanes {
-    let mut shares = [0.0; LANES];
+fn dot_products([x, y, z]: &VectorX8<f64>, direction: Vector3<f64>) -> Lanes<f64> {
+    let mut dots = [0.0; LANES];
     for lane in 0..LANES {
-        shares[lane] = x[lane] * along.x + y[lane] * along.y + z[lane] * along.z;
+        dots[lane] = x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z;
     }
-    shares
+    dots
 }
 
-/// A number that compares as [`f64::total_cmp`] does.
+/// An integer with the order of [`f64::total_cmp`].
 #[inline(always)]
-fn order(x: f64) -> i64 {
+fn total_order_key(x: f64) -> i64 {
     let bits = x.to_bits() as i64;
     bits ^ ((bits >> 63) as u64 >> 1) as i64
 }
 
-/// Unit normals, and a cap of the unit sphere around them: all directions u with u·axis ≥ cosine.
+/// Unit normals in a cap of the unit sphere: u·axis ≥ cosine for each.
 struct Cone<'a> {
     normals: &'a Normals,
     axis: Vector3<f64>,
@@ -150,257 +153,142 @@ struct Cone<'a> {
     sine: f64,
 }
 
-/// The most by which the interpolant of exact distances can be off, in spacings, where each gradient lies in one of these
-/// cones. A cone is given by unit normals, of which it holds the nonnegative combinations.
+/// Error bound, in voxels, if each gradient lies in one of these cones. [`MAX_ERROR`] if a normal is unknown.
 pub(crate) fn cone_error_bound(cones: &[Normals]) -> f64 {
     if cones.is_empty() || cones.iter().any(|normals| normals.count == 0 || normals.is_any_unknown) {
         return MAX_ERROR;
     }
-    pulp::Arch::new().dispatch(ErrorInCones(cones))
+    pulp::Arch::new().dispatch(ConeErrorBound(cones))
 }
 
-struct ErrorInCones<'a>(&'a [Normals]);
+struct ConeErrorBound<'a>(&'a [Normals]);
 
-impl pulp::NullaryFnOnce for ErrorInCones<'_> {
+impl pulp::NullaryFnOnce for ConeErrorBound<'_> {
     type Output = f64;
 
     #[inline(always)]
     fn call(self) -> f64 {
         if let [normals] = self.0 {
-            return error_in(&[Cone::around(normals)]);
+            return error_bound(&[Cone::enclosing(normals)]);
         }
-        error_in(&self.0.iter().map(Cone::around).collect::<Vec<_>>())
+        error_bound(&self.0.iter().map(Cone::enclosing).collect::<Vec<_>>())
     }
 }
 
 #[inline(always)]
-fn error_in(cones: &[Cone]) -> f64 {
-    let mut by_ranges = 0.0;
-    for along in axes(cones) {
-        by_ranges += 0.25 * range(cones, along);
+fn error_bound(cones: &[Cone]) -> f64 {
+    let mut range_bound = 0.0;
+    for axis in axes(cones) {
+        range_bound += 0.25 * width_along(cones, axis);
     }
-    (by_ball(cones).min(by_ranges) + NORMAL_ROUNDING).min(MAX_ERROR)
+    (ball_bound(cones).min(range_bound) + NORMAL_SLACK).min(MAX_ERROR)
 }
 
+/// (√3/2) sin θ of a cap around all cones.
 #[inline(always)]
-fn by_ball(cones: &[Cone]) -> f64 {
+fn ball_bound(cones: &[Cone]) -> f64 {
     if let [cone] = cones {
         return MAX_ERROR * cone.sine;
     }
-    let middle: Vector3<f64> = cones.iter().map(|cone| cone.axis).sum();
-    let Some(middle) = middle.try_normalize(NORMAL_ROUNDING) else { return MAX_ERROR };
-    let cosine = cones.iter().map(|cone| cone.range(middle)[0]).fold(1.0, f64::min);
+    let axis: Vector3<f64> = cones.iter().map(|cone| cone.axis).sum();
+    let Some(axis) = axis.try_normalize(NORMAL_SLACK) else { return MAX_ERROR };
+    let cosine = cones.iter().map(|cone| cone.range_along(axis)[0]).fold(1.0, f64::min);
     if cosine > 0.0 { MAX_ERROR * (1.0 - cosine * cosine).sqrt() } else { MAX_ERROR }
 }
 
 impl<'a> Cone<'a> {
+    /// A small cap, not always the smallest: around the two normals farthest apart, or around three.
     #[inline(always)]
-    fn around(normals: &'a Normals) -> Self {
-        let first = normals.farthest_along(normals.first());
-        let second = normals.farthest_along(first);
-        let mut boundary_cone = Self::with_axis(normals, first + second);
-        if boundary_cone.cosine <= first.dot(&boundary_cone.axis) * (1.0 - NORMAL_ROUNDING) {
-            // A third sticks out: the cap of all three, if it holds them in its smaller half.
-            let third = normals.farthest_along(boundary_cone.axis);
-            let around_three = (second - first).cross(&(third - first));
-            for axis in [around_three, -around_three, first + second + third] {
+    fn enclosing(normals: &'a Normals) -> Self {
+        let first = normals.farthest_from(normals.first());
+        let second = normals.farthest_from(first);
+        let mut cone = Self::with_axis(normals, first + second);
+        if cone.cosine <= first.dot(&cone.axis) * (1.0 - NORMAL_SLACK) {
+            // A third normal is outside the cap of the two.
+            let third = normals.farthest_from(cone.axis);
+            let circumcenter = (second - first).cross(&(third - first));
+            for axis in [circumcenter, -circumcenter, first + second + third] {
                 let other = Self::with_axis(normals, axis);
-                if other.cosine > boundary_cone.cosine {
-                    boundary_cone = other;
+                if other.cosine > cone.cosine {
+                    cone = other;
                 }
             }
         }
-        boundary_cone
+        cone
     }
 
     #[inline(always)]
     fn with_axis(normals: &'a Normals, axis: Vector3<f64>) -> Self {
-        let axis = axis.try_normalize(NORMAL_ROUNDING).unwrap_or(normals.first());
-        let [least, _] = normals.range_along(axis);
-        if least <= 0.0 {
-            return Self { normals, axis, cosine: least.max(-1.0), sine: 1.0 };
+        let axis = axis.try_normalize(NORMAL_SLACK).unwrap_or(normals.first());
+        let [lower, _] = normals.range_along(axis);
+        if lower <= 0.0 {
+            return Self { normals, axis, cosine: lower.max(-1.0), sine: 1.0 };
         }
-        // The sine has its digits where the cosine is near one.
-        let sine = normals.largest_sine_sq(axis).sqrt().min(1.0);
+        // The sine keeps its digits where the cosine is near one.
+        let sine = normals.max_sine_sq(axis).sqrt().min(1.0);
         Self { normals, axis, cosine: (1.0 - sine * sine).sqrt(), sine }
     }
 
-    /// The least and the greatest that a unit vector of the cone has along a direction.
+    /// Bounds of u·direction over the unit vectors u of the cone.
     #[inline(always)]
-    fn range(&self, along: Vector3<f64>) -> [f64; 2] {
+    fn range_along(&self, direction: Vector3<f64>) -> [f64; 2] {
         if self.cosine <= 0.0 {
             return [-1.0, 1.0];
         }
-        let (height, across) = (self.axis.dot(&along), self.axis.cross(&along).norm());
-        // cos(β ± θ), β the angle between axis and direction, but for where the cap holds the direction itself.
-        let lowest = if -height >= self.cosine { -1.0 } else { height * self.cosine - across * self.sine };
-        let highest = if height >= self.cosine { 1.0 } else { height * self.cosine + across * self.sine };
+        let (cos_beta, sin_beta) = (self.axis.dot(&direction), self.axis.cross(&direction).norm());
+        let cap_lower = if -cos_beta >= self.cosine { -1.0 } else { cos_beta * self.cosine - sin_beta * self.sine };
+        let cap_upper = if cos_beta >= self.cosine { 1.0 } else { cos_beta * self.cosine + sin_beta * self.sine };
         if self.cosine < MIN_COSINE {
-            return [lowest, highest];
+            return [cap_lower, cap_upper];
         }
-        let [least, greatest] = self.normals.range_along(along);
-        // The weights of a combination sum to between 1 and 1/cosine.
-        let least = if least < 0.0 { least / self.cosine } else { least };
-        let greatest = if greatest > 0.0 { greatest / self.cosine } else { greatest };
-        [lowest.max(least), highest.min(greatest)]
+        let [lower, upper] = self.normals.range_along(direction);
+        // The weights of a combination sum to between 1 and 1/cos θ.
+        let lower = if lower < 0.0 { lower / self.cosine } else { lower };
+        let upper = if upper > 0.0 { upper / self.cosine } else { upper };
+        [cap_lower.max(lower), cap_upper.min(upper)]
     }
 }
 
-/// Along a direction, from the least of all cones to the greatest.
+/// Width of the range of all cones along a direction.
 #[inline(always)]
-fn range(cones: &[Cone], along: Vector3<f64>) -> f64 {
-    let [mut least, mut greatest] = [1.0_f64, -1.0_f64];
+fn width_along(cones: &[Cone], direction: Vector3<f64>) -> f64 {
+    let [mut lower, mut upper] = [1.0_f64, -1.0_f64];
     for cone in cones {
-        let [low, high] = cone.range(along);
-        (least, greatest) = (least.min(low), greatest.max(high));
+        let [cone_lower, cone_upper] = cone.range_along(direction);
+        (lower, upper) = (lower.min(cone_lower), upper.max(cone_upper));
     }
-    (greatest - least).max(0.0)
+    (upper - lower).max(0.0)
 }
 
-/// At right angles to each other, the first where the normals differ most.
+/// Three unit vectors at right angles, the first along the largest difference of normals.
 #[inline(always)]
 fn axes(cones: &[Cone]) -> [Vector3<f64>; 3] {
     let middle = cones[0].axis;
-    let first = farthest_of(cones, middle);
-    let second = farthest_of(cones, first);
-    let flood = (second - first).try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(middle));
-    let next = middle - flood * middle.dot(&flood);
-    let next = next.try_normalize(NORMAL_ROUNDING).unwrap_or_else(|| any_across(flood));
-    [flood, next, flood.cross(&next)]
+    let first = farthest_from(cones, middle);
+    let second = farthest_from(cones, first);
+    let spread = (second - first).try_normalize(NORMAL_SLACK).unwrap_or_else(|| any_perpendicular(middle));
+    let next = middle - spread * middle.dot(&spread);
+    let next = next.try_normalize(NORMAL_SLACK).unwrap_or_else(|| any_perpendicular(spread));
+    [spread, next, spread.cross(&next)]
 }
 
-/// Of each cone the first of the normals with the least share along a direction; of all the first of these.
+/// The normal of any cone at the largest angle to a direction, the first of several.
 #[inline(always)]
-fn farthest_of(cones: &[Cone], along: Vector3<f64>) -> Vector3<f64> {
-    let mut farthest = cones[0].normals.farthest_along(along);
+fn farthest_from(cones: &[Cone], direction: Vector3<f64>) -> Vector3<f64> {
+    let mut farthest = cones[0].normals.farthest_from(direction);
     for cone in &cones[1..] {
-        let other = cone.normals.farthest_along(along);
-        if order(other.dot(&along)) < order(farthest.dot(&along)) {
+        let other = cone.normals.farthest_from(direction);
+        if total_order_key(other.dot(&direction)) < total_order_key(farthest.dot(&direction)) {
             farthest = other;
         }
     }
     farthest
 }
 
-/// One instruction, as `f64::min` is not: it minds NaN, which nothing here is.
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-fn any_across(direction: Vector3<f64>) -> Vector3<f64> {
-    let least = direction.iamin();
-    direction.cross(&Vector3::from_fn(|axis, _| if axis == least { 1.0 } else { 0.0 })).normalize()
+fn any_perpendicular(direction: Vector3<f64>) -> Vector3<f64> {
+    let smallest = direction.iamin();
+    direction.cross(&Vector3::from_fn(|axis, _| if axis == smallest { 1.0 } else { 0.0 })).normalize()
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-
-    /// SplitMix64, from −1 to 1.
-    pub fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 0.5_f64.powi(52) - 1.0
-    }
-
-    pub fn random_vector(state: &mut u64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| random(state))
-    }
-
-    pub fn gathered(normals: &[Vector3<f64>]) -> Normals {
-        let mut gathered = Normals::default();
-        normals.iter().for_each(|normal| gathered.push(*normal));
-        gathered
-    }
-
-    /// Whether a cone of these normals may hold a direction, as seen along some others.
-    pub fn may_hold(normals: &Normals, direction: Vector3<f64>, state: &mut u64) -> bool {
-        let cone = Cone::around(normals);
-        (0..40).all(|_| {
-            let along = random_vector(state).normalize();
-            let [least, greatest] = cone.range(along);
-            (least - 1e-9..=greatest + 1e-9).contains(&direction.dot(&along))
-        })
-    }
-
-    #[test]
-    fn what_is_found_in_lanes_is_what_is_found_one_by_one() {
-        let mut state = 13;
-        println!("seed {state}");
-        for round in 0..3000 {
-            // Some stand several times, and some have no share along an axis.
-            let mut normals: Vec<_> = (0..1 + round % 30).map(|_| random_vector(&mut state).map(f64::round)).collect();
-            normals.retain(|normal| *normal != Vector3::zeros());
-            normals.push(random_vector(&mut state).normalize());
-            let found = gathered(&normals);
-            let along = if round % 2 == 0 { -Vector3::x() } else { random_vector(&mut state) };
-            let share = |normal: &Vector3<f64>| normal.dot(&along);
-            let farthest = normals.iter().min_by(|a, b| share(a).total_cmp(&share(b))).unwrap();
-            assert_eq!(found.farthest_along(along), *farthest, "{normals:?} {along}");
-            let shares = || normals.iter().map(share);
-            let range = [shares().fold(1.0, f64::min), shares().fold(-1.0, f64::max)];
-            assert_eq!(found.range_along(along), range, "{normals:?} {along}");
-            let sines_sq = normals.iter().map(|normal| normal.cross(&along).norm_squared());
-            assert_eq!(found.largest_sine_sq(along), sines_sq.fold(0.0, f64::max), "{normals:?} {along}");
-        }
-    }
-
-    #[test]
-    fn a_cone_holds_the_combinations_of_its_normals() {
-        let mut state = 3;
-        for round in 0..3000 {
-            let middle = random_vector(&mut state).normalize();
-            let flood = 1.5 * random(&mut state).abs();
-            let count = 1 + round % 6;
-            let normals: Vec<_> =
-                (0..count).map(|_| (middle + random_vector(&mut state) * flood).normalize()).collect();
-            for _ in 0..10 {
-                // Cubes: often one or two weigh nearly all.
-                let sum: Vector3<f64> = normals.iter().map(|normal| normal * random(&mut state).abs().powi(3)).sum();
-                let Some(direction) = sum.try_normalize(1e-6) else { continue };
-                assert!(may_hold(&gathered(&normals), direction, &mut state), "{direction} {normals:?}");
-            }
-        }
-    }
-
-    /// Σ wᵢ gᵢ·(xᵢ − x) with the gradient towards each corner the worst of them.
-    #[test]
-    fn no_choice_of_gradients_is_off_by_more() {
-        let mut state = 5;
-        let mut worst = 0.0_f64;
-        for round in 0..3000 {
-            let middle = random_vector(&mut state).normalize();
-            let flood = random(&mut state).abs();
-            let cones: Vec<Vec<_>> = (0..1 + round % 3)
-                .map(|_| (0..3).map(|_| (middle + random_vector(&mut state) * flood).normalize()).collect())
-                .collect();
-            let bound = cone_error_bound(&cones.iter().map(|normals| gathered(normals)).collect::<Vec<_>>());
-            for _ in 0..10 {
-                let share = random_vector(&mut state).abs();
-                let gradients: Vec<Vector3<f64>> = cones
-                    .iter()
-                    .map(|normals| normals.iter().map(|normal| normal * random(&mut state).abs()).sum::<Vector3<f64>>())
-                    .filter_map(|sum| sum.try_normalize(1e-6))
-                    .chain(cones.iter().flatten().copied())
-                    .collect();
-                let of_corner = |corner: usize| {
-                    let at = Vector3::from_fn(|axis, _| (corner >> axis & 1) as f64);
-                    let weight: f64 = (0..3).map(|axis| 1.0 - (at[axis] - share[axis]).abs()).product();
-                    weight * gradients.iter().map(|gradient| gradient.dot(&(at - share))).fold(-2.0, f64::max)
-                };
-                let off: f64 = (0..8).map(of_corner).sum();
-                assert!(off <= bound + 1e-12, "{off} > {bound}: {cones:?}");
-                worst = worst.max(off / bound);
-            }
-        }
-        assert!(worst > 0.8, "{worst}: the bound is wider than it need be");
-    }
-}
+pub(crate) mod tests;

@@ -1,44 +1,53 @@
+//! Topology of a mesh, and an orientation of its triangles: does it bound one solid, and which side is out?
+//!
+//! 1. Doubled triangles, the same corners with opposite windings, are reduced to one if the rest closes without the other.
+//! 2. Half-edges are sorted by their end points; those of one edge are counted to find boundary and non-manifold edges.
+//! 3. Union-find over edges counts shells.
+//! 4. A breadth-first search across edges of two triangles turns each to agree with its neighbour. The majority of a
+//!    connected part keeps its winding.
+//! 5. A closed shell with negative volume (divergence theorem, V = ⅓ Σ area vector · corner) is turned as a whole.
+
 use std::collections::VecDeque;
 use std::fmt;
 
 use crate::TriangleMesh;
 use crate::mesh::has_area;
-use crate::sign::winding::area_vector;
+use crate::triangle::area_vector;
 
-/// How the triangles of a mesh hang together. Triangles without area are left out of all of it.
+/// Connectivity of the triangles with an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
-    /// Edges with a triangle on one side only: holes.
+    /// Edges with one triangle.
     pub boundary_edges: usize,
-    /// Edges of more than two triangles.
+    /// Edges with more than two triangles.
     pub non_manifold_edges: usize,
-    /// Triangles wound against the most of their shell. They are turned for the sign.
+    /// Triangles wound against the majority of their shell. They are turned to compute signs.
     pub wrongly_wound: usize,
-    /// Edges across which no turning makes the winding agree, as on a Möbius strip.
+    /// Edges whose triangles disagree however they are turned, as on a Möbius strip.
     pub non_orientable_edges: usize,
-    /// Parts that are joined by edges.
+    /// Parts connected by edges.
     pub shells: usize,
-    /// Triangles that stand twice with opposite windings.
+    /// Triangles that occur twice with opposite windings.
     pub doubled: usize,
-    /// Pairs of triangles that pass through each other or lie on each other. Counted only where all else is in order.
+    /// Pairs of triangles that cross or overlap. Counted only if the mesh is one closed shell.
     pub intersecting_pairs: usize,
     /// The one closed shell was wound inside out, and is turned as a whole.
     pub inside_out: bool,
 }
 
 impl Topology {
-    /// Every edge has two triangles that run along it in opposite senses, after turning the wrongly wound.
+    /// Does every edge have two triangles that use it in opposite directions, after turning the wrongly wound?
     pub fn is_closed(&self) -> bool {
         self.boundary_edges == 0 && self.non_manifold_edges == 0 && self.non_orientable_edges == 0
     }
 
-    /// The angle-weighted pseudo-normals tell inside from outside.
+    /// Is the mesh one closed shell without self-intersections? Then angle-weighted pseudo-normals give the sign.
     pub fn bounds_one_solid(&self) -> bool {
         self.is_closed() && self.shells == 1 && self.intersecting_pairs == 0
     }
 }
 
-/// What is wrong with the mesh, in words; nothing where all is in order.
+/// Defects of the mesh in words; empty if there are none.
 impl fmt::Display for Topology {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counts = [
@@ -65,61 +74,63 @@ impl fmt::Display for Topology {
     }
 }
 
-/// One side of an edge.
+/// One triangle's side of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct HalfEdge {
-    /// Its points, the lower first.
+    /// End points, the lower index first.
     pub points: [u32; 2],
     pub triangle: u32,
-    /// From this corner of the triangle to the next.
+    /// Corner of the triangle at which the edge begins.
     pub corner: u8,
-    /// The triangle runs from the lower point to the higher.
-    forward: bool,
+    /// Does the triangle's winding go from the lower index to the higher?
+    is_forward: bool,
 }
 
-/// A mesh whose triangles are turned to agree.
-pub(crate) struct Oriented {
+/// A mesh with consistent orientations.
+pub(crate) struct OrientedMesh {
     pub topology: Topology,
-    /// Of each triangle: 1 as it is wound, −1 to be turned, 0 not to count.
+    /// Per triangle: 1 as it is wound, −1 to be turned, 0 to be ignored.
     pub orientations: Vec<f64>,
-    /// All sides of all edges of triangles that count, those of one edge together.
+    /// Half-edges of all triangles that are not ignored, grouped by edge.
     pub half_edges: Vec<HalfEdge>,
 }
 
-impl Oriented {
-    /// The edges along which the turned triangles do not cancel, and how many more run one way than the other.
+impl OrientedMesh {
+    /// Boundary of the oriented mesh: edges along which it does not cancel, as their points and net multiplicity, the
+    /// triangles that use the edge forward minus backward.
     pub fn boundary(&self) -> impl Iterator<Item = ([u32; 2], f64)> + '_ {
-        let excess = |edge: &[HalfEdge]| -> f64 {
+        let multiplicity = |edge: &[HalfEdge]| -> f64 {
             edge.iter()
-                .map(|half| self.orientations[half.triangle as usize] * if half.forward { 1.0 } else { -1.0 })
+                .map(|half| self.orientations[half.triangle as usize] * if half.is_forward { 1.0 } else { -1.0 })
                 .sum()
         };
-        let edges = self.half_edges.chunk_by(same_edge).map(move |edge| (edge[0].points, excess(edge)));
-        edges.filter(|(_, times)| *times != 0.0)
+        let edges = self.half_edges.chunk_by(same_edge).map(move |edge| (edge[0].points, multiplicity(edge)));
+        edges.filter(|(_, multiplicity)| *multiplicity != 0.0)
     }
 }
 
-/// Intersections are left to the caller, who has a tree.
-pub(crate) fn orient(mesh: &TriangleMesh) -> Oriented {
-    let mut counts: Vec<bool> = mesh.triangles.iter().map(|corners| has_area(mesh.corner_points(*corners))).collect();
-    let doubles = back_to_back(mesh, &counts);
-    doubles.iter().for_each(|[_, second]| counts[*second as usize] = false);
-    let mut half_edges = half_edges(mesh, &counts);
+/// Computes all of a mesh's topology but its intersections, for which the caller has a tree.
+pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
+    let mut is_counted: Vec<bool> =
+        mesh.triangles.iter().map(|corners| has_area(mesh.corner_points(*corners))).collect();
+    let doubles = back_to_back(mesh, &is_counted);
+    doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = false);
+    let mut half_edges = half_edges(mesh, &is_counted);
     if !doubles.is_empty() && half_edges.chunk_by(same_edge).any(|edge| edge.len() % 2 == 1) {
-        // A sheet with two sides, or a wall between two solids: both count, and cancel.
-        doubles.iter().for_each(|[_, second]| counts[*second as usize] = true);
-        half_edges = self::half_edges(mesh, &counts);
+        // A sheet with two sides, or a wall between two solids: both triangles count, and cancel.
+        doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = true);
+        half_edges = self::half_edges(mesh, &is_counted);
     }
 
     let mut topology = Topology { doubled: doubles.len(), ..Topology::default() };
-    let mut neighbours: Vec<[Option<Neighbour>; 3]> = vec![[None; 3]; counts.len()];
-    let mut shells = Shells::new(counts.len());
+    let mut neighbours: Vec<[Option<Neighbour>; 3]> = vec![[None; 3]; is_counted.len()];
+    let mut shells = Shells::new(is_counted.len());
     for edge in half_edges.chunk_by(same_edge) {
-        edge.windows(2).for_each(|pair| shells.join(pair[0].triangle, pair[1].triangle));
+        edge.windows(2).for_each(|pair| shells.union(pair[0].triangle, pair[1].triangle));
         match edge {
             [_] => topology.boundary_edges += 1,
             [a, b] => {
-                let agrees = a.forward != b.forward;
+                let agrees = a.is_forward != b.is_forward;
                 neighbours[a.triangle as usize][usize::from(a.corner)] =
                     Some(Neighbour { triangle: b.triangle, agrees });
                 neighbours[b.triangle as usize][usize::from(b.corner)] =
@@ -128,25 +139,26 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> Oriented {
             _ => topology.non_manifold_edges += 1,
         }
     }
-    topology.shells = (0..counts.len()).filter(|triangle| counts[*triangle] && shells.is_root(*triangle)).count();
+    topology.shells =
+        (0..is_counted.len()).filter(|triangle| is_counted[*triangle] && shells.is_root(*triangle)).count();
 
-    let mut orientations = vec![0.0; counts.len()];
-    for first in 0..counts.len() {
-        if counts[first] && orientations[first] == 0.0 {
-            turn_to_agree(first, &neighbours, &mut orientations, &mut topology);
+    let mut orientations = vec![0.0; is_counted.len()];
+    for first in 0..is_counted.len() {
+        if is_counted[first] && orientations[first] == 0.0 {
+            orient_connected(first, &neighbours, &mut orientations, &mut topology);
         }
     }
     if topology.is_closed() && topology.shells == 1 && volume(mesh, &orientations) < 0.0 {
         topology.inside_out = true;
         orientations.iter_mut().for_each(|orientation| *orientation = -*orientation);
     }
-    Oriented { topology, orientations, half_edges }
+    OrientedMesh { topology, orientations, half_edges }
 }
 
 #[derive(Clone, Copy)]
 struct Neighbour {
     triangle: u32,
-    /// Both run along their edge in opposite senses, as they should.
+    /// Do both triangles use their edge in opposite directions, as they should?
     agrees: bool,
 }
 
@@ -154,38 +166,39 @@ pub(crate) fn same_edge(a: &HalfEdge, b: &HalfEdge) -> bool {
     a.points == b.points
 }
 
-fn half_edges(mesh: &TriangleMesh, counts: &[bool]) -> Vec<HalfEdge> {
-    let triangles = (0_u32..).zip(&mesh.triangles).filter(|(triangle, _)| counts[*triangle as usize]);
+fn half_edges(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<HalfEdge> {
+    let triangles = (0_u32..).zip(&mesh.triangles).filter(|(triangle, _)| is_counted[*triangle as usize]);
     let mut half_edges: Vec<HalfEdge> = triangles
         .flat_map(|(triangle, corners)| {
             [0_u8, 1, 2].map(|corner| {
                 let [from, to] = [0, 1].map(|step| corners[(usize::from(corner) + step) % 3]);
-                HalfEdge { points: [from.min(to), from.max(to)], triangle, corner, forward: from < to }
+                HalfEdge { points: [from.min(to), from.max(to)], triangle, corner, is_forward: from < to }
             })
         })
         .collect();
-    sort_by_first(&mut half_edges, mesh.points.len(), |half| half.points[0]);
+    counting_sort(&mut half_edges, mesh.points.len(), |half| half.points[0]);
     half_edges
 }
 
-/// Sorts items whose order is that of a number below `numbers`, and among few of the same number their own.
-fn sort_by_first<T: Ord + Copy>(items: &mut Vec<T>, numbers: usize, number: impl Fn(&T) -> u32) {
-    let mut ends = vec![0_usize; numbers + 1];
-    items.iter().for_each(|item| ends[number(item) as usize + 1] += 1);
-    (0..numbers).for_each(|number| ends[number + 1] += ends[number]);
+/// Sorts items whose order begins with a key below `key_count`: a counting sort by key, then each small bucket by
+/// itself.
+fn counting_sort<T: Ord + Copy>(items: &mut Vec<T>, key_count: usize, key: impl Fn(&T) -> u32) {
+    let mut ends = vec![0_usize; key_count + 1];
+    items.iter().for_each(|item| ends[key(item) as usize + 1] += 1);
+    (0..key_count).for_each(|key| ends[key + 1] += ends[key]);
     let mut sorted = items.clone();
     for item in items.iter() {
-        let place = &mut ends[number(item) as usize];
-        sorted[*place] = *item;
-        *place += 1;
+        let position = &mut ends[key(item) as usize];
+        sorted[*position] = *item;
+        *position += 1;
     }
-    sorted.chunk_by_mut(|a, b| number(a) == number(b)).for_each(<[T]>::sort_unstable);
+    sorted.chunk_by_mut(|a, b| key(a) == key(b)).for_each(<[T]>::sort_unstable);
     *items = sorted;
 }
 
-/// Pairs of triangles on the same corners. (Those of the same winding are one already.)
-fn back_to_back(mesh: &TriangleMesh, counts: &[bool]) -> Vec<[u32; 2]> {
-    let triangles = (0_u32..).zip(&mesh.triangles).filter(|(triangle, _)| counts[*triangle as usize]);
+/// Pairs of triangles with the same corners. Their windings differ: [`TriangleMesh`] removed repeated triangles.
+fn back_to_back(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<[u32; 2]> {
+    let triangles = (0_u32..).zip(&mesh.triangles).filter(|(triangle, _)| is_counted[*triangle as usize]);
     let mut by_corners: Vec<([u32; 3], u32)> = triangles
         .map(|(triangle, corners)| {
             let mut sorted = *corners;
@@ -193,12 +206,12 @@ fn back_to_back(mesh: &TriangleMesh, counts: &[bool]) -> Vec<[u32; 2]> {
             (sorted, triangle)
         })
         .collect();
-    sort_by_first(&mut by_corners, mesh.points.len(), |(corners, _)| corners[0]);
+    counting_sort(&mut by_corners, mesh.points.len(), |(corners, _)| corners[0]);
     by_corners.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1]).collect()
 }
 
-/// Gives a sense to all triangles that are joined to `first` by edges of two, so that the fewest are turned.
-fn turn_to_agree(
+/// Orients all triangles connected to `first` by edges of two triangles, turning as few as possible.
+fn orient_connected(
     first: usize,
     neighbours: &[[Option<Neighbour>; 3]],
     orientations: &mut [f64],
@@ -226,6 +239,7 @@ fn turn_to_agree(
         part.iter().for_each(|triangle| orientations[*triangle] = -orientations[*triangle]);
     }
     topology.wrongly_wound += turned.min(part.len() - turned);
+    // Each edge is seen from both sides.
     topology.non_orientable_edges += disagreements / 2;
 }
 
@@ -238,12 +252,12 @@ fn volume(mesh: &TriangleMesh, orientations: &[f64]) -> f64 {
     cones.sum::<f64>() / 3.0
 }
 
-/// Union-find over triangles.
+/// Union-find over triangles (path halving, the lowest index as root).
 struct Shells(Vec<u32>);
 
 impl Shells {
-    fn new(triangles: usize) -> Self {
-        Self((0..triangles as u32).collect())
+    fn new(triangle_count: usize) -> Self {
+        Self((0..triangle_count as u32).collect())
     }
 
     fn root(&mut self, mut triangle: u32) -> u32 {
@@ -255,7 +269,7 @@ impl Shells {
         triangle
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

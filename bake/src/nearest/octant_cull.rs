@@ -1,43 +1,48 @@
-//! Eight cubes, for each a point of the mesh near it, and in f32 whether something else may be nearer to a point of the cube.
+//! Cull of candidates for eight cubes at once, in f32: can a triangle, or a disc around triangles, be nearer to some
+//! point of a cube than a given point of the mesh?
 //!
-//! With v from the middle c of a cube to a point x of it, along each axis no more than s, and p the point of the mesh,
-//! |x − t|² − |x − p|² = |c − t|² − |c − p|² + 2v·(p − t) ≥ |c − t|² − 2s |p − t|₁ − |c − p|². Where that is positive for every point
-//! t of a triangle, the triangle is nearest to no point of the cube.
+//! Let c be the center of a cube, s its half side, p the point of the mesh, and x = c + v, |vᵢ| ≤ s. For a point t,
+//!
+//! ```text
+//! |x − t|² − |x − p|² = |c − t|² − |c − p|² + 2 v·(p − t) ≥ |c − t|² − 2 s ‖p − t‖₁ − |c − p|².
+//! ```
+//!
+//! If that is positive for every t of a triangle, the triangle is nearest to no point of the cube.
 
 use crate::bvh::bounding_disc::BoundingDisc;
-use crate::triangle::approx::Lanes;
-use crate::triangle::nearest_x8::LANES;
+use crate::simd::{LANES, Lanes, VectorX8, dot, lane_of, min, sub};
 
+/// Eight cubes, and for each a point of the mesh.
 pub(crate) struct OctantCull {
-    middles: [Lanes; 3],
+    centers: VectorX8<f32>,
     half_side: f32,
-    /// Of the mesh.
-    points: [Lanes; 3],
-    /// What of |c − t|² rounding leaves.
-    kept: Lanes,
-    /// |c − p|², and what rounding adds.
-    most: Lanes,
+    /// p of each cube.
+    points: VectorX8<f32>,
+    /// 1 − rounding: the part of |c − t|² that is certain.
+    certain: Lanes<f32>,
+    /// |c − p|², rounded up.
+    threshold: Lanes<f32>,
     rounding: f32,
 }
 
-/// The nearest of some points to each of eight others.
+/// The nearest of some points to each of eight centers, so far.
 pub(crate) struct NearestPoints {
-    /// What the points were called.
-    pub names: [u32; LANES],
-    pub points: [Lanes; 3],
-    distances_sq: Lanes,
+    /// The caller's names of the points.
+    pub ids: Lanes<u32>,
+    pub points: VectorX8<f32>,
+    distances_sq: Lanes<f32>,
 }
 
 impl NearestPoints {
-    pub const NONE: Self = Self { names: [0; LANES], points: [[0.0; LANES]; 3], distances_sq: [f32::INFINITY; LANES] };
+    pub const NONE: Self = Self { ids: [0; LANES], points: [[0.0; LANES]; 3], distances_sq: [f32::INFINITY; LANES] };
 
     #[inline(always)]
-    pub fn consider(&mut self, name: u32, point: [f32; 3], from: &[Lanes; 3]) {
+    pub fn update(&mut self, id: u32, point: [f32; 3], centers: &VectorX8<f32>) {
         for lane in 0..LANES {
-            let way = [from[0][lane] - point[0], from[1][lane] - point[1], from[2][lane] - point[2]];
-            let distance_sq = dot(way, way);
+            let offset = sub(lane_of(centers, lane), point);
+            let distance_sq = dot(offset, offset);
             let is_nearer = distance_sq < self.distances_sq[lane];
-            self.names[lane] = if is_nearer { name } else { self.names[lane] };
+            self.ids[lane] = if is_nearer { id } else { self.ids[lane] };
             self.distances_sq[lane] = if is_nearer { distance_sq } else { self.distances_sq[lane] };
             for axis in 0..3 {
                 self.points[axis][lane] = if is_nearer { point[axis] } else { self.points[axis][lane] };
@@ -47,212 +52,82 @@ impl NearestPoints {
 }
 
 impl OctantCull {
-    /// `rounding`: what lengths are off by at most. Squares and products of lengths ℓ so are off by less than 2ℓ of it; of
-    /// |c − t| =: d that is at most d²/L + L, for any L.
+    /// `rounding` is the largest error of a length, so squares and products of lengths ℓ are off by less than 2 ℓ ·
+    /// rounding. For d = |c − t| that is at most (d²/L + L) · rounding, for any L > 0; L is about |c − p|.
     #[inline(always)]
-    pub fn new(middles: [Lanes; 3], half_side: f32, points: [Lanes; 3], rounding: f32) -> Self {
-        let (mut kept, mut most) = ([0.0; LANES], [0.0; LANES]);
+    pub fn new(centers: VectorX8<f32>, half_side: f32, points: VectorX8<f32>, rounding: f32) -> Self {
+        let (mut certain, mut threshold) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let way = [0, 1, 2].map(|axis: usize| middles[axis][lane] - points[axis][lane]);
-            let distance_sq = dot(way, way);
+            let offset = sub(lane_of(&centers, lane), lane_of(&points, lane));
+            let distance_sq = dot(offset, offset);
             let length = distance_sq.sqrt() + 4.0 * half_side + 8.0 * rounding;
-            kept[lane] = 1.0 - rounding / length;
-            most[lane] = distance_sq + 2.0 * rounding * length;
+            certain[lane] = 1.0 - rounding / length;
+            threshold[lane] = distance_sq + 2.0 * rounding * length;
         }
-        Self { middles, half_side, points, kept, most, rounding }
+        Self { centers, half_side, points, certain, threshold, rounding }
     }
 
-    /// In which cubes a point of a triangle may be nearer: 1, else 0.
+    /// 1 for the cubes with a point that a triangle can be nearer to than p, else 0.
     ///
-    /// With weights w, of t = Σ wᵢ tᵢ the square |c − t|² is Σ wᵢ |c − tᵢ|² less Σ wᵢ |tᵢ − t|², which is no more than the
-    /// square of the radius r of a ball around the triangle; and |p − t|₁ ≤ Σ wᵢ |p − tᵢ|₁. So the least is that of a corner, less r².
+    /// For t = Σ wᵢ tᵢ with weights w of the corners tᵢ, |c − t|² = Σ wᵢ |c − tᵢ|² − Σ wᵢ |tᵢ − t|². The last sum is
+    /// at most r², with r the radius of a ball around the triangle; and ‖p − t‖₁ ≤ Σ wᵢ ‖p − tᵢ‖₁. So the minimum over
+    /// t is at least that over the corners, less r².
     #[inline(always)]
-    pub fn may_hold_triangle(&self, corners: &[[f32; 3]; 3], radius_sq: f32) -> [u32; LANES] {
-        let mut holds = [0; LANES];
+    pub fn keeps_triangle(&self, corners: &[[f32; 3]; 3], radius_sq: f32) -> Lanes<u32> {
+        let mut keeps = [0; LANES];
         for lane in 0..LANES {
-            let mut least = f32::INFINITY;
+            let mut lower = f32::INFINITY;
             for corner in corners {
-                let from_corner = self.at_point(lane, *corner);
-                least = if from_corner < least { from_corner } else { least };
+                lower = min(self.lower_at(lane, *corner), lower);
             }
-            holds[lane] = if least - radius_sq > self.most[lane] { 0 } else { 1 };
+            keeps[lane] = if lower - radius_sq > self.threshold[lane] { 0 } else { 1 };
         }
-        holds
+        keeps
     }
 
+    /// Lower bound of |c − t|² − 2 s ‖p − t‖₁ at a point t.
     #[inline(always)]
-    fn at_point(&self, lane: usize, point: [f32; 3]) -> f32 {
-        let way = [0, 1, 2].map(|axis: usize| self.middles[axis][lane] - point[axis]);
-        self.kept[lane] * dot(way, way) - 2.0 * self.half_side * self.apart(lane, point)
+    fn lower_at(&self, lane: usize, point: [f32; 3]) -> f32 {
+        let offset = sub(lane_of(&self.centers, lane), point);
+        self.certain[lane] * dot(offset, offset) - 2.0 * self.half_side * self.distance_l1(lane, point)
     }
 
-    /// |p − t|₁.
+    /// ‖p − t‖₁.
     #[inline(always)]
-    fn apart(&self, lane: usize, point: [f32; 3]) -> f32 {
+    fn distance_l1(&self, lane: usize, point: [f32; 3]) -> f32 {
         let [x, y, z] = [0, 1, 2].map(|axis: usize| (self.points[axis][lane] - point[axis]).abs());
         x + y + z
     }
 
-    /// In which cubes a point of a patch may be nearer: 1, else 0.
+    /// 1 for the cubes with a point that a triangle in a disc can be nearer to than p, else 0.
     ///
-    /// With a from the patch's middle m to c, parts of it along and across the patch's normal, and as parts of u = t − m no more
-    /// than h and ρ: |c − t|² ≥ |a|² − 2h |a along| − 2 |a across| |u across| + |u across|², and |p − t|₁ ≤ |p − m|₁ + √3 (h + |u across|).
+    /// Let a = c − m be the offset from the disc's center m, and u = t − m. Their parts along the normal are a∥ and
+    /// |u∥| ≤ h, those across it a⊥ and |u⊥| ≤ ρ. Then
+    ///
+    /// ```text
+    /// |c − t|² ≥ |a|² − 2 h |a∥| − 2 |a⊥| |u⊥| + |u⊥|²,   ‖p − t‖₁ ≤ ‖p − m‖₁ + √3 (h + |u⊥|).
+    /// ```
     #[inline(always)]
-    pub fn may_hold_patch(&self, bounding_disc: &BoundingDisc) -> [u32; LANES] {
-        let BoundingDisc { middle, normal, radius, half_thickness, .. } = *bounding_disc;
-        let root_of_three = 3.0_f32.sqrt();
-        let diagonal = root_of_three * self.half_side + self.rounding;
-        let mut holds = [0; LANES];
+    pub fn keeps_disc(&self, disc: &BoundingDisc) -> Lanes<u32> {
+        let BoundingDisc { center, normal, radius, half_thickness, .. } = *disc;
+        let diagonal = 3.0_f32.sqrt() * self.half_side + self.rounding;
+        let mut keeps = [0; LANES];
         for lane in 0..LANES {
-            let way = [0, 1, 2].map(|axis: usize| self.middles[axis][lane] - middle[axis]);
-            let along = dot(way, normal);
-            let across = [0, 1, 2].map(|axis: usize| way[axis] - along * normal[axis]);
+            let offset = sub(lane_of(&self.centers, lane), center);
+            let along = dot(offset, normal);
+            let across = [0, 1, 2].map(|axis: usize| offset[axis] - along * normal[axis]);
             let across = dot(across, across).sqrt() + diagonal;
-            let reach = if radius < across { radius } else { across };
-            let least = self.kept[lane] * dot(way, way)
-                - 2.0 * self.half_side * self.apart(lane, middle)
-                - reach * (2.0 * across - reach)
+            // The |u⊥| of the minimum.
+            let nearest_radius = min(radius, across);
+            let lower = self.certain[lane] * dot(offset, offset)
+                - 2.0 * self.half_side * self.distance_l1(lane, center)
+                - nearest_radius * (2.0 * across - nearest_radius)
                 - 2.0 * half_thickness * (along.abs() + diagonal);
-            holds[lane] = if least > self.most[lane] { 0 } else { 1 };
+            keeps[lane] = if lower > self.threshold[lane] { 0 } else { 1 };
         }
-        holds
+        keeps
     }
-}
-
-/// Lists for each of eight lanes.
-pub(crate) struct Lists {
-    of_lanes: [Vec<u32>; LANES],
-    counts: [usize; LANES],
-}
-
-impl Lists {
-    pub fn new() -> Self {
-        Self { of_lanes: Default::default(), counts: [0; LANES] }
-    }
-
-    /// Empties them, with room for so many.
-    #[inline(always)]
-    pub fn clear(&mut self, room: usize) {
-        self.counts = [0; LANES];
-        for list in &mut self.of_lanes {
-            if list.len() < room {
-                list.resize(room, 0);
-            }
-        }
-    }
-
-    /// To those lists where `takes` is 1, not 0. Without a branch for each, which would be hard to foretell.
-    #[inline(always)]
-    pub fn push(&mut self, name: u32, takes: &[u32; LANES]) {
-        for lane in 0..LANES {
-            self.of_lanes[lane][self.counts[lane]] = name;
-            self.counts[lane] += takes[lane] as usize;
-        }
-    }
-
-    pub fn empty(&mut self, lane: usize) {
-        self.counts[lane] = 0;
-    }
-
-    pub fn of(&self, lane: usize) -> &[u32] {
-        &self.of_lanes[lane][..self.counts[lane]]
-    }
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
-mod tests {
-    use sdf_core::Aabb;
-    use sdf_core::nalgebra::Vector3;
-
-    use super::*;
-    use crate::error::normal_cones::tests::random_vector;
-    use crate::triangle::approx::{ApproxTriangle, UnitFrame};
-    use crate::triangle::nearest_on_triangle;
-
-    /// Nearer than a point to a corner of a cube: as much as half of the rounding.
-    fn is_nearer(
-        triangles: &[[Vector3<f64>; 3]],
-        middle: Vector3<f64>,
-        half_side: f64,
-        point: Vector3<f64>,
-        rounding: f64,
-    ) -> bool {
-        (0..8_u32).any(|corner| {
-            let side = |axis: usize, _| if corner >> axis & 1 == 0 { -half_side } else { half_side };
-            let corner = middle + Vector3::from_fn(side);
-            let away = |triangle: &[Vector3<f64>; 3]| nearest_on_triangle(corner, *triangle).distance_sq.sqrt();
-            triangles.iter().map(away).fold(f64::INFINITY, f64::min) < (corner - point).norm() + 0.5 * rounding
-        })
-    }
-
-    /// Whether a triangle, and a patch of triangles that it is one of, may be nearer than a point to a cube.
-    struct Held {
-        rough: ApproxTriangle,
-        bounding_disc: BoundingDisc,
-        middle: Vector3<f64>,
-        half_side: f64,
-        rounding: f32,
-    }
-
-    impl Held {
-        fn of(&self, kind: usize, point: Vector3<f64>) -> bool {
-            let [middles, points] =
-                [self.middle, point].map(|at| [0, 1, 2].map(|axis: usize| [at[axis] as f32; LANES]));
-            let near = OctantCull::new(middles, self.half_side as f32, points, self.rounding);
-            let of_triangle = || near.may_hold_triangle(&self.rough.corners(), self.rough.radius_sq());
-            let held = if kind == 0 { of_triangle() } else { near.may_hold_patch(&self.bounding_disc) };
-            assert!(held.iter().all(|one| *one == held[0]));
-            held[0] == 1
-        }
-    }
-
-    #[test]
-    fn nothing_that_is_dropped_is_nearer_to_a_corner_of_a_cube_even_where_it_is_only_just_dropped() {
-        let frame = UnitFrame::around(&Aabb { min: [-1.0; 3], max: [1.0; 3] });
-        let mut state = 31;
-        println!("seed {state}");
-        let mut dropped = [0; 2];
-        for round in 0..40_000 {
-            let size = [0.3, 0.05, 0.005, 1e-5][round % 4];
-            let half_side = [0.1, 0.02, 0.0, 1e-4][round / 4 % 4];
-            let reach = [0.7, 0.1, 1e-3][round / 16 % 3];
-            let flatness = [1.0, 0.02][round / 48 % 2];
-            let (at, turned) = (random_vector(&mut state) * 0.5, random_vector(&mut state).normalize());
-            let mut corner = || {
-                let way = random_vector(&mut state) * size;
-                at + way - turned * (way.dot(&turned) * (1.0 - flatness))
-            };
-            let triangles: [[Vector3<f64>; 3]; 4] = std::array::from_fn(|_| std::array::from_fn(|_| corner()));
-            let bounding_disc = BoundingDisc::around(&triangles, 0, 4, &frame);
-            let middle = at + random_vector(&mut state) * reach;
-            let rough = ApproxTriangle::new(triangles[0], &frame);
-            let held = Held { rough, bounding_disc, middle, half_side, rounding: UnitFrame::rounding(1.0) };
-            // From the patch's middle toward the cube: from nowhere is a point nearer to the cube than about so far.
-            let from = triangles[held.bounding_disc.slot as usize][0];
-            let axis = Vector3::from_fn(|axis, _| if axis == round % 3 { 1.0 } else { 0.0 });
-            let toward = (random_vector(&mut state) * [1.0, 0.1][round / 96 % 2] + axis).normalize();
-            let toward = toward * (middle - from).dot(&toward).signum();
-            let far = (middle - from).dot(&toward) - half_side * toward.abs().sum();
-            for kind in 0..2 {
-                if far <= 0.0 || held.of(kind, from + toward * far) {
-                    continue;
-                }
-                let [mut low, mut high] = [0.0, far];
-                for _ in 0..20 {
-                    let between = 0.5 * (low + high);
-                    *(if held.of(kind, from + toward * between) { &mut low } else { &mut high }) = between;
-                }
-                dropped[kind] += 1;
-                let (triangles, point) = (&triangles[..[1, 4][kind]], from + toward * high);
-                let is_nearer = is_nearer(triangles, middle, half_side, point, f64::from(held.rounding));
-                assert!(!is_nearer, "{kind} {triangles:?} {middle:?} {half_side} {point:?}");
-            }
-        }
-        assert!(dropped.iter().all(|count| *count > 4000), "{dropped:?}");
-    }
-}
+mod tests;

@@ -1,254 +1,230 @@
-//! From what may be nearest somewhere in a cube to what may be in each of eight cubes in it.
+//! Prefilter in f32: which triangles can be nearest to a point, and then to a corner, of each of eight cubes?
+//!
+//! Let the triangle nearest to a cube's center c be at distance D, in direction −e. A point c + v of the cube has
+//! |v|² ≤ ρ² = 3 s² and lies from that triangle's nearest point at
+//!
+//! ```text
+//! √(D² + 2 D v·e + ρ²) ≤ A + k v·e,   A = √(D² + ρ²), k = D/A   (a root lies below its tangent),
+//! ```
+//!
+//! and from another triangle, at distance d in direction −f, at d + v·f or more, as that lies behind the plane across
+//! f. So the other is nearest to no point of the cube if d > A + s ‖k e − f‖₁.
 
-use super::octants::{sides, steps};
-use crate::nearest::octant_cull::{Lists, NearestPoints, OctantCull};
-use crate::triangle::approx::{ApproxDistance, ApproxTriangle, Lanes};
-use crate::triangle::nearest_x8::LANES;
+use super::octants::Octants;
+use crate::nearest::octant_cull::{NearestPoints, OctantCull};
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, lane_of, min, or_lanes};
+use crate::triangle::approx::{ApproxDistance, ApproxTriangle};
 
-/// Eight cubes in a cube.
-#[derive(Clone, Copy)]
-pub(super) struct Cubes {
-    /// Of the outer cube, in the tree's frame, as all here.
-    pub middle: [f32; 3],
-    /// From there to the middles of the eight, along each axis.
-    pub step: f32,
-    pub half_side: f32,
-    /// What bounds are off by at most.
-    pub rounding: f32,
+/// Nearest triangles of eight centers, so far.
+struct NearestApproxX8 {
+    slots: Lanes<u32>,
+    distances: ApproxDistance,
 }
 
-/// What is nearest to the middles of eight cubes so far.
-struct Bests {
-    slots: [u32; LANES],
-    seen: ApproxDistance,
+/// Upper bound A + k v·e of the distance from a point of each cube.
+struct UpperBounds {
+    /// A, rounded up.
+    constants: Lanes<f32>,
+    /// k e.
+    slopes: VectorX8<f32>,
 }
 
-/// How near what is nearest to a point of each of eight cubes is at most.
-///
-/// A point at v from the middle, v·v ≤ ρ², is no farther from the nearest point, at a distance D with direction e from there to
-/// the middle, than √(D² + 2D v·e + ρ²) ≤ A + k v·e, where A = √(D² + ρ²) and k = D/A; and from a triangle, at d with direction f,
-/// it is at least d + v·f away, as that lies behind the plane across f.
-struct Bounds {
-    /// A, and twice the rounding.
-    most: Lanes,
-    /// k e of the same.
-    slope: [Lanes; 3],
-}
-
-/// Triangles, and room to tell which of them may be nearest in which of eight cubes.
+/// Scratch buffers of the filter, and its results.
 pub(super) struct Prefilter {
-    /// In the end of the corners of each cube, one after the other.
-    picked: Vec<u32>,
-    /// What was looked at closely.
-    seen: Vec<(u32, ApproxDistance)>,
-    /// Of what was seen, by cube.
-    lists: Lists,
-    /// Of each of these, from the corners of its cube, [`ApproxDistance::way_sq`] and [`ApproxDistance::along`].
-    near: Vec<(Lanes, Lanes)>,
-    picked_ends: [usize; LANES],
-    /// By cube, what is nearest to its middle of what was looked at.
-    nearest: [u32; LANES],
+    /// Slots: what the octant cull left, and in the end the survivors of each cube, one after the other.
+    survivors: Vec<u32>,
+    survivor_ends: Lanes<usize>,
+    /// Distances of what the octant cull left from the eight centers.
+    distances: Vec<(u32, ApproxDistance)>,
+    /// Slots that can be nearest in each cube.
+    lists: LaneLists,
+    /// For the entries of `lists` one after the other, [`ApproxDistance::distance_sq`] and [`ApproxDistance::gap`]
+    /// from the corners of their cube.
+    corner_distances: Vec<(Lanes<f32>, Lanes<f32>)>,
+    /// Slot of the triangle nearest to each center.
+    nearest: Lanes<u32>,
 }
 
 impl Prefilter {
     pub fn new() -> Self {
         Self {
-            picked: vec![],
-            seen: vec![],
-            lists: Lists::new(),
-            near: vec![],
-            picked_ends: [0; LANES],
+            survivors: vec![],
+            survivor_ends: [0; LANES],
+            distances: vec![],
+            lists: LaneLists::new(),
+            corner_distances: vec![],
             nearest: [0; LANES],
         }
     }
 
-    /// Nearest to the middle of a cube, about.
+    /// Slot of the triangle nearest to a cube's center, approximately.
     pub fn nearest(&self, cube: usize) -> u32 {
         self.nearest[cube]
     }
 
-    /// In each cube no corner is nearer to anything.
+    /// Finds which of the triangles in `slots` can be nearest to a point of each cube.
     #[inline(always)]
-    pub fn least(&self, cubes: &Cubes) -> Lanes {
-        let mut least = [f32::INFINITY; LANES];
-        for (_, ApproxDistance { way_sq, along, .. }) in &self.seen {
-            for lane in 0..LANES {
-                // What is too much for f32 says nothing.
-                let is_told = (along[lane] > 0.0) & (along[lane] < f32::INFINITY) & (way_sq[lane] < f32::INFINITY);
-                let found = if is_told { along[lane] / way_sq[lane].sqrt() } else { 0.0 };
-                least[lane] = if found < least[lane] { found } else { least[lane] };
-            }
-        }
-        least.map(|least| least - 3.0_f32.sqrt() * cubes.half_side - 2.0 * cubes.rounding)
-    }
-
-    /// Picks what may be nearest to a corner of each cube that `is_asked` for. All cubes are looked at before any is picked for, so that
-    /// nothing waits for the last that was looked at.
-    #[inline(always)]
-    pub fn pick(&mut self, triangles: &[ApproxTriangle], cubes: &Cubes, is_asked: &[bool; LANES]) {
-        let mut most_sq = [[f32::INFINITY; LANES]; LANES];
-        self.near.clear();
-        for cube in 0..LANES {
-            if !is_asked[cube] {
-                self.lists.empty(cube);
-            }
-            let corners = cubes.corners_of(cube);
-            for slot in self.lists.of(cube) {
-                let ApproxDistance { way_sq, along, .. } = triangles[*slot as usize].seen_from(&corners);
-                for lane in 0..LANES {
-                    let most_sq = &mut most_sq[cube][lane];
-                    *most_sq = if way_sq[lane] < *most_sq { way_sq[lane] } else { *most_sq };
-                }
-                self.near.push((way_sq, along));
-            }
-        }
-        self.picked.clear();
-        self.picked.resize(self.near.len(), 0);
-        let (mut first, mut count) = (0, 0);
-        for cube in 0..LANES {
-            let most = most_sq[cube].map(|most_sq| most_sq.sqrt() + 2.0 * cubes.rounding);
-            let slots = self.lists.of(cube);
-            for (slot, (way_sq, along)) in slots.iter().zip(&self.near[first..]) {
-                self.picked[count] = *slot;
-                let mut within = 0;
-                for lane in 0..LANES {
-                    let is_beyond = along[lane] * along[lane].abs() > most[lane] * most[lane] * way_sq[lane];
-                    within |= if is_beyond { 0 } else { 1 };
-                }
-                count += within & usize::from(*slot != self.nearest[cube]);
-            }
-            first += slots.len();
-            self.picked_ends[cube] = count;
-        }
-    }
-
-    /// Beside what is nearest to the middle of a cube.
-    pub fn picked(&self, cube: usize) -> &[u32] {
-        let first = if cube == 0 { 0 } else { self.picked_ends[cube - 1] };
-        &self.picked[first..self.picked_ends[cube]]
-    }
-
-    /// Finds which of the triangles in these `slots` may be nearest to a point of each of eight cubes.
-    #[inline(always)]
-    pub fn sift(&mut self, triangles: &[ApproxTriangle], slots: &[u32], cubes: &Cubes) {
-        let Cubes { half_side, rounding, .. } = *cubes;
-        let middles = cubes.middles();
-        let mut bests = Bests::first_seen(triangles, slots, &middles);
-        let near = OctantCull::new(middles, half_side, bests.points(&middles), rounding);
-        self.picked.clear();
-        self.picked.resize(slots.len(), 0);
+    pub fn filter(&mut self, triangles: &[ApproxTriangle], slots: &[u32], cubes: &Octants) {
+        let Octants { half_side, rounding, .. } = *cubes;
+        let centers = cubes.centers();
+        let mut nearest = NearestApproxX8::by_first_corners(triangles, slots, &centers);
+        let cull = OctantCull::new(centers, half_side, nearest.points(&centers), rounding);
+        self.survivors.clear();
+        self.survivors.resize(slots.len(), 0);
         let mut count = 0;
         for slot in slots {
             let triangle = &triangles[*slot as usize];
-            self.picked[count] = *slot;
-            let holds = near.may_hold_triangle(&triangle.corners(), triangle.radius_sq());
-            count += holds.iter().fold(0, |any, one| any | one) as usize;
+            self.survivors[count] = *slot;
+            count += or_lanes(&cull.keeps_triangle(&triangle.corners(), triangle.radius_sq())) as usize;
         }
-        self.seen.clear();
-        for slot in &self.picked[..count] {
-            let found = triangles[*slot as usize].seen_from(&middles);
-            bests.update(*slot, &found);
-            self.seen.push((*slot, found));
+        self.distances.clear();
+        for slot in &self.survivors[..count] {
+            let distances = triangles[*slot as usize].distances_from(&centers);
+            nearest.update(*slot, &distances);
+            self.distances.push((*slot, distances));
         }
-        let bounds = bests.bounds(half_side, rounding);
-        self.lists.clear(self.seen.len());
-        for (slot, found) in &self.seen {
-            self.lists.push(*slot, &bounds.passed(found, half_side));
+        let bounds = nearest.upper_bounds(half_side, rounding);
+        self.lists.clear(self.distances.len());
+        for (slot, distances) in &self.distances {
+            self.lists.push(*slot, &bounds.keeps(distances, half_side));
         }
-        self.nearest = bests.slots;
+        self.nearest = nearest.slots;
     }
-}
 
-impl Cubes {
-    /// Of the eight.
+    /// Lower bound of the distance of each cube's corners from all triangles: d − √3 s, rounded down.
     #[inline(always)]
-    pub fn middles(&self) -> [Lanes; 3] {
-        let mut middles = steps(self.step);
-        for axis in 0..3 {
+    pub fn lower_bounds(&self, cubes: &Octants) -> Lanes<f32> {
+        let mut lower = [f32::INFINITY; LANES];
+        for (_, ApproxDistance { distance_sq, gap, .. }) in &self.distances {
             for lane in 0..LANES {
-                middles[axis][lane] += self.middle[axis];
+                // An overflow of f32 bounds nothing.
+                let is_bound = (gap[lane] > 0.0) & (gap[lane] < f32::INFINITY) & (distance_sq[lane] < f32::INFINITY);
+                let distance = if is_bound { gap[lane] / distance_sq[lane].sqrt() } else { 0.0 };
+                lower[lane] = min(distance, lower[lane]);
             }
         }
-        middles
+        lower.map(|lower| lower - 3.0_f32.sqrt() * cubes.half_side - 2.0 * cubes.rounding)
     }
 
-    /// Of one of the eight.
+    /// Finds which triangles can be nearest to a corner of each cube that is wanted. Measures all cubes before it
+    /// decides for any, so that no decision waits for the last measurement.
     #[inline(always)]
-    fn corners_of(&self, cube: usize) -> [Lanes; 3] {
-        let middle = [0, 1, 2].map(|axis: usize| self.middle[axis] + sides(cube)[axis] * self.step);
-        Self { middle, step: self.half_side, ..*self }.middles()
+    pub fn filter_by_corners(&mut self, triangles: &[ApproxTriangle], cubes: &Octants, is_wanted: &Lanes<bool>) {
+        let mut min_distances_sq = [[f32::INFINITY; LANES]; LANES];
+        self.corner_distances.clear();
+        for cube in 0..LANES {
+            if !is_wanted[cube] {
+                self.lists.clear_lane(cube);
+            }
+            let corners = cubes.corners_of(cube);
+            for slot in self.lists.lane(cube) {
+                let ApproxDistance { distance_sq, gap, .. } = triangles[*slot as usize].distances_from(&corners);
+                for lane in 0..LANES {
+                    let min_sq = &mut min_distances_sq[cube][lane];
+                    *min_sq = min(distance_sq[lane], *min_sq);
+                }
+                self.corner_distances.push((distance_sq, gap));
+            }
+        }
+        self.survivors.clear();
+        self.survivors.resize(self.corner_distances.len(), 0);
+        let (mut first, mut count) = (0, 0);
+        for cube in 0..LANES {
+            let upper = min_distances_sq[cube].map(|min_sq| min_sq.sqrt() + 2.0 * cubes.rounding);
+            let slots = self.lists.lane(cube);
+            for (slot, (distance_sq, gap)) in slots.iter().zip(&self.corner_distances[first..]) {
+                self.survivors[count] = *slot;
+                let mut keeps = 0;
+                for lane in 0..LANES {
+                    // The lower bound is gap / √distance_sq.
+                    let is_beyond = gap[lane] * gap[lane].abs() > upper[lane] * upper[lane] * distance_sq[lane];
+                    keeps |= if is_beyond { 0 } else { 1 };
+                }
+                count += keeps & usize::from(*slot != self.nearest[cube]);
+            }
+            first += slots.len();
+            self.survivor_ends[cube] = count;
+        }
+    }
+
+    /// Slots that can be nearest to a corner of a cube, except [`Self::nearest`].
+    pub fn survivors(&self, cube: usize) -> &[u32] {
+        let first = if cube == 0 { 0 } else { self.survivor_ends[cube - 1] };
+        &self.survivors[first..self.survivor_ends[cube]]
     }
 }
 
-impl Bests {
-    /// Of the triangles with the nearest corners.
+impl NearestApproxX8 {
+    /// Starts from the triangles whose first corners are nearest.
     #[inline(always)]
-    fn first_seen(triangles: &[ApproxTriangle], slots: &[u32], middles: &[Lanes; 3]) -> Self {
-        let mut nearest = NearestPoints::NONE;
+    fn by_first_corners(triangles: &[ApproxTriangle], slots: &[u32], centers: &VectorX8<f32>) -> Self {
+        let mut points = NearestPoints::NONE;
         for slot in slots {
-            nearest.consider(*slot, triangles[*slot as usize].first_corner(), middles);
+            points.update(*slot, triangles[*slot as usize].first_corner(), centers);
         }
-        let mut last = nearest.names[0];
-        let mut bests = Self { slots: [last; LANES], seen: triangles[last as usize].seen_from(middles) };
-        for slot in nearest.names {
+        let mut last = points.ids[0];
+        let mut nearest = Self { slots: [last; LANES], distances: triangles[last as usize].distances_from(centers) };
+        for slot in points.ids {
             if slot != last {
-                bests.update(slot, &triangles[slot as usize].seen_from(middles));
+                nearest.update(slot, &triangles[slot as usize].distances_from(centers));
                 last = slot;
             }
         }
-        bests
+        nearest
     }
 
-    /// Where they are.
+    /// Nearest points of these triangles.
     #[inline(always)]
-    fn points(&self, middles: &[Lanes; 3]) -> [Lanes; 3] {
-        let mut points = *middles;
+    fn points(&self, centers: &VectorX8<f32>) -> VectorX8<f32> {
+        let mut points = *centers;
         for axis in 0..3 {
             for lane in 0..LANES {
-                points[axis][lane] -= self.seen.way[axis][lane];
+                points[axis][lane] -= self.distances.offset[axis][lane];
             }
         }
         points
     }
 
     #[inline(always)]
-    fn update(&mut self, slot: u32, found: &ApproxDistance) {
+    fn update(&mut self, slot: u32, other: &ApproxDistance) {
+        let best = &mut self.distances;
         for lane in 0..LANES {
-            let is_nearer = found.way_sq[lane] < self.seen.way_sq[lane];
+            let is_nearer = other.distance_sq[lane] < best.distance_sq[lane];
             self.slots[lane] = if is_nearer { slot } else { self.slots[lane] };
-            self.seen.way_sq[lane] = if is_nearer { found.way_sq[lane] } else { self.seen.way_sq[lane] };
+            best.distance_sq[lane] = if is_nearer { other.distance_sq[lane] } else { best.distance_sq[lane] };
             for axis in 0..3 {
-                let best = &mut self.seen.way[axis][lane];
-                *best = if is_nearer { found.way[axis][lane] } else { *best };
+                let offset = &mut best.offset[axis][lane];
+                *offset = if is_nearer { other.offset[axis][lane] } else { *offset };
             }
         }
     }
 
     #[inline(always)]
-    fn bounds(&self, half_side: f32, rounding: f32) -> Bounds {
-        let mut bounds = Bounds { most: [0.0; LANES], slope: [[0.0; LANES]; 3] };
+    fn upper_bounds(&self, half_side: f32, rounding: f32) -> UpperBounds {
+        let mut bounds = UpperBounds { constants: [0.0; LANES], slopes: [[0.0; LANES]; 3] };
         for lane in 0..LANES {
-            let hypotenuse = (self.seen.way_sq[lane] + 3.0 * half_side * half_side).sqrt();
-            bounds.most[lane] = hypotenuse + 2.0 * rounding;
+            let hypotenuse = (self.distances.distance_sq[lane] + 3.0 * half_side * half_side).sqrt();
+            bounds.constants[lane] = hypotenuse + 2.0 * rounding;
             for axis in 0..3 {
-                bounds.slope[axis][lane] = self.seen.way[axis][lane] / hypotenuse;
+                bounds.slopes[axis][lane] = self.distances.offset[axis][lane] / hypotenuse;
             }
         }
         bounds
     }
 }
 
-impl Bounds {
-    /// In which of the cubes a triangle may be nearest to a point: 1, else 0. All of it times the length of the way.
+impl UpperBounds {
+    /// 1 for the cubes where d ≤ A + s ‖k e − f‖₁, else 0. Both sides are multiplied by d.
     #[inline(always)]
-    fn passed(&self, found: &ApproxDistance, half_side: f32) -> [u32; LANES] {
-        let mut passed = [0; LANES];
+    fn keeps(&self, distances: &ApproxDistance, half_side: f32) -> Lanes<u32> {
+        let mut keeps = [0; LANES];
         for lane in 0..LANES {
-            let length = found.way_sq[lane].sqrt();
-            let apart = |axis: usize| (length * self.slope[axis][lane] - found.way[axis][lane]).abs();
-            let most = length * self.most[lane] + half_side * (apart(0) + apart(1) + apart(2));
-            passed[lane] = if found.along[lane] > most { 0 } else { 1 };
+            let length = distances.distance_sq[lane].sqrt();
+            let [slope, offset] = [lane_of(&self.slopes, lane), lane_of(&distances.offset, lane)];
+            let difference = |axis: usize| (length * slope[axis] - offset[axis]).abs();
+            let upper = length * self.constants[lane] + half_side * (difference(0) + difference(1) + difference(2));
+            keeps[lane] = if distances.gap[lane] > upper { 0 } else { 1 };
         }
-        passed
+        keeps
     }
 }

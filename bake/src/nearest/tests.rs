@@ -1,20 +1,10 @@
+use sdf_core::nalgebra::Vector3;
+
 use super::*;
 use crate::TriangleMesh;
-use crate::error::normal_cones::tests::{random, random_vector};
+use crate::bvh::PruneBound;
+use crate::testing::{instruction_sets, random, random_vector};
 use crate::triangle::nearest_on_triangle;
-
-/// The instruction sets of this machine that the code is compiled for.
-pub(crate) fn instruction_sets() -> Vec<pulp::Arch> {
-    #[cfg(target_arch = "x86_64")]
-    let known = [
-        Some(pulp::Arch::Scalar),
-        pulp::x86::V3::try_new().map(pulp::Arch::V3),
-        pulp::x86::V4::try_new().map(pulp::Arch::V4),
-    ];
-    #[cfg(not(target_arch = "x86_64"))]
-    let known = [Some(pulp::Arch::new())];
-    known.into_iter().flatten().collect()
-}
 
 /// Squares in the x-y plane cut in two, their corners moved by up to `height` along z.
 fn sheet(cells: u32, height: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
@@ -32,7 +22,7 @@ fn sheet(cells: u32, height: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
         .collect()
 }
 
-/// Triangles anywhere, some turned, some long: with less `thickness`, thinner ones.
+/// Random triangles of any winding and length; their width is about `thickness` of their length.
 fn soup(triangles: usize, size: f64, thickness: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
     let triangle = |_| {
         let a = random_vector(state) * 4.0;
@@ -49,7 +39,7 @@ fn meshes(state: &mut u64) -> Vec<Vec<[Vector3<f64>; 3]>> {
     without_area.extend(soup(10, 0.0, 0.0, state));
     without_area.extend(one.clone());
     let mut twice = soup(60, 1.0, 1.0, state);
-    // The same place, another winding: as near, and not the same triangle.
+    // The same positions with the other winding: equally near, but another triangle.
     twice.extend(twice.clone().into_iter().map(|[a, b, c]| [a, c, b]));
     vec![
         sheet(9, 0.0, state),
@@ -71,12 +61,12 @@ fn mesh_of(triangles: &[[Vector3<f64>; 3]], scale: f64) -> TriangleMesh {
     TriangleMesh::new(&points, &indices).unwrap()
 }
 
-fn nodes(first: Vector3<f64>, spacing: f64, counts: [usize; 3]) -> Nodes {
+fn nodes(first: Vector3<f64>, spacing: f64, counts: [usize; 3]) -> PacketNodes {
     let axes = [0, 1, 2].map(|axis| std::array::from_fn(|step| first[axis] + spacing * step as f64));
-    Nodes { axes, spacing, counts }
+    PacketNodes { axes, spacing, counts }
 }
 
-/// The first of the equally near of all triangles.
+/// Slot and squared distance of the nearest triangle, by exhaustive search; among equally near ones the first.
 fn nearest_of_all(tree: &Bvh, point: Vector3<f64>) -> (usize, f64) {
     let all = tree.corners.iter().map(|corners| nearest_on_triangle(point, *corners).distance_sq);
     all.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
@@ -97,26 +87,26 @@ fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_in
             for spacing in [1.0, 0.25, 0.03, 5.0] {
                 // On the corners of the sheets, or anywhere; the last far away.
                 let first = random_vector(&mut state) * 4.0;
-                let round = (first / spacing).map(|x| x.round() * spacing);
-                let first = [first, round, first * 60.0][(random(&mut state).abs() * 2.3) as usize];
+                let rounded = (first / spacing).map(|x| x.round() * spacing);
+                let first = [first, rounded, first * 60.0][(random(&mut state).abs() * 2.3) as usize];
                 let counts = [8, 3, 5].map(|count| if spacing == 1.0 { SIDE } else { count });
                 let nodes = nodes(first * scale, spacing * scale, counts);
                 let wanted: Vec<_> = {
                     let tree = Bvh::new(&mesh);
-                    steps_of(counts).map(|step| nearest_of_all(&tree, nodes.at(step))).collect()
+                    steps_of(counts).map(|step| nearest_of_all(&tree, nodes.position(step))).collect()
                 };
-                for (arch, most_opened) in
-                    instruction_sets().into_iter().flat_map(|arch| [(arch, MAX_OPENED), (arch, 0)])
+                for (arch, max_expanded) in
+                    instruction_sets().into_iter().flat_map(|arch| [(arch, MAX_EXPANDED), (arch, 0)])
                 {
-                    let mut tree = Bvh::with_patches(&mesh, 0);
+                    let mut tree = Bvh::with_discs_above(&mesh, 0);
                     tree.arch = arch;
-                    let mut packet = Packet { most_opened, ..Packet::new(&tree) };
-                    assert!(packet.measure(&nodes, f64::INFINITY, f64::INFINITY));
+                    let mut packet = PacketSearch { max_expanded, ..PacketSearch::new(&tree) };
+                    assert!(packet.find(&nodes, f64::INFINITY, f64::INFINITY));
                     for (step, wanted) in steps_of(counts).zip(&wanted) {
                         let found = packet.nearest(step);
                         let found = (found.slot.unwrap() as usize, found.distance_sq);
                         assert_eq!(found, *wanted, "{arch:?} {nodes:?} {step:?} of {} at {scale}", triangles.len());
-                        let alone = tree.nearest(nodes.at(step), 0);
+                        let alone = tree.nearest(nodes.position(step), 0);
                         assert_eq!((alone.slot, alone.on_triangle.distance_sq), *wanted);
                     }
                 }
@@ -125,7 +115,7 @@ fn each_node_of_a_packet_has_the_first_of_the_nearest_of_all_triangles_on_any_in
     }
 }
 
-/// A ball of triangles much smaller than a packet; with `bumps`, not round.
+/// Sphere of triangles much smaller than a packet, its radius changed at random by up to `bumps`.
 fn fine_ball(rings: u32, bumps: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> {
     let row = rings + 1;
     let corner = |index: u32| {
@@ -145,7 +135,7 @@ fn fine_ball(rings: u32, bumps: f64, state: &mut u64) -> Vec<[Vector3<f64>; 3]> 
         .collect()
 }
 
-/// Of so many triangles that nodes of the tree are dealt out, and opened at last.
+/// Meshes of so many triangles that octants get nodes of the tree, and expand them later.
 fn fine_meshes(state: &mut u64) -> Vec<Vec<[Vector3<f64>; 3]>> {
     let one = soup(1, 1.0, 1.0, state);
     let many_times = vec![one[0]; 3000];
@@ -168,7 +158,7 @@ fn fine_meshes(state: &mut u64) -> Vec<Vec<[Vector3<f64>; 3]>> {
 }
 
 #[test]
-fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_than_it() {
+fn each_node_of_a_packet_has_the_nearest_triangle_of_a_search_by_itself_on_meshes_much_finer_than_the_packet() {
     let mut state = 5;
     println!("seed {state}");
     let mut heights = [0; 8];
@@ -176,26 +166,24 @@ fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_th
         let mesh = mesh_of(&triangles, 1.0);
         let bounds = mesh.bounds();
         let side = bounds.longest_side();
-        let middle = Vector3::from_fn(|axis, _| 0.5 * (bounds.min[axis] + bounds.max[axis]));
-        let mut tree = Bvh::with_patches(&mesh, 0);
+        let center = Vector3::from_fn(|axis, _| 0.5 * (bounds.min[axis] + bounds.max[axis]));
+        let mut tree = Bvh::with_discs_above(&mesh, 0);
         for round in 0..12 {
             let spacing = side * [0.3, 0.02, 0.05, 0.15][round % 4];
-            // Around the middle, through the surface, and far away.
-            let first = middle + random_vector(&mut state) * (side * [0.1, 0.6, 4.0][round % 3]);
+            // Around the center, across the surface, and far away.
+            let first = center + random_vector(&mut state) * (side * [0.1, 0.6, 4.0][round % 3]);
             let counts = if round % 2 == 0 { [SIDE; 3] } else { [3, 8, 5] };
             let nodes = nodes(first - Vector3::repeat(3.5 * spacing), spacing, counts);
-            let reach = PruneBound::new(
-                nodes.ends([0; 3], SIDE),
-                tree.nearest(nodes.middle_of([0; 3], SIDE), 0).on_triangle.point,
-            );
-            let wanted: Vec<_> = steps_of(counts).map(|step| tree.nearest(nodes.at(step), 0)).collect();
-            let (slot, distance_sq) = nearest_of_all(&tree, nodes.at([0; 3]));
+            let on_mesh = tree.nearest(nodes.center([0; 3], SIDE), 0).on_triangle.point;
+            let bound = PruneBound::new(nodes.ends([0; 3], SIDE), on_mesh);
+            let wanted: Vec<_> = steps_of(counts).map(|step| tree.nearest(nodes.position(step), 0)).collect();
+            let (slot, distance_sq) = nearest_of_all(&tree, nodes.position([0; 3]));
             assert_eq!((wanted[0].slot, wanted[0].on_triangle.distance_sq), (slot, distance_sq));
-            for (arch, most_opened) in instruction_sets().into_iter().cycle().zip([MAX_OPENED, 20, 0]) {
-                heights[tree.reached(&reach, most_opened, &mut vec![], &mut vec![])] += 1;
+            for (arch, max_expanded) in instruction_sets().into_iter().cycle().zip([MAX_EXPANDED, 20, 0]) {
+                heights[tree.candidates_within(&bound, max_expanded, &mut vec![], &mut vec![])] += 1;
                 tree.arch = arch;
-                let mut packet = Packet { most_opened, ..Packet::new(&tree) };
-                assert!(packet.measure(&nodes, f64::INFINITY, f64::INFINITY));
+                let mut packet = PacketSearch { max_expanded, ..PacketSearch::new(&tree) };
+                assert!(packet.find(&nodes, f64::INFINITY, f64::INFINITY));
                 for (step, wanted) in steps_of(counts).zip(&wanted) {
                     let found = packet.nearest(step);
                     let wanted = (wanted.slot, wanted.on_triangle.distance_sq);
@@ -212,42 +200,43 @@ fn each_node_of_a_packet_has_what_is_nearest_to_it_alone_on_meshes_much_finer_th
 }
 
 #[test]
-fn a_packet_finds_the_same_whatever_was_measured_before_it() {
+fn a_packet_finds_the_same_whatever_was_searched_before_it() {
     let mut state = 9;
     println!("seed {state}");
     let mesh = mesh_of(&fine_ball(40, 0.1, &mut state), 1.0);
     let tree = Bvh::new(&mesh);
-    let mut packet = Packet::new(&tree);
+    let mut packet = PacketSearch::new(&tree);
     for _ in 0..100 {
         let counts = [0; 3].map(|_| 1 + (random(&mut state).abs() * 7.9) as usize);
         let nodes = nodes(random_vector(&mut state) * 1.5, 0.04, counts);
-        assert!(packet.measure(&nodes, f64::INFINITY, f64::INFINITY));
+        assert!(packet.find(&nodes, f64::INFINITY, f64::INFINITY));
         for step in steps_of(counts) {
-            let (found, alone) = (packet.nearest(step), tree.nearest(nodes.at(step), 0));
+            let (found, alone) = (packet.nearest(step), tree.nearest(nodes.position(step), 0));
             assert_eq!((found.slot.unwrap() as usize, found.distance_sq), (alone.slot, alone.on_triangle.distance_sq));
         }
     }
 }
 
 #[test]
-fn a_packet_is_beyond_only_where_no_node_is_as_near_as_was_asked() {
+fn a_packet_is_beyond_only_if_no_node_is_within_the_required_distance() {
     let mut state = 7;
     let mesh = mesh_of(&soup(100, 1.0, 1.0, &mut state), 1.0);
     let tree = Bvh::new(&mesh);
-    let mut packet = Packet::new(&tree);
+    let mut packet = PacketSearch::new(&tree);
     let mut beyond = 0;
     for _ in 0..200 {
         let nodes = nodes(random_vector(&mut state) * 6.0, 0.3, [SIDE; 3]);
-        let distances = steps_of([SIDE; 3]).map(|step| tree.nearest(nodes.at(step), 0).on_triangle.distance_sq.sqrt());
+        let distances =
+            steps_of([SIDE; 3]).map(|step| tree.nearest(nodes.position(step), 0).on_triangle.distance_sq.sqrt());
         let nearest = distances.fold(f64::INFINITY, f64::min);
-        assert!(packet.measure(&nodes, nearest, f64::INFINITY), "{nodes:?}");
-        beyond += u32::from(!packet.measure(&nodes, 0.5 * nearest, f64::INFINITY));
+        assert!(packet.find(&nodes, nearest, f64::INFINITY), "{nodes:?}");
+        beyond += u32::from(!packet.find(&nodes, 0.5 * nearest, f64::INFINITY));
     }
     assert!(beyond > 20, "{beyond}");
 }
 
 #[test]
-fn a_packet_measures_what_is_as_near_as_was_asked_and_bounds_the_rest_from_below() {
+fn a_packet_measures_nodes_within_the_maximum_distance_and_bounds_the_others_from_below() {
     let mut state = 15;
     println!("seed {state}");
     let [mut measured, mut bounded] = [0; 2];
@@ -256,18 +245,18 @@ fn a_packet_measures_what_is_as_near_as_was_asked_and_bounds_the_rest_from_below
         let mut tree = Bvh::new(&mesh);
         for (round, arch) in instruction_sets().into_iter().cycle().take(12).enumerate() {
             tree.arch = arch;
-            // Also so far out that squares are too much for f32.
+            // Also so far out that squares overflow f32.
             let wide = [1.0, 1.0, 1e20][round % 3];
             let far = [0.0, 0.1, 0.5, 2.0][round % 4] * wide;
             let nodes = nodes(random_vector(&mut state) * 3.0 * wide, [0.2, 0.05][round % 2] * wide, [SIDE; 3]);
-            let mut packet = Packet::new(&tree);
-            assert!(packet.measure(&nodes, f64::INFINITY, far));
+            let mut packet = PacketSearch::new(&tree);
+            assert!(packet.find(&nodes, f64::INFINITY, far));
             for step in steps_of([SIDE; 3]) {
-                let (found, alone) = (packet.nearest(step), tree.nearest(nodes.at(step), 0));
+                let (found, alone) = (packet.nearest(step), tree.nearest(nodes.position(step), 0));
                 let distance = alone.on_triangle.distance_sq.sqrt();
                 let Some(slot) = found.slot else {
-                    let least = found.distance_sq.sqrt();
-                    assert!(far < least && least <= distance, "{arch:?} {nodes:?} {step:?}: {least} {distance}");
+                    let lower = found.distance_sq.sqrt();
+                    assert!(far < lower && lower <= distance, "{arch:?} {nodes:?} {step:?}: {lower} {distance}");
                     bounded += 1;
                     continue;
                 };
@@ -280,14 +269,14 @@ fn a_packet_measures_what_is_as_near_as_was_asked_and_bounds_the_rest_from_below
 }
 
 #[test]
-fn the_ends_of_a_cube_hold_those_of_its_nodes_that_are_asked_for() {
+fn the_ends_of_a_cube_enclose_its_nodes_that_belong_to_the_packet() {
     let nodes = nodes(Vector3::new(-3.0, 0.1, 7.0), 0.3, [8, 3, 6]);
     for side in [2, 4, 8] {
         for first in steps_of([SIDE / side; 3]).map(|part| part.map(|n| n * side)) {
             let ends = nodes.ends(first, side);
             for step in steps_of([side; 3]).map(|step| [0, 1, 2].map(|axis| first[axis] + step[axis])) {
-                let (is_asked_for, node) = (nodes.asks_from(step), nodes.at(step));
-                assert!(!is_asked_for || (0..3).all(|axis| (ends[axis][0]..=ends[axis][1]).contains(&node[axis])));
+                let (is_in_packet, node) = (nodes.contains(step), nodes.position(step));
+                assert!(!is_in_packet || (0..3).all(|axis| (ends[axis][0]..=ends[axis][1]).contains(&node[axis])));
             }
         }
     }

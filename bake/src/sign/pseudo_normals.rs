@@ -1,67 +1,71 @@
 //! Angle-weighted pseudo-normals (Bærentzen and Aanæs 2005, "Signed distance computation using the angle weighted
-//! pseudonormal"): whichever feature of a closed surface is nearest to a point, its pseudo-normal tells the side.
+//! pseudonormal").
+//!
+//! Let q be the point of a closed surface nearest to x, on a face, an edge or a corner. With α_f the angle of face f at
+//! that feature (π for both faces of an edge), n = Σ α_f n_f satisfies: x is inside if and only if n·(x − q) < 0.
 
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
-use crate::mesh::topology::{Oriented, same_edge};
-use crate::sign::winding::area_vector;
-use crate::triangle::{TriangleFeature, is_sliver};
+use crate::mesh::topology::{OrientedMesh, same_edge};
+use crate::triangle::{TriangleFeature, area_vector, is_sliver};
 
-/// Outward, of any length; zero where a triangle without a normal of its own has a share in it: a sliver, or one that does
-/// not count. By triangles of the mesh.
+/// Outward normals of all features of a mesh. Those of edges and corners have any length.
+///
+/// A normal is zero if it is unknown: a triangle of the feature is a sliver or does not count.
 pub(crate) struct PseudoNormals {
-    inside: Vec<Vector3<f64>>,
+    faces: Vec<Vector3<f64>>,
+    /// For each triangle, edge i runs from corner i to the next.
     edges: Vec<[Vector3<f64>; 3]>,
     points: Vec<Vector3<f64>>,
 }
 
 impl PseudoNormals {
-    pub fn new(mesh: &TriangleMesh, oriented: &Oriented) -> Self {
-        let unit = |(corners, orientation): (&[u32; 3], &f64)| {
+    pub fn new(mesh: &TriangleMesh, oriented: &OrientedMesh) -> Self {
+        let unit_normal = |(corners, orientation): (&[u32; 3], &f64)| {
             let corners = mesh.corner_points(*corners);
             let normal = area_vector(corners).try_normalize(0.0).filter(|_| !is_sliver(corners));
             normal.unwrap_or_default() * *orientation
         };
-        let inside: Vec<_> = mesh.triangles.par_iter().zip(&oriented.orientations).map(unit).collect();
+        let faces: Vec<_> = mesh.triangles.par_iter().zip(&oriented.orientations).map(unit_normal).collect();
 
-        let mut edges = vec![[Vector3::zeros(); 3]; inside.len()];
+        let mut edges = vec![[Vector3::zeros(); 3]; faces.len()];
         for edge in oriented.half_edges.chunk_by(same_edge) {
-            let normals = || edge.iter().map(|half| inside[half.triangle as usize]);
+            let normals = || edge.iter().map(|half| faces[half.triangle as usize]);
             let is_known = normals().all(|normal| normal != Vector3::zeros());
             let sum = if is_known { normals().sum() } else { Vector3::zeros() };
             edge.iter().for_each(|half| edges[half.triangle as usize][usize::from(half.corner)] = sum);
         }
 
         let weighted = |(corners, normal): (&[u32; 3], &Vector3<f64>)| {
-            let places = mesh.corner_points(*corners);
+            let positions = mesh.corner_points(*corners);
             [0, 1, 2].map(|corner| {
-                let [here, next, last] = [0, 1, 2].map(|step| places[(corner + step) % 3]);
+                let [here, next, last] = [0, 1, 2].map(|step| positions[(corner + step) % 3]);
                 *normal * (next - here).angle(&(last - here))
             })
         };
-        let shares: Vec<_> = mesh.triangles.par_iter().zip(&inside).map(weighted).collect();
+        let weighted: Vec<_> = mesh.triangles.par_iter().zip(&faces).map(weighted).collect();
         let mut points = vec![Vector3::zeros(); mesh.points.len()];
-        for (corners, shares) in mesh.triangles.iter().zip(&shares) {
-            corners.iter().zip(shares).for_each(|(point, share)| points[*point as usize] += share);
+        for (corners, normals) in mesh.triangles.iter().zip(&weighted) {
+            corners.iter().zip(normals).for_each(|(point, normal)| points[*point as usize] += normal);
         }
         let slivers: Vec<_> =
             mesh.triangles.par_iter().filter(|corners| is_sliver(mesh.corner_points(**corners))).collect();
         slivers.into_iter().flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
-        Self { inside, edges, points }
+        Self { faces, edges, points }
     }
 
-    /// A triangle's own, of length one; zero where it has none.
-    pub fn inside(&self, triangle: u32) -> Vector3<f64> {
-        self.inside[triangle as usize]
+    /// Unit normal of a face, or zero.
+    pub fn face(&self, triangle: u32) -> Vector3<f64> {
+        self.faces[triangle as usize]
     }
 
-    /// Zero where the side is not known by the normal.
-    pub fn of(&self, mesh: &TriangleMesh, triangle: u32, feature: TriangleFeature) -> Vector3<f64> {
+    /// Pseudo-normal of a feature of a triangle, or zero.
+    pub fn feature(&self, mesh: &TriangleMesh, triangle: u32, feature: TriangleFeature) -> Vector3<f64> {
         let triangle = triangle as usize;
         match feature {
-            TriangleFeature::Inside => self.inside[triangle],
+            TriangleFeature::Inside => self.faces[triangle],
             TriangleFeature::Edge(edge) => self.edges[triangle][edge],
             TriangleFeature::Corner(corner) => self.points[mesh.triangles[triangle][corner] as usize],
         }

@@ -1,6 +1,18 @@
-//! The generalized winding number of a triangle soup (Jacobson et al. 2013), summed over a tree whose far nodes count
-//! as one dipole and its first correction (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders
-//! 1 and 2).
+//! Generalized winding number of a triangle soup.
+//!
+//! w(x) = (1/4π) Σ_t Ω_t(x), Ω_t the signed solid angle of triangle t seen from x (Jacobson, Kavan and Sorkine-Hornung
+//! 2013, "Robust inside-outside segmentation using generalized winding numbers"). A far group of triangles counts by
+//! its moments (Barill et al. 2018, "Fast winding numbers for soups and clouds", §4, orders 1 and 2).
+//!
+//! | step | question | file |
+//! |---|---|---|
+//! | 1 | What are the moments of a node of the tree? | `moments` |
+//! | 2 | w(x) and a bound of its error, for one accuracy β | `sum` |
+//! | 3 | w(x) modulo 1, from the boundary edges alone | `boundary_cone` |
+//! | 4 | How fast does w change in a ball without triangles? | `boundary` |
+//!
+//! [`WindingNumbers::evaluate`] repeats step 2 with larger β until the error decides |w| ≥ 1/2. Step 3 makes the value
+//! exact but for rounding: for closed meshes always, for open ones where the boundary has few edges.
 
 mod boundary;
 mod boundary_cone;
@@ -10,108 +22,99 @@ mod sum;
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
-use crate::bvh::Bvh;
+use crate::bvh::{ARITY, Bvh};
 pub(crate) use boundary::MeshBoundary;
-use moments::{Moments, MomentsX8, Weighted};
+use moments::{Moments, MomentsX8, WeightedTriangle};
 
-/// How many children a node has. They are summed side by side.
-const ARITY: usize = 8;
+/// Accuracies β of Barill et al.: a node counts by its moments if it is farther than β of its radii.
+///
+/// The paper's own choice comes first and costs least. At infinity every triangle is summed.
+const BETAS: [f64; 5] = [2.0, 3.0, 5.0, 12.0, f64::INFINITY];
 
-/// No tree of u32 triangles is deeper; 7 of 8 children of each level wait at most.
-const STACK: usize = 11 * ARITY;
+/// Largest error with which [`nearest_congruent`] can choose a whole number.
+pub(crate) const MAX_CONGRUENT_ERROR: f64 = 0.49;
 
-/// A node is far when it is farther than this many of its radii: the paper's own choice first, which costs the least, and more
-/// until the sum's error leaves no doubt. At last every triangle is summed.
-const FAR_RADII: [f64; 5] = [2.0, 3.0, 5.0, 12.0, f64::INFINITY];
-
-/// Up to this it is told which whole number to add to what the rim says.
-pub(crate) const MAX_DOUBT: f64 = 0.49;
-
-/// More than the rounding of a sum.
-const ROUNDING: f64 = 1e-9;
-
-/// A winding number, and by how much it may be off.
+/// An approximate winding number: |exact − value| ≤ error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate {
     pub value: f64,
     pub error: f64,
 }
 
-/// The number nearest to what is known that has a fraction. `None` where too much doubt is left which one it is.
-pub(crate) fn round_to_fraction(about: Estimate, fraction: f64) -> Option<f64> {
-    (about.error <= MAX_DOUBT).then(|| fraction + (about.value - fraction).round())
+/// Number nearest to an estimate that is congruent to `fraction` modulo 1. `None` if the error admits several.
+pub(crate) fn nearest_congruent(estimate: Estimate, fraction: f64) -> Option<f64> {
+    (estimate.error <= MAX_CONGRUENT_ERROR).then(|| fraction + (estimate.value - fraction).round())
 }
 
-/// Sums over the triangles below each node of a tree.
+/// Hierarchy of moments over the triangles of a tree.
 pub(crate) struct WindingNumbers {
-    /// From the triangles up: of the groups of [`ARITY`] triangles, of the groups of those, and so on to the root. Each level
-    /// holds as many nodes at a time as have one parent.
+    /// Bottom up: `levels[0]` holds the groups of [`ARITY`] triangles, the last level the root alone. Nodes with one
+    /// parent stand together.
     levels: Vec<Vec<MomentsX8>>,
-    /// How many nodes each level has.
-    sizes: Vec<usize>,
-    /// Of each triangle, in the order of the tree: its sense, and zero for one that does not count.
+    /// Number of nodes of each level.
+    node_counts: Vec<usize>,
+    /// Orientation of each triangle, in the tree's order.
     orientations: Vec<f64>,
     boundary: MeshBoundary,
 }
 
 impl WindingNumbers {
-    /// `orientations`: 1 for each triangle of the tree wound outward, −1 inward, 0 where it is not to count. `boundary`: of those.
+    /// Computes all moments. Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for
+    /// one that does not count. `boundary` is that of the triangles so oriented.
     pub fn new(tree: &Bvh, orientations: Vec<f64>, boundary: MeshBoundary) -> Self {
-        let triangles: Vec<Weighted> = tree
+        let triangles: Vec<WeightedTriangle> = tree
             .corners
             .par_iter()
             .zip(&orientations)
-            .map(|(corners, orientation)| Weighted::new(corners, *orientation))
+            .map(|(corners, orientation)| WeightedTriangle::new(corners, *orientation))
             .collect();
-        let (mut levels, mut sizes) = (vec![], vec![]);
+        let (mut levels, mut node_counts) = (vec![], vec![]);
         let mut triangles_below = ARITY;
         loop {
-            let of_node = |from: usize| {
-                let to = triangles.len().min(from + triangles_below);
-                Moments::new(&tree.corners[from..to], &triangles[from..to])
+            let node_moments = |first: usize| {
+                let end = triangles.len().min(first + triangles_below);
+                Moments::new(&tree.corners[first..end], &triangles[first..end])
             };
             let moments: Vec<Moments> =
-                (0..triangles.len()).into_par_iter().step_by(triangles_below).map(of_node).collect();
+                (0..triangles.len()).into_par_iter().step_by(triangles_below).map(node_moments).collect();
             levels.push(moments.chunks(ARITY).map(MomentsX8::new).collect());
-            sizes.push(moments.len());
+            node_counts.push(moments.len());
             if moments.len() == 1 {
-                return Self { levels, sizes, orientations, boundary };
+                return Self { levels, node_counts, orientations, boundary };
             }
             triangles_below *= ARITY;
         }
     }
 
-    /// Exact but for rounding where the rim tells the fraction, as it does of a closed mesh. Elsewhere off by less than `most`, and by
-    /// so little that the side of one half is that of the exact winding number, but for rounding.
-    pub fn at(&self, tree: &Bvh, point: Vector3<f64>, most: f64) -> Estimate {
-        let mut found = Estimate { value: 0.0, error: f64::INFINITY };
-        for far_radii in FAR_RADII {
-            let sum = self.sum(tree, point, far_radii);
-            found = self.boundary.sharpen(sum, point).filter(|found| found.error <= sum.error).unwrap_or(sum);
-            if found.error < most && (found.value.abs() - 0.5).abs() > found.error {
+    /// Winding number with an error below `max_error`, and on the exact side of 1/2 but for rounding.
+    ///
+    /// Exact but for rounding if the boundary gives the fraction, as it does for every closed mesh.
+    pub fn evaluate(&self, tree: &Bvh, point: Vector3<f64>, max_error: f64) -> Estimate {
+        let mut estimate = Estimate { value: 0.0, error: f64::INFINITY };
+        for beta in BETAS {
+            let sum = self.sum(tree, point, beta);
+            estimate = self.boundary.refine(sum, point).filter(|refined| refined.error <= sum.error).unwrap_or(sum);
+            if estimate.error < max_error && (estimate.value.abs() - 0.5).abs() > estimate.error {
                 break;
             }
         }
-        found
+        estimate
     }
 
     pub fn boundary(&self) -> &MeshBoundary {
         &self.boundary
     }
 
-    /// Of each triangle, in the order of the tree.
+    /// Orientation of each triangle, in the tree's order.
     pub fn orientations(&self) -> &[f64] {
         &self.orientations
     }
 }
 
-/// Of the triangle's area in length, along its normal.
-pub(crate) fn area_vector([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
-    (b - a).cross(&(c - a)) * 0.5
-}
-
-/// The angle that a triangle fills as seen from the origin, positive from its back side. (Van Oosterom and Strackee
-/// 1983, "The solid angle of a plane triangle", eq. 8.)
+/// Signed solid angle of a triangle seen from the origin, positive from its back side.
+///
+/// tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
+/// (Van Oosterom and Strackee 1983, "The solid angle of a plane triangle", eq. 8).
 #[cfg(test)]
 pub(crate) fn solid_angle([a, b, c]: [Vector3<f64>; 3]) -> f64 {
     let lengths = [a.norm(), b.norm(), c.norm()];

@@ -1,3 +1,20 @@
+//! Map of all brick slots, before any brick is computed: the distance at the middle of each, and the coarse grid.
+//!
+//! A slot of side 8 h has half diagonal R = 4√3 h. From the distance D at its middle follows, for all its nodes,
+//!
+//! ```text
+//! D − R ≤ distance ≤ D + R,
+//! ```
+//!
+//! so a slot with D > K + R has no brick. The coarse grid's magnitude at a node is the greater of
+//!
+//! ```text
+//! min over the slots around of max(D − R, W),      T(d) = W + (d − K) / 16   at the node's own distance d.
+//! ```
+//!
+//! At a node without a brick both interpolate to at most its distance: the first by the slot's bound, the second as
+//! shown at [`BrickMap::tilted`]. The slope of T gives descent methods a direction outside the band.
+
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
@@ -5,105 +22,113 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
-use crate::nearest::{Nodes, Packet, SIDE, rows_of_packets};
+use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
+use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sign::flood_fill::{NodeBlock, Seed, Winding};
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
 
-/// The places of bricks, each with the signed distance at its middle, and what follows from that before any brick is made.
+/// Minimum slope of the coarse grid away from the surface. A greater one keeps more bricks: a sixteenth costs 0.87
+/// voxels around the band.
+const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
+
+/// Distance from the surface, in voxels, beyond which neighbouring coarse nodes, 8 voxels apart, have a clear segment
+/// between them.
+const CLEAR_DISTANCE: f64 = 0.51 * BRICK as f64;
+
+/// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
 pub(super) struct BrickMap {
     counts: [u32; 3],
+    /// Signed distance at the middle of each slot.
     distances: Vec<f32>,
-    /// At each node of the coarse grid the least bound of all places around it, with a brick or without, or
-    /// [`Self::tilted`], whichever is more. From node to node both change by no more than the way.
+    /// Magnitude of the coarse grid at each node.
     magnitudes: Vec<f32>,
-    /// Where the winding number tells the sides.
-    sides: Option<Sides>,
+    /// `Some` if winding numbers give the sign.
+    windings: Option<Windings>,
     spacing: f64,
     band: f64,
 }
 
-/// The winding numbers at the middles of places, and at the nodes of the coarse grid, and the distances there.
-struct Sides {
-    of_middles: Vec<Winding>,
-    of_nodes: Vec<Winding>,
-    distances_of_nodes: Vec<f32>,
+/// Winding numbers at the middles of slots and at the nodes of the coarse grid.
+struct Windings {
+    middles: Vec<Winding>,
+    nodes: Vec<Winding>,
+    /// Signed distance at each node, or a lower bound of its magnitude.
+    node_distances: Vec<f32>,
 }
 
-/// How fast the coarse grid rises at least, away from the surface, so that a search beyond the band sees which way it is.
-/// With more, more bricks are kept: a sixteenth costs 0.87 voxels around the band.
-const TILT: f64 = 1.0 / 16.0;
-
-/// Nodes of the coarse grid so many spacings from the surface have a free way to those of their neighbours that are too.
-const FREE: f64 = 0.51 * BRICK as f64;
-
-/// More than f32's own rounding, twice.
-const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
-
 impl BrickMap {
-    pub fn measure(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
+    pub fn new(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
         let counts = brick_counts(lattice);
-        let along = counts.map(|n| n as usize);
-        let block = NodeBlock {
-            counts: along,
+        let slot_counts = counts.map(|n| n as usize);
+        let middles = NodeBlock {
+            counts: slot_counts,
             spacing: lattice.spacing() * f64::from(BRICK),
-            position: |place| middle(lattice, place),
+            position: |slot| middle(lattice, slot),
         };
-        let (mut distances, slots): (Vec<f32>, Vec<u32>) = nearest_to_middles(mesh, &block).into_iter().unzip();
+        let (mut distances, triangles): (Vec<f32>, Vec<u32>) = nearest_to_middles(mesh, &middles).into_iter().unzip();
         let is_winding = mesh.sign_method() == SignMethod::Winding;
-        let of_middles = is_winding.then(|| sign_by_slabs(mesh, &block, &mut distances));
-        let mut places = Self { counts, distances, magnitudes: vec![], sides: None, spacing: lattice.spacing(), band };
+        let middle_windings = is_winding.then(|| sign_by_slabs(mesh, &middles, &mut distances));
+        let mut map = Self { counts, distances, magnitudes: vec![], windings: None, spacing: lattice.spacing(), band };
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
-        let of_nodes = places
+        let nodes = map
             .coarse_nodes()
-            .map(|node| places.of_coarse_node(mesh, node, position(node.map(|n| n as usize)), &slots));
-        let (magnitudes, mut distances_of_nodes): (Vec<f32>, Vec<f32>) = of_nodes.unzip();
-        places.magnitudes = magnitudes;
-        if let Some(of_middles) = of_middles {
-            let block = NodeBlock { counts: along.map(|n| n + 1), spacing: block.spacing, position };
-            let of_nodes = sign_by_slabs(mesh, &block, &mut distances_of_nodes);
-            places.sides = Some(Sides { of_middles, of_nodes, distances_of_nodes });
+            .map(|node| map.measure_coarse_node(mesh, node, position(node.map(|n| n as usize)), &triangles));
+        let (magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.unzip();
+        map.magnitudes = magnitudes;
+        if let Some(middles) = middle_windings {
+            let spacing = lattice.spacing() * f64::from(BRICK);
+            let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing, position };
+            let nodes = sign_by_slabs(mesh, &block, &mut node_distances);
+            map.windings = Some(Windings { middles, nodes, node_distances });
         }
-        places
+        map
     }
 
-    /// Its magnitude, and its distance or a bound of it from below. It is only searched for where either needs it: the
-    /// triangle that is nearest to the middle of a place beside it, one of `slots`, bounds it from above.
-    fn of_coarse_node(&self, mesh: &MeshDistance, node: [u32; 3], at: Vector3<f64>, slots: &[u32]) -> (f32, f32) {
-        let of_middle = |index: &usize| self.distances[*index].abs();
-        let nearest = self.around(node).min_by(|a, b| of_middle(a).total_cmp(&of_middle(b)));
-        let guess = nearest.map_or(0, |index| slots[index] as usize);
-        let most = nearest_on_triangle(at, mesh.tree().corners[guess]).distance_sq.sqrt() as f32;
-        let farthest = self.around(node).map(|index| of_middle(&index)).fold(0.0, f32::max);
-        let least = (f64::from(farthest) - self.reach()) * (1.0 - ROUNDING);
-        let is_too_near = mesh.sign_method() == SignMethod::Winding && least < FREE * self.spacing;
+    /// Magnitude of a coarse node, and its distance or a lower bound of it.
+    ///
+    /// The nearest triangle is searched only if it matters. `triangles` are those nearest to the middles of the slots;
+    /// one of a slot around the node gives an upper bound of the distance.
+    fn measure_coarse_node(
+        &self,
+        mesh: &MeshDistance,
+        node: [u32; 3],
+        position: Vector3<f64>,
+        triangles: &[u32],
+    ) -> (f32, f32) {
+        let middle_distance = |index: &usize| self.distances[*index].abs();
+        let nearest_slot = self.slots_around(node).min_by(|a, b| middle_distance(a).total_cmp(&middle_distance(b)));
+        let guess = nearest_slot.map_or(0, |index| triangles[index] as usize);
+        let upper = nearest_on_triangle(position, mesh.tree().corners[guess]).distance_sq.sqrt() as f32;
+        let farthest = self.slots_around(node).map(|index| middle_distance(&index)).fold(0.0, f32::max);
+        let lower = (f64::from(farthest) - self.half_diagonal()) * (1.0 - COARSE_DISTANCE_ROUNDING);
+        let is_too_near = mesh.sign_method() == SignMethod::Winding && lower < CLEAR_DISTANCE * self.spacing;
         let flat = self.magnitude(node, 0.0);
-        if !is_too_near && self.magnitude(node, most) == flat {
-            return (flat, least as f32);
+        if !is_too_near && self.magnitude(node, upper) == flat {
+            return (flat, lower as f32);
         }
-        let distance = mesh.nearest(at, guess).distance as f32;
+        let distance = mesh.nearest(position, guess).distance as f32;
         (self.magnitude(node, distance), distance)
     }
 
-    /// Of a node of the coarse grid at a distance from the surface. It rises with that.
+    /// Magnitude of a coarse node at a distance from the surface, with which it grows. Rounded down.
     fn magnitude(&self, node: [u32; 3], distance: f32) -> f32 {
-        let least = self.around(node).map(|index| self.bound(index)).fold(f64::INFINITY, f64::min);
-        // Towards zero, whatever the rounding.
-        let tilted = self.tilted(f64::from(distance) * (1.0 - ROUNDING));
-        (least.max(tilted) * (1.0 - ROUNDING)) as f32
+        let lower = self.slots_around(node).map(|index| self.lower_bound(index)).fold(f64::INFINITY, f64::min);
+        let tilted = self.tilted(f64::from(distance) * (1.0 - COARSE_DISTANCE_ROUNDING));
+        (lower.max(tilted) * (1.0 - COARSE_DISTANCE_ROUNDING)) as f32
     }
 
-    pub fn count(&self) -> usize {
+    pub fn slot_count(&self) -> usize {
         self.distances.len()
     }
 
-    /// Of its own numbers, a table, a list of places and a coarse grid.
+    /// Memory of the map, of a table and a list of slots, and of a coarse grid.
     pub fn bytes(&self) -> usize {
-        let of_sides = self.sides.as_ref().map_or(0, |sides| {
-            (sides.of_middles.len() + sides.of_nodes.len()) * size_of::<Winding>()
-                + size_of_val(&sides.distances_of_nodes[..])
+        let windings = self.windings.as_ref().map_or(0, |windings| {
+            (windings.middles.len() + windings.nodes.len()) * size_of::<Winding>()
+                + size_of_val(&windings.node_distances[..])
         });
-        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 3]>() + of_sides
+        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 3]>() + windings
     }
 
     pub fn band(&self) -> f64 {
@@ -114,70 +139,78 @@ impl BrickMap {
         (z as usize * self.counts[1] as usize + y as usize) * self.counts[0] as usize + x as usize
     }
 
-    pub fn place(&self, index: usize) -> [u32; 3] {
+    pub fn slot(&self, index: usize) -> [u32; 3] {
         let [row, rows, _] = self.counts.map(|n| n as usize);
         [index % row, index / row % rows, index / row / rows].map(|n| n as u32)
     }
 
-    /// From the middle of a place to its corners.
-    fn reach(&self) -> f64 {
+    /// R: distance from the middle of a slot to its corners.
+    fn half_diagonal(&self) -> f64 {
         0.5 * f64::from(BRICK) * 3.0_f64.sqrt() * self.spacing
     }
 
-    /// Nodes within this of the surface hold their exact distances: the corners of all cells that the band enters do.
+    /// W: nodes within this of the surface hold their exact distances. They include all corners of cells that the band
+    /// enters.
     pub fn exact_within(&self) -> f64 {
         self.band + 3.0_f64.sqrt() * self.spacing
     }
 
-    /// A node within this of the surface has a brick. It is more than [`Self::exact_within`] by as much as
-    /// [`Self::tilted`] may claim too much at other distances from a node of the coarse grid.
+    /// K: a node within this of the surface has a brick. The excess over W is what [`Self::tilted`] can be too great
+    /// by.
     pub fn kept_within(&self) -> f64 {
-        self.exact_within() + TILT * 2.0 * self.reach()
+        self.exact_within() + MIN_COARSE_SLOPE * 2.0 * self.half_diagonal()
     }
 
-    /// At a node of the coarse grid, a value that rises with its distance from the surface. Interpolated at a node that has
-    /// no brick, at a distance d ≥ K = [`Self::kept_within`] in a place of diagonal D = 2 · reach, it is at most
-    /// W + [`TILT`] (d + D − K) = d − (1 − TILT) (d − K), so no more than d.
+    /// T(d) = W + s (d − K), with s = [`MIN_COARSE_SLOPE`].
+    ///
+    /// A node without a brick is at a distance d ≥ K, and the corners of its slot are at most 2R farther. So T
+    /// interpolates there to at most W + s (d + 2R − K) = d − (1 − s) (d − K) ≤ d, as K = W + 2 s R.
     fn tilted(&self, distance: f64) -> f64 {
-        self.exact_within() + TILT * (distance - self.kept_within())
+        self.exact_within() + MIN_COARSE_SLOPE * (distance - self.kept_within())
     }
 
+    /// Can a node of the slot be within K? D ≤ K + R.
     pub fn may_need_brick(&self, index: usize) -> bool {
-        f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) <= self.kept_within() + self.reach()
+        let lower = f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING);
+        lower <= self.kept_within() + self.half_diagonal()
     }
 
-    /// No node of a place without a brick is nearer to the surface than this.
-    fn bound(&self, index: usize) -> f64 {
-        (f64::from(self.distances[index].abs()) * (1.0 - ROUNDING) - self.reach()).max(self.exact_within())
+    /// max(D − R, W): lower bound of the distance at the nodes of a slot without a brick.
+    fn lower_bound(&self, index: usize) -> f64 {
+        (f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING) - self.half_diagonal())
+            .max(self.exact_within())
     }
 
-    /// How many bricks there can be: those of places that may need one, and those that may have to close a mesh.
-    pub fn most_bricks(&self) -> usize {
-        // The middle of a place is one of its nodes.
-        let may_be_absent =
-            |index: usize| f64::from(self.distances[index].abs()) * (1.0 + ROUNDING) >= self.kept_within();
-        let may_be_torn = |index: usize| {
-            let place = self.place(index);
-            let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| place[axis] + (corner >> axis & 1)));
-            let side = self.is_inside(index);
-            nodes.flat_map(|node| self.around(node)).any(|other| self.is_inside(other) != side && may_be_absent(other))
-                || self.sides.as_ref().is_some_and(|sides| {
-                    let mut around = (0..8_u32).map(|corner| place_node(self.counts, place, corner));
-                    may_be_absent(index) && around.any(|node| sides.is_node_inside(node) != side)
+    /// Upper bound of the number of bricks: slots near the surface, and slots that may have to close a mesh.
+    pub fn max_bricks(&self) -> usize {
+        // The middle of a slot is one of its nodes.
+        let may_have_no_brick = |index: usize| {
+            f64::from(self.distances[index].abs()) * (1.0 + COARSE_DISTANCE_ROUNDING) >= self.kept_within()
+        };
+        let may_be_at_jump = |index: usize| {
+            let slot = self.slot(index);
+            let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
+            let is_inside = self.is_inside(index);
+            nodes
+                .flat_map(|node| self.slots_around(node))
+                .any(|other| self.is_inside(other) != is_inside && may_have_no_brick(other))
+                || self.windings.as_ref().is_some_and(|windings| {
+                    let mut nodes = (0..8_u32).map(|corner| corner_node(self.counts, slot, corner));
+                    may_have_no_brick(index) && nodes.any(|node| windings.is_node_inside(node) != is_inside)
                 })
         };
-        let all = (0..self.count()).into_par_iter();
-        all.filter(|index| self.may_need_brick(*index) || may_be_torn(*index)).count()
+        let all = (0..self.slot_count()).into_par_iter();
+        all.filter(|index| self.may_need_brick(*index) || may_be_at_jump(*index)).count()
     }
 
-    /// The places around a node of the coarse grid, at most eight.
-    pub fn around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
+    /// Indices of the slots around a coarse node, at most eight.
+    fn slots_around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
         (0..8_u32).filter_map(move |corner| {
-            let place: [Option<u32>; 3] = std::array::from_fn(|axis| {
-                let place = node[axis].checked_sub(corner >> axis & 1)?;
-                (place < self.counts[axis]).then_some(place)
+            let slot: [Option<u32>; 3] = std::array::from_fn(|axis| {
+                let slot = node[axis].checked_sub(corner >> axis & 1)?;
+                (slot < self.counts[axis]).then_some(slot)
             });
-            let [Some(x), Some(y), Some(z)] = place else { return None };
+            let [Some(x), Some(y), Some(z)] = slot else { return None };
             Some(self.index([x, y, z]))
         })
     }
@@ -188,45 +221,48 @@ impl BrickMap {
         (0..row * rows * layers).into_par_iter().map(node)
     }
 
-    /// The coarse grid's magnitudes at the corners of a place, x fastest.
-    pub fn magnitudes(&self, place: [u32; 3]) -> [f64; 8] {
-        std::array::from_fn(|corner| f64::from(self.magnitudes[place_node(self.counts, place, corner as u32)]))
+    /// Magnitudes of the coarse grid at the corners of a slot, x fastest.
+    pub fn corner_magnitudes(&self, slot: [u32; 3]) -> [f64; 8] {
+        std::array::from_fn(|corner| f64::from(self.magnitudes[corner_node(self.counts, slot, corner as u32)]))
     }
 
-    /// Places without a brick whose middles, and the node of the coarse grid between them, are not all on one side. No
-    /// triangle lies between those, so the mesh is open there: the surface that closes it needs bricks too.
-    pub fn unpaired_at_boundary(&self, table: &[u32]) -> BTreeSet<usize> {
-        let torn_at = |(number, node): (usize, [u32; 3])| {
-            let absent: Vec<usize> = self.around(node).filter(|index| table[*index] == NO_BRICK).collect();
-            let of_node = self.sides.as_ref().map(|sides| sides.is_node_inside(number));
-            let mut sides = absent.iter().map(|index| self.is_inside(*index)).chain(of_node);
+    /// Slots without a brick where the sign jumps: around a coarse node, their middles and the node are not all on one
+    /// side.
+    ///
+    /// No triangle lies between those points, so the mesh is open there, and the surface that closes it needs bricks
+    /// too.
+    pub fn slots_at_sign_jumps(&self, table: &[u32]) -> BTreeSet<usize> {
+        let jumps_at = |(index, node): (usize, [u32; 3])| {
+            let without_brick: Vec<usize> = self.slots_around(node).filter(|slot| table[*slot] == NO_BRICK).collect();
+            let node_side = self.windings.as_ref().map(|windings| windings.is_node_inside(index));
+            let mut sides = without_brick.iter().map(|slot| self.is_inside(*slot)).chain(node_side);
             let first = sides.next();
-            if sides.all(|side| Some(side) == first) { Vec::new() } else { absent }
+            if sides.all(|side| Some(side) == first) { Vec::new() } else { without_brick }
         };
-        self.coarse_nodes().enumerate().flat_map_iter(torn_at).collect()
+        self.coarse_nodes().enumerate().flat_map_iter(jumps_at).collect()
     }
 
-    /// The points around a place whose winding numbers are known: its middle and its corners.
-    pub fn known_around(&self, lattice: &Lattice, place: [u32; 3]) -> Vec<Seed> {
-        let Some(sides) = &self.sides else { return vec![] };
-        let index = self.index(place);
+    /// Points with known winding numbers around a slot: its middle and its corners.
+    pub fn seeds(&self, lattice: &Lattice, slot: [u32; 3]) -> Vec<Seed> {
+        let Some(windings) = &self.windings else { return vec![] };
+        let index = self.index(slot);
         let middle = Seed {
             node: [BRICK as usize / 2; 3],
-            position: middle(lattice, place.map(|n| n as usize)),
-            way: 0.0,
+            position: middle(lattice, slot.map(|n| n as usize)),
+            length: 0.0,
             distance: self.distances[index].abs(),
-            winding: sides.of_middles[index],
+            winding: windings.middles[index],
         };
         let at_corner = |corner: u32| {
-            // The last of the place's nodes is one short of the next place's first.
+            // The slot's last node is one before the next slot's first, where the corner is.
             let steps: [usize; 3] = std::array::from_fn(|axis| (corner >> axis & 1) as usize);
-            let node = place_node(self.counts, place, corner);
+            let node = corner_node(self.counts, slot, corner);
             Seed {
                 node: steps.map(|step| step * (BRICK as usize - 1)),
-                position: lattice.node(std::array::from_fn(|axis| (place[axis] + steps[axis] as u32) * BRICK)).into(),
-                way: (steps.iter().sum::<usize>() as f64).sqrt(),
-                distance: sides.distances_of_nodes[node].abs(),
-                winding: sides.of_nodes[node],
+                position: lattice.node(std::array::from_fn(|axis| (slot[axis] + steps[axis] as u32) * BRICK)).into(),
+                length: (steps.iter().sum::<usize>() as f64).sqrt(),
+                distance: windings.node_distances[node].abs(),
+                winding: windings.nodes[node],
             }
         };
         [middle].into_iter().chain((0..8).map(at_corner)).collect()
@@ -236,62 +272,64 @@ impl BrickMap {
         self.distances[index].is_sign_negative()
     }
 
-    /// Each node on the side of the places around it that have no brick.
-    pub fn coarse(&self, table: &[u32]) -> Vec<f32> {
+    /// Values of the coarse grid. The sign of a node is that of the slots around it without a brick.
+    pub fn coarse_values(&self, table: &[u32]) -> Vec<f32> {
         let value = |(node, magnitude): ([u32; 3], &f32)| {
-            let absent = self.around(node).find(|index| table[*index] == NO_BRICK);
-            absent.map_or(0.0, |index| if self.is_inside(index) { -magnitude } else { *magnitude })
+            let without_brick = self.slots_around(node).find(|slot| table[*slot] == NO_BRICK);
+            without_brick.map_or(0.0, |slot| if self.is_inside(slot) { -magnitude } else { *magnitude })
         };
         self.coarse_nodes().zip(&self.magnitudes).map(value).collect()
     }
 }
 
-impl Sides {
+impl Windings {
     fn is_node_inside(&self, node: usize) -> bool {
-        self.of_nodes[node].is_inside()
+        self.nodes[node].is_inside()
     }
 }
 
-/// Layers of nodes that are given their sides side by side with others.
+/// Layers of nodes per slab. Slabs are signed in parallel.
 const SLAB: usize = 8;
 
-/// As [`NodeBlock::sign`], with nothing known.
+/// [`NodeBlock::sign`] without seeds, in parallel. Returns the winding numbers.
 fn sign_by_slabs<P>(mesh: &MeshDistance, block: &NodeBlock<P>, distances: &mut [f32]) -> Vec<Winding>
 where
     P: Fn([usize; 3]) -> Vector3<f64> + Sync,
 {
     let [row, rows, _] = block.counts;
-    let of_slab = |(slab, distances): (usize, &mut [f32])| -> Vec<Winding> {
+    let sign_slab = |(slab, distances): (usize, &mut [f32])| -> Vec<Winding> {
         let counts = [row, rows, distances.len() / (row * rows)];
         let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
         let block = NodeBlock { counts, spacing: block.spacing, position };
         let signed = block.sign_rows(mesh, &[], &mut distances.chunks_mut(row).collect::<Vec<_>>());
-        (0..distances.len()).map(|index| signed.at([index % row, index / row % rows, index / row / rows])).collect()
+        (0..distances.len())
+            .map(|index| signed.winding([index % row, index / row % rows, index / row / rows]))
+            .collect()
     };
-    distances.par_chunks_mut(row * rows * SLAB).enumerate().map(of_slab).collect::<Vec<_>>().concat()
+    distances.par_chunks_mut(row * rows * SLAB).enumerate().map(sign_slab).collect::<Vec<_>>().concat()
 }
 
-/// The signed distance at the middle of each place, and which triangle of the tree is nearest.
-fn nearest_to_middles<P>(mesh: &MeshDistance, block: &NodeBlock<P>) -> Vec<(f32, u32)>
+/// Distance at the middle of each slot, signed if pseudo-normals give the sign, and the nearest triangle of the tree.
+fn nearest_to_middles<P>(mesh: &MeshDistance, middles: &NodeBlock<P>) -> Vec<(f32, u32)>
 where
     P: Fn([usize; 3]) -> Vector3<f64> + Sync,
 {
-    let [row, rows, layers] = block.counts;
+    let [row, rows, layers] = middles.counts;
     let mut nearest = vec![(0.0, 0); row * rows * layers];
-    rows_of_packets(&mut nearest, block.counts).into_par_iter().for_each(|([y, z], mut tile_rows)| {
+    packet_rows(&mut nearest, middles.counts).into_par_iter().for_each(|([y, z], mut group_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
-        let mut packet = Packet::new(mesh.tree());
+        let mut search = PacketSearch::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {
-            let along =
-                |axis: usize| std::array::from_fn(|step| (block.position)([x + step, y + step, z + step])[axis]);
+            let coordinates =
+                |axis: usize| std::array::from_fn(|step| (middles.position)([x + step, y + step, z + step])[axis]);
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
-            let nodes = Nodes { axes: std::array::from_fn(along), spacing: block.spacing, counts };
-            packet.measure(&nodes, f64::INFINITY, f64::INFINITY);
-            for (above, middles) in tile_rows.iter_mut().enumerate() {
+            let nodes = PacketNodes { axes: std::array::from_fn(coordinates), spacing: middles.spacing, counts };
+            search.find(&nodes, f64::INFINITY, f64::INFINITY);
+            for (above, nearest_in_row) in group_rows.iter_mut().enumerate() {
                 for i in 0..counts[0] {
                     let step = [i, above % counts[1], above / counts[1]];
-                    let nearest = mesh.nearest_in(&packet, &nodes, step, None);
-                    middles[x + i] = (nearest.signed() as f32, nearest.guess as u32);
+                    let nearest = mesh.nearest_to_node(&search, &nodes, step, None);
+                    nearest_in_row[x + i] = (nearest.signed() as f32, nearest.guess as u32);
                 }
             }
         }
@@ -299,65 +337,18 @@ where
     nearest
 }
 
-/// The middle of a place: of the cells whose first corners it holds.
-pub(super) fn middle(lattice: &Lattice, place: [usize; 3]) -> Vector3<f64> {
-    let steps = |axis: usize| f64::from(BRICK) * (place[axis] as f64 + 0.5);
+/// Middle of a slot: of the cells whose first corners it contains.
+pub(super) fn middle(lattice: &Lattice, slot: [usize; 3]) -> Vector3<f64> {
+    let steps = |axis: usize| f64::from(BRICK) * (slot[axis] as f64 + 0.5);
     Vector3::from_fn(|axis, _| lattice.origin()[axis] + lattice.spacing() * steps(axis))
 }
 
-/// The number of the coarse grid's node at a corner of a place.
-fn place_node(counts: [u32; 3], place: [u32; 3], corner: u32) -> usize {
+/// Index of the coarse node at a corner of a slot.
+fn corner_node(counts: [u32; 3], slot: [u32; 3], corner: u32) -> usize {
     let [row, rows, _] = counts.map(|n| n as usize + 1);
-    let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| (place[axis] + (corner >> axis & 1)) as usize);
+    let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| (slot[axis] + (corner >> axis & 1)) as usize);
     (z * rows + y) * row + x
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
-    use crate::{TriangleMesh, lattice_around};
-
-    /// Some tetrahedra, and some triangles that make the mesh open.
-    fn mesh(tetrahedra: u32, triangles: u32, state: &mut u64) -> TriangleMesh {
-        let (mut points, mut corners) = (vec![], vec![]);
-        for part in 0..tetrahedra + triangles {
-            let (middle, size) = (random_vector(state), 0.02 + 0.3 * random(state).abs());
-            let first = 4 * part;
-            points.extend((0..4).map(|_| <[f64; 3]>::from(middle + random_vector(state) * size)));
-            let of_part = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|of: [u32; 3]| of.map(|c| first + c));
-            corners.extend(&of_part[..if part < tetrahedra { 4 } else { 1 }]);
-        }
-        TriangleMesh::new(&points, &corners).unwrap()
-    }
-
-    #[test]
-    fn distances_and_magnitudes_are_those_of_every_node_searched_by_itself() {
-        let mut state = 47;
-        println!("seed {state}");
-        for (tetrahedra, triangles, cells) in [(1, 0, 20.0), (1, 0, 150.0), (9, 0, 150.0), (0, 40, 90.0), (3, 1, 200.0)]
-        {
-            let mesh = mesh(tetrahedra, triangles, &mut state);
-            let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 2).unwrap();
-            let mesh = MeshDistance::new(&mesh, None);
-            let places = BrickMap::measure(&mesh, &lattice, 3.0 * lattice.spacing());
-            for index in 0..places.count() {
-                let at = middle(&lattice, places.place(index).map(|n| n as usize));
-                let wanted = mesh.nearest(at, 0).distance as f32;
-                assert_eq!(places.distances[index].abs(), wanted, "place {index}");
-            }
-            let mut rises = 0;
-            let nodes: Vec<[u32; 3]> = places.coarse_nodes().collect();
-            for (number, node) in nodes.into_iter().enumerate() {
-                let at = Vector3::from(lattice.node(node.map(|n| n * BRICK)));
-                let distance = mesh.nearest(at, 0).distance as f32;
-                assert_eq!(places.magnitudes[number], places.magnitude(node, distance), "{node:?}");
-                rises += usize::from(places.magnitudes[number] > places.magnitude(node, 0.0));
-                if let Some(sides) = &places.sides {
-                    assert!(sides.distances_of_nodes[number].abs() <= distance * (1.0 + f32::EPSILON), "{node:?}");
-                }
-            }
-            assert!(rises > 0, "{tetrahedra} {triangles}");
-        }
-    }
-}
+mod tests;

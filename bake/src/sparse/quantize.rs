@@ -1,15 +1,15 @@
 use sdf_core::grid::sparse::{Code, Scale};
 
-/// How samples are kept.
+/// Type of a stored sample.
 pub trait Quantize: Code + Send + Sync {
-    /// The scale for a brick's samples.
-    fn scale(least: f32, greatest: f32) -> Scale;
-    /// The code that decodes nearest to the sample.
+    /// Scale of a brick whose samples range from `lower` to `upper`.
+    fn scale(lower: f32, upper: f32) -> Scale;
+    /// Code that decodes nearest to a sample.
     fn encode(sample: f32, scale: Scale) -> Self;
 }
 
 impl Quantize for f32 {
-    fn scale(_least: f32, _greatest: f32) -> Scale {
+    fn scale(_lower: f32, _upper: f32) -> Scale {
         Scale { base: 0.0, step: 1.0 }
     }
     fn encode(sample: f32, _scale: Scale) -> Self {
@@ -20,8 +20,8 @@ impl Quantize for f32 {
 macro_rules! quantize {
     ($code:ident) => {
         impl Quantize for $code {
-            fn scale(least: f32, greatest: f32) -> Scale {
-                Scale { base: least, step: (greatest - least) / f32::from($code::MAX) }
+            fn scale(lower: f32, upper: f32) -> Scale {
+                Scale { base: lower, step: (upper - lower) / f32::from($code::MAX) }
             }
             fn encode(sample: f32, scale: Scale) -> Self {
                 if scale.step > 0.0 { ((sample - scale.base) / scale.step).round() as $code } else { 0 }

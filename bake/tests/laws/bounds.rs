@@ -1,4 +1,4 @@
-//! The bounds that a baked grid states of itself.
+//! Bounds that a dense grid states of itself: slope and error.
 
 use sdf_core::grid::{Dense, Grid};
 use sdf_core::nalgebra::Vector3;
@@ -8,7 +8,7 @@ use crate::meshes::{self, Mesh};
 use crate::oracle::{self, Baked};
 use crate::random::Random;
 
-/// Of f64 sums of numbers of the mesh's size.
+/// Rounding of f64 sums, relative to the mesh's size.
 const F64_ROUNDING: f64 = 1e-13;
 
 fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
@@ -43,52 +43,52 @@ fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
 
 #[test]
 fn the_interpolant_changes_no_faster_than_its_slope_bound() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
-        let baked = Baked::of(&mesh, None, 12);
+        let baked = Baked::from_mesh(&mesh, None, 12);
         let storage = Dense::new(&baked.lattice, &baked.grid.distances).unwrap();
         let field = Grid::new(baked.lattice, storage, baked.grid.slope_bound).unwrap();
         let bounds = baked.lattice.bounds().inflate(2.0 * baked.lattice.spacing());
         let rounding = F64_ROUNDING * largest_coordinate(&bounds);
         for _ in 0..20_000 {
-            let from = random.in_box(bounds.min, bounds.max);
-            let reach = baked.lattice.spacing() * 10.0_f64.powf(random.between(-3.0, 1.0));
-            let to = from + random.in_cube(reach);
+            let from = random.point_in_box(bounds.min, bounds.max);
+            let size = baked.lattice.spacing() * 10.0_f64.powf(random.between(-3.0, 1.0));
+            let to = from + random.point_in_cube(size);
             let change = (field.value(to) - field.value(from)).abs();
-            let most = baked.grid.slope_bound * (to - from).norm() + rounding * baked.grid.slope_bound;
-            assert!(change <= most, "{name}: {change} from {from:?} to {to:?}, at most {most}");
+            let max_change = baked.grid.slope_bound * (to - from).norm() + rounding * baked.grid.slope_bound;
+            assert!(change <= max_change, "{name}: {change} > {max_change} from {from:?} to {to:?}");
         }
     }
 }
 
 fn largest_coordinate(bounds: &Aabb) -> f64 {
-    bounds.min.iter().chain(&bounds.max).fold(0.0, |most, x| most.max(x.abs()))
+    bounds.min.iter().chain(&bounds.max).fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 #[test]
 fn the_interpolant_of_a_closed_mesh_is_off_by_no_more_than_its_error_bound() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in closed_meshes(&mut random) {
         for cells in [3, 8, 20] {
-            let baked = Baked::of(&mesh, None, cells);
+            let baked = Baked::from_mesh(&mesh, None, cells);
             let (worst, unseen) = worst_error(name, &mesh, &baked, &mut random);
             assert_eq!(unseen, 0, "{name}");
-            // Along each axis a distance changes by no more than the way.
+            // Along each axis a distance has slope one at most.
             assert!(baked.grid.slope_bound <= 1.000_01 * 3.0_f64.sqrt(), "{name}: {}", baked.grid.slope_bound);
             let half_diagonal = 0.75_f64.sqrt() * baked.lattice.spacing();
-            assert!(baked.grid.error_bound <= 1.000_01 * half_diagonal, "{name}: the bound is wider than it need be");
+            assert!(baked.grid.error_bound <= 1.000_01 * half_diagonal, "{name}: the bound is too wide");
             println!("{name}: {:.2} of the bound", worst / baked.grid.error_bound);
         }
     }
 }
 
-/// Where the surface that closes a hole cuts no edge of a cell, the grid cannot know of it; all else is bounded.
+/// Where the surface that closes a hole cuts no edge of a cell, the grid cannot detect it.
 #[test]
-fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound_but_where_it_sees_no_change_of_sign() {
-    let mut random = Random::of_test();
+fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound_except_in_cells_without_a_change_of_sign() {
+    let mut random = Random::from_env();
     for (name, mesh) in open_meshes(&mut random) {
         for cells in [3, 8, 20] {
-            let baked = Baked::of(&mesh, None, cells);
+            let baked = Baked::from_mesh(&mesh, None, cells);
             let (worst, unseen) = worst_error(name, &mesh, &baked, &mut random);
             println!("{name}: {:.2} of the bound, {unseen} unseen", worst / baked.grid.error_bound);
             assert!(unseen <= 30, "{name}: {unseen} of 3000 points");
@@ -96,7 +96,7 @@ fn the_interpolant_of_an_open_mesh_is_off_by_no_more_than_its_error_bound_but_wh
     }
 }
 
-/// The largest error at random points and how many points have another sign than all corners of their cell have.
+/// Largest error at random points, and the number of points with another sign than all corners of their cell.
 fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (f64, usize) {
     let storage = Dense::new(&baked.lattice, &baked.grid.distances).unwrap();
     let field = Grid::new(baked.lattice, storage, baked.grid.slope_bound).unwrap();
@@ -105,7 +105,7 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (
     let rounding = F64_ROUNDING * largest_coordinate(&bounds);
     let (mut worst, mut unseen) = (0.0_f64, 0);
     for _ in 0..3000 {
-        let point = random.in_box(bounds.min, bounds.max);
+        let point = random.point_in_box(bounds.min, bounds.max);
         let exact = oracle::signed_distance(&corners, point);
         let error = (field.value(point) - exact).abs();
         let bound = baked.grid.error_bound + rounding;
@@ -113,13 +113,13 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (
             unseen += 1;
             continue;
         }
-        assert!(error <= bound, "{name}: {error} at {point:?}, at most {bound}");
+        assert!(error <= bound, "{name}: {error} > {bound} at {point:?}");
         worst = worst.max(error);
     }
     (worst, unseen)
 }
 
-/// Of all corners of the cell around a point, where they have the same.
+/// Sign of all corners of the cell around a point. `None` if they differ.
 fn sign_of_cell(baked: &Baked, point: Vector3<f64>) -> Option<f64> {
     let steps = (point - Vector3::from(baked.lattice.origin())) / baked.lattice.spacing();
     let signs: Vec<f64> = (0..8)
@@ -132,12 +132,12 @@ fn sign_of_cell(baked: &Baked, point: Vector3<f64>) -> Option<f64> {
     signs.iter().all(|sign| *sign == signs[0]).then_some(signs[0])
 }
 
-/// Their signs jump where the inner shell's own say outside.
+/// With pseudo-normals the sign jumps between the shells, where the inner shell is nearer and reports outside.
 #[test]
-fn pseudo_normals_asked_of_shells_within_shells_widen_the_error_bound() {
+fn pseudo_normals_requested_for_nested_shells_widen_the_error_bound() {
     let nested = meshes::icosphere(1).and(meshes::icosphere(1).scaled(0.6));
-    let widened = Baked::of(&nested, Some(sdf_bake::SignMethod::PseudoNormal), 12);
-    let proven = Baked::of(&nested, None, 12);
+    let widened = Baked::from_mesh(&nested, Some(sdf_bake::SignMethod::PseudoNormal), 12);
+    let proven = Baked::from_mesh(&nested, None, 12);
     let half_diagonal = 0.75_f64.sqrt() * proven.lattice.spacing();
     assert!(proven.grid.error_bound <= 1.000_01 * half_diagonal, "{}", proven.grid.error_bound);
     assert!(widened.grid.error_bound > 1.5 * half_diagonal, "{}", widened.grid.error_bound);

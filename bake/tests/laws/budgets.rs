@@ -1,11 +1,9 @@
-//! Grids baked to keep within an error.
+//! Grids baked to an error budget.
 
-use sdf_bake::error_budget::{AnyGrid, Baked, Budget, ErrorBudgetError};
-use sdf_bake::sparse::SparseGrid;
+use sdf_bake::error_budget::{ErrorBudget, ErrorBudgetError};
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::Sdf;
-use sdf_core::grid::Grid;
-use sdf_core::grid::sparse::{Code, Sparse};
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{self, Mesh};
@@ -22,110 +20,93 @@ fn solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-fn budget(max_error: f64) -> Budget {
-    Budget { max_error, band: 3.0, padding: 2, most_bytes: 1 << 28 }
+fn budget(max_error: f64) -> ErrorBudget {
+    ErrorBudget { max_error, band: 3.0, padding: 2, max_bytes: 1 << 28 }
 }
 
-fn worst_error(mesh: &TriangleMesh, distance: &MeshDistance, baked: &Baked, random: &mut Random) -> f64 {
-    fn worst<C: Code>(
-        mesh: &TriangleMesh,
-        distance: &MeshDistance,
-        baked: &Baked,
-        grid: &SparseGrid<C>,
-        random: &mut Random,
-    ) -> f64 {
-        let band = 3.0 * baked.lattice.spacing();
-        let storage = Sparse::new(&baked.lattice, grid).unwrap();
-        let field = Grid::new(baked.lattice, storage, grid.slope_bound).unwrap();
-        let error = |_| {
-            let [a, b, c] = mesh.corners(random.below(mesh.triangle_count())).map(Vector3::from);
-            let (u, v) = (random.unit(), random.unit());
-            let point = a + (b - a) * u.min(v) + (c - b) * (u - v).abs() * u.min(v) + random.in_cube(0.5 * band);
-            let exact = distance.signed_distance(point.into());
-            if exact.abs() > band { 0.0 } else { (field.value(point) - exact).abs() }
-        };
-        (0..5000).map(error).fold(0.0, f64::max)
-    }
-    match &baked.grid {
-        AnyGrid::U8(grid) => worst(mesh, distance, baked, grid, random),
-        AnyGrid::U16(grid) => worst(mesh, distance, baked, grid, random),
-    }
-}
-
-fn error_bound(baked: &Baked) -> f64 {
-    match &baked.grid {
-        AnyGrid::U8(grid) => grid.error_bound,
-        AnyGrid::U16(grid) => grid.error_bound,
-    }
+fn worst_error(mesh: &TriangleMesh, distance: &MeshDistance, field: &OwnedGrid, random: &mut Random) -> f64 {
+    let band = 3.0 * field.lattice().spacing();
+    let error = |_| {
+        let [a, b, c] = mesh.corners(random.below(mesh.triangle_count())).map(Vector3::from);
+        let (u, v) = (random.unit(), random.unit());
+        let point = a + (b - a) * u.min(v) + (c - b) * (u - v).abs() * u.min(v) + random.point_in_cube(0.5 * band);
+        let exact = distance.signed_distance(point.into());
+        if exact.abs() > band { 0.0 } else { (field.value(point) - exact).abs() }
+    };
+    (0..5000).map(error).fold(0.0, f64::max)
 }
 
 #[test]
-fn a_grid_within_a_budget_is_off_by_no_more() {
-    let mut random = Random::of_test();
+fn a_grid_baked_to_a_budget_is_off_by_no_more() {
+    let mut random = Random::from_env();
     for (name, mesh) in solids(&mut random) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for share in [0.3, 0.03, 0.01] {
-            let budget = budget(share * mesh.bounds().longest_side());
-            let choice = budget.choose(&distance).unwrap();
+        for fraction in [0.3, 0.03, 0.01] {
+            let budget = budget(fraction * mesh.bounds().longest_side());
+            let plan = budget.plan(&distance).unwrap();
             let baked = budget.bake(&distance, &|_| ()).unwrap();
-            assert_eq!(baked.lattice, *choice.plan.lattice(), "{name}: what was chosen was not within the budget");
-            assert!(error_bound(&baked) <= choice.error_bound && choice.error_bound <= budget.max_error, "{name}");
-            let worst = worst_error(&mesh, &distance, &baked, &mut random);
-            assert!(worst <= budget.max_error, "{name}: off by {worst}, more than {}", budget.max_error);
-            let cells = mesh.bounds().longest_side() / baked.lattice.spacing();
-            println!(
-                "{name}: {:.2} of the budget by {cells:.0} cells, {:?}",
-                worst / budget.max_error,
-                choice.precision
+            assert_eq!(
+                *baked.grid.lattice(),
+                *plan.baker.lattice(),
+                "{name}: the first plan was not within the budget"
             );
+            assert!(baked.error_bound <= plan.error_bound && plan.error_bound <= budget.max_error, "{name}");
+            let worst = worst_error(&mesh, &distance, &baked.grid, &mut random);
+            assert!(worst <= budget.max_error, "{name}: off by {worst}, more than {}", budget.max_error);
+            let cells = mesh.bounds().longest_side() / baked.grid.lattice().spacing();
+            println!("{name}: {:.2} of the budget by {cells:.0} cells, {:?}", worst / budget.max_error, plan.precision);
         }
     }
 }
 
 #[test]
-fn a_smooth_mesh_takes_larger_voxels_than_any_would() {
+fn a_smooth_mesh_gets_larger_voxels_than_an_arbitrary_one() {
     let mesh = meshes::icosphere(5).baked();
     let distance = MeshDistance::new(&mesh, None);
     let budget = budget(0.005);
     let baked = budget.bake(&distance, &|_| ()).unwrap();
-    let of_any = budget.max_error / 0.75_f64.sqrt();
-    assert!(baked.lattice.spacing() > 3.0 * of_any, "{} of {of_any}", baked.lattice.spacing());
+    let arbitrary = budget.max_error / 0.75_f64.sqrt();
+    assert!(
+        baked.grid.lattice().spacing() > 3.0 * arbitrary,
+        "{}, {arbitrary} for any mesh",
+        baked.grid.lattice().spacing()
+    );
 }
 
 #[test]
-fn more_than_the_memory_allows_is_refused_with_what_it_allows() {
-    let mut random = Random::of_test();
+fn a_budget_beyond_the_memory_limit_is_refused_with_what_fits_the_limit() {
+    let mut random = Random::from_env();
     for (name, mesh) in solids(&mut random).into_iter().filter(|(name, _)| ["sphere", "two cubes"].contains(name)) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for (share, most_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
-            let budget = Budget { most_bytes, ..budget(share * mesh.bounds().longest_side()) };
-            let Err(refusal) = budget.choose(&distance) else { panic!("{name}: {share} in {most_bytes}") };
+        for (fraction, max_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
+            let budget = ErrorBudget { max_bytes, ..budget(fraction * mesh.bounds().longest_side()) };
+            let Err(refusal) = budget.plan(&distance) else { panic!("{name}: {fraction} in {max_bytes}") };
             println!("{name}: {refusal}");
-            let ErrorBudgetError::TooLarge { bytes, reachable, .. } = &refusal else { panic!("{name}: {refusal}") };
-            assert!(bytes.is_none_or(|bytes| bytes > most_bytes), "{name}: {bytes:?}");
-            assert!(bytes.is_some() || share < 1e-6, "{name}: {refusal}");
-            let reachable = reachable.unwrap();
-            assert!(reachable.error > budget.max_error && reachable.bytes <= most_bytes, "{name}: {reachable:?}");
+            let ErrorBudgetError::TooLarge { bytes, achievable, .. } = &refusal else { panic!("{name}: {refusal}") };
+            assert!(bytes.is_none_or(|bytes| bytes > max_bytes), "{name}: {bytes:?}");
+            assert!(bytes.is_some() || fraction < 1e-6, "{name}: {refusal}");
+            let achievable = achievable.unwrap();
+            assert!(achievable.error > budget.max_error && achievable.bytes <= max_bytes, "{name}: {achievable:?}");
             // Sizes are tried an eighth of an octave apart, and a size a little finer can do worse.
-            let again = Budget { max_error: 1.5 * reachable.error, ..budget }.bake(&distance, &|_| ());
-            assert!(error_bound(&again.unwrap()) <= 1.5 * reachable.error, "{name}");
+            let again = ErrorBudget { max_error: 1.5 * achievable.error, ..budget }.bake(&distance, &|_| ());
+            assert!(again.unwrap().error_bound <= 1.5 * achievable.error, "{name}");
         }
-        let nothing = Budget { most_bytes: 1000, ..budget(0.1) }.choose(&distance).err();
-        assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { reachable: None, .. })), "{name}: {nothing:?}");
+        let nothing = ErrorBudget { max_bytes: 1000, ..budget(0.1) }.plan(&distance).err();
+        assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { achievable: None, .. })), "{name}: {nothing:?}");
     }
 }
 
 #[test]
-fn where_no_voxel_is_small_enough_it_says_so() {
+fn a_budget_that_no_voxel_size_meets_is_refused() {
     let open = meshes::icosphere(2).without(&[0, 1, 2]).baked();
     let refusal = budget(0.1).bake(&MeshDistance::new(&open, None), &|_| ()).unwrap_err();
     assert!(matches!(refusal, ErrorBudgetError::SignJumps { .. }), "{refusal}");
     let closed = meshes::icosphere(2).baked();
     for error in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refusal = budget(error).bake(&MeshDistance::new(&closed, None), &|_| ()).unwrap_err();
-        assert!(matches!(refusal, ErrorBudgetError::NoLength(_)), "{refusal}");
+        assert!(matches!(refusal, ErrorBudgetError::InvalidError(_)), "{refusal}");
     }
 }
 

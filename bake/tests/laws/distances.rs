@@ -1,4 +1,4 @@
-//! The magnitude of every node's sample is its distance to the nearest triangle.
+//! Magnitudes: every sample is the distance of its node to the nearest triangle.
 
 use parry3d_f64::math::Vec3;
 use parry3d_f64::query::PointQuery;
@@ -9,18 +9,17 @@ use crate::meshes::{self, Mesh};
 use crate::oracle::{self, Baked};
 use crate::random::Random;
 
-/// Half a unit in f32's last place, and as much again for the oracle's f64 and the node's own.
+/// Rounding to f32: half a unit in the last place, and a little for rounding in f64.
 const TO_F32: f64 = 0.5 * f32::EPSILON as f64 * 1.000_001;
 
-/// Of the mesh's diagonal: f64 on numbers of its size, squared and rooted. Nearer than that to a triangle the distance
-/// itself has no digits left.
+/// Rounding of a distance in f64, relative to the mesh's diagonal. A smaller distance has lost all digits.
 const F64_ROUNDING: f64 = 1e-14;
 
-/// Both methods store the same distances, those of `oracle` but for one rounding to f32 and `tolerance` diagonals.
+/// Asserts that both sign methods store the oracle's magnitudes, within rounding to f32 and `tolerance` diagonals.
 fn assert_exact_by(name: &str, mesh: &Mesh, cells: u32, tolerance: f64, oracle: impl Fn(Vector3<f64>) -> f64) {
     let diagonal = oracle::diagonal(mesh);
     let baked = [sdf_bake::SignMethod::PseudoNormal, sdf_bake::SignMethod::Winding]
-        .map(|method| Baked::of(mesh, Some(method), cells));
+        .map(|method| Baked::from_mesh(mesh, Some(method), cells));
     let mut worst = 0.0_f64;
     for ((node, by_normals), (_, by_winding)) in baked[0].nodes().zip(baked[1].nodes()) {
         assert_eq!(by_normals.abs(), by_winding.abs(), "{name} at {node:?}");
@@ -39,7 +38,7 @@ fn assert_exact(name: &str, mesh: &Mesh, cells: u32, tolerance: f64) {
 
 #[test]
 fn every_node_of_a_solid_has_the_distance_found_by_brute_force() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     let turn = random.rotation();
     for (name, mesh) in [
         ("tetrahedron", meshes::tetrahedron()),
@@ -57,7 +56,7 @@ fn every_node_of_a_solid_has_the_distance_found_by_brute_force() {
 
 #[test]
 fn every_node_of_a_soup_has_the_distance_found_by_brute_force() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for triangles in [1, 2, 8, 9, 65, 600] {
         assert_exact("soup", &meshes::soup(triangles, 0.5, &mut random), 9, F64_ROUNDING);
     }
@@ -66,7 +65,7 @@ fn every_node_of_a_soup_has_the_distance_found_by_brute_force() {
 
 #[test]
 fn every_node_of_a_soup_has_the_distance_that_parry_finds() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     let mesh = meshes::soup(300, 0.5, &mut random);
     let parry: Vec<Triangle> = mesh
         .corners()
@@ -82,11 +81,11 @@ fn every_node_of_a_soup_has_the_distance_that_parry_finds() {
     });
 }
 
-/// A normal of a needle has lost as many digits as the needle is thin, and below an aspect of 1e-7 its edges stand for
-/// it: no point of it is farther from them than half of that. (Some of the needles are thinner than their aspect says.)
+/// The normal of a needle of aspect a has a relative error of about ε/a. Below a = 1e-7 the baker replaces the needle
+/// by its edges, which are at most a/2 from its points. (Some of the needles are thinner than their aspect.)
 #[test]
 fn every_node_around_needles_has_the_distance_found_by_brute_force() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (aspect, tolerance) in
         [(1e-2, 1e-12), (1e-4, 1e-10), (1e-6, 1e-7), (1e-7, 1e-7), (1e-8, 1e-7), (1e-12, 1e-7), (0.0, 1e-13)]
     {
@@ -98,7 +97,7 @@ fn every_node_around_needles_has_the_distance_found_by_brute_force() {
 
 #[test]
 fn triangles_without_area_have_the_distance_of_their_segments_and_points() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     assert_exact("degenerate", &meshes::degenerate_soup(120, &mut random), 9, 1e-14);
     let mixed = meshes::degenerate_soup(60, &mut random).and(meshes::icosphere(1).scaled(0.3));
     assert_exact("degenerate around a sphere", &mixed, 9, 1e-14);
@@ -107,7 +106,7 @@ fn triangles_without_area_have_the_distance_of_their_segments_and_points() {
 /// A coordinate of 1e6 diagonals is itself rounded by 1e-10 of one.
 #[test]
 fn every_node_far_from_the_origin_has_the_distance_found_by_brute_force() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for mesh in [meshes::icosphere(2), meshes::star(1, 3, 1.5), meshes::soup(200, 0.5, &mut random)] {
         let far = 1e6 * oracle::diagonal(&mesh);
         assert_exact("far out", &mesh.moved(far, -0.7 * far, 0.3 * far), 9, 1e-9);
@@ -116,17 +115,17 @@ fn every_node_far_from_the_origin_has_the_distance_found_by_brute_force() {
 
 #[test]
 fn every_node_has_its_distance_at_any_scale() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     let soup = meshes::soup(100, 0.5, &mut random);
     for exponent in [-29, -20, -10, -3, 3, 10, 20, 29] {
         assert_exact("scaled", &soup.clone().scaled(10.0_f64.powi(exponent)), 7, F64_ROUNDING);
     }
 }
 
-/// Not at nodes but where it is hardest: beside a triangle, on its plane, over its corners and edges.
+/// The hardest points: beside a triangle, in its plane, over its corners and edges.
 #[test]
 fn a_point_near_a_triangle_has_the_distance_found_by_brute_force() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (aspect, tolerance) in [(1.0, 1e-14), (1e-3, 1e-11), (1e-6, 1e-7), (1e-8, 1e-7), (0.0, 1e-15)] {
         let mesh = meshes::needles(80, aspect, &mut random);
         let (baked, corners) = (mesh.baked(), mesh.corners());
@@ -136,7 +135,7 @@ fn a_point_near_a_triangle_has_the_distance_found_by_brute_force() {
             let [a, b, c] = corners[random.below(corners.len())];
             let (to_b, to_c) = (random.between(-0.1, 1.1), random.between(-0.1, 1.1));
             let far = 10.0_f64.powf(random.between(-12.0, 0.0));
-            let point = a + (b - a) * to_b + (c - a) * to_c * (1.0 - to_b) + random.in_cube(far);
+            let point = a + (b - a) * to_b + (c - a) * to_c * (1.0 - to_b) + random.point_in_cube(far);
             let exact = oracle::distance(&corners, point);
             let off = (distance.signed_distance(point.into()).abs() - exact).abs();
             worst = worst.max(off);
@@ -147,16 +146,14 @@ fn a_point_near_a_triangle_has_the_distance_found_by_brute_force() {
 }
 
 #[test]
-fn a_point_on_the_mesh_is_at_no_distance() {
-    let mut random = Random::of_test();
+fn a_point_on_the_mesh_has_distance_zero() {
+    let mut random = Random::from_env();
     let mesh = meshes::icosphere(2).turned(&random.rotation());
     let baked = mesh.baked();
     let distance = sdf_bake::MeshDistance::new(&baked, None);
     for [a, b, c] in mesh.corners() {
-        let share = random.unit();
-        for (point, tolerance) in
-            [(a, 0.0), (a + (b - a) * share, 3e-16), (a + (b - a + (c - b) * share) * share, 3e-16)]
-        {
+        let t = random.unit();
+        for (point, tolerance) in [(a, 0.0), (a + (b - a) * t, 3e-16), (a + (b - a + (c - b) * t) * t, 3e-16)] {
             let found = distance.signed_distance(point.into()).abs();
             assert!(found <= tolerance, "{found} at {point:?}");
         }

@@ -1,9 +1,10 @@
-//! What holds of every baked grid.
+//! Laws that hold of every baked grid.
 
 mod bounds;
 mod budgets;
 mod certified_errors;
 mod distances;
+mod flood_fill;
 mod lattices;
 mod meshes;
 mod oracle;

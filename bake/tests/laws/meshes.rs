@@ -1,4 +1,4 @@
-//! Meshes to try. All closed ones are wound outward unless their name says otherwise.
+//! Test meshes. Closed ones are wound outward unless their name says otherwise.
 
 use std::collections::HashMap;
 
@@ -30,7 +30,7 @@ impl Mesh {
         self.triangles.iter().map(|corners| corners.map(|index| self.points[index as usize])).collect()
     }
 
-    /// Both, side by side.
+    /// Both meshes as one.
     pub fn and(mut self, other: Self) -> Self {
         let first = self.points.len() as u32;
         self.points.extend(other.points);
@@ -48,16 +48,16 @@ impl Mesh {
         self
     }
 
-    /// Some triangles wound the other way.
+    /// Reverses the winding of some triangles.
     pub fn with_flipped(mut self, triangles: &[usize]) -> Self {
         triangles.iter().for_each(|triangle| self.triangles[*triangle].swap(1, 2));
         self
     }
 
-    /// Without the triangles at these places.
+    /// Removes the triangles with these indices.
     pub fn without(mut self, triangles: &[usize]) -> Self {
-        let mut place = 0..;
-        self.triangles.retain(|_| !triangles.contains(&place.next().unwrap()));
+        let mut index = 0..;
+        self.triangles.retain(|_| !triangles.contains(&index.next().unwrap()));
         self
     }
 
@@ -78,7 +78,7 @@ impl Mesh {
         self
     }
 
-    /// Every triangle cut in four.
+    /// Cuts every triangle in four.
     pub fn refined(&self) -> Self {
         let mut finer = Self { points: self.points.clone(), triangles: vec![] };
         let mut middles = HashMap::new();
@@ -101,7 +101,7 @@ pub fn tetrahedron() -> Mesh {
     Mesh::new(&points, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 }
 
-/// From −1 to 1: 8 points, 12 triangles, two to a side: x low, x high, y low, y high, z low, z high.
+/// The cube from −1 to 1: 8 points, 12 triangles, two for each side in the order −x, x, −y, y, −z, z.
 pub fn cube() -> Mesh {
     let points: Vec<[f64; 3]> =
         (0..8).map(|corner| [0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 })).collect();
@@ -113,7 +113,7 @@ pub fn block(half: [f64; 3]) -> Mesh {
     cube().mapped(|p| p.component_mul(&Vector3::from(half)))
 }
 
-/// On the unit sphere: 20 · 4^`levels` triangles.
+/// The unit sphere by 20 · 4^`levels` triangles.
 pub fn icosphere(levels: usize) -> Mesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let points = [
@@ -156,28 +156,28 @@ pub fn icosphere(levels: usize) -> Mesh {
     (0..levels).fold(icosahedron, |mesh, _| mesh.refined().mapped(|p| p.normalize()))
 }
 
-/// Around the z axis.
+/// A torus around the z axis.
 pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> Mesh {
-    let angle = |i: u32, of: u32| std::f64::consts::TAU * f64::from(i) / f64::from(of);
+    let angle = |i: u32, count: u32| std::f64::consts::TAU * f64::from(i) / f64::from(count);
     let mut mesh = Mesh::default();
     for i in 0..around {
         for j in 0..across {
             let (u, v) = (angle(i, around), angle(j, across));
             let radius = major + minor * v.cos();
             mesh.points.push(Vector3::new(radius * u.cos(), radius * u.sin(), minor * v.sin()));
-            let at = |i: u32, j: u32| (i % around) * across + j % across;
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let index = |i: u32, j: u32| (i % around) * across + j % across;
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
             mesh.triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
     mesh
 }
 
-/// A polygon in the x-y plane, counterclockwise, between two heights. `caps` cut it in triangles.
+/// Extrusion of a counterclockwise polygon in the x-y plane between two heights. `caps` triangulates the polygon.
 pub fn prism(outline: &[[f64; 2]], caps: &[[u32; 3]], low: f64, high: f64) -> Mesh {
     let n = outline.len() as u32;
-    let at = |height: f64| outline.iter().map(move |[x, y]| [*x, *y, height]);
-    let points: Vec<_> = at(low).chain(at(high)).collect();
+    let at_height = |height: f64| outline.iter().map(move |[x, y]| [*x, *y, height]);
+    let points: Vec<_> = at_height(low).chain(at_height(high)).collect();
     let mut triangles: Vec<_> = caps.iter().flat_map(|[a, b, c]| [[*a, *c, *b], [*a + n, *b + n, *c + n]]).collect();
     for i in 0..n {
         let next = (i + 1) % n;
@@ -186,32 +186,32 @@ pub fn prism(outline: &[[f64; 2]], caps: &[[u32; 3]], low: f64, high: f64) -> Me
     Mesh::new(&points, &triangles)
 }
 
-/// An L of unit thickness with legs of length 2: one edge turns inward.
+/// An L of unit thickness with legs of length 2, with one concave edge.
 pub fn l_solid() -> Mesh {
     let outline = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
     prism(&outline, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], 0.0, 1.0)
 }
 
-/// An icosphere, every `every`th point drawn out: sharp spikes whose tips see faces from behind.
+/// An icosphere with every `every`th point drawn out to a sharp spike.
 pub fn star(levels: usize, every: usize, length: f64) -> Mesh {
     let mut mesh = icosphere(levels).scaled(0.4);
     mesh.points.iter_mut().step_by(every).for_each(|p| *p *= length / 0.4);
     mesh
 }
 
-/// A triangle pyramid of height 1 above a base of width `width`, its apex far to one side.
+/// A tetrahedron of height 1 over a base of width `width`, its apex far to one side.
 pub fn leaning_spike(width: f64) -> Mesh {
     let points = [[0.0, 0.0, 0.0], [width, 0.0, 0.0], [0.5 * width, width, 0.0], [1.5, 0.3, 1.0]];
     Mesh::new(&points, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 }
 
-/// A square in the x-y plane from −1 to 1, `cells` by `cells`, its front up.
+/// A square in the x-y plane from −1 to 1, `cells` by `cells` squares, facing up.
 pub fn sheet(cells: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for y in 0..=cells {
         for x in 0..=cells {
-            let at = |i: u32| f64::from(i) / f64::from(cells) * 2.0 - 1.0;
-            mesh.points.push(Vector3::new(at(x), at(y), 0.0));
+            let coordinate = |i: u32| f64::from(i) / f64::from(cells) * 2.0 - 1.0;
+            mesh.points.push(Vector3::new(coordinate(x), coordinate(y), 0.0));
             if x < cells && y < cells {
                 let a = y * (cells + 1) + x;
                 let [b, c, d] = [a + 1, a + cells + 2, a + cells + 1];
@@ -237,43 +237,43 @@ pub fn moebius_strip(around: u32) -> Mesh {
     mesh
 }
 
-/// Triangles of any shape anywhere, each with its own corners.
+/// Random triangles in the cube from −1 to 1, without shared corners.
 pub fn soup(triangles: u32, size: f64, random: &mut Random) -> Mesh {
     let mut mesh = Mesh::default();
     for triangle in 0..triangles {
-        let first = random.in_cube(1.0);
-        mesh.points.extend([first, first + random.in_cube(size), first + random.in_cube(size)]);
+        let first = random.point_in_cube(1.0);
+        mesh.points.extend([first, first + random.point_in_cube(size), first + random.point_in_cube(size)]);
         mesh.triangles.push([0, 1, 2].map(|corner| 3 * triangle + corner));
     }
     mesh
 }
 
-/// A soup with sides from 1e-9 to 1.
+/// A soup with edges from 1e-9 to 1.
 pub fn soup_of_all_sizes(triangles: u32, random: &mut Random) -> Mesh {
     let mut mesh = Mesh::default();
     for triangle in 0..triangles {
-        let first = random.in_cube(1.0);
+        let first = random.point_in_cube(1.0);
         let size = 10.0_f64.powf(random.between(-9.0, 0.0));
-        mesh.points.extend([first, first + random.in_cube(size), first + random.in_cube(size)]);
+        mesh.points.extend([first, first + random.point_in_cube(size), first + random.point_in_cube(size)]);
         mesh.triangles.push([0, 1, 2].map(|corner| 3 * triangle + corner));
     }
     mesh
 }
 
-/// Long triangles of width `aspect` to a length of about one: the third corner beside the first, the middle or the last.
+/// Triangles of length about one and width `aspect`, the third corner beside any point of the longest edge.
 pub fn needles(triangles: u32, aspect: f64, random: &mut Random) -> Mesh {
     let mut mesh = Mesh::default();
     for triangle in 0..triangles {
-        let (from, to) = (random.in_cube(1.0), random.in_cube(1.0));
+        let (from, to) = (random.point_in_cube(1.0), random.point_in_cube(1.0));
         let beside = from + (to - from) * random.unit().mul_add(1.4, -0.2).clamp(0.0, 1.0);
-        mesh.points.extend([from, to, beside + random.in_cube(aspect)]);
+        mesh.points.extend([from, to, beside + random.point_in_cube(aspect)]);
         let turn = random.below(3) as u32;
         mesh.triangles.push([0, 1, 2].map(|corner| 3 * triangle + (corner + turn) % 3));
     }
     mesh
 }
 
-/// Every triangle flattened to a segment, exactly on even triangles and but for rounding on odd ones, or to a point.
+/// Triangles flattened to a segment, exactly or but for rounding, or to a point.
 pub fn degenerate_soup(triangles: u32, random: &mut Random) -> Mesh {
     let mut mesh = soup(triangles, 1.0, random);
     for triangle in 0..triangles as usize {

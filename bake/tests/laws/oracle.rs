@@ -1,16 +1,16 @@
-//! Distances and winding numbers by brute force over all triangles, by other formulas than the baker's.
+//! Distances and winding numbers by brute force over all triangles, with other formulas than the baker's.
 
 use sdf_bake::MeshDistance;
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::Mesh;
 
-/// To all triangles.
+/// Distance to the nearest of all triangles.
 pub fn distance(mesh: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
     mesh.iter().map(|corners| distance_to_triangle(*corners, point)).fold(f64::INFINITY, f64::min)
 }
 
-/// To the nearest edge, or to the plane where the point stands over the triangle.
+/// Distance to the nearest edge, or to the plane if the point projects into the triangle.
 fn distance_to_triangle(corners: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
     let sides = [0, 1, 2].map(|corner| [corners[corner], corners[(corner + 1) % 3]]);
     let to_edges = sides.map(|[from, to]| distance_to_segment(from, to, point));
@@ -20,8 +20,8 @@ fn distance_to_triangle(corners: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 
     let longest = (0..3).max_by(|a, b| lengths[*a].total_cmp(&lengths[*b])).unwrap();
     let [[a, b], [_, c], _] = [0, 1, 2].map(|step| sides[(longest + step) % 3]);
     let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else { return to_edges };
-    let is_over = sides.iter().all(|[from, to]| (to - from).cross(&(point - from)).dot(&normal) >= 0.0);
-    if is_over { normal.dot(&(point - a)).abs().min(to_edges) } else { to_edges }
+    let projects_inside = sides.iter().all(|[from, to]| (to - from).cross(&(point - from)).dot(&normal) >= 0.0);
+    if projects_inside { normal.dot(&(point - a)).abs().min(to_edges) } else { to_edges }
 }
 
 fn distance_to_segment(from: Vector3<f64>, to: Vector3<f64>, point: Vector3<f64>) -> f64 {
@@ -34,34 +34,34 @@ fn distance_to_segment(from: Vector3<f64>, to: Vector3<f64>, point: Vector3<f64>
     (point - from - direction * along).norm()
 }
 
-/// How often the mesh goes around the point: Girard's spherical excess of each triangle, in turns.
+/// Winding number: Σ Ω/4π, the solid angles Ω by Girard's spherical excess (sum of the angles less π).
 pub fn winding_number(mesh: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
-    let of_triangle = |corners: &[Vector3<f64>; 3]| {
-        let seen = corners.map(|corner| (corner - point).try_normalize(0.0).unwrap_or_default());
+    let solid_angle = |corners: &[Vector3<f64>; 3]| {
+        let directions = corners.map(|corner| (corner - point).try_normalize(0.0).unwrap_or_default());
         let angle_at = |corner: usize| {
-            let [here, next, last] = [0, 1, 2].map(|step| seen[(corner + step) % 3]);
+            let [here, next, last] = [0, 1, 2].map(|step| directions[(corner + step) % 3]);
             let (to_next, to_last) = (here.cross(&next), here.cross(&last));
             to_next.cross(&to_last).norm().atan2(to_next.dot(&to_last))
         };
         let excess = angle_at(0) + angle_at(1) + angle_at(2) - std::f64::consts::PI;
-        let turn = seen[0].dot(&seen[1].cross(&seen[2]));
-        if turn == 0.0 { 0.0 } else { excess * turn.signum() }
+        let triple = directions[0].dot(&directions[1].cross(&directions[2]));
+        if triple == 0.0 { 0.0 } else { excess * triple.signum() }
     };
-    mesh.iter().map(of_triangle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+    mesh.iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
 }
 
-/// Negative where the winding number says inside.
+/// Distance, negated inside: where the winding number is at least one half.
 pub fn signed_distance(mesh: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
     let distance = distance(mesh, point);
     if winding_number(mesh, point).abs() >= 0.5 { -distance } else { distance }
 }
 
-/// The length of the mesh's diagonal.
+/// Diagonal of the mesh's bounding box.
 pub fn diagonal(mesh: &Mesh) -> f64 {
     mesh.baked().bounds().diagonal()
 }
 
-/// Nodes of a grid with their baked distances, and where they stand.
+/// Positions of a grid's nodes with their baked distances.
 pub fn nodes<'a>(
     lattice: &'a sdf_core::grid::Lattice,
     distances: &'a [f32],
@@ -73,7 +73,7 @@ pub fn nodes<'a>(
     })
 }
 
-/// Baked with `cells` along the longest side and two more on each side.
+/// A dense grid with `cells` cells along the longest side and two more on each side.
 pub struct Baked {
     pub lattice: sdf_core::grid::Lattice,
     pub grid: sdf_bake::DenseGrid,
@@ -87,7 +87,7 @@ impl Baked {
         Self { lattice, grid }
     }
 
-    pub fn of(mesh: &Mesh, sign: Option<sdf_bake::SignMethod>, cells: u32) -> Self {
+    pub fn from_mesh(mesh: &Mesh, sign: Option<sdf_bake::SignMethod>, cells: u32) -> Self {
         let mesh = mesh.baked();
         Self::new(&MeshDistance::new(&mesh, sign), &mesh.bounds(), cells)
     }

@@ -1,4 +1,4 @@
-//! The same mesh bakes to the same bytes; a mesh that is the same but for its writing or its unit, to the same grid.
+//! Repeatability: the same mesh bakes to the same bytes, in any order of its triangles and in any unit.
 
 use sdf_bake::{DenseGrid, MeshDistance, SignMethod, TriangleMesh, dense, lattice_around};
 use sdf_core::grid::Lattice;
@@ -31,11 +31,11 @@ fn assert_same_bits(name: &str, a: &DenseGrid, b: &DenseGrid) {
 
 #[test]
 fn any_number_of_threads_bakes_the_same_bytes() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
         let bake_on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| Baked::of(&mesh, None, 28).grid)
+            pool.install(|| Baked::from_mesh(&mesh, None, 28).grid)
         };
         let alone = bake_on(1);
         for threads in [2, 3, 7] {
@@ -56,36 +56,35 @@ fn progress_counts_every_node_once() {
     assert_eq!(done.into_inner(), lattice.node_count());
 }
 
-/// The nearest of the same triangles is the same, whatever their order; and so is, bit for bit, its distance.
+/// The distance to the nearest triangle does not depend on the order, bit for bit.
 #[test]
 fn any_order_of_triangles_and_points_bakes_the_same_samples() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
-        let baked = Baked::of(&mesh, None, 24);
+        let baked = Baked::from_mesh(&mesh, None, 24);
         for _ in 0..3 {
             let mut shuffled = mesh.clone();
             random.shuffle(&mut shuffled.triangles);
-            let mut places: Vec<u32> = (0..mesh.points.len() as u32).collect();
-            random.shuffle(&mut places);
-            for (point, place) in mesh.points.iter().zip(&places) {
-                shuffled.points[*place as usize] = *point;
+            let mut new_indices: Vec<u32> = (0..mesh.points.len() as u32).collect();
+            random.shuffle(&mut new_indices);
+            for (point, index) in mesh.points.iter().zip(&new_indices) {
+                shuffled.points[*index as usize] = *point;
             }
-            shuffled.triangles.iter_mut().flatten().for_each(|index| *index = places[*index as usize]);
-            assert_same_bits(name, &baked.grid, &Baked::of(&shuffled, None, 24).grid);
+            shuffled.triangles.iter_mut().flatten().for_each(|index| *index = new_indices[*index as usize]);
+            assert_same_bits(name, &baked.grid, &Baked::from_mesh(&shuffled, None, 24).grid);
         }
     }
 }
 
-/// Which corner comes first changes how a distance is rounded, once in f64 and at times then in f32: by a unit in the
-/// last place of that.
+/// The order of the corners changes how a distance is rounded in f64, and so at times its last place in f32.
 #[test]
-fn any_order_of_corners_bakes_the_same_samples_but_for_rounding() {
-    let mut random = Random::of_test();
+fn any_order_of_corners_bakes_the_same_samples_up_to_rounding() {
+    let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
-        let baked = Baked::of(&mesh, None, 24);
+        let baked = Baked::from_mesh(&mesh, None, 24);
         let mut turned = mesh.clone();
         turned.triangles.iter_mut().for_each(|corners| corners.rotate_left(random.below(3)));
-        let again = Baked::of(&turned, None, 24);
+        let again = Baked::from_mesh(&turned, None, 24);
         let on_surface = 1e-9 * oracle::diagonal(&mesh);
         let mut differing = 0;
         for ((node, first), (_, second)) in baked.nodes().zip(again.nodes()) {
@@ -101,16 +100,16 @@ fn any_order_of_corners_bakes_the_same_samples_but_for_rounding() {
     }
 }
 
-/// Promise 8: nothing depends on the unit. A power of two changes no digit.
+/// Promise 8: nothing depends on the unit of length. Scaling by a power of two is exact.
 #[test]
 fn a_mesh_scaled_by_a_power_of_two_bakes_to_the_samples_scaled() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
         for method in [SignMethod::PseudoNormal, SignMethod::Winding] {
-            let baked = Baked::of(&mesh, Some(method), 16);
+            let baked = Baked::from_mesh(&mesh, Some(method), 16);
             for exponent in [-80, -10, -1, 1, 7, 80] {
                 let scale = 2.0_f64.powi(exponent);
-                let scaled = Baked::of(&mesh.clone().scaled(scale), Some(method), 16);
+                let scaled = Baked::from_mesh(&mesh.clone().scaled(scale), Some(method), 16);
                 let mut wanted = baked.grid.clone();
                 wanted.distances.iter_mut().for_each(|distance| *distance *= scale as f32);
                 wanted.error_bound *= scale;
@@ -120,11 +119,10 @@ fn a_mesh_scaled_by_a_power_of_two_bakes_to_the_samples_scaled() {
     }
 }
 
-/// All coordinates, of mesh and nodes, are multiples of 2⁻²⁰ below 2²⁰, before and after: only the distances' own
-/// rounding is left, which far out is that of coordinates of 2¹⁰.
+/// All coordinates are multiples of 2⁻²⁰ below 2²⁰, before and after the move: so only distances are rounded.
 #[test]
-fn a_mesh_moved_exactly_bakes_to_the_same_samples_but_for_rounding() {
-    let mut random = Random::of_test();
+fn a_mesh_moved_exactly_bakes_to_the_same_samples_up_to_rounding() {
+    let mut random = Random::from_env();
     let snap = |p: Vector3<f64>| (p * 1_048_576.0).map(f64::round) / 1_048_576.0;
     for (name, mesh) in samples(&mut random).into_iter().filter(|(name, _)| *name != "needles") {
         let mesh = mesh.mapped(snap);

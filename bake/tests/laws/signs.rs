@@ -1,4 +1,4 @@
-//! Negative is inside: of closed meshes exactly, of broken ones as their winding number says.
+//! Signs: negative inside, exactly for closed meshes, and by the winding number for broken ones.
 
 use sdf_bake::{MeshDistance, SignMethod};
 use sdf_core::nalgebra::Vector3;
@@ -9,7 +9,7 @@ use crate::random::Random;
 
 const METHODS: [Option<SignMethod>; 3] = [None, Some(SignMethod::PseudoNormal), Some(SignMethod::Winding)];
 
-/// Nearer to the mesh than this part of its diagonal the side is a matter of rounding.
+/// Nearer to the mesh than this fraction of its diagonal, rounding decides the side.
 const ON_SURFACE: f64 = 1e-9;
 
 fn closed_solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
@@ -32,37 +32,37 @@ fn closed_solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// A change of sign between neighbours passes through a surface, and that is no farther from both than their way.
+/// Asserts that the sign changes only between neighbours whose distances sum to at most a spacing.
 fn assert_no_leak(name: &str, baked: &Baked) {
     let [row, rows, layers] = baked.lattice.nodes();
-    let at = |node: [u32; 3]| f64::from(baked.grid.distances[baked.lattice.index(node)]);
+    let value = |node: [u32; 3]| f64::from(baked.grid.distances[baked.lattice.index(node)]);
     for (axis, last) in [row, rows, layers].into_iter().enumerate() {
         for index in 0..baked.lattice.node_count() as u32 {
             let node = [index % row, index / row % rows, index / (row * rows)];
             if node[axis] + 1 < last {
                 let mut next = node;
                 next[axis] += 1;
-                let (here, there) = (at(node), at(next));
-                let is_free = here.abs() + there.abs() > baked.lattice.spacing() * (1.0 + 1e-6);
-                assert!(!is_free || (here < 0.0) == (there < 0.0), "{name}: {here} beside {there} at {node:?}");
+                let (here, there) = (value(node), value(next));
+                let is_clear = here.abs() + there.abs() > baked.lattice.spacing() * (1.0 + 1e-6);
+                assert!(!is_clear || (here < 0.0) == (there < 0.0), "{name}: {here} beside {there} at {node:?}");
             }
         }
     }
 }
 
-/// All nodes that are not on the surface have the sign that `holds` says.
+/// Asserts the sign of all nodes off the surface, and returns the grid.
 fn assert_inside(
     name: &str,
     mesh: &Mesh,
     method: Option<SignMethod>,
     cells: u32,
-    holds: impl Fn(Vector3<f64>) -> bool,
+    is_inside: impl Fn(Vector3<f64>) -> bool,
 ) -> Baked {
-    let baked = Baked::of(mesh, method, cells);
+    let baked = Baked::from_mesh(mesh, method, cells);
     let on_surface = ON_SURFACE * oracle::diagonal(mesh);
     for (node, signed) in baked.nodes() {
         if signed.abs() > on_surface {
-            assert_eq!(signed < 0.0, holds(node), "{name}, {method:?}: {signed} at {node:?}");
+            assert_eq!(signed < 0.0, is_inside(node), "{name}, {method:?}: {signed} at {node:?}");
         }
     }
     baked
@@ -75,7 +75,7 @@ fn solid(mesh: &Mesh) -> impl Fn(Vector3<f64>) -> bool + use<> {
 
 #[test]
 fn no_node_of_a_closed_mesh_has_the_wrong_sign_by_either_method() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in closed_solids(&mut random) {
         for method in METHODS {
             let baked = assert_inside(name, &mesh, method, 11, solid(&mesh));
@@ -87,22 +87,22 @@ fn no_node_of_a_closed_mesh_has_the_wrong_sign_by_either_method() {
 /// Where the nearest feature is a corner or an edge, a face's own normal is often wrong.
 #[test]
 fn no_point_near_a_corner_or_an_edge_of_a_closed_mesh_has_the_wrong_sign() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in closed_solids(&mut random) {
         let diagonal = oracle::diagonal(&mesh);
-        let reach = diagonal / mesh.triangles.len() as f64;
+        let size = diagonal / mesh.triangles.len() as f64;
         let corners = mesh.corners();
         let baked = mesh.baked();
         for method in METHODS {
             let distance = MeshDistance::new(&baked, method);
             for _ in 0..1000 {
                 let [a, b, _] = corners[random.below(corners.len())];
-                let share = if random.below(2) == 0 { 0.0 } else { random.unit() };
+                let t = if random.below(2) == 0 { 0.0 } else { random.unit() };
                 let far = 10.0_f64.powf(random.between(-3.0, 1.0));
-                let offset = random.in_cube(reach * far);
-                let point = a + (b - a) * share + offset;
+                let offset = random.point_in_cube(size * far);
+                let point = a + (b - a) * t + offset;
                 let signed = distance.signed_distance(point.into());
-                // A thin plate's two sides are 2e-5 apart, and a number of 1e5 is rounded by 1e-11.
+                // A thin plate's two sides are 2e-5 apart, and coordinates of 1e5 are rounded by 1e-11.
                 if signed.abs() > ON_SURFACE * diagonal {
                     let winding = oracle::winding_number(&corners, point);
                     assert_eq!(
@@ -118,7 +118,7 @@ fn no_point_near_a_corner_or_an_edge_of_a_closed_mesh_has_the_wrong_sign() {
 
 #[test]
 fn wrongly_wound_faces_do_not_change_the_inside() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for (name, mesh) in closed_solids(&mut random) {
         let flipped: Vec<usize> = (0..mesh.triangles.len() / 3).map(|_| random.below(mesh.triangles.len())).collect();
         for broken in [mesh.clone().with_flipped(&flipped), mesh.clone().flipped()] {
@@ -130,8 +130,8 @@ fn wrongly_wound_faces_do_not_change_the_inside() {
 }
 
 #[test]
-fn faces_that_stand_twice_do_not_change_the_inside() {
-    let mut random = Random::of_test();
+fn repeated_faces_do_not_change_the_inside() {
+    let mut random = Random::from_env();
     for (name, mesh) in closed_solids(&mut random) {
         let mut same = mesh.clone();
         let mut opposite = mesh.clone();
@@ -152,11 +152,11 @@ fn faces_that_stand_twice_do_not_change_the_inside() {
 
 #[test]
 fn triangles_without_area_do_not_change_the_inside() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     let plain = meshes::l_solid().turned(&random.rotation());
     let inner = meshes::l_solid().points.len() as u32;
     let mut stray = plain.clone();
-    // A segment and a point in the midst of the solid, and one that leads out of it.
+    // Segments and a point inside the solid, and a segment that leads out of it.
     let center = plain.points.iter().sum::<Vector3<f64>>() / 12.0;
     stray.points.extend([center, center * 0.9 + plain.points[0] * 0.1, center + Vector3::new(3.0, 0.0, 0.0)]);
     for (name, mesh) in [
@@ -173,37 +173,36 @@ fn triangles_without_area_do_not_change_the_inside() {
     }
 }
 
-/// Triangles that close the gap between a long edge and the two halves of it on the other side: collinear but for
-/// rounding, so that their normals point anywhere.
+/// Slivers between a long edge and its two halves: collinear but for rounding, so that their normals point anywhere.
 #[test]
 fn slivers_between_an_edge_and_its_halves_do_not_change_the_inside() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for round in 0..30 {
         let plain = if round % 2 == 0 { meshes::l_solid() } else { meshes::leaning_spike(0.2) };
         let plain = plain.turned(&random.rotation()).moved(0.1, 0.2, 0.3);
         let mut split = Mesh { points: plain.points.clone(), triangles: vec![] };
-        // Of every third triangle the first side is cut, and a sliver joins the halves to the whole.
+        // Every third triangle is cut at its first edge, and a sliver joins the halves to the whole edge.
         for (index, [a, b, c]) in plain.triangles.iter().copied().enumerate() {
             if index % 3 != round % 3 {
                 split.triangles.push([a, b, c]);
                 continue;
             }
-            let share = random.between(0.2, 0.8);
-            split.points.push(split.points[a as usize] * (1.0 - share) + split.points[b as usize] * share);
+            let t = random.between(0.2, 0.8);
+            split.points.push(split.points[a as usize] * (1.0 - t) + split.points[b as usize] * t);
             let middle = split.points.len() as u32 - 1;
             split.triangles.extend([[a, middle, c], [middle, b, c], [a, b, middle]]);
         }
         let baked = split.baked();
         let is_inside = solid(&plain);
-        // Where a sliver is without area to the last digit the mesh counts as open, and pseudo-normals asked for are wrong.
+        // A sliver whose area is exactly zero leaves the mesh open, and requested pseudo-normals wrong.
         for method in [None, Some(SignMethod::Winding)] {
             assert_inside("split", &split, method, 14, &is_inside);
             let distance = MeshDistance::new(&baked, method);
             for [a, b, middle] in split.corners().into_iter().filter(|[a, b, c]| (b - a).cross(&(c - a)).norm() < 1e-12)
             {
                 for _ in 0..100 {
-                    // Straight out from the middle, so that its corner or one beside it is nearest.
-                    let point = middle + (b - a).cross(&random.in_cube(0.1));
+                    // At right angles to the sliver, so that its middle corner or a point beside it is nearest.
+                    let point = middle + (b - a).cross(&random.point_in_cube(0.1));
                     let signed = distance.signed_distance(point.into());
                     assert_eq!(signed < 0.0, is_inside(point), "{method:?}: {signed} at {point:?} beside {middle:?}");
                 }
@@ -213,7 +212,7 @@ fn slivers_between_an_edge_and_its_halves_do_not_change_the_inside() {
 }
 
 #[test]
-fn shells_fill_what_any_of_them_holds_and_inward_ones_carve() {
+fn the_inside_is_the_union_of_outward_shells_less_the_inward_ones() {
     let ball = || meshes::icosphere(2);
     let (small, beside) = (ball().scaled(0.5), ball().moved(1.2, 0.1, 0.2));
     let (in_ball, in_small, in_beside) = (solid(&ball()), solid(&small), solid(&beside));
@@ -243,7 +242,7 @@ fn cubes_that_touch_are_both_inside() {
     }
 }
 
-/// The wall between two cubes is there twice, back to back. Beside it the winding number is one, not one half.
+/// Two cubes share a double wall, back to back. Beside it the winding number is one, not one half.
 #[test]
 fn a_wall_between_two_solids_is_inside_from_both_sides() {
     let wall = meshes::cube().and(meshes::cube().moved(2.0, 0.0, 0.0)).refined().refined().baked();
@@ -257,10 +256,10 @@ fn a_wall_between_two_solids_is_inside_from_both_sides() {
     }
 }
 
-/// A cloth: beside it the winding number comes near one half, and still it has no inside.
+/// Beside a cloth the winding number comes near one half, but never reaches it.
 #[test]
 fn no_point_beside_a_fine_flat_sheet_is_inside() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     let sheet = meshes::sheet(60).turned(&random.rotation());
     let baked = sheet.baked();
     let distance = MeshDistance::new(&baked, None);
@@ -268,24 +267,24 @@ fn no_point_beside_a_fine_flat_sheet_is_inside() {
     for _ in 0..20_000 {
         let [a, b, _] = corners[random.below(corners.len())];
         let far = random.between(0.003, 0.1);
-        let point = a + (b - a) * random.unit() + random.in_cube(far);
+        let point = a + (b - a) * random.unit() + random.point_in_cube(far);
         let signed = distance.signed_distance(point.into());
         assert!(signed > -0.002, "{signed} at {point:?}, {}", distance.winding_number(point.into()));
     }
 }
 
-/// A torus fatter than its own hole.
+/// A spindle torus: the tube is wider than the hole.
 #[test]
-fn a_shell_that_passes_through_itself_is_inside_where_it_goes_around() {
+fn a_self_intersecting_shell_has_its_inside_by_winding_number() {
     let spindle = meshes::torus(0.5, 0.8, 20, 14);
     assert_no_leak("spindle", &assert_inside("spindle", &spindle, None, 16, solid(&spindle)));
-    assert!(MeshDistance::new(&spindle.baked(), None).verdict().contains("intersecting"));
+    assert!(MeshDistance::new(&spindle.baked(), None).sign_reason().contains("intersecting"));
 }
 
-/// One shell, closed and manifold, of which all or some has no thickness: what is there twice has no inside.
+/// Closed manifold shells without thickness, and sheets.
 #[test]
-fn what_lies_flat_on_itself_has_no_inside() {
-    let mut random = Random::of_test();
+fn a_flat_mesh_has_no_inside() {
+    let mut random = Random::from_env();
     let turn = random.rotation();
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let pillow = Mesh::new(&corners, &[[0, 1, 2], [0, 2, 3], [1, 3, 2], [0, 3, 1]]);
@@ -330,21 +329,21 @@ fn a_flat_fin_on_a_cube_has_no_inside() {
 fn a_sphere_with_a_hole_keeps_its_inside() {
     let whole = meshes::icosphere(3);
     let holed = whole.clone().without(&[3, 17, 18, 400, 401, 402, 403]);
-    for (sign, mesh) in [("holed", holed.clone()), ("holed and flipped", holed.clone().flipped())] {
-        let baked = Baked::of(&mesh, None, 24);
+    for (name, mesh) in [("holed", holed.clone()), ("holed and flipped", holed.clone().flipped())] {
+        let baked = Baked::from_mesh(&mesh, None, 24);
         for (node, signed) in baked.nodes() {
             let radius = node.norm();
-            // Half a triangle's side from the sphere, a hole of a few triangles still has a winding number near 0 or 1.
+            // Half an edge from the sphere, the winding number beside a hole of a few triangles is still near 0 or 1.
             if !(0.85..1.15).contains(&radius) {
-                assert_eq!(signed < 0.0, radius < 1.0, "{sign}: {signed} at {node:?}");
+                assert_eq!(signed < 0.0, radius < 1.0, "{name}: {signed} at {node:?}");
             }
         }
     }
 }
 
 #[test]
-fn what_has_no_inside_at_all_still_bakes() {
-    let mut random = Random::of_test();
+fn a_mesh_without_any_inside_still_bakes() {
+    let mut random = Random::from_env();
     for mesh in [
         meshes::moebius_strip(40),
         meshes::degenerate_soup(40, &mut random),
@@ -352,74 +351,9 @@ fn what_has_no_inside_at_all_still_bakes() {
         meshes::needles(40, 1e-9, &mut random),
     ] {
         for method in METHODS {
-            let baked = Baked::of(&mesh, method, 12);
+            let baked = Baked::from_mesh(&mesh, method, 12);
             assert!(baked.grid.distances.iter().all(|distance| distance.is_finite()));
             assert!(baked.grid.slope_bound.is_finite() && baked.grid.error_bound.is_finite());
-        }
-    }
-}
-
-/// Sides spread from node to node and through triangles, and are asked only where they cannot.
-#[test]
-fn every_node_has_the_side_that_its_own_winding_number_tells() {
-    let mut random = Random::of_test();
-    let turn = random.rotation();
-    let holed = meshes::icosphere(3).without(&[3, 17, 18, 19, 20, 400, 401, 402, 403]);
-    let lidless = meshes::cube().without(&[10, 11]).refined().refined();
-    for (name, mesh) in [
-        ("closed", meshes::star(1, 3, 1.5).turned(&turn)),
-        ("thin", meshes::block([1.0, 0.8, 0.01]).turned(&turn)),
-        ("on the nodes", meshes::cube().refined()),
-        ("spindle", meshes::torus(0.5, 0.8, 20, 14)),
-        ("nested", meshes::icosphere(2).and(meshes::icosphere(2).scaled(0.6)).and(meshes::cube().scaled(0.2))),
-        ("overlapping", meshes::icosphere(2).and(meshes::icosphere(2).moved(0.7, 0.3, 0.2))),
-        ("one inward", meshes::icosphere(2).and(meshes::icosphere(1).flipped().moved(0.7, 0.3, 0.2))),
-        ("holed", holed.clone()),
-        ("holed and flipped", holed.clone().flipped()),
-        ("lidless", lidless.clone()),
-        ("lidless, turned", lidless.clone().turned(&turn)),
-        ("two lidless", lidless.clone().and(lidless.scaled(0.5).turned(&turn))),
-        ("sheet", meshes::sheet(9).turned(&turn)),
-        ("strip", meshes::moebius_strip(30)),
-        ("a few triangles", meshes::soup(12, 0.8, &mut random)),
-        ("many rims", meshes::soup(300, 0.5, &mut random)),
-        ("needles", meshes::needles(100, 0.01, &mut random)),
-    ] {
-        let mesh = mesh.baked();
-        let distance = MeshDistance::new(&mesh, Some(SignMethod::Winding));
-        let tells_inside = |node: Vector3<f64>| distance.winding_number(node.into()).abs() >= 0.5;
-        let dense = Baked::new(&distance, &mesh.bounds(), 20);
-        for (node, signed) in dense.nodes() {
-            assert_eq!(signed.is_sign_negative(), tells_inside(node), "{name}: {signed} at {node:?}");
-        }
-        let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, 3.0 * dense.lattice.spacing(), &|_| ());
-        for (place, samples) in sparse.places.iter().zip(sparse.samples.chunks(512)) {
-            for (index, signed) in (0..).zip(samples) {
-                let step = [index % 8, index / 8 % 8, index / 64];
-                let node = dense.lattice.node(std::array::from_fn(|axis| place[axis] * 8 + step[axis]));
-                assert_eq!(
-                    signed.is_sign_negative(),
-                    tells_inside(node.into()),
-                    "{name}: {signed} at {node:?}, sparse"
-                );
-            }
-        }
-    }
-}
-
-/// Where winding numbers are summed worst, and where nodes stand farthest from where the lattice has them.
-#[test]
-fn no_side_leaks_through_many_shells_nor_far_from_the_origin() {
-    let shell = |k: u32| meshes::icosphere(1).scaled(1.0 - 0.0003 * f64::from(k));
-    let far = meshes::cube().and(meshes::cube().scaled(0.6)).moved(1e9, 3e8, -1e9);
-    for (name, mesh) in [("many shells", (1..16).fold(shell(0), |shells, k| shells.and(shell(k)))), ("far", far)] {
-        let mesh = mesh.baked();
-        let distance = MeshDistance::new(&mesh, Some(SignMethod::Winding));
-        for cells in 9..30 {
-            for (node, signed) in Baked::new(&distance, &mesh.bounds(), cells).nodes() {
-                let is_inside = distance.winding_number(node.into()).abs() >= 0.5;
-                assert_eq!(signed.is_sign_negative(), is_inside, "{name}, {cells} cells: {signed} at {node:?}");
-            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What is found out about a mesh, and the method that follows from it.
+//! Topology of a mesh, and the sign method chosen for it.
 
 use sdf_bake::{MeshDistance, SignMethod, Topology};
 use sdf_core::nalgebra::Vector3;
@@ -6,7 +6,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::meshes::{self, Mesh};
 use crate::random::Random;
 
-const SOUND: Topology = Topology {
+const CLOSED_SHELL: Topology = Topology {
     boundary_edges: 0,
     non_manifold_edges: 0,
     wrongly_wound: 0,
@@ -20,14 +20,14 @@ const SOUND: Topology = Topology {
 fn assert_verdict(mesh: &Mesh, wanted: Topology, verdict: &str) {
     let baked = mesh.baked();
     let distance = MeshDistance::new(&baked, None);
-    assert_eq!((distance.topology(), distance.verdict()), (&wanted, verdict));
+    assert_eq!((distance.topology(), distance.sign_reason()), (&wanted, verdict));
     let named = if verdict.starts_with("winding") { SignMethod::Winding } else { SignMethod::PseudoNormal };
     assert_eq!(distance.sign_method(), named);
 }
 
 #[test]
-fn a_sound_mesh_has_its_sign_by_pseudo_normals() {
-    let mut random = Random::of_test();
+fn a_closed_shell_gets_its_signs_from_pseudo_normals() {
+    let mut random = Random::from_env();
     for mesh in [
         meshes::tetrahedron(),
         meshes::cube(),
@@ -37,20 +37,24 @@ fn a_sound_mesh_has_its_sign_by_pseudo_normals() {
         meshes::star(2, 4, 1.5),
         meshes::leaning_spike(1e-4),
     ] {
-        assert_verdict(&mesh, SOUND, "pseudo-normal: closed, consistently wound, one shell");
+        assert_verdict(&mesh, CLOSED_SHELL, "pseudo-normal: closed, consistently wound, one shell");
     }
 }
 
 #[test]
 fn holes_are_counted_by_their_edges() {
     let cube = meshes::cube();
-    assert_verdict(&cube.clone().without(&[0]), Topology { boundary_edges: 3, ..SOUND }, "winding: 3 boundary edges");
+    assert_verdict(
+        &cube.clone().without(&[0]),
+        Topology { boundary_edges: 3, ..CLOSED_SHELL },
+        "winding: 3 boundary edges",
+    );
     assert_verdict(
         &cube.clone().without(&[0, 1]),
-        Topology { boundary_edges: 4, ..SOUND },
+        Topology { boundary_edges: 4, ..CLOSED_SHELL },
         "winding: 4 boundary edges",
     );
-    let sheet = Topology { boundary_edges: 20, ..SOUND };
+    let sheet = Topology { boundary_edges: 20, ..CLOSED_SHELL };
     assert_verdict(&meshes::sheet(5), sheet, "winding: 20 boundary edges");
 }
 
@@ -59,42 +63,42 @@ fn edges_of_more_than_two_triangles_are_counted() {
     let mut fin = meshes::cube();
     fin.points.push(Vector3::new(2.0, 0.0, 0.0));
     let fin = fin.with_triangle([1, 3, 8]);
-    let wanted = Topology { boundary_edges: 2, non_manifold_edges: 1, ..SOUND };
+    let wanted = Topology { boundary_edges: 2, non_manifold_edges: 1, ..CLOSED_SHELL };
     assert_verdict(&fin, wanted, "winding: 2 boundary edges, 1 non-manifold edge");
     let on_an_edge = meshes::cube().and(meshes::cube().moved(2.0, 2.0, 0.0));
-    assert_verdict(&on_an_edge, Topology { non_manifold_edges: 1, ..SOUND }, "winding: 1 non-manifold edge");
+    assert_verdict(&on_an_edge, Topology { non_manifold_edges: 1, ..CLOSED_SHELL }, "winding: 1 non-manifold edge");
 }
 
 #[test]
 fn shells_are_counted() {
     let cube = meshes::cube();
     let touching = cube.clone().and(cube.clone().moved(2.0, 2.0, 2.0));
-    assert_verdict(&touching, Topology { shells: 2, ..SOUND }, "winding: 2 shells");
+    assert_verdict(&touching, Topology { shells: 2, ..CLOSED_SHELL }, "winding: 2 shells");
     let three = touching.and(cube.flipped().scaled(0.5));
-    assert_verdict(&three, Topology { shells: 3, ..SOUND }, "winding: 3 shells");
+    assert_verdict(&three, Topology { shells: 3, ..CLOSED_SHELL }, "winding: 3 shells");
 }
 
 #[test]
 fn wrongly_wound_faces_are_counted_and_turned() {
     let cube = meshes::cube();
-    let two = Topology { wrongly_wound: 2, ..SOUND };
+    let two = Topology { wrongly_wound: 2, ..CLOSED_SHELL };
     assert_verdict(
         &cube.clone().with_flipped(&[1, 6]),
         two,
         "pseudo-normal: closed, one shell (2 wrongly wound faces: put right)",
     );
-    let first = Topology { wrongly_wound: 1, ..SOUND };
+    let first = Topology { wrongly_wound: 1, ..CLOSED_SHELL };
     assert_verdict(
         &cube.clone().with_flipped(&[0]),
         first,
         "pseudo-normal: closed, one shell (1 wrongly wound face: put right)",
     );
-    let all = Topology { inside_out: true, ..SOUND };
+    let all = Topology { inside_out: true, ..CLOSED_SHELL };
     assert_verdict(&cube.clone().flipped(), all, "pseudo-normal: closed, one shell (wound inside out: put right)");
-    let most = Topology { wrongly_wound: 3, inside_out: true, ..SOUND };
+    let nine = Topology { wrongly_wound: 3, inside_out: true, ..CLOSED_SHELL };
     let verdict = "pseudo-normal: closed, one shell (3 wrongly wound faces, wound inside out: put right)";
-    assert_verdict(&cube.clone().flipped().with_flipped(&[0, 4, 9]), most, verdict);
-    let open = Topology { boundary_edges: 3, wrongly_wound: 1, ..SOUND };
+    assert_verdict(&cube.clone().flipped().with_flipped(&[0, 4, 9]), nine, verdict);
+    let open = Topology { boundary_edges: 3, wrongly_wound: 1, ..CLOSED_SHELL };
     assert_verdict(&cube.without(&[0]).with_flipped(&[5]), open, "winding: 3 boundary edges, 1 wrongly wound face");
 }
 
@@ -105,55 +109,59 @@ fn a_strip_with_half_a_turn_has_an_edge_that_no_winding_suits() {
     let found = distance.topology();
     assert_eq!((found.boundary_edges, found.non_orientable_edges, found.shells), (80, 1, 1));
     assert_eq!(distance.sign_method(), SignMethod::Winding);
-    assert!(distance.verdict().contains("1 edge that no winding suits"));
+    assert!(distance.sign_reason().contains("1 edge that no winding suits"));
 }
 
 #[test]
 fn faces_doubled_back_to_back_are_counted() {
     let cube = meshes::cube();
     let [a, b, c] = cube.triangles[3];
-    let one = Topology { doubled: 1, ..SOUND };
+    let one = Topology { doubled: 1, ..CLOSED_SHELL };
     assert_verdict(
         &cube.clone().with_triangle([c, b, a]),
         one,
         "pseudo-normal: closed, one shell (1 face doubled back to back: put right)",
     );
     let wall = cube.clone().and(cube.moved(2.0, 0.0, 0.0));
-    let wanted = Topology { doubled: 2, non_manifold_edges: 5, ..SOUND };
+    let wanted = Topology { doubled: 2, non_manifold_edges: 5, ..CLOSED_SHELL };
     assert_verdict(&wall, wanted, "winding: 5 non-manifold edges, 2 faces doubled back to back");
     let two_sided = meshes::sheet(2).and(meshes::sheet(2).flipped());
-    let wanted = Topology { doubled: 8, non_manifold_edges: 8, ..SOUND };
+    let wanted = Topology { doubled: 8, non_manifold_edges: 8, ..CLOSED_SHELL };
     assert_verdict(&two_sided, wanted, "winding: 8 non-manifold edges, 8 faces doubled back to back");
 }
 
 #[test]
-fn triangles_without_area_are_no_part_of_any_shell() {
+fn triangles_without_area_belong_to_no_shell() {
     let cube = meshes::cube();
     let segment = cube.clone().with_triangle([0, 7, 7]).with_triangle([3, 3, 3]);
-    assert_verdict(&segment, SOUND, "pseudo-normal: closed, consistently wound, one shell");
+    assert_verdict(&segment, CLOSED_SHELL, "pseudo-normal: closed, consistently wound, one shell");
     let line = Mesh::new(&[[0.0; 3], [1.0; 3], [2.0; 3]], &[[0, 1, 2], [0, 0, 1]]);
-    assert_verdict(&line, Topology { shells: 0, ..SOUND }, "winding: no face with an area");
+    assert_verdict(&line, Topology { shells: 0, ..CLOSED_SHELL }, "winding: no face with an area");
 }
 
 #[test]
 fn faces_that_lie_on_each_other_are_counted() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let pillow = Mesh::new(&corners, &[[0, 1, 2], [0, 2, 3], [1, 3, 2], [0, 3, 1]]);
-    assert_verdict(&pillow, Topology { intersecting_pairs: 4, ..SOUND }, "winding: 4 pairs of intersecting faces");
+    assert_verdict(
+        &pillow,
+        Topology { intersecting_pairs: 4, ..CLOSED_SHELL },
+        "winding: 4 pairs of intersecting faces",
+    );
     let leaf = Mesh::new(&corners, &[[0, 1, 2], [0, 2, 1]]);
-    let wanted = Topology { doubled: 1, intersecting_pairs: 1, ..SOUND };
+    let wanted = Topology { doubled: 1, intersecting_pairs: 1, ..CLOSED_SHELL };
     assert_verdict(&leaf, wanted, "winding: 1 face doubled back to back, 1 pair of intersecting faces");
 }
 
-/// Points drawn through the opposite side of a sphere, so that faces cross in general position.
+/// Points pulled through the opposite side of a sphere, so that faces cross in general position.
 #[test]
 fn faces_that_cross_are_counted() {
-    let mut random = Random::of_test();
+    let mut random = Random::from_env();
     for _ in 0..20 {
         let mut mesh = meshes::icosphere(2).turned(&random.rotation());
         for _ in 0..3 {
             let point = random.below(mesh.points.len());
-            mesh.points[point] = mesh.points[point] * -1.3 + random.in_cube(0.4);
+            mesh.points[point] = mesh.points[point] * -1.3 + random.point_in_cube(0.4);
         }
         let baked = mesh.baked();
         let distance = MeshDistance::new(&baked, None);
@@ -161,15 +169,15 @@ fn faces_that_cross_are_counted() {
         assert!(pairs > 0);
         assert_eq!(distance.topology().intersecting_pairs, pairs);
         assert_eq!(distance.sign_method(), SignMethod::Winding);
-        assert_eq!(distance.verdict(), format!("winding: {pairs} pairs of intersecting faces"));
+        assert_eq!(distance.sign_reason(), format!("winding: {pairs} pairs of intersecting faces"));
     }
 }
 
-/// By brute force, for triangles of which no corner lies in another's plane unless it is shared: a side of one meets the
-/// other where its line does, between its ends and within the weights.
+/// Number of crossing pairs by brute force, in general position. An edge p + t (q − p) crosses a triangle if
+/// p + t (q − p) = a + u (b − a) + v (c − a) with 0 < t < 1 and u, v, 1 − u − v > 0.
 fn crossing_pairs(mesh: &Mesh) -> usize {
     let corners = mesh.corners();
-    let side_meets = |a: usize, b: usize| {
+    let has_crossing_edge = |a: usize, b: usize| {
         let [origin, second, third] = corners[b];
         (0..3).any(|corner| {
             let ends = [0, 1].map(|step| (corner + step) % 3);
@@ -180,25 +188,25 @@ fn crossing_pairs(mesh: &Mesh) -> usize {
             let columns = [second - origin, third - origin, from - to];
             let system = sdf_core::nalgebra::Matrix3::from_columns(&columns);
             let Some(inverse) = system.try_inverse() else { return false };
-            let found = inverse * (from - origin);
-            found.x > 0.0 && found.y > 0.0 && found.x + found.y < 1.0 && found.z > 0.0 && found.z < 1.0
+            let [u, v, t]: [f64; 3] = (inverse * (from - origin)).into();
+            u > 0.0 && v > 0.0 && u + v < 1.0 && t > 0.0 && t < 1.0
         })
     };
     let mut pairs = 0;
     for a in 0..corners.len() {
-        pairs += (0..a).filter(|b| side_meets(a, *b) || side_meets(*b, a)).count();
+        pairs += (0..a).filter(|b| has_crossing_edge(a, *b) || has_crossing_edge(*b, a)).count();
     }
     pairs
 }
 
 #[test]
-fn a_method_that_is_asked_for_is_taken_and_said() {
+fn a_requested_method_is_used_and_named() {
     let open = meshes::cube().without(&[0]).baked();
     let distance = MeshDistance::new(&open, Some(SignMethod::PseudoNormal));
     assert_eq!(distance.sign_method(), SignMethod::PseudoNormal);
-    assert_eq!(distance.verdict(), "pseudo-normal, as asked; the mesh: 3 boundary edges");
+    assert_eq!(distance.sign_reason(), "pseudo-normal, as asked; the mesh: 3 boundary edges");
     let closed = meshes::cube().baked();
     let distance = MeshDistance::new(&closed, Some(SignMethod::Winding));
     assert_eq!(distance.sign_method(), SignMethod::Winding);
-    assert_eq!(distance.verdict(), "winding, as asked; the mesh: closed, consistently wound, one shell");
+    assert_eq!(distance.sign_reason(), "winding, as asked; the mesh: closed, consistently wound, one shell");
 }

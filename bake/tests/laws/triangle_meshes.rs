@@ -1,6 +1,6 @@
-//! What a mesh is checked for before it is baked.
+//! Checks of a mesh before it is baked.
 
-use sdf_bake::{MeshError, MeshReport, TriangleMesh};
+use sdf_bake::{InvalidMesh, MeshReport, TriangleMesh};
 
 use crate::meshes;
 
@@ -23,7 +23,7 @@ fn a_clean_mesh_has_nothing_to_report() {
 }
 
 #[test]
-fn points_at_one_place_are_one() {
+fn points_at_one_position_are_welded() {
     let mut points = CORNERS.to_vec();
     points.extend([CORNERS[1], [-0.0, 1.0, -0.0], [1.0, 0.0, f64::MIN_POSITIVE]]);
     let found = report(&points, &[[0, 1, 2], [0, 4, 3], [0, 5, 3], [6, 2, 3]]);
@@ -33,7 +33,7 @@ fn points_at_one_place_are_one() {
     let triangles: Vec<[u32; 3]> = (0..12).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
     let welded = TriangleMesh::new(&corners, &triangles).unwrap();
     assert_eq!(welded.report(), MeshReport { welded_points: 28, ..MeshReport::default() });
-    let verdict = sdf_bake::MeshDistance::new(&welded, None).verdict().to_owned();
+    let verdict = sdf_bake::MeshDistance::new(&welded, None).sign_reason().to_owned();
     assert_eq!(verdict, "pseudo-normal: closed, consistently wound, one shell");
 }
 
@@ -56,7 +56,7 @@ fn triangles_without_area_are_counted_and_kept() {
 }
 
 #[test]
-fn triangles_that_stand_twice_are_counted_and_left_out() {
+fn repeated_triangles_are_counted_and_left_out() {
     let mut points = CORNERS.to_vec();
     points.push(CORNERS[2]);
     let triangles = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 4], [0, 2, 1], [1, 2, 3], [3, 1, 2]];
@@ -66,31 +66,31 @@ fn triangles_that_stand_twice_are_counted_and_left_out() {
 }
 
 #[test]
-fn what_cannot_be_baked_is_refused_with_its_place() {
+fn an_invalid_mesh_is_refused_with_the_index_of_its_error() {
     let refusal = |points: &[[f64; 3]], triangles: &[[u32; 3]]| TriangleMesh::new(points, triangles).unwrap_err();
-    assert_eq!(refusal(&CORNERS, &[]), MeshError::NoTriangles);
-    assert_eq!(refusal(&[], &[]), MeshError::NoTriangles);
-    let too_high = MeshError::IndexOutOfRange { triangle: 1, index: 4, points: 4 };
+    assert_eq!(refusal(&CORNERS, &[]), InvalidMesh::NoTriangles);
+    assert_eq!(refusal(&[], &[]), InvalidMesh::NoTriangles);
+    let too_high = InvalidMesh::IndexOutOfRange { triangle: 1, index: 4, points: 4 };
     assert_eq!(refusal(&CORNERS, &[[0, 1, 2], [0, 4, 9]]), too_high);
-    assert_eq!(too_high.to_string(), "triangle 1 names point 4, but there are 4");
-    assert_eq!(refusal(&[], &[[0, 0, 0]]), MeshError::IndexOutOfRange { triangle: 0, index: 0, points: 0 });
+    assert_eq!(too_high.to_string(), "triangle 1 refers to point 4, but the mesh has 4 points");
+    assert_eq!(refusal(&[], &[[0, 0, 0]]), InvalidMesh::IndexOutOfRange { triangle: 0, index: 0, points: 0 });
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut points = CORNERS;
         points[2][1] = bad;
-        assert_eq!(refusal(&points, &[[0, 1, 2]]), MeshError::NotFinite { point: 2 });
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::NotFinite { point: 2 });
     }
     for far in [1.000_001e30, -1e31, f64::MAX] {
         let mut points = CORNERS;
         points[3][2] = far;
-        assert_eq!(refusal(&points, &[[0, 1, 2]]), MeshError::TooFarOut { point: 3 });
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::TooFarOut { point: 3 });
     }
-    assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), MeshError::NoExtent { side: 0.0 });
+    assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), InvalidMesh::NoExtent { side: 0.0 });
     let tiny = CORNERS.map(|p| p.map(|x| x * 0.99e-30));
-    assert_eq!(refusal(&tiny, &[[0, 1, 2]]), MeshError::NoExtent { side: 0.99e-30 });
+    assert_eq!(refusal(&tiny, &[[0, 1, 2]]), InvalidMesh::NoExtent { side: 0.99e-30 });
 }
 
 #[test]
-fn the_largest_and_the_smallest_that_are_allowed_bake() {
+fn the_largest_and_the_smallest_valid_meshes_bake() {
     for size in [1e30, 1e-30] {
         let points = CORNERS.map(|p| p.map(|x| x * size));
         let mesh = TriangleMesh::new(&points, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap();

@@ -1,4 +1,4 @@
-//! The winding number, and the signs that are drawn from it.
+//! Winding numbers, and the signs that follow from them.
 
 use sdf_bake::{MeshDistance, SignMethod};
 use sdf_core::nalgebra::Vector3;
@@ -7,13 +7,13 @@ use crate::meshes::{self, Mesh};
 use crate::oracle::{self, Baked};
 use crate::random::Random;
 
-/// The library's own bound of how far its winding numbers may be off.
+/// Error bound of the library's winding numbers.
 const WINDING_ERROR: f64 = 0.1;
 
-/// Nearer to one half than this the side is a matter of rounding.
+/// Nearer to one half than this, rounding decides the side.
 const ROUNDING: f64 = 1e-9;
 
-/// So near to one half is a winding number with which most could go wrong.
+/// Winding numbers this near to one half are the hardest: all of them are compared.
 const CLOSE: f64 = 0.01;
 
 fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
@@ -46,22 +46,22 @@ fn closed_meshes() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// What is left of a mesh where one in so many of its triangles, at random, is missing.
+/// Removes one in `one_in` triangles at random.
 fn with_random_holes(mesh: Mesh, one_in: usize, random: &mut Random) -> Mesh {
     let missing: Vec<usize> = (0..mesh.triangles.len()).filter(|_| random.below(one_in) == 0).collect();
     mesh.without(&missing)
 }
 
-/// Without the triangles near a random plane through the middle.
+/// Removes the triangles near a random plane through the origin, in the upper half.
 fn with_slit(mesh: Mesh, width: f64, random: &mut Random) -> Mesh {
-    let normal = random.in_cube(1.0).normalize();
+    let normal = random.point_in_cube(1.0).normalize();
     let is_near = |corners: &[Vector3<f64>; 3]| corners[0].dot(&normal).abs() < width && corners[0].z > 0.0;
     let missing: Vec<usize> = (0..).zip(mesh.corners()).filter(|(_, c)| is_near(c)).map(|(index, _)| index).collect();
     mesh.without(&missing)
 }
 
-/// Holes, slits, shells in shells, sheets over sheets; with a rim that is short, and with one that is too long to be followed.
-fn torn_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+/// Meshes with holes and slits, nested shells, stacked sheets. One has too many boundary edges for a cone.
+fn broken_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let sphere = || meshes::icosphere(3);
     let torus = || meshes::torus(1.0, 0.4, 36, 18);
     let turn = random.rotation();
@@ -88,16 +88,15 @@ fn torn_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
             (0..5).fold(meshes::sheet(12), |all, k| all.and(meshes::sheet(12).moved(0.1, 0.05, 0.1 * f64::from(k)))),
         ),
         ("two layers", meshes::sheet(20).and(meshes::sheet(20).moved(0.0, 0.0, 1e-3)).turned(&turn)),
-        ("a long rim", meshes::soup(1200, 0.15, random)),
+        ("a long boundary", meshes::soup(1200, 0.15, random)),
     ]
 }
 
-/// On the side of one half that the sum of all solid angles is on, it is, and nowhere off by more than its bound.
 #[test]
-fn the_winding_number_is_the_sum_of_all_solid_angles_within_its_bound() {
-    let mut random = Random::of_test();
+fn the_winding_number_is_within_its_bound_of_the_exact_sum_and_on_the_same_side_of_one_half() {
+    let mut random = Random::from_env();
     let mut worst = 0.0_f64;
-    let open = open_meshes(&mut random).into_iter().chain(torn_meshes(&mut random));
+    let open = open_meshes(&mut random).into_iter().chain(broken_meshes(&mut random));
     for (name, mesh) in open.chain(closed_meshes()) {
         let baked = mesh.baked();
         let distance = MeshDistance::new(&baked, None);
@@ -105,7 +104,7 @@ fn the_winding_number_is_the_sum_of_all_solid_angles_within_its_bound() {
         let mut worst_here = 0.0_f64;
         for _ in 0..1500 {
             let bounds = baked.bounds().inflate(0.3 * baked.bounds().longest_side());
-            let point = random.in_box(bounds.min, bounds.max);
+            let point = random.point_in_box(bounds.min, bounds.max);
             let exact = oracle::winding_number(&corners, point);
             let winding = distance.winding_number(point.into());
             worst_here = worst_here.max((winding - exact).abs());
@@ -120,8 +119,8 @@ fn the_winding_number_is_the_sum_of_all_solid_angles_within_its_bound() {
     assert!(worst <= WINDING_ERROR);
 }
 
-/// All nodes where it is close are asked, and some of the others.
-fn assert_sides(mesh: &Mesh, about: &str, samples: impl Iterator<Item = (Vector3<f64>, f64)>, random: &mut Random) {
+/// Compares all samples with a winding number close to one half, and some of the others.
+fn assert_sides(mesh: &Mesh, name: &str, samples: impl Iterator<Item = (Vector3<f64>, f64)>, random: &mut Random) {
     let (baked, corners) = (mesh.baked(), mesh.corners());
     let distance = MeshDistance::new(&baked, None);
     let mut close = 0;
@@ -133,42 +132,42 @@ fn assert_sides(mesh: &Mesh, about: &str, samples: impl Iterator<Item = (Vector3
         }
         let winding = oracle::winding_number(&corners, node).abs();
         if (winding - 0.5).abs() > ROUNDING {
-            assert_eq!(signed < 0.0, winding >= 0.5, "{about} at {node:?}: {signed}, {winding}");
+            assert_eq!(signed < 0.0, winding >= 0.5, "{name} at {node:?}: {signed}, {winding}");
         }
     }
-    println!("{about}: {close} close");
+    println!("{name}: {close} close");
 }
 
 #[test]
 fn every_sign_is_that_of_the_exact_winding_number() {
-    let mut random = Random::of_test();
-    let torn = torn_meshes(&mut random);
-    for (name, mesh) in open_meshes(&mut random).into_iter().chain(closed_meshes()).chain(torn) {
+    let mut random = Random::from_env();
+    let broken = broken_meshes(&mut random);
+    for (name, mesh) in open_meshes(&mut random).into_iter().chain(closed_meshes()).chain(broken) {
         let baked = mesh.baked();
         let distance = MeshDistance::new(&baked, Some(SignMethod::Winding));
         let dense = Baked::new(&distance, &baked.bounds(), 18 + random.below(8) as u32);
         assert_sides(&mesh, name, dense.nodes(), &mut random);
         let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, dense.lattice.spacing(), &|_| ());
         let node = |(index, sample): (usize, &f32)| {
-            let (place, step) = (sparse.places[index / 512], [index % 8, index / 8 % 8, index / 64 % 8]);
-            let node = std::array::from_fn(|axis| place[axis] * 8 + step[axis] as u32);
+            let (brick, step) = (sparse.slots[index / 512], [index % 8, index / 8 % 8, index / 64 % 8]);
+            let node = std::array::from_fn(|axis| brick[axis] * 8 + step[axis] as u32);
             (Vector3::from(dense.lattice.node(node)), f64::from(*sample))
         };
         assert_sides(&mesh, &format!("{name}, sparse"), sparse.samples.iter().enumerate().map(node), &mut random);
     }
 }
 
-/// A dipole alone is off by the third power of the distance, its first correction by the fourth.
+/// The error of the dipole falls with the third power of the distance, that of its first correction with the fourth.
 #[test]
 fn far_away_the_error_falls_with_the_fourth_power_of_the_distance() {
-    let mut random = Random::of_test();
-    // Of so many edges that no cap tells the fraction.
+    let mut random = Random::from_env();
+    // Too many edges for a boundary cone, so that the sum is not refined.
     let mesh = meshes::soup(800, 0.5, &mut random);
     let (baked, corners) = (mesh.baked(), mesh.corners());
     let distance = MeshDistance::new(&baked, None);
     for far in [10.0, 100.0, 1000.0_f64] {
         for _ in 0..200 {
-            let point = random.in_cube(1.0).normalize() * far;
+            let point = random.point_in_cube(1.0).normalize() * far;
             let off = (distance.winding_number(point.into()) - oracle::winding_number(&corners, point)).abs();
             assert!(off <= 30.0 / far.powi(4) + 1e-13, "{off:e} off, {far} away");
         }

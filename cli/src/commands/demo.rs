@@ -4,18 +4,17 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use sdf_core::Sdf;
-use sdf_formats::field_file;
-use sdf_formats::field_file::Field;
-use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
+use sdf_procedural::{self as procedural, Sheet, SpikedBall};
 use serde_json::json;
 
 use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
 use crate::mesh_input::{self, at};
-use crate::models::{Model, Sheet, SpikedBall};
 use crate::pictures::{Picture, Plane};
+use sdf_core::Sdf;
+use sdf_field::Field;
+
 use crate::report::{Report, number};
 
 /// Contacts are drawn when they lie this near to the plane, in the body's size.
@@ -28,32 +27,30 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let (body, cloth, grid) = (file("body.obj"), file("cloth.obj"), file("body.sdf.h5"));
     let (list, picture) = (file("contacts.csv"), file("contacts.png"));
 
-    let Model { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.model();
+    let procedural::Mesh { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.mesh();
     at(&body, mesh::write(&body, MeshFormat::Obj, &points, &triangles))?;
-    let Model { points, triangles, .. } = cloth_over_body().model();
+    let procedural::Mesh { points, triangles, .. } = cloth_over_body().mesh();
     at(&cloth, mesh::write(&cloth, MeshFormat::Obj, &points, &triangles))?;
 
     let bake_args = BakeArgs::try_parse_from([Path::new("bake"), &body, "--res".as_ref(), "128".as_ref()])?;
     let input = mesh_input::read(&body)?;
-    let baked = bake::bake(&bake_args, input)?;
-    let about = bake::about(&bake_args, &baked);
-    baked.grid.write(&grid, &baked.lattice, baked.band, &about)?;
+    let (baked, input) = bake::bake(&bake_args, input)?;
+    baked.field.save(&grid)?;
 
     let contacts_args = ContactsArgs::try_parse_from([Path::new("contacts"), &cloth, &grid])?;
     let cloth_mesh = mesh_input::read_mesh(&cloth)?;
-    let field = field_file::read(&grid)?;
+    let field = Field::open(&grid)?;
     let found = contacts::find(&contacts_args, &cloth_mesh, &field)?;
     let list_format = sdf_formats::contact_file::ContactFormat::Csv;
     at(&list, sdf_formats::contact_file::write(&list, list_format, &found.contacts, Vec::new))?;
-    let Field::Grid(StoredGrid { grid: baked_grid, .. }) = &field else { unreachable!("a grid was written") };
-    draw(baked_grid, &cloth_mesh, &found, &picture)?;
+    draw(field.as_any(), &cloth_mesh, &found, &picture)?;
 
     let deepest = found.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::min);
     Report {
         rows: vec![
-            ("body", format!("{}, {} triangles", body.display(), baked.input.triangles)),
+            ("body", format!("{}, {} triangles", body.display(), input.triangles)),
             ("cloth", format!("{}, {} triangles", cloth.display(), cloth_mesh.triangles.len())),
-            ("field", format!("{}, {}", grid.display(), about.sign_reason)),
+            ("field", format!("{}, {}", grid.display(), baked.field.info().map_or("", |info| &info.sign_reason))),
             ("contacts", format!("{}, {} of them", list.display(), found.contacts.len())),
             ("deepest", number(deepest)),
             ("picture", picture.display().to_string()),

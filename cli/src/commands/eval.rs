@@ -2,13 +2,13 @@ use std::io::Write;
 
 use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::field_file::{self, OpenField};
 use serde_json::json;
 
 use crate::args::EvalArgs;
 use crate::csv_points;
-use crate::from_file::FromFile;
+use crate::read_summary::FromFile;
 use crate::report::{print_json, to_stdout};
 
 pub fn run(args: &EvalArgs) -> Result<()> {
@@ -25,7 +25,7 @@ pub fn run(args: &EvalArgs) -> Result<()> {
     }
 }
 
-fn print<F: Sdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<FromFile>) -> Result<()> {
+fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<FromFile>) -> Result<()> {
     let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     if args.json.wanted {
         let samples: Vec<_> = samples

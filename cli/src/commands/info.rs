@@ -1,24 +1,23 @@
 use anyhow::Result;
 use sdf_core::Sdf;
 use sdf_formats::field_file::{self, OpenField};
-use sdf_formats::grid_file::{Layout, Summary};
+use sdf_formats::grid_file::{Summary, layout_of};
 use serde_json::json;
 
 use crate::args::InfoArgs;
-use crate::from_file::bytes_of;
+use crate::read_summary::bytes_of;
 use crate::report::{Report, counts, number};
 
 pub fn run(args: &InfoArgs) -> Result<()> {
     match field_file::open(&args.sdf)? {
         OpenField::Grid(reader) => {
-            let Summary { lattice, layout, about, parts, file_bytes } = reader.summary();
+            let Summary { lattice, sparse, about, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();
             let sha256: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
             let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-            let (name, precision, band, bricks) = match layout {
-                Layout::Dense => ("dense", "f32", None, None),
-                Layout::Sparse { band, precision, bricks } => ("sparse", precision.name(), Some(band), Some(bricks)),
-            };
+            let (layout, precision) = layout_of(sparse);
+            let (name, precision) = (layout.name(), precision.name());
+            let (band, bricks) = (sparse.map(|sparse| sparse.band), sparse.map(|sparse| sparse.bricks));
             let in_words = match (band, bricks) {
                 (Some(band), Some(bricks)) => {
                     format!("sparse, {bricks} bricks in {precision}, distances within {}", number(band))

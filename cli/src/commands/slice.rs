@@ -5,7 +5,6 @@ use sdf_formats::field_file::{self, OpenField};
 use serde_json::json;
 
 use crate::args::{Axis, SliceArgs};
-use crate::from_file::{band, brick_at};
 use crate::output;
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
@@ -19,11 +18,11 @@ pub fn run(args: &SliceArgs) -> Result<()> {
             let mut region = bounds;
             (region.min[plane.axis], region.max[plane.axis]) = (plane.at, plane.at);
             let stored = reader.read_needed([region], f64::INFINITY)?;
-            let band = band(&stored.layout);
+            let band = stored.sparse.map(|sparse| sparse.band);
             let mut picture = Picture::of(&stored.grid, plane, args.pixels, band);
             if band.is_some() {
                 let side = stored.grid.lattice().spacing() * f64::from(BRICK);
-                picture.bricks(bounds.min, side, |place| brick_at(stored.grid.storage(), place).is_some());
+                picture.bricks(bounds.min, side, |slot| stored.grid.storage().brick_at(slot).is_some());
             }
             write(args, &picture)
         }

@@ -7,14 +7,13 @@ use rayon::prelude::*;
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf, Sdf};
 use sdf_formats::field_file::{self, Field};
 use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
 use crate::args::SurfaceArgs;
-use crate::from_file::band;
 use crate::mesh_input::at;
 use crate::report::{Report, number};
 use crate::{memory, output};
@@ -26,8 +25,8 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     let format = MeshFormat::from_extension(&args.output).context("--output has no ending that is known")?;
     output::require(&args.output, &[&args.sdf])?;
     let surface = match field_file::read(&args.sdf)? {
-        Field::Grid(StoredGrid { grid, layout, .. }) => {
-            if let Some(band) = band(&layout).filter(|band| args.level.abs() > *band) {
+        Field::Grid(StoredGrid { grid, sparse, .. }) => {
+            if let Some(band) = sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
                 bail!(
                     "{}: --level {} lies beyond the band of {} in which distances are kept: bake with a larger --band",
                     args.sdf.display(),
@@ -97,7 +96,7 @@ const BLOCK: u32 = 16;
 
 /// Naive surface nets over the lattice's samples, block by block, so that no more of them are held at a time. A block that
 /// the surface cannot pass, by what is certain of the field there, is not sampled.
-fn extract<F: Sdf + Sync>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Surface {
+fn extract<F: EnclosedSdf + Sync>(args: &SurfaceArgs, field: &F, lattice: &Lattice) -> Surface {
     let counts = lattice.cells().map(|cells| cells.div_ceil(BLOCK) as usize);
     let [along_x, along_y, along_z] = counts;
     let pieces: Vec<Piece> = (0..along_x * along_y * along_z)
@@ -133,7 +132,7 @@ struct Piece {
 }
 
 impl Piece {
-    fn of<F: Sdf>(field: &F, level: f64, lattice: &Lattice, block: [u32; 3]) -> Option<Self> {
+    fn of<F: EnclosedSdf>(field: &F, level: f64, lattice: &Lattice, block: [u32; 3]) -> Option<Self> {
         let first = block.map(|n| n.saturating_sub(1));
         let last: [u32; 3] = std::array::from_fn(|axis| (block[axis] + BLOCK).min(lattice.cells()[axis]));
         if !may_pass(field, level, &Aabb { min: lattice.node(first), max: lattice.node(last) }) {
@@ -163,13 +162,14 @@ impl Piece {
 }
 
 /// Whether the field may have the level as its value somewhere in the box.
-fn may_pass<F: Sdf>(field: &F, level: f64, region: &Aabb) -> bool {
+fn may_pass<F: EnclosedSdf>(field: &F, level: f64, region: &Aabb) -> bool {
     let certain = field.enclose_box(region);
     let middle = std::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]));
     let value: f64 = field.value(Vector3::from(middle));
     let reach = 0.5 * region.diagonal() * certain.slope_bound;
     let rounding = ROUNDING * (reach + level.abs());
-    certain.least.max(value - reach) - rounding <= level && level <= certain.greatest.min(value + reach) + rounding
+    certain.range.lower.max(value - reach) - rounding <= level
+        && level <= certain.range.upper.min(value + reach) + rounding
 }
 
 /// More than the samples' own, which are f32, and far less than a cell.

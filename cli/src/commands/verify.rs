@@ -3,18 +3,20 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use sdf_bake::{MeshDistance, TriangleMesh};
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, EnclosedSdf};
 use sdf_formats::field_file::{self, Field, OpenField};
-use sdf_formats::grid_file::{OwnedGrid, StoredGrid};
+use sdf_formats::grid_file::StoredGrid;
+use sdf_procedural::random::unit_at;
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
-use crate::from_file::{BrickList, band, brick_at, bricks, bytes_of};
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, at};
+use crate::read_summary::bytes_of;
 use crate::report::{Report, number, seconds};
 use crate::{output, progress};
 
@@ -190,16 +192,17 @@ impl Errors {
 }
 
 fn of_grid(args: &VerifyArgs, stored: &StoredGrid, truth: &MeshDistance, surface: &Surface) -> (Findings, Vec<Asked>) {
-    let StoredGrid { grid, layout, about, .. } = stored;
+    let StoredGrid { grid, sparse, about, .. } = stored;
     let lattice = grid.lattice();
     let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
     let bound = about.error_bound;
     let everywhere = |seed: u64| move |number: u64| in_box(seed, number, &bounds);
-    let (asked, far, missing, beyond) = match (band(layout), bricks(grid.storage())) {
-        (Some(band), Some(list)) => {
+    let (asked, far, missing, beyond) = match sparse.map(|sparse| sparse.band) {
+        Some(band) => {
+            let brick_errors = grid.storage().brick_errors();
             let near = |number: u64| {
                 let offset: [f64; 3] =
-                    std::array::from_fn(|axis| 2.0 * random(!args.seed, 8 * number + 3 + axis as u64) - 1.0);
+                    std::array::from_fn(|axis| 2.0 * unit_at(!args.seed, 8 * number + 3 + axis as u64) - 1.0);
                 let point = surface.point(!args.seed, 8 * number);
                 std::array::from_fn(|axis| point[axis] + band * offset[axis])
             };
@@ -208,13 +211,13 @@ fn of_grid(args: &VerifyArgs, stored: &StoredGrid, truth: &MeshDistance, surface
             asked.retain(|asked| asked.truth.abs() <= band && holds(asked.point));
             let mut far = ask(args, grid, truth, everywhere(args.seed));
             far.retain(|asked| asked.truth.abs() > band);
-            let own = |point: [f64; 3]| brick_at(grid.storage(), cell_at(lattice, point).map(|n| n / BRICK));
+            let own = |point: [f64; 3]| grid.storage().brick_at(cell_at(lattice, point).map(|n| n / BRICK));
             let is_beyond =
-                |asked: &&Asked| own(asked.point).is_none_or(|brick| asked.error() > f64::from(list.errors[brick]));
+                |asked: &&Asked| own(asked.point).is_none_or(|brick| asked.error() > f64::from(brick_errors[brick]));
             let is_whole = |point: [f64; 3]| {
                 let cell = cell_at(lattice, point);
                 let corner = |corner: u32| std::array::from_fn(|axis| (cell[axis] + (corner >> axis & 1)) / BRICK);
-                (0..8).all(|index| brick_at(grid.storage(), corner(index)).is_some())
+                (0..8).all(|index| grid.storage().brick_at(corner(index)).is_some())
             };
             let on_surface =
                 (0..u64::from(args.points)).into_par_iter().map(|number| surface.point(args.seed, 8 * number));
@@ -223,11 +226,11 @@ fn of_grid(args: &VerifyArgs, stored: &StoredGrid, truth: &MeshDistance, surface
             let beyond = asked.iter().filter(is_beyond).count();
             (asked, Some(Far::new(&far, bound)), Some(missing + missing_near), Some(beyond))
         }
-        _ => (ask(args, grid, truth, everywhere(!args.seed)), None, None, None),
+        None => (ask(args, grid, truth, everywhere(!args.seed)), None, None, None),
     };
     let steepest = asked.iter().map(|asked| asked.slope).fold(0.0, f64::max);
     let findings = Findings {
-        nodes: Some(nodes(args, grid, band(layout), truth)),
+        nodes: Some(nodes(args, grid, sparse.map(|sparse| sparse.band), truth)),
         points: Errors::new(&asked, bound, Some(spacing)),
         far,
         surface_points: missing.map(|_| args.points as usize),
@@ -252,7 +255,7 @@ impl Far {
 }
 
 /// At as many points as were asked for.
-fn ask<F: Sdf + Sync>(
+fn ask<F: EnclosedSdf + Sync>(
     args: &VerifyArgs,
     field: &F,
     truth: &MeshDistance,
@@ -270,10 +273,9 @@ fn ask<F: Sdf + Sync>(
 /// Of a sparse grid those in bricks that have their own distance: within the band, and a cell's diagonal.
 fn nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, truth: &MeshDistance) -> Errors {
     let lattice = grid.lattice();
-    let list = bricks(grid.storage());
-    let count = list.as_ref().map_or(lattice.node_count(), |list| list.places.len() * NODES_OF_A_BRICK);
+    let count = grid.storage().brick_count().map_or(lattice.node_count(), |bricks| bricks * NODES_OF_A_BRICK);
     let check = |index: usize| {
-        let (node, step) = node(lattice, list.as_ref(), index)?;
+        let (node, step) = node(grid, index)?;
         let truth = truth.signed_distance(lattice.node(node));
         let is_exact = band.is_none_or(|band| truth.abs() <= band + 3.0_f64.sqrt() * lattice.spacing());
         let rounding = 0.5 * step + truth.abs() * f64::from(f32::EPSILON);
@@ -283,11 +285,11 @@ fn nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, truth: &MeshDis
     let asked: Vec<Asked> = if args.all_nodes {
         (0..count).into_par_iter().filter_map(check).collect()
     } else {
-        let draw = |number: u32| (random(args.seed, u64::from(number)) * count as f64) as usize;
+        let draw = |number: u32| (unit_at(args.seed, u64::from(number)) * count as f64) as usize;
         (0..args.points).into_par_iter().map(draw).filter_map(check).collect()
     };
     // Nodes are exact: only where a distance is rounded to nothing may the sign be lost.
-    let coarsest = list.map_or(0.0, |list| list.scales.iter().map(|scale| f64::from(scale.step)).fold(0.0, f64::max));
+    let coarsest = grid.storage().scales().iter().map(|scale| f64::from(scale.step)).fold(0.0, f64::max);
     Errors::new(&asked, lattice.spacing() * 1e-6 + coarsest, Some(lattice.spacing()))
 }
 
@@ -295,16 +297,17 @@ const NODES_OF_A_BRICK: usize = (BRICK * BRICK * BRICK) as usize;
 
 /// The node that is meant by an index, and the step between the values that its sample can have. `None` of one in a brick
 /// that reaches beyond the lattice.
-fn node(lattice: &Lattice, list: Option<&BrickList>, index: usize) -> Option<([u32; 3], f64)> {
-    let Some(list) = list else {
+fn node(grid: &OwnedGrid, index: usize) -> Option<([u32; 3], f64)> {
+    let (lattice, storage) = (grid.lattice(), grid.storage());
+    if storage.brick_count().is_none() {
         let [row, rows, _] = lattice.nodes().map(|n| n as usize);
         return Some(([index % row, index / row % rows, index / row / rows].map(|i| i as u32), 0.0));
-    };
+    }
     let (brick, within) = (index / NODES_OF_A_BRICK, (index % NODES_OF_A_BRICK) as u32);
     let step = [within % BRICK, within / BRICK % BRICK, within / BRICK / BRICK];
-    let node: [u32; 3] = std::array::from_fn(|axis| list.places[brick][axis] * BRICK + step[axis]);
+    let node: [u32; 3] = std::array::from_fn(|axis| storage.slots()[brick][axis] * BRICK + step[axis]);
     let is_there = (0..3).all(|axis| node[axis] < lattice.nodes()[axis]);
-    is_there.then_some((node, f64::from(list.scales[brick].step)))
+    is_there.then_some((node, f64::from(storage.scales()[brick].step)))
 }
 
 fn stored_at(grid: &OwnedGrid, node: [u32; 3]) -> f64 {
@@ -338,10 +341,10 @@ impl<'a> Surface<'a> {
     }
 
     fn point(&self, seed: u64, number: u64) -> [f64; 3] {
-        let share = random(seed, number) * self.areas.last().copied().unwrap_or(0.0);
+        let share = unit_at(seed, number) * self.areas.last().copied().unwrap_or(0.0);
         let triangle = self.areas.partition_point(|area| *area <= share).min(self.triangles.len() - 1);
         let [a, b, c] = self.triangles[triangle].map(|corner| Vector3::from(self.points[corner as usize]));
-        let (u, v) = (random(seed, number + 1), random(seed, number + 2));
+        let (u, v) = (unit_at(seed, number + 1), unit_at(seed, number + 2));
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         (a + (b - a) * u + (c - a) * v).into()
     }
@@ -349,16 +352,8 @@ impl<'a> Surface<'a> {
 
 fn in_box(seed: u64, number: u64, bounds: &Aabb) -> [f64; 3] {
     std::array::from_fn(|axis| {
-        bounds.min[axis] + random(seed, 3 * number + axis as u64) * (bounds.max[axis] - bounds.min[axis])
+        bounds.min[axis] + unit_at(seed, 3 * number + axis as u64) * (bounds.max[axis] - bounds.min[axis])
     })
-}
-
-/// The number of a sequence, in 0 to 1: any can be had without the others. (Steele et al. 2014, SplitMix64.)
-pub fn random(seed: u64, number: u64) -> f64 {
-    let mut bits = seed.wrapping_add(number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (bits ^ bits >> 31) as f64 / u64::MAX as f64 * (1.0 - f64::EPSILON)
 }
 
 fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {

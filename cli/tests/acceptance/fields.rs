@@ -1,6 +1,5 @@
 //! Shapes in TOML are the core's own, and stand wherever a grid may.
 
-use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::Storage;
 use sdf_core::nalgebra::Vector3;
@@ -8,17 +7,19 @@ use sdf_core::placed::{Placed, Similarity, Stretch};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
+use sdf_core::{EnclosedSdf, Sdf};
 use sdf_formats::field_file::{self, Field};
 use sdf_formats::grid_file::StoredGrid;
+use sdf_procedural::random::Random;
 
 use crate::folder::{Folder, says};
-use crate::meshes::{Model, Random};
+use crate::meshes::Model;
 
 /// That `sdftool eval` of the table says what the field itself says, bit for bit.
-fn same<F: Sdf>(folder: &Folder, table: &str, field: &F) {
+fn same<F: EnclosedSdf>(folder: &Folder, table: &str, field: &F) {
     folder.write("field.sdf.toml", format!("[field]\n{table}\n"));
-    let mut random = Random(7);
-    let points: Vec<[f64; 3]> = (0..200).map(|_| random.point(3.0)).collect();
+    let mut random = Random::new(7);
+    let points: Vec<[f64; 3]> = (0..200).map(|_| random.point_in_cube(3.0)).collect();
     let lines: Vec<String> = points.iter().map(|[x, y, z]| format!("{x:?},{y:?},{z:?}")).collect();
     folder.write("points.csv", lines.join("\n"));
     let json = folder.json("eval field.sdf.toml --points points.csv");

@@ -3,8 +3,10 @@
 
 use std::time::Instant;
 
+use sdf_procedural::random::Random;
+
 use crate::folder::{Folder, refused, says};
-use crate::meshes::{Model, Random};
+use crate::meshes::Model;
 
 const SPHERE: &str = "[field]\nshape = 'sphere'\nradius = 1.0\n";
 
@@ -213,7 +215,7 @@ fn with_flipped_bits(layout: &str) {
     let surface = "surface bent.sdf.h5 -o surface.obj";
     folder.done(surface);
     let surface_meant = folder.read("surface.obj");
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let (mut refusals, flips) = (0, 100);
     for _ in 0..flips {
         let mut bent = good.clone();
@@ -251,7 +253,7 @@ fn a_grid_file_cut_short_is_refused() {
 #[test]
 fn random_bytes_are_refused_as_anything() {
     let folder = scene();
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     for length in [1, 7, 8, 84, 134, 500, 3000] {
         for beginning in [&b""[..], b"\x89HDF\r\n\x1a\n", b"ply\n", b"solid ", b"v 0 0 0\nf ", b"[field]\n"] {
             let mut bytes = beginning.to_vec();

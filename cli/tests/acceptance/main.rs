@@ -4,7 +4,6 @@ mod folder;
 mod meshes;
 
 mod all_minima;
-mod bench;
 mod commands;
 mod contact_files;
 mod elements;
@@ -19,5 +18,4 @@ mod progress;
 mod repeatable;
 mod shared_meshes;
 mod sparse_grids;
-mod study;
 mod surfaces;

@@ -113,25 +113,3 @@ impl Model {
         bytes
     }
 }
-
-/// SplitMix64: numbers in 0 to 1.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn share(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (bits ^ bits >> 31) as f64 / 18_446_744_073_709_551_616.0
-    }
-
-    /// In a cube of half side `reach` around the origin.
-    pub fn point(&mut self, reach: f64) -> [f64; 3] {
-        [(); 3].map(|()| reach * (2.0 * self.share() - 1.0))
-    }
-
-    pub fn below(&mut self, end: usize) -> usize {
-        (self.share() * end as f64) as usize
-    }
-}

@@ -1,19 +1,21 @@
+//! Boolean combinations (Ricci 1973, "A Constructive Geometry for Computer Graphics"): minimum and maximum of two fields.
+
 use nalgebra::Vector3;
 
-use super::surveys;
-use crate::grid::{SegmentMinimum, TriangleMinimum};
+use super::enclosures;
+use crate::enclosure::PartVisitor;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
 
-/// What lies in either: min(a, b).
+/// The union: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Union<A, B>(pub A, pub B);
 
-/// What lies in both: max(a, b).
+/// The intersection: max(a, b) = −min(−a, −b).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intersection<A, B>(pub A, pub B);
 
-/// What lies in the first and not in the second: max(a, −b).
+/// The first without the second: max(a, −b) = −min(−a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference<A, B>(pub A, pub B);
 
@@ -35,42 +37,48 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+}
 
+impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Union<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        self.0.enclose_box(region).lower(self.1.enclose_box(region))
+        self.0.enclose_box(region).min(self.1.enclose_box(region))
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        self.0.enclosure(about, corners).lower(self.1.enclosure(about, corners))
+        self.0.enclosure(about, corners).min(self.1.enclosure(about, corners))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let [a, b] = surveys(&self.0, &self.1, corners);
+        let [a, b] = enclosures(&self.0, &self.1, corners);
         match () {
-            () if a.greatest < b.least => self.0.is_convex_on(corners),
-            () if b.greatest < a.least => self.1.is_convex_on(corners),
+            () if a.range.upper < b.range.lower => self.0.is_convex_on(corners),
+            () if b.range.upper < a.range.lower => self.1.is_convex_on(corners),
             () => false,
         }
     }
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let [a, b] = surveys(&self.0, &self.1, corners);
-        a.min_combine(b, || self.0.max_rise_to_corners(corners), || self.1.max_rise_to_corners(corners))
+        let [a, b] = enclosures(&self.0, &self.1, corners);
+        a.min_max_rise(b, || self.0.max_rise_to_corners(corners), || self.1.max_rise_to_corners(corners))
     }
 
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let (a, b) = (self.0.minimum_on_segment(ends)?, self.1.minimum_on_segment(ends)?);
-        let looks = a.looks.saturating_add(b.looks);
-        Some(SegmentMinimum { looks, ..if b.value < a.value { b } else { a } })
+    /// The goal's level is not handed on: a part that lies above it could stop with fewer evaluations than the union.
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        let goal = Goal { level: R::from_f64(f64::INFINITY), ..goal };
+        let (a, b) = (self.0.exact_minimum(corners, goal)?, self.1.exact_minimum(corners, goal)?);
+        let evaluations = a.evaluations.saturating_add(b.evaluations);
+        let lower_bound = Real::min(a.lower_bound, b.lower_bound);
+        Some(ExactMinimum { evaluations, lower_bound, ..if b.value < a.value { b } else { a } })
     }
 
-    /// The level is not handed on: what is above it in one field takes more or fewer looks, and changes how many there were.
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
-        let enough = [R::from_f64(f64::INFINITY), enough[1]];
-        let (a, b) = (self.0.minimum_on_triangle(corners, enough)?, self.1.minimum_on_triangle(corners, enough)?);
-        let looks = a.looks.saturating_add(b.looks);
-        let least = Real::min(a.least, b.least);
-        Some(TriangleMinimum { looks, least, ..if b.value < a.value { b } else { a } })
+    #[inline]
+    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
+        self.0.visit_parts(visitor);
+        self.1.visit_parts(visitor);
     }
 }
 
@@ -93,30 +101,32 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+}
 
+impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Intersection<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let (a, b) = (self.0.enclose_box(region).negate(), self.1.enclose_box(region).negate());
-        a.lower(b).negate()
+        self.0.enclose_box(region).negate().min(self.1.enclose_box(region).negate()).negate()
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        self.0.enclosure(about, corners).negate().lower(self.1.enclosure(about, corners).negate()).negate()
+        self.0.enclosure(about, corners).negate().min(self.1.enclosure(about, corners).negate()).negate()
     }
 
+    /// A maximum of convex functions is convex.
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         self.0.is_convex_on(corners) && self.1.is_convex_on(corners)
     }
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let [a, b] = surveys(&self.0, &self.1, corners);
-        a.negate().min_combine(
+        let [a, b] = enclosures(&self.0, &self.1, corners);
+        a.negate().min_max_rise(
             b.negate(),
             || self.0.max_rise_to_corners(corners),
             || self.1.max_rise_to_corners(corners),
         )
     }
 
-    /// No value is below that of the part which is the higher at the middle.
+    /// No value is below that of the part which is the higher at the centre.
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.0.linearization_error(region).max(self.1.linearization_error(region))
     }
@@ -140,23 +150,25 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+}
 
+impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Difference<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        self.0.enclose_box(region).negate().lower(self.1.enclose_box(region)).negate()
+        self.0.enclose_box(region).negate().min(self.1.enclose_box(region)).negate()
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        self.0.enclosure(about, corners).negate().lower(self.1.enclosure(about, corners)).negate()
+        self.0.enclosure(about, corners).negate().min(self.1.enclosure(about, corners)).negate()
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let [a, b] = surveys(&self.0, &self.1, corners);
-        -b.least < a.least && self.0.is_convex_on(corners)
+        let [a, b] = enclosures(&self.0, &self.1, corners);
+        -b.range.lower < a.range.lower && self.0.is_convex_on(corners)
     }
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let [a, b] = surveys(&self.0, &self.1, corners);
-        a.negate().min_combine(
+        let [a, b] = enclosures(&self.0, &self.1, corners);
+        a.negate().min_max_rise(
             b,
             || self.0.max_rise_to_corners(corners),
             || b.gradients.negate().max_rise_to_corners(corners),
@@ -164,11 +176,11 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
     }
 }
 
-/// The sample with the lower value. Of two equal ones the first, and its gradient a choice.
+/// The sample with the lower value. Of two equal ones the first, with a degenerate gradient.
 #[inline]
 pub fn lower<R: Real>(a: Sample<R>, b: Sample<R>) -> Sample<R> {
     let mut sample = Sample::select(b.value.lt(a.value), b, a);
-    let tie = a.value.le(b.value) & b.value.le(a.value);
-    sample.status.degenerate_gradient = sample.status.degenerate_gradient | tie;
+    let is_tie = a.value.le(b.value) & b.value.le(a.value);
+    sample.status.degenerate_gradient = sample.status.degenerate_gradient | is_tie;
     sample
 }

@@ -1,10 +1,11 @@
+//! Offset of a field: φ − d. Gradients, curvature and minimum points stay, values shift.
+
 use nalgebra::Vector3;
 
-use crate::grid::{SegmentMinimum, TriangleMinimum};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
 
-/// The shape grown by `distance`, or shrunk where it is negative: φ − distance.
+/// The shape grown by `distance`, or shrunk if that is negative: φ − `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Offset<F> {
     field: F,
@@ -12,6 +13,7 @@ pub struct Offset<F> {
 }
 
 impl<F> Offset<F> {
+    /// `None` unless `distance` is finite.
     pub fn new(field: F, distance: f64) -> Option<Self> {
         distance.is_finite().then_some(Self { field, distance })
     }
@@ -36,13 +38,15 @@ impl<F: Sdf> Sdf for Offset<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
+}
 
+impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        self.field.enclose_box(region).raise(-self.distance)
+        self.field.enclose_box(region).shift(-self.distance)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        self.field.enclosure(about, corners).raise(R::from_f64(-self.distance))
+        self.field.enclosure(about, corners).shift(R::from_f64(-self.distance))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
@@ -57,15 +61,14 @@ impl<F: Sdf> Sdf for Offset<F> {
         self.field.linearization_error(region)
     }
 
-    fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        let of_field = self.field.minimum_on_segment(ends)?;
-        Some(SegmentMinimum { value: of_field.value - R::from_f64(self.distance), ..of_field })
-    }
-
-    fn minimum_on_triangle<R: Float>(&self, corners: [Vector3<R>; 3], enough: [R; 2]) -> Option<TriangleMinimum<R>> {
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
         let distance = R::from_f64(self.distance);
-        let [level, gap] = enough;
-        let of_field = self.field.minimum_on_triangle(corners, [level + distance, gap])?;
-        Some(TriangleMinimum { value: of_field.value - distance, least: of_field.least - distance, ..of_field })
+        let goal = Goal { level: goal.level + distance, ..goal };
+        let minimum = self.field.exact_minimum(corners, goal)?;
+        Some(ExactMinimum { value: minimum.value - distance, lower_bound: minimum.lower_bound - distance, ..minimum })
     }
 }

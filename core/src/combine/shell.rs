@@ -1,11 +1,19 @@
+//! Shell of a field: |φ| − thickness/2.
+//!
+//! Bounds follow from |φ| = max(φ, −φ): \[a, b\] becomes \[max(a, −b, 0), max(b, −a)\]. A path may cross the surface
+//! once or more, so its rise is at most that of φ plus that of −φ.
+
 use nalgebra::Vector3;
 
-use crate::enclosure::{mean, sum};
+use crate::enclosure::sum;
+use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::simplex::mean;
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, Sample, Sdf};
 
-/// A wall of `thickness`, half to either side of the surface: |φ| − thickness/2. On the old surface, now the middle of
-/// the wall, the gradient is a choice.
+/// A wall with half of `thickness` on either side of the surface: |φ| − thickness/2.
+///
+/// Degenerate: the old surface, which is the middle of the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell<F> {
     field: F,
@@ -13,6 +21,7 @@ pub struct Shell<F> {
 }
 
 impl<F> Shell<F> {
+    /// `None` unless `thickness` is finite and positive.
     pub fn new(field: F, thickness: f64) -> Option<Self> {
         (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness })
     }
@@ -39,40 +48,41 @@ impl<F: Sdf> Sdf for Shell<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
+}
 
+impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let of_field = self.field.enclose_box(region);
-        let least = of_field.least.max(-of_field.greatest).max(0.0);
-        let greatest = of_field.greatest.max(-of_field.least);
-        BoxEnclosure { least, greatest, ..of_field }.raise(-0.5 * self.thickness)
+        let inner = self.field.enclose_box(region);
+        let lower = inner.range.lower.max(-inner.range.upper).max(0.0);
+        let upper = inner.range.upper.max(-inner.range.lower);
+        BoxEnclosure { range: Interval { lower, upper }, ..inner }.shift(-0.5 * self.thickness)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        let of_field = self.field.enclosure(about, corners);
-        let other_side = of_field.negate();
+        let outside = self.field.enclosure(about, corners);
+        let inside = outside.negate();
         let wall = match () {
-            () if R::zero() < of_field.least => of_field,
-            () if R::zero() < other_side.least => other_side,
+            () if R::zero() < outside.range.lower => outside,
+            () if R::zero() < inside.range.lower => inside,
             () => Enclosure {
-                value: of_field.value.abs(),
-                least: R::zero(),
-                greatest: Real::max(of_field.greatest, other_side.greatest),
-                gradients: of_field.gradients.union(other_side.gradients),
+                value: outside.value.abs(),
+                range: Interval { lower: R::zero(), upper: Real::max(outside.range.upper, inside.range.upper) },
+                gradients: outside.gradients.hull(inside.gradients),
             },
         };
-        wall.raise(R::from_f64(-0.5 * self.thickness))
+        wall.shift(R::from_f64(-0.5 * self.thickness))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        R::zero() < self.field.enclosure(mean(corners), corners).least && self.field.is_convex_on(corners)
+        R::zero() < self.field.enclosure(mean(corners), corners).range.lower && self.field.is_convex_on(corners)
     }
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         let outside = self.field.enclosure(mean(corners), corners);
         let inside = outside.negate();
         match () {
-            () if R::zero() < outside.least => self.field.max_rise_to_corners(corners),
-            () if R::zero() < inside.least => inside.gradients.max_rise_to_corners(corners),
+            () if R::zero() < outside.range.lower => self.field.max_rise_to_corners(corners),
+            () if R::zero() < inside.range.lower => inside.gradients.max_rise_to_corners(corners),
             () => sum(self.field.max_rise_to_corners(corners), inside.gradients.max_rise_to_corners(corners)),
         }
     }

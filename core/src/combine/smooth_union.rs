@@ -1,14 +1,24 @@
+//! Smooth union: the quadratic polynomial smooth minimum (Quilez, "Smooth minimum", iquilezles.org).
+//!
+//! ```text
+//! φ = min(a, b) − h² k/4,    h = max(1 − |a − b|/k, 0)
+//! ∇φ = (1 − h/2) ∇(lower) + (h/2) ∇(higher)
+//! ```
+//!
+//! φ increases in a and in b, so intervals of both give an interval of φ. ∇φ is a mean of the parts' gradients.
+
 use nalgebra::Vector3;
 
-use super::surveys;
+use super::enclosures;
 use crate::enclosure::sum;
+use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, Enclosure, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, Sample, Sdf};
 
-/// A union with its creases filled: min(a, b) − h²·blend/4 with h = max(1 − |a − b|/blend, 0).
+/// A union with filled creases: min(a, b) − h² k/4 with k = `blend` and h = max(1 − |a − b|/k, 0).
 ///
-/// The gradient is a mean of the parts' own, so it is continuous where theirs are and never steeper. Where |a − b| is
-/// `blend` or more nothing changes; at a = b the surface moves out by blend/4.
+/// The gradient is continuous where those of a and b are, and never steeper. Where |a − b| ≥ k this is the plain
+/// union; at a = b the surface moves out by k/4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothUnion<A, B> {
     a: A,
@@ -17,20 +27,21 @@ pub struct SmoothUnion<A, B> {
 }
 
 impl<A, B> SmoothUnion<A, B> {
-    /// `blend` > 0 is a length.
+    /// `blend` is a length. `None` unless it is finite and positive.
     pub fn new(a: A, b: B, blend: f64) -> Option<Self> {
         (blend.is_finite() && blend > 0.0).then_some(Self { a, b, blend })
     }
 
-    /// h of the type's formula.
+    /// h.
     #[inline]
-    fn nearness<R: Real>(&self, a: R, b: R) -> R {
+    fn blend_factor<R: Real>(&self, a: R, b: R) -> R {
         (R::one() - (a - b).abs() / R::from_f64(self.blend)).max(R::zero())
     }
 
+    /// φ from a, b and h.
     #[inline]
-    fn blended<R: Real>(&self, a: R, b: R, nearness: R) -> R {
-        a.min(b) - nearness * nearness * R::from_f64(0.25 * self.blend)
+    fn blended<R: Real>(&self, a: R, b: R, h: R) -> R {
+        a.min(b) - h * h * R::from_f64(0.25 * self.blend)
     }
 }
 
@@ -38,21 +49,20 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (a, b) = (self.a.evaluate(point), self.b.evaluate(point));
-        let nearness = self.nearness(a.value, b.value);
-        let share_of_higher = nearness * R::from_f64(0.5);
-        let share_of_a = R::select(a.value.lt(b.value), R::one() - share_of_higher, share_of_higher);
-        let gradient = b.gradient + (a.gradient - b.gradient) * share_of_a;
-        let blended =
-            Sample { value: self.blended(a.value, b.value, nearness), gradient, status: a.status.merge(b.status) };
-        let alone = nearness.is_zero();
+        let h = self.blend_factor(a.value, b.value);
+        let higher_weight = h * R::from_f64(0.5);
+        let a_weight = R::select(a.value.lt(b.value), R::one() - higher_weight, higher_weight);
+        let gradient = b.gradient + (a.gradient - b.gradient) * a_weight;
+        let blended = Sample { value: self.blended(a.value, b.value, h), gradient, status: a.status.merge(b.status) };
+        let is_unblended = h.is_zero();
         let lower = Sample::select(b.value.lt(a.value), b, a);
-        Sample::select(alone, Sample { value: blended.value, ..lower }, blended)
+        Sample::select(is_unblended, Sample { value: blended.value, ..lower }, blended)
     }
 
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         let (a, b) = (self.a.value(point), self.b.value(point));
-        self.blended(a, b, self.nearness(a, b))
+        self.blended(a, b, self.blend_factor(a, b))
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -63,41 +73,45 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn slope_bound(&self) -> f64 {
         self.a.slope_bound().max(self.b.slope_bound())
     }
+}
 
+impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let sharp = self.a.enclose_box(region).lower(self.b.enclose_box(region));
-        BoxEnclosure { least: sharp.least - 0.25 * self.blend, ..sharp }
+        let sharp = self.a.enclose_box(region).min(self.b.enclose_box(region));
+        let range = Interval { lower: sharp.range.lower - 0.25 * self.blend, ..sharp.range };
+        BoxEnclosure { range, ..sharp }
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let (a, b) = (self.a.enclosure(about, corners), self.b.enclosure(about, corners));
-        // It rises where either part does.
-        let blended = |a: R, b: R| self.blended(a, b, self.nearness(a, b));
+        let blended = |a: R, b: R| self.blended(a, b, self.blend_factor(a, b));
         Enclosure {
             value: blended(a.value, b.value),
-            least: blended(a.least, b.least),
-            greatest: blended(a.greatest, b.greatest),
-            gradients: a.gradients.union(b.gradients),
+            range: Interval {
+                lower: blended(a.range.lower, b.range.lower),
+                upper: blended(a.range.upper, b.range.upper),
+            },
+            gradients: a.gradients.hull(b.gradients),
         }
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let [a, b] = surveys(&self.a, &self.b, corners);
+        let [a, b] = enclosures(&self.a, &self.b, corners);
         let blend = R::from_f64(self.blend);
         match () {
-            () if a.greatest + blend < b.least => self.a.is_convex_on(corners),
-            () if b.greatest + blend < a.least => self.b.is_convex_on(corners),
+            () if a.range.upper + blend < b.range.lower => self.a.is_convex_on(corners),
+            () if b.range.upper + blend < a.range.lower => self.b.is_convex_on(corners),
             () => false,
         }
     }
 
-    /// Its gradient is a mean of the parts' own.
+    /// The rises of both parts together: the gradient is a mean of theirs, with weights that change along the path.
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let [a, b] = surveys(&self.a, &self.b, corners);
+        let [a, b] = enclosures(&self.a, &self.b, corners);
         let blend = R::from_f64(self.blend);
         match () {
-            () if a.greatest + blend < b.least => self.a.max_rise_to_corners(corners),
-            () if b.greatest + blend < a.least => self.b.max_rise_to_corners(corners),
+            () if a.range.upper + blend < b.range.lower => self.a.max_rise_to_corners(corners),
+            () if b.range.upper + blend < a.range.lower => self.b.max_rise_to_corners(corners),
             () => sum(self.a.max_rise_to_corners(corners), self.b.max_rise_to_corners(corners)),
         }
     }

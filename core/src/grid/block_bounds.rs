@@ -1,29 +1,39 @@
-use super::sparse::{BRICK, brick_counts};
+//! Bounds of the values and slopes in blocks of 8 × 8 × 8 nodes, one per brick slot.
+//!
+//! With them a cull uses the slope near an element; without them it has only the slope of the steepest cell of the
+//! grid.
+
+use super::brick::{brick_counts, brick_slot};
 use super::{BlockBounds, Lattice, Storage};
 use crate::number::Float;
 
-/// A storage beside which stands what is certain of each place of 8 × 8 × 8 nodes, so that culls can go by what is near an
-/// element and not by the steepest cell of all.
+/// Largest number of blocks merged per query. Larger elements gain little from local bounds.
+const MAX_BLOCKS: u32 = 64;
+
+/// A storage together with [`BlockBounds`] of each brick slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WithBlockBounds<S, B> {
     storage: S,
     bounds: B,
-    /// Along each axis.
-    places: [u32; 3],
+    /// Blocks along each axis.
+    block_counts: [u32; 3],
 }
 
 impl<S: Storage, B: AsRef<[BlockBounds]>> WithBlockBounds<S, B> {
-    /// `bounds` has one for each place, x fastest, as many as [`brick_counts`] says; else `None`.
+    /// `bounds` holds one entry per brick slot, x fastest. `None` unless their number is the product of
+    /// [`brick_counts`](super::sparse::brick_counts).
     pub fn new(lattice: &Lattice, storage: S, bounds: B) -> Option<Self> {
-        let places = brick_counts(lattice);
-        let count = places.iter().try_fold(1, |n: usize, along| n.checked_mul(*along as usize));
-        (count == Some(bounds.as_ref().len())).then_some(Self { storage, bounds, places })
+        let block_counts = brick_counts(lattice);
+        let count = block_counts.iter().try_fold(1, |n: usize, along| n.checked_mul(*along as usize));
+        (count == Some(bounds.as_ref().len())).then_some(Self { storage, bounds, block_counts })
     }
 
+    /// The storage of the samples.
     pub fn storage(&self) -> &S {
         &self.storage
     }
 
+    /// Bounds by brick slot, x fastest.
     pub fn bounds(&self) -> &[BlockBounds] {
         self.bounds.as_ref()
     }
@@ -36,52 +46,48 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
     }
 
     #[inline(always)]
-    fn corners_of<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
-        self.storage.corners_of(cells)
+    fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
+        self.storage.corners_in_lanes(cells)
     }
 
     const HAS_BLOCK_BOUNDS: bool = true;
 
     #[inline(always)]
     fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
-        let (along_x, along_y) = (self.places[0] as usize, self.places[1] as usize);
-        merge_blocks(first, last, |place| {
-            let (x, y, z) = (place[0] as usize, place[1] as usize, place[2] as usize);
-            self.bounds.as_ref().get((z * along_y + y) * along_x + x).copied()
+        let (count_x, count_y) = (self.block_counts[0] as usize, self.block_counts[1] as usize);
+        merge_blocks(first, last, |slot| {
+            let (x, y, z) = (slot[0] as usize, slot[1] as usize, slot[2] as usize);
+            self.bounds.as_ref().get((z * count_y + y) * count_x + x).copied()
         })
     }
 }
 
-/// How many places are looked at before it is given up: an element as large as this gains little from what is known of
-/// places.
-const MAX_PLACES: u32 = 64;
-
-/// Of all nodes in the places of the nodes from `first` to `last`.
+/// Union of the bounds of all blocks that hold a node from `first` to `last`. `None` if there are more than
+/// [`MAX_BLOCKS`], or where `slot_bounds` is.
 #[inline(always)]
 pub(super) fn merge_blocks(
     first: [u32; 3],
     last: [u32; 3],
-    of_place: impl Fn([u32; 3]) -> Option<BlockBounds>,
+    slot_bounds: impl Fn([u32; 3]) -> Option<BlockBounds>,
 ) -> Option<BlockBounds> {
-    let place = |[x, y, z]: [u32; 3]| [x / BRICK, y / BRICK, z / BRICK];
-    let (first, last) = (place(first), place(last));
-    let nothing = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
-    // Most elements are no larger than a place.
+    let (first, last) = (brick_slot(first), brick_slot(last));
+    let empty = BlockBounds::EMPTY;
+    // The common case: most elements are smaller than a block.
     if first == last {
-        return Some(nothing.union(of_place(first)?));
+        return Some(empty.union(slot_bounds(first)?));
     }
     let mut count = 1_u32;
     for axis in 0..3 {
         count = count.saturating_mul(last[axis].checked_sub(first[axis])?.saturating_add(1));
     }
-    if count > MAX_PLACES {
+    if count > MAX_BLOCKS {
         return None;
     }
-    let mut bounds = nothing;
+    let mut bounds = empty;
     for z in first[2]..=last[2] {
         for y in first[1]..=last[1] {
             for x in first[0]..=last[0] {
-                bounds = bounds.union(of_place([x, y, z])?);
+                bounds = bounds.union(slot_bounds([x, y, z])?);
             }
         }
     }

@@ -1,15 +1,27 @@
+//! Dense storage: the samples of all nodes in one slice.
+//!
+//! Lanes gather the eight corners of a cell as four pairs of x-neighbours. A pair is read as one 64-bit word, and its
+//! index is clamped instead of checked, so that the compiler turns the loop over the cells into vector gathers.
+
 use super::{Lattice, Storage};
 use crate::number::Float;
 
-/// Every node's sample in one slice, x fastest: lent from memory or flash (`&[f32]`), or held by anything that lends it.
+/// The samples of all nodes, x fastest, in a slice in memory or flash (`&[f32]`) or anything that lends one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dense<S> {
     samples: S,
+    /// Samples from a node to its neighbour in y.
     row: usize,
+    /// Samples from a node to its neighbour in z.
     layer: usize,
 }
 
 impl<S: AsRef<[f32]>> Dense<S> {
+    /// All samples, x fastest.
+    pub fn samples(&self) -> &[f32] {
+        self.samples.as_ref()
+    }
+
     /// `None` unless there are as many samples as nodes.
     pub fn new(lattice: &Lattice, samples: S) -> Option<Self> {
         let [x, y, _] = lattice.nodes().map(|n| n as usize);
@@ -17,44 +29,45 @@ impl<S: AsRef<[f32]>> Dense<S> {
     }
 }
 
-/// The samples of a [`Dense`] from the first corner of a cell on, and from its neighbours along y, along z and along both:
-/// each as long as the last, so that one check of an index holds for all.
+/// The samples, and the same samples shifted by a row, by a layer and by both: at the index of a cell's first corner
+/// each holds one of its four edges along x. All slices have the length of the shortest, so that one clamp serves
+/// all.
 struct Edges<'a> {
     samples: [&'a [f32]; 4],
-    /// The last place with a neighbour along x.
+    /// Last index with a neighbour in x.
     last: usize,
     row: usize,
     layer: usize,
 }
 
 impl Edges<'_> {
-    /// The samples at a cell's corners, two by two along x. Indices of a cell are within; that they are is said by a least
-    /// and not by a check, which vectors could not pass.
+    /// The corners of a cell as pairs along x. Valid cells are never clamped; the minimum stands in for a bounds
+    /// check, which would keep the loop from being vectorized.
     #[inline(always)]
     fn pairs(&self, cell: [u32; 3]) -> [[f32; 2]; 4] {
-        let first = first(cell, self.row, self.layer).min(self.last);
-        self.samples.map(|samples| pair(samples, first))
+        let index = first_corner(cell, self.row, self.layer).min(self.last);
+        self.samples.map(|samples| pair(samples, index))
     }
 }
 
 impl<S: AsRef<[f32]>> Dense<S> {
-    /// `None` never, but the compiler does not know.
+    /// Always `Some`; the `Option` keeps a panic out of the binary.
     #[inline(always)]
     fn edges(&self) -> Option<Edges<'_>> {
         let (samples, row, layer) = (self.samples.as_ref(), self.row, self.layer);
-        let above = samples.get(row.wrapping_add(layer)..)?;
-        let from = |first: usize| samples.get(first..)?.get(..above.len());
-        let last = above.len().checked_sub(2)?;
-        Some(Edges { samples: [from(0)?, from(row)?, from(layer)?, above], last, row, layer })
+        let shortest = samples.get(row.wrapping_add(layer)..)?;
+        let shifted = |offset: usize| samples.get(offset..)?.get(..shortest.len());
+        let last = shortest.len().checked_sub(2)?;
+        Some(Edges { samples: [shifted(0)?, shifted(row)?, shifted(layer)?, shortest], last, row, layer })
     }
 }
 
 impl<S: AsRef<[f32]>> Storage for Dense<S> {
     #[cfg_attr(feature = "std", inline(always))]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        // Every index is one of a sample; said so that neither a bounds check nor an overflow check can panic.
+        // Indices are valid; `wrapping_add` and `pair` keep overflow and bounds checks from panicking.
         let samples = self.samples.as_ref();
-        let first = first(cell, self.row, self.layer);
+        let first = first_corner(cell, self.row, self.layer);
         let above = first.wrapping_add(self.layer);
         let [[a, b], [c, d]] = [pair(samples, first), pair(samples, first.wrapping_add(self.row))];
         let [[e, f], [g, h]] = [pair(samples, above), pair(samples, above.wrapping_add(self.row))];
@@ -62,10 +75,9 @@ impl<S: AsRef<[f32]>> Storage for Dense<S> {
     }
 
     #[inline(always)]
-    fn corners_of<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
+    fn corners_in_lanes<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
         let mut corners = [[R::zero(); N]; 8];
         let Some(edges) = self.edges() else { return corners };
-        // All in one loop, and two neighbours as the halves of one number: vectors fetch that at once.
         for cell in 0..N {
             let pairs = edges.pairs([x[cell].to_index(), y[cell].to_index(), z[cell].to_index()]);
             for edge in 0..4 {
@@ -79,16 +91,16 @@ impl<S: AsRef<[f32]>> Storage for Dense<S> {
     }
 }
 
-/// Where the first corner of a cell stands.
+/// Index of the sample at a cell's first corner.
 #[inline(always)]
-fn first([x, y, z]: [u32; 3], row: usize, layer: usize) -> usize {
+fn first_corner([x, y, z]: [u32; 3], row: usize, layer: usize) -> usize {
     (z as usize).wrapping_mul(layer).wrapping_add((y as usize).wrapping_mul(row)).wrapping_add(x as usize)
 }
 
 /// Two neighbours along x.
 #[inline(always)]
-fn pair(samples: &[f32], first: usize) -> [f32; 2] {
-    match samples.get(first..) {
+fn pair(samples: &[f32], index: usize) -> [f32; 2] {
+    match samples.get(index..) {
         Some(&[a, b, ..]) => [a, b],
         _ => [0.0; 2],
     }

@@ -1,6 +1,8 @@
+//! The nodes of a regular grid: their positions, indices and cells.
+
 use crate::Aabb;
 
-/// Where the nodes of a regular grid stand: node (i, j, k) at `origin + spacing · (i, j, k)`.
+/// A regular grid of nodes: node (i, j, k) lies at `origin + spacing · (i, j, k)`.
 ///
 /// Samples belong to nodes. A grid of n nodes along an axis has n − 1 cells there. In memory x runs fastest:
 /// `index = (k · ny + j) · nx + i`.
@@ -13,7 +15,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The most nodes along an axis: f32 counts no further without gaps.
+    /// Most nodes along an axis: f32 holds all integers up to it.
     pub const MAX_NODES: u32 = 1 << 24;
 
     /// `None` unless the origin is finite, the spacing and its reciprocal positive and finite, every axis has 2 to
@@ -44,31 +46,31 @@ impl Lattice {
         self.spacing
     }
 
-    /// One over the spacing, kept because firmware divides slowly.
+    /// 1 / spacing, stored because division is slow on small processors.
     #[inline(always)]
     pub fn inv_spacing(&self) -> f64 {
         self.inv_spacing
     }
 
-    /// The number of nodes along x, y and z.
+    /// Number of nodes along x, y and z.
     #[inline(always)]
     pub fn nodes(&self) -> [u32; 3] {
         self.nodes
     }
 
-    /// The number of cells along x, y and z.
+    /// Number of cells along x, y and z.
     #[inline(always)]
     pub fn cells(&self) -> [u32; 3] {
         core::array::from_fn(|axis| self.nodes[axis].wrapping_sub(1))
     }
 
-    /// The number of nodes in all.
+    /// Number of all nodes.
     #[inline(always)]
     pub fn node_count(&self) -> usize {
         self.nodes.iter().fold(1, |count: usize, n| count.wrapping_mul(*n as usize))
     }
 
-    /// Where in memory the node's sample stands.
+    /// Index of a node's sample in memory.
     #[inline(always)]
     pub fn index(&self, [i, j, k]: [u32; 3]) -> usize {
         (k as usize * self.nodes[1] as usize + j as usize) * self.nodes[0] as usize + i as usize
@@ -80,18 +82,18 @@ impl Lattice {
         core::array::from_fn(|axis| self.origin[axis] + self.spacing * f64::from(index[axis]))
     }
 
-    /// The first and the last node of the cells that a box meets, or comes nearest to where it lies outside. `None` unless
-    /// the box is finite and not empty.
+    /// First and last node of the cells that a box meets. A box outside of the grid is clamped to it first. `None`
+    /// unless the box is finite and not empty.
     #[inline(always)]
     pub fn nodes_around(&self, region: &Aabb) -> Option<[[u32; 3]; 2]> {
         let is_valid = region.min.iter().zip(&region.max).all(|(low, high)| low <= high && (high - low).is_finite());
-        let along = |x: f64, origin: f64, cells: u32| {
-            // Towards zero, and zero below it.
+        let cell_along = |x: f64, origin: f64, cells: u32| {
+            // The conversion truncates, and saturates at zero.
             let steps = ((x - origin) * self.inv_spacing) as u32;
             steps.min(cells.wrapping_sub(1))
         };
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.cells());
-        let cell = |[x, y, z]: [f64; 3]| [along(x, x0, nx), along(y, y0, ny), along(z, z0, nz)];
+        let cell = |[x, y, z]: [f64; 3]| [cell_along(x, x0, nx), cell_along(y, y0, ny), cell_along(z, z0, nz)];
         let [first, last]: [[u32; 3]; 2] = [cell(region.min), cell(region.max)];
         let [x, y, z] = last;
         is_valid.then_some([first, [x.wrapping_add(1), y.wrapping_add(1), z.wrapping_add(1)]])

@@ -1,77 +1,49 @@
+//! Sparse storage: bricks of 8 × 8 × 8 samples near the surface, a coarse grid of every eighth node elsewhere.
+//!
+//! Every node has exactly one value: the sample of its brick if its slot holds one, else the trilinear interpolant of
+//! the coarse cell around it. Cells whose corners belong to different slots mix both kinds. The field is therefore
+//! continuous across the faces of bricks and from fine to coarse.
+//!
+//! A node is found in two steps, as in the two-level grids of OpenVDB (Museth 2013): `table` maps its slot to a brick
+//! number, and the node's position modulo 8 gives the sample within the brick.
+
 use nalgebra::Vector3;
 
 use super::block_bounds::merge_blocks;
+use super::brick::brick_slot;
+pub use super::brick::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use super::{BlockBounds, Lattice, Storage, cell_slope, trilinear};
+use crate::number::interval::Interval;
+use crate::rounding::INTERPOLATION;
 
-/// Nodes along a brick's side.
-pub const BRICK: u32 = 8;
-
-/// Samples in a brick.
-pub const BRICK_SAMPLES: usize = (BRICK * BRICK * BRICK) as usize;
-
-/// Stands in the table of a [`Sparse`] where there is no brick.
-pub const NO_BRICK: u32 = u32::MAX;
-
-/// How a sample is kept.
-pub trait Code: Copy {
-    fn decode(self, scale: Scale) -> f32;
-}
-
-/// What a brick's codes are multiplied by, and where they begin. `f32` samples need neither.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
-    pub base: f32,
-    pub step: f32,
-}
-
-impl Code for f32 {
-    #[inline(always)]
-    fn decode(self, _scale: Scale) -> f32 {
-        self
-    }
-}
-
-impl Code for u16 {
-    #[inline(always)]
-    fn decode(self, scale: Scale) -> f32 {
-        scale.base + scale.step * f32::from(self)
-    }
-}
-
-impl Code for u8 {
-    #[inline(always)]
-    fn decode(self, scale: Scale) -> f32 {
-        scale.base + scale.step * f32::from(self)
-    }
-}
-
-/// How many bricks the nodes of a lattice fall into along each axis.
-pub fn brick_counts(lattice: &Lattice) -> [u32; 3] {
-    lattice.nodes().map(|nodes| nodes.div_ceil(BRICK))
-}
-
-/// What a [`Sparse`] grid is made of, lent or held.
+/// The arrays of a [`Sparse`] grid, borrowed or owned.
 pub trait Bricks {
+    /// Encoding of the samples.
     type Code: Code;
-    /// For each place of a brick, x fastest, which of the bricks it is, or [`NO_BRICK`].
+    /// Number of the brick in each slot, x fastest, or [`NO_BRICK`].
     fn table(&self) -> &[u32];
-    /// One for each brick.
+    /// One scale per brick.
     fn scales(&self) -> &[Scale];
-    /// By brick, then by node, x fastest.
+    /// [`BRICK_SAMPLES`] codes per brick, x fastest.
     fn samples(&self) -> &[Self::Code];
-    /// One for each brick, nodes beyond the lattice not counted.
+    /// Bounds of each brick, without nodes outside the lattice.
     fn bounds(&self) -> &[BlockBounds];
-    /// One more along each axis than there are places of bricks, x fastest.
+    /// Samples of the coarse grid, x fastest: one more along each axis than there are slots.
     fn coarse(&self) -> &[f32];
 }
 
-/// Bricks in borrowed slices, from memory or flash.
+/// [`Bricks`] in borrowed slices, in memory or flash. Each slice is described at the trait's method of its name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrickSlices<'a, C> {
+    /// [`Bricks::table`].
     pub table: &'a [u32],
+    /// [`Bricks::scales`].
     pub scales: &'a [Scale],
+    /// [`Bricks::samples`].
     pub samples: &'a [C],
+    /// [`Bricks::bounds`].
     pub bounds: &'a [BlockBounds],
+    /// [`Bricks::coarse`].
     pub coarse: &'a [f32],
 }
 
@@ -113,26 +85,23 @@ impl<B: Bricks> Bricks for &B {
     }
 }
 
-/// Samples in bricks of 8 × 8 × 8 nodes where the field is needed in detail, and a coarse grid of every eighth node for
-/// the rest.
-///
-/// Every node has one value: its brick's sample where its brick is there, else what the coarse grid's cell around it
-/// interpolates. So the field is continuous across the borders of bricks and from fine to coarse.
+/// Storage of samples in bricks, with a coarse grid in the empty slots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sparse<B> {
-    /// Places along each axis.
-    places: [u32; 3],
+    /// Slots along each axis.
+    slot_counts: [u32; 3],
     coarse_spacing: f64,
     bricks: B,
 }
 
 impl<B: Bricks> Sparse<B> {
-    /// `None` unless the table has a place for each brick of the lattice and the coarse grid one node more along each
-    /// axis, every entry is [`NO_BRICK`] or a brick's number, and there are as many scales and bounds as bricks of
-    /// samples.
+    /// `None` unless the arrays fit the lattice and each other: one table entry per slot, one coarse sample more than
+    /// slots along each axis, every entry [`NO_BRICK`] or the number of a brick, and one scale, one bound and
+    /// [`BRICK_SAMPLES`] samples per brick.
     pub fn new(lattice: &Lattice, bricks: B) -> Option<Self> {
-        let places = brick_counts(lattice);
-        let count = |more: usize| places.iter().try_fold(1, |n: usize, places| n.checked_mul(*places as usize + more));
+        let slot_counts = brick_counts(lattice);
+        let count =
+            |more: usize| slot_counts.iter().try_fold(1, |n: usize, slots| n.checked_mul(*slots as usize + more));
         let scales = bricks.scales().len();
         let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales;
         let fits = Some(bricks.table().len()) == count(0)
@@ -141,46 +110,47 @@ impl<B: Bricks> Sparse<B> {
             && scales.checked_mul(BRICK_SAMPLES) == Some(bricks.samples().len())
             && bricks.table().iter().all(in_range);
         let coarse_spacing = lattice.spacing() * f64::from(BRICK);
-        fits.then_some(Self { places, coarse_spacing, bricks })
+        fits.then_some(Self { slot_counts, coarse_spacing, bricks })
     }
 
-    /// What it is made of.
+    /// The arrays.
     pub fn bricks(&self) -> &B {
         &self.bricks
     }
 
-    /// The brick that a node falls into: its number, if it is there.
-    #[inline(always)]
-    fn brick(&self, node: [u32; 3]) -> Option<usize> {
-        self.brick_in(node.map(|index| index / BRICK))
-    }
-
-    /// The number of the brick at a place, if it is there.
-    pub fn brick_at(&self, place: [u32; 3]) -> Option<usize> {
-        let is_place = (0..3).all(|axis| place[axis] < self.places[axis]);
-        if is_place { self.brick_in(place) } else { None }
+    /// Number of the brick in a slot; `None` where the slot is empty or outside the lattice.
+    pub fn brick_at(&self, slot: [u32; 3]) -> Option<usize> {
+        let is_slot = (0..3).all(|axis| slot[axis] < self.slot_counts[axis]);
+        if is_slot { self.brick_in_slot(slot) } else { None }
     }
 
     #[inline(always)]
-    fn brick_in(&self, place: [u32; 3]) -> Option<usize> {
-        let [along_x, along_y, _] = self.places.map(|n| n as usize);
-        let [x, y, z] = place.map(|index| index as usize);
-        let brick = self.bricks.table().get((z * along_y + y) * along_x + x).copied().unwrap_or(NO_BRICK);
+    fn brick_in_slot(&self, slot: [u32; 3]) -> Option<usize> {
+        let [count_x, count_y, _] = self.slot_counts.map(|n| n as usize);
+        let [x, y, z] = slot.map(|index| index as usize);
+        let brick = self.bricks.table().get((z * count_y + y) * count_x + x).copied().unwrap_or(NO_BRICK);
         (brick != NO_BRICK).then_some(brick as usize)
     }
 
+    /// The brick that holds a node; `None` if its slot is empty.
     #[inline(always)]
-    fn sample(&self, brick: usize, [x, y, z]: [u32; 3]) -> f32 {
-        let within = ((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK;
-        match (self.bricks.samples().get(brick * BRICK_SAMPLES + within as usize), self.bricks.scales().get(brick)) {
+    fn brick_of_node(&self, node: [u32; 3]) -> Option<usize> {
+        self.brick_in_slot(brick_slot(node))
+    }
+
+    /// A node's sample in its brick.
+    #[inline(always)]
+    fn brick_sample(&self, brick: usize, [x, y, z]: [u32; 3]) -> f32 {
+        let local = ((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK;
+        match (self.bricks.samples().get(brick * BRICK_SAMPLES + local as usize), self.bricks.scales().get(brick)) {
             (Some(code), Some(scale)) => code.decode(*scale),
             _ => 0.0,
         }
     }
 
-    /// Of a cell with all its corners in one brick, whose samples span 73 places.
+    /// Corners of a cell that lies in one brick: the first and last of them are 73 samples apart.
     #[inline]
-    fn corners_in(&self, brick: usize, [x, y, z]: [u32; 3]) -> [f32; 8] {
+    fn corners_in_brick(&self, brick: usize, [x, y, z]: [u32; 3]) -> [f32; 8] {
         let first = (((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK) as usize;
         let codes =
             self.bricks.samples().get(brick * BRICK_SAMPLES + first..).and_then(|codes| codes.first_chunk::<74>());
@@ -189,57 +159,54 @@ impl<B: Bricks> Sparse<B> {
         corners.map(|code| code.decode(*scale))
     }
 
-    /// The coarse grid's corners around the place of a brick, in the order of [`Storage::corners`].
-    pub fn coarse_corners(&self, place: [u32; 3]) -> [f32; 8] {
-        let [along_x, along_y, _] = self.places.map(|n| n as usize + 1);
-        let [x, y, z] = place.map(|index| index as usize);
+    /// Corners of the coarse cell that covers a slot, in the order of [`Storage::corners`].
+    pub fn coarse_corners(&self, slot: [u32; 3]) -> [f32; 8] {
+        let [count_x, count_y, _] = self.slot_counts.map(|n| n as usize + 1);
+        let [x, y, z] = slot.map(|index| index as usize);
         core::array::from_fn(|corner| {
             let [x, y, z] = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
-            self.bricks.coarse().get((z * along_y + y) * along_x + x).copied().unwrap_or(0.0)
+            self.bricks.coarse().get((z * count_y + y) * count_x + x).copied().unwrap_or(0.0)
         })
     }
 
-    /// Of a cell with all its corners in one place without a brick, so that all lie in one cell of the coarse grid.
-    fn coarse_corners_in(&self, cell: [u32; 3]) -> [f32; 8] {
-        let around = self.coarse_corners(cell.map(|index| index / BRICK));
+    /// Corners of a cell that lies in one empty slot, and so in one coarse cell.
+    fn corners_in_coarse_cell(&self, cell: [u32; 3]) -> [f32; 8] {
+        let coarse = self.coarse_corners(brick_slot(cell));
         core::array::from_fn(|corner| {
-            let share = |axis: usize| (cell[axis] % BRICK + (corner >> axis & 1) as u32) as f32 / BRICK as f32;
-            trilinear::interpolate(around, Vector3::new(share(0), share(1), share(2))).0
+            let fraction = |axis: usize| (cell[axis] % BRICK + (corner >> axis & 1) as u32) as f32 / BRICK as f32;
+            trilinear::interpolate(coarse, Vector3::new(fraction(0), fraction(1), fraction(2))).0
         })
     }
 
-    /// What the coarse cell around a node interpolates there.
-    fn coarse(&self, node: [u32; 3]) -> f32 {
-        let share = node.map(|index| (index % BRICK) as f32 / BRICK as f32);
-        trilinear::interpolate(self.coarse_corners(node.map(|index| index / BRICK)), Vector3::from(share)).0
+    /// Interpolant of the coarse grid at a node.
+    fn coarse_value(&self, node: [u32; 3]) -> f32 {
+        let fraction = node.map(|index| (index % BRICK) as f32 / BRICK as f32);
+        trilinear::interpolate(self.coarse_corners(brick_slot(node)), Vector3::from(fraction)).0
     }
 
     /// The value at a node.
     #[inline(always)]
     pub fn node(&self, node: [u32; 3]) -> f32 {
-        match self.brick(node) {
-            Some(brick) => self.sample(brick, node),
-            None => self.coarse(node),
+        match self.brick_of_node(node) {
+            Some(brick) => self.brick_sample(brick, node),
+            None => self.coarse_value(node),
         }
     }
-}
 
-/// What is interpolated in f32 at two neighbouring nodes may differ by so many roundings more than it should: of seven
-/// interpolations, each of a product and two sums, at both, and once in each of three directions.
-const ROUNDINGS: f64 = 32.0;
-
-impl<B: Bricks> Sparse<B> {
-    /// Of the nodes of a place. A cell with all its corners in places without bricks lies in one cell of the coarse grid;
-    /// any other has a corner in a brick.
-    fn bounds_of_place(&self, place: [u32; 3]) -> BlockBounds {
-        let of_brick = self.brick_in(place).and_then(|brick| self.bricks.bounds().get(brick));
-        of_brick.copied().unwrap_or_else(|| {
-            let corners = self.coarse_corners(place);
-            let least = corners.into_iter().fold(f32::INFINITY, f32::min);
-            let greatest = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    /// Bounds of the nodes of a slot.
+    ///
+    /// An empty slot has those of its coarse cell: a cell with all corners in empty slots lies in one coarse cell,
+    /// and any other has a corner in a brick, whose bounds cover it.
+    fn slot_bounds(&self, slot: [u32; 3]) -> BlockBounds {
+        let stored = self.brick_in_slot(slot).and_then(|brick| self.bricks.bounds().get(brick));
+        stored.copied().unwrap_or_else(|| {
+            let corners = self.coarse_corners(slot);
+            let lower = corners.into_iter().fold(f32::INFINITY, f32::min);
+            let upper = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
             let spacing = self.coarse_spacing / f64::from(BRICK);
-            let rounding = ROUNDINGS * f64::from(f32::EPSILON) * f64::from(greatest.max(-least)) / spacing;
-            BlockBounds { least, greatest, slope: (cell_slope(corners, self.coarse_spacing) + rounding) as f32 }
+            let rounding = INTERPOLATION * f64::from(f32::EPSILON) * f64::from(upper.max(-lower)) / spacing;
+            let slope_bound = (cell_slope(corners, self.coarse_spacing) + rounding) as f32;
+            BlockBounds { range: Interval { lower, upper }, slope_bound }
         })
     }
 }
@@ -248,10 +215,10 @@ impl<B: Bricks> Storage for Sparse<B> {
     #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
-        let in_one_brick = cell.iter().all(|index| index % BRICK != BRICK - 1);
-        match self.brick(cell) {
-            Some(brick) if in_one_brick => self.corners_in(brick, cell),
-            None if in_one_brick => self.coarse_corners_in(cell),
+        let is_in_one_slot = cell.iter().all(|index| index % BRICK != BRICK - 1);
+        match self.brick_of_node(cell) {
+            Some(brick) if is_in_one_slot => self.corners_in_brick(brick, cell),
+            None if is_in_one_slot => self.corners_in_coarse_cell(cell),
             _ => {
                 let mut corners = [0.0; 8];
                 for index in 0..8 {
@@ -265,6 +232,6 @@ impl<B: Bricks> Storage for Sparse<B> {
     const HAS_BLOCK_BOUNDS: bool = true;
 
     fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
-        merge_blocks(first, last, |place| Some(self.bounds_of_place(place)))
+        merge_blocks(first, last, |slot| Some(self.slot_bounds(slot)))
     }
 }

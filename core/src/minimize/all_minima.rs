@@ -1,148 +1,154 @@
-use super::sub_simplex::SubSimplex;
-use super::{Certified, Minimizer, Minimum};
-use crate::enclosure::{mean, rounding};
-use crate::number::{Float, Real};
-use crate::{Sdf, Simplex};
+//! Every isolated minimum of a field on a simplex: the case that §9 of the paper leaves open, a triangle that rests on
+//! several bumps.
+//!
+//! With ε = tolerance · longest edge · slope bound:
+//!
+//! 1. `subdivide`: bisect the simplex into cells with a descent target each. It is a corner to which straight paths
+//!    rise by at most ε/3 from every point of the cell ([`EnclosedSdf::max_rise_to_corners`]). Where φ is convex on the
+//!    cell, it is the minimum there. Cells whose lower bound is above the level are dropped.
+//! 2. `leads_lower`: flood the cells around each target over corners at most ε/3 above it. A target from which that
+//!    reaches a lower one is not a minimum.
+//! 3. `descend`: search the cells around each target that is left. `is_one_basin`: two ends count as one minimum if the
+//!    straight path between them provably rises by at most ε/3 above the higher.
+//!
+//! This finds the minima of a merge tree whose persistence is above ε (Edelsbrunner, Letscher and Zomorodian 2002,
+//! "Topological Persistence and Simplification").
 
-/// Every isolated minimum of a field on a simplex: what §9 of the paper leaves open, the triangle that rests on several
-/// bumps.
+use super::sub_simplex::{SubSimplex, WeightedValue};
+use super::{Certified, Minimizer, Minimum};
+use crate::number::{Float, Real};
+use crate::rounding::{NESTED_FIELDS_TWICE, rounding};
+use crate::simplex::mean;
+use crate::{EnclosedSdf, Simplex};
+
+/// Finds every isolated minimum of a field on a simplex.
 ///
-/// From any point of the simplex with a value below the level that is asked by a third of `tolerance` or more, a way
-/// through the simplex leads to one of the minima without ever rising by more than `tolerance` above where it began. So a
-/// dent goes unseen only if it is no deeper than that below the pass to a deeper one (its persistence: Edelsbrunner,
-/// Letscher and Zomorodian 2002, "Topological Persistence and Simplification").
-///
-/// The simplex is cut until from every point of a piece a straight way to one of its corners rises by no more than a third of
-/// that ([`Sdf::max_rise_to_corners`]), or the field is convex there and the least value of the piece known as well; pieces above the level
-/// are dropped. Then each such exit is left for a lower one as far as pieces lead there. The least of the whole simplex, by a
-/// certified search, is always among them.
+/// The guarantee holds for every point of the simplex whose value is at least `tolerance`/3 below the level. A path
+/// through the simplex leads from it to one of the minima, and never rises by more than `tolerance` above its start. So
+/// a basin is missed only if the pass to a deeper one is at most that high. The global minimum is always included, by a
+/// certified search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllMinima {
-    /// How many pieces are looked at, at most.
-    pub looks: u32,
-    /// As a share of longest edge · slope bound.
+    /// Largest number of cells to bound.
+    pub max_cells: u32,
+    /// A height, as a fraction of longest edge · slope bound.
     pub tolerance: f64,
-    /// Of pieces on which the field is convex, and from an exit to the minimum.
+    /// Finds the global minimum, and the minima of cells.
     pub search: Certified,
 }
 
 impl Default for AllMinima {
     fn default() -> Self {
-        Self { looks: 4096, tolerance: 1e-2, search: Certified { evaluations: 1024, ..Certified::default() } }
+        Self { max_cells: 4096, tolerance: 1e-2, search: Certified { evaluations: 1024, ..Certified::default() } }
     }
 }
 
-/// Of fields within each other, each once, and of the values on either side of a comparison.
-const MAX_ROUNDINGS: f64 = 16.0;
+/// Parts of the straight path between two minima that are bounded one by one.
+const PATH_PARTS: u32 = 16;
 
-/// The straight way from one exit to another is looked at in so many parts.
-const PARTS: u32 = 16;
-
-/// Room for one piece of a simplex.
+/// A cell of the subdivision: the element of [`AllMinima::minima`]'s scratch buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place<R, const N: usize> {
-    piece: SubSimplex<R, N>,
-    /// Where its points are led.
-    exit: Exit<R, N>,
-    /// The values at the corners that a way leads to as well, else infinity.
-    corners: [R; N],
-    /// The last walk that came here, and whether it went on.
-    walk: usize,
-    is_left: bool,
+pub struct SimplexCell<R, const N: usize> {
+    part: SubSimplex<R, N>,
+    /// Descent target: a gentle path leads to it from every point of the cell.
+    target: WeightedValue<R, N>,
+    /// Values at the corners that gentle paths lead to, infinite at the others.
+    corner_values: [R; N],
+    /// Number of the last flood that reached the cell.
+    flood: usize,
+    /// The flood has continued over the corners of the cell.
+    is_visited: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Exit<R, const N: usize> {
-    weights: [R; N],
-    value: R,
-}
-
-impl<R: Float, const N: usize> Exit<R, N> {
-    /// By value, and where that is the same by place, so that no two walks lead to each other.
+impl<R: Float, const N: usize> WeightedValue<R, N> {
+    /// Compares values, and weights where those are equal, so that no two targets lead to each other.
     fn is_below(&self, other: &Self) -> bool {
         self.value < other.value || (self.value == other.value && self.weights < other.weights)
     }
 }
 
-impl<R: Float, const N: usize> Default for Place<R, N> {
+impl<R: Float, const N: usize> Default for SimplexCell<R, N> {
     fn default() -> Self {
-        let piece = SubSimplex::whole();
-        let exit = Exit { weights: piece.middle(), value: R::zero() };
-        Self { piece, exit, corners: [R::from_f64(f64::INFINITY); N], walk: 0, is_left: false }
+        let part = SubSimplex::whole();
+        let target = WeightedValue { weights: part.centroid(), value: R::zero() };
+        Self { part, target, corner_values: [R::from_f64(f64::INFINITY); N], flood: 0, is_visited: false }
     }
 }
 
-/// What [`AllMinima`] found.
+/// Result of [`AllMinima::minima`] beside the minima themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found<R: Real, const N: usize> {
-    /// Of the certified search of the whole simplex; above the level if there is no other.
-    pub least: Minimum<R, N>,
-    /// How many minima were written, in rising order.
+pub struct MinimaSummary<R: Real, const N: usize> {
+    /// The lowest value found, whether or not it is at most the level.
+    pub global_minimum: Minimum<R, N>,
+    /// Number of minima written, in ascending order of their values.
     pub count: usize,
-    /// Whether these are all: neither the looks nor the room for pieces or minima ran out, and no value is no number.
+    /// These are all: no budget or buffer ran out, and no value is NaN.
     pub is_complete: bool,
-    /// No point of the simplex has a value below this.
+    /// Lower bound of φ on the simplex.
     pub lower_bound: R,
-    /// How many times the field was asked, a look at a piece counted as one.
+    /// Number of evaluations, those of bounds included.
     pub evaluations: u32,
 }
 
 impl AllMinima {
-    /// The minima with a value of at most `level`, on a point, segment or triangle whose corners are finite and within
-    /// ±[`Real::MAX_COORDINATE`]. With less room than a few hundred pieces triangles are seldom searched to the end.
-    pub fn minima<R: Float, F: Sdf, const N: usize>(
+    /// Writes the minima with values of at most `level` to `minima`, on a point, segment or triangle whose corners are
+    /// finite and within ±[`Real::MAX_COORDINATE`]. `cells` is scratch and is overwritten. With fewer than a few
+    /// hundred cells few triangles are searched to the end.
+    pub fn minima<R: Float, F: EnclosedSdf, const N: usize>(
         &self,
         field: &F,
         simplex: &Simplex<R, N>,
         level: R,
-        places: &mut [Place<R, N>],
+        cells: &mut [SimplexCell<R, N>],
         minima: &mut [Minimum<R, N>],
-    ) -> Found<R, N> {
+    ) -> MinimaSummary<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
         let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
-        let rise =
-            longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0) + rounding * R::from_f64(MAX_ROUNDINGS);
-        let least = self.search.minimize_below(field, simplex, level);
-        let evaluations = least.evaluations.to_f64() as u32;
-        let mut found = Found { least, count: 0, is_complete: true, lower_bound: least.lower_bound, evaluations };
-        if level < least.lower_bound {
-            return found;
+        let max_rise = longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0)
+            + rounding * R::from_f64(NESTED_FIELDS_TWICE);
+        let global_minimum = self.search.minimize_below(field, simplex, level);
+        let evaluations = global_minimum.evaluations.to_f64() as u32;
+        let lower_bound = global_minimum.lower_bound;
+        let mut summary = MinimaSummary { global_minimum, count: 0, is_complete: true, lower_bound, evaluations };
+        if level < lower_bound {
+            return summary;
         }
-        let mut search = Search { field, simplex, within: &self.search, rise, evaluations, is_complete: true };
-        if let Some(first) = minima.first_mut().filter(|_| least.sample.value.le(level)) {
-            *first = least;
-            found.count = 1;
+        let mut search =
+            MinimaSearch { field, simplex, certified: &self.search, max_rise, evaluations, is_complete: true };
+        if let Some(first) = minima.first_mut().filter(|_| global_minimum.sample.value.le(level)) {
+            *first = global_minimum;
+            summary.count = 1;
         }
-        let used = search.cut_up(self.looks, level, places);
-        let places = places.get_mut(..used).unwrap_or(&mut []);
-        for walk in 1..=used {
-            let Some(exit) = places.get(walk.wrapping_sub(1)).map(|place| place.exit) else { break };
-            let is_new = places.iter().take(walk.wrapping_sub(1)).all(|place| place.exit != exit);
-            if !is_new || search.leads_lower(walk, &exit, places) {
+        let used = search.subdivide(self.max_cells, level, cells);
+        let cells = cells.get_mut(..used).unwrap_or(&mut []);
+        for flood in 1..=used {
+            let Some(target) = cells.get(flood.wrapping_sub(1)).map(|cell| cell.target) else { break };
+            let is_new = cells.iter().take(flood.wrapping_sub(1)).all(|cell| cell.target != target);
+            if !is_new || search.leads_lower(flood, &target, cells) {
                 continue;
             }
-            let minimum = search.descend(&exit, places);
+            let minimum = search.descend(&target, cells);
             if !minimum.sample.value.le(level) {
                 continue;
             }
-            let is_one_dent = |known: &&mut Minimum<R, N>| search.is_one_dent(&minimum, known);
-            if let Some(known) = minima.iter_mut().take(found.count).find(is_one_dent) {
+            let is_one_basin = |known: &&mut Minimum<R, N>| search.is_one_basin(&minimum, known);
+            if let Some(known) = minima.iter_mut().take(summary.count).find(is_one_basin) {
                 *known = lower(*known, minimum);
-            } else if let Some(free) = minima.get_mut(found.count) {
+            } else if let Some(free) = minima.get_mut(summary.count) {
                 *free = minimum;
-                found.count = found.count.saturating_add(1);
+                summary.count = summary.count.saturating_add(1);
             } else {
                 search.is_complete = false;
                 minima.last_mut().into_iter().for_each(|highest| *highest = lower(*highest, minimum));
             }
-            sort(minima, found.count);
+            sort(minima, summary.count);
         }
         let is_complete = search.is_complete;
-        for minimum in minima.iter_mut().take(found.count) {
-            (minimum.lower_bound, minimum.converged) = (found.lower_bound, is_complete);
+        for minimum in minima.iter_mut().take(summary.count) {
+            (minimum.lower_bound, minimum.converged) = (summary.lower_bound, is_complete);
             minimum.evaluations = R::from_f64(f64::from(search.evaluations));
         }
-        Found { is_complete, evaluations: search.evaluations, ..found }
+        MinimaSummary { is_complete, evaluations: search.evaluations, ..summary }
     }
 }
 
@@ -150,10 +156,10 @@ fn lower<R: Float, const N: usize>(a: Minimum<R, N>, b: Minimum<R, N>) -> Minimu
     if b.sample.value < a.sample.value { b } else { a }
 }
 
-/// The first so many, in rising order: all but one of them are so already.
+/// Sorts the first `count` minima, of which all but one are in order.
 fn sort<R: Float, const N: usize>(minima: &mut [Minimum<R, N>], count: usize) {
-    for at in (1..count).rev() {
-        if let Some([a, b]) = minima.get_mut(at.wrapping_sub(1)..=at)
+    for index in (1..count).rev() {
+        if let Some([a, b]) = minima.get_mut(index.wrapping_sub(1)..=index)
             && b.sample.value < a.sample.value
         {
             core::mem::swap(a, b);
@@ -161,147 +167,151 @@ fn sort<R: Float, const N: usize>(minima: &mut [Minimum<R, N>], count: usize) {
     }
 }
 
-/// The least value of a piece, as far as it is known.
-struct Least<R, const N: usize> {
-    exit: Exit<R, N>,
+/// The minimum on a cell, from a certified search.
+struct CellMinimum<R, const N: usize> {
+    target: WeightedValue<R, N>,
     lower_bound: R,
 }
 
-struct Search<'a, R: Float, F, const N: usize> {
+struct MinimaSearch<'a, R: Float, F, const N: usize> {
     field: &'a F,
     simplex: &'a Simplex<R, N>,
-    within: &'a Certified,
-    /// By how much a straight way to an exit may rise.
-    rise: R,
+    certified: &'a Certified,
+    /// ε/3: how far a gentle path may rise.
+    max_rise: R,
     evaluations: u32,
     is_complete: bool,
 }
 
-impl<R: Float, F: Sdf, const N: usize> Search<'_, R, F, N> {
-    /// Fills the first places with pieces that have an exit, which together hold all points with values of at most the level;
-    /// returns how many.
-    fn cut_up(&mut self, looks: u32, level: R, places: &mut [Place<R, N>]) -> usize {
-        let Some(first) = places.first_mut() else {
+impl<R: Float, F: EnclosedSdf, const N: usize> MinimaSearch<'_, R, F, N> {
+    /// Fills the front of `cells` with cells that have a target, and that cover all points with values of at most the
+    /// level. Returns their number.
+    fn subdivide(&mut self, max_cells: u32, level: R, cells: &mut [SimplexCell<R, N>]) -> usize {
+        let Some(first) = cells.first_mut() else {
             self.is_complete = false;
             return 0;
         };
-        *first = Place::default();
-        let (mut at, mut used) = (0, 1_usize);
-        let mut looks = looks;
-        while at < used {
-            let last = places.get(used.wrapping_sub(1)).copied();
-            let Some(piece) = places.get(at).map(|place| place.piece) else { break };
-            let corners = piece.of(self.simplex).corners;
+        *first = SimplexCell::default();
+        let (mut index, mut used) = (0, 1_usize);
+        let mut budget = max_cells;
+        while index < used {
+            let last = cells.get(used.wrapping_sub(1)).copied();
+            let Some(part) = cells.get(index).map(|cell| cell.part) else { break };
+            let corners = part.embed(self.simplex).corners;
             let enclosure = self.field.enclosure(mean(&corners), &corners);
             self.evaluations = self.evaluations.saturating_add(1);
-            if level < enclosure.least {
-                if let (Some(place), Some(last)) = (places.get_mut(at), last) {
-                    *place = last;
+            if level < enclosure.range.lower {
+                if let (Some(cell), Some(last)) = (cells.get_mut(index), last) {
+                    *cell = last;
                 }
                 used = used.wrapping_sub(1);
                 continue;
             }
             let is_convex = self.field.is_convex_on(&corners);
-            let (place, is_gentle) = self.place(piece, &Simplex { corners }, is_convex);
-            // To cut where the field is convex would make the least value of either part hard to find, not one.
-            let may_cut = !is_gentle && !is_convex && looks > 0 && used < places.len();
-            looks = looks.saturating_sub(1);
-            if let Some([half, other]) = may_cut.then(|| piece.cut(self.simplex)).flatten() {
-                let free = places.iter_mut().skip(used).take(1);
-                free.for_each(|place| *place = Place { piece: other, ..Place::default() });
-                places.iter_mut().skip(at).take(1).for_each(|place| place.piece = half);
+            let (cell, is_gentle) = self.cell(part, &Simplex { corners }, is_convex);
+            // A convex cell is not cut: a minimum that is hard to find in it is as hard to find in either half.
+            let may_cut = !is_gentle && !is_convex && budget > 0 && used < cells.len();
+            budget = budget.saturating_sub(1);
+            if let Some([half, other]) = may_cut.then(|| part.bisect(self.simplex)).flatten() {
+                let free = cells.iter_mut().skip(used).take(1);
+                free.for_each(|cell| *cell = SimplexCell { part: other, ..SimplexCell::default() });
+                cells.iter_mut().skip(index).take(1).for_each(|cell| cell.part = half);
                 used = used.saturating_add(1);
             } else {
-                self.is_complete &= is_gentle && enclosure.least <= enclosure.value;
-                places.iter_mut().skip(at).take(1).for_each(|free| *free = place);
-                at = at.saturating_add(1);
+                self.is_complete &= is_gentle && enclosure.range.lower <= enclosure.value;
+                cells.iter_mut().skip(index).take(1).for_each(|slot| *slot = cell);
+                index = index.saturating_add(1);
             }
         }
         used
     }
 
-    /// A piece with its exit, and whether ways there rise by no more than allowed.
-    fn place(&mut self, piece: SubSimplex<R, N>, corners: &Simplex<R, N>, is_convex: bool) -> (Place<R, N>, bool) {
+    /// A cell with its target, and whether the paths there are gentle.
+    fn cell(&mut self, part: SubSimplex<R, N>, corners: &Simplex<R, N>, is_convex: bool) -> (SimplexCell<R, N>, bool) {
         let values = corners.corners.map(|corner| self.field.value(corner));
         self.evaluations = self.evaluations.saturating_add(N as u32);
-        let place = Place { piece, ..Place::default() };
+        let cell = SimplexCell { part, ..SimplexCell::default() };
         if is_convex {
-            let least = self.least(&piece);
-            let is_gentle = least.exit.value - self.rise <= least.lower_bound;
-            return (Place { exit: least.exit, corners: values, ..place }, is_gentle);
+            let minimum = self.cell_minimum(&part);
+            let is_gentle = minimum.target.value - self.max_rise <= minimum.lower_bound;
+            return (SimplexCell { target: minimum.target, corner_values: values, ..cell }, is_gentle);
         }
         let rises = self.field.max_rise_to_corners(&corners.corners);
         self.evaluations = self.evaluations.saturating_add(1);
-        let mut corners = [R::from_f64(f64::INFINITY); N];
-        let mut lowest = Exit { weights: piece.corners[0], value: values[0] };
-        for (((gentle, weights), value), rise) in corners.iter_mut().zip(piece.corners).zip(values).zip(rises) {
-            let here = Exit { weights, value };
-            lowest = if here.is_below(&lowest) { here } else { lowest };
-            if rise <= self.rise {
+        let mut corner_values = [R::from_f64(f64::INFINITY); N];
+        let mut lowest = WeightedValue { weights: part.corners[0], value: values[0] };
+        for (((gentle, weights), value), rise) in corner_values.iter_mut().zip(part.corners).zip(values).zip(rises) {
+            let corner = WeightedValue { weights, value };
+            lowest = if corner.is_below(&lowest) { corner } else { lowest };
+            if rise <= self.max_rise {
                 *gentle = value;
             }
         }
-        let gentle = piece.corners.iter().zip(corners).map(|(weights, value)| Exit { weights: *weights, value });
-        let exit = gentle.fold(None, |best: Option<Exit<R, N>>, here| match best {
-            _ if !here.value.is_finite() => best,
-            Some(best) if !here.is_below(&best) => Some(best),
-            _ => Some(here),
+        let gentle = part.corners.iter().zip(corner_values);
+        let gentle = gentle.map(|(weights, value)| WeightedValue { weights: *weights, value });
+        let target = gentle.fold(None, |best: Option<WeightedValue<R, N>>, corner| match best {
+            _ if !corner.value.is_finite() => best,
+            Some(best) if !corner.is_below(&best) => Some(best),
+            _ => Some(corner),
         });
-        (Place { exit: exit.unwrap_or(lowest), corners, ..place }, exit.is_some())
+        (SimplexCell { target: target.unwrap_or(lowest), corner_values, ..cell }, target.is_some())
     }
 
-    /// Whether pieces lead from an exit to a lower one, over none that is higher by more than allowed.
-    fn leads_lower(&self, walk: usize, from: &Exit<R, N>, places: &mut [Place<R, N>]) -> bool {
-        let highest = from.value + self.rise;
+    /// Does a chain of cells lead from a target to a lower one, over corners at most ε/3 above it?
+    fn leads_lower(&self, flood: usize, from: &WeightedValue<R, N>, cells: &mut [SimplexCell<R, N>]) -> bool {
+        let highest = from.value + self.max_rise;
         let mut corners = [from.weights; N];
         let mut values = [from.value; N];
         loop {
-            for (at, value) in corners.iter().zip(values) {
-                for place in places.iter_mut().filter(|place| value <= highest && place.walk != walk) {
-                    if place.piece.contains(at) {
-                        if place.exit.is_below(from) {
+            for (corner, value) in corners.iter().zip(values) {
+                for cell in cells.iter_mut().filter(|cell| value <= highest && cell.flood != flood) {
+                    if cell.part.contains(corner) {
+                        if cell.target.is_below(from) {
                             return true;
                         }
-                        (place.walk, place.is_left) = (walk, false);
+                        (cell.flood, cell.is_visited) = (flood, false);
                     }
                 }
             }
-            let Some(next) = places.iter_mut().find(|place| place.walk == walk && !place.is_left) else { return false };
-            next.is_left = true;
-            (corners, values) = (next.piece.corners, next.corners);
+            let Some(next) = cells.iter_mut().find(|cell| cell.flood == flood && !cell.is_visited) else {
+                return false;
+            };
+            next.is_visited = true;
+            (corners, values) = (next.part.corners, next.corner_values);
         }
     }
 
-    /// Whether a straight way between two minima certainly never rises far above the higher.
-    fn is_one_dent(&self, a: &Minimum<R, N>, b: &Minimum<R, N>) -> bool {
-        let highest = Real::max(a.sample.value, b.sample.value) + self.rise;
-        let way = b.point - a.point;
-        let at = |part: u32| a.point + way * R::from_f64(f64::from(part) / f64::from(PARTS));
-        (0..PARTS).all(|part| {
-            let ends = [at(part), at(part.saturating_add(1))];
+    /// Does the straight path between two minima provably stay within ε/3 of the higher one?
+    fn is_one_basin(&self, a: &Minimum<R, N>, b: &Minimum<R, N>) -> bool {
+        let highest = Real::max(a.sample.value, b.sample.value) + self.max_rise;
+        let offset = b.point - a.point;
+        let point = |part: u32| a.point + offset * R::from_f64(f64::from(part) / f64::from(PATH_PARTS));
+        (0..PATH_PARTS).all(|part| {
+            let ends = [point(part), point(part.saturating_add(1))];
             let [from, to] = ends.map(|end| self.field.value(end));
-            let top = if self.field.is_convex_on(&ends) {
+            let upper = if self.field.is_convex_on(&ends) {
                 Real::max(from, to)
             } else {
                 from + self.field.max_rise_to_corners(&ends)[1]
             };
-            top <= highest
+            upper <= highest
         })
     }
 
-    fn least(&mut self, piece: &SubSimplex<R, N>) -> Least<R, N> {
-        let least = self.within.minimize(self.field, &piece.of(self.simplex));
-        self.evaluations = self.evaluations.saturating_add(least.evaluations.to_f64() as u32);
-        let weights = piece.weights(least.weights);
-        Least { exit: Exit { weights, value: least.sample.value }, lower_bound: least.lower_bound }
+    fn cell_minimum(&mut self, part: &SubSimplex<R, N>) -> CellMinimum<R, N> {
+        let minimum = self.certified.minimize(self.field, &part.embed(self.simplex));
+        self.evaluations = self.evaluations.saturating_add(minimum.evaluations.to_f64() as u32);
+        let weights = part.weights(minimum.weights);
+        let target = WeightedValue { weights, value: minimum.sample.value };
+        CellMinimum { target, lower_bound: minimum.lower_bound }
     }
 
-    /// The lowest point that is found in the pieces around an exit.
-    fn descend(&mut self, exit: &Exit<R, N>, places: &[Place<R, N>]) -> Minimum<R, N> {
-        let mut best = *exit;
-        for place in places.iter().filter(|place| place.piece.contains(&exit.weights)) {
-            let least = self.least(&place.piece).exit;
-            best = if least.value < best.value { least } else { best };
+    /// The lowest point found in the cells around a target.
+    fn descend(&mut self, target: &WeightedValue<R, N>, cells: &[SimplexCell<R, N>]) -> Minimum<R, N> {
+        let mut best = *target;
+        for cell in cells.iter().filter(|cell| cell.part.contains(&target.weights)) {
+            let lowest = self.cell_minimum(&cell.part).target;
+            best = if lowest.value < best.value { lowest } else { best };
         }
         let point = self.simplex.point(best.weights);
         let sample = self.field.evaluate(point);

@@ -1,536 +1,199 @@
-use core::array::from_fn;
+//! The global minimum of a field on a simplex, with a proven lower bound, by branch and bound (Land and Doig 1960;
+//! Hansen and Walster 2003, "Global Optimization Using Interval Analysis").
+//!
+//! | step | question | file |
+//! |---|---|---|
+//! | 1 | Is the field a union? Then each part is searched by itself, and the lowest minimum wins. | `parts` |
+//! | 2 | Does the field know the minimum of this segment or triangle without a search? | `grid_exact` |
+//! | 3 | If not: the node with the lowest bound is bisected, and each half bounded from one evaluation. | `branch_and_bound` |
+//! | 4 | Does some in-plane direction descend on all of a half? Then its interior holds no minimum. | `descent_test` |
+//!
+//! With v the lowest value found and l the lower bound of all nodes, min(v, l) ≤ min φ ≤ v. A node whose bound is at
+//! least v − gap is fathomed; gap = tolerance · longest edge · slope bound + rounding. The search has converged when no
+//! other is left.
 
-use nalgebra::Vector3;
+mod branch_and_bound;
+mod descent_test;
+mod grid_exact;
+mod parts;
+
+use branch_and_bound::{BranchAndBound, SimplexNode};
+use grid_exact::{SampledMinimum, minimum_on_edges, minimum_on_segment, minimum_on_triangle};
+use parts::PartsSearch;
 
 use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
-use crate::enclosure::rounding;
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
-use crate::simplex::corner_weights;
-use crate::vector::norm;
-use crate::{GradientBox, Sample, Sdf, Simplex};
+use crate::rounding::{NESTED_FIELDS, rounding};
+use crate::{EnclosedSdf, Goal, Simplex};
 
-/// Branch and bound (Land and Doig 1960; Hansen and Walster 2003, "Global Optimization Using Interval Analysis"): the
-/// simplex is cut in two again and again, always the piece whose lower bound ([`Sdf::enclosure`]) is least, until no piece
-/// can hold a value much below the best one seen. What it answers is the least value of the whole simplex, however many
-/// minima there are, to within the gap between value and lower bound.
+/// Branch and bound: finds the global minimum on the simplex, however many local ones there are, to within the gap
+/// between value and lower bound.
 ///
-/// It converged if that gap is within the tolerance. If not, the gap still holds: the budget ran out first.
+/// It has converged if that gap is within the tolerance. Otherwise the budget ran out first, and the bound still holds.
 ///
-/// A grid knows the least of a segment by itself, and of a triangle that meets some hundreds of cells at most
-/// ([`Sdf::minimum_on_triangle`]): such a one is not searched, and a larger one cut until its pieces are. Elsewhere it begins
-/// where a few steps of [`Newton`] end: the lower the value to beat, the fewer the pieces.
+/// A grid knows its minimum on a segment, and on a triangle that meets up to a few hundred cells
+/// ([`EnclosedSdf::exact_minimum`]): these need no search, and a larger triangle is cut until its parts are of that
+/// size. On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer
+/// the nodes.
 ///
-/// Told of a level ([`Minimizer::minimize_below`]), it stops as soon as no value is at most that. Where the least is, it answers
-/// the same as without.
+/// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the minimum
+/// is at most the level, the answer is the same as without.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
-    /// How many times the field is asked at most, but for the local steps, the whole simplex, which always is, and what a grid
-    /// looks at to tell the least of a piece by itself, which counts once.
+    /// Largest number of evaluations. The local steps and the first bound of the whole simplex do not count. The exact
+    /// minimum of a grid on a part counts as one.
     pub evaluations: u32,
-    /// Done when the least value is known to within this share of longest edge · slope bound.
+    /// Stops when the minimum is known to within this fraction of longest edge · slope bound.
     pub tolerance: f64,
-    /// Takes fewer evaluations in all than Frank-Wolfe or no local search, on shapes and on grids, and tells the point and
-    /// not only the value well where the field is smooth.
+    /// Finds the first value to beat, and polishes the result. Newton needs fewer evaluations in all than Frank-Wolfe
+    /// or no local search, on shapes and grids. Where the field is smooth it makes the point accurate, not only the
+    /// value.
     pub local: Newton,
 }
 
 impl Default for Certified {
     fn default() -> Self {
-        // A value known to 1e-8 is a place known to 1e-4, where the field is smooth: no jitter.
+        // A value known to 1e-8 is a point known to 1e-4 where the field is smooth: no jitter.
         let local = Newton { iterations: 8, tolerance: 1e-8 };
         Self { evaluations: 1024, tolerance: 1e-3, local }
     }
 }
 
-/// Of fields within each other, and one more.
-const MAX_ROUNDINGS: f64 = 8.0;
-
-/// A point that was found among pieces is polished in this share of the simplex around it.
-const PART_TO_POLISH: f64 = 0.125;
-
-/// Pieces that wait at a time: 5 KB of triangles in f64.
-const MAX_PIECES: usize = 64;
-
-/// With less room than this, the smallest piece is cut and not the most promising: that one is done with after as many
-/// cuts, two for each halving of its size, and needs room for no more.
-const ROOM_TO_FINISH: usize = 40;
+/// Size of the part around the best point that is polished at the end, as a fraction of the simplex.
+const POLISH_FRACTION: f64 = 0.125;
 
 impl<const N: usize> Minimizer<N> for Certified {
     const USES_SIMD: bool = true;
 
-    /// Lane by lane, for each has pieces of its own.
+    /// Lane by lane: each has nodes of its own.
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         self.minimize_below(field, simplex, R::from_f64(f64::INFINITY))
     }
 
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimize_below<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
+    fn minimize_below<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
         let mut minimum = Minimum::default();
         for lane in 0..R::LANES {
-            minimum.set_lane(lane, self.minimum(field, &simplex.lane(lane), level.lane(lane)));
+            let (simplex, level) = (simplex.lane(lane), level.lane(lane));
+            let mut search = PartsSearch::new(self, &simplex, level);
+            field.visit_parts(&mut search);
+            minimum.set_lane(lane, search.finish(field));
         }
         minimum
     }
 }
 
+/// How far below the best value the search still looks, and how far that value is off by rounding.
+#[derive(Clone, Copy)]
+struct Slack<R> {
+    gap: R,
+    rounding: R,
+}
+
 impl Certified {
+    /// The minimum of one field that is not a union.
     #[cfg_attr(feature = "std", inline(always))]
-    fn minimum<R: Float, F: Sdf, const N: usize>(&self, field: &F, simplex: &Simplex<R, N>, level: R) -> Minimum<R, N> {
-        if let Some(minimum) = of_segment(field, simplex) {
+    fn minimum<R: Float, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        level: R,
+    ) -> Minimum<R, N> {
+        if let Some(minimum) = minimum_on_segment(field, simplex) {
             return minimum;
         }
-        let longest = simplex.longest_edge();
-        let in_cells = of_cells(field, simplex, [level, self.tolerance_on(field, longest)]);
-        if let Some(found) = in_cells {
-            let [gap, rounding] = self.gap(field, simplex, longest, found.sample.value);
-            let answer = found.answer(gap, rounding);
-            if answer.converged || level < answer.lower_bound {
-                return answer;
+        let longest_edge = simplex.longest_edge();
+        let goal = Goal { level, gap: self.tolerance_on(field, longest_edge) };
+        let exact = minimum_on_triangle(field, simplex, goal);
+        if let Some(exact) = exact {
+            let minimum = exact.with_bound(self.slack(field, simplex, longest_edge, exact.sample.value));
+            if minimum.converged || level < minimum.lower_bound {
+                return minimum;
             }
         }
-        self.search(field, simplex, level, in_cells)
+        self.search(field, simplex, level, exact)
     }
 
     #[inline(always)]
-    fn tolerance_on<R: Float, F: Sdf>(&self, field: &F, longest_edge: R) -> R {
+    fn tolerance_on<R: Float, F: EnclosedSdf>(&self, field: &F, longest_edge: R) -> R {
         longest_edge * R::from_f64(field.slope_bound() * self.tolerance)
     }
 
-    /// Below a value by how much none is looked for, and how much it is off by rounding.
     #[inline(always)]
-    fn gap<R: Float, F: Sdf, const N: usize>(
+    fn slack<R: Float, F: EnclosedSdf, const N: usize>(
         &self,
         field: &F,
         simplex: &Simplex<R, N>,
         longest_edge: R,
         value: R,
-    ) -> [R; 2] {
-        // Each field within a field allows for rounding once more; one is in the value that a bound is compared with.
+    ) -> Slack<R> {
         let rounding = rounding(field.slope_bound(), simplex.corners[0], longest_edge, value);
-        [self.tolerance_on(field, longest_edge) + rounding * R::from_f64(MAX_ROUNDINGS), rounding]
+        Slack { gap: self.tolerance_on(field, longest_edge) + rounding * R::from_f64(NESTED_FIELDS), rounding }
     }
 
+    /// `exact` is what the field knows of the whole triangle, if that was not enough.
     #[inline(never)]
-    fn search<R: Float, F: Sdf, const N: usize>(
+    fn search<R: Float, F: EnclosedSdf, const N: usize>(
         &self,
         field: &F,
         simplex: &Simplex<R, N>,
         level: R,
-        in_cells: Option<InCells<R, N>>,
+        exact: Option<SampledMinimum<R, N>>,
     ) -> Minimum<R, N> {
-        let boundary = if in_cells.is_some() { None } else { least_on_edges(field, simplex) };
-        let mut search = match (in_cells, boundary) {
-            (Some(found), _) => Search::from_cells(field, simplex, &found),
-            (None, Some(boundary)) => Search::from_boundary(field, simplex, boundary),
-            (None, None) => Search::from_local(field, simplex, &self.local),
+        let on_edges = if exact.is_some() { None } else { minimum_on_edges(field, simplex) };
+        let mut search = match (exact, on_edges) {
+            (Some(exact), _) => BranchAndBound::from_exact(field, simplex, &exact),
+            (None, Some(on_edges)) => BranchAndBound::from_edges(field, simplex, on_edges),
+            (None, None) => BranchAndBound::from_local(field, simplex, &self.local),
         };
-        let [gap, rounding] = self.gap(field, simplex, simplex.longest_edge(), search.best.value);
-        if let Some(boundary) = boundary {
-            search.settle(Real::min(boundary.value, search.best.value) - rounding);
+        let Slack { gap, rounding } = self.slack(field, simplex, simplex.longest_edge(), search.best.value);
+        if let Some(on_edges) = on_edges {
+            search.queue.fathom(Real::min(on_edges.value, search.best.value) - rounding);
         }
-        let whole = Open { piece: SubSimplex::whole(), least: R::from_f64(f64::NEG_INFINITY), cuts: 0 };
-        match in_cells {
-            Some(found) => search.wait(Open { least: found.least - rounding, ..whole }, gap),
-            None => search.look_at(whole, search.best.weights, gap),
+        let root = SimplexNode::root();
+        match exact {
+            Some(exact) => search.enqueue(SimplexNode { lower_bound: exact.lower_bound - rounding, ..root }, gap),
+            None => search.bound_node(root, search.best.weights, gap),
         }
-        if boundary.is_some() && search.waiting.count > 0 {
+        if on_edges.is_some() && search.queue.count() > 0 {
             search.descend(&self.local, &SubSimplex::whole());
         }
         let mut converged = true;
-        while let Some(open) = search.waiting.pop() {
-            if search.best.value - gap <= open.least {
-                search.settle(open.least);
+        while let Some(node) = search.next_node() {
+            if search.best.value - gap <= node.lower_bound {
+                search.queue.fathom(node.lower_bound);
                 continue;
             }
-            if level < Real::min(open.least, search.least()) {
-                search.settle(open.least);
+            if level < Real::min(node.lower_bound, search.lower_bound()) {
+                search.queue.fathom(node.lower_bound);
                 converged = false;
                 break;
             }
-            let Some(halves) = open.piece.cut(simplex) else {
-                // No larger than rounding, which is all that its bound is off by, if there is one.
-                converged &= open.least.is_finite();
-                search.settle(open.least);
+            let Some(halves) = node.part.bisect(simplex) else {
+                // The part is no larger than rounding, and so is the error of its bound, if it has one.
+                converged &= node.lower_bound.is_finite();
+                search.queue.fathom(node.lower_bound);
                 continue;
             };
-            if search.evaluations >= self.evaluations.saturating_add(search.within) {
+            if search.evaluations >= self.evaluations.saturating_add(search.local_evaluations) {
                 converged = false;
-                search.settle(open.least);
+                search.queue.fathom(node.lower_bound);
                 break;
             }
-            let cuts = open.cuts.saturating_add(1);
-            halves.into_iter().for_each(|piece| search.look_at(Open { piece, cuts, ..open }, piece.middle(), gap));
-        }
-        converged &= search.best.value - gap <= search.given_up;
-        // A search that was stopped is not: polished, it might end lower than one that went on.
-        if converged && search.is_rough {
-            search.descend(&self.local, &SubSimplex::around(search.best.weights, R::from_f64(PART_TO_POLISH)));
-        }
-        search.finish(converged)
-    }
-}
-
-/// What a field knows of a triangle by itself.
-#[derive(Clone, Copy)]
-struct InCells<R: Real, const N: usize> {
-    weights: [R; N],
-    point: Vector3<R>,
-    sample: Sample<R>,
-    /// But for rounding.
-    least: R,
-    looks: u32,
-}
-
-/// `None` where the field knows nothing, or this is no triangle.
-#[cfg_attr(feature = "std", inline(always))]
-fn of_cells<R: Float, F: Sdf, const N: usize>(
-    field: &F,
-    simplex: &Simplex<R, N>,
-    enough: [R; 2],
-) -> Option<InCells<R, N>> {
-    let &[a, b, c] = simplex.corners.as_slice() else { return None };
-    let found = field.minimum_on_triangle([a, b, c], enough)?;
-    let mut weights = [R::zero(); N];
-    weights.iter_mut().zip(found.weights).for_each(|(weight, of_corner)| *weight = of_corner);
-    let point = simplex.point(weights);
-    let sample = field.evaluate(point);
-    let least = Real::min(found.least, sample.value);
-    Some(InCells { weights, point, sample, least, looks: found.looks.saturating_add(1) })
-}
-
-impl<R: Float, const N: usize> InCells<R, N> {
-    fn answer(&self, gap: R, rounding: R) -> Minimum<R, N> {
-        let lower_bound = self.least - rounding;
-        Minimum {
-            weights: self.weights,
-            point: self.point,
-            sample: self.sample,
-            lower_bound,
-            evaluations: R::from_f64(f64::from(self.looks)),
-            converged: self.sample.value - gap <= lower_bound,
-        }
-    }
-}
-
-/// The least value on the three edges of a triangle, where the field knows that by itself.
-fn least_on_edges<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Boundary<R, N>> {
-    let &[a, b, c] = simplex.corners.as_slice() else { return None };
-    let mut least = Boundary { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), looks: 0 };
-    for (ends, from, to) in [([a, b], 0, 1), ([b, c], 1, 2), ([c, a], 2, 0)] {
-        let edge = field.minimum_on_segment(ends)?;
-        least.looks = least.looks.saturating_add(edge.looks);
-        if edge.value < least.value {
-            let (from, to): ([R; N], [R; N]) = (corner_weights(from), corner_weights(to));
-            least.weights = from_fn(|k| from[k] * (R::one() - edge.share) + to[k] * edge.share);
-            least.value = edge.value;
-        }
-    }
-    Some(least)
-}
-
-#[derive(Clone, Copy)]
-struct Boundary<R, const N: usize> {
-    weights: [R; N],
-    value: R,
-    looks: u32,
-}
-
-/// Where a field knows the least of a segment by itself.
-#[cfg_attr(feature = "std", inline(always))]
-fn of_segment<R: Float, F: Sdf, const N: usize>(field: &F, simplex: &Simplex<R, N>) -> Option<Minimum<R, N>> {
-    let &[a, b] = simplex.corners.as_slice() else { return None };
-    let least = field.minimum_on_segment([a, b])?;
-    let mut weights = [R::zero(); N];
-    weights.iter_mut().zip([R::one() - least.share, least.share]).for_each(|(weight, share)| *weight = share);
-    let point = simplex.point(weights);
-    let sample = field.evaluate(point);
-    let rounding = rounding(field.slope_bound(), point, simplex.longest_edge(), sample.value);
-    Some(Minimum {
-        weights,
-        point,
-        sample,
-        lower_bound: Real::min(least.value, sample.value) - rounding,
-        evaluations: R::from_f64(f64::from(least.looks.saturating_add(1))),
-        converged: true,
-    })
-}
-
-/// Weights and the value there.
-#[derive(Clone, Copy)]
-struct Seen<R, const N: usize> {
-    weights: [R; N],
-    value: R,
-}
-
-struct Search<'a, R: Float, F, const N: usize> {
-    field: &'a F,
-    simplex: &'a Simplex<R, N>,
-    best: Seen<R, N>,
-    /// The best is the mean of some piece, and not where a local search ended.
-    is_rough: bool,
-    waiting: Waiting<R, N>,
-    /// No piece that is done with holds a value below this.
-    settled: R,
-    /// No piece that there was no room for does.
-    given_up: R,
-    evaluations: u32,
-    /// Of these, those that were steps of a local search or in the cells of a grid along lines.
-    within: u32,
-    /// Where the least value of the boundary is known, so that only the inside is searched.
-    plane: Option<Plane<R>>,
-}
-
-impl<'a, R: Float, F: Sdf, const N: usize> Search<'a, R, F, N> {
-    fn from_local(field: &'a F, simplex: &'a Simplex<R, N>, local: &Newton) -> Self {
-        let found = local.minimize(field, simplex);
-        let best = Seen { weights: found.weights, value: found.sample.value };
-        Self::from(field, simplex, best, found.evaluations.to_f64() as u32, None)
-    }
-
-    fn from_cells(field: &'a F, simplex: &'a Simplex<R, N>, found: &InCells<R, N>) -> Self {
-        let best = Seen { weights: found.weights, value: found.sample.value };
-        Self { within: found.looks, ..Self::from(field, simplex, best, found.looks, None) }
-    }
-
-    fn from_boundary(field: &'a F, simplex: &'a Simplex<R, N>, boundary: Boundary<R, N>) -> Self {
-        let best = Seen { weights: boundary.weights, value: field.value(simplex.point(boundary.weights)) };
-        let looks = boundary.looks.saturating_add(1);
-        Self { within: boundary.looks, ..Self::from(field, simplex, best, looks, Some(Plane::of(simplex))) }
-    }
-
-    fn from(
-        field: &'a F,
-        simplex: &'a Simplex<R, N>,
-        best: Seen<R, N>,
-        evaluations: u32,
-        plane: Option<Plane<R>>,
-    ) -> Self {
-        let nothing = R::from_f64(f64::INFINITY);
-        Self {
-            field,
-            simplex,
-            best,
-            is_rough: false,
-            waiting: Waiting::new(),
-            settled: nothing,
-            given_up: nothing,
-            evaluations,
-            within: 0,
-            plane,
-        }
-    }
-
-    /// Looks for a lower value in a piece.
-    fn descend(&mut self, local: &Newton, piece: &SubSimplex<R, N>) {
-        let found = local.minimize(self.field, &piece.of(self.simplex));
-        self.evaluations = self.evaluations.saturating_add(found.evaluations.to_f64() as u32);
-        // What is answered is the value at the point of the weights, and rounding may make that another one.
-        let weights = piece.weights(found.weights);
-        let value = self.field.value(self.simplex.point(weights));
-        self.evaluations = self.evaluations.saturating_add(1);
-        if value < self.best.value {
-            self.best = Seen { weights, value };
-        }
-        self.is_rough = false;
-    }
-
-    /// Bounds a piece, whose bound so far is that of the one it was cut from, by a look at the point of these weights in it,
-    /// and lets it wait, unless it cannot hold a value below the best by more than the gap.
-    fn look_at(&mut self, open: Open<R, N>, weights: [R; N], gap: R) {
-        let piece = open.piece.of(self.simplex);
-        self.evaluations = self.evaluations.saturating_add(1);
-        if let Some(found) = of_cells(self.field, &piece, [self.best.value - gap, gap]) {
-            return self.take(open, &found, gap);
-        }
-        let enclosure = self.field.enclosure(self.simplex.point(weights), &piece.corners);
-        if enclosure.value < self.best.value {
-            (self.best, self.is_rough) = (Seen { weights, value: enclosure.value }, true);
-        }
-        if self.plane.is_some_and(|plane| plane.is_crossed_downhill(&enclosure.gradients, self.field.slope_bound())) {
-            return;
-        }
-        // Where the field is no number, nothing is certain.
-        let is_known = enclosure.least <= enclosure.value;
-        let least = if is_known { Real::max(enclosure.least, open.least) } else { R::from_f64(f64::NEG_INFINITY) };
-        self.wait(Open { least, ..open }, gap);
-    }
-
-    /// What the field knows of a piece by itself.
-    fn take(&mut self, open: Open<R, N>, found: &InCells<R, N>, gap: R) {
-        self.evaluations = self.evaluations.saturating_add(found.looks);
-        self.within = self.within.saturating_add(found.looks);
-        let weights = open.piece.weights(found.weights);
-        let point = self.simplex.point(weights);
-        let value = self.field.value(point);
-        let rounding = rounding(self.field.slope_bound(), point, self.simplex.longest_edge(), value);
-        let least = Real::max(found.least - rounding, open.least);
-        if value < self.best.value {
-            (self.best, self.is_rough) = (Seen { weights, value }, least < value - gap);
-        }
-        self.wait(Open { least, ..open }, gap);
-    }
-
-    fn wait(&mut self, open: Open<R, N>, gap: R) {
-        if open.least < self.best.value - gap {
-            let given_up = self.waiting.push(open);
-            self.given_up = Real::min(self.given_up, given_up);
-            self.settle(given_up);
-        } else {
-            self.settle(open.least);
-        }
-    }
-
-    /// What no value is below.
-    fn least(&self) -> R {
-        Real::min(self.best.value, Real::min(self.settled, self.waiting.least()))
-    }
-
-    fn settle(&mut self, least: R) {
-        self.settled = Real::min(self.settled, least);
-    }
-
-    fn finish(self, converged: bool) -> Minimum<R, N> {
-        let weights = self.best.weights;
-        let point = self.simplex.point(weights);
-        let lower_bound = self.least();
-        Minimum {
-            weights,
-            point,
-            sample: self.field.evaluate(point),
-            lower_bound,
-            evaluations: R::from_f64(f64::from(self.evaluations.saturating_add(1))),
-            converged,
-        }
-    }
-}
-
-/// The plane of a triangle, by two ways in it that are at right angles.
-#[derive(Clone, Copy)]
-struct Plane<R: Real> {
-    ways: [Vector3<R>; 2],
-}
-
-impl<R: Float> Plane<R> {
-    fn of<const N: usize>(simplex: &Simplex<R, N>) -> Self {
-        let &[a, b, c] = simplex.corners.as_slice() else { return Self { ways: [Vector3::zeros(); 2] } };
-        let (along, other) = (b - a, c - a);
-        let across = other - part_along(along, other);
-        // Of a sliver rounding alone may tell where it lies.
-        let is_valid = norm(other) * R::from_f64(1e-3) < norm(across);
-        Self { ways: [along, if is_valid { across } else { Vector3::zeros() }] }
-    }
-
-    /// Whether along some way in the plane the field falls for all these gradients: then no point of them, if not on the
-    /// boundary, holds a least value (0 is in the generalized gradient there: Clarke 1983, "Optimization and Nonsmooth
-    /// Analysis", prop. 2.3.2).
-    fn is_crossed_downhill(&self, gradients: &GradientBox<R>, slope_bound: f64) -> bool {
-        let middle = (gradients.least + gradients.greatest) * R::from_f64(0.5);
-        let uphill = self.ways.iter().fold(Vector3::zeros(), |sum, way| sum + part_along(*way, middle));
-        // More than what is off by rounding, and by how far the way leaves the plane.
-        let rounding = norm(uphill) * R::from_f64(slope_bound * 1024.0 * R::EPSILON);
-        rounding < gradients.along(uphill)[0]
-    }
-}
-
-/// The part of a vector along a way, zero if that is.
-fn part_along<R: Float>(way: Vector3<R>, vector: Vector3<R>) -> Vector3<R> {
-    let square = way.dot(&way);
-    if R::zero() < square { way * (vector.dot(&way) / square) } else { Vector3::zeros() }
-}
-
-/// A part of the simplex that is still to be cut or dropped.
-#[derive(Clone, Copy)]
-struct Open<R, const N: usize> {
-    piece: SubSimplex<R, N>,
-    least: R,
-    /// How many cuts made it.
-    cuts: u32,
-}
-
-/// Pieces in a heap, the one with the least bound on top.
-struct Waiting<R, const N: usize> {
-    pieces: [Open<R, N>; MAX_PIECES],
-    count: usize,
-}
-
-impl<R: Float, const N: usize> Waiting<R, N> {
-    fn new() -> Self {
-        Self { pieces: [Open { piece: SubSimplex::whole(), least: R::zero(), cuts: 0 }; MAX_PIECES], count: 0 }
-    }
-
-    /// The least bound of all.
-    fn least(&self) -> R {
-        if self.count == 0 { R::from_f64(f64::INFINITY) } else { self.pieces[0].least }
-    }
-
-    /// Returns the bound of the piece that found no room, or infinity.
-    fn push(&mut self, open: Open<R, N>) -> R {
-        if self.count < MAX_PIECES {
-            self.place(self.count, open);
-            self.count = self.count.saturating_add(1);
-            return R::from_f64(f64::INFINITY);
-        }
-        // The greatest bound is among those with none below them.
-        let leaves = self.pieces.iter().enumerate().skip(MAX_PIECES / 2);
-        let greatest =
-            leaves.fold(
-                (0, open.least),
-                |(at, most), (leaf, waiting)| {
-                    if most < waiting.least { (leaf, waiting.least) } else { (at, most) }
-                },
-            );
-        if open.least < greatest.1 {
-            self.place(greatest.0, open);
-        }
-        greatest.1
-    }
-
-    /// The one with the least bound, or, where room is short, the smallest.
-    fn pop(&mut self) -> Option<Open<R, N>> {
-        let mut at = 0;
-        if self.count > MAX_PIECES - ROOM_TO_FINISH {
-            for other in 1..self.count {
-                at = if self.at(at).cuts < self.at(other).cuts { other } else { at };
+            let depth = node.depth.saturating_add(1);
+            for part in halves {
+                search.bound_node(SimplexNode { part, depth, ..node }, part.centroid(), gap);
             }
         }
-        let taken = *self.at(at);
-        self.count = self.count.checked_sub(1)?;
-        let last = *self.at(self.count);
-        loop {
-            let below = [1, 2]
-                .map(|side| at.saturating_mul(2).saturating_add(side))
-                .into_iter()
-                .filter(|child| *child < self.count);
-            let lower = |a: usize, b: usize| if self.at(b).least < self.at(a).least { b } else { a };
-            let Some(least) = below.reduce(lower).filter(|child| self.at(*child).least < last.least) else { break };
-            *self.at_mut(at) = *self.at(least);
-            at = least;
+        converged &= search.best.value - gap <= search.queue.overflow_bound();
+        // A search that was stopped is not polished: it might end lower than one that went on.
+        if converged && search.needs_polish {
+            let part = SubSimplex::shrunk(search.best.weights, R::from_f64(POLISH_FRACTION));
+            search.descend(&self.local, &part);
         }
-        self.place(at, last);
-        Some(taken)
-    }
-
-    /// At a place that is free, or up from there as far as its bound is the lower.
-    fn place(&mut self, free: usize, open: Open<R, N>) {
-        let mut at = free;
-        while at > 0 && open.least < self.at((at - 1) / 2).least {
-            *self.at_mut(at) = *self.at((at - 1) / 2);
-            at = (at - 1) / 2;
-        }
-        *self.at_mut(at) = open;
-    }
-
-    /// All indices are below the number of places; said so that no check of it can panic.
-    #[inline]
-    fn at(&self, index: usize) -> &Open<R, N> {
-        &self.pieces[index % MAX_PIECES]
-    }
-
-    #[inline]
-    fn at_mut(&mut self, index: usize) -> &mut Open<R, N> {
-        &mut self.pieces[index % MAX_PIECES]
+        search.finish(converged)
     }
 }

@@ -1,93 +1,99 @@
+//! The quadratic model of [`Newton`](super::Newton): a Hessian H by the barycentric weights, from differences of slopes
+//! s_k = ∂φ/∂w_k, and the minimum of q(w + d) = φ(w) + s·d + ½ d·H d.
+
 use core::array::from_fn;
 
-use super::cuts::{Candidate, Tangent, at, dot, on_face};
+use super::cuts::{Candidate, Tangent, dot, face_weights, get};
 use crate::number::Real;
 use crate::simplex::corner_weights;
 
-/// An update is left out where the change of slopes that it explains is nearly across the step, less than this share of it
-/// along: it would divide by what is nearly nothing. (Nocedal and Wright 2006, "Numerical Optimization", eq. 6.26.)
-const MIN_SHARE_ALONG: f64 = 1e-2;
+/// An update is skipped where |r·d| is below this times |r| |d|: it would divide by nearly zero. (Nocedal and Wright
+/// 2006, "Numerical Optimization", eq. 6.26.)
+const MIN_DENOMINATOR: f64 = 1e-2;
 
-/// The second derivatives by the weights, as far as differences of slopes tell them.
 pub(super) struct Curvature<R, const N: usize> {
-    by_weights: [[R; N]; N],
+    hessian: [[R; N]; N],
 }
 
 impl<R: Real, const N: usize> Curvature<R, N> {
-    /// From tangents at the corners, exact where the field is quadratic.
+    /// H_ik = ½ (s_k(e_i) − s_k(e_0) + s_i(e_k) − s_i(e_0)) from the tangents at the corners e; exact for a quadratic
+    /// φ.
     pub fn new(corners: &[Tangent<R, N>; N]) -> Self {
         let half = R::from_f64(0.5);
         let change = |k: usize, corner: usize| corners[corner].slopes[k] - corners[0].slopes[k];
-        Self { by_weights: from_fn(|i| from_fn(|k| (change(i, k) + change(k, i)) * half)) }
+        Self { hessian: from_fn(|i| from_fn(|k| (change(i, k) + change(k, i)) * half)) }
     }
 
-    /// By the symmetric rank-one formula (Davidon 1959; Broyden 1967).
+    /// The symmetric rank-one update (Davidon 1959; Broyden 1967): with the step d and the residual r = Δs − H d, H ← H
+    /// + r rᵀ / (r·d).
     pub fn update(&mut self, from: &Tangent<R, N>, to: &Tangent<R, N>) {
         let step = from_fn(|k| to.weights[k] - from.weights[k]);
-        let missed: [R; N] = from_fn(|k| to.slopes[k] - from.slopes[k] - dot(self.by_weights[k], step));
-        let along = dot(missed, step);
-        let least = largest(missed) * largest(step) * R::from_f64(MIN_SHARE_ALONG);
-        let is_valid = least.lt(along.abs());
-        let divisor = R::select(is_valid, along, R::one());
-        for (row, missed_here) in self.by_weights.iter_mut().zip(missed) {
-            for (entry, other) in row.iter_mut().zip(missed) {
-                *entry = R::select(is_valid, *entry + missed_here * (other / divisor), *entry);
+        let residual: [R; N] = from_fn(|k| to.slopes[k] - from.slopes[k] - dot(self.hessian[k], step));
+        let denominator = dot(residual, step);
+        let limit = max_norm(residual) * max_norm(step) * R::from_f64(MIN_DENOMINATOR);
+        let is_valid = limit.lt(denominator.abs());
+        let denominator = R::select(is_valid, denominator, R::one());
+        for (row, residual_of_row) in self.hessian.iter_mut().zip(residual) {
+            for (entry, other) in row.iter_mut().zip(residual) {
+                *entry = R::select(is_valid, *entry + residual_of_row * (other / denominator), *entry);
             }
         }
     }
 
-    /// Where the quadratic function of this curvature that touches the tangent is least on an edge or a face, off their
-    /// ends. (Of more than three corners the inside is left out.)
-    pub fn lowest(&self, tangent: &Tangent<R, N>) -> Candidate<R, N> {
-        let mut lowest = Candidate::none();
+    /// The lowest stationary minimum of q inside an edge or a face, with q tangent to the field at the given point.
+    /// (With more than three corners the interior is left out.)
+    pub fn minimum(&self, tangent: &Tangent<R, N>) -> Candidate<R, N> {
+        let mut lowest = Candidate::infinite();
         for i in 0..N {
-            let at_corner = self.carry(tangent, corner_weights(i));
+            let corner = self.tangent(tangent, corner_weights(i));
             for j in 0..i {
-                self.consider_edge(&at_corner, [i, j], &mut lowest);
+                self.consider_edge(&corner, [i, j], &mut lowest);
                 for k in 0..j {
-                    self.consider_face(&at_corner, [i, j, k], &mut lowest);
+                    self.consider_face(&corner, [i, j, k], &mut lowest);
                 }
             }
         }
         lowest
     }
 
-    /// The tangent of the same quadratic function elsewhere.
-    fn carry(&self, tangent: &Tangent<R, N>, weights: [R; N]) -> Tangent<R, N> {
+    /// The tangent of q at other weights.
+    fn tangent(&self, tangent: &Tangent<R, N>, weights: [R; N]) -> Tangent<R, N> {
         let step = from_fn(|k| weights[k] - tangent.weights[k]);
-        let bend = self.by_weights.map(|row| dot(row, step));
-        let value = tangent.value + dot(tangent.slopes, step) + dot(bend, step) * R::from_f64(0.5);
-        Tangent { weights, value, slopes: from_fn(|k| tangent.slopes[k] + bend[k]) }
+        let change = self.hessian.map(|row| dot(row, step));
+        let value = tangent.value + dot(tangent.slopes, step) + dot(change, step) * R::from_f64(0.5);
+        Tangent { weights, value, slopes: from_fn(|k| tangent.slopes[k] + change[k]) }
     }
 
-    /// Between two edges that leave a corner.
-    fn between(&self, corner: usize, a: usize, b: usize) -> R {
-        let change = self.by_weights.map(|row| at(row, b) - at(row, corner));
-        at(change, a) - at(change, corner)
+    /// The second derivative along two edges from a corner c: (e_a − e_c)·H (e_b − e_c).
+    fn second_derivative(&self, corner: usize, a: usize, b: usize) -> R {
+        let change = self.hessian.map(|row| get(row, b) - get(row, corner));
+        get(change, a) - get(change, corner)
     }
 
+    /// On the edge from i to j with slope s and curvature c > 0: minimum at t = −s/c, s t/2 below the corner.
     fn consider_edge(&self, at_i: &Tangent<R, N>, [i, j]: [usize; 2], lowest: &mut Candidate<R, N>) {
-        let (slope, curvature) = (at(at_i.slopes, j) - at(at_i.slopes, i), self.between(i, j, j));
-        let share = -slope / curvature;
-        let value = at_i.value + slope * share * R::from_f64(0.5);
-        // Curved downwards, this is the greatest.
+        let (slope, curvature) = (get(at_i.slopes, j) - get(at_i.slopes, i), self.second_derivative(i, j, j));
+        let t = -slope / curvature;
+        let value = at_i.value + slope * t * R::from_f64(0.5);
         let value = R::select(R::zero().lt(curvature), value, R::from_f64(f64::INFINITY));
-        lowest.consider(on_face([(i, R::one() - share), (j, share)]), value);
+        lowest.consider(face_weights([(i, R::one() - t), (j, t)]), value);
     }
 
+    /// On the face at corner i: minimum at t = −H⁻¹ s of the 2 × 2 system by Cramer's rule, if H is positive definite.
     fn consider_face(&self, at_i: &Tangent<R, N>, [i, j, k]: [usize; 3], lowest: &mut Candidate<R, N>) {
-        let [slope_j, slope_k] = [j, k].map(|corner| at(at_i.slopes, corner) - at(at_i.slopes, i));
-        let (jj, jk, kk) = (self.between(i, j, j), self.between(i, j, k), self.between(i, k, k));
+        let [slope_j, slope_k] = [j, k].map(|corner| get(at_i.slopes, corner) - get(at_i.slopes, i));
+        let (jj, jk, kk) =
+            (self.second_derivative(i, j, j), self.second_derivative(i, j, k), self.second_derivative(i, k, k));
         let determinant = jj * kk - jk * jk;
-        let share_j = (slope_k * jk - slope_j * kk) / determinant;
-        let share_k = (slope_j * jk - slope_k * jj) / determinant;
-        let value = at_i.value + (slope_j * share_j + slope_k * share_k) * R::from_f64(0.5);
-        let is_bowl = R::zero().lt(determinant) & R::zero().lt(jj);
-        let value = R::select(is_bowl, value, R::from_f64(f64::INFINITY));
-        lowest.consider(on_face([(i, R::one() - share_j - share_k), (j, share_j), (k, share_k)]), value);
+        let t_j = (slope_k * jk - slope_j * kk) / determinant;
+        let t_k = (slope_j * jk - slope_k * jj) / determinant;
+        let value = at_i.value + (slope_j * t_j + slope_k * t_k) * R::from_f64(0.5);
+        let is_positive_definite = R::zero().lt(determinant) & R::zero().lt(jj);
+        let value = R::select(is_positive_definite, value, R::from_f64(f64::INFINITY));
+        lowest.consider(face_weights([(i, R::one() - t_j - t_k), (j, t_j), (k, t_k)]), value);
     }
 }
 
-fn largest<R: Real, const N: usize>(of: [R; N]) -> R {
-    of.into_iter().fold(R::zero(), |most, x| most.max(x.abs()))
+fn max_norm<R: Real, const N: usize>(vector: [R; N]) -> R {
+    vector.into_iter().fold(R::zero(), |max, x| max.max(x.abs()))
 }

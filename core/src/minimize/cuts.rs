@@ -1,15 +1,22 @@
+//! Cutting planes (Kelley 1960, "The Cutting-Plane Method for Solving Convex Programs"): tangents of the field at a few
+//! points, and the minimum on the simplex of their maximum c(w) = max_p φ(w_p) + s_p·(w − w_p).
+//!
+//! A convex field lies above c. On others a plane may pass above the best point, where it contradicts the value found:
+//! it is shifted down to that value.
+
 use core::array::from_fn;
 
-use super::search::Visit;
+use super::descent_state::WeightedSample;
 use crate::Simplex;
 use crate::number::Real;
+use crate::rounding::SAME_WEIGHT;
 use crate::simplex::corner_weights;
 
-/// How many cuts are kept. With three it lost its way on convex fields now and then; with five or six it needed as many
-/// steps as with four, and each costs more.
-const MOST: usize = 4;
+/// Cuts in the bundle. Three fail now and then on convex fields; five or six take as many steps as four, and each costs
+/// more.
+const MAX_CUTS: usize = 4;
 
-/// Where a model is least, and what it says there.
+/// The minimum of a model so far, and the model's value there.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate<R, const N: usize> {
     pub weights: [R; N],
@@ -18,11 +25,11 @@ pub(super) struct Candidate<R, const N: usize> {
 
 impl<R: Real, const N: usize> Candidate<R, N> {
     /// Above every other.
-    pub fn none() -> Self {
+    pub fn infinite() -> Self {
         Self { weights: corner_weights(0), value: R::from_f64(f64::INFINITY) }
     }
 
-    /// Takes the other if it is lower and lies in the simplex. Weights that are no numbers do not.
+    /// Becomes the other if that is lower and in the simplex. NaN weights are not.
     pub fn consider(&mut self, weights: [R; N], value: R) {
         let is_lower = weights.iter().fold(value.lt(self.value), |all, weight| all & R::zero().le(*weight));
         self.weights = from_fn(|k| R::select(is_lower, weights[k], self.weights[k]));
@@ -30,18 +37,18 @@ impl<R: Real, const N: usize> Candidate<R, N> {
     }
 }
 
-/// The linear function that meets the field at a point with its value and slopes.
+/// The tangent of the field at a point: φ(w) + s·(w′ − w).
 #[derive(Clone, Copy)]
 pub(super) struct Tangent<R, const N: usize> {
     pub weights: [R; N],
     pub value: R,
-    /// By each weight, as [`Simplex::slopes`].
+    /// ∂φ/∂w_k, as [`Simplex::slopes`].
     pub slopes: [R; N],
 }
 
 impl<R: Real, const N: usize> Tangent<R, N> {
-    pub fn new(simplex: &Simplex<R, N>, visit: &Visit<R, N>) -> Self {
-        Self { weights: visit.weights, value: visit.sample.value, slopes: simplex.slopes(visit.sample.gradient) }
+    pub fn new(simplex: &Simplex<R, N>, point: &WeightedSample<R, N>) -> Self {
+        Self { weights: point.weights, value: point.sample.value, slopes: simplex.slopes(point.sample.gradient) }
     }
 
     fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
@@ -52,25 +59,25 @@ impl<R: Real, const N: usize> Tangent<R, N> {
         }
     }
 
-    /// At the corners: a linear function is a weighted mean of these.
-    pub fn at_corners(&self) -> [R; N] {
-        let at_first = self.value - dot(self.weights, self.slopes);
-        self.slopes.map(|slope| at_first + slope)
+    /// Values at the corners, of which a linear function is the weighted mean.
+    pub fn corner_values(&self) -> [R; N] {
+        let at_zero_slope = self.value - dot(self.weights, self.slopes);
+        self.slopes.map(|slope| at_zero_slope + slope)
     }
 }
 
 /// The best tangent and the last few others.
 pub(super) struct CutBundle<R, const N: usize> {
     pub best: Tangent<R, N>,
-    others: [Tangent<R, N>; MOST - 1],
+    others: [Tangent<R, N>; MAX_CUTS - 1],
 }
 
 impl<R: Real, const N: usize> CutBundle<R, N> {
     pub fn new(first: Tangent<R, N>) -> Self {
-        Self { best: first, others: [first; MOST - 1] }
+        Self { best: first, others: [first; MAX_CUTS - 1] }
     }
 
-    /// In place of the oldest.
+    /// Adds a tangent in place of the oldest.
     pub fn add(&mut self, tangent: Tangent<R, N>) {
         let is_better = tangent.value.lt(self.best.value);
         let mut newer = Tangent::select(is_better, self.best, tangent);
@@ -80,44 +87,45 @@ impl<R: Real, const N: usize> CutBundle<R, N> {
         }
     }
 
-    /// Whether the field was asked there, but for rounding.
-    pub fn holds(&self, weights: [R; N]) -> R::Mask {
-        let rounding = R::from_f64(16.0 * R::EPSILON);
-        let is_there = |tangent: &Tangent<R, N>| {
-            (0..N).fold(R::zero(), |most, k| most.max((tangent.weights[k] - weights[k]).abs())).le(rounding)
+    /// Was one of the tangents taken at this point, up to rounding?
+    pub fn contains(&self, weights: [R; N]) -> R::Mask {
+        let rounding = R::from_f64(SAME_WEIGHT * R::EPSILON);
+        let is_equal = |tangent: &Tangent<R, N>| {
+            (0..N).fold(R::zero(), |max, k| max.max((tangent.weights[k] - weights[k]).abs())).le(rounding)
         };
-        self.others.iter().fold(is_there(&self.best), |any, other| any | is_there(other))
+        self.others.iter().fold(is_equal(&self.best), |any, other| any | is_equal(other))
     }
 
-    /// As cuts, which pass nowhere above the best point. Also how far the highest was above it: nothing, on a convex field.
+    /// The cuts, shifted down to the best value where they pass above it, and the largest shift: zero on a convex
+    /// field.
     pub fn cuts(&self) -> (Cuts<R, N>, R) {
-        let mut highest = R::zero();
-        let mut planes = [self.best.at_corners(); MOST];
+        let mut max_shift = R::zero();
+        let mut planes = [self.best.corner_values(); MAX_CUTS];
         for (plane, other) in planes.iter_mut().skip(1).zip(&self.others) {
-            let at_corners = other.at_corners();
-            let above = (dot(at_corners, self.best.weights) - self.best.value).max(R::zero());
-            highest = highest.max(above);
-            *plane = at_corners.map(|value| value - above);
+            let corner_values = other.corner_values();
+            let shift = (dot(corner_values, self.best.weights) - self.best.value).max(R::zero());
+            max_shift = max_shift.max(shift);
+            *plane = corner_values.map(|value| value - shift);
         }
-        (Cuts { planes }, highest)
+        (Cuts { planes }, max_shift)
     }
 }
 
-/// The largest of a few linear functions, each by its values at the corners.
+/// The maximum of a few linear functions, each given by its values at the corners.
 pub(super) struct Cuts<R, const N: usize> {
-    planes: [[R; N]; MOST],
+    planes: [[R; N]; MAX_CUTS],
 }
 
 impl<R: Real, const N: usize> Cuts<R, N> {
-    pub fn at(&self, weights: [R; N]) -> R {
+    pub fn value(&self, weights: [R; N]) -> R {
         let [first, others @ ..] = self.planes;
-        others.iter().fold(dot(first, weights), |most, plane| most.max(dot(*plane, weights)))
+        others.iter().fold(dot(first, weights), |max, plane| max.max(dot(*plane, weights)))
     }
 
-    /// The least in the simplex: at a corner, where two cross on an edge, or three on a face. (Of more than three corners
-    /// the inside is left out.)
-    pub fn lowest(&self) -> Candidate<R, N> {
-        let mut lowest = Candidate::none();
+    /// The minimum on the simplex: at a corner, where two planes meet on an edge, or three on a face. (With more than
+    /// three corners the interior is left out.)
+    pub fn minimum(&self) -> Candidate<R, N> {
+        let mut lowest = Candidate::infinite();
         for i in 0..N {
             self.consider(corner_weights(i), &mut lowest);
             for j in 0..i {
@@ -131,61 +139,62 @@ impl<R: Real, const N: usize> Cuts<R, N> {
     }
 
     fn consider(&self, weights: [R; N], lowest: &mut Candidate<R, N>) {
-        lowest.consider(weights, self.at(weights));
+        lowest.consider(weights, self.value(weights));
     }
 
+    /// Two lines a + b t and a′ + b′ t meet at t = (a − a′)/(b′ − b).
     fn consider_edge(&self, [i, j]: [usize; 2], lowest: &mut Candidate<R, N>) {
-        let ends = self.planes.map(|plane| (at(plane, i), at(plane, j) - at(plane, i)));
-        let value_at = |share: R| {
-            let (start, rise) = ends[0];
-            ends.iter().skip(1).fold(start + rise * share, |most, (start, rise)| most.max(*start + *rise * share))
+        let lines = self.planes.map(|plane| (get(plane, i), get(plane, j) - get(plane, i)));
+        let value_at = |t: R| {
+            let (start, slope) = lines[0];
+            lines.iter().skip(1).fold(start + slope * t, |max, (start, slope)| max.max(*start + *slope * t))
         };
-        let (mut least, mut least_at) = (R::from_f64(f64::INFINITY), R::zero());
-        for (p, (start, rise)) in ends.iter().enumerate() {
-            for (other_start, other_rise) in ends.iter().take(p) {
-                // No number where the two are parallel, and then not on the edge.
-                let share = (*start - *other_start) / (*other_rise - *rise);
-                let value = value_at(share);
-                let is_lower = R::zero().le(share) & share.le(R::one()) & value.lt(least);
-                least = R::select(is_lower, value, least);
-                least_at = R::select(is_lower, share, least_at);
+        let (mut min_value, mut min_t) = (R::from_f64(f64::INFINITY), R::zero());
+        for (p, (start, slope)) in lines.iter().enumerate() {
+            for (other_start, other_slope) in lines.iter().take(p) {
+                // NaN where the two are parallel, and so not on the edge.
+                let t = (*start - *other_start) / (*other_slope - *slope);
+                let value = value_at(t);
+                let is_lower = R::zero().le(t) & t.le(R::one()) & value.lt(min_value);
+                min_value = R::select(is_lower, value, min_value);
+                min_t = R::select(is_lower, t, min_t);
             }
         }
-        lowest.consider(on_face([(i, R::one() - least_at), (j, least_at)]), least);
+        lowest.consider(face_weights([(i, R::one() - min_t), (j, min_t)]), min_value);
     }
 
-    /// Weights at which two differences vanish are a multiple of their cross product.
+    /// The weights at which the differences a and b of three planes vanish are a multiple of a × b.
     fn consider_face(&self, corners: [usize; 3], lowest: &mut Candidate<R, N>) {
-        let planes = self.planes.map(|plane| corners.map(|corner| at(plane, corner)));
+        let planes = self.planes.map(|plane| corners.map(|corner| get(plane, corner)));
         for (p, first) in planes.iter().enumerate() {
             for (q, second) in planes.iter().enumerate().take(p) {
                 for third in planes.iter().take(q) {
                     let (a, b): ([R; 3], [R; 3]) =
                         (from_fn(|k| first[k] - second[k]), from_fn(|k| first[k] - third[k]));
-                    let normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-                    let sum = normal[0] + normal[1] + normal[2];
+                    let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+                    let sum = cross[0] + cross[1] + cross[2];
                     let [i, j, k] = corners;
-                    let weights = [(i, normal[0] / sum), (j, normal[1] / sum), (k, normal[2] / sum)];
-                    self.consider(on_face(weights), lowest);
+                    let weights = [(i, cross[0] / sum), (j, cross[1] / sum), (k, cross[2] / sum)];
+                    self.consider(face_weights(weights), lowest);
                 }
             }
         }
     }
 }
 
-/// The weights of a point on an edge or a face, of which some corners' are given.
-pub(super) fn on_face<R: Real, const N: usize, const M: usize>(given: [(usize, R); M]) -> [R; N] {
+/// Weights of a point on an edge or a face from those of its corners; the others are zero.
+pub(super) fn face_weights<R: Real, const N: usize, const M: usize>(corners: [(usize, R); M]) -> [R; N] {
     let mut weights = [R::zero(); N];
     for (corner, weight) in weights.iter_mut().enumerate() {
-        for (at, of_corner) in given {
-            *weight = if at == corner { of_corner } else { *weight };
+        for (index, given) in corners {
+            *weight = if index == corner { given } else { *weight };
         }
     }
     weights
 }
 
-/// No check of the index can panic: corners are always below `N`.
-pub(super) fn at<R: Real, const N: usize>(values: [R; N], corner: usize) -> R {
+/// The value at a corner, which is below `N`. Zero instead of a panic otherwise.
+pub(super) fn get<R: Real, const N: usize>(values: [R; N], corner: usize) -> R {
     values.get(corner).copied().unwrap_or_else(R::zero)
 }
 

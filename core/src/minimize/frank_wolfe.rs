@@ -1,22 +1,26 @@
+//! The Frank-Wolfe method with a fixed rule for the step size, one kernel per step, so that it runs in lanes.
+
 use nalgebra::Vector3;
 
-use super::search::{Numbers, Search, Visit, lower};
+use super::descent_state::{DescentState, KernelSample, WeightedSample, lower};
 use super::{Minimizer, Minimum};
 use crate::number::kernel::LaneKernel;
+use crate::number::kernel::run;
 use crate::number::{Mask, Real};
 use crate::simplex::{LongestEdge, corner_weights};
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
-/// The Frank-Wolfe method (§3.2 of the paper): each step goes towards the corner that the gradient points away from.
+/// The Frank-Wolfe method (Frank and Wolfe 1956, "An algorithm for quadratic programming"; §3.2 of the paper): each
+/// step moves towards the corner s with the lowest slope, x ← x + α (s − x), s = argmin_k ∇φ(x)·x_k, α = 2/(i + 2).
 ///
-/// The paper's first step, α = 2/(i + 2) with i from 0, goes the whole way and forgets the start. Here i counts from 1,
-/// so α is 2/3, 2/4, 2/5, …
+/// i counts from 1, so α is 2/3, 2/4, 2/5, …. In the paper i counts from 0: then α = 1, and the start is forgotten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrankWolfe {
-    /// How many steps at most.
+    /// Largest number of steps.
     pub iterations: u32,
-    /// Done when the duality gap, which on a convex field bounds what is left to gain (Jaggi 2013), is at most this
-    /// share of longest edge · slope bound. It is negative by rounding at most, so that −1 stops no search early.
+    /// Converged when the duality gap ∇φ(x)·(x − s) is at most this fraction of longest edge · slope bound. On a convex
+    /// field φ(x) − min φ is at most that gap (Jaggi 2013, "Revisiting Frank-Wolfe", §2). The gap is negative by
+    /// rounding at most, so −1 never stops early.
     pub tolerance: f64,
 }
 
@@ -29,67 +33,67 @@ impl Default for FrankWolfe {
 impl<const N: usize> Minimizer<N> for FrankWolfe {
     const LOCKSTEP: bool = true;
 
-    /// Of one step: where a corner is the least, that tells.
+    /// A single step, which settles simplices whose minimum is a corner.
     fn quick_pass(&self) -> Option<Self> {
         (self.iterations > 1).then_some(Self { iterations: 1, ..*self })
     }
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        let mut search = Search::from_corners(field, simplex);
-        let [longest_edge] = R::apply(&LongestEdge, *simplex);
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+        let mut state = DescentState::from_corners(field, simplex);
+        let [longest_edge] = run(&LongestEdge, *simplex);
         let tolerance = longest_edge * R::from_f64(field.slope_bound() * self.tolerance);
-        let (mut current, mut active) = (search.best(), R::one());
+        let (mut current, mut active) = (state.best, R::one());
         for i in 1..=self.iterations {
             let step = Step { rate: 2.0 / (f64::from(i) + 2.0) };
             let (kept, next, point, [goes_on]) =
-                R::apply(&step, (*simplex, current.numbers(), search.best.numbers(), [active, tolerance]));
-            search.take(kept, current.sample.status);
+                run(&step, (*simplex, current.kernel_sample(), state.best.kernel_sample(), [active, tolerance]));
+            state.replace_best(kept, current.sample.status);
             active = goes_on;
             if !R::zero().lt(active).any() {
                 break;
             }
-            search.evaluations += active;
-            current = Visit { weights: next, sample: field.evaluate(point) };
+            state.evaluations += active;
+            current = WeightedSample { weights: next, sample: field.evaluate(point) };
         }
-        search.keep(current, active);
-        search.finish(Real::is_zero(active))
+        state.keep_lower(current, active);
+        state.finish(Real::is_zero(active))
     }
 }
 
-/// From the point that was asked last, the best so far, 1 where the search goes on and 0 where it has ended, and the gap at
-/// which it ends, to the best of the two, the next weights and their point, and 1 or 0 again.
+/// One step. It takes the current sample, the best one, `active` (1 where the search goes on, else 0) and the
+/// tolerance. It returns the lower of both samples, the next weights, their point, and `active`.
 ///
-/// One kernel and not four: compilers unroll a short one, and what is unrolled becomes no vectors.
+/// One kernel and not four: short loops over the lanes are unrolled, and what is unrolled is not vectorized.
 struct Step<const N: usize> {
     rate: f64,
 }
 
 impl<const N: usize> LaneKernel for Step<N> {
-    type From<R: Real> = (Simplex<R, N>, Numbers<R, N>, Numbers<R, N>, [R; 2]);
-    type To<R: Real> = ((Numbers<R, N>, [R; 1]), [R; N], Vector3<R>, [R; 1]);
+    type From<R: Real> = (Simplex<R, N>, KernelSample<R, N>, KernelSample<R, N>, [R; 2]);
+    type To<R: Real> = ((KernelSample<R, N>, [R; 1]), [R; N], Vector3<R>, [R; 1]);
 
     #[inline(always)]
     fn apply<R: Real>(&self, (simplex, current, best, [active, tolerance]): Self::From<R>) -> Self::To<R> {
         let kept = lower(current, best, active);
         let (weights, _, gradient) = current;
         let slopes = simplex.slopes(gradient);
-        let (mut least, mut target) = (slopes[0], corner_weights::<R, N>(0));
+        let (mut min_slope, mut target) = (slopes[0], corner_weights::<R, N>(0));
         for corner in 1..N {
-            let is_lower = slopes[corner].lt(least);
+            let is_lower = slopes[corner].lt(min_slope);
             for k in 0..N {
                 let weight = if k == corner { R::one() } else { R::zero() };
                 target[k] = R::select(is_lower, weight, target[k]);
             }
-            least = R::select(is_lower, slopes[corner], least);
+            min_slope = R::select(is_lower, slopes[corner], min_slope);
         }
-        let (mut here, mut next) = (R::zero(), weights);
+        let (mut mean_slope, mut next) = (R::zero(), weights);
         for k in 0..N {
-            here += weights[k] * slopes[k];
+            mean_slope += weights[k] * slopes[k];
             next[k] += (target[k] - weights[k]) * R::from_f64(self.rate);
         }
-        let gap = here - least;
-        let goes_on = R::select(tolerance.lt(gap), active, R::zero());
+        let duality_gap = mean_slope - min_slope;
+        let goes_on = R::select(tolerance.lt(duality_gap), active, R::zero());
         (kept, next, simplex.point(next), [goes_on])
     }
 }

@@ -1,46 +1,56 @@
+//! Newton's method between cutting planes: few evaluations, expensive steps.
+//!
+//! | part | file |
+//! |---|---|
+//! | Cutting planes, the last four tangents, and the minimum of their maximum | `cuts` |
+//! | A quadratic model, its Hessian from differences of gradients, and its minimum | `curvature` |
+//! | Which of the two, or a step along the gradient, is next, and when it ends | this one |
+
 use core::array::from_fn;
 
 use super::curvature::Curvature;
 use super::cuts::{Candidate, CutBundle, Tangent};
-use super::search::Search;
+use super::descent_state::DescentState;
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};
 use crate::simplex::corner_weights;
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
 /// Newton's method between cutting planes: a second-order bundle method (Kelley 1960, "The Cutting-Plane Method for
 /// Solving Convex Programs"; Lukšan and Vlček 1998, "A bundle-Newton method for nonsmooth unconstrained minimization").
 ///
-/// The tangents at the best point and at the last three others are cuts, below which a convex field has no value. How
-/// slopes change from corner to corner, and then from step to step, tells the curvature. A step goes
-/// 1. to the least of the quadratic function through the best point, if no cut denies its value there and the last such
-///    step did not fail: superlinear where the field is smooth;
-/// 2. else to the least of the cuts: exact where planes meet, as around a box's corner;
-/// 3. else, where cuts that a field which is not convex has broken leave nothing to gain, a share of the way to the corner
-///    that the gradient points away from. The share is a half, and is halved after each such step that fails.
+/// It has two models of φ, from the points x_p so far and the best of them, x:
+/// - cutting planes c(y) = max_p φ(x_p) + ∇φ(x_p)·(y − x_p), which lie below a convex φ;
+/// - a quadratic function q(y) = φ(x) + ∇φ(x)·(y − x) + ½ (y − x)·H (y − x).
 ///
-/// The first two end on an edge exactly when the minimum is there; the corners are asked before all.
+/// A step goes to
+/// 1. argmin q, if c ≤ q there and the last such step did not fail: superlinear where φ is smooth;
+/// 2. else argmin c: exact where planes meet, as around the corner of a box;
+/// 3. else, where planes that a nonconvex φ contradicts promise nothing, x + t (s − x) with the corner s of the lowest
+///    slope. t is ½, and is halved after each such step that fails.
 ///
-/// Of all methods here it needs the fewest evaluations, by far, and its steps cost the most: on triangles as much as
-/// several evaluations of a box or a dense grid. Take it for a field that is dear to ask, for a minimum of more than two or
-/// three digits, or on segments, where its steps are cheap. Take [`FrankWolfe`](super::FrankWolfe) for a quick look at many
-/// triangles on a cheap field. It is a local method: where there are several minima it can end in a higher one;
-/// Frank-Wolfe does so more often.
+/// The first two end exactly on an edge if the minimum is there. The corners come first.
+///
+/// It takes by far the fewest evaluations of all methods here, and its steps cost the most: on triangles as much as
+/// several evaluations of a box or a dense grid. Use it for fields that are expensive to evaluate, for more than two or
+/// three digits, or on segments, where its steps are cheap. Use [`FrankWolfe`](super::FrankWolfe) for many triangles on
+/// a cheap field. It is a local method: it can end in a higher one of several minima, though less often than
+/// Frank-Wolfe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newton {
-    /// How many steps at most, each of one evaluation.
+    /// Largest number of steps, of one evaluation each.
     pub iterations: u32,
-    /// Done when the cuts, if none was broken, leave no more to gain than this share of longest edge · slope bound: on a
-    /// convex field that is proven, to within rounding. On others nothing is: of ends that call themselves converged one in
-    /// a hundred had a lower value a thousandth of the way to some corner.
+    /// Converged when φ(x) − min c, with no plane contradicted, is at most this fraction of longest edge · slope bound.
+    /// On a convex field that is a proof, to within rounding. On others nothing is proven: of converged ends one in a
+    /// hundred had a lower value nearby, a thousandth of the path to some corner.
     pub tolerance: f64,
 }
 
-/// Cuts that leave nothing to gain, while the best point's own does, mean a crease there, or a field that is not convex.
-/// They are believed once the share is below this: after a step of a half and one of a quarter by the gradient that failed.
-/// Believed at once, twice as many ends are no minimum where a field is not convex; with one step more two thirds as many,
-/// for an evaluation more at every crease.
-const BELIEF: f64 = 0.2;
+/// Planes that promise nothing, while the tangent at x does, mean a crease at x, or a field that is not convex. They
+/// are believed once t is below this: after two gradient steps that failed, of ½ and ¼. Believed at once, twice as many
+/// ends on nonconvex fields are not minima; with one step more, two thirds as many, for one more evaluation at every
+/// crease.
+const MAX_FRACTION_OF_BELIEF: f64 = 0.2;
 
 impl Default for Newton {
     fn default() -> Self {
@@ -49,12 +59,12 @@ impl Default for Newton {
 }
 
 impl<const N: usize> Minimizer<N> for Newton {
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        let mut search = Search::from(field, simplex, corner_weights(0));
-        let first = Tangent::new(simplex, &search.best());
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+        let mut state = DescentState::new(field, simplex, corner_weights(0));
+        let first = Tangent::new(simplex, &state.best);
         let mut corners = [first; N];
         for corner in 1..N {
-            corners[corner] = Tangent::new(simplex, &search.visit(corner_weights(corner), !R::Mask::NONE));
+            corners[corner] = Tangent::new(simplex, &state.evaluate(corner_weights(corner), !R::Mask::NONE));
         }
         let tolerance = simplex.longest_edge() * R::from_f64(field.slope_bound() * self.tolerance);
         let mut model = Model::new(&corners, first);
@@ -62,99 +72,99 @@ impl<const N: usize> Minimizer<N> for Newton {
         for _ in 0..self.iterations {
             let step = model.step(tolerance, active);
             converged = converged | active & step.is_converged;
-            active = active & !step.is_converged & !step.is_nowhere;
+            active = active & !step.is_converged & !step.is_exhausted;
             if !active.any() {
                 break;
             }
-            let tangent = Tangent::new(simplex, &search.visit(step.weights, active));
-            model.learn(tangent, step.kind);
+            let tangent = Tangent::new(simplex, &state.evaluate(step.weights, active));
+            model.update(tangent, step.kind);
         }
-        search.finish(converged)
+        state.finish(converged)
     }
 }
 
-/// What the field is taken for, by the points asked so far.
+/// Both models of the field, c and q.
 struct Model<R: Real, const N: usize> {
     bundle: CutBundle<R, N>,
     curvature: Curvature<R, N>,
     newton_failed: R::Mask,
-    /// Of the way to a corner, for the next step by the gradient.
-    share: R,
+    /// t of the next gradient step.
+    fraction: R,
 }
 
 struct Step<R: Real, const N: usize> {
     weights: [R; N],
-    kind: Kind<R::Mask>,
+    kind: StepKind<R::Mask>,
     is_converged: R::Mask,
-    /// Nothing is left to try, though it has not converged.
-    is_nowhere: R::Mask,
+    /// No step is left, though it has not converged.
+    is_exhausted: R::Mask,
 }
 
-/// Neither is by the gradient.
+/// Step 1 or 2 of [`Newton`]; step 3 where neither holds.
 #[derive(Clone, Copy)]
-struct Kind<M> {
-    by_curvature: M,
-    by_cuts: M,
+struct StepKind<M> {
+    is_newton: M,
+    is_cut: M,
 }
 
 impl<R: Real, const N: usize> Model<R, N> {
     fn new(corners: &[Tangent<R, N>; N], first: Tangent<R, N>) -> Self {
         let mut bundle = CutBundle::new(first);
         corners.iter().skip(1).for_each(|corner| bundle.add(*corner));
-        Self { bundle, curvature: Curvature::new(corners), newton_failed: R::Mask::NONE, share: R::from_f64(0.5) }
+        Self { bundle, curvature: Curvature::new(corners), newton_failed: R::Mask::NONE, fraction: R::from_f64(0.5) }
     }
 
     fn step(&self, tolerance: R, active: R::Mask) -> Step<R, N> {
         let best = &self.bundle.best;
-        let falls_to = |value: R| tolerance.lt(best.value - value);
-        let (corner, at_corner) = cheapest_corner(best);
-        let is_flat = !falls_to(at_corner);
+        let descends_to = |value: R| tolerance.lt(best.value - value);
+        let (corner, corner_value) = lowest_corner(best);
+        let is_flat = !descends_to(corner_value);
 
         let (cuts, contradiction) = self.bundle.cuts();
-        let lowest = self.curvature.lowest(best);
-        let is_allowed = cuts.at(lowest.weights).le(lowest.value) & !self.newton_failed;
-        let by_curvature = falls_to(lowest.value) & is_allowed & !self.bundle.holds(lowest.weights);
+        let newton = self.curvature.minimum(best);
+        let is_allowed = cuts.value(newton.weights).le(newton.value) & !self.newton_failed;
+        let is_newton = descends_to(newton.value) & is_allowed & !self.bundle.contains(newton.weights);
 
-        // What is allowed below the best point is below the least of the cuts too: that is not needed then.
-        let wants_cuts = active & !is_flat & !by_curvature;
-        let least = if wants_cuts.any() { cuts.lowest() } else { Candidate::none() };
-        let by_cuts = !by_curvature & falls_to(least.value) & !self.bundle.holds(least.weights);
-        let by_slope: [R; N] = from_fn(|k| best.weights[k] + (corner[k] - best.weights[k]) * self.share);
-        let falls_by_slope = tolerance.lt((best.value - at_corner) * self.share);
-        let is_believed = self.share.lt(R::from_f64(BELIEF)) | !falls_by_slope;
-        let is_lowest = !falls_to(least.value) & contradiction.le(tolerance) & is_believed;
+        // A Newton step that the cuts allow needs no minimum of the cuts.
+        let needs_cuts = active & !is_flat & !is_newton;
+        let cut = if needs_cuts.any() { cuts.minimum() } else { Candidate::infinite() };
+        let is_cut = !is_newton & descends_to(cut.value) & !self.bundle.contains(cut.weights);
+        let gradient_step: [R; N] = from_fn(|k| best.weights[k] + (corner[k] - best.weights[k]) * self.fraction);
+        let gradient_descends = tolerance.lt((best.value - corner_value) * self.fraction);
+        let is_believed = self.fraction.lt(R::from_f64(MAX_FRACTION_OF_BELIEF)) | !gradient_descends;
+        let is_minimum = !descends_to(cut.value) & contradiction.le(tolerance) & is_believed;
         Step {
             weights: from_fn(|k| {
-                let without_curvature = R::select(by_cuts, least.weights[k], by_slope[k]);
-                R::select(by_curvature, lowest.weights[k], without_curvature)
+                let other = R::select(is_cut, cut.weights[k], gradient_step[k]);
+                R::select(is_newton, newton.weights[k], other)
             }),
-            kind: Kind { by_curvature, by_cuts },
-            is_converged: is_flat | (wants_cuts & is_lowest),
-            is_nowhere: !(by_curvature | by_cuts | falls_by_slope),
+            kind: StepKind { is_newton, is_cut },
+            is_converged: is_flat | (needs_cuts & is_minimum),
+            is_exhausted: !(is_newton | is_cut | gradient_descends),
         }
     }
 
-    /// In all lanes: one that is done is not asked what it has learned.
-    fn learn(&mut self, tangent: Tangent<R, N>, kind: Kind<R::Mask>) {
+    /// Updates all lanes: the model of one that has ended is not used again.
+    fn update(&mut self, tangent: Tangent<R, N>, kind: StepKind<R::Mask>) {
         let best = self.bundle.best;
         let failed = !tangent.value.lt(best.value);
-        self.newton_failed = kind.by_curvature & failed;
-        let is_too_far = failed & !kind.by_curvature & !kind.by_cuts;
-        self.share = R::select(is_too_far, self.share * R::from_f64(0.5), self.share);
+        self.newton_failed = kind.is_newton & failed;
+        let is_too_far = failed & !kind.is_newton & !kind.is_cut;
+        self.fraction = R::select(is_too_far, self.fraction * R::from_f64(0.5), self.fraction);
         self.curvature.update(&best, &tangent);
         self.bundle.add(tangent);
     }
 }
 
-/// Where in the simplex a tangent is least, and its value there.
-fn cheapest_corner<R: Real, const N: usize>(tangent: &Tangent<R, N>) -> ([R; N], R) {
-    let at_corners = tangent.at_corners();
-    let (mut cheapest, mut least) = (corner_weights(0), at_corners[0]);
+/// Weights of the corner where a tangent is lowest, and its value there.
+fn lowest_corner<R: Real, const N: usize>(tangent: &Tangent<R, N>) -> ([R; N], R) {
+    let values = tangent.corner_values();
+    let (mut lowest, mut lowest_value) = (corner_weights(0), values[0]);
     for corner in 1..N {
-        let is_lower = at_corners[corner].lt(least);
+        let is_lower = values[corner].lt(lowest_value);
         let here: [R; N] = corner_weights(corner);
-        cheapest = from_fn(|k| R::select(is_lower, here[k], cheapest[k]));
-        least = R::select(is_lower, at_corners[corner], least);
+        lowest = from_fn(|k| R::select(is_lower, here[k], lowest[k]));
+        lowest_value = R::select(is_lower, values[corner], lowest_value);
     }
-    (cheapest, least)
+    (lowest, lowest_value)
 }

@@ -1,19 +1,22 @@
+//! Fixed sample points on a simplex: no search, but the baseline that searches are compared with.
+
 use nalgebra::Vector3;
 
-use super::search::Search;
+use super::descent_state::DescentState;
 use super::{Minimizer, Minimum};
 use crate::number::kernel::LaneKernel;
+use crate::number::kernel::run;
 use crate::number::{Mask, Real};
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
-/// The least of a fixed set of points: the baseline of §8.3, not a minimizer. It never converges.
+/// The lowest of a fixed set of points: the baseline of the paper's §8.3, not a minimizer. It never converges.
 ///
-/// On a triangle the points are the triangular van der Corput points of Basu and Owen 2015 ("Low discrepancy
-/// constructions in the triangle", §3): the triangle is cut into its middle and three corner quarters again and again,
-/// as the base-4 digits of the point's number say. On a segment they are the middles of equal parts.
+/// On a triangle these are the triangular van der Corput points (Basu and Owen 2015, "Low discrepancy constructions in
+/// the triangle", §3): the base-4 digits of the point's number choose the middle or a corner quarter of the triangle,
+/// again and again. On a segment they are the middles of equal parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PointSampling {
-    /// The paper takes 4, 16 and 64; at powers of 4 a triangle is covered evenly. None at all counts as one.
+    /// Number of points; 0 counts as 1. The paper takes 4, 16 and 64: powers of 4 cover a triangle evenly.
     pub samples: u32,
 }
 
@@ -27,9 +30,9 @@ impl Minimizer<3> for PointSampling {
     const LOCKSTEP: bool = true;
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
-        least_of(field, simplex, self.samples, |number| {
-            FIRST_WEIGHTS.get(number as usize).copied().unwrap_or_else(|| triangle_weights(number))
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
+        lowest_of(field, simplex, self.samples, |number| {
+            WEIGHT_TABLE.get(number as usize).copied().unwrap_or_else(|| triangle_weights(number))
         })
     }
 }
@@ -38,10 +41,10 @@ impl Minimizer<2> for PointSampling {
     const LOCKSTEP: bool = true;
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
-        least_of(field, simplex, self.samples, |number| {
-            let share = (f64::from(number) + 0.5) / f64::from(self.samples.max(1));
-            [1.0 - share, share]
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
+        lowest_of(field, simplex, self.samples, |number| {
+            let t = (f64::from(number) + 0.5) / f64::from(self.samples.max(1));
+            [1.0 - t, t]
         })
     }
 }
@@ -50,38 +53,38 @@ impl Minimizer<1> for PointSampling {
     const LOCKSTEP: bool = true;
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
-        least_of(field, simplex, 1, |_| [1.0])
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
+        lowest_of(field, simplex, 1, |_| [1.0])
     }
 }
 
-/// By values alone. Where the least is, the field is asked once more, for the gradient; the point is counted once.
+/// Compares values alone. The lowest point is evaluated once more for its gradient, and counted once.
 #[inline(always)]
-fn least_of<R: Real, F: Sdf, const N: usize>(
+fn lowest_of<R: Real, F: EnclosedSdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,
     samples: u32,
     weights: impl Fn(u32) -> [f64; N],
 ) -> Minimum<R, N> {
-    let mut asked = weights(0);
-    let mut value = field.value(simplex.point(asked.map(R::from_f64)));
-    let mut best = (asked.map(R::from_f64), [value]);
+    let mut current = weights(0);
+    let mut value = field.value(simplex.point(current.map(R::from_f64)));
+    let mut best = (current.map(R::from_f64), [value]);
     for number in 1..samples {
         let next = weights(number);
         let point;
-        (best, point) = R::apply(&Step { asked, next }, (*simplex, best, [value]));
-        (asked, value) = (next, field.value(point));
+        (best, point) = run(&Step { current, next }, (*simplex, best, [value]));
+        (current, value) = (next, field.value(point));
     }
-    (best, _) = R::apply(&Step { asked, next: asked }, (*simplex, best, [value]));
-    let mut search = Search::from(field, simplex, best.0);
-    search.evaluations = R::from_f64(f64::from(samples.max(1)));
-    search.finish(R::Mask::NONE)
+    (best, _) = run(&Step { current, next: current }, (*simplex, best, [value]));
+    let mut state = DescentState::new(field, simplex, best.0);
+    state.evaluations = R::from_f64(f64::from(samples.max(1)));
+    state.finish(R::Mask::NONE)
 }
 
-/// From the weights that were asked last, the same in all lanes, and their value to the weights and the value of the least so
-/// far, and to the next point.
+/// From the best weights and value so far, and the value at the current weights, to the better of both and the next
+/// point.
 struct Step<const N: usize> {
-    asked: [f64; N],
+    current: [f64; N],
     next: [f64; N],
 }
 
@@ -90,28 +93,28 @@ impl<const N: usize> LaneKernel for Step<N> {
     type To<R: Real> = (([R; N], [R; 1]), Vector3<R>);
 
     #[inline(always)]
-    fn apply<R: Real>(&self, (simplex, (mut weights, [least]), [value]): Self::From<R>) -> Self::To<R> {
-        let is_less = value.lt(least);
+    fn apply<R: Real>(&self, (simplex, (mut weights, [lowest]), [value]): Self::From<R>) -> Self::To<R> {
+        let is_lower = value.lt(lowest);
         for k in 0..N {
-            weights[k] = R::select(is_less, R::from_f64(self.asked[k]), weights[k]);
+            weights[k] = R::select(is_lower, R::from_f64(self.current[k]), weights[k]);
         }
-        ((weights, [R::select(is_less, value, least)]), simplex.point(self.next.map(R::from_f64)))
+        ((weights, [R::select(is_lower, value, lowest)]), simplex.point(self.next.map(R::from_f64)))
     }
 }
 
-/// Of as many points as the paper takes at most.
-const FIRST_WEIGHTS: [[f64; 3]; 64] = {
-    let mut all = [[0.0; 3]; 64];
+/// [`triangle_weights`] of the first 64 points, the most that the paper takes.
+const WEIGHT_TABLE: [[f64; 3]; 64] = {
+    let mut table = [[0.0; 3]; 64];
     let mut number = 0;
-    while number < all.len() {
-        all[number] = triangle_weights(number as u32);
+    while number < table.len() {
+        table[number] = triangle_weights(number as u32);
         number += 1;
     }
-    all
+    table
 };
 
-/// Barycentric weights of the point with this number.
-pub const fn triangle_weights(number: u32) -> [f64; 3] {
+/// Barycentric weights of the van der Corput point with this number.
+const fn triangle_weights(number: u32) -> [f64; 3] {
     let mut triangle = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut digits = number;
     while digits > 0 {

@@ -1,23 +1,25 @@
 use core::array::from_fn;
 
-use super::search::Search;
+use super::descent_state::DescentState;
 use super::{Minimizer, Minimum};
 use crate::number::{Mask, Real};
 use crate::simplex::project_weights;
-use crate::{Sdf, Simplex};
+use crate::{EnclosedSdf, Simplex};
 
-/// Projected gradient descent on the barycentric weights with a fixed step (§3.1 of the paper).
+/// Projected gradient descent on the barycentric weights with a fixed step (Goldstein 1964, "Convex programming in
+/// Hilbert space"; §3.1 of the paper): w ← ℙ(w − α ∂φ/∂w), α = `step` / (longest edge · slope bound), with ℙ the
+/// projection to barycentric weights ([`project_weights`](crate::project_weights)).
 ///
-/// The paper's α has a unit, one over length, and with a bare number the method would depend on the scale. Here it is
-/// `step / (longest edge · slope bound)`: no weight changes by more than `step` at a time.
+/// The paper's α is a constant with the unit 1/length, which would make the method depend on the scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectedGradient {
-    /// How many steps at most.
+    /// Largest number of steps.
     pub iterations: u32,
-    /// The most that a weight changes in a step. Of 0.03, 0.06, … 2 a half left the smallest errors after 32 steps on
-    /// random triangles against a box and a horseshoe: larger ones jump over the minimum, smaller ones do not reach it.
+    /// Largest change of a weight in one step. Of 0.03, 0.06, … 2, a half left the smallest errors after 32 steps on
+    /// random triangles against a box and a horseshoe: larger steps jump over the minimum, smaller ones do not reach
+    /// it.
     pub step: f64,
-    /// Done when no weight changes by more than this.
+    /// Converged when no weight changes by more than this.
     pub tolerance: f64,
 }
 
@@ -30,30 +32,30 @@ impl Default for ProjectedGradient {
 impl<const N: usize> Minimizer<N> for ProjectedGradient {
     const LOCKSTEP: bool = true;
 
-    /// Of one step: where a corner is the least, that tells.
+    /// A single step, which settles simplices whose minimum is a corner.
     fn quick_pass(&self) -> Option<Self> {
         (self.iterations > 1).then_some(Self { iterations: 1, ..*self })
     }
 
     #[inline(always)]
-    fn minimize<R: Real, F: Sdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        let mut search = Search::from_corners(field, simplex);
-        let steepest = simplex.longest_edge() * R::from_f64(field.slope_bound());
-        let is_flat = steepest.is_zero();
-        let rate = R::select(is_flat, R::zero(), R::from_f64(self.step) / R::select(is_flat, R::one(), steepest));
+    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
+        let mut state = DescentState::from_corners(field, simplex);
+        let max_slope = simplex.longest_edge() * R::from_f64(field.slope_bound());
+        let is_flat = max_slope.is_zero();
+        let rate = R::select(is_flat, R::zero(), R::from_f64(self.step) / R::select(is_flat, R::one(), max_slope));
 
-        let mut current = search.best();
+        let mut current = state.best;
         let mut active = !R::Mask::NONE;
         for _ in 0..self.iterations {
             let slopes = simplex.slopes(current.sample.gradient);
             let next = project_weights(from_fn(|i| current.weights[i] - slopes[i] * rate));
-            let change = (0..N).fold(R::zero(), |most, i| most.max((next[i] - current.weights[i]).abs()));
+            let change = (0..N).fold(R::zero(), |max, i| max.max((next[i] - current.weights[i]).abs()));
             active = active & R::from_f64(self.tolerance).lt(change);
             if !active.any() {
                 break;
             }
-            current = search.visit(next, active);
+            current = state.evaluate(next, active);
         }
-        search.finish(!active)
+        state.finish(!active)
     }
 }

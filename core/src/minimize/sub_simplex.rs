@@ -1,9 +1,22 @@
+//! Parts of a simplex, by the barycentric weights of their corners: what subdivision cuts and bounds.
+//!
+//! A part is bisected at the middle of its longest edge (Rivara 1984, "Algorithms for refining triangular grids
+//! suitable for adaptive and multigrid techniques"), so that two bisections of a triangle halve its size.
+
 use core::array::from_fn;
 
 use crate::Simplex;
 use crate::number::{Float, Real};
+use crate::rounding::SIDE_WEIGHT;
 use crate::simplex::corner_weights;
 use crate::vector::norm;
+
+/// A point of a simplex, and the value there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct WeightedValue<R, const N: usize> {
+    pub weights: [R; N],
+    pub value: R,
+}
 
 /// A part of a simplex, by its corners' weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,37 +30,37 @@ impl<R: Float, const N: usize> SubSimplex<R, N> {
         Self { corners: from_fn(corner_weights) }
     }
 
-    /// The simplex shrunk towards a point of it.
-    pub fn around(weights: [R; N], share: R) -> Self {
+    /// The simplex shrunk by a factor towards one of its points.
+    pub fn shrunk(center: [R; N], factor: R) -> Self {
         let Self { corners } = Self::whole();
-        Self { corners: corners.map(|corner| from_fn(|k| weights[k] + (corner[k] - weights[k]) * share)) }
+        Self { corners: corners.map(|corner| from_fn(|k| center[k] + (corner[k] - center[k]) * factor)) }
     }
 
-    /// Where it lies.
-    pub fn of(&self, simplex: &Simplex<R, N>) -> Simplex<R, N> {
+    /// The part in space.
+    pub fn embed(&self, simplex: &Simplex<R, N>) -> Simplex<R, N> {
         Simplex { corners: self.corners.map(|weights| simplex.point(weights)) }
     }
 
-    /// The weights of its mean.
-    pub fn middle(&self) -> [R; N] {
+    /// The weights of the centroid.
+    pub fn centroid(&self) -> [R; N] {
         self.weights([R::from_f64(1.0 / N as f64); N])
     }
 
-    /// The simplex's weights of a point that has these in the piece.
-    pub fn weights(&self, in_piece: [R; N]) -> [R; N] {
-        from_fn(|k| self.corners.iter().zip(in_piece).fold(R::zero(), |sum, (corner, share)| sum + corner[k] * share))
+    /// The weights in the whole simplex of a point given by its weights in the part.
+    pub fn weights(&self, local: [R; N]) -> [R; N] {
+        from_fn(|k| self.corners.iter().zip(local).fold(R::zero(), |sum, (corner, weight)| sum + corner[k] * weight))
     }
 
-    /// In two, at the middle of the longest edge; `None` if that is no longer than rounding.
-    pub fn cut(&self, simplex: &Simplex<R, N>) -> Option<[Self; 2]> {
+    /// Two halves, cut at the middle of the longest edge; `None` if that edge is no longer than rounding.
+    pub fn bisect(&self, simplex: &Simplex<R, N>) -> Option<[Self; 2]> {
         let mut longest = (R::zero(), 0, 0);
         let (mut from, mut to) = (self.corners[0], self.corners[0]);
-        for (a, at_a) in self.corners.iter().enumerate() {
-            for (b, at_b) in self.corners.iter().enumerate() {
-                let length = norm(simplex.point(*at_b) - simplex.point(*at_a));
+        for (a, weights_a) in self.corners.iter().enumerate() {
+            for (b, weights_b) in self.corners.iter().enumerate() {
+                let length = norm(simplex.point(*weights_b) - simplex.point(*weights_a));
                 if longest.0 < length {
                     longest = (length, a, b);
-                    (from, to) = (*at_a, *at_b);
+                    (from, to) = (*weights_a, *weights_b);
                 }
             }
         }
@@ -66,28 +79,28 @@ impl<R: Float, const N: usize> SubSimplex<R, N> {
         (middle != from && middle != to).then(|| [without(a), without(b)])
     }
 
-    /// Whether a point of a simplex of up to three corners lies in it or on its boundary.
+    /// Is the point in the part or on its boundary? For simplices of up to three corners.
     pub fn contains(&self, weights: &[R; N]) -> bool {
-        // For a point on a side that no number of halvings leads to.
-        let slack = R::from_f64(8.0 * R::EPSILON);
+        // Covers points on a side whose weights are not made by halving.
+        let slack = R::from_f64(SIDE_WEIGHT * R::EPSILON);
         match self.corners.as_slice() {
             [_] => true,
             [a, b] => {
-                let [a, b, at] = [a, b, weights].map(|weights| weights[N - 1]);
-                Real::min(a, b) - slack <= at && at <= Real::max(a, b) + slack
+                let [a, b, point] = [a, b, weights].map(|weights| weights[N - 1]);
+                Real::min(a, b) - slack <= point && point <= Real::max(a, b) + slack
             }
             [a, b, c] => {
-                let turns = [side(a, b, weights), side(b, c, weights), side(c, a, weights)];
-                turns.iter().all(|turn| -slack <= *turn) || turns.iter().all(|turn| *turn <= slack)
+                let areas = [signed_area(a, b, weights), signed_area(b, c, weights), signed_area(c, a, weights)];
+                areas.iter().all(|area| -slack <= *area) || areas.iter().all(|area| *area <= slack)
             }
             _ => self.corners.contains(weights),
         }
     }
 }
 
-/// On which side of a line through two points of a triangle a third one lies.
-fn side<R: Float, const N: usize>(from: &[R; N], to: &[R; N], at: &[R; N]) -> R {
-    let way = |end: &[R; N]| [end[0] - from[0], end[N - 1] - from[N - 1]];
-    let ([ax, ay], [bx, by]) = (way(to), way(at));
-    ax * by - ay * bx
+/// Twice the signed area of a triangle in the plane of the first and the last weight.
+fn signed_area<R: Float, const N: usize>(a: &[R; N], b: &[R; N], c: &[R; N]) -> R {
+    let edge = |end: &[R; N]| [end[0] - a[0], end[N - 1] - a[N - 1]];
+    let ([bx, by], [cx, cy]) = (edge(b), edge(c));
+    bx * cy - by * cx
 }

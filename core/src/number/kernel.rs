@@ -1,33 +1,52 @@
+//! Kernels: formulas as types, so that [`run`] applies them to one number or, in one loop, to all lanes.
+//!
+//! An operator of [`Lanes`](crate::Lanes) is a loop over the lanes. A formula of thirty operators is then thirty
+//! loops, with all lanes stored in between. A [`LaneKernel`] is a single loop around the whole formula. Compilers
+//! turn that into vector instructions best, under three conditions:
+//!
+//! - it is long enough not to be unrolled first;
+//! - it has neither branches nor calls that are not inlined;
+//! - what it takes and returns holds no masks. Flags are numbers, 0 or 1.
+
 use nalgebra::Vector3;
 
 use crate::number::Real;
 
-/// Numbers, or vectors, arrays and tuples of them, that can be taken apart by lanes and put together again: of the lanes'
-/// vector `Vector3<Lanes<f64, 8>>` the lane 3 is a `Vector3<f64>`. What a [`LaneKernel`] takes and gives.
+/// Numbers, or vectors, arrays and tuples of them, that can be split into lanes and joined again: lane 3 of a
+/// `Vector3<Lanes<f64, 8>>` is a `Vector3<f64>`.
 pub trait LaneBundle<R: Real>: Copy {
-    /// The same of one lane.
+    /// The same for one lane.
     type Lane: Copy;
-    /// Room for any.
+    /// A bundle to be filled lane by lane.
     fn zero() -> Self;
-    /// `lane` is below [`Real::LANES`].
+    /// The bundle of one lane. `lane` is below [`Real::LANES`].
     fn lane(&self, lane: usize) -> Self::Lane;
+    /// Sets the bundle of one lane. `lane` is below [`Real::LANES`].
     fn set_lane(&mut self, lane: usize, one: Self::Lane);
 }
 
-/// A calculation with numbers of any kind, as a type, so that [`Real::apply`] can run it on one number or lane by lane.
-///
-/// An operator of [`Lanes`](crate::Lanes) is a loop over the lanes, and a formula of thirty operators thirty loops with all
-/// lanes stored between them. A kernel is one loop around the whole formula, and that is what compilers turn into vectors
-/// best, if it is long enough not to be unrolled before. It holds no branch and no call that is not inlined: either would leave
-/// the loop as it is. So do masks in what it takes or gives. What a closure would capture, such as a slope bound, are its
-/// fields.
+/// A formula over any number type. Its fields are what a closure would capture, such as a slope bound.
 pub trait LaneKernel {
-    /// What it takes.
+    /// Input.
     type From<R: Real>: LaneBundle<R, Lane = Self::From<R::Lane>>;
-    /// What it gives.
+    /// Output.
     type To<R: Real>: LaneBundle<R, Lane = Self::To<R::Lane>>;
 
+    /// The formula.
     fn apply<R: Real>(&self, from: Self::From<R>) -> Self::To<R>;
+}
+
+/// Applies a kernel to one number, or lane by lane in one loop.
+#[inline(always)]
+pub fn run<R: Real, K: LaneKernel>(kernel: &K, from: K::From<R>) -> K::To<R> {
+    if R::LANES == 1 {
+        return kernel.apply::<R>(from);
+    }
+    let mut to = K::To::<R>::zero();
+    for lane in 0..R::LANES {
+        to.set_lane(lane, kernel.apply::<R::Lane>(from.lane(lane)));
+    }
+    to
 }
 
 macro_rules! tuple {

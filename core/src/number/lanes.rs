@@ -1,18 +1,21 @@
+//! Several numbers side by side, computed by vector instructions.
+//!
+//! Every operator is a loop over an array, which compilers vectorize. No intrinsics are used, so that the same source
+//! serves all processors and `unsafe` is not needed.
+
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
 use num_traits::{One, Zero};
 
-use crate::grid::Storage;
-use crate::number::kernel::{LaneBundle, LaneKernel};
-use crate::number::{Float, Mask, Real};
+use crate::number::{Float, Gather, Mask, Real};
 
-/// `N` numbers side by side, each as if alone: lane for lane the same bits as the scalar.
+/// `N` numbers side by side. Each lane has the same bits as the scalar computation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
-/// One answer for each lane.
+/// One `bool` per lane: the result of comparing [`Lanes`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneMask<const N: usize>(pub [bool; N]);
 
@@ -150,15 +153,7 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
         }
     }
     #[inline(always)]
-    fn corners<S: Storage>(cell: [Self; 3], storage: &S) -> [Self; 8] {
-        storage.corners_of(cell.map(|along| along.0)).map(Self)
-    }
-    #[inline(always)]
-    fn apply<K: LaneKernel>(kernel: &K, from: K::From<Self>) -> K::To<Self> {
-        let mut to = K::To::<Self>::zero();
-        for lane in 0..N {
-            to.set_lane(lane, kernel.apply::<T>(from.lane(lane)));
-        }
-        to
+    fn gather<G: Gather>(cell: [Self; 3], table: &G) -> [Self; 8] {
+        table.gather_lanes(cell.map(|axis| axis.0)).map(Self)
     }
 }

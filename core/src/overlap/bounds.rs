@@ -1,152 +1,167 @@
+//! Lower bounds of f = max(φ_A, φ_B) in a box, from what the fields enclose there and one evaluation of both at its
+//! centre.
+//!
+//! Three bounds, and the highest counts. With half extents h and centre c:
+//! - without an evaluation: the higher of both lower bounds ([`EnclosedSdf::enclose_box`]);
+//! - by slope: max over both fields of φ(c) − slope_bound · |h|;
+//! - by tangents: f ≥ t a + (1 − t) b − |t g_A + (1 − t) g_B|·h for every t in \[0, 1\]. Here g are the gradients at c,
+//!   and a, b the values there less the errors of both tangents ([`EnclosedSdf::linearization_error`]). Where the
+//!   fields push against each other, its error is of second order in h.
+
+use core::array::from_fn;
+
 use nalgebra::Vector3;
 
 use super::{OverlapPoint, Pair};
-use crate::enclosure::rounding;
 use crate::number::{Float, Real};
+use crate::rounding::rounding;
 use crate::vector::{from_f64, norm};
-use crate::{Aabb, BoxEnclosure, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf};
 
-/// A pair that is asked in one number type.
-pub(super) struct Asked<'p, R, A, B> {
+/// A pair queried in one number type.
+pub(super) struct PairQuery<'p, R, A, B> {
     pub pair: &'p Pair<'p, A, B>,
-    /// More than a value or a bound of either field in the region is off by rounding.
+    /// Bound of the rounding of a value or a bound of either field in the region.
     pub rounding: R,
     pub margin: R,
 }
 
-/// What is certain in a box, and what was seen at its middle.
-pub(super) struct Look<R: Real> {
-    /// max(φ_A, φ_B) is nowhere in the box below this.
-    pub least: R,
-    /// φ_A − φ_B is nowhere in the box zero.
-    pub off_middle: bool,
-    /// `None` where what the fields know of the box was enough.
-    pub seen: Option<OverlapPoint<R>>,
+/// Bounds of a box, and both fields at its centre.
+pub(super) struct BoxBound<R: Real> {
+    /// Lower bound of f in the box.
+    pub lower_bound: R,
+    /// φ_A − φ_B is proven not to be zero in the box.
+    pub excludes_middle: bool,
+    /// `None` if the bounds without an evaluation were enough.
+    pub center: Option<OverlapPoint<R>>,
     margin: R,
 }
 
-impl<R: Float> Look<R> {
-    /// False only if it is certain that at every point of the box one of the fields is above the margin.
+impl<R: Float> BoxBound<R> {
+    /// False only if f is proven to be above the margin in the box.
     pub fn may_touch(&self) -> bool {
-        let is_above = self.margin < self.least;
+        let is_above = self.margin < self.lower_bound;
         !is_above
     }
 }
 
-impl<'p, R: Float, A: Sdf, B: Sdf> Asked<'p, R, A, B> {
-    pub fn of(pair: &'p Pair<'p, A, B>) -> Self {
-        Self::of_some(pair, [true; 2])
+impl<'p, R: Float, A: EnclosedSdf, B: EnclosedSdf> PairQuery<'p, R, A, B> {
+    pub fn new(pair: &'p Pair<'p, A, B>) -> Self {
+        Self::evaluating(pair, [true; 2])
     }
 
-    /// For those of the fields that are asked.
-    pub fn of_some(pair: &'p Pair<'p, A, B>, is_asked: [bool; 2]) -> Self {
-        Self { pair, rounding: pair.rounding_at_corners(is_asked), margin: R::from_f64(pair.margin) }
+    /// A query that evaluates only the fields for which `may_evaluate` is true.
+    pub fn evaluating(pair: &'p Pair<'p, A, B>, may_evaluate: [bool; 2]) -> Self {
+        Self { pair, rounding: pair.rounding_at_corners(may_evaluate), margin: R::from_f64(pair.margin) }
     }
 
-    /// By the slopes alone, of a field that is not asked by what it knows without.
-    pub fn may_touch(&self, region: &Aabb, is_asked: [bool; 2]) -> bool {
-        let middle = from_f64(core::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis])));
-        let reach = R::from_f64(0.5 * region.diagonal());
-        let by_slope = |local: BoxEnclosure, value: R| value - reach * R::from_f64(local.slope_bound);
+    /// False only if f is proven to be above the margin in a box: by the slope of the fields that may be evaluated, and
+    /// by the box enclosure of both.
+    pub fn may_touch_by_slope(&self, region: &Aabb, may_evaluate: [bool; 2]) -> bool {
+        let center = center(region);
+        let distance = R::from_f64(0.5 * region.diagonal());
+        let by_slope = |enclosure: BoxEnclosure, value: R| value - distance * R::from_f64(enclosure.slope_bound);
         let (a, b) = (self.pair.a, self.pair.b);
-        let [of_a, of_b] = [a.enclose_box(region), b.enclose_box(region)];
-        let mut least = R::from_f64(of_a.least.max(of_b.least));
-        if is_asked[0] {
-            least = Real::max(least, by_slope(of_a, a.value(middle)));
+        let [enclosure_a, enclosure_b] = [a.enclose_box(region), b.enclose_box(region)];
+        let mut lower_bound = R::from_f64(enclosure_a.range.lower.max(enclosure_b.range.lower));
+        if may_evaluate[0] {
+            lower_bound = Real::max(lower_bound, by_slope(enclosure_a, a.value(center)));
         }
-        if is_asked[1] {
-            least = Real::max(least, by_slope(of_b, b.value(middle)));
+        if may_evaluate[1] {
+            lower_bound = Real::max(lower_bound, by_slope(enclosure_b, b.value(center)));
         }
-        let is_above = self.margin < least - self.rounding;
+        let is_above = self.margin < lower_bound - self.rounding;
         !is_above
     }
 
-    /// At a point of the region, or at the nearest one.
-    pub fn see(&self, point: Vector3<R>) -> OverlapPoint<R> {
+    /// Both fields at a point, which is moved into the region if it lies outside.
+    pub fn evaluate(&self, point: Vector3<R>) -> OverlapPoint<R> {
         let [min, max] = [self.pair.region.min, self.pair.region.max].map(from_f64::<R>);
         let point = point.zip_zip_map(&min, &max, Real::clamp);
         OverlapPoint::new(point, self.pair.a.evaluate(point), self.pair.b.evaluate(point))
     }
 
-    pub fn look(&self, region: &Aabb) -> Look<R> {
+    pub fn bound(&self, region: &Aabb) -> BoxBound<R> {
         let (a, b) = (self.pair.a, self.pair.b);
-        let [of_a, of_b] = [a.enclose_box(region), b.enclose_box(region)];
-        let unasked = R::from_f64(of_a.least.max(of_b.least)) - self.rounding;
-        let nothing = Look { least: unasked, off_middle: false, seen: None, margin: self.margin };
-        if !nothing.may_touch() {
-            return nothing;
+        let [enclosure_a, enclosure_b] = [a.enclose_box(region), b.enclose_box(region)];
+        let by_enclosure = R::from_f64(enclosure_a.range.lower.max(enclosure_b.range.lower)) - self.rounding;
+        let bound = BoxBound { lower_bound: by_enclosure, excludes_middle: false, center: None, margin: self.margin };
+        if !bound.may_touch() {
+            return bound;
         }
-        let seen = self.see(from_f64(core::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]))));
-        if !seen.is_known() {
-            return Look { least: R::from_f64(f64::NEG_INFINITY), seen: Some(seen), ..nothing };
+        let center = self.evaluate(center(region));
+        if !center.is_finite() {
+            return BoxBound { lower_bound: R::from_f64(f64::NEG_INFINITY), center: Some(center), ..bound };
         }
         let half: Vector3<R> = from_f64(region.extents().map(|extent| 0.5 * extent));
-        let reach = norm(half);
-        let steepest = |local: &BoxEnclosure| reach * R::from_f64(local.slope_bound);
-        let by_slope = Real::max(seen.a.value - steepest(&of_a), seen.b.value - steepest(&of_b)) - self.rounding;
-        let least = Real::max(unasked, by_slope);
-        let apart = (seen.a.value - seen.b.value).abs();
-        let off_middle = of_a.least > of_b.greatest
-            || of_b.least > of_a.greatest
-            || steepest(&of_a) + steepest(&of_b) + self.rounding * R::from_f64(2.0) < apart;
-        let look = Look { least, off_middle, seen: Some(seen), margin: self.margin };
-        if look.may_touch() {
-            Look { least: Real::max(least, self.linear_least(region, half, &seen)), ..look }
+        let distance = norm(half);
+        let max_change = |enclosure: &BoxEnclosure| distance * R::from_f64(enclosure.slope_bound);
+        let [lower_a, lower_b] = [center.a.value - max_change(&enclosure_a), center.b.value - max_change(&enclosure_b)];
+        let by_slope = Real::max(lower_a, lower_b) - self.rounding;
+        let lower_bound = Real::max(by_enclosure, by_slope);
+        let difference = (center.a.value - center.b.value).abs();
+        let excludes_middle = enclosure_a.range.lower > enclosure_b.range.upper
+            || enclosure_b.range.lower > enclosure_a.range.upper
+            || max_change(&enclosure_a) + max_change(&enclosure_b) + self.rounding * R::from_f64(2.0) < difference;
+        let bound = BoxBound { lower_bound, excludes_middle, center: Some(center), margin: self.margin };
+        if bound.may_touch() {
+            BoxBound { lower_bound: Real::max(lower_bound, self.bound_by_tangents(region, half, &center)), ..bound }
         } else {
-            look
+            bound
         }
     }
 
-    /// max(φ_A, φ_B) ≥ t φ_A + (1 − t) φ_B for any 0 ≤ t ≤ 1, and of linear parts the mean has a least value that is a
-    /// concave function of t with its greatest where one component of the mean gradient is zero, or at the ends. So where
-    /// the fields push against each other the bound is off by how they bend, and not by how steep they are.
-    fn linear_least(&self, region: &Aabb, half: Vector3<R>, seen: &OverlapPoint<R>) -> R {
+    /// The third bound of the module's header. It is concave in t, and linear but for those t at which a component of t
+    /// g_A + (1 − t) g_B is zero. So its maximum is at one of these or at an end.
+    fn bound_by_tangents(&self, region: &Aabb, half: Vector3<R>, center: &OverlapPoint<R>) -> R {
         let errors = [self.pair.a.linearization_error(region), self.pair.b.linearization_error(region)];
-        let [a, b] = [seen.a.value - R::from_f64(errors[0]), seen.b.value - R::from_f64(errors[1])];
-        let [slope_a, slope_b] = [seen.a.gradient, seen.b.gradient];
-        let least = |a: R, slope: Vector3<R>| a - slope.map(R::abs).dot(&half);
-        let mut best = Real::max(least(a, slope_a), least(b, slope_b));
+        let [a, b] = [center.a.value - R::from_f64(errors[0]), center.b.value - R::from_f64(errors[1])];
+        let [gradient_a, gradient_b] = [center.a.gradient, center.b.gradient];
+        let bound = |value: R, gradient: Vector3<R>| value - gradient.map(R::abs).dot(&half);
+        let mut best = Real::max(bound(a, gradient_a), bound(b, gradient_b));
         if !errors.iter().all(|error| error.is_finite()) {
             return best - self.rounding;
         }
-        for (along_a, along_b) in slope_a.iter().copied().zip(slope_b.iter().copied()) {
-            if along_a * along_b < R::zero() {
-                let (share_a, share_b) = (along_b / (along_b - along_a), along_a / (along_a - along_b));
-                best = Real::max(best, least(a * share_a + b * share_b, slope_a * share_a + slope_b * share_b));
+        for (slope_a, slope_b) in gradient_a.iter().copied().zip(gradient_b.iter().copied()) {
+            if slope_a * slope_b < R::zero() {
+                let (t_a, t_b) = (slope_b / (slope_b - slope_a), slope_a / (slope_a - slope_b));
+                best = Real::max(best, bound(a * t_a + b * t_b, gradient_a * t_a + gradient_b * t_b));
             }
         }
         best - self.rounding
     }
 }
 
-impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
-    /// Of a value of this size at a point of the region.
+fn center<R: Real>(region: &Aabb) -> Vector3<R> {
+    from_f64(from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis])))
+}
+
+impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
+    /// Rounding of a value of this size at any point of the region.
     fn rounding<R: Float>(&self, value: R) -> R {
-        let steepest = self.a.slope_bound().max(self.b.slope_bound());
+        let slope_bound = self.a.slope_bound().max(self.b.slope_bound());
         let diagonal = R::from_f64(self.region.diagonal());
         [self.region.min, self.region.max]
-            .map(|corner| rounding(steepest, from_f64(corner), diagonal, value))
+            .map(|corner| rounding(slope_bound, from_f64(corner), diagonal, value))
             .into_iter()
             .fold(R::zero(), Real::max)
     }
 
-    /// With that of the frames that the fields are placed in, as they tell of the region's corners.
-    fn rounding_at_corners<R: Float>(&self, is_asked: [bool; 2]) -> R {
+    /// [`Self::rounding`], and that of the frames that the fields are placed in: twice the largest width of the
+    /// enclosure of a single point, over the corners of the region.
+    fn rounding_at_corners<R: Float>(&self, may_evaluate: [bool; 2]) -> R {
         let Aabb { min, max } = self.region;
-        let mut most = self.rounding(R::zero());
+        let mut largest = self.rounding(R::zero());
         for corner in 0..8_u32 {
-            let at =
-                core::array::from_fn(
-                    |axis| if corner.wrapping_shr(axis as u32) & 1 == 0 { min[axis] } else { max[axis] },
-                );
-            let a = is_asked[0].then(|| self.a.enclosure::<R>(from_f64(at), &[from_f64(at)]));
-            let b = is_asked[1].then(|| self.b.enclosure(from_f64(at), &[from_f64(at)]));
-            for of_point in a.into_iter().chain(b) {
-                let spread = (of_point.value - of_point.least) + self.rounding(of_point.value);
-                // NaN is not taken.
-                most = if spread.is_finite() { Real::max(most, spread) } else { most };
+            let point = from_fn(|axis| if corner.wrapping_shr(axis as u32) & 1 == 0 { min[axis] } else { max[axis] });
+            let a = may_evaluate[0].then(|| self.a.enclosure::<R>(from_f64(point), &[from_f64(point)]));
+            let b = may_evaluate[1].then(|| self.b.enclosure(from_f64(point), &[from_f64(point)]));
+            for enclosure in a.into_iter().chain(b) {
+                let width = (enclosure.value - enclosure.range.lower) + self.rounding(enclosure.value);
+                // Skips NaN.
+                largest = if width.is_finite() { Real::max(largest, width) } else { largest };
             }
         }
-        most * R::from_f64(2.0)
+        largest * R::from_f64(2.0)
     }
 }

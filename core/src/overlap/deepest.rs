@@ -1,252 +1,202 @@
+//! The minimum of f = max(φ_A, φ_B) over the region of a pair, proven by branch and bound (Land and Doig 1960), as
+//! [`Certified`](crate::minimize::Certified) does it on an element.
+//!
+//! The box with the lowest bound (`bounds`) is bisected across its longest side. A box is fathomed if its bound is above the
+//! best value less the gap, tolerance · longest side + rounding. A local descent improves each lower value found.
+
+use core::array::from_fn;
+
 use nalgebra::Vector3;
 
-use super::bounds::Asked;
+use super::bounds::PairQuery;
 use super::{OverlapPoint, Pair};
+use crate::best_first::{BestFirstQueue, Node};
 use crate::number::{Float, Real};
-use crate::{Aabb, Sdf};
+use crate::{Aabb, EnclosedSdf};
 
-/// Branch and bound for the least of max(φ_A, φ_B) (as [`Certified`](crate::minimize::Certified) on an element): boxes are
-/// cut in two across their longest side, always the one that may hold the lowest value, until none can hold one much below
-/// the best that was seen.
+/// Budget and tolerance of [`Pair::deepest`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Search {
-    /// How many times both fields are asked at most, but for a few at the beginning.
+pub struct DepthSearch {
+    /// Largest number of evaluations of both fields, up to a few at the start.
     pub evaluations: u32,
-    /// Done when the least value is known to within this share of the longest side of the region.
+    /// Stops when the minimum is known to within this fraction of the longest side of the region.
     pub tolerance: f64,
 }
 
-impl Default for Search {
+impl Default for DepthSearch {
     fn default() -> Self {
         Self { evaluations: 1 << 16, tolerance: 1e-3 }
     }
 }
 
-/// The least of max(φ_A, φ_B).
+/// The minimum of f = max(φ_A, φ_B).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deepest<R: Real> {
-    /// Where the least value was seen. `None` where no point that was asked had a number, or where the bodies are apart by
-    /// what the fields know without being asked.
-    pub at: Option<OverlapPoint<R>>,
-    /// Nowhere in the pair's region is max(φ_A, φ_B) below this; outside of it, it is above the margin (but for what
-    /// [`Pair::within`](super::Pair::within) cut off). So if this is
-    /// above the margin, the bodies are apart for certain.
+pub struct DeepestPoint<R: Real> {
+    /// The lowest point found. `None` if no evaluated point is finite, or if the fields' bounds alone prove that the
+    /// bodies do not touch.
+    pub point: Option<OverlapPoint<R>>,
+    /// Lower bound of f in the pair's region. Outside of the region f is above the margin, except in what
+    /// [`Pair::restrict`](super::Pair::restrict) cut off. So if this is above the margin, the bodies do not touch.
     pub lower_bound: R,
-    /// The least value is known to within the tolerance, or it is certain that it is above the margin.
+    /// The minimum is known to within the tolerance, or proven to be above the margin.
     pub converged: bool,
-    /// How often both fields were asked.
+    /// Number of evaluations of both fields.
     pub evaluations: u32,
 }
 
-/// A box that waits to be cut.
+/// An open box of the search: the element of [`Pair::deepest`]'s scratch buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct BoxNode {
     region: Aabb,
-    /// No value in it is below this.
-    least: f64,
+    lower_bound: f64,
 }
 
-impl Piece {
-    /// What to fill the scratch with.
-    pub const EMPTY: Self = Self { region: Aabb { min: [0.0; 3], max: [0.0; 3] }, least: 0.0 };
+impl BoxNode {
+    /// Fills the scratch buffer.
+    pub const EMPTY: Self = Self { region: Aabb { min: [0.0; 3], max: [0.0; 3] }, lower_bound: 0.0 };
 }
 
-/// Steps of a local search. Most come to rest after half as many.
-const LOCAL_STEPS: u32 = 48;
+impl Node for BoxNode {
+    type Bound = f64;
+    fn lower_bound(&self) -> f64 {
+        self.lower_bound
+    }
+}
 
-impl<A: Sdf, B: Sdf> Pair<'_, A, B> {
-    /// `scratch` holds the boxes that wait: a few hundred do for smooth bodies. Where it is too small the answer is not
-    /// converged, and its bounds still hold.
-    pub fn deepest<R: Float>(&self, search: &Search, scratch: &mut [Piece]) -> Deepest<R> {
-        let asked = Asked::<R, A, B>::of(self);
+/// Steps of a local descent. Most come to rest after half as many.
+const DESCENT_STEPS: u32 = 48;
+
+impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
+    /// Finds the deepest point. `scratch` holds the open boxes: a few hundred are enough for smooth bodies. If it is
+    /// too small, the answer has not converged, and its bound holds nevertheless.
+    pub fn deepest<R: Float>(&self, search: &DepthSearch, scratch: &mut [BoxNode]) -> DeepestPoint<R> {
+        let query = PairQuery::<R, A, B>::new(self);
         let longest = self.region.longest_side();
-        let gap = R::from_f64(longest * search.tolerance) + asked.rounding;
-        let mut run = Run {
-            asked,
+        let gap = R::from_f64(longest * search.tolerance) + query.rounding;
+        let mut run = BranchAndBound {
+            query,
             best: None,
-            settled: f64::INFINITY,
             evaluations: 0,
             gap: gap.to_f64(),
             converged: true,
-            waiting: Heap { pieces: scratch, count: 0 },
+            queue: BestFirstQueue::new(scratch),
         };
-        run.look_at(Piece { region: self.region, least: f64::NEG_INFINITY });
-        while let Some(piece) = run.waiting.pop() {
+        run.bound_node(BoxNode { region: self.region, lower_bound: f64::NEG_INFINITY });
+        while let Some(node) = run.queue.pop() {
             let halves =
-                piece.region.halves().filter(|_| run.evaluations < search.evaluations && run.may_improve(&piece));
+                node.region.bisect().filter(|_| run.evaluations < search.evaluations && run.may_improve(&node));
             let Some(halves) = halves else {
-                // None that waits has a lower bound.
-                run.settle(piece.least);
-                if run.may_improve(&piece) {
+                // No open node has a lower bound than this one.
+                run.queue.fathom(node.lower_bound);
+                if run.may_improve(&node) {
                     run.converged = false;
                 }
-                if run.evaluations >= search.evaluations || !run.may_improve(&piece) {
+                if run.evaluations >= search.evaluations || !run.may_improve(&node) {
                     break;
                 }
                 continue;
             };
-            halves.into_iter().for_each(|region| run.look_at(Piece { region, least: piece.least }));
+            halves.into_iter().for_each(|region| run.bound_node(BoxNode { region, ..node }));
         }
         run.finish()
     }
 }
 
-struct Run<'p, 's, R: Real, A, B> {
-    asked: Asked<'p, R, A, B>,
+struct BranchAndBound<'p, 's, R: Real, A, B> {
+    query: PairQuery<'p, R, A, B>,
     best: Option<OverlapPoint<R>>,
-    /// No piece that is done with holds a value below this.
-    settled: f64,
     evaluations: u32,
     gap: f64,
     converged: bool,
-    waiting: Heap<'s>,
+    queue: BestFirstQueue<BoxNode, &'s mut [BoxNode]>,
 }
 
-impl<R: Float, A: Sdf, B: Sdf> Run<'_, '_, R, A, B> {
-    fn may_improve(&self, piece: &Piece) -> bool {
-        let best = self.best.map_or(f64::INFINITY, |best| best.value.to_f64());
-        piece.least < best - self.gap && piece.least <= self.asked.pair.margin
+impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> BranchAndBound<'_, '_, R, A, B> {
+    fn best_value(&self) -> f64 {
+        self.best.map_or(f64::INFINITY, |best| best.value.to_f64())
     }
 
-    fn settle(&mut self, least: f64) {
-        self.settled = self.settled.min(least);
+    fn may_improve(&self, node: &BoxNode) -> bool {
+        node.lower_bound < self.best_value() - self.gap && node.lower_bound <= self.query.pair.margin
     }
 
-    /// Bounds a piece, whose bound so far is that of the one it was cut from, and lets it wait if it is worth a cut.
-    fn look_at(&mut self, piece: Piece) {
-        let look = self.asked.look(&piece.region);
-        self.evaluations = self.evaluations.saturating_add(u32::from(look.seen.is_some()));
-        if let Some(seen) = look.seen.filter(OverlapPoint::is_known) {
-            let best = self.best.map_or(f64::INFINITY, |best| best.value.to_f64());
-            let is_lower = seen.value.to_f64() < best;
-            if seen.value.to_f64() < best - self.gap || (is_lower && self.best.is_none()) {
-                let step = R::from_f64(0.25 * piece.region.longest_side());
-                let (low, looks) = self.asked.descend(seen, step);
-                self.evaluations = self.evaluations.saturating_add(looks);
-                self.best = Some(low);
+    /// Bounds a node, whose bound so far is that of its parent, and opens it if it may improve the best value.
+    fn bound_node(&mut self, node: BoxNode) {
+        let bound = self.query.bound(&node.region);
+        self.evaluations = self.evaluations.saturating_add(u32::from(bound.center.is_some()));
+        if let Some(center) = bound.center.filter(OverlapPoint::is_finite) {
+            let is_lower = center.value.to_f64() < self.best_value();
+            if center.value.to_f64() < self.best_value() - self.gap || (is_lower && self.best.is_none()) {
+                let step = R::from_f64(0.25 * node.region.longest_side());
+                let (lowest, evaluations) = self.query.descend(center, step);
+                self.evaluations = self.evaluations.saturating_add(evaluations);
+                self.best = Some(lowest);
             } else if is_lower {
-                self.best = Some(seen);
+                self.best = Some(center);
             }
         }
-        // Where a field is no number, nothing is certain, whatever was of the whole.
-        let is_known = look.seen.is_none_or(|seen| seen.is_known());
-        let least = if is_known { look.least.to_f64().max(piece.least) } else { f64::NEG_INFINITY };
-        let piece = Piece { least, ..piece };
-        if self.may_improve(&piece) {
-            if let Some(given_up) = self.waiting.push(piece) {
-                self.converged = false;
-                self.settle(given_up);
-            }
+        // Where a value is NaN nothing is proven, not even the bound of the parent.
+        let is_proven = bound.center.is_none_or(|center| center.is_finite());
+        let lower_bound = if is_proven { bound.lower_bound.to_f64().max(node.lower_bound) } else { f64::NEG_INFINITY };
+        let node = BoxNode { lower_bound, ..node };
+        if self.may_improve(&node) {
+            self.queue.push(node);
         } else {
-            self.settle(piece.least);
+            self.queue.fathom(node.lower_bound);
         }
     }
 
-    fn finish(self) -> Deepest<R> {
-        let least = self.settled.min(self.waiting.least());
-        let value = self.best.map(|best| best.value);
-        let lower_bound = value.map_or(R::from_f64(least), |value| Real::min(value, R::from_f64(least)));
-        Deepest { at: self.best, lower_bound, converged: self.converged, evaluations: self.evaluations }
+    fn finish(self) -> DeepestPoint<R> {
+        let all = R::from_f64(self.queue.lower_bound());
+        let lower_bound = self.best.map_or(all, |best| Real::min(best.value, all));
+        let converged = self.converged && self.queue.overflow_bound() == f64::INFINITY;
+        DeepestPoint { point: self.best, lower_bound, converged, evaluations: self.evaluations }
     }
 }
 
-impl<R: Float, A: Sdf, B: Sdf> Asked<'_, R, A, B> {
-    /// Downhill from a point to where no step leads lower: each is to the least of the higher of both linear parts and of
-    /// the squared way over twice the step size (a proximal step: Rockafellar 1976, "Monotone operators and the proximal
-    /// point algorithm"), which doubles after one that succeeds. With how often both fields were asked.
-    pub(super) fn descend(&self, from: OverlapPoint<R>, first_step: R) -> (OverlapPoint<R>, u32) {
-        let (mut at, mut step) = (from, first_step);
-        for _ in 0..LOCAL_STEPS {
-            let next = self.see(at.point - at.steepest(step) * step);
-            let is_lower = next.is_known() && next.value < at.value;
+impl<R: Float, A: EnclosedSdf, B: EnclosedSdf> PairQuery<'_, R, A, B> {
+    /// Descends until no step leads lower: proximal steps x ← argmin_y max(l_A(y), l_B(y)) + |y − x|² / (2 `step`) with
+    /// the tangents l of both fields (Rockafellar 1976, "Monotone operators and the proximal point algorithm"). The
+    /// step doubles after a success and shrinks to a quarter after a failure. Returns the number of evaluations as
+    /// well.
+    pub(super) fn descend(&self, start: OverlapPoint<R>, first_step: R) -> (OverlapPoint<R>, u32) {
+        let (mut lowest, mut step) = (start, first_step);
+        for _ in 0..DESCENT_STEPS {
+            let next = self.evaluate(lowest.point - lowest.proximal_gradient(step) * step);
+            let is_lower = next.is_finite() && next.value < lowest.value;
             step *= R::from_f64(if is_lower { 2.0 } else { 0.25 });
-            at = if is_lower { next } else { at };
+            lowest = if is_lower { next } else { lowest };
         }
-        (at, LOCAL_STEPS)
+        (lowest, DESCENT_STEPS)
     }
 }
 
 impl<R: Float> OverlapPoint<R> {
-    /// The mean of both gradients by which the linear parts are least after a step of this size against it.
-    fn steepest(&self, step: R) -> Vector3<R> {
-        let apart = self.a.gradient - self.b.gradient;
-        let length_sq = apart.dot(&apart);
-        let higher = (self.a.value - self.b.value) / step;
+    /// The gradient t g_A + (1 − t) g_B of the proximal step x − step · gradient: t = ((φ_A − φ_B)/step − g_B·d) / d·d
+    /// with d = g_A − g_B, clamped to \[0, 1\].
+    fn proximal_gradient(&self, step: R) -> Vector3<R> {
+        let difference = self.a.gradient - self.b.gradient;
+        let length_sq = difference.dot(&difference);
+        let value_difference = (self.a.value - self.b.value) / step;
         if length_sq.sqrt().is_negligible() {
             return (self.a.gradient + self.b.gradient) * R::from_f64(0.5);
         }
-        let share = |of_other: R| Real::clamp(of_other / length_sq, R::zero(), R::one());
-        let of_a = share(higher - self.b.gradient.dot(&apart));
-        let of_b = share(self.a.gradient.dot(&apart) - higher);
-        self.a.gradient * of_a + self.b.gradient * of_b
+        let clamped = |numerator: R| Real::clamp(numerator / length_sq, R::zero(), R::one());
+        let t_a = clamped(value_difference - self.b.gradient.dot(&difference));
+        let t_b = clamped(self.a.gradient.dot(&difference) - value_difference);
+        self.a.gradient * t_a + self.b.gradient * t_b
     }
 }
 
 impl Aabb {
-    /// In two across the longest side; `None` if that is no longer than rounding.
-    fn halves(&self) -> Option<[Self; 2]> {
+    /// Two halves, cut across the longest side; `None` if that is no longer than rounding.
+    fn bisect(&self) -> Option<[Self; 2]> {
         let [x, y, z] = self.extents();
         let longest = if x >= y && x >= z { 0 } else { 1 + usize::from(y < z) };
-        let middle: [f64; 3] = core::array::from_fn(|axis| 0.5 * (self.min[axis] + self.max[axis]));
+        let middle: [f64; 3] = from_fn(|axis| 0.5 * (self.min[axis] + self.max[axis]));
         let cut = |axis: usize, side: f64| if axis == longest { middle[axis] } else { side };
-        let below = Self { max: core::array::from_fn(|axis| cut(axis, self.max[axis])), ..*self };
-        let above = Self { min: core::array::from_fn(|axis| cut(axis, self.min[axis])), ..*self };
+        let below = Self { max: from_fn(|axis| cut(axis, self.max[axis])), ..*self };
+        let above = Self { min: from_fn(|axis| cut(axis, self.min[axis])), ..*self };
         (below != *self && above != *self).then_some([below, above])
-    }
-}
-
-/// Pieces in a heap, the one with the least bound on top.
-struct Heap<'s> {
-    pieces: &'s mut [Piece],
-    count: usize,
-}
-
-impl Heap<'_> {
-    fn least(&self) -> f64 {
-        self.bound(0).unwrap_or(f64::INFINITY)
-    }
-
-    /// Of the piece at a place, if one waits there.
-    fn bound(&self, at: usize) -> Option<f64> {
-        self.pieces.get(at).filter(|_| at < self.count).map(|piece| piece.least)
-    }
-
-    /// Returns the bound of the piece where it finds no room.
-    fn push(&mut self, piece: Piece) -> Option<f64> {
-        let Some(slot) = self.pieces.get_mut(self.count) else { return Some(piece.least) };
-        *slot = piece;
-        let mut at = self.count;
-        self.count = self.count.wrapping_add(1);
-        while at > 0 && self.bound(at) < self.bound((at - 1) / 2) {
-            self.swap(at, (at - 1) / 2);
-            at = (at - 1) / 2;
-        }
-        None
-    }
-
-    fn pop(&mut self) -> Option<Piece> {
-        let top = self.pieces.first().copied().filter(|_| self.count > 0)?;
-        self.count = self.count.wrapping_sub(1);
-        self.swap(0, self.count);
-        let mut at = 0_usize;
-        loop {
-            let below = [1, 2].map(|side| at.saturating_mul(2).saturating_add(side));
-            let lower = |a: (usize, f64), b: (usize, f64)| if b.1 < a.1 { b } else { a };
-            let waiting = below.into_iter().filter_map(|child| self.bound(child).map(|bound| (child, bound)));
-            let Some((child, least)) = waiting.reduce(lower) else { break };
-            if self.bound(at).is_some_and(|bound| bound <= least) {
-                break;
-            }
-            self.swap(at, child);
-            at = child;
-        }
-        Some(top)
-    }
-
-    fn swap(&mut self, a: usize, b: usize) {
-        if let (Some(of_a), Some(of_b)) = (self.pieces.get(a).copied(), self.pieces.get(b).copied()) {
-            self.pieces.iter_mut().skip(a).take(1).for_each(|piece| *piece = of_b);
-            self.pieces.iter_mut().skip(b).take(1).for_each(|piece| *piece = of_a);
-        }
     }
 }

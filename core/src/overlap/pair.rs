@@ -1,10 +1,14 @@
-use super::bounds::Asked;
+//! A pair of fields, and the box in which they can touch: the intersection of both fields' bounds at the margin. It shrinks
+//! to those cubes of a lattice in which f = max(φ_A, φ_B) may be at most the margin.
+
+use super::bounds::PairQuery;
 use super::leaves::Leaves;
 use crate::number::{Float, Real};
-use crate::{Aabb, Sdf};
+use crate::rounding::FIELD_BOUNDS;
+use crate::{Aabb, EnclosedSdf};
 
-/// Two fields, how near they must come to touch, and where that can be: outside of `region` one φ is above the margin
-/// everywhere. Both are asked within the region alone.
+/// Two fields and the margin within which they touch. Outside of `region`, f = max(φ_A, φ_B) is above the margin; the
+/// fields are evaluated inside of it alone.
 #[derive(Debug)]
 pub struct Pair<'a, A, B> {
     pub(super) a: &'a A,
@@ -13,76 +17,76 @@ pub struct Pair<'a, A, B> {
     pub(super) region: Aabb,
 }
 
-/// Why there is nothing to search.
+/// Why a pair has no region to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRegion {
-    /// It is certain that at every point one φ is above the margin.
+    /// f = max(φ_A, φ_B) is proven to be above the margin everywhere.
     Separated,
-    /// Both fields go on for ever, or a number is not finite or beyond [`Real::MAX_COORDINATE`] of f32.
+    /// Both bodies are unbounded, or the margin or a bound is not finite or beyond [`Real::MAX_COORDINATE`] of f32.
     Unbounded,
 }
 
-/// More than the corners of a box are off by, in roundings of the largest of them.
-const ROUNDINGS: f64 = 64.0;
-
-impl<'a, A: Sdf, B: Sdf> Pair<'a, A, B> {
-    /// `margin` is a distance to either field; less than 0 wants so much depth in both.
+impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
+    /// `margin` is the largest φ of either field at which they touch; a negative one asks for so much depth in both.
     pub fn new(a: &'a A, b: &'a B, margin: f64) -> Result<Self, NoRegion> {
-        let [of_a, of_b] = [a.bounds(margin), b.bounds(margin)].map(outward);
-        let region = of_a.intersection(&of_b).ok_or(NoRegion::Separated)?;
-        let in_reach = |x: &f64| x.abs() <= <f32 as Real>::MAX_COORDINATE;
-        let is_valid = margin.is_finite() && [region.min, region.max].iter().flatten().all(in_reach);
+        let [bounds_a, bounds_b] = [a.bounds(margin), b.bounds(margin)].map(widen);
+        let region = bounds_a.intersection(&bounds_b).ok_or(NoRegion::Separated)?;
+        let is_representable = |x: &f64| x.abs() <= <f32 as Real>::MAX_COORDINATE;
+        let is_valid = margin.is_finite() && [region.min, region.max].iter().flatten().all(is_representable);
         if is_valid { Ok(Self { a, b, margin, region }) } else { Err(NoRegion::Unbounded) }
     }
 
-    /// Searched in a box alone, outside of which nothing is asked and nothing found.
-    pub fn within(self, bounds: &Aabb) -> Result<Self, NoRegion> {
+    /// Restricts the search to a box: nothing is evaluated or found outside.
+    pub fn restrict(self, bounds: &Aabb) -> Result<Self, NoRegion> {
         let region = self.region.intersection(bounds).ok_or(NoRegion::Separated)?;
         Ok(Self { region, ..self })
     }
 
+    /// The largest φ of either field at which they touch.
     pub fn margin(&self) -> f64 {
         self.margin
     }
 
+    /// The box to search.
     pub fn region(&self) -> Aabb {
         self.region
     }
 
-    /// Less of the region: a box around all pieces, of which `cells` reach along its longest side, that may hold a point in
-    /// which the fields touch. Each field is asked at the middle of each piece.
+    /// Shrinks the region to the bounding box of the cubes in which the fields may touch, `cells` cubes along its
+    /// longest side. Both fields are evaluated at the centre of each cube.
     pub fn shrink<R: Float>(&self, cells: u32) -> Result<Self, NoRegion> {
-        let asked = Asked::<R, A, B>::of(self);
-        self.around(cells, |piece| asked.look(piece).may_touch())
+        let query = PairQuery::<R, A, B>::new(self);
+        self.shrink_where(cells, |cube| query.bound(cube).may_touch())
     }
 
-    /// The same, but of a field that is not to be asked, because its samples are still to be read, by what it knows of each
-    /// piece without ([`Sdf::enclose_box`]).
-    pub fn shrink_asking(&self, cells: u32, is_asked: [bool; 2]) -> Result<Self, NoRegion> {
-        let asked = Asked::<f64, A, B>::of_some(self, is_asked);
-        self.around(cells, |piece| asked.may_touch(piece, is_asked))
+    /// [`shrink`](Self::shrink) that evaluates only the fields for which `may_evaluate` is true. A field whose samples
+    /// are still to be read is bounded by [`EnclosedSdf::enclose_box`] alone.
+    pub fn shrink_evaluating(&self, cells: u32, may_evaluate: [bool; 2]) -> Result<Self, NoRegion> {
+        let query = PairQuery::<f64, A, B>::evaluating(self, may_evaluate);
+        self.shrink_where(cells, |cube| query.may_touch_by_slope(cube, may_evaluate))
     }
 
-    fn around(&self, cells: u32, may_touch: impl Fn(&Aabb) -> bool) -> Result<Self, NoRegion> {
-        let mut leaves = Leaves::of(&self.region, self.region.longest_side() / f64::from(cells.max(1)));
-        let mut held: Option<Aabb> = None;
+    fn shrink_where(&self, cells: u32, may_touch: impl Fn(&Aabb) -> bool) -> Result<Self, NoRegion> {
+        let mut leaves = Leaves::new(&self.region, self.region.longest_side() / f64::from(cells.max(1)));
+        let mut bounds: Option<Aabb> = None;
         while let Some(block) = leaves.next_block() {
-            let is_held = held.is_some_and(|held| held.encloses(&block.region));
-            if is_held || !may_touch(&block.region) {
+            let is_enclosed = bounds.is_some_and(|bounds| bounds.encloses(&block.region));
+            if is_enclosed || !may_touch(&block.region) {
                 continue;
             }
             if block.is_leaf() {
-                held = Some(held.map_or(block.region, |held| held.union(&block.region)));
+                bounds = Some(bounds.map_or(block.region, |bounds| bounds.union(&block.region)));
             } else {
                 leaves.split(&block);
             }
         }
-        held.map(|region| Self { a: self.a, b: self.b, margin: self.margin, region }).ok_or(NoRegion::Separated)
+        bounds.map(|region| Self { a: self.a, b: self.b, margin: self.margin, region }).ok_or(NoRegion::Separated)
     }
 }
 
-fn outward(bounds: Aabb) -> Aabb {
-    let numbers = [bounds.min, bounds.max];
-    let largest = numbers.iter().flatten().filter(|x| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()));
-    bounds.inflate(largest * ROUNDINGS * f64::EPSILON)
+/// The box with its rounding.
+fn widen(bounds: Aabb) -> Aabb {
+    let coordinates = [bounds.min, bounds.max];
+    let largest = coordinates.iter().flatten().filter(|x| x.is_finite()).fold(0.0_f64, |max, x| max.max(x.abs()));
+    bounds.inflate(largest * FIELD_BOUNDS * f64::EPSILON)
 }

@@ -1,12 +1,15 @@
+//! A convex polygon in a plane: a square that half-spaces clip (Sutherland and Hodgman 1974, "Reentrant polygon
+//! clipping"), its area and its centroid.
+
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
 use crate::vector::norm;
 
-/// Of a square that eight half-spaces cut, one corner more each.
+/// Four of a square, and one more for each of up to eight half-spaces.
 const MAX_CORNERS: usize = 12;
 
-/// A convex polygon in a plane, by corners relative to a point of it.
+/// Corners relative to a point of the plane.
 #[derive(Clone, Copy)]
 pub(super) struct Polygon<R> {
     corners: [Vector3<R>; MAX_CORNERS],
@@ -19,9 +22,10 @@ pub(super) struct Extent<R: Real> {
 }
 
 impl<R: Float> Polygon<R> {
-    /// A square across a unit normal, that reaches `half` to all sides; of the opposite normal the very same.
+    /// The square with a unit normal whose sides are `half` from its centre. The opposite normal gives the same square,
+    /// bit for bit.
     pub fn square(normal: Vector3<R>, half: R) -> Self {
-        let largest = normal.iter().fold(R::zero(), |most, along| if most.abs() < along.abs() { *along } else { most });
+        let largest = normal.iter().fold(R::zero(), |max, x| if max.abs() < x.abs() { *x } else { max });
         let normal = normal * largest.sign();
         let [x, y, z]: [R; 3] = normal.map(R::abs).into();
         let (one, zero) = (R::one(), R::zero());
@@ -30,26 +34,26 @@ impl<R: Float> Polygon<R> {
             () if y <= z => Vector3::new(zero, one, zero),
             () => Vector3::new(zero, zero, one),
         };
-        let across = axis.cross(&normal);
-        let across = across * (half / norm(across));
-        let along = normal.cross(&across);
+        let u = axis.cross(&normal);
+        let u = u * (half / norm(u));
+        let v = normal.cross(&u);
         let mut corners = [Vector3::zeros(); MAX_CORNERS];
-        let square = [across + along, along - across, -across - along, across - along];
-        corners.iter_mut().zip(square).for_each(|(corner, of_square)| *corner = of_square);
+        let square = [u + v, v - u, -u - v, u - v];
+        corners.iter_mut().zip(square).for_each(|(slot, corner)| *slot = corner);
         Self { corners, count: 4 }
     }
 
-    /// What of it has slope · x ≤ most (Sutherland and Hodgman 1974, "Reentrant polygon clipping").
-    pub fn clip(&self, slope: Vector3<R>, most: R) -> Self {
+    /// The part with normal · x ≤ offset.
+    pub fn clip(&self, normal: Vector3<R>, offset: R) -> Self {
         let mut clipped = Self { corners: [Vector3::zeros(); MAX_CORNERS], count: 0 };
         let corners = || self.corners.iter().take(self.count);
         for (from, to) in corners().zip(corners().cycle().skip(1)) {
-            let (over, next_over) = (slope.dot(from) - most, slope.dot(to) - most);
-            if over <= R::zero() {
+            let (excess, next_excess) = (normal.dot(from) - offset, normal.dot(to) - offset);
+            if excess <= R::zero() {
                 clipped.push(*from);
             }
-            if (over <= R::zero()) != (next_over <= R::zero()) {
-                clipped.push(from + (to - from) * (over / (over - next_over)));
+            if (excess <= R::zero()) != (next_excess <= R::zero()) {
+                clipped.push(from + (to - from) * (excess / (excess - next_excess)));
             }
         }
         clipped
@@ -62,16 +66,16 @@ impl<R: Float> Polygon<R> {
         }
     }
 
-    /// `None` where nothing is left.
+    /// Area and centroid, from the triangles of a fan about the first corner; `None` if the area is zero.
     pub fn extent(&self) -> Option<Extent<R>> {
         let (first, rest) = self.corners.get(..self.count)?.split_first()?;
-        let (mut twice, mut sum) = (R::zero(), Vector3::zeros());
+        let (mut doubled_area, mut moment) = (R::zero(), Vector3::zeros());
         for (a, b) in rest.iter().zip(rest.iter().skip(1)) {
-            let of_triangle = norm((a - first).cross(&(b - first)));
-            twice += of_triangle;
-            sum += (a - first + b - first) * (of_triangle * R::from_f64(1.0 / 3.0));
+            let doubled = norm((a - first).cross(&(b - first)));
+            doubled_area += doubled;
+            moment += (a - first + b - first) * (doubled * R::from_f64(1.0 / 3.0));
         }
-        let area = twice * R::from_f64(0.5);
-        (R::zero() < area).then(|| Extent { area, centroid: first + sum / twice })
+        let area = doubled_area * R::from_f64(0.5);
+        (R::zero() < area).then(|| Extent { area, centroid: first + moment / doubled_area })
     }
 }

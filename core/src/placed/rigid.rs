@@ -1,20 +1,20 @@
 use nalgebra::Vector3;
 
-use super::{Placement, Pulled, Similarity};
+use super::{LocalPoint, Placement, Similarity};
 use crate::Aabb;
 use crate::number::Real;
 
-/// A turn, then a shift: world = translation + rotation · local.
+/// A rigid motion: x = t + R p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rigid(Similarity);
 
 impl Rigid {
-    /// `rotation` is a quaternion x, y, z, w of any length but zero. `None` unless all is finite.
+    /// `rotation` is a quaternion x, y, z, w; it is normalized. `None` if it is zero or anything is not finite.
     pub fn new(translation: [f64; 3], rotation: [f64; 4]) -> Option<Self> {
         Similarity::new(translation, rotation, 1.0).map(Self)
     }
 
-    /// The world point of a point in the field's own frame.
+    /// World point of a local point.
     pub fn push(&self, local: Vector3<f64>) -> Vector3<f64> {
         self.0.push(local)
     }
@@ -22,8 +22,8 @@ impl Rigid {
 
 impl Placement for Rigid {
     #[inline(always)]
-    fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
-        Pulled { scale: R::one(), ..self.0.pull(world_point) }
+    fn pull<R: Real>(&self, world_point: Vector3<R>) -> LocalPoint<R> {
+        LocalPoint { scale: R::one(), ..self.0.pull(world_point) }
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {

@@ -1,31 +1,35 @@
+//! Scale by a factor of its own along each axis: x = diag(f) p.
+
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Placement, Pulled};
+use super::{LocalPoint, Placement};
 use crate::Aabb;
 use crate::number::Real;
 use crate::vector::from_f64;
 
-/// A scale along each axis by its own factor, mirrored where that is negative.
+/// A scale by a factor of its own along each axis; a negative factor also mirrors.
 ///
-/// A distance is multiplied by the smallest factor. The stretched field has the sign and the surface of the stretched
-/// solid's distance and nowhere a larger magnitude, and is no steeper than it was.
+/// With m the smallest |f|, φ_w = m φ(p). |p(x) − p(y)| ≤ |x − y| / m, so s ‖J‖ ≤ 1 and |φ_w| never exceeds the
+/// distance to the stretched surface. Sign and surface are exact, the magnitude is a lower bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     factors: [f64; 3],
-    inv_factor: [f64; 3],
+    inv_factors: [f64; 3],
+    /// Smallest |f|.
     smallest: f64,
 }
 
 impl Stretch {
     /// `None` unless all factors and their reciprocals are finite.
     pub fn new(factors: [f64; 3]) -> Option<Self> {
-        let inv_factor = factors.map(|factor| 1.0 / factor);
-        let smallest = factors.iter().fold(f64::INFINITY, |least, factor| least.min(factor.abs()));
-        let is_valid = factors.iter().chain(&inv_factor).all(|x| x.is_finite());
-        is_valid.then_some(Self { factors, inv_factor, smallest })
+        let inv_factors = factors.map(|factor| 1.0 / factor);
+        let smallest = factors.iter().fold(f64::INFINITY, |smallest, factor| smallest.min(factor.abs()));
+        let is_valid = factors.iter().chain(&inv_factors).all(|x| x.is_finite());
+        is_valid.then_some(Self { factors, inv_factors, smallest })
     }
 }
 
+/// The image of a box under diag(`factors`).
 fn map(bounds: Aabb, factors: [f64; 3]) -> Aabb {
     let ends = |k: usize| [bounds.min[k] * factors[k], bounds.max[k] * factors[k]];
     Aabb {
@@ -36,10 +40,10 @@ fn map(bounds: Aabb, factors: [f64; 3]) -> Aabb {
 
 impl Placement for Stretch {
     #[inline]
-    fn pull<R: Real>(&self, world_point: Vector3<R>) -> Pulled<R> {
-        let inv_factor = from_f64(self.inv_factor);
-        let point = world_point.component_mul(&inv_factor);
-        Pulled { point, jacobian: Matrix3::from_diagonal(&inv_factor), scale: R::from_f64(self.smallest) }
+    fn pull<R: Real>(&self, world_point: Vector3<R>) -> LocalPoint<R> {
+        let inv_factors = from_f64(self.inv_factors);
+        let point = world_point.component_mul(&inv_factors);
+        LocalPoint { point, jacobian: Matrix3::from_diagonal(&inv_factors), scale: R::from_f64(self.smallest) }
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {
@@ -47,7 +51,7 @@ impl Placement for Stretch {
     }
 
     fn pull_bounds(&self, world: Aabb) -> Aabb {
-        map(world, self.inv_factor)
+        map(world, self.inv_factors)
     }
 
     fn slope_factor(&self) -> f64 {

@@ -1,13 +1,24 @@
+//! A bowl: a hollow sphere, cut open (Quilez, "sdCutHollowSphere").
+//!
+//! In the half-plane (ρ, z), with r the radius, c the cut height and w = √(r² − c²) the radius of the rim, the middle
+//! of the wall is an arc that ends at (w, c). The ray from the centre through that end divides the half-plane:
+//!
+//! ```text
+//! c ρ < w z  (above the cut):   φ = |(ρ − w, z − c)| − thickness/2
+//! else:                         φ = ||(ρ, z)| − r|   − thickness/2
+//! ```
+
 use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A hollow sphere around the origin, cut open above z = `cut_height`, with a wall that is rounded at the rim. Exact
-/// outside, and inside as long as the wall does not fill the hollow; else a bound there.
-/// The gradient is a choice in the middle of the wall, at the centre and, above the cut, on the axis.
+/// A hollow sphere around the origin, cut open above z = `cut_height`. The wall is rounded at the rim. Exact outside.
+/// Exact inside unless the wall fills the hollow; then a lower bound of the distance there.
+///
+/// Degenerate: the middle of the wall, the centre and, above the cut, the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bowl {
     radius: f64,
@@ -17,11 +28,11 @@ pub struct Bowl {
 }
 
 impl Bowl {
-    /// `radius` runs to the middle of the wall, `thickness` is the wall's own; −radius < `cut_height` < radius.
+    /// `radius` is that of the middle of the wall. −`radius` < `cut_height` < `radius`.
     pub fn new(radius: f64, cut_height: f64, thickness: f64) -> Option<Self> {
         let rim_radius = libm::sqrt(radius * radius - cut_height * cut_height);
-        let sound = [radius, thickness, rim_radius].into_iter().all(is_length) && cut_height.is_finite();
-        sound.then_some(Self { radius, cut_height, thickness, rim_radius })
+        let is_valid = [radius, thickness, rim_radius].into_iter().all(is_length) && cut_height.is_finite();
+        is_valid.then_some(Self { radius, cut_height, thickness, rim_radius })
     }
 }
 
@@ -29,20 +40,20 @@ impl Sdf for Bowl {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (rim_radius, cut_height) = (R::from_f64(self.rim_radius), R::from_f64(self.cut_height));
-        revolve(point, |[from_axis, z]| {
-            let away = Profile::from_point([from_axis, z]);
-            // At the centre the wall's lowest point is as near as any, whatever the cut.
-            let down = Profile { gradient: [R::zero(), -R::one()], ..away };
-            let from_center = Profile::select(away.degenerate, down, away);
-            let from_wall = from_center.value - R::from_f64(self.radius);
+        revolve(point, |[rho, z]| {
+            let outward = Profile::norm([rho, z]);
+            // At the centre all of the wall is equally near; its lowest point exists for every cut.
+            let downward = Profile { gradient: [R::zero(), -R::one()], ..outward };
+            let center = Profile::select(outward.is_degenerate, downward, outward);
+            let offset = center.value - R::from_f64(self.radius);
             let wall = Profile {
-                value: from_wall.abs(),
-                gradient: from_center.gradient.map(|derivative| derivative * from_wall.sign()),
-                degenerate: from_center.degenerate | from_wall.is_zero(),
+                value: offset.abs(),
+                gradient: center.gradient.map(|derivative| derivative * offset.sign()),
+                is_degenerate: center.is_degenerate | offset.is_zero(),
             };
-            let rim = Profile::from_point([from_axis - rim_radius, z - cut_height]);
-            let above_cut = (cut_height * from_axis).lt(rim_radius * z);
-            let middle = Profile::select(above_cut, rim, wall);
+            let rim = Profile::norm([rho - rim_radius, z - cut_height]);
+            let is_above_cut = (cut_height * rho).lt(rim_radius * z);
+            let middle = Profile::select(is_above_cut, rim, wall);
             Profile { value: middle.value - R::from_f64(0.5 * self.thickness), ..middle }
         })
     }
@@ -57,3 +68,5 @@ impl Sdf for Bowl {
         1.0
     }
 }
+
+impl EnclosedSdf for Bowl {}

@@ -1,12 +1,23 @@
+//! A solid cone, by the Voronoi regions of its profile.
+//!
+//! In the half-plane (ρ, z), with half angle α, height h and base radius R:
+//!
+//! ```text
+//! side   s = ρ cos α + z sin α         beyond the side (s > 0) and above the apex:   φ = |(ρ, z)|
+//! base   b = −h − z                    beyond the rim:                               φ = |(ρ − R, z + h)|
+//!                                      else:                                         φ = max(s, b)
+//! ```
+
 use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::number::{Mask, Real};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A solid cone with its apex at the origin and its base at z = −`height`. Exact. The gradient is a choice at the apex,
-/// on the rim and, inside, on the axis and where side and base are equally near.
+/// A solid cone with its apex at the origin and its base at z = −`height`. Exact.
+///
+/// Degenerate: the apex, the rim and, inside, the axis and where side and base are equally near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     sin: f64,
@@ -17,12 +28,12 @@ pub struct Cone {
 }
 
 impl Cone {
-    /// `half_angle` in radians between the axis and the side, more than 0 and less than π/2.
+    /// `half_angle` is the angle between axis and side in radians, 0 < `half_angle` < π/2.
     pub fn new(half_angle: f64, height: f64) -> Option<Self> {
         let (sin, cos) = libm::sincos(half_angle);
         let (base_radius, slant) = (height * sin / cos, height / cos);
-        let sound = half_angle > 0.0 && half_angle < core::f64::consts::FRAC_PI_2;
-        (sound && [sin, cos, height, base_radius, slant].into_iter().all(is_length)).then_some(Self {
+        let is_valid = half_angle > 0.0 && half_angle < core::f64::consts::FRAC_PI_2;
+        (is_valid && [sin, cos, height, base_radius, slant].into_iter().all(is_length)).then_some(Self {
             sin,
             cos,
             height,
@@ -33,27 +44,26 @@ impl Cone {
 }
 
 impl Sdf for Cone {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (sin, cos) = (R::from_f64(self.sin), R::from_f64(self.cos));
         let (height, base_radius) = (R::from_f64(self.height), R::from_f64(self.base_radius));
-        revolve(point, |[from_axis, z]| {
-            let side = Profile { value: from_axis * cos + z * sin, gradient: [cos, sin], degenerate: R::Mask::NONE };
-            let base = Profile { value: -height - z, gradient: [R::zero(), -R::one()], degenerate: R::Mask::NONE };
-            let apex = Profile::from_point([from_axis, z]);
-            let rim = Profile::from_point([from_axis - base_radius, z + height]);
+        revolve(point, |[rho, z]| {
+            let side = Profile { value: rho * cos + z * sin, gradient: [cos, sin], is_degenerate: R::Mask::NONE };
+            let base = Profile { value: -height - z, gradient: [R::zero(), -R::one()], is_degenerate: R::Mask::NONE };
+            let apex = Profile::norm([rho, z]);
+            let rim = Profile::norm([rho - base_radius, z + height]);
 
             let mut nearest_wall = Profile::select(side.value.lt(base.value), base, side);
-            nearest_wall.degenerate = side.value.le(base.value) & base.value.le(side.value);
-            let down_the_side = from_axis * sin - z * cos;
-            let past_side = R::zero().lt(side.value);
-            let past_base = R::zero().lt(base.value);
-            let at_apex = past_side & down_the_side.le(R::zero());
-            let at_rim = (past_side & R::from_f64(self.slant).lt(down_the_side) & base_radius.lt(from_axis))
-                | (past_base & base_radius.lt(from_axis));
-            Profile::select(at_apex, apex, Profile::select(at_rim, rim, nearest_wall))
+            nearest_wall.is_degenerate = side.value.le(base.value) & base.value.le(side.value);
+            // Distance from the apex along the side.
+            let along_side = rho * sin - z * cos;
+            let is_past_side = R::zero().lt(side.value);
+            let is_past_base = R::zero().lt(base.value);
+            let is_apex_nearest = is_past_side & along_side.le(R::zero());
+            let is_rim_nearest = (is_past_side & R::from_f64(self.slant).lt(along_side) & base_radius.lt(rho))
+                | (is_past_base & base_radius.lt(rho));
+            Profile::select(is_apex_nearest, apex, Profile::select(is_rim_nearest, rim, nearest_wall))
         })
     }
 
@@ -65,4 +75,8 @@ impl Sdf for Cone {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Cone {
+    const IS_CONVEX: bool = true;
 }

@@ -1,32 +1,32 @@
 use nalgebra::Vector3;
 
-use super::fold::unfold;
 use super::is_length;
+use super::mirror::reflect_sample;
 use super::profile::corner;
 use crate::number::Real;
 use crate::vector::from_f64;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A box around the origin with its sides along the axes. Exact. The gradient is a choice on the edges and, inside,
-/// where two walls are equally near.
+/// A box around the origin with its sides along the axes: corner(|x| − h). Exact.
+///
+/// Degenerate: inside, where two walls are equally near, up to the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
     half_extents: [f64; 3],
 }
 
 impl Cuboid {
+    /// Half the side lengths.
     pub fn new(half_extents: [f64; 3]) -> Option<Self> {
         half_extents.into_iter().all(is_length).then_some(Self { half_extents })
     }
 }
 
 impl Sdf for Cuboid {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let corner = corner((point.map(R::abs) - from_f64(self.half_extents)).into());
-        unfold(Sample::with_degenerate(corner.value, corner.gradient.into(), corner.degenerate), point)
+        reflect_sample(Sample::with_degenerate(corner.value, corner.gradient.into(), corner.is_degenerate), point)
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -36,4 +36,8 @@ impl Sdf for Cuboid {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Cuboid {
+    const IS_CONVEX: bool = true;
 }

@@ -1,13 +1,14 @@
 use nalgebra::Vector3;
 
-use super::fold::unfold_axis;
 use super::is_length;
+use super::mirror::reflect_derivative;
 use super::profile::{Profile, corner, revolve};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A solid cylinder around z, from −`half_height` to `half_height`. Exact. The gradient is a choice on the rims and,
-/// inside, on the axis and where side and end are equally near.
+/// A solid cylinder around z, from −`half_height` to `half_height`: corner(ρ − r, |z| − h). Exact.
+///
+/// Degenerate: the rims and, inside, the axis and where side and end are equally near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
     radius: f64,
@@ -15,23 +16,22 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
+    /// Radius, and half the distance between the ends.
     pub fn new(radius: f64, half_height: f64) -> Option<Self> {
         (is_length(radius) && is_length(half_height)).then_some(Self { radius, half_height })
     }
 }
 
 impl Sdf for Cylinder {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        revolve(point, |[from_axis, z]| {
-            let corner = corner([from_axis - R::from_f64(self.radius), z.abs() - R::from_f64(self.half_height)]);
-            let (axial, on_mid_plane) = unfold_axis(corner.gradient[1], z);
+        revolve(point, |[rho, z]| {
+            let corner = corner([rho - R::from_f64(self.radius), z.abs() - R::from_f64(self.half_height)]);
+            let (axial, is_mid_plane) = reflect_derivative(corner.gradient[1], z);
             Profile {
                 value: corner.value,
                 gradient: [corner.gradient[0], axial],
-                degenerate: corner.degenerate | on_mid_plane,
+                is_degenerate: corner.is_degenerate | is_mid_plane,
             }
         })
     }
@@ -43,4 +43,8 @@ impl Sdf for Cylinder {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Cylinder {
+    const IS_CONVEX: bool = true;
 }

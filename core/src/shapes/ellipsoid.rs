@@ -3,20 +3,24 @@ use nalgebra::Vector3;
 use super::is_length;
 use crate::number::Real;
 use crate::vector::{direction, from_f64};
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// An ellipsoid around the origin with its axes along x, y and z.
 ///
-/// A bound, not a distance: φ = r·(|x/radii| − 1) with r the smallest radius. It has the sign and the surface of the
-/// true distance, its magnitude is never larger, and its slope is nowhere above 1. Along the longest axis it is smaller
-/// than the distance by as much as the radii differ. The gradient at the centre is a choice.
+/// A lower bound of the distance, not the distance: φ = r (|x / radii| − 1), with r the smallest radius and the
+/// division by component. Sign and surface are exact. |x / radii| has a slope of at most 1 / r, so that |φ| never
+/// exceeds the distance. Along the longest axis |φ| is smaller by the ratio of the radii.
+///
+/// Degenerate: the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipsoid {
     radii: [f64; 3],
+    /// r.
     smallest: f64,
 }
 
 impl Ellipsoid {
+    /// Semi-axes along x, y and z.
     pub fn new(radii: [f64; 3]) -> Option<Self> {
         let smallest = radii.into_iter().fold(f64::INFINITY, f64::min);
         radii.into_iter().all(is_length).then_some(Self { radii, smallest })
@@ -24,11 +28,9 @@ impl Ellipsoid {
 }
 
 impl Sdf for Ellipsoid {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        // 1 along the smallest axis, less along the others.
+        // 1 along the shortest axis, less along the others.
         let squeeze = from_f64(self.radii.map(|radius| self.smallest / radius));
         let squeezed = direction(point.component_mul(&squeeze));
         let gradient = squeezed.unit.component_mul(&squeeze);
@@ -43,4 +45,8 @@ impl Sdf for Ellipsoid {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for Ellipsoid {
+    const IS_CONVEX: bool = true;
 }

@@ -2,9 +2,9 @@ use nalgebra::Vector3;
 
 use crate::number::Real;
 use crate::vector::from_f64;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// All points with n·x ≤ offset: φ = n·x − offset. Exact.
+/// All points with n·x ≤ offset, |n| = 1: φ = n·x − offset. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
     normal: [f64; 3],
@@ -12,12 +12,13 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// `normal` points outward, of any length but zero; `offset` is the surface's distance from the origin along it.
+    /// `normal` points outward and is normalized; `None` if it is zero. `offset` is the distance of the surface from
+    /// the origin along it.
     pub fn new(normal: [f64; 3], offset: f64) -> Option<Self> {
         let largest = normal.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let sound = normal.iter().all(|x| x.is_finite()) && largest > 0.0 && offset.is_finite();
-        sound.then(|| {
-            // Scaled first, so that the squares of neither 1e-200 nor 1e200 are lost.
+        let is_valid = normal.iter().all(|x| x.is_finite()) && largest > 0.0 && offset.is_finite();
+        is_valid.then(|| {
+            // Divided by the largest component first, so that no square underflows or overflows.
             let scaled = Vector3::from(normal) / largest;
             Self { normal: (scaled / libm::sqrt(scaled.dot(&scaled))).into(), offset }
         })
@@ -25,8 +26,6 @@ impl HalfSpace {
 }
 
 impl Sdf for HalfSpace {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let normal = from_f64(self.normal);
@@ -40,4 +39,8 @@ impl Sdf for HalfSpace {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for HalfSpace {
+    const IS_CONVEX: bool = true;
 }

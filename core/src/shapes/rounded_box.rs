@@ -3,16 +3,16 @@ use nalgebra::Vector3;
 use super::Cuboid;
 use crate::combine::Offset;
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A box with `radius` added around it. Exact.
+/// A box with rounded edges and corners: that of [`Cuboid`] minus `radius`. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundedBox {
     inflated: Offset<Cuboid>,
 }
 
 impl RoundedBox {
-    /// `half_extents` are those of the box within, `radius` that of its edges and corners.
+    /// `half_extents` are those of the inner box, without `radius`, which may be zero.
     pub fn new(half_extents: [f64; 3], radius: f64) -> Option<Self> {
         let sharp = Cuboid::new(half_extents)?;
         (radius >= 0.0).then_some(Self { inflated: Offset::new(sharp, radius)? })
@@ -20,8 +20,6 @@ impl RoundedBox {
 }
 
 impl Sdf for RoundedBox {
-    const IS_CONVEX: bool = true;
-
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.inflated.evaluate(point)
@@ -34,4 +32,8 @@ impl Sdf for RoundedBox {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+}
+
+impl EnclosedSdf for RoundedBox {
+    const IS_CONVEX: bool = true;
 }

@@ -3,9 +3,11 @@ use nalgebra::Vector3;
 use super::is_length;
 use super::profile::{Profile, revolve};
 use crate::number::Real;
-use crate::{Aabb, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A ring around z in the plane z = 0. Exact. The gradient is a choice on the ring's core circle and on the axis.
+/// A ring around z in the plane z = 0: φ = |(ρ − R, z)| − r. Exact.
+///
+/// Degenerate: the core circle and the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Torus {
     major_radius: f64,
@@ -13,19 +15,19 @@ pub struct Torus {
 }
 
 impl Torus {
-    /// `major_radius` runs from the axis to the middle of the tube, `minor_radius` is the tube's own and no larger.
+    /// `major_radius` R is that of the core circle, `minor_radius` r ≤ R that of the tube.
     pub fn new(major_radius: f64, minor_radius: f64) -> Option<Self> {
-        let sound = is_length(major_radius) && is_length(minor_radius) && minor_radius <= major_radius;
-        sound.then_some(Self { major_radius, minor_radius })
+        let is_valid = is_length(major_radius) && is_length(minor_radius) && minor_radius <= major_radius;
+        is_valid.then_some(Self { major_radius, minor_radius })
     }
 }
 
 impl Sdf for Torus {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        revolve(point, |[from_axis, z]| {
-            let from_core = Profile::from_point([from_axis - R::from_f64(self.major_radius), z]);
-            Profile { value: from_core.value - R::from_f64(self.minor_radius), ..from_core }
+        revolve(point, |[rho, z]| {
+            let core = Profile::norm([rho - R::from_f64(self.major_radius), z]);
+            Profile { value: core.value - R::from_f64(self.minor_radius), ..core }
         })
     }
 
@@ -38,3 +40,5 @@ impl Sdf for Torus {
         1.0
     }
 }
+
+impl EnclosedSdf for Torus {}

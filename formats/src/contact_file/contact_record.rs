@@ -37,8 +37,8 @@ pub struct ContactRecord {
     pub key: u64,
 }
 
-impl<const N: usize> From<&Contact<f64, N>> for ContactRecord {
-    fn from(contact: &Contact<f64, N>) -> Self {
+impl From<&Contact<f64>> for ContactRecord {
+    fn from(contact: &Contact<f64>) -> Self {
         let (feature, feature_id) = match contact.feature {
             Feature::Vertex(vertex) => (ElementKind::Vertex, vec![vertex]),
             Feature::Edge(vertices) => (ElementKind::Edge, vertices.to_vec()),
@@ -50,7 +50,7 @@ impl<const N: usize> From<&Contact<f64, N>> for ContactRecord {
             polygon: None,
             feature,
             feature_id,
-            weights: contact.weights.to_vec(),
+            weights: contact.corner_weights().to_vec(),
             point: contact.point.into(),
             surface_point: contact.surface_point.into(),
             normal: contact.normal.into(),

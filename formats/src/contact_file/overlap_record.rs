@@ -101,7 +101,7 @@ impl From<&OverlapPoint<f64>> for OverlapRecord {
 
 impl From<&PatchPoint<f64>> for OverlapRecord {
     fn from(piece: &PatchPoint<f64>) -> Self {
-        Self::new(OverlapKind::Patch, &piece.at, piece.area)
+        Self::new(OverlapKind::Patch, &piece.point, piece.area)
     }
 }
 

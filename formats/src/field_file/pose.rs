@@ -1,7 +1,8 @@
+use sdf_core::AnyField;
 use sdf_core::placed::{Placed, Similarity, Stretch};
 
+use super::FieldError;
 use super::table::Table;
-use super::{FieldError, Node};
 
 /// A placement: first a scale for each axis, if there is one, then scale, rotation and translation.
 pub(super) struct Pose {
@@ -26,11 +27,11 @@ impl Pose {
         Ok(Self { stretch, similarity })
     }
 
-    pub(super) fn place(self, node: Node) -> Node {
+    pub(super) fn place(self, node: AnyField) -> AnyField {
         let field = match self.stretch {
-            Some(placement) => Node::Stretched(Box::new(Placed { field: node, placement })),
+            Some(placement) => AnyField::Stretched(Box::new(Placed { field: node, placement })),
             None => node,
         };
-        Node::Placed(Box::new(Placed { field, placement: self.similarity }))
+        AnyField::Placed(Box::new(Placed { field, placement: self.similarity }))
     }
 }

@@ -1,38 +1,42 @@
 //! The shape that a table describes.
 
-use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
+use sdf_core::AnyField;
+use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion};
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,
 };
 
 use super::pose::Pose;
 use super::table::Table;
-use super::{FieldError, Grids, Node};
+use super::{FieldError, Grids};
 
 const SHAPES: &str = "sphere, half_space, box, rounded_box, capsule, cylinder, cone, torus, octahedron, ellipsoid, bowl, \
     horseshoe, grid, union, intersection, difference, smooth_union, offset or shell";
 
 /// The shape of a table, placed by its `pose`. `max_depth` bounds the nesting of shapes.
-pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Result<Node, FieldError> {
+pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Result<AnyField, FieldError> {
     let Some(depth) = max_depth.checked_sub(1) else {
         return Err(table.refuse("is nested too deep"));
     };
     let pose = table.optional_table("pose")?.map(Pose::read).transpose()?;
     let shape = table.text("shape")?;
     let node = match shape {
-        "sphere" => Sphere::new(table.number("radius")?).map(Node::Sphere),
-        "half_space" => HalfSpace::new(table.numbers("normal")?, table.number("offset")?).map(Node::HalfSpace),
-        "box" => Cuboid::new(table.numbers("half_extents")?).map(Node::Cuboid),
-        "rounded_box" => RoundedBox::new(table.numbers("half_extents")?, table.number("radius")?).map(Node::RoundedBox),
-        "capsule" => Capsule::new(table.numbers("a")?, table.numbers("b")?, table.number("radius")?).map(Node::Capsule),
-        "cylinder" => Cylinder::new(table.number("radius")?, table.number("half_height")?).map(Node::Cylinder),
-        "cone" => Cone::new(table.number("half_angle_deg")?.to_radians(), table.number("height")?).map(Node::Cone),
-        "torus" => Torus::new(table.number("major_radius")?, table.number("minor_radius")?).map(Node::Torus),
-        "octahedron" => Octahedron::new(table.number("size")?).map(Node::Octahedron),
-        "ellipsoid" => Ellipsoid::new(table.numbers("radii")?).map(Node::Ellipsoid),
-        "bowl" => {
-            Bowl::new(table.number("radius")?, table.number("cut_height")?, table.number("thickness")?).map(Node::Bowl)
+        "sphere" => Sphere::new(table.number("radius")?).map(AnyField::Sphere),
+        "half_space" => HalfSpace::new(table.numbers("normal")?, table.number("offset")?).map(AnyField::HalfSpace),
+        "box" => Cuboid::new(table.numbers("half_extents")?).map(AnyField::Cuboid),
+        "rounded_box" => {
+            RoundedBox::new(table.numbers("half_extents")?, table.number("radius")?).map(AnyField::RoundedBox)
         }
+        "capsule" => {
+            Capsule::new(table.numbers("a")?, table.numbers("b")?, table.number("radius")?).map(AnyField::Capsule)
+        }
+        "cylinder" => Cylinder::new(table.number("radius")?, table.number("half_height")?).map(AnyField::Cylinder),
+        "cone" => Cone::new(table.number("half_angle_deg")?.to_radians(), table.number("height")?).map(AnyField::Cone),
+        "torus" => Torus::new(table.number("major_radius")?, table.number("minor_radius")?).map(AnyField::Torus),
+        "octahedron" => Octahedron::new(table.number("size")?).map(AnyField::Octahedron),
+        "ellipsoid" => Ellipsoid::new(table.numbers("radii")?).map(AnyField::Ellipsoid),
+        "bowl" => Bowl::new(table.number("radius")?, table.number("cut_height")?, table.number("thickness")?)
+            .map(AnyField::Bowl),
         "horseshoe" => Horseshoe::new(
             table.number("radius")?,
             table.number("thickness")?,
@@ -40,28 +44,28 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Res
             table.number("leg")?,
             table.number("half_depth")?,
         )
-        .map(Node::Horseshoe),
+        .map(AnyField::Horseshoe),
         "grid" => {
             let name = table.text("file")?;
-            Some(Node::Grid(grids.read(name).map_err(|what| table.refuse(what))?))
+            Some(AnyField::Grid(grids.read(name).map_err(|what| table.refuse(what))?))
         }
-        "union" => join_all(parts(&mut table, grids, depth)?, union),
-        "intersection" => {
-            join_all(parts(&mut table, grids, depth)?, |a, b| Some(Node::Intersection(Box::new(Intersection(a, b)))))
-        }
+        "union" => union(parts(&mut table, grids, depth)?),
+        "intersection" => join_all(parts(&mut table, grids, depth)?, |a, b| {
+            Some(AnyField::Intersection(Box::new(Intersection(a, b))))
+        }),
         "difference" => difference(parts(&mut table, grids, depth)?),
         "smooth_union" => {
             let blend = table.number("blend")?;
-            let join = |a, b| SmoothUnion::new(a, b, blend).map(|union| Node::SmoothUnion(Box::new(union)));
+            let join = |a, b| SmoothUnion::new(a, b, blend).map(|union| AnyField::SmoothUnion(Box::new(union)));
             join_all(parts(&mut table, grids, depth)?, join)
         }
         "offset" => {
             let part = node(table.table("of")?, grids, depth)?;
-            Offset::new(part, table.number("distance")?).map(|offset| Node::Offset(Box::new(offset)))
+            Offset::new(part, table.number("distance")?).map(|offset| AnyField::Offset(Box::new(offset)))
         }
         "shell" => {
             let part = node(table.table("of")?, grids, depth)?;
-            Shell::new(part, table.number("thickness")?).map(|shell| Node::Shell(Box::new(shell)))
+            Shell::new(part, table.number("thickness")?).map(|shell| AnyField::Shell(Box::new(shell)))
         }
         unknown => return Err(table.refuse(format!("unknown shape {unknown:.40?}; known shapes: {SHAPES}"))),
     };
@@ -89,12 +93,12 @@ fn requirement(shape: &str) -> &'static str {
     }
 }
 
-fn parts(table: &mut Table, grids: &mut Grids, depth: usize) -> Result<Vec<Node>, FieldError> {
+fn parts(table: &mut Table, grids: &mut Grids, depth: usize) -> Result<Vec<AnyField>, FieldError> {
     table.tables("of")?.into_iter().map(|part| node(part, grids, depth)).collect()
 }
 
 /// All parts, joined in a balanced tree of neighbours, so that n parts nest only log₂ n deep.
-fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> Option<Node> {
+fn join_all(mut parts: Vec<AnyField>, join: impl Fn(AnyField, AnyField) -> Option<AnyField>) -> Option<AnyField> {
     while parts.len() > 1 {
         let mut halved = Vec::with_capacity(parts.len().div_ceil(2));
         let mut rest = parts.into_iter();
@@ -109,16 +113,17 @@ fn join_all(mut parts: Vec<Node>, join: impl Fn(Node, Node) -> Option<Node>) -> 
     parts.pop()
 }
 
-fn union(a: Node, b: Node) -> Option<Node> {
-    Some(Node::Union(Box::new(Union(a, b))))
+/// The union of all parts; of one alone, that part.
+fn union(mut parts: Vec<AnyField>) -> Option<AnyField> {
+    if parts.len() == 1 { parts.pop() } else { AnyField::union(parts) }
 }
 
 /// The first part without all others.
-fn difference(mut parts: Vec<Node>) -> Option<Node> {
-    let others = join_all(parts.split_off(1), union);
+fn difference(mut parts: Vec<AnyField>) -> Option<AnyField> {
+    let others = union(parts.split_off(1));
     let first = parts.pop();
     match (first, others) {
-        (Some(first), Some(others)) => Some(Node::Difference(Box::new(Difference(first, others)))),
+        (Some(first), Some(others)) => Some(AnyField::Difference(Box::new(Difference(first, others)))),
         (first, _) => first,
     }
 }

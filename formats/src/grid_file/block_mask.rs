@@ -7,6 +7,7 @@
 //! A region is skipped if the block bounds prove that no value in it is low enough. Rounding is allowed for as
 //! [`sdf_core::contact`] does when it culls.
 
+use sdf_core::EnclosedSdf;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Grid, Lattice, Storage};
 use sdf_core::{Aabb, Sdf};
@@ -51,7 +52,7 @@ impl BlockMask {
                 continue;
             }
             let rounding = CULL_ERROR * grid.slope_bound().max(1.0) * magnitude.max(level.abs());
-            if near.is_none() || grid.enclose_box(&region).least <= level + rounding {
+            if near.is_none() || grid.enclose_box(&region).range.lower <= level + rounding {
                 mask.add_box(first, last);
             }
         }

@@ -1,22 +1,24 @@
 //! Validity of a grid's parts: before a file is written, and after one is read.
 
+use sdf_core::Interval;
+use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::header::Header;
-use super::{About, GridFault, Layout, Precision, Samples, SparseSamples, layout};
+use super::{About, GridFault, Samples, SparseInfo, SparseSamples, layout};
 use crate::hdf5::Element;
 
 /// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid.
 pub(super) fn checked_header(lattice: &Lattice, samples: &Samples, about: &About) -> Result<Header, String> {
-    let sparse = |band: f64, precision: Precision, bricks: usize| Layout::Sparse { band, precision, bricks };
-    let layout = match samples {
-        Samples::Dense { .. } => Layout::Dense,
-        Samples::F32(samples) => sparse(samples.band, Precision::F32, samples.places.len()),
-        Samples::U16(samples) => sparse(samples.band, Precision::U16, samples.places.len()),
-        Samples::U8(samples) => sparse(samples.band, Precision::U8, samples.places.len()),
+    let sparse = |band: f64, precision: Precision, bricks: usize| Some(SparseInfo { band, precision, bricks });
+    let sparse = match samples {
+        Samples::Dense { .. } => None,
+        Samples::F32(samples) => sparse(samples.band, Precision::F32, samples.slots.len()),
+        Samples::U16(samples) => sparse(samples.band, Precision::U16, samples.slots.len()),
+        Samples::U8(samples) => sparse(samples.band, Precision::U8, samples.slots.len()),
     };
-    let header = Header { lattice: *lattice, layout, about: about.clone(), digests_sha256: String::new() };
+    let header = Header { lattice: *lattice, sparse, about: about.clone(), digests_sha256: String::new() };
     if let Some(violation) = header.violation() {
         return Err(violation);
     }
@@ -39,13 +41,13 @@ fn sparse_samples<C: Element>(
     samples: &SparseSamples<C>,
     precision: Precision,
 ) -> Result<(), String> {
-    let bricks = samples.places.len();
+    let bricks = samples.slots.len();
     count("scales", samples.scales.len(), Some(bricks))?;
     count("samples", samples.samples.len(), bricks.checked_mul(BRICK_SAMPLES))?;
     count("bounds", samples.bounds.len(), Some(bricks))?;
     count("errors", samples.errors.len(), Some(bricks))?;
     count("nodes of the coarse grid", samples.coarse.len(), coarse_count(lattice))?;
-    brick_table(lattice, samples.places)?;
+    brick_table(lattice, samples.slots)?;
     all_finite("sample", samples.samples)?;
     all_finite("coarse node", samples.coarse)?;
     valid_scales(samples.scales, precision)?;
@@ -95,7 +97,10 @@ pub(super) fn brick_table(lattice: &Lattice, slots: &[[u32; 3]]) -> Result<Vec<u
 
 /// Block bounds from rows of three numbers: lower, upper, slope.
 pub(super) fn block_bounds(numbers: &[f32]) -> Result<Vec<BlockBounds>, GridFault> {
-    let row = |numbers: &[f32]| BlockBounds { least: numbers[0], greatest: numbers[1], slope: numbers[2] };
+    let row = |numbers: &[f32]| BlockBounds {
+        range: Interval { lower: numbers[0], upper: numbers[1] },
+        slope_bound: numbers[2],
+    };
     let bounds: Vec<BlockBounds> = numbers.chunks_exact(3).map(row).collect();
     valid_bounds(&bounds).map_err(GridFault::damaged)?;
     Ok(bounds)
@@ -104,8 +109,9 @@ pub(super) fn block_bounds(numbers: &[f32]) -> Result<Vec<BlockBounds>, GridFaul
 /// An error unless every bound is finite, lower ≤ upper, and slope ≥ 0.
 fn valid_bounds(bounds: &[BlockBounds]) -> Result<(), String> {
     let is_valid = |bounds: &BlockBounds| {
-        let is_finite = [bounds.least, bounds.greatest, bounds.slope].iter().all(|number| number.is_finite());
-        is_finite && bounds.least <= bounds.greatest && bounds.slope >= 0.0
+        let is_finite =
+            [bounds.range.lower, bounds.range.upper, bounds.slope_bound].iter().all(|number| number.is_finite());
+        is_finite && bounds.range.lower <= bounds.range.upper && bounds.slope_bound >= 0.0
     };
     match bounds.iter().position(|bounds| !is_valid(bounds)) {
         Some(index) => Err(format!("bounds {index} are {:?}", bounds[index])),

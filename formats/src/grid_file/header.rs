@@ -5,10 +5,11 @@
 use std::fmt::Write;
 
 use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sha2::{Digest, Sha256};
 
-use super::{About, GridFault, Layout, Precision, SignMethod, Source, layout};
+use super::{About, GridFault, SignMethod, Source, SparseInfo, layout, layout_of};
 use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
 
 /// Attributes of both layouts.
@@ -38,7 +39,7 @@ pub(super) const CHECKSUM: &str = "attributes_sha256";
 #[derive(Clone, Debug)]
 pub(super) struct Header {
     pub lattice: Lattice,
-    pub layout: Layout,
+    pub sparse: Option<SparseInfo>,
     pub about: About,
     /// SHA-256 of the dataset `digests`, in the form of [`layout::hex`].
     pub digests_sha256: String,
@@ -68,7 +69,7 @@ impl Header {
         }
         let header = Self {
             lattice: attributes.lattice()?,
-            layout: if is_sparse { attributes.sparse()? } else { Layout::Dense },
+            sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
             about: attributes.about()?,
             digests_sha256: attributes.text(DIGESTS)?.to_owned(),
         };
@@ -84,10 +85,10 @@ impl Header {
         let number = |number: f64| Value::Numbers(vec![number]);
         let integer = |integer: i128| Value::Integers(vec![integer]);
         let about = &self.about;
-        let layout_name = if self.layout == Layout::Dense { "dense" } else { "sparse" };
+        let (layout, _) = layout_of(self.sparse);
         let common = [
             integer(layout::FORMAT_VERSION),
-            text(layout_name),
+            text(layout.name()),
             Value::Numbers(self.lattice.origin().to_vec()),
             number(self.lattice.spacing()),
             Value::Integers(self.lattice.nodes().map(i128::from).to_vec()),
@@ -103,7 +104,7 @@ impl Header {
             text(&about.options),
         ];
         let mut attributes: Vec<_> = COMMON.into_iter().zip(common).collect();
-        if let Layout::Sparse { band, precision, bricks } = self.layout {
+        if let Some(SparseInfo { band, precision, bricks }) = self.sparse {
             let sparse_only = [number(band), text(precision.name()), integer(BRICK.into()), integer(bricks as i128)];
             attributes.extend(SPARSE_ONLY.into_iter().zip(sparse_only));
         }
@@ -114,10 +115,7 @@ impl Header {
     /// The first value that no file may have, in words.
     pub(super) fn violation(&self) -> Option<String> {
         let about = &self.about;
-        let band = match self.layout {
-            Layout::Dense => 0.0,
-            Layout::Sparse { band, .. } => band,
-        };
+        let band = self.sparse.map_or(0.0, |sparse| sparse.band);
         let lengths = [
             ("slope_bound", about.slope_bound),
             ("error_bound", about.error_bound),
@@ -127,7 +125,7 @@ impl Header {
         if let Some((name, bad)) = lengths.into_iter().find(|(_, length)| !(length.is_finite() && *length >= 0.0)) {
             return Some(format!("{name} is {bad}"));
         }
-        if let Layout::Sparse { bricks, .. } = self.layout {
+        if let Some(SparseInfo { bricks, .. }) = self.sparse {
             let slots = brick_counts(&self.lattice).iter().map(|slots| u128::from(*slots)).product::<u128>();
             if bricks == 0 || bricks as u128 > slots.min(layout::MAX_BRICKS as u128) {
                 return Some(format!("{bricks} bricks for {slots} brick slots"));
@@ -179,14 +177,14 @@ impl Attributes {
         })
     }
 
-    fn sparse(&self) -> Result<Layout, GridFault> {
+    fn sparse(&self) -> Result<SparseInfo, GridFault> {
         let [band] = self.numbers("band")?;
         let [bricks] = self.integers("bricks")?;
         let precision = Precision::from_name(self.text("precision")?);
         if self.integers("brick_side")? != [i128::from(BRICK)] {
             return Err(GridFault::not_a_grid(format!("its bricks do not have {BRICK} nodes along a side")));
         }
-        Ok(Layout::Sparse {
+        Ok(SparseInfo {
             band,
             precision: precision.ok_or_else(|| GridFault::not_a_grid("its precision is not f32, u16 or u8"))?,
             bricks: usize::try_from(bricks).map_err(|_| GridFault::damaged("bricks is not a count"))?,

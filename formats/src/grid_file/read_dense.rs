@@ -9,8 +9,9 @@ use super::digests::{DatasetList, Digests, WHOLE_CHUNKS, open_dataset};
 use super::header::{Attributes, Header};
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
 use super::reader::LoadedSamples;
-use super::{GridFault, OwnedSamples, check, layout};
+use super::{GridFault, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
+use sdf_core::grid::owned::OwnedStorage;
 
 /// Index of the first digest of the samples: they come first.
 const SAMPLES_DIGEST: usize = 0;
@@ -57,7 +58,7 @@ impl DenseReader {
         let blocks = (0..total_blocks).filter(|chunk| is_needed(tiling.tile(*chunk))).count();
         let dense = Dense::new(lattice, samples).expect("the dataset has the lattice's shape");
         let bounded = WithBlockBounds::new(lattice, dense, self.bounds).expect("a row for each slot was read");
-        Ok(LoadedSamples { samples: OwnedSamples::Dense(bounded), blocks, total_blocks })
+        Ok(LoadedSamples { samples: OwnedStorage::Dense(bounded), blocks, total_blocks })
     }
 }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
 
 use super::block_mask::BlockMask;
@@ -11,7 +12,7 @@ use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
 use super::reader::LoadedSamples;
-use super::{GridFault, OwnedBricks, OwnedSamples, Precision, check, layout};
+use super::{GridFault, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
 /// Index of the first digest of the samples: they come first.
@@ -59,7 +60,7 @@ impl SparseReader {
         let errors = digests.elements(file, &errors, errors_digest)?;
         let tables = OwnedBricks {
             table: check::brick_table(&header.lattice, &slots).map_err(GridFault::damaged)?,
-            places: slots,
+            slots,
             scales: scales.chunks_exact(2).map(|scale| Scale { base: scale[0], step: scale[1] }).collect(),
             samples: vec![SamplePlaceholder; bricks * BRICK_SAMPLES],
             bounds: check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?,
@@ -87,20 +88,20 @@ impl SparseReader {
         lattice: &Lattice,
         mask: Option<&BlockMask>,
     ) -> Result<LoadedSamples, GridFault> {
-        let total_blocks = self.tables.places.len();
+        let total_blocks = self.tables.slots.len();
         let bricks = BrickReader { file, digests, lattice, mask };
         let (samples, blocks) = match self.samples {
             SampleDataset::F32(dataset) => {
                 let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
-                (OwnedSamples::SparseF32(sparse), blocks)
+                (OwnedStorage::SparseF32(sparse), blocks)
             }
             SampleDataset::U16(dataset) => {
                 let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
-                (OwnedSamples::SparseU16(sparse), blocks)
+                (OwnedStorage::SparseU16(sparse), blocks)
             }
             SampleDataset::U8(dataset) => {
                 let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
-                (OwnedSamples::SparseU8(sparse), blocks)
+                (OwnedStorage::SparseU8(sparse), blocks)
             }
         };
         Ok(LoadedSamples { samples, blocks, total_blocks })
@@ -153,7 +154,7 @@ impl BrickReader<'_> {
     ) -> Result<(Sparse<OwnedBricks<C>>, usize), GridFault> {
         let is_slot_needed =
             |slot: &[u32; 3]| self.mask.is_none_or(|mask| mask.contains(slot.map(|index| index as usize)));
-        let is_brick_needed: Vec<bool> = tables.places.iter().map(is_slot_needed).collect();
+        let is_brick_needed: Vec<bool> = tables.slots.iter().map(is_slot_needed).collect();
         let is_needed = |tile: Tile| is_brick_needed[tile.first[1]..][..tile.size[1]].contains(&true);
         let piece = [1, 1, BRICK_SAMPLES];
         let mut samples = self.digests.elements_in(self.file, dataset, SAMPLES_DIGEST, piece, is_needed)?;
@@ -162,8 +163,8 @@ impl BrickReader<'_> {
         let [_, chunk_bricks, _] = dataset.tiling().sides();
         let chunks_read = is_brick_needed.chunks(chunk_bricks).filter(|chunk| chunk.contains(&true));
         let bricks_read = chunks_read.map(<[bool]>::len).sum();
-        let OwnedBricks { table, places, scales, bounds, errors, coarse, .. } = tables;
-        let bricks = OwnedBricks { table, places, scales, samples, bounds, errors, coarse };
+        let OwnedBricks { table, slots, scales, bounds, errors, coarse, .. } = tables;
+        let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
         Ok((Sparse::new(self.lattice, bricks).expect("the tables were checked"), bricks_read))
     }
 }

@@ -15,13 +15,14 @@ use std::path::{Path, PathBuf};
 
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
 
 use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
 use super::read_dense::DenseReader;
 use super::read_sparse::SparseReader;
-use super::{About, GridFault, GridFileError, Layout, OwnedGrid, OwnedSamples, ReadCount, StoredGrid, Summary};
+use super::{About, GridFault, GridFileError, ReadCount, SparseInfo, StoredGrid, Summary};
 use crate::hdf5::Hdf5Reader;
 
 /// Reads a grid and verifies its checksums. See [`open`].
@@ -66,15 +67,15 @@ impl GridReader<'_> {
         &self.grid.header.about
     }
 
-    pub fn layout(&self) -> Layout {
-        self.grid.header.layout
+    pub fn sparse(&self) -> Option<SparseInfo> {
+        self.grid.header.sparse
     }
 
     pub fn summary(&self) -> Summary {
         let OpenGrid { file, header, digests, .. } = &self.grid;
         Summary {
             lattice: header.lattice,
-            layout: header.layout,
+            sparse: header.sparse,
             about: header.about.clone(),
             parts: digests.parts.clone(),
             file_bytes: file.file_bytes(),
@@ -101,7 +102,7 @@ impl GridReader<'_> {
 
 /// Samples as they were read, and how many chunks or bricks were read of how many.
 pub(super) struct LoadedSamples {
-    pub samples: OwnedSamples,
+    pub samples: OwnedStorage,
     pub blocks: usize,
     pub total_blocks: usize,
 }
@@ -122,12 +123,12 @@ impl<'a> OpenGrid<'a> {
     fn open(file: Hdf5Reader<'a>) -> Result<Self, GridFault> {
         let sdf = file.member(None, "sdf")?;
         let header = Header::read(&file, &sdf)?;
-        let (contents, digests) = match header.layout {
-            Layout::Dense => {
+        let (contents, digests) = match header.sparse {
+            None => {
                 let (dense, digests) = DenseReader::open(&file, &sdf, &header)?;
                 (Contents::Dense(dense), digests)
             }
-            Layout::Sparse { bricks, precision, .. } => {
+            Some(SparseInfo { bricks, precision, .. }) => {
                 let (sparse, digests) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
                 (Contents::Sparse(sparse), digests)
             }
@@ -149,9 +150,9 @@ impl<'a> OpenGrid<'a> {
             Contents::Dense(dense) => dense.read(&file, &digests, &header.lattice, mask)?,
             Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
         };
-        let Header { lattice, layout, about, .. } = header;
+        let Header { lattice, sparse, about, .. } = header;
         let grid = OwnedGrid::new(lattice, samples, about.slope_bound).expect("the header has a valid slope bound");
         let read = ReadCount { bytes: file.bytes_read(), blocks, total_blocks };
-        Ok(StoredGrid { grid, layout, about, read })
+        Ok(StoredGrid { grid, sparse, about, read })
     }
 }

@@ -64,14 +64,14 @@ fn write_sparse<C: DeltaCoding>(
     bricks: &SparseSamples<C>,
     digests: &mut Vec<u8>,
 ) -> Result<(), Hdf5Error> {
-    let count = bricks.places.len();
+    let count = bricks.slots.len();
     let scales: Vec<f32> = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
     let encode = |chunk: &mut [C]| chunk.chunks_exact_mut(BRICK_SAMPLES).for_each(C::delta_encode);
     let shape = layout::bricks_shape(count);
     let shapes = [&shape[..], &layout::chunk_shape(&shape)];
     hdf5::write_dataset(sdf, "samples", shapes, bricks.samples, encode, digests)?;
     put(sdf, "bounds", &[count, 3], &bounds_numbers(bricks.bounds), digests)?;
-    put(sdf, "places", &[count, 3], bricks.places.as_flattened(), digests)?;
+    put(sdf, "places", &[count, 3], bricks.slots.as_flattened(), digests)?;
     put(sdf, "scales", &[count, 2], &scales, digests)?;
     put(sdf, "errors", &[count], bricks.errors, digests)?;
     put(sdf, "coarse", &layout::coarse_shape(lattice), bricks.coarse, digests)?;
@@ -90,7 +90,7 @@ fn put<T: Element>(
 }
 
 fn bounds_numbers(bounds: &[BlockBounds]) -> Vec<f32> {
-    bounds.iter().flat_map(|bounds| [bounds.least, bounds.greatest, bounds.slope]).collect()
+    bounds.iter().flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound]).collect()
 }
 
 fn set_attributes(group: &H5Group, attributes: &Attributes) -> Result<(), Hdf5Error> {

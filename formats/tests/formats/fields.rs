@@ -2,9 +2,10 @@
 
 use std::fs;
 
+use sdf_core::AnyField;
 use sdf_core::Sdf;
 use sdf_core::nalgebra::Vector3;
-use sdf_formats::field_file::{self, Field, Node};
+use sdf_formats::field_file::{self, Field};
 use tempfile::TempDir;
 
 use crate::grid_samples::Made;
@@ -14,7 +15,7 @@ const SHAPES: &str = "[field]\nshape = 'union'\nof = [\n  { shape = 'sphere', ra
 
 const WITH_GRID: &str = "[field]\nshape = 'shell'\nthickness = 0.25\nof = { shape = 'grid', file = 'ball.sdf.h5' }\n";
 
-fn analytic(field: Field) -> Node {
+fn analytic(field: Field) -> AnyField {
     match field {
         Field::Analytic(node) => node,
         Field::Grid(_) => panic!("a grid"),

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use sdf_core::Aabb;
 use sdf_core::grid::Storage;
-use sdf_formats::grid_file::{self, GridFault, OwnedGrid, Precision};
+use sdf_core::grid::owned::{OwnedGrid, Precision};
+use sdf_formats::grid_file::{self, GridFault};
 use tempfile::TempDir;
 
 use crate::grid_samples::{KINDS, Made, about};

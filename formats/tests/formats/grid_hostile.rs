@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use rust_hdf5::{H5File, H5Group, LibverBound};
-use sdf_formats::grid_file::{self, Precision};
+use sdf_core::grid::owned::Precision;
+use sdf_formats::grid_file::{self};
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
@@ -48,7 +49,7 @@ impl Forged {
         let made = Made::new([33, 34, 35], Some(Precision::U16));
         let Content::U16(bricks) = &made.content else { panic!("another layout") };
         let (text, about) = (|text: &str| Value::Text(text.to_owned()), about());
-        let count = bricks.places.len();
+        let count = bricks.slots.len();
         let hex: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
         let attributes = vec![
             ("format_version", Value::Integers(vec![2])),
@@ -75,12 +76,16 @@ impl Forged {
             let chunk = shape.iter().map(|side| *side.min(&30)).collect();
             Table { name, shape: shape.to_vec(), chunk, elements }
         };
-        let bounds = bricks.bounds.iter().flat_map(|bounds| [bounds.least, bounds.greatest, bounds.slope]).collect();
+        let bounds = bricks
+            .bounds
+            .iter()
+            .flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound])
+            .collect();
         let scales = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
         let tables = vec![
             table("samples", &[count, 512], Elements::U16(differences(&bricks.samples))),
             table("bounds", &[count, 3], Elements::F32(bounds)),
-            table("places", &[count, 3], Elements::U32(bricks.places.as_flattened().to_vec())),
+            table("places", &[count, 3], Elements::U32(bricks.slots.as_flattened().to_vec())),
             table("scales", &[count, 2], Elements::F32(scales)),
             table("errors", &[count], Elements::F32(bricks.errors.clone())),
             table("coarse", &[6, 6, 6], Elements::F32(bricks.coarse.clone())),

@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{OwnedGrid, Precision};
 use sdf_core::minimize::ProjectedGradient;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, Float, Sdf, Simplex};
-use sdf_formats::grid_file::{self, OwnedGrid, Precision};
+use sdf_core::{Aabb, EnclosedSdf, Float, Sdf, Simplex};
+use sdf_formats::grid_file::{self};
 use tempfile::TempDir;
 
 use crate::grid_samples::{KINDS, Made, about};

@@ -1,11 +1,13 @@
 //! Grids that are written are read again, by our reader and by others.
 
+use sdf_core::Interval;
 use std::fs;
 
 use hdf5_reader::Hdf5File;
+use sdf_core::grid::owned::{OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
-use sdf_formats::grid_file::{self, About, OwnedSamples, Precision, ReadCount, Samples, SparseSamples};
+use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 
 use crate::grid_samples::{Content, KINDS, Made, about, lent};
@@ -21,25 +23,25 @@ fn every_shape_comes_back_in_either_layout_and_any_precision() {
     for (shape, kind) in SHAPES.into_iter().flat_map(|shape| KINDS.map(|kind| (shape, kind))) {
         let made = Made::new(shape, kind);
         // The surface passes through no brick.
-        if matches!(made.layout(), grid_file::Layout::Sparse { bricks: 0, .. }) {
+        if matches!(made.sparse(), Some(grid_file::SparseInfo { bricks: 0, .. })) {
             continue;
         }
         made.write(&path);
         let summary = grid_file::open(&path).unwrap_or_else(|error| panic!("{error}")).summary();
-        assert_eq!((summary.lattice, summary.layout, &summary.about), (made.lattice, made.layout(), &about()));
+        assert_eq!((summary.lattice, summary.sparse, &summary.about), (made.lattice, made.sparse(), &about()));
         assert_eq!(summary.file_bytes, fs::metadata(&path).unwrap().len());
         let stored: u64 = summary.parts.iter().map(|part| part.stored_bytes).sum();
         assert!(0 < stored && stored < summary.file_bytes);
 
         let stored = grid_file::read(&path).unwrap();
         assert!(stored.grid == made.grid(), "{shape:?} {kind:?}");
-        assert_eq!((stored.layout, &stored.about), (made.layout(), &about()));
+        assert_eq!((stored.sparse, &stored.about), (made.sparse(), &about()));
         assert!(stored.read.bytes <= summary.file_bytes + (1 << 16) && stored.read.blocks == stored.read.total_blocks);
         assert!(corners(&stored.grid) == corners(&made.grid()));
     }
 }
 
-fn corners(grid: &grid_file::OwnedGrid) -> Vec<[u32; 8]> {
+fn corners(grid: &sdf_core::grid::owned::OwnedGrid) -> Vec<[u32; 8]> {
     let [nx, ny, nz] = grid.lattice().cells();
     let cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
     cells.map(|cell| grid.storage().corners(cell).map(f32::to_bits)).collect()
@@ -52,7 +54,7 @@ fn any(random: &mut Random) -> f32 {
 
 fn any_bounds(random: &mut Random) -> BlockBounds {
     let [a, b] = [any(random), any(random)];
-    BlockBounds { least: a.min(b), greatest: a.max(b), slope: any(random).abs() }
+    BlockBounds { range: Interval { lower: a.min(b), upper: a.max(b) }, slope_bound: any(random).abs() }
 }
 
 #[test]
@@ -70,8 +72,9 @@ fn random_bits_come_back_too() {
         grid_file::write(&path, &lattice, samples, &about()).unwrap();
         let stored = grid_file::read(&path).unwrap();
         assert_eq!(stored.grid.lattice().origin().map(f64::to_bits), lattice.origin().map(f64::to_bits));
-        let OwnedSamples::Dense(bounded) = stored.grid.storage() else { panic!("another layout") };
-        let bits = |bounds: &BlockBounds| [bounds.least, bounds.greatest, bounds.slope].map(f32::to_bits);
+        let OwnedStorage::Dense(bounded) = stored.grid.storage() else { panic!("another layout") };
+        let bits =
+            |bounds: &BlockBounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound].map(f32::to_bits);
         assert!(bounded.bounds().iter().map(bits).eq(bounds.iter().map(bits)));
         for cell in [[0; 3], lattice.cells().map(|n| n - 1), lattice.cells().map(|n| random.below(n as usize) as u32)] {
             let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
@@ -102,12 +105,12 @@ fn thousands_of_bricks_of_random_codes_come_back() {
     let coarse: Vec<f32> = (0..21 * 22 * 22).map(|_| any(&mut random)).collect();
     let (places, scales, samples) = (&places[..], &scales[..], &samples[..]);
     let sparse =
-        SparseSamples { band: 0.0, places, scales, samples, bounds: &bounds, errors: &errors, coarse: &coarse };
+        SparseSamples { band: 0.0, slots: places, scales, samples, bounds: &bounds, errors: &errors, coarse: &coarse };
     grid_file::write(&path, &lattice, sparse, &about()).unwrap();
     let stored = grid_file::read(&path).unwrap();
-    let OwnedSamples::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };
+    let OwnedStorage::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };
     let found = found.bricks();
-    assert!(found.places == places && found.samples() == samples && found.scales() == scales);
+    assert!(found.slots == places && found.samples() == samples && found.scales() == scales);
     assert!(found.bounds == bounds && found.errors == errors && found.coarse == coarse);
     let all = places.len();
     assert_eq!(stored.read, ReadCount { blocks: all, total_blocks: all, ..stored.read });
@@ -177,13 +180,14 @@ fn grids_that_could_not_be_read_are_not_written() {
 }
 
 fn bad_bounds() -> [BlockBounds; 5] {
-    let good = BlockBounds { least: -1.0, greatest: 1.0, slope: 1.0 };
+    let range = Interval { lower: -1.0, upper: 1.0 };
+    let good = BlockBounds { range, slope_bound: 1.0 };
     [
-        BlockBounds { least: f32::NAN, ..good },
-        BlockBounds { greatest: f32::INFINITY, ..good },
-        BlockBounds { slope: f32::NAN, ..good },
-        BlockBounds { slope: -1e-9, ..good },
-        BlockBounds { least: 2.0, ..good },
+        BlockBounds { range: Interval { lower: f32::NAN, ..range }, ..good },
+        BlockBounds { range: Interval { upper: f32::INFINITY, ..range }, ..good },
+        BlockBounds { slope_bound: f32::NAN, ..good },
+        BlockBounds { slope_bound: -1e-9, ..good },
+        BlockBounds { range: Interval { lower: 2.0, ..range }, ..good },
     ]
 }
 
@@ -206,13 +210,13 @@ fn bricks_that_could_not_be_read_are_not_written() {
     refused(SparseSamples { bounds: &bricks.bounds[1..], ..bricks });
     refused(SparseSamples { errors: &bricks.errors[1..], ..bricks });
     refused(SparseSamples { coarse: &bricks.coarse[1..], ..bricks });
-    refused(SparseSamples { places: &bricks.places[1..], ..bricks });
-    refused(SparseSamples { places: &[], scales: &[], samples: &[], bounds: &[], errors: &[], ..bricks });
-    let mut places = bricks.places.to_vec();
+    refused(SparseSamples { slots: &bricks.slots[1..], ..bricks });
+    refused(SparseSamples { slots: &[], scales: &[], samples: &[], bounds: &[], errors: &[], ..bricks });
+    let mut places = bricks.slots.to_vec();
     places[3] = places[2];
-    refused(SparseSamples { places: &places, ..bricks });
+    refused(SparseSamples { slots: &places, ..bricks });
     places[3] = [0, 5, 0];
-    refused(SparseSamples { places: &places, ..bricks });
+    refused(SparseSamples { slots: &places, ..bricks });
     for (base, step) in
         [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (0.0, f32::NAN), (0.0, -1e-9), (3e38, 1e38), (0.0, 1e34)]
     {

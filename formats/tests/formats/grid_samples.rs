@@ -1,12 +1,12 @@
 //! Grids to write and read.
 
+use sdf_core::Interval;
 use std::path::Path;
 
+use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
-use sdf_formats::grid_file::{
-    self, About, Layout, OwnedBricks, OwnedGrid, OwnedSamples, Precision, Samples, SignMethod, Source, SparseSamples,
-};
+use sdf_formats::grid_file::{self, About, Samples, SignMethod, Source, SparseInfo, SparseSamples};
 
 /// A grid to be written.
 #[derive(Clone)]
@@ -63,22 +63,22 @@ impl Made {
         let samples = match self.content.clone() {
             Content::Dense { distances, bounds } => {
                 let dense = Dense::new(lattice, distances).unwrap();
-                OwnedSamples::Dense(WithBlockBounds::new(lattice, dense, bounds).unwrap())
+                OwnedStorage::Dense(WithBlockBounds::new(lattice, dense, bounds).unwrap())
             }
-            Content::F32(bricks) => OwnedSamples::SparseF32(Sparse::new(lattice, bricks).unwrap()),
-            Content::U16(bricks) => OwnedSamples::SparseU16(Sparse::new(lattice, bricks).unwrap()),
-            Content::U8(bricks) => OwnedSamples::SparseU8(Sparse::new(lattice, bricks).unwrap()),
+            Content::F32(bricks) => OwnedStorage::SparseF32(Sparse::new(lattice, bricks).unwrap()),
+            Content::U16(bricks) => OwnedStorage::SparseU16(Sparse::new(lattice, bricks).unwrap()),
+            Content::U8(bricks) => OwnedStorage::SparseU8(Sparse::new(lattice, bricks).unwrap()),
         };
         OwnedGrid::new(*lattice, samples, about().slope_bound).unwrap()
     }
 
-    pub fn layout(&self) -> Layout {
-        let sparse = |precision, bricks| Layout::Sparse { band: BAND, precision, bricks };
+    pub fn sparse(&self) -> Option<SparseInfo> {
+        let sparse = |precision, bricks| Some(SparseInfo { band: BAND, precision, bricks });
         match &self.content {
-            Content::Dense { .. } => Layout::Dense,
-            Content::F32(bricks) => sparse(Precision::F32, bricks.places.len()),
-            Content::U16(bricks) => sparse(Precision::U16, bricks.places.len()),
-            Content::U8(bricks) => sparse(Precision::U8, bricks.places.len()),
+            Content::Dense { .. } => None,
+            Content::F32(bricks) => sparse(Precision::F32, bricks.slots.len()),
+            Content::U16(bricks) => sparse(Precision::U16, bricks.slots.len()),
+            Content::U8(bricks) => sparse(Precision::U8, bricks.slots.len()),
         }
     }
 
@@ -88,8 +88,8 @@ impl Made {
 }
 
 pub fn lent<C>(bricks: &OwnedBricks<C>) -> SparseSamples<'_, C> {
-    let OwnedBricks { places, scales, samples, bounds, errors, coarse, .. } = bricks;
-    SparseSamples { band: BAND, places, scales, samples, bounds, errors, coarse }
+    let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
+    SparseSamples { band: BAND, slots, scales, samples, bounds, errors, coarse }
 }
 
 fn dense(lattice: &Lattice, distances: Vec<f32>) -> Content {
@@ -118,7 +118,7 @@ fn sparse<C: Code>(
     }
     let mut bricks = OwnedBricks {
         table: vec![NO_BRICK; (px * py * pz) as usize],
-        places: Vec::new(),
+        slots: Vec::new(),
         scales: Vec::new(),
         samples: Vec::new(),
         bounds: Vec::new(),
@@ -135,16 +135,16 @@ fn sparse<C: Code>(
         let [least, greatest] =
             [f32::min, f32::max].map(|pick: fn(f32, f32) -> f32| samples.iter().copied().reduce(pick).unwrap());
         let scale = scale(least, greatest);
-        bricks.table[((slot[2] * py + slot[1]) * px + slot[0]) as usize] = bricks.places.len() as u32;
-        bricks.places.push(slot);
+        bricks.table[((slot[2] * py + slot[1]) * px + slot[0]) as usize] = bricks.slots.len() as u32;
+        bricks.slots.push(slot);
         bricks.scales.push(scale);
         bricks.samples.extend(samples.iter().map(|sample| encode(*sample, scale)));
         bricks.errors.push(scale.step / 2.0);
     }
-    let nothing = BlockBounds { least: 0.0, greatest: 0.0, slope: 0.0 };
-    bricks.bounds = vec![nothing; bricks.places.len()];
+    let nothing = BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 };
+    bricks.bounds = vec![nothing; bricks.slots.len()];
     let sparse = Sparse::new(lattice, bricks).unwrap();
-    let bounds = sparse.bricks().places.iter().map(|slot| slot_bounds(lattice, &sparse, *slot)).collect();
+    let bounds = sparse.bricks().slots.iter().map(|slot| slot_bounds(lattice, &sparse, *slot)).collect();
     OwnedBricks { bounds, ..sparse.bricks().clone() }
 }
 
@@ -163,14 +163,16 @@ fn slot_bounds(lattice: &Lattice, storage: &impl Storage, slot: [u32; 3]) -> Blo
     let cells = lattice.cells();
     let last: [u32; 3] = std::array::from_fn(|axis| (8 * slot[axis] + 7).min(cells[axis] - 1));
     let counts = std::array::from_fn(|axis| last[axis] + 1 - first[axis].min(last[axis]));
-    let nothing = BlockBounds { least: f32::INFINITY, greatest: f32::NEG_INFINITY, slope: 0.0 };
+    let nothing = BlockBounds::EMPTY;
     slots(counts).fold(nothing, |bounds, step| {
         let cell = std::array::from_fn(|axis| first[axis].min(last[axis]) + step[axis]);
         let corners = storage.corners(cell);
         bounds.union(BlockBounds {
-            least: corners.into_iter().fold(f32::INFINITY, f32::min),
-            greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
-            slope: cell_slope(corners, lattice.spacing()) as f32 * 1.000001,
+            range: Interval {
+                lower: corners.into_iter().fold(f32::INFINITY, f32::min),
+                upper: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
+            },
+            slope_bound: cell_slope(corners, lattice.spacing()) as f32 * 1.000001,
         })
     })
 }

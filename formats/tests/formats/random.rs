@@ -1,3 +1,5 @@
+use sdf_procedural::random::next_bits;
+
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Random(u64);
 
@@ -15,10 +17,7 @@ impl Random {
     }
 
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        next_bits(&mut self.0)
     }
 
     pub fn below(&mut self, end: usize) -> usize {

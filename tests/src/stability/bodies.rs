@@ -1,7 +1,7 @@
 //! Fields that are asked about in stiff and extreme cases, and elements around them.
 
 use nalgebra::Vector3;
-use sdf_core::Sdf;
+use sdf_core::EnclosedSdf;
 use sdf_core::placed::{Placed, Placement, Rigid, Similarity, Stretch};
 
 use crate::any_field::AnyField;
@@ -23,7 +23,7 @@ pub struct Body {
 }
 
 impl Body {
-    pub fn new(name: &'static str, field: impl Sdf + 'static, largest_length: f64) -> Self {
+    pub fn new(name: &'static str, field: impl EnclosedSdf + 'static, largest_length: f64) -> Self {
         Self { name, field: AnyField::new(field), elements: vec![], largest_length, convex: false }
     }
 

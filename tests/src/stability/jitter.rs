@@ -2,7 +2,7 @@
 //! true contact moves smoothly (Fig. 2 and Fig. 4 of Macklin et al. 2020).
 
 use nalgebra::Vector3;
-use sdf_core::Sdf;
+use sdf_core::EnclosedSdf;
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, RoundedBox};
 
@@ -36,7 +36,7 @@ pub struct Ridge {
 const HALF: f64 = 0.5;
 
 /// Turned by an eighth about x, so that an edge is on top, and shifted down to the origin.
-fn on_edge(field: impl Sdf + 'static) -> AnyField {
+fn on_edge(field: impl EnclosedSdf + 'static) -> AnyField {
     let down = [0.0, 0.0, -HALF * std::f64::consts::SQRT_2];
     let (sin, cos) = (std::f64::consts::PI / 8.0).sin_cos();
     AnyField::new(Placed { field, placement: Rigid::new(down, [sin, 0.0, 0.0, cos]).unwrap() })

@@ -1,7 +1,7 @@
 //! One element against one field: what is true of it, and what may be said of that in a number type.
 
 use nalgebra::Vector3;
-use sdf_core::{Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Sdf, Simplex};
 
 use super::answer::{Found, Number, ask};
 use super::bodies::Body;
@@ -98,7 +98,7 @@ impl<'a> Problem<'a> {
 }
 
 /// The least value known, the longest edge and the parts of the lattice.
-fn of<const N: usize>(field: &impl Sdf, convex: bool, corners: [Point; N], parts: u32) -> (f64, f64, u32) {
+fn of<const N: usize>(field: &impl EnclosedSdf, convex: bool, corners: [Point; N], parts: u32) -> (f64, f64, u32) {
     let simplex = Simplex { corners };
     let on_lattice = least_on_lattice(field, &simplex, parts as usize);
     let least = if convex { on_lattice.min(least_of_convex(field, &simplex)) } else { on_lattice };

@@ -1,125 +1,130 @@
+//! Winding numbers of all nodes of a cube at once, from the boundary far away.
+//!
+//! In a ball that no boundary edge meets, w is smooth but for jumps by whole numbers at triangles. So along any path of
+//! clear segments, however long, w changes as along the straight line: for a cube with middle c and a node x,
+//! |w(x) − w(c)| ≤ slope · |x − c| modulo 1, with the slope bound of [`MeshBoundary`](crate::sign::winding::MeshBoundary).
+
 use sdf_core::nalgebra::Vector3;
 
 use super::bit_block::SIDE;
 use super::{NodeBlock, Winding};
 use crate::MeshDistance;
-use crate::sign::winding::{Estimate, round_to_fraction};
+use crate::sign::winding::{Estimate, nearest_congruent};
 
-/// What the rim says of the winding numbers at nodes that lie together.
-///
-/// In a ball without a part of the rim the winding number is smooth but for whole numbers at triangles: it changes along a way,
-/// however long, as much as along the straight one. So along free ways all nodes have the number of the middle, by an error
-/// of the slope times the farthest node's way from there.
+/// Bounds of w at the nodes of a cube, from the boundary.
 #[derive(Clone, Copy)]
 pub(super) struct Region {
-    /// The winding number at the middle but for a whole number. None where it takes too long to tell.
+    /// w at the middle, modulo 1. `None` if the error is too large or the boundary has too many edges.
     fraction: Option<f64>,
-    /// By how much those at the nodes may differ, other than by whole numbers.
+    /// Upper bound of |w(node) − w(middle)| modulo 1, with the error of the fraction.
     error: f64,
-    /// By how much they change at most for each spacing of the way, as far as any neighbour of a node.
+    /// Upper bound of the change of w over one spacing, anywhere in the cube or up to a neighbour of its nodes.
     pub slope: f64,
 }
 
-/// Regions of cubes of nodes, and of the smaller cubes in them where those are asked for. None where there is no rim.
+/// Regions of the cubes of 8³ nodes, and of the smaller cubes in them. They are computed on first use.
 pub(super) struct Regions {
-    of_cubes: Vec<Option<Region>>,
-    of_parts: Vec<Option<Box<Parts>>>,
+    /// Empty if the mesh has no boundary.
+    cubes: Vec<Option<Region>>,
+    sub_cubes: Vec<Option<Box<SubRegions>>>,
     counts: [usize; 3],
-    /// More than one by how much farther from each other nodes may be than the lattice says.
-    free_way: f64,
+    clearance: f64,
 }
 
+/// Regions of the cubes of 4³ and of 2³ nodes.
 #[derive(Clone)]
-struct Parts {
+struct SubRegions {
     halves: [Option<Region>; 8],
     quarters: [Option<Region>; 64],
 }
 
-/// With more, what is carried on leaves too much doubt about which whole number to add.
+/// Largest error of a carried value that has its fraction from the boundary.
 const MAX_CARRIED_ERROR: f64 = 0.2;
 
-/// The same of what is off by more and more from node to node, for it is renewed nowhere.
+/// Largest error of a carried value without a fraction: it grows from node to node.
 const MAX_ACCUMULATED_ERROR: f64 = 0.3;
 
 impl Regions {
-    pub fn new(counts: [usize; 3], mesh: &MeshDistance, free_way: f64) -> Self {
+    pub fn new(counts: [usize; 3], mesh: &MeshDistance, clearance: f64) -> Self {
         let counts = if mesh.boundary().is_empty() { [0; 3] } else { counts.map(|n| n.div_ceil(SIDE)) };
-        let cubes = counts.iter().product();
-        Self { of_cubes: vec![None; cubes], of_parts: vec![None; cubes], counts, free_way }
+        let cube_count = counts.iter().product();
+        Self { cubes: vec![None; cube_count], sub_cubes: vec![None; cube_count], counts, clearance }
     }
 
-    pub fn are_none(&self) -> bool {
-        self.of_cubes.is_empty()
+    pub fn is_empty(&self) -> bool {
+        self.cubes.is_empty()
     }
 
-    fn cube(&self, node: [usize; 3]) -> usize {
+    fn cube_index(&self, node: [usize; 3]) -> usize {
         let [x, y, z] = node.map(|n| n / SIDE);
         (z * self.counts[1] + y) * self.counts[0] + x
     }
 
-    /// Of the cube around a node.
-    pub fn whole<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3]) -> Region
+    /// Region of the cube of 8³ nodes that holds a node.
+    pub fn cube<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3]) -> Region
     where
         P: Fn([usize; 3]) -> Vector3<f64>,
     {
-        let cube = self.cube(node);
-        *self.of_cubes[cube].get_or_insert_with(|| Region::new(block, mesh, node, SIDE, self.free_way))
+        let cube = self.cube_index(node);
+        *self.cubes[cube].get_or_insert_with(|| Region::new(block, mesh, node, SIDE, self.clearance))
     }
 
-    /// Of the smaller cube around a node with so many nodes along a side: 4 or 2.
-    pub fn part<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize) -> Region
+    /// Region of the smaller cube that holds a node. `side` is 4 or 2.
+    pub fn sub_cube<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize) -> Region
     where
         P: Fn([usize; 3]) -> Vector3<f64>,
     {
-        let cube = self.cube(node);
-        let none = || Box::new(Parts { halves: [None; 8], quarters: [None; 64] });
-        let parts = self.of_parts[cube].get_or_insert_with(none);
-        let along = SIDE / side;
+        let cube = self.cube_index(node);
+        let none = || Box::new(SubRegions { halves: [None; 8], quarters: [None; 64] });
+        let regions = self.sub_cubes[cube].get_or_insert_with(none);
+        let per_side = SIDE / side;
         let [x, y, z] = node.map(|n| n % SIDE / side);
-        let place = (z * along + y) * along + x;
-        let part = if side == 4 { &mut parts.halves[place] } else { &mut parts.quarters[place] };
-        *part.get_or_insert_with(|| Region::new(block, mesh, node, side, self.free_way))
+        let index = (z * per_side + y) * per_side + x;
+        let region = if side == 4 { &mut regions.halves[index] } else { &mut regions.quarters[index] };
+        *region.get_or_insert_with(|| Region::new(block, mesh, node, side, self.clearance))
     }
 }
 
 impl Region {
-    fn new<P>(block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize, free_way: f64) -> Self
+    fn new<P>(block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize, clearance: f64) -> Self
     where
         P: Fn([usize; 3]) -> Vector3<f64>,
     {
         let first = node.map(|n| n / side * side);
         let last = std::array::from_fn(|axis| (first[axis] + side).min(block.counts[axis]) - 1);
         let [low, high] = [first, last].map(&block.position);
-        let (middle, half_diagonal) = ((low + high) * 0.5, 0.5 * (high - low).norm() * free_way);
-        // So that along no way it is nothing, where there is no bound of it.
-        let slope_within = |radius: f64| mesh.boundary().winding_slope(middle, radius).min(f64::MAX);
+        let (middle, half_diagonal) = ((low + high) * 0.5, 0.5 * (high - low).norm() * clearance);
+        // Finite, so that a segment of length zero times it is zero and not NaN.
+        let slope_within = |radius: f64| mesh.boundary().slope_bound(middle, radius).min(f64::MAX);
         let error = slope_within(half_diagonal) * half_diagonal;
         let fraction = if error > MAX_CARRIED_ERROR { None } else { mesh.boundary().winding_fraction(middle) };
-        let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * block.spacing * free_way);
+        let slope = slope_within(half_diagonal + 3.0_f64.sqrt() * block.spacing * clearance);
         Self {
             fraction: fraction.map(|fraction| fraction.value),
             error: error + fraction.map_or(0.0, |fraction| fraction.error),
-            slope: (slope * block.spacing * free_way).min(f64::MAX),
+            slope: (slope * block.spacing * clearance).min(f64::MAX),
         }
     }
 
-    /// At all nodes on free ways from one that lies so many spacings, on a free way, from a point. `None` where there is too
-    /// much doubt.
-    pub fn carry(&self, of: Winding, way: f64, has_fractions: bool) -> Option<Winding> {
-        let reached = f64::from(of.error) + way * self.slope;
-        let (found, most) = match self.fraction {
+    /// One value for all nodes that clear segments reach from a node of the cube. `None` if its error is too large.
+    ///
+    /// `winding` holds at a point `length` spacings away from that node on a clear segment. `has_fractions`: the
+    /// boundary has a cone, so a region without a fraction is too near to it.
+    pub fn carry(&self, winding: Winding, length: f64, has_fractions: bool) -> Option<Winding> {
+        let node_error = f64::from(winding.error) + length * self.slope;
+        let (carried, max_error) = match self.fraction {
             Some(fraction) => {
-                let about = Estimate { value: of.value.into(), error: reached + self.error };
-                let value = round_to_fraction(about, fraction)?;
+                let estimate = Estimate { value: winding.value.into(), error: node_error + self.error };
+                let value = nearest_congruent(estimate, fraction)?;
                 (Estimate { value, error: self.error }, MAX_CARRIED_ERROR)
             }
             None if has_fractions => return None,
             None => {
-                let error = reached + 2.0 * self.error;
-                (Estimate { value: of.value.into(), error }, MAX_ACCUMULATED_ERROR)
+                let error = node_error + 2.0 * self.error;
+                (Estimate { value: winding.value.into(), error }, MAX_ACCUMULATED_ERROR)
             }
         };
-        let found = (found.error <= most).then(|| Winding::new(found))?;
-        found.is_sure().then_some(found)
+        let carried = (carried.error <= max_error).then(|| Winding::new(carried))?;
+        carried.is_certain().then_some(carried)
     }
 }

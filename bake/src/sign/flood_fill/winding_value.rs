@@ -1,6 +1,7 @@
+use crate::rounding::{ESTIMATE_ROUNDING, SAMPLE_ROUNDING};
 use crate::sign::winding::Estimate;
 
-/// A winding number near a point, and by how much that at the point may be another.
+/// An [`Estimate`] in f32, on the same side of 1/2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Winding {
     pub value: f32,
@@ -10,14 +11,13 @@ pub(crate) struct Winding {
 impl Winding {
     pub const UNKNOWN: Self = Self { value: 0.0, error: f32::INFINITY };
 
-    /// On the same side of one half.
-    pub fn new(of: Estimate) -> Self {
-        let rounded = of.value as f32;
-        // No number leaves its side but for one just below.
-        let is_moved = of.value.abs() < 0.5 && rounded.abs() >= 0.5;
-        let value = if is_moved { 0.5_f32.next_down().copysign(rounded) } else { rounded };
-        let rounding = if f64::from(value) == of.value { 0.0 } else { value.abs() * f32::EPSILON };
-        Self { value, error: of.error as f32 * (1.0 + 2.0 * f32::EPSILON) + rounding }
+    pub fn new(estimate: Estimate) -> Self {
+        let rounded = estimate.value as f32;
+        // Only a value just below 1/2 changes sides by rounding.
+        let changes_side = estimate.value.abs() < 0.5 && rounded.abs() >= 0.5;
+        let value = if changes_side { 0.5_f32.next_down().copysign(rounded) } else { rounded };
+        let rounding = if f64::from(value) == estimate.value { 0.0 } else { value.abs() * SAMPLE_ROUNDING };
+        Self { value, error: estimate.error as f32 * (1.0 + ESTIMATE_ROUNDING) + rounding }
     }
 
     pub fn is_known(self) -> bool {
@@ -28,8 +28,8 @@ impl Winding {
         self.value.abs() >= 0.5
     }
 
-    /// The side is the same for all that the winding number may be.
-    pub fn is_sure(self) -> bool {
+    /// Whether all values within the error lie on one side of 1/2.
+    pub fn is_certain(self) -> bool {
         (f64::from(self.value.abs()) - 0.5).abs() > f64::from(self.error)
     }
 }

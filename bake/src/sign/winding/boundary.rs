@@ -1,131 +1,137 @@
+//! Boundary of a mesh, and how fast it lets the winding number change.
+//!
+//! A boundary edge has triangles that do not cancel: used forward m times more than backward, m ≠ 0. By Stokes' theorem
+//! the gradient of w away from the triangles is an integral over these edges alone (the law of Biot and Savart),
+//!
+//! ```text
+//! ∇w(x) = (1/4π) Σ_edges m ∫ (y − x) × dy/|y − x|³,     so     |∇w(x)| ≤ (1/4π) Σ_edges |m| ∫ ds/|y − x|².
+//! ```
+//!
+//! For an edge of length ℓ at distance d from x, the last integral is at most min(ℓ/d², π/d): the first as |y − x| ≥ d,
+//! the second by integrating 1/(d² + s²) over the whole line. In a ball of radius r about x all |y − x| shrink by a
+//! factor of (d − r)/d at most. So an edge contributes at most |m| min(ℓ, πd)/(d − r)².
+
 use std::f64::consts::PI;
 
 use sdf_core::nalgebra::Vector3;
 
 use super::boundary_cone::BoundaryCone;
-use super::{Estimate, MAX_DOUBT, round_to_fraction};
+use super::{Estimate, MAX_CONGRUENT_ERROR, nearest_congruent};
 use crate::bvh::hilbert::{BITS, hilbert_index};
+use crate::rounding::SUM_SLACK;
+use crate::simd::{LANES, Lanes, VectorX8, max, min};
 
-/// The curve that bounds a mesh: where its triangles, turned to agree, do not cancel along an edge. By Stokes' theorem
-/// the winding number varies away from the triangles as this curve alone says, by the law of Biot and Savart.
+/// Boundary edges of an oriented mesh.
 pub(crate) struct MeshBoundary {
-    /// Neighbours together.
-    edges: Vec<Edges>,
-    /// Each part the edges of one of [`Self::edges`].
-    groups: Vec<Parts>,
-    /// Without an edge where the rim has too many to be of use.
-    boundary_cone: BoundaryCone,
+    /// Edges in Hilbert order, eight to an item.
+    edges: Vec<EdgesX8>,
+    /// Balls around the items of [`Self::edges`], eight to an item.
+    groups: Vec<GroupsX8>,
+    /// Empty if the boundary has too many edges for it.
+    cone: BoundaryCone,
 }
 
-/// Parts of the rim looked at together.
-const LANES: usize = 8;
-
-/// Parts of the rim side by side, each within a ball. In the places after the last stands the first once more, without
-/// weight.
-struct Parts {
-    center: [[f64; LANES]; 3],
-    radius: [f64; LANES],
-    /// Length times how many triangles more run along it one way than the other.
-    weight: [f64; LANES],
+/// Groups of edges side by side, each in a ball. Lanes after the last repeat the first with weight zero.
+struct GroupsX8 {
+    center: VectorX8<f64>,
+    radius: Lanes<f64>,
+    weight: Lanes<f64>,
 }
 
-/// Edges of the rim side by side. In the places after the last stands the first once more, without weight.
-struct Edges {
-    from: [[f64; LANES]; 3],
-    way: [[f64; LANES]; 3],
-    /// One over the length's square.
-    inv_length_sq: [f64; LANES],
-    length: [f64; LANES],
-    /// How many triangles more run along it one way than the other.
-    times: [f64; LANES],
+/// Edges side by side. Lanes after the last repeat the first with multiplicity zero.
+struct EdgesX8 {
+    from: VectorX8<f64>,
+    offset: VectorX8<f64>,
+    inv_length_sq: Lanes<f64>,
+    length: Lanes<f64>,
+    /// |m|.
+    multiplicity: Lanes<f64>,
 }
 
-struct Part {
+/// Edges in a ball.
+struct EdgeGroup {
     center: Vector3<f64>,
     radius: f64,
+    /// Σ |m| · length.
     weight: f64,
 }
 
-/// With more edges than this the bound would cost more than the winding numbers that it saves.
-const MAX_RIM_EDGES: usize = 20_000;
+/// Most edges with a slope bound. With more, the bound costs more than the winding numbers that it saves.
+const MAX_SLOPE_EDGES: usize = 20_000;
 
-/// With more edges than this, each as often as it is there, the cap takes about as long as the mesh.
-const MAX_CAP_EDGES: f64 = 2000.0;
+/// Most edges, by multiplicity, of a boundary cone. With more, it costs about as much as the mesh itself.
+const MAX_CONE_EDGES: f64 = 2000.0;
 
-/// A group farther than this many of its radii counts as one.
-const FAR_RADII: f64 = 2.0;
+/// A group farther than this many of its radii counts as one edge.
+const BETA: f64 = 2.0;
 
 impl MeshBoundary {
-    /// Edges as their two ends and their multiplicity.
+    /// Takes each edge by its two ends and its multiplicity.
     pub fn new(edges: impl Iterator<Item = ([Vector3<f64>; 2], f64)>) -> Self {
         let mut edges: Vec<_> = edges.collect();
         let ends = || edges.iter().flat_map(|(ends, _)| ends);
         let Some(low) = ends().copied().reduce(|a, b| a.inf(&b)) else {
-            return Self { edges: vec![], groups: vec![], boundary_cone: BoundaryCone::new(Vector3::zeros(), &[]) };
+            return Self { edges: vec![], groups: vec![], cone: BoundaryCone::new(Vector3::zeros(), &[]) };
         };
-        let middle = ends().sum::<Vector3<f64>>() / (2.0 * edges.len() as f64);
+        let apex = ends().sum::<Vector3<f64>>() / (2.0 * edges.len() as f64);
         let side = ends().map(|end| (end - low).max()).fold(0.0, f64::max);
-        let place = |[from, to]: [Vector3<f64>; 2]| {
+        let curve_index = |[from, to]: [Vector3<f64>; 2]| {
             let cells = ((from + to) * 0.5 - low) * (f64::from((1_u32 << BITS) - 1) / side);
             hilbert_index(std::array::from_fn(|axis| cells[axis] as u32))
         };
-        edges.sort_by_cached_key(|(ends, _)| place(*ends));
-        let parts: Vec<Part> = edges.iter().map(Part::of_edge).collect();
-        let groups: Vec<Part> = parts.chunks(LANES).map(Part::around).collect();
-        let of_cap: f64 = edges.iter().map(|(_, times)| times.abs()).sum();
-        let with_cap = &edges[..if of_cap > MAX_CAP_EDGES { 0 } else { edges.len() }];
+        edges.sort_by_cached_key(|(ends, _)| curve_index(*ends));
+        let singles: Vec<EdgeGroup> = edges.iter().map(EdgeGroup::single).collect();
+        let groups: Vec<EdgeGroup> = singles.chunks(LANES).map(EdgeGroup::merged).collect();
+        let cone_edge_count: f64 = edges.iter().map(|(_, multiplicity)| multiplicity.abs()).sum();
+        let cone_edges = &edges[..if cone_edge_count > MAX_CONE_EDGES { 0 } else { edges.len() }];
         Self {
-            edges: edges.chunks(LANES).map(Edges::new).collect(),
-            groups: groups.chunks(LANES).map(Parts::new).collect(),
-            boundary_cone: BoundaryCone::new(middle, with_cap),
+            edges: edges.chunks(LANES).map(EdgesX8::new).collect(),
+            groups: groups.chunks(LANES).map(GroupsX8::new).collect(),
+            cone: BoundaryCone::new(apex, cone_edges),
         }
     }
 
-    /// The winding number but for a whole number: together with the cap turned around, the mesh is closed. `None` where that
-    /// is not known.
+    /// Winding number modulo 1; 0 for a closed mesh. `None` without a cone, or near one of its edges.
     pub fn winding_fraction(&self, point: Vector3<f64>) -> Option<Estimate> {
-        match (self.is_empty(), self.has_cap()) {
+        match (self.is_empty(), self.has_cone()) {
             (true, _) => Some(Estimate { value: 0.0, error: 0.0 }),
-            (false, true) => self.boundary_cone.winding_fraction(point),
+            (false, true) => self.cone.winding_fraction(point),
             (false, false) => None,
         }
     }
 
-    /// A winding number at a point, with the fraction that the rim gives there. `None` where that is not known, or too much doubt
-    /// is left which whole number to add.
-    pub fn sharpen(&self, about: Estimate, point: Vector3<f64>) -> Option<Estimate> {
-        if about.error > MAX_DOUBT {
+    /// The number nearest to an estimate that has the fraction at the point. `None` if the fraction is unknown or the
+    /// error admits several.
+    pub fn refine(&self, estimate: Estimate, point: Vector3<f64>) -> Option<Estimate> {
+        if estimate.error > MAX_CONGRUENT_ERROR {
             return None;
         }
         let Estimate { value: fraction, error } = self.winding_fraction(point)?;
-        Some(Estimate { value: round_to_fraction(about, fraction)?, error })
+        Some(Estimate { value: nearest_congruent(estimate, fraction)?, error })
     }
 
-    /// It tells the fraction at most points.
-    pub fn has_cap(&self) -> bool {
-        !self.boundary_cone.is_empty()
+    /// Whether [`Self::winding_fraction`] is known at nearly all points, though the mesh is open.
+    pub fn has_cone(&self) -> bool {
+        !self.cone.is_empty()
     }
 
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
     }
 
-    /// There is a bound of the slope.
-    pub fn tells_slopes(&self) -> bool {
-        self.edges.len() * LANES <= MAX_RIM_EDGES
+    /// Whether [`Self::slope_bound`] is finite away from the edges.
+    pub fn has_slope_bound(&self) -> bool {
+        self.edges.len() * LANES <= MAX_SLOPE_EDGES
     }
 
-    /// The most that the winding number changes over a unit of distance in a ball, other than across triangles.
-    pub fn winding_slope(&self, center: Vector3<f64>, radius: f64) -> f64 {
-        if !self.tells_slopes() {
+    /// Upper bound of |∇w| in a ball, other than across triangles. Infinite if an edge meets the ball.
+    pub fn slope_bound(&self, center: Vector3<f64>, radius: f64) -> f64 {
+        if !self.has_slope_bound() {
             return f64::INFINITY;
         }
         pulp::Arch::new().dispatch(SlopeSum { boundary: self, center, radius })
     }
 }
-
-/// Less than one by more than all rounding of a distance.
-const NEARER: f64 = 1.0 - 1e-9;
 
 struct SlopeSum<'a> {
     boundary: &'a MeshBoundary,
@@ -143,7 +149,7 @@ impl pulp::WithSimd for SlopeSum<'_> {
             let distances = groups.distances(center, radius);
             let mut far = groups.slopes(distances);
             for (group, edges) in edges.iter().enumerate() {
-                if distances[group] <= FAR_RADII * groups.radius[group] {
+                if distances[group] <= BETA * groups.radius[group] {
                     far[group] = 0.0;
                     let slopes = edges.slopes(center, radius);
                     (0..LANES).for_each(|lane| sums[lane] += slopes[lane]);
@@ -155,71 +161,67 @@ impl pulp::WithSimd for SlopeSum<'_> {
     }
 }
 
-impl Part {
-    fn of_edge(([from, to], times): &([Vector3<f64>; 2], f64)) -> Self {
+impl EdgeGroup {
+    fn single(([from, to], multiplicity): &([Vector3<f64>; 2], f64)) -> Self {
         let length = (to - from).norm();
-        Self { center: (from + to) * 0.5, radius: 0.5 * length, weight: length * times.abs() }
+        Self { center: (from + to) * 0.5, radius: 0.5 * length, weight: length * multiplicity.abs() }
     }
 
-    fn around(parts: &[Self]) -> Self {
+    fn merged(parts: &[Self]) -> Self {
         let center = parts.iter().map(|part| part.center).sum::<Vector3<f64>>() / parts.len() as f64;
-        let reach = |part: &Self| (part.center - center).norm() + part.radius;
-        let radius = parts.iter().map(reach).fold(0.0, f64::max) * (1.0 + 1e-9);
+        let farthest = |part: &Self| (part.center - center).norm() + part.radius;
+        let radius = parts.iter().map(farthest).fold(0.0, f64::max) * (1.0 + SUM_SLACK);
         Self { center, radius, weight: parts.iter().map(|part| part.weight).sum() }
     }
 }
 
-impl Edges {
+impl EdgesX8 {
     fn new(edges: &[([Vector3<f64>; 2], f64)]) -> Self {
         let edge = |lane: usize| edges.get(lane).unwrap_or(&edges[0]);
-        let way = |lane: usize| edge(lane).0[1] - edge(lane).0[0];
+        let offset = |lane: usize| edge(lane).0[1] - edge(lane).0[0];
         Self {
             from: std::array::from_fn(|axis| std::array::from_fn(|lane| edge(lane).0[0][axis])),
-            way: std::array::from_fn(|axis| std::array::from_fn(|lane| way(lane)[axis])),
-            inv_length_sq: std::array::from_fn(|lane| 1.0 / way(lane).norm_squared()),
-            length: std::array::from_fn(|lane| way(lane).norm()),
-            times: std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |(_, times)| times.abs())),
+            offset: std::array::from_fn(|axis| std::array::from_fn(|lane| offset(lane)[axis])),
+            inv_length_sq: std::array::from_fn(|lane| 1.0 / offset(lane).norm_squared()),
+            length: std::array::from_fn(|lane| offset(lane).norm()),
+            multiplicity: std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |(_, times)| times.abs())),
         }
     }
 
-    /// What each adds at most. From a point at a distance d of an edge the integral of one over the square of the distance, along
-    /// it, is at most length/d²; and at most π/d, that along the line on both sides. In a ball of radius r around that point no
-    /// distance is less by a factor of more than (d − r)/d.
+    /// |m| min(ℓ, πd)/(d − r)² of each edge; infinite for d ≤ r.
     #[inline(always)]
-    fn slopes(&self, center: Vector3<f64>, radius: f64) -> [f64; LANES] {
+    fn slopes(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
         let mut slopes = [0.0; LANES];
         for lane in 0..LANES {
             let [x, y, z] =
                 [center.x - self.from[0][lane], center.y - self.from[1][lane], center.z - self.from[2][lane]];
-            let [along_x, along_y, along_z] = [self.way[0][lane], self.way[1][lane], self.way[2][lane]];
-            let share = (x * along_x + y * along_y + z * along_z) * self.inv_length_sq[lane];
-            let share = if share > 0.0 { share } else { 0.0 };
-            let share = if share < 1.0 { share } else { 1.0 };
-            let [x, y, z] = [x - share * along_x, y - share * along_y, z - share * along_z];
+            let [along_x, along_y, along_z] = [self.offset[0][lane], self.offset[1][lane], self.offset[2][lane]];
+            let t = (x * along_x + y * along_y + z * along_z) * self.inv_length_sq[lane];
+            let t = min(max(t, 0.0), 1.0);
+            let [x, y, z] = [x - t * along_x, y - t * along_y, z - t * along_z];
             let distance = (x * x + y * y + z * z).sqrt();
-            let most = PI * distance;
-            let most = if self.length[lane] < most { self.length[lane] } else { most };
-            let least = distance * NEARER - radius;
-            let slope = self.times[lane] * most / (least * least);
-            slopes[lane] = if least > 0.0 { slope } else { f64::INFINITY };
+            let integral = min(self.length[lane], PI * distance);
+            let gap = distance * (1.0 - SUM_SLACK) - radius;
+            let slope = self.multiplicity[lane] * integral / (gap * gap);
+            slopes[lane] = if gap > 0.0 { slope } else { f64::INFINITY };
         }
         slopes
     }
 }
 
-impl Parts {
-    fn new(parts: &[Part]) -> Self {
-        let part = |lane: usize| parts.get(lane).unwrap_or(&parts[0]);
+impl GroupsX8 {
+    fn new(groups: &[EdgeGroup]) -> Self {
+        let group = |lane: usize| groups.get(lane).unwrap_or(&groups[0]);
         Self {
-            center: std::array::from_fn(|axis| std::array::from_fn(|lane| part(lane).center[axis])),
-            radius: std::array::from_fn(|lane| part(lane).radius),
-            weight: std::array::from_fn(|lane| parts.get(lane).map_or(0.0, |part| part.weight)),
+            center: std::array::from_fn(|axis| std::array::from_fn(|lane| group(lane).center[axis])),
+            radius: std::array::from_fn(|lane| group(lane).radius),
+            weight: std::array::from_fn(|lane| groups.get(lane).map_or(0.0, |group| group.weight)),
         }
     }
 
-    /// From a ball, at least.
+    /// Lower bounds of the distances between a ball and the groups.
     #[inline(always)]
-    fn distances(&self, center: Vector3<f64>, radius: f64) -> [f64; LANES] {
+    fn distances(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {
             let [x, y, z] = [0, 1, 2].map(|axis| self.center[axis][lane] - center[axis]);
@@ -228,9 +230,9 @@ impl Parts {
         distances
     }
 
-    /// What each adds at most.
+    /// weight/distance² of each group; infinite for distances that are not positive.
     #[inline(always)]
-    fn slopes(&self, distances: [f64; LANES]) -> [f64; LANES] {
+    fn slopes(&self, distances: Lanes<f64>) -> Lanes<f64> {
         let mut slopes = [0.0; LANES];
         for lane in 0..LANES {
             let slope = self.weight[lane] / (distances[lane] * distances[lane]);
@@ -241,75 +243,4 @@ impl Parts {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::normal_cones::tests::{random, random_vector};
-    use crate::sign::winding::solid_angle;
-
-    /// A crumpled sheet, `cells` by `cells` squares cut in two, some of which are left out, and its rim.
-    fn sheet(cells: usize, state: &mut u64) -> (Vec<[Vector3<f64>; 3]>, MeshBoundary) {
-        let side = cells + 1;
-        let points: Vec<Vector3<f64>> = (0..side * side)
-            .map(|index| Vector3::new((index % side) as f64, (index / side) as f64, 0.0) / cells as f64)
-            .map(|point| point + random_vector(state) * (0.2 / cells as f64))
-            .collect();
-        let mut triangles = vec![];
-        let mut excess = std::collections::BTreeMap::new();
-        for index in (0..side * cells).filter(|index| index % side < cells) {
-            for corners in [[index, index + 1, index + side + 1], [index, index + side + 1, index + side]] {
-                if random(state) < -0.6 {
-                    continue;
-                }
-                triangles.push(corners.map(|corner| points[corner]));
-                for corner in 0..3 {
-                    let [from, to] = [corners[corner], corners[(corner + 1) % 3]];
-                    *excess.entry([from.min(to), from.max(to)]).or_insert(0.0) += if from < to { 1.0 } else { -1.0 };
-                }
-            }
-        }
-        let boundary = excess.into_iter().filter(|(_, times)| *times != 0.0);
-        (triangles, MeshBoundary::new(boundary.map(|(ends, times)| (ends.map(|end| points[end]), times))))
-    }
-
-    fn winding(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
-        triangles.iter().map(|corners| solid_angle(corners.map(|corner| corner - point))).sum::<f64>() / (4.0 * PI)
-    }
-
-    #[test]
-    fn the_rim_tells_the_winding_number_but_for_a_whole_number() {
-        let mut state = 41;
-        for cells in [1, 4, 12] {
-            let (triangles, boundary) = sheet(cells, &mut state);
-            for _ in 0..1000 {
-                let point = random_vector(&mut state) * 1.5;
-                let fraction = boundary.winding_fraction(point).unwrap();
-                let off = winding(&triangles, point) - fraction.value;
-                assert!((off - off.round()).abs() < fraction.error.min(1e-9) + 1e-13, "{off} at {point}");
-            }
-            let edge = &boundary.edges[0];
-            let middle = Vector3::from_fn(|axis, _| edge.from[axis][0] + 0.5 * edge.way[axis][0]);
-            assert!(boundary.winding_fraction(middle).is_none());
-        }
-    }
-
-    #[test]
-    fn the_winding_number_changes_no_faster_than_the_rim_allows() {
-        let mut state = 43;
-        let mut tightest = 0.0_f64;
-        for cells in [1, 4, 12, 30] {
-            let (triangles, boundary) = sheet(cells, &mut state);
-            for _ in 0..1000 {
-                let center = random_vector(&mut state) * 1.5;
-                let radius = 0.1 * random(&mut state).abs();
-                let slope = boundary.winding_slope(center, radius);
-                let [a, b] = [0, 1].map(|_| center + random_vector(&mut state).normalize() * radius);
-                let change = winding(&triangles, b) - winding(&triangles, a);
-                let smooth = (change - change.round()).abs();
-                let allowed = slope * (b - a).norm();
-                assert!(allowed > 0.5 || smooth <= allowed + 1e-12, "{smooth} > {allowed} at {center}, {radius}");
-                tightest = tightest.max(smooth / allowed);
-            }
-        }
-        assert!(tightest > 0.2, "{tightest}: the bound is wider than it need be");
-    }
-}
+mod tests;

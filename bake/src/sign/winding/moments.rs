@@ -1,51 +1,57 @@
+//! Moments of groups of triangles: how a group looks from afar.
+//!
+//! A triangle t has a centroid c_t, an area A_t and a unit normal n_t. A group with center c has the dipole Σ A_t n_t,
+//! the quadrupole Q = Σ (c_t − c)(A_t n_t)ᵀ (Barill et al. 2018, §4.1, orders 1 and 2) and, to bound what these
+//! neglect, the inertia ∫ |y − c|² over all its points y. [`super::sum`] evaluates them.
+
 use sdf_core::nalgebra::{Matrix3, Vector3};
 
-use super::{ARITY, area_vector};
+use crate::rounding::SUM_SLACK;
+use crate::simd::{Lanes, VectorX8};
+use crate::triangle::area_vector;
 
-/// What a triangle is as seen from afar.
-pub(super) struct Weighted {
+/// Moments of one triangle about its centroid.
+pub(super) struct WeightedTriangle {
     centroid: Vector3<f64>,
-    /// Area · normal, turned by the triangle's sense.
-    vector: Vector3<f64>,
+    /// Area times unit normal times orientation.
+    area_vector: Vector3<f64>,
     area: f64,
-    /// ∫ |y − centroid|² over its points y.
+    /// ∫ |y − centroid|² over its points y: area/12 · Σ |corner − centroid|².
     inertia: f64,
 }
 
+/// Moments of a group of triangles about its center.
 pub(super) struct Moments {
-    pub center: Vector3<f64>,
-    /// Of the ball around all corners.
+    center: Vector3<f64>,
+    /// Radius of the ball around all corners.
     radius: f64,
-    /// Σ area · normal.
     dipole: Vector3<f64>,
-    /// Σ (centroid − center) (area · normal)ᵀ.
     quadrupole: Matrix3<f64>,
-    /// ∫ |y − center|² over the points y of all triangles that count.
     inertia: f64,
 }
 
-/// The moments of nodes with one parent, side by side. After the last node there are some with a radius that is not a number.
+/// Moments of all nodes with one parent, side by side. Lanes after the last node have a NaN radius.
 pub(super) struct MomentsX8 {
-    pub center: [[f64; ARITY]; 3],
-    pub radius: [f64; ARITY],
-    pub dipole: [[f64; ARITY]; 3],
-    /// By columns.
-    pub quadrupole: [[f64; ARITY]; 9],
-    pub inertia: [f64; ARITY],
+    pub center: VectorX8<f64>,
+    pub radius: Lanes<f64>,
+    pub dipole: VectorX8<f64>,
+    /// Column by column.
+    pub quadrupole: [Lanes<f64>; 9],
+    pub inertia: Lanes<f64>,
 }
 
-impl Weighted {
+impl WeightedTriangle {
     pub fn new(corners: &[Vector3<f64>; 3], orientation: f64) -> Self {
         let [a, b, c] = corners;
-        let vector = area_vector(*corners) * orientation;
-        let (centroid, area) = ((a + b + c) / 3.0, vector.norm());
+        let area_vector = area_vector(*corners) * orientation;
+        let (centroid, area) = ((a + b + c) / 3.0, area_vector.norm());
         let inertia = corners.iter().map(|corner| (corner - centroid).norm_squared()).sum::<f64>() * area / 12.0;
-        Self { centroid, vector, area, inertia }
+        Self { centroid, area_vector, area, inertia }
     }
 }
 
 impl Moments {
-    pub fn new(corners: &[[Vector3<f64>; 3]], triangles: &[Weighted]) -> Self {
+    pub fn new(corners: &[[Vector3<f64>; 3]], triangles: &[WeightedTriangle]) -> Self {
         let area: f64 = triangles.iter().map(|triangle| triangle.area).sum();
         let center = if area > 0.0 {
             triangles.iter().map(|triangle| triangle.centroid * (triangle.area / area)).sum()
@@ -53,33 +59,36 @@ impl Moments {
             triangles[0].centroid
         };
         let radius_sq = corners.iter().flatten().map(|corner| (corner - center).norm_squared()).fold(0.0_f64, f64::max);
-        // Of differences, for far off a centroid by itself is rounded as its coordinates are.
-        let ways =
+        // Mean of differences: far from the origin a centroid by itself is rounded as its coordinates are.
+        let offsets =
             || corners.iter().map(|corners| corners.iter().map(|corner| corner - center).sum::<Vector3<f64>>() / 3.0);
-        let quadrupole = triangles.iter().zip(ways()).map(|(triangle, way)| way * triangle.vector.transpose()).sum();
-        let inertia = triangles.iter().zip(ways()).map(|(of, way)| of.inertia + of.area * way.norm_squared());
+        let quadrupole =
+            triangles.iter().zip(offsets()).map(|(triangle, offset)| offset * triangle.area_vector.transpose()).sum();
+        // Parallel axis theorem.
+        let inertia = triangles
+            .iter()
+            .zip(offsets())
+            .map(|(triangle, offset)| triangle.inertia + triangle.area * offset.norm_squared());
         Self {
             center,
-            radius: radius_sq.sqrt() * ROUNDED_UP,
-            dipole: triangles.iter().map(|triangle| triangle.vector).sum(),
+            radius: radius_sq.sqrt() * (1.0 + SUM_SLACK),
+            dipole: triangles.iter().map(|triangle| triangle.area_vector).sum(),
             quadrupole,
-            inertia: inertia.sum::<f64>() * ROUNDED_UP,
+            inertia: inertia.sum::<f64>() * (1.0 + SUM_SLACK),
         }
     }
 }
 
-/// More than one by more than all rounding of a radius or an integral.
-const ROUNDED_UP: f64 = 1.0 + 1e-9;
-
 impl MomentsX8 {
     pub fn new(nodes: &[Moments]) -> Self {
-        let number = |of: &dyn Fn(&Moments) -> f64| std::array::from_fn(|node| nodes.get(node).map_or(f64::NAN, of));
+        let lanes =
+            |number: &dyn Fn(&Moments) -> f64| std::array::from_fn(|node| nodes.get(node).map_or(f64::NAN, number));
         Self {
-            center: std::array::from_fn(|axis| number(&|node| node.center[axis])),
-            radius: number(&|node| node.radius),
-            dipole: std::array::from_fn(|axis| number(&|node| node.dipole[axis])),
-            quadrupole: std::array::from_fn(|index| number(&|node| node.quadrupole[index])),
-            inertia: number(&|node| node.inertia),
+            center: std::array::from_fn(|axis| lanes(&|node| node.center[axis])),
+            radius: lanes(&|node| node.radius),
+            dipole: std::array::from_fn(|axis| lanes(&|node| node.dipole[axis])),
+            quadrupole: std::array::from_fn(|index| lanes(&|node| node.quadrupole[index])),
+            inertia: lanes(&|node| node.inertia),
         }
     }
 }

@@ -1,7 +1,13 @@
-//! The least value of a trilinear interpolant on straight lines, without a search.
+//! Exact minimum of a trilinear grid on straight lines.
 //!
-//! On a straight line the interpolant is a cubic in each cell. Lines are followed cell by cell (`trace`); the pieces of several
-//! are gathered until they fill all lanes, and their least values found side by side (`pieces`, `cubic`).
+//! On a line φ is a cubic in each cell.
+//!
+//! 1. `voxel_walk` splits a line into pieces of one cell each (Amanatides and Woo 1987).
+//! 2. `pieces` collects pieces of several lines until all lanes are full, and gathers their corner samples.
+//! 3. `cubic` restricts φ to each piece and minimizes it in closed form.
+//!
+//! Two tests skip work: a line is dropped if its lower bound is not below the lowest value so far, a piece if no
+//! corner of its cell is.
 
 mod cubic;
 mod pieces;
@@ -10,100 +16,90 @@ mod voxel_walk;
 use core::array::from_fn;
 
 use nalgebra::Vector3;
-use pieces::{LANES, Pieces};
-use voxel_walk::Trace;
+use pieces::Pieces;
+use voxel_walk::VoxelWalk;
 
-use crate::enclosure::bounds;
+use super::LANES;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
 use crate::simplex::corner_weights;
 use crate::vector::from_f64;
+use crate::{Aabb, ExactMinimum};
 
-/// Where on a segment a field is least.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SegmentMinimum<R> {
-    /// Of the way from the first end to the second.
-    pub share: R,
-    /// φ there, but for rounding.
-    pub value: R,
-    /// How many cells were looked at.
-    pub looks: u32,
-}
-
-/// A line to follow, counted in cells from the first node.
+/// A line `start` + t · `direction`, 0 ≤ t ≤ 1, in cell coordinates.
 #[derive(Clone, Copy)]
 pub(super) struct Line<R: Real> {
-    pub from: Vector3<R>,
-    pub way: Vector3<R>,
-    /// The weights of its ends.
-    pub ends: [[R; 3]; 2],
-    /// It holds no value below this. Where that is infinite, it is not followed.
-    pub bound: R,
+    pub start: Vector3<R>,
+    pub direction: Vector3<R>,
+    /// Barycentric weights of its two ends in the element.
+    pub end_weights: [[R; 3]; 2],
+    /// Lower bound of φ on the line. Lines with an infinite bound are skipped.
+    pub lower_bound: R,
 }
 
-/// The least value of several lines.
+/// The lowest point of an element so far.
 #[derive(Clone, Copy)]
-pub(super) struct Lowest<R> {
+pub(super) struct LowestPoint<R> {
     pub weights: [R; 3],
     pub value: R,
-    /// How many cells were looked at.
-    pub looks: u32,
+    /// Points evaluated and pieces or cells searched so far.
+    pub evaluations: u32,
 }
 
 impl<S: Storage> Grid<S> {
-    /// `None` where the segment leaves the box or meets many cells.
+    /// `None` if the segment leaves the box or meets too many cells, or a sample is not finite.
     #[inline(always)]
-    pub(in crate::grid) fn least_on<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<SegmentMinimum<R>> {
-        if !self.lattice.bounds().encloses(&bounds(&ends)) {
+    pub(in crate::grid) fn minimum_on_segment<R: Float>(&self, ends: [Vector3<R>; 2]) -> Option<ExactMinimum<R, 2>> {
+        if !self.lattice.bounds().encloses(&Aabb::from_corners(&ends)) {
             return None;
         }
         let line = Line {
-            from: self.in_cells(ends[0]),
-            way: (ends[1] - ends[0]) * R::from_f64(self.lattice.inv_spacing()),
-            ends: [0, 1].map(corner_weights),
-            bound: R::from_f64(f64::NEG_INFINITY),
+            start: self.cell_coordinates(ends[0]),
+            direction: (ends[1] - ends[0]) * R::from_f64(self.lattice.inv_spacing()),
+            end_weights: [0, 1].map(corner_weights),
+            lower_bound: R::from_f64(f64::NEG_INFINITY),
         };
-        let mut lowest = Lowest { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), looks: 0 };
-        self.follow([line], &mut core::iter::empty(), &mut lowest)?;
-        Some(SegmentMinimum { share: lowest.weights[1], value: lowest.value, looks: lowest.looks })
+        let mut lowest = LowestPoint { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), evaluations: 0 };
+        self.minimize_on_lines([line], &mut core::iter::empty(), &mut lowest)?;
+        let (t, value) = (lowest.weights[1], lowest.value);
+        Some(ExactMinimum { weights: [R::one() - t, t], value, lower_bound: value, evaluations: lowest.evaluations })
     }
 
-    /// Counted in cells from the first node.
     #[inline(always)]
-    pub(super) fn in_cells<R: Float>(&self, point: Vector3<R>) -> Vector3<R> {
+    pub(super) fn cell_coordinates<R: Float>(&self, point: Vector3<R>) -> Vector3<R> {
         (point - from_f64(self.lattice.origin())) * R::from_f64(self.lattice.inv_spacing())
     }
 
-    /// Along lines within the box, one after another, to a value below the lowest so far. `None` where a line meets many cells or
-    /// a sample is no number.
+    /// Lowers `lowest` to the minimum of `lines` and `more_lines`, all inside the box. `None` if a line meets too
+    /// many cells or a sample is not finite.
     #[inline(always)]
-    pub(super) fn follow<R: Float, const N: usize>(
+    pub(super) fn minimize_on_lines<R: Float, const N: usize>(
         &self,
         lines: [Line<R>; N],
-        more: &mut impl Iterator<Item = Line<R>>,
-        lowest: &mut Lowest<R>,
+        more_lines: &mut impl Iterator<Item = Line<R>>,
+        lowest: &mut LowestPoint<R>,
     ) -> Option<()> {
-        let last = from_f64::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
-        let (mut line, mut next, mut trace) = (lines[0], 0_usize, Trace::none());
+        let last_cell = from_f64::<R>(self.lattice.cells().map(f64::from)).map(|cells| cells - R::one());
+        let (mut line, mut next, mut walk) = (lines[0], 0_usize, VoxelWalk::done());
         let mut pieces = Pieces::new();
-        let mut is_above = false;
+        let mut is_line_skipped = false;
         loop {
             while pieces.count < LANES {
-                if trace.is_done {
+                if walk.is_done {
                     let following = match lines.get(next) {
                         Some(line) => Some(*line),
-                        None => more.next(),
+                        None => more_lines.next(),
                     };
                     let Some(following) = following else { break };
                     (line, next) = (following, next.saturating_add(1));
-                    if line.bound < R::from_f64(f64::INFINITY) {
-                        trace = Trace::new(line.from, line.way, last);
+                    if line.lower_bound < R::from_f64(f64::INFINITY) {
+                        walk = VoxelWalk::new(line.start, line.direction, last_cell);
                     }
                     continue;
                 }
                 let step;
-                (step, trace) = trace.step();
-                if step.is_lost {
+                (step, walk) = walk.step();
+                if step.hit_limit {
                     return None;
                 }
                 pieces.push(&line, &step);
@@ -111,31 +107,30 @@ impl<S: Storage> Grid<S> {
             if pieces.count == 0 {
                 return Some(());
             }
-            let least = pieces.least(&self.storage, lowest.value);
+            let minima = pieces.minima(&self.storage, lowest.value);
             for k in 0..pieces.count.min(LANES) {
-                if pieces.is_first[k] {
-                    is_above = lowest.value <= pieces.bound[k];
+                if pieces.is_first_of_line[k] {
+                    is_line_skipped = lowest.value <= pieces.line_bound[k];
                 }
-                if is_above {
+                if is_line_skipped {
                     continue;
                 }
-                lowest.looks = lowest.looks.saturating_add(1);
-                if least.may_be_less[k] == 0 {
+                lowest.evaluations = lowest.evaluations.saturating_add(1);
+                if minima.may_be_lower[k] == 0 {
                     continue;
                 }
-                // The interpolant is never below all of its corners, if they are numbers.
-                if least.is_finite[k] && lowest.value <= least.corner[k] {
+                // Finite corners bound the interpolant from below.
+                if minima.is_finite[k] && lowest.value <= minima.lowest_corner[k] {
                     continue;
                 }
-                // Where a sample is no number, nothing is certain.
-                if !least.value[k].is_finite() {
+                if !minima.value[k].is_finite() {
                     return None;
                 }
-                if least.value[k] < lowest.value {
-                    let share = least.share[k];
-                    let [from, to] = pieces.ends[k];
-                    lowest.weights = from_fn(|k| from[k % 3] * (R::one() - share) + to[k % 3] * share);
-                    lowest.value = least.value[k];
+                if minima.value[k] < lowest.value {
+                    let t = minima.t[k];
+                    let [start, end] = pieces.end_weights[k];
+                    lowest.weights = from_fn(|k| start[k % 3] * (R::one() - t) + end[k % 3] * t);
+                    lowest.value = minima.value[k];
                 }
             }
             pieces.count = 0;

@@ -1,101 +1,105 @@
-//! The least value of a trilinear interpolant on a triangle, without a search.
+//! Exact minimum of a trilinear grid on a triangle, without iteration over the triangle.
 //!
-//! The faces of the cells cut the triangle into polygons, on each of which the field is one polynomial. The least value is at
-//! a corner of the triangle, on one of its edges, where a face of a cell crosses it (along all these lines the field is a
-//! cubic in each cell: see `segment`), or inside of a polygon where the polynomial is level along the triangle.
+//! ```text
+//!        c                 The cell faces x = i, y = j, z = k cut the triangle into convex polygons.
+//!       /|\                On each polygon φ is one cubic polynomial without pure second derivatives.
+//!      /-+--\              A minimum is therefore
+//!     / |    \               (a) a corner of the triangle,
+//!    /--+-----\              (b) on an edge or on a cut, where φ is a univariate cubic per cell, or
+//!   a---+------b             (c) a stationary point inside a polygon.
+//! ```
 //!
-//! How fast φ can change along a way in the triangle is bounded in each cell by the derivative at the middle of the part of
-//! the cell that the triangle's box meets, and by how that varies over it. Where some way is downhill in all cells, no least
-//! value is inside, nor on an edge from which that way leads inwards (0 is in the generalized gradient of a minimum: Clarke
-//! 1983, "Optimization and Nonsmooth Analysis", prop. 2.3.2). That settles most triangles but for a corner or an edge.
+//! | step | question | file |
+//! |---|---|---|
+//! | 1 | Which cells does the triangle meet? | `grid_triangle`, `cell_range`, `separating_planes` (Akenine-Möller 2001), `cells` |
+//! | 2 | In which interval is ∇φ·d, for four directions d in the plane? Mean value form (Moore 1966) | `directions`, `cell`, `cells` |
+//! | 3 | (a), and which edges can hold a minimum? Those without a descent direction (Clarke 1983, prop. 2.3.2) | `corners_and_edges` |
+//! | 4 | (b): minimum on these edges and on the cuts | `cell_face_cuts`, `../segment` |
+//! | 5 | (c): saddle → minimum on the boundary; else at most four Newton steps | `interior_minimum` |
+//! | 6 | What step 5 leaves undecided is bisected and bounded by ½‖H‖r² (Taylor) | `stationary` |
 //!
-//! Within one cell the polynomial has no second derivative along any axis. So along most planes it is a saddle somewhere:
-//! where it curves downwards along some way in the triangle, the least of a polygon is on its boundary. Where it curves by
-//! c at most along a way whose longest chord is l, none is lower than on the boundary by more than c l² / 8.
+//! If φ is monotonic along some d in all cells, cuts and interiors have no minimum, and steps 5 and 6 and the cuts of
+//! 4 are skipped. Most triangles end after one corner or edge.
 
 mod cell;
 mod cell_face_cuts;
 mod cell_range;
 mod cells;
+mod corners_and_edges;
 mod directions;
-mod face;
+mod grid_triangle;
 mod interior_minimum;
-mod lines;
 mod separating_planes;
 mod stationary;
 
 use cell_face_cuts::CellFaceCuts;
-use cells::{Cells, DirectionalBoundsLanes, LANES};
+use cells::{Cells, DirectionalBoundsLanes};
 use directions::{DirectionalBounds, Directions};
-use face::Face;
+use grid_triangle::GridTriangle;
 use nalgebra::Vector3;
 
+use super::LANES;
 use super::polynomial::Polynomial;
-use super::segment::Lowest;
-use crate::Aabb;
-use crate::enclosure::{bounds, mean, reach, rounding};
+use super::segment::LowestPoint;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
-
-/// Where on a triangle a field is least.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TriangleMinimum<R> {
-    /// Barycentric.
-    pub weights: [R; 3],
-    /// φ there, but for rounding.
-    pub value: R,
-    /// No value on the triangle is below this, but for rounding.
-    pub least: R,
-    /// How many points were asked and cells searched. Cells of which no more than bounds were taken do not count.
-    pub looks: u32,
-}
+use crate::rounding::rounding;
+use crate::simplex::{max_distance, mean};
+use crate::{Aabb, ExactMinimum, Goal};
 
 impl<S: Storage> Grid<S> {
-    /// `None` where the triangle leaves the box or meets many cells, or a sample is no number.
+    /// `None` if the triangle leaves the box or meets too many cells, or a sample is not finite.
     #[inline(always)]
-    pub(in crate::grid) fn least_in<R: Float>(
+    pub(in crate::grid) fn minimum_on_triangle<R: Float>(
         &self,
         corners: [Vector3<R>; 3],
-        [level, gap]: [R; 2],
-    ) -> Option<TriangleMinimum<R>> {
-        if !self.lattice.bounds().encloses(&bounds(&corners)) {
+        Goal { level, gap }: Goal<R>,
+    ) -> Option<ExactMinimum<R, 3>> {
+        if !self.lattice.bounds().encloses(&Aabb::from_corners(&corners)) {
             return None;
         }
-        let face = Face::new(&self.lattice, corners.map(|corner| self.in_cells(corner)))?;
-        let points = self.middle_and_corners(&face.corners);
-        // While the samples come from memory, and well before the cells are looked at: what was just stored one by one is slow to
-        // load side by side.
-        let mut cells = Cells::new(&face);
-        cells.find(&face);
+        let triangle = GridTriangle::new(&self.lattice, corners.map(|corner| self.cell_coordinates(corner)))?;
+        let points = self.centroid_and_corners(&triangle.corners);
+        // Collected here, while the samples come from memory, and long before they are loaded as vectors: numbers
+        // just stored one by one stall a vector load.
+        let mut cells = Cells::new(&triangle);
+        cells.collect(&triangle);
         let (values, gradient) = points.values();
-        let value = values[0];
-        // Of the corners where they stand in the world, and of the first node, from which they are counted.
-        let Aabb { min, max } = self.lattice.bounds();
-        let farthest = min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
-        let reach = Real::max(reach(corners[0], &corners), R::from_f64(farthest));
-        let rounding = rounding(self.slope_bound, corners[0], reach, value);
-        let directions = Directions::new(&face, gradient, R::from_f64(self.slope_bound * self.lattice.spacing()));
-        let rises = self.directional_bounds(&mut cells, &directions)?;
-        let least = value + rises.fall() - rounding;
-        let mut lowest = Lowest { weights: [R::from_f64(1.0 / 3.0); 3], value, looks: 1 };
+        let (value, corner_values) = (values[0], [values[1], values[2], values[3]]);
+        let rounding = self.triangle_rounding(&corners, value);
+        let slope_bound = R::from_f64(self.slope_bound * self.lattice.spacing());
+        let directions = Directions::new(&triangle, gradient, slope_bound);
+        let bounds = self.directional_bounds(&mut cells, &directions)?;
+        let lower_bound = value + bounds.min_rise_from_centroid() - rounding;
+        let mut lowest = LowestPoint { weights: [R::from_f64(1.0 / 3.0); 3], value, evaluations: 1 };
         let mut deficit = R::zero();
-        if least <= level {
-            lines::lower_to_corners(&rises, [values[1], values[2], values[3]], &mut lowest);
-            let edges = lines::edges(&face, &rises, [values[1], values[2], values[3]], lowest.value);
-            let is_steep = rises.is_steep();
-            self.follow(edges, &mut CellFaceCuts::new(&face, !is_steep), &mut lowest)?;
-            if !is_steep {
-                deficit = self.inside(&face, &cells, &directions, gap, &mut lowest);
+        if lower_bound <= level {
+            corners_and_edges::minimize_on_corners(&bounds, corner_values, &mut lowest);
+            let edges = corners_and_edges::edges(&triangle, &bounds, corner_values, lowest.value);
+            let is_monotonic = bounds.is_monotonic();
+            self.minimize_on_lines(edges, &mut CellFaceCuts::new(&triangle, !is_monotonic), &mut lowest)?;
+            if !is_monotonic {
+                deficit = self.minimize_interiors(&triangle, &cells, &directions, gap, &mut lowest);
             }
         }
-        let Lowest { weights, value, looks } = lowest;
-        let least = if least <= level { Real::max(least, value - deficit - rounding) } else { least };
-        Some(TriangleMinimum { weights, value, least, looks })
+        let LowestPoint { weights, value, evaluations } = lowest;
+        let lower_bound =
+            if lower_bound <= level { Real::max(lower_bound, value - deficit - rounding) } else { lower_bound };
+        Some(ExactMinimum { weights, value, lower_bound, evaluations })
     }
 
-    /// All counted in cells.
+    /// Rounding of φ on the triangle: from the corners' coordinates in the world and the grid's, whichever are larger.
     #[inline(always)]
-    fn middle_and_corners<R: Float>(&self, corners: &[Vector3<R>; 3]) -> Points<R> {
+    fn triangle_rounding<R: Float>(&self, corners: &[Vector3<R>; 3], value: R) -> R {
+        let Aabb { min, max } = self.lattice.bounds();
+        let largest = min.iter().chain(&max).fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        let distance = Real::max(max_distance(corners[0], corners), R::from_f64(largest));
+        rounding(self.slope_bound, corners[0], distance, value)
+    }
+
+    /// The cells of the centroid and of the corners, with their samples.
+    #[inline(always)]
+    fn centroid_and_corners<R: Float>(&self, corners: &[Vector3<R>; 3]) -> CellPoints<R> {
         let last = self.lattice.cells().map(|cells| R::from_f64(f64::from(cells)) - R::one());
         let [a, b, c] = *corners;
         let points = [mean(corners), a, b, c];
@@ -105,77 +109,77 @@ impl<S: Storage> Grid<S> {
             (cells[0][k], cells[1][k]) = (cell(points[k].x, last[0]), cell(points[k].y, last[1]));
             cells[2][k] = cell(points[k].z, last[2]);
         }
-        let samples = self.storage.corners_of(cells);
-        let shares = [0, 1, 2, 3].map(|k: usize| {
+        let samples = self.storage.corners_in_lanes(cells);
+        let fractions = [0, 1, 2, 3].map(|k: usize| {
             let k = k % 4;
             points[k] - Vector3::new(cells[0][k], cells[1][k], cells[2][k])
         });
-        Points { shares, samples }
+        CellPoints { fractions, samples }
     }
 
-    /// Over all cells. `None` where a sample is no number.
+    /// Intervals of ∇φ·d over all cells. `None` if a sample is not finite.
     #[inline(always)]
     fn directional_bounds<R: Float>(
         &self,
         cells: &mut Cells<R>,
         directions: &Directions<R>,
     ) -> Option<DirectionalBounds<R>> {
-        let mut rises = DirectionalBoundsLanes::none();
+        let mut bounds = DirectionalBoundsLanes::empty();
         let mut from = 0;
         while from < cells.count {
-            cells.look(&self.storage, directions, from, &mut rises);
+            cells.bound_directions(&self.storage, directions, from, &mut bounds);
             from = from.saturating_add(LANES);
         }
-        rises.all()
+        bounds.merge()
     }
 
-    /// Where the polynomial of a cell may be level. Answers by how much a value there may be less than what was found.
+    /// Lowers `lowest` to the minima inside the polygons. Returns the deficit.
     #[inline(never)]
-    fn inside<R: Float>(
+    fn minimize_interiors<R: Float>(
         &self,
-        face: &Face<R>,
+        triangle: &GridTriangle<R>,
         cells: &Cells<R>,
         directions: &Directions<R>,
         gap: R,
-        lowest: &mut Lowest<R>,
+        lowest: &mut LowestPoint<R>,
     ) -> R {
         let mut deficit = R::zero();
-        for cell in cells.level(&self.storage) {
-            lowest.looks = lowest.looks.saturating_add(1);
-            let of_cell = cell.least_inside(face, lowest);
-            let is_near = of_cell <= gap;
+        for cell in cells.stationary_cells(&self.storage) {
+            lowest.evaluations = lowest.evaluations.saturating_add(1);
+            let interior = cell.interior_deficit(triangle, lowest);
+            let is_settled = interior <= gap;
             deficit = Real::max(
                 deficit,
-                if is_near { of_cell } else { cell.minimum_near_stationary(face, directions, gap, lowest) },
+                if is_settled { interior } else { cell.stationary_deficit(triangle, directions, gap, lowest) },
             );
         }
         deficit
     }
 }
 
-/// Some points, each in its cell.
-struct Points<R: Real> {
-    /// From the cell's first corner.
-    shares: [Vector3<R>; 4],
-    /// By corner of the cell.
+/// Centroid and corners, each in its cell.
+struct CellPoints<R: Real> {
+    /// Position in the cell.
+    fractions: [Vector3<R>; 4],
+    /// Samples by corner of the cell, then by point.
     samples: [[R; 4]; 8],
 }
 
-impl<R: Float> Points<R> {
-    /// The value at each, but for rounding, and the derivative at the first.
+impl<R: Float> CellPoints<R> {
+    /// φ at each point, and ∇φ at the first, in cell coordinates.
     #[inline(always)]
     fn values(&self) -> ([R; 4], Vector3<R>) {
         let mut values = [R::zero(); 4];
         for k in 0..4 {
-            values[k] = self.field(k).value(self.shares[k]);
+            values[k] = self.polynomial(k).value(self.fractions[k]);
         }
-        let (field, share) = (self.field(0), self.shares[0]);
-        (values, field.gradient(share, &field.bends(share)))
+        let (polynomial, fraction) = (self.polynomial(0), self.fractions[0]);
+        (values, polynomial.gradient(fraction, &polynomial.mixed_derivatives(fraction)))
     }
 
     #[inline(always)]
-    fn field(&self, k: usize) -> Polynomial<R> {
-        let of = |corner: usize| self.samples[corner % 8][k % 4];
-        Polynomial::new([of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)])
+    fn polynomial(&self, k: usize) -> Polynomial<R> {
+        let sample = |corner: usize| self.samples[corner % 8][k % 4];
+        Polynomial::new([sample(0), sample(1), sample(2), sample(3), sample(4), sample(5), sample(6), sample(7)])
     }
 }

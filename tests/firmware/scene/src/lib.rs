@@ -53,7 +53,7 @@ fn triangle_contact(minimizer: &impl Minimizer<3>) -> Option<Outcome<f32, 3>> {
     Some(contact(&grid, minimizer, 0.0, &element))
 }
 
-fn write_contact(page: &mut Page<impl FnMut(u8)>, contact: &Contact<f32, 3>) {
+fn write_contact(page: &mut Page<impl FnMut(u8)>, contact: &Contact<f32>) {
     page.text(match contact.status {
         ContactStatus::Converged => "converged",
         ContactStatus::BudgetSpent => "budget spent",

@@ -2,12 +2,12 @@
 
 use nalgebra::Vector3;
 use sdf_bake::SparseGrid;
-use sdf_core::Sdf;
 use sdf_core::combine::SmoothUnion;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, Sparse};
-use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, slope_bound};
+use sdf_core::grid::{BlockBounds, Dense, Grid, cell_slope, measure_slope_bound};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Cuboid, Cylinder, Ellipsoid, HalfSpace, Sphere, Torus};
+use sdf_core::{EnclosedSdf, Interval};
 
 use super::{random, triangles};
 use crate::random::Random;
@@ -86,7 +86,7 @@ pub fn one_cell() -> Vec<Body> {
     ]
 }
 
-fn one_brick(field: &impl Sdf) -> Grid<Sparse<SparseGrid<f32>>> {
+fn one_brick(field: &impl EnclosedSdf) -> Grid<Sparse<SparseGrid<f32>>> {
     let lattice = cube_lattice(0.5, 1);
     let corners: [f32; 8] = std::array::from_fn(|corner| {
         let node = [corner & 1, corner >> 1 & 1, corner >> 2].map(|step| step as u32);
@@ -97,13 +97,15 @@ fn one_brick(field: &impl Sdf) -> Grid<Sparse<SparseGrid<f32>>> {
         samples[(corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2)] = *sample;
     }
     let bounds = BlockBounds {
-        least: corners.into_iter().fold(f32::INFINITY, f32::min),
-        greatest: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
-        slope: (cell_slope(corners, lattice.spacing()) as f32).next_up(),
+        range: Interval {
+            lower: corners.into_iter().fold(f32::INFINITY, f32::min),
+            upper: corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
+        },
+        slope_bound: (cell_slope(corners, lattice.spacing()) as f32).next_up(),
     };
     let brick = SparseGrid {
         table: vec![0],
-        places: vec![[0; 3]],
+        slots: vec![[0; 3]],
         scales: vec![Scale { base: 0.0, step: 0.0 }],
         samples,
         coarse: vec![0.0; 8],
@@ -113,6 +115,6 @@ fn one_brick(field: &impl Sdf) -> Grid<Sparse<SparseGrid<f32>>> {
         error_bound: 0.0,
     };
     let storage = Sparse::new(&lattice, brick).unwrap();
-    let steepest = slope_bound(&lattice, &storage);
+    let steepest = measure_slope_bound(&lattice, &storage);
     Grid::new(lattice, storage, steepest).unwrap()
 }

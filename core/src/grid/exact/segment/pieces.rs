@@ -1,101 +1,104 @@
+//! Pieces of lines, one cell each, whose minima are computed in all lanes at once.
+//!
+//! Arrays are by lane, so that the loop over the lanes in [`Pieces::minima`] becomes one over vectors.
+
 use nalgebra::Vector3;
 
-use super::Line;
 use super::cubic::Cubic;
 use super::voxel_walk::Step;
+use super::{LANES, Line};
 use crate::grid::Storage;
 use crate::number::{Float, Real};
 
-/// As many f64 as the widest vectors hold.
-pub(super) const LANES: usize = 8;
-
-/// Parts of lines, each in one cell.
+/// Up to [`LANES`] pieces. Vectors are by axis, then by lane.
 pub(super) struct Pieces<R: Real> {
     pub count: usize,
-    /// Of its line.
-    pub ends: [[[R; 3]; 2]; LANES],
-    pub bound: [R; LANES],
-    pub is_first: [bool; LANES],
-    /// Along each axis: the cell's first corner, a whole number.
-    first: [[R; LANES]; 3],
-    from: [[R; LANES]; 3],
-    way: [[R; LANES]; 3],
-    entry: [R; LANES],
-    exit: [R; LANES],
+    /// [`Line::end_weights`] of the piece's line.
+    pub end_weights: [[[R; 3]; 2]; LANES],
+    /// [`Line::lower_bound`] of the piece's line.
+    pub line_bound: [R; LANES],
+    pub is_first_of_line: [bool; LANES],
+    /// Index of the cell, as a number.
+    cell: [[R; LANES]; 3],
+    start: [[R; LANES]; 3],
+    direction: [[R; LANES]; 3],
+    entry_t: [R; LANES],
+    exit_t: [R; LANES],
 }
 
-/// What is least on each piece.
-pub(super) struct Least<R> {
-    /// Of the line.
-    pub share: [R; LANES],
+/// The minimum of each piece.
+pub(super) struct PieceMinima<R> {
+    /// Parameter of the line, not of the piece.
+    pub t: [R; LANES],
     pub value: [R; LANES],
-    /// The least sample of the cell.
-    pub corner: [R; LANES],
-    /// All of the cell's samples are numbers.
+    /// Lowest sample of the cell.
+    pub lowest_corner: [R; LANES],
+    /// Are all samples of the cell finite?
     pub is_finite: [bool; LANES],
-    /// 1 where the value may be less than the one to compare with, or no number; else 0.
-    pub may_be_less: [u8; LANES],
+    /// 1 if the value is lower than the limit or anything is not finite; else 0.
+    pub may_be_lower: [u8; LANES],
 }
 
 impl<R: Float> Pieces<R> {
     #[inline(always)]
     pub fn new() -> Self {
-        let nothing = [[R::zero(); LANES]; 3];
+        let zero = [[R::zero(); LANES]; 3];
         Self {
             count: 0,
-            ends: [[[R::zero(); 3]; 2]; LANES],
-            bound: nothing[0],
-            is_first: [false; LANES],
-            first: nothing,
-            from: nothing,
-            way: nothing,
-            entry: nothing[0],
-            exit: nothing[0],
+            end_weights: [[[R::zero(); 3]; 2]; LANES],
+            line_bound: zero[0],
+            is_first_of_line: [false; LANES],
+            cell: zero,
+            start: zero,
+            direction: zero,
+            entry_t: zero[0],
+            exit_t: zero[0],
         }
     }
 
     #[inline(always)]
     pub fn push(&mut self, line: &Line<R>, step: &Step<R>) {
-        let at = self.count % LANES;
-        (self.ends[at], self.bound[at]) = (line.ends, line.bound);
-        self.is_first[at] = step.is_first;
+        let lane = self.count % LANES;
+        (self.end_weights[lane], self.line_bound[lane]) = (line.end_weights, line.lower_bound);
+        self.is_first_of_line[lane] = step.is_first;
         for axis in 0..3 {
-            self.first[axis][at] = step.cell[axis];
-            self.from[axis][at] = line.from[axis];
-            self.way[axis][at] = line.way[axis];
+            self.cell[axis][lane] = step.cell[axis];
+            self.start[axis][lane] = line.start[axis];
+            self.direction[axis][lane] = line.direction[axis];
         }
-        (self.entry[at], self.exit[at]) = (step.entry, step.exit);
+        (self.entry_t[lane], self.exit_t[lane]) = (step.entry_t, step.exit_t);
         self.count = self.count.saturating_add(1);
     }
 
-    /// Of all lanes, and compared with a value; where no piece was put, what stood there before.
+    /// Computes all lanes and compares them with `limit`. Lanes from `count` on repeat stale pieces.
     #[inline(always)]
-    pub fn least<S: Storage>(&self, storage: &S, than: R) -> Least<R> {
-        let samples = storage.corners_of(self.first);
-        let nothing = [R::zero(); LANES];
-        let (is_finite, may_be_less) = ([false; LANES], [0; LANES]);
-        let mut least = Least { share: nothing, value: nothing, corner: nothing, is_finite, may_be_less };
+    pub fn minima<S: Storage>(&self, storage: &S, limit: R) -> PieceMinima<R> {
+        let samples = storage.corners_in_lanes(self.cell);
+        let zero = [R::zero(); LANES];
+        let (is_finite, may_be_lower) = ([false; LANES], [0; LANES]);
+        let mut minima = PieceMinima { t: zero, value: zero, lowest_corner: zero, is_finite, may_be_lower };
         for lane in 0..LANES {
-            let of_axis = |axis: &[R; LANES]| axis[lane % LANES];
-            let [first, from, way] = [&self.first, &self.from, &self.way]
-                .map(|axes| Vector3::new(of_axis(&axes[0]), of_axis(&axes[1]), of_axis(&axes[2])));
-            let (entry, span) = (self.entry[lane], self.exit[lane] - self.entry[lane]);
+            let component = |axis: &[R; LANES]| axis[lane % LANES];
+            let [cell, start, direction] = [&self.cell, &self.start, &self.direction]
+                .map(|axes| Vector3::new(component(&axes[0]), component(&axes[1]), component(&axes[2])));
+            let (entry_t, span) = (self.entry_t[lane], self.exit_t[lane] - self.entry_t[lane]);
             let mut corners = [R::zero(); 8];
-            let (mut lowest, mut sum) = (R::from_f64(f64::INFINITY), R::zero());
+            // NaN if a corner is not finite, else 0.
+            let (mut lowest, mut nan_check) = (R::from_f64(f64::INFINITY), R::zero());
             for corner in 0..8 {
                 corners[corner] = samples[corner][lane];
                 lowest = Real::min(lowest, corners[corner]);
-                sum += corners[corner] * R::zero();
+                nan_check += corners[corner] * R::zero();
             }
-            let (share, value) = Cubic::along(corners, from + way * entry - first, way * span).least();
-            least.share[lane] = entry + span * share;
-            least.value[lane] = value;
-            least.corner[lane] = lowest;
-            least.is_finite[lane] = sum == R::zero();
-            let is_no_less = than <= value;
-            // Of what is no number, nor the value by it, nothing is certain.
-            least.may_be_less[lane] = u8::from(!is_no_less | (sum + value * R::zero() != R::zero()));
+            let (t, value) = Cubic::restrict(corners, start + direction * entry_t - cell, direction * span).minimum();
+            minima.t[lane] = entry_t + span * t;
+            minima.value[lane] = value;
+            minima.lowest_corner[lane] = lowest;
+            minima.is_finite[lane] = nan_check == R::zero();
+            let is_not_lower = limit <= value;
+            let is_not_finite = nan_check + value * R::zero() != R::zero();
+            minima.may_be_lower[lane] = u8::from(!is_not_lower | is_not_finite);
         }
-        least
+        minima
     }
 }

@@ -1,100 +1,126 @@
+//! A clipped cell with its polynomial: intervals of directional derivatives, and bounds of curvature.
+//!
+//! With m the centre of the part, |δ_i| ≤ h_i, and H the Hessian at m, the polynomial gives exactly
+//!
+//! ```text
+//! ∇φ(m + δ)  = ∇φ(m) + H δ + c_xyz (δ_y δ_z, δ_z δ_x, δ_x δ_y)
+//! ∇φ(m + δ)·d ∈ ∇φ(m)·d ± (Σ_i h_i |(H d)_i| + |c_xyz| Σ_i |d_i| h_j h_k)          mean value form (Moore 1966, ch. 6)
+//! aᵀH(m + δ)b ∈ aᵀH b ± |c_xyz| (|a_x b_y + a_y b_x| h_z + |a_y b_z + a_z b_y| h_x + |a_z b_x + a_x b_z| h_y)
+//! ```
+
 use nalgebra::Vector3;
 
 use super::directions::{DirectionalBounds, Directions};
 use crate::grid::exact::polynomial::{MixedDerivatives, Polynomial};
 use crate::number::Float;
 
-/// The part of a cell in the triangle's box.
+/// A box within a cell, and the polynomial there.
 #[derive(Clone, Copy)]
 pub(super) struct Cell<R: Float> {
-    pub first: Vector3<R>,
-    pub field: Polynomial<R>,
-    /// Of the part, from the cell's first corner.
-    pub middle: Vector3<R>,
-    pub half: Vector3<R>,
+    /// The cell's first corner.
+    pub origin: Vector3<R>,
+    pub polynomial: Polynomial<R>,
+    /// m: centre of the box, counted from `origin`.
+    pub center: Vector3<R>,
+    /// h: half extents of the box.
+    pub half_extents: Vector3<R>,
 }
 
-/// How the field changes in the part of a cell: the gradient and the second derivatives in its middle, half its sides, and how
-/// much more or less the gradient is elsewhere by the third derivative, each along x, y and z (of xy, yz and zx).
-pub(super) struct Slopes<T> {
-    pub gradient: [T; 3],
-    pub bends: [T; 3],
-    pub half: [T; 3],
-    pub twists: [T; 3],
+/// The terms of the mean value form of ∇φ, by axis.
+pub(super) struct MeanValueForm<T> {
+    /// ∇φ(m).
+    gradient: [T; 3],
+    /// H_xy, H_yz and H_zx at m.
+    mixed: [T; 3],
+    half_extents: [T; 3],
+    /// |c_xyz| h_j h_k.
+    third_order: [T; 3],
 }
 
-impl<R: Float> Slopes<R> {
-    /// The least and the most that the field rises over one of the ways, as fast as it does anywhere in the part.
+impl<R: Float> MeanValueForm<R> {
+    /// Interval \[lower, upper\] of ∇φ·d over the box for direction `k`, rounding included.
     #[inline(always)]
-    pub fn over(&self, directions: &Directions<R>, way: usize) -> [R; 2] {
-        let (x, y, z) = (directions.x[way % 4], directions.y[way % 4], directions.z[way % 4]);
-        let ([xy, yz, zx], half, twists) = (self.bends, self.half, self.twists);
-        let rise = self.gradient[0] * x + self.gradient[1] * y + self.gradient[2] * z;
-        let spread = (xy * y + zx * z).abs() * half[0]
+    pub fn directional_range(&self, directions: &Directions<R>, k: usize) -> [R; 2] {
+        let (x, y, z) = (directions.x[k % 4], directions.y[k % 4], directions.z[k % 4]);
+        let ([xy, yz, zx], half, third_order) = (self.mixed, self.half_extents, self.third_order);
+        let central = self.gradient[0] * x + self.gradient[1] * y + self.gradient[2] * z;
+        let radius = (xy * y + zx * z).abs() * half[0]
             + (xy * x + yz * z).abs() * half[1]
             + (zx * x + yz * y).abs() * half[2]
-            + (x.abs() * twists[0] + y.abs() * twists[1] + z.abs() * twists[2])
-            + directions.rounding[way % 4];
-        [rise - spread, rise + spread]
+            + (x.abs() * third_order[0] + y.abs() * third_order[1] + z.abs() * third_order[2])
+            + directions.rounding[k % 4];
+        [central - radius, central + radius]
     }
 }
 
 impl<R: Float> Cell<R> {
-    /// Of any point of the part, also where the triangle does not reach.
+    /// Bounds over the whole box, including points that are not in the triangle.
     #[inline(always)]
     pub fn directional_bounds(&self, directions: &Directions<R>) -> DirectionalBounds<R> {
-        let slopes = self.slopes();
-        let mut rises = DirectionalBounds::none();
-        for way in 0..4 {
-            [rises.least[way], rises.most[way]] = slopes.over(directions, way);
+        let form = self.mean_value_form();
+        let mut bounds = DirectionalBounds::empty();
+        for k in 0..4 {
+            [bounds.lower[k], bounds.upper[k]] = form.directional_range(directions, k);
         }
-        rises
+        bounds
     }
 
     #[inline(always)]
-    pub fn slopes(&self) -> Slopes<R> {
-        let bends = self.field.bends(self.middle);
-        let gradient = self.field.gradient(self.middle, &bends);
-        let (half, twist) = (self.half, self.field.xyz.abs());
-        Slopes {
+    pub fn mean_value_form(&self) -> MeanValueForm<R> {
+        let mixed = self.polynomial.mixed_derivatives(self.center);
+        let gradient = self.polynomial.gradient(self.center, &mixed);
+        let (half, third_derivative) = (self.half_extents, self.polynomial.xyz.abs());
+        MeanValueForm {
             gradient: gradient.into(),
-            bends: [bends.xy, bends.yz, bends.zx],
-            half: half.into(),
-            twists: [half.y * half.z * twist, half.z * half.x * twist, half.x * half.y * twist],
+            mixed: [mixed.xy, mixed.yz, mixed.zx],
+            half_extents: half.into(),
+            third_order: [
+                half.y * half.z * third_derivative,
+                half.z * half.x * third_derivative,
+                half.x * half.y * third_derivative,
+            ],
         }
     }
 
-    /// In the middle, and how much more or less elsewhere.
-    pub fn rise(&self, gradient: Vector3<R>, bends: &MixedDerivatives<R>, way: Vector3<R>) -> (R, R) {
-        let (by, half) = (bends.times(way), self.half);
-        let twist = way.x.abs() * half.y * half.z + way.y.abs() * half.z * half.x + way.z.abs() * half.x * half.y;
-        let spread = by.x.abs() * half.x + by.y.abs() * half.y + by.z.abs() * half.z;
-        (gradient.dot(&way), spread + self.field.xyz.abs() * twist)
+    /// ∇φ·d at m, and the radius of its interval over the box. `gradient` and `mixed` are those at m.
+    pub fn directional_derivative(
+        &self,
+        gradient: Vector3<R>,
+        mixed: &MixedDerivatives<R>,
+        direction: Vector3<R>,
+    ) -> (R, R) {
+        let (change, half) = (mixed.times(direction), self.half_extents);
+        let third_order = direction.x.abs() * half.y * half.z
+            + direction.y.abs() * half.z * half.x
+            + direction.z.abs() * half.x * half.y;
+        let second_order = change.x.abs() * half.x + change.y.abs() * half.y + change.z.abs() * half.z;
+        (gradient.dot(&direction), second_order + self.polynomial.xyz.abs() * third_order)
     }
 
-    /// The most that the field curves upwards along a way, times the square of its longest chord in the part, if no longer
-    /// than the way.
-    pub fn bend(&self, bends: &MixedDerivatives<R>, way: Vector3<R>) -> R {
-        let curvature = bends.times(way).dot(&way) + self.more_bend(way, way);
+    /// max(κ, 0)·l², with κ the largest dᵀH d over the box and l ≤ 1 the length of its longest chord along d, in
+    /// units of |d|: l = min(1, min_i 2h_i / |d_i|). `mixed` is H at m.
+    pub fn chord_curvature(&self, mixed: &MixedDerivatives<R>, direction: Vector3<R>) -> R {
+        let curvature = mixed.times(direction).dot(&direction) + self.curvature_slack(direction, direction);
         if curvature <= R::zero() {
             return R::zero();
         }
-        let sides = way.iter().zip(&self.half);
-        let chord = sides.fold(R::one(), |chord, (way, half)| {
-            let (all, reached) = (way.abs(), *half * R::from_f64(2.0));
-            if reached < all * chord { reached / all } else { chord }
+        let axes = direction.iter().zip(&self.half_extents);
+        let chord = axes.fold(R::one(), |chord, (component, half)| {
+            let (component, extent) = (component.abs(), *half * R::from_f64(2.0));
+            if extent < component * chord { extent / component } else { chord }
         });
         curvature * chord * chord
     }
 
-    /// How much more the second derivative by two ways can be anywhere in the part than in its middle.
-    pub fn more_bend(&self, a: Vector3<R>, b: Vector3<R>) -> R {
+    /// Bound of |aᵀH(x)b − aᵀH(m)b| over the box.
+    pub fn curvature_slack(&self, a: Vector3<R>, b: Vector3<R>) -> R {
         let (xy, yz, zx) = (a.x * b.y + a.y * b.x, a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z);
-        let half = self.half;
-        (xy.abs() * half.z + yz.abs() * half.x + zx.abs() * half.y) * self.field.xyz.abs()
+        let half = self.half_extents;
+        (xy.abs() * half.z + yz.abs() * half.x + zx.abs() * half.y) * self.polynomial.xyz.abs()
     }
 
-    pub fn holds(&self, at: Vector3<R>) -> bool {
-        (at - self.middle).iter().zip(&self.half).all(|(off, half)| off.abs() <= *half)
+    /// Is a point, counted from `origin`, in the box?
+    pub fn contains(&self, point: Vector3<R>) -> bool {
+        (point - self.center).iter().zip(&self.half_extents).all(|(offset, half)| offset.abs() <= *half)
     }
 }

@@ -1,71 +1,80 @@
+//! The lines along which the planes of cell faces cut the triangle, eight at a time.
+//!
+//! A plane x_k = p has the corners at heights a_k − p, b_k − p, c_k − p. If their signs differ, one corner is alone
+//! on its side; call its height s and another one's r. The cut ends on the edge between them, at the fraction s / (s
+//! − r) from the lone corner.
+
 use nalgebra::Vector3;
 
-use super::cells::LANES;
-use super::face::Face;
+use super::LANES;
+use super::grid_triangle::GridTriangle;
 use crate::grid::exact::segment::Line;
 use crate::number::{Float, Real};
 
-/// Where faces of cells cross a triangle, axis by axis, reckoned several side by side.
+/// Iterator over the cuts: planes across x first, then y, then z.
 pub(super) struct CellFaceCuts<'a, R: Real> {
-    face: &'a Face<R>,
-    /// Of the lines, the next, counted over all axes.
+    triangle: &'a GridTriangle<R>,
+    /// Number of the next plane, counted over all axes.
     next: u32,
     count: u32,
-    lines: Lines<R>,
+    lanes: CutLanes<R>,
 }
 
-/// Each by axis or corner.
-struct Lines<R> {
-    from: [[R; LANES]; 3],
-    way: [[R; LANES]; 3],
-    ends: [[[R; LANES]; 3]; 2],
-    /// 1 where there is no line, for all corners are on one side, else 0.
-    is_apart: [R; LANES],
+/// Eight cuts. Vectors are by axis, weights by corner, then by lane.
+struct CutLanes<R> {
+    start: [[R; LANES]; 3],
+    direction: [[R; LANES]; 3],
+    end_weights: [[[R; LANES]; 3]; 2],
+    /// 1 if all corners are on one side of the plane, so that there is no cut, else 0.
+    is_disjoint: [R; LANES],
 }
 
 impl<'a, R: Float> CellFaceCuts<'a, R> {
-    /// All of them, or none.
+    /// All cuts, or none unless `is_needed`.
     #[inline(always)]
-    pub fn new(face: &'a Face<R>, all: bool) -> Self {
-        let [x, y, z] = face.planes();
-        Self { face, next: 0, count: if all { x.saturating_add(y).saturating_add(z) } else { 0 }, lines: Lines::none() }
+    pub fn new(triangle: &'a GridTriangle<R>, is_needed: bool) -> Self {
+        let [x, y, z] = triangle.face_plane_counts();
+        let count = if is_needed { x.saturating_add(y).saturating_add(z) } else { 0 };
+        Self { triangle, next: 0, count, lanes: CutLanes::zero() }
     }
 
-    /// The next several.
+    /// Computes the cuts of the planes from `next` on, one in each lane.
     #[cfg_attr(feature = "std", inline(always))]
-    fn cross(&mut self) {
-        let number = |number: u32| R::from_f64(f64::from(number));
-        let (next, planes, first) = (number(self.next), self.face.planes().map(number), self.face.first.map(number));
-        let [a, b, c] = self.face.corners;
-        let lines = &mut self.lines;
+    fn fill_lanes(&mut self) {
+        let to_float = |number: u32| R::from_f64(f64::from(number));
+        let next = to_float(self.next);
+        let (counts, first) = (self.triangle.face_plane_counts().map(to_float), self.triangle.first_cell.map(to_float));
+        let [a, b, c] = self.triangle.corners;
+        let lanes = &mut self.lanes;
         for lane in 0..LANES {
-            let (plane, [y, z]) = (next + R::from_f64(lane as f64), [planes[0], planes[0] + planes[1]]);
-            let (is_z, is_yz) = (z <= plane, y <= plane);
+            let (number, [first_y, first_z]) = (next + R::from_f64(lane as f64), [counts[0], counts[0] + counts[1]]);
+            let (is_z, is_yz) = (first_z <= number, first_y <= number);
             let pick = |x: R, y: R, z: R| R::select(is_z, z, R::select(is_yz, y, x));
             let axis = pick(R::zero(), R::one(), R::from_f64(2.0));
-            let at = pick(first[0] + plane, first[1] + (plane - y), first[2] + (plane - z)) + R::one();
+            let plane =
+                pick(first[0] + number, first[1] + (number - first_y), first[2] + (number - first_z)) + R::one();
             let corners = [pick(a.x, a.y, a.z), pick(b.x, b.y, b.z), pick(c.x, c.y, c.z)];
-            let (ends, is_apart) = ends(corners.map(|corner| corner - at));
-            let points = ends.map(|weights| self.face.point(weights));
+            let (end_weights, is_disjoint) = cut(corners.map(|corner| corner - plane));
+            let points = end_weights.map(|weights| self.triangle.point(weights));
             for k in 0..3 {
                 let is_across = axis == R::from_f64(k as f64);
-                lines.from[k][lane] = R::select(is_across, at, points[0][k]);
-                lines.way[k][lane] = R::select(is_across, R::zero(), points[1][k] - points[0][k]);
-                (lines.ends[0][k][lane], lines.ends[1][k][lane]) = (ends[0][k], ends[1][k]);
+                lanes.start[k][lane] = R::select(is_across, plane, points[0][k]);
+                lanes.direction[k][lane] = R::select(is_across, R::zero(), points[1][k] - points[0][k]);
+                (lanes.end_weights[0][k][lane], lanes.end_weights[1][k][lane]) = (end_weights[0][k], end_weights[1][k]);
             }
-            lines.is_apart[lane] = R::select(is_apart, R::one(), R::zero());
+            lanes.is_disjoint[lane] = R::select(is_disjoint, R::one(), R::zero());
         }
     }
 }
 
-impl<R: Float> Lines<R> {
+impl<R: Float> CutLanes<R> {
     #[inline(always)]
-    fn none() -> Self {
+    fn zero() -> Self {
         Self {
-            from: [[R::zero(); LANES]; 3],
-            way: [[R::zero(); LANES]; 3],
-            ends: [[[R::zero(); LANES]; 3]; 2],
-            is_apart: [R::zero(); LANES],
+            start: [[R::zero(); LANES]; 3],
+            direction: [[R::zero(); LANES]; 3],
+            end_weights: [[[R::zero(); LANES]; 3]; 2],
+            is_disjoint: [R::zero(); LANES],
         }
     }
 }
@@ -78,34 +87,34 @@ impl<R: Float> Iterator for CellFaceCuts<'_, R> {
         while self.next < self.count {
             let lane = self.next as usize % LANES;
             if lane == 0 {
-                self.cross();
+                self.fill_lanes();
             }
             self.next = self.next.saturating_add(1);
-            let lines = &self.lines;
-            if lines.is_apart[lane] <= R::zero() {
-                let of = |axes: &[[R; LANES]; 3]| [axes[0][lane], axes[1][lane], axes[2][lane]];
-                let [from, way] = [&lines.from, &lines.way].map(|axes| Vector3::from(of(axes)));
-                let ends = [of(&lines.ends[0]), of(&lines.ends[1])];
-                return Some(Line { from, way, ends, bound: R::from_f64(f64::NEG_INFINITY) });
+            let lanes = &self.lanes;
+            if lanes.is_disjoint[lane] <= R::zero() {
+                let components = |axes: &[[R; LANES]; 3]| [axes[0][lane], axes[1][lane], axes[2][lane]];
+                let [start, direction] = [&lanes.start, &lanes.direction].map(|axes| Vector3::from(components(axes)));
+                let end_weights = [components(&lanes.end_weights[0]), components(&lanes.end_weights[1])];
+                return Some(Line { start, direction, end_weights, lower_bound: R::from_f64(f64::NEG_INFINITY) });
             }
         }
         None
     }
 }
 
-/// The weights of where a plane with the triangle's corners at these heights crosses two of its edges, and whether it does not:
-/// of the edges between the corner that is alone on its side and the one after it, and the one before it.
+/// Barycentric weights of the two ends of a cut, from the corners' heights over the plane, and whether there is no
+/// cut. The first end lies on the edge from the lone corner to its successor, the second on that to its predecessor.
 #[cfg_attr(feature = "std", inline(always))]
-fn ends<R: Float>([a, b, c]: [R; 3]) -> ([[R; 3]; 2], bool) {
+fn cut<R: Float>([a, b, c]: [R; 3]) -> ([[R; 3]; 2], bool) {
     let (zero, one) = (R::zero(), R::one());
     let (is_a, is_b) = ((zero <= b) == (zero <= c), (zero <= a) == (zero <= c));
-    let pick = |of_a: R, of_b: R, of_c: R| R::select(is_a, of_a, R::select(is_b, of_b, of_c));
-    let alone = [pick(one, zero, zero), pick(zero, one, zero), pick(zero, zero, one)];
-    let [first, second, third] = alone;
+    let pick = |if_a: R, if_b: R, if_c: R| R::select(is_a, if_a, R::select(is_b, if_b, if_c));
+    let lone = [pick(one, zero, zero), pick(zero, one, zero), pick(zero, zero, one)];
+    let [first, second, third] = lone;
     let height = pick(a, b, c);
-    let end = |other: R, of_other: [R; 3]| {
-        let share = height / (height - other);
-        [0, 1, 2].map(|k: usize| alone[k % 3] * (one - share) + of_other[k % 3] * share)
+    let end = |other_height: R, other: [R; 3]| {
+        let fraction = height / (height - other_height);
+        [0, 1, 2].map(|k: usize| lone[k % 3] * (one - fraction) + other[k % 3] * fraction)
     };
     ([end(pick(b, c, a), [third, first, second]), end(pick(c, a, b), [second, third, first])], is_a & is_b)
 }

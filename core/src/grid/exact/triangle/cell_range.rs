@@ -1,78 +1,93 @@
+//! The cells of a triangle's box, numbered x fastest, and each cell's part in that box.
+//!
+//! All arithmetic is on [`Float`]s, integers included, so that lanes run it: number → (x, y, z) multiplies by the
+//! reciprocals of the counts and truncates.
+
 use super::cell::Cell;
-use super::face::Face;
+use super::grid_triangle::GridTriangle;
 use crate::grid::exact::polynomial::Polynomial;
 use crate::number::{Float, Real};
 
-/// The cells of a triangle's box, numbered from its first on, x fastest.
+/// The cells of a triangle's box.
 pub(super) struct CellRange<R> {
+    /// Index of the first cell.
     pub first: [R; 3],
-    /// Cells along x, and one over them; the same in a layer.
-    row: R,
-    per_row: R,
-    layer: R,
-    per_layer: R,
-    low: [R; 3],
-    high: [R; 3],
+    /// Cells in a row along x.
+    row_len: R,
+    inv_row_len: R,
+    /// Cells in a layer across z.
+    layer_len: R,
+    inv_layer_len: R,
+    /// The triangle's box.
+    lower: [R; 3],
+    upper: [R; 3],
     pub count: usize,
 }
 
-/// A cell, and the part of it in the triangle's box.
+/// A cell clipped to the triangle's box.
 pub(super) struct ClippedCell<R> {
-    pub first: [R; 3],
-    /// From the first corner.
-    pub middle: [R; 3],
-    pub half: [R; 3],
+    /// The cell's first corner, which is also its index.
+    pub origin: [R; 3],
+    /// Centre of the clipped part, counted from `origin`.
+    pub center: [R; 3],
+    pub half_extents: [R; 3],
 }
 
 impl<R: Float> CellRange<R> {
     #[inline(always)]
-    pub fn new(face: &Face<R>) -> Self {
-        let cells = |axis: usize| face.last[axis % 3].wrapping_sub(face.first[axis % 3]).wrapping_add(1);
+    pub fn new(triangle: &GridTriangle<R>) -> Self {
+        let cells =
+            |axis: usize| triangle.last_cell[axis % 3].wrapping_sub(triangle.first_cell[axis % 3]).wrapping_add(1);
         let [x, y, z] = [cells(0), cells(1), cells(2)];
-        let layer = x.wrapping_mul(y);
-        let number = |count: u32| R::from_f64(f64::from(count));
+        let layer_len = x.wrapping_mul(y);
+        let to_float = |count: u32| R::from_f64(f64::from(count));
         Self {
-            first: face.first.map(number),
-            row: number(x),
-            per_row: R::one() / number(x),
-            layer: number(layer),
-            per_layer: R::one() / number(layer),
-            low: face.low.into(),
-            high: face.high.into(),
-            count: layer.wrapping_mul(z) as usize,
+            first: triangle.first_cell.map(to_float),
+            row_len: to_float(x),
+            inv_row_len: R::one() / to_float(x),
+            layer_len: to_float(layer_len),
+            inv_layer_len: R::one() / to_float(layer_len),
+            lower: triangle.lower.into(),
+            upper: triangle.upper.into(),
+            count: layer_len.wrapping_mul(z) as usize,
         }
     }
 
-    /// Of the cell of a number.
+    /// The cell with this number.
     #[cfg_attr(feature = "std", inline(always))]
-    pub fn part(&self, number: R) -> ClippedCell<R> {
+    pub fn clip(&self, number: R) -> ClippedCell<R> {
         let half = R::from_f64(0.5);
-        let [x, y, z] = self.place(number);
-        let first = [self.first[0] + x, self.first[1] + y, self.first[2] + z];
-        let within = |axis: usize| {
-            let from = Real::clamp(self.low[axis % 3] - first[axis % 3], R::zero(), R::one());
-            let to = Real::clamp(self.high[axis % 3] - first[axis % 3], R::zero(), R::one());
-            [(from + to) * half, (to - from) * half]
+        let [x, y, z] = self.offset(number);
+        let origin = [self.first[0] + x, self.first[1] + y, self.first[2] + z];
+        let center_and_half = |axis: usize| {
+            let lower = Real::clamp(self.lower[axis % 3] - origin[axis % 3], R::zero(), R::one());
+            let upper = Real::clamp(self.upper[axis % 3] - origin[axis % 3], R::zero(), R::one());
+            [(lower + upper) * half, (upper - lower) * half]
         };
-        let [x, y, z] = [within(0), within(1), within(2)];
-        ClippedCell { first, middle: [x[0], y[0], z[0]], half: [x[1], y[1], z[1]] }
+        let [x, y, z] = [center_and_half(0), center_and_half(1), center_and_half(2)];
+        ClippedCell { origin, center: [x[0], y[0], z[0]], half_extents: [x[1], y[1], z[1]] }
     }
 
-    /// Along each axis, from the first.
+    /// Index of a cell relative to the first: z = ⌊(n + ½) / layer⌋, y = ⌊(n − z·layer + ½) / row⌋. The ½ keeps
+    /// rounding away from the next integer, because n is small.
     #[inline(always)]
-    fn place(&self, number: R) -> [R; 3] {
-        // Numbers are small: half of one keeps rounding away from the next whole number.
+    fn offset(&self, number: R) -> [R; 3] {
         let half = R::from_f64(0.5);
-        let z = ((number + half) * self.per_layer).trunc();
-        let in_layer = number - z * self.layer;
-        let y = ((in_layer + half) * self.per_row).trunc();
-        [in_layer - y * self.row, y, z]
+        let z = ((number + half) * self.inv_layer_len).trunc();
+        let in_layer = number - z * self.layer_len;
+        let y = ((in_layer + half) * self.inv_row_len).trunc();
+        [in_layer - y * self.row_len, y, z]
     }
 }
 
 impl<R: Float> ClippedCell<R> {
     #[inline(always)]
-    pub fn of(&self, field: Polynomial<R>) -> Cell<R> {
-        Cell { first: self.first.into(), field, middle: self.middle.into(), half: self.half.into() }
+    pub fn with_polynomial(&self, polynomial: Polynomial<R>) -> Cell<R> {
+        Cell {
+            origin: self.origin.into(),
+            polynomial,
+            center: self.center.into(),
+            half_extents: self.half_extents.into(),
+        }
     }
 }

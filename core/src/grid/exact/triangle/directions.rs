@@ -1,67 +1,105 @@
+//! Four directions in the triangle, and intervals of the directional derivative along each.
+//!
+//! If ∇φ·d lies in \[L_d, U_d\] in every cell that the triangle meets, then along a path p to p + d in the triangle φ
+//! changes by at least L_d and at most U_d. From this follow a lower bound on an edge, one on the whole triangle, and
+//! the monotonicity test (Hansen and Walster 2003, "Global Optimization Using Interval Analysis"): where 0 is outside
+//! of an interval, φ is strictly monotonic along that direction and has no stationary point.
+
 use nalgebra::Vector3;
 
-use super::face::Face;
+use super::grid_triangle::GridTriangle;
 use crate::number::{Float, Real};
+use crate::rounding::{DIRECTIONAL_DERIVATIVE, MIN_SINE_SQ};
 
-/// Ways along the triangle: from the first corner to the second and to the third, from the second to the third, and
-/// uphill from the middle. Each axis for itself, so that a processor takes several at once.
+/// Index of u = b − a in arrays by direction.
+pub(super) const U: usize = 0;
+/// Index of v = c − a.
+pub(super) const V: usize = 1;
+/// Index of w = c − b.
+pub(super) const W: usize = 2;
+
+/// The directions u, v, w and the gradient at the centroid, projected into the plane. Arrays are by direction, so
+/// that a processor takes several at once.
 pub(super) struct Directions<R> {
     pub x: [R; 4],
     pub y: [R; 4],
     pub z: [R; 4],
-    /// What a rise over each may be off by rounding.
+    /// Bound of the rounding in ∇φ·d.
     pub rounding: [R; 4],
 }
 
 impl<R: Float> Directions<R> {
+    /// `gradient` is that at the centroid. `slope_bound` is in cell coordinates.
     #[cfg_attr(feature = "std", inline(always))]
-    pub fn new(face: &Face<R>, gradient: Vector3<R>, slope_bound: R) -> Self {
-        let [a, b, c] = face.corners;
-        let (u, v, normal) = (b - a, c - a, face.normal);
-        let square = normal.dot(&normal);
-        // Of a sliver rounding alone may tell where it lies.
-        let is_valid = u.dot(&u) * v.dot(&v) * R::from_f64(1e-6) < square;
-        let uphill = if is_valid { gradient - normal * (normal.dot(&gradient) / square) } else { Vector3::zeros() };
-        let along = [u, v, c - b, uphill];
-        let part = slope_bound * R::from_f64(1024.0 * R::EPSILON);
+    pub fn new(triangle: &GridTriangle<R>, gradient: Vector3<R>, slope_bound: R) -> Self {
+        let [a, b, c] = triangle.corners;
+        let (u, v, normal) = (b - a, c - a, triangle.normal);
+        let normal_sq = normal.dot(&normal);
+        // |n|² = |u|²|v|² sin²: the normal of a thinner triangle may be mere rounding.
+        let is_well_conditioned = u.dot(&u) * v.dot(&v) * R::from_f64(MIN_SINE_SQ) < normal_sq;
+        let uphill = if is_well_conditioned {
+            gradient - normal * (normal.dot(&gradient) / normal_sq)
+        } else {
+            Vector3::zeros()
+        };
+        let directions = [u, v, c - b, uphill];
+        let unit_rounding = slope_bound * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
         Self {
-            x: along.map(|way| way.x),
-            y: along.map(|way| way.y),
-            z: along.map(|way| way.z),
-            rounding: along.map(|way| (way.x.abs() + way.y.abs() + way.z.abs()) * part),
+            x: directions.map(|d| d.x),
+            y: directions.map(|d| d.y),
+            z: directions.map(|d| d.z),
+            rounding: directions.map(|d| (d.x.abs() + d.y.abs() + d.z.abs()) * unit_rounding),
         }
     }
 }
 
-/// The least and the most that φ rises over each of the [`Directions`], as fast as it does anywhere in a part of the grid.
+/// Interval of ∇φ·d for each of the [`Directions`], over some part of the grid.
 #[derive(Clone, Copy)]
 pub(super) struct DirectionalBounds<R> {
-    pub least: [R; 4],
-    pub most: [R; 4],
+    pub lower: [R; 4],
+    pub upper: [R; 4],
 }
 
 impl<R: Float> DirectionalBounds<R> {
-    pub fn none() -> Self {
-        Self { least: [R::from_f64(f64::INFINITY); 4], most: [R::from_f64(f64::NEG_INFINITY); 4] }
+    /// Empty intervals.
+    pub fn empty() -> Self {
+        Self { lower: [R::from_f64(f64::INFINITY); 4], upper: [R::from_f64(f64::NEG_INFINITY); 4] }
     }
 
-    /// Whether φ is not level along some way.
+    /// Does φ rise everywhere along a direction?
     #[inline(always)]
-    pub fn is_steep(&self) -> bool {
-        let of_way = |way: usize| R::zero() < self.least[way % 4] || self.most[way % 4] < R::zero();
-        of_way(0) || of_way(1) || of_way(2) || of_way(3)
+    pub fn is_rising(&self, direction: usize) -> bool {
+        R::zero() < self.lower[direction % 4]
     }
 
-    /// What no value on the way between two points of these values is below: the field falls no faster from either.
-    pub fn least_between(&self, way: usize, [from, to]: [R; 2]) -> R {
-        let (fall, rise) = (self.least[way % 4], self.most[way % 4]);
-        let share = Real::clamp((to - from - rise) / (fall - rise), R::zero(), R::one());
-        Real::min(from + fall * share, to - rise * (R::one() - share))
+    /// Does φ fall everywhere along a direction?
+    #[inline(always)]
+    pub fn is_falling(&self, direction: usize) -> bool {
+        self.upper[direction % 4] < R::zero()
     }
 
-    /// The most that φ falls from the mean of the corners, as a rise.
-    pub fn fall(&self) -> R {
-        let [[u, v, w, _], [most_u, most_v, most_w, _]] = [self.least, self.most];
-        Real::min(-most_u - most_v, Real::min(u - most_w, v + w)) * R::from_f64(1.0 / 3.0)
+    /// Is φ strictly monotonic along one of the directions? Then no point is stationary.
+    #[inline(always)]
+    pub fn is_monotonic(&self) -> bool {
+        let is_monotonic = |k: usize| R::zero() < self.lower[k % 4] || self.upper[k % 4] < R::zero();
+        is_monotonic(0) || is_monotonic(1) || is_monotonic(2) || is_monotonic(3)
+    }
+
+    /// Lower bound of φ on the edge along `direction`, from its end values, where L ≤ 0 ≤ U:
+    ///
+    /// φ(t) ≥ max(start + L t, end − U (1 − t)), lowest where both are equal: t = (end − start − U) / (L − U).
+    pub fn edge_lower_bound(&self, direction: usize, [start, end]: [R; 2]) -> R {
+        let (lower, upper) = (self.lower[direction % 4], self.upper[direction % 4]);
+        let t = Real::clamp((end - start - upper) / (lower - upper), R::zero(), R::one());
+        Real::min(start + lower * t, end - upper * (R::one() - t))
+    }
+
+    /// Lower bound of φ(x) − φ(centroid) for x in the triangle.
+    ///
+    /// x − centroid is a mean of the corner_k − centroid, which are −(u + v)/3, (u − w)/3 and (v + w)/3. So the bound
+    /// is min(−U_u − U_v, L_u − U_w, L_v + L_w) / 3.
+    pub fn min_rise_from_centroid(&self) -> R {
+        let [[u, v, w, _], [upper_u, upper_v, upper_w, _]] = [self.lower, self.upper];
+        Real::min(-upper_u - upper_v, Real::min(u - upper_w, v + w)) * R::from_f64(1.0 / 3.0)
     }
 }

@@ -1,16 +1,35 @@
+//! The minimum inside a polygon: one cell's polynomial on its part of the triangle.
+//!
+//! With x = a + s u + t v the Hessian by (s, t) is
+//!
+//! ```text
+//! ⎡ uu  uv ⎤   uu = uᵀH u,  uv = uᵀH v,  vv = vᵀH v
+//! ⎣ uv  vv ⎦
+//! ```
+//!
+//! 1. **Not convex enough.** On a chord of length l |d| along d with curvature dᵀH d ≤ κ, φ ≥ the lower end value − κ
+//!    l²/8. So the deficit is at most κ l²/8 for the best of some d: u, v, w, and v − u·(uv/uu), along which the
+//!    curvature is smallest. That one is vv − uv²/uu, the Schur complement of uu, negative for a saddle: then the
+//!    minimum is on the boundary.
+//! 2. **Monotonic.** Newton's step from the centre is a descent direction. If φ falls along it everywhere, no point
+//!    is stationary.
+//! 3. **Newton's method**, four steps. If the Hessian is positive definite in the whole cell, φ is convex there and
+//!    φ(x) ≥ φ(p) + ∇φ(p)·(x − p): the deficit is at most |∂φ/∂s| + |∂φ/∂t| at the last iterate p.
+
 use nalgebra::Vector3;
 
 use super::cell::Cell;
-use super::face::Face;
+use super::grid_triangle::GridTriangle;
 use crate::grid::exact::polynomial::MixedDerivatives;
-use crate::grid::exact::segment::Lowest;
+use crate::grid::exact::segment::LowestPoint;
 use crate::number::{Float, Real};
+use crate::rounding::DIRECTIONAL_DERIVATIVE;
 use crate::vector::norm;
 
-/// Steps of Newton's method inside of a cell: a cubic that is curved upwards is nearly a parabola there.
-const STEPS: u32 = 4;
+/// Newton steps in a cell. A cubic that is convex on the cell is nearly a parabola there.
+const NEWTON_STEPS: u32 = 4;
 
-/// The second derivatives along the triangle, by the weights of its second and third corner.
+/// The second derivatives by the weights of the triangle's second and third corner.
 pub(super) struct Hessian<R> {
     uu: R,
     uv: R,
@@ -18,9 +37,9 @@ pub(super) struct Hessian<R> {
 }
 
 impl<R: Float> Hessian<R> {
-    fn new(bends: &MixedDerivatives<R>, [u, v]: [Vector3<R>; 2]) -> Self {
-        let (by_u, by_v) = (bends.times(u), bends.times(v));
-        Self { uu: by_u.dot(&u), uv: by_u.dot(&v), vv: by_v.dot(&v) }
+    fn new(mixed: &MixedDerivatives<R>, [u, v]: [Vector3<R>; 2]) -> Self {
+        let (hu, hv) = (mixed.times(u), mixed.times(v));
+        Self { uu: hu.dot(&u), uv: hu.dot(&v), vv: hv.dot(&v) }
     }
 
     fn determinant(&self) -> R {
@@ -31,85 +50,88 @@ impl<R: Float> Hessian<R> {
         R::zero() < self.uu && R::zero() < self.determinant()
     }
 
-    /// Where a function with these slopes is level, as steps by the weights.
-    fn step(&self, [u, v]: [R; 2]) -> [R; 2] {
+    /// Newton's step −H⁻¹ (∂φ/∂s, ∂φ/∂t).
+    fn newton_step(&self, [u, v]: [R; 2]) -> [R; 2] {
         let determinant = self.determinant();
         [(self.uv * v - self.vv * u) / determinant, (self.uv * u - self.uu * v) / determinant]
     }
 }
 
 impl<R: Float> Cell<R> {
-    /// By how much a value inside of the polygon may be less than what was found, or is on its boundary.
-    pub fn least_inside(&self, face: &Face<R>, found: &mut Lowest<R>) -> R {
-        let bends = self.field.bends(self.middle);
-        let [u, v] = face.sides();
-        let hessian = Hessian::new(&bends, [u, v]);
-        // Of a saddle the way along which it curves downwards the most, over one of the edges.
-        let other = match () {
+    /// Upper bound of (lowest value, that of the polygon's boundary included) − (minimum inside the polygon). Lowers
+    /// `lowest` if it finds a point inside.
+    pub fn interior_deficit(&self, triangle: &GridTriangle<R>, lowest: &mut LowestPoint<R>) -> R {
+        let mixed = self.polynomial.mixed_derivatives(self.center);
+        let [u, v] = triangle.edges();
+        let hessian = Hessian::new(&mixed, [u, v]);
+        // Direction of the smallest curvature among u + r v or v + r u.
+        let flattest = match () {
             () if !(R::zero() < hessian.uu && R::zero() < hessian.vv) => u,
             () if hessian.vv < hessian.uu => v - u * (hessian.uv / hessian.uu),
             () => u - v * (hessian.uv / hessian.vv),
         };
-        let bend = [u, v, v - u, other]
-            .into_iter()
-            .fold(R::from_f64(f64::INFINITY), |least, way| Real::min(least, self.bend(&bends, way)));
-        let deficit = bend * R::from_f64(0.125);
+        let curvature = [u, v, v - u, flattest].into_iter().fold(R::from_f64(f64::INFINITY), |lowest, direction| {
+            Real::min(lowest, self.chord_curvature(&mixed, direction))
+        });
+        let deficit = curvature * R::from_f64(0.125);
         if deficit <= R::zero() || !hessian.is_positive_definite() {
             return deficit;
         }
-        let gradient = self.field.gradient(self.middle, &bends);
-        let step = hessian.step([gradient.dot(&u), gradient.dot(&v)]);
+        let gradient = self.polynomial.gradient(self.center, &mixed);
+        let step = hessian.newton_step([gradient.dot(&u), gradient.dot(&v)]);
         let downhill = u * step[0] + v * step[1];
-        let (rise, spread) = self.rise(gradient, &bends, downhill);
-        let rounding = norm(gradient) * norm(downhill) * R::from_f64(1024.0 * R::EPSILON);
-        if rise + spread + rounding < R::zero() {
+        let (derivative, radius) = self.directional_derivative(gradient, &mixed, downhill);
+        let rounding = norm(gradient) * norm(downhill) * R::from_f64(DIRECTIONAL_DERIVATIVE * R::EPSILON);
+        if derivative + radius + rounding < R::zero() {
             return R::zero();
         }
-        let off = self.newton(face, found);
-        let least_hessian = Hessian {
-            uu: hessian.uu - self.more_bend(u, u),
-            uv: hessian.uv.abs() + self.more_bend(u, v),
-            vv: hessian.vv - self.more_bend(v, v),
+        let newton_deficit = self.newton(triangle, lowest);
+        // Entries of the Hessian anywhere in the box, those that make it least definite.
+        let worst_hessian = Hessian {
+            uu: hessian.uu - self.curvature_slack(u, u),
+            uv: hessian.uv.abs() + self.curvature_slack(u, v),
+            vv: hessian.vv - self.curvature_slack(v, v),
         };
-        if least_hessian.is_positive_definite() { Real::min(deficit, off) } else { deficit }
+        if worst_hessian.is_positive_definite() { Real::min(deficit, newton_deficit) } else { deficit }
     }
 
-    /// From what was found to where the field is level. Of a bowl that is all of the part, it answers how much the least may
-    /// be below what was found.
-    fn newton(&self, face: &Face<R>, found: &mut Lowest<R>) -> R {
-        let [u, v] = face.sides();
-        let unknown = R::from_f64(f64::INFINITY);
-        let [_, mut s, mut t] = found.weights;
-        let mut off = unknown;
-        for step in 0..=STEPS {
-            let at = face.point([R::zero(), s, t]) - self.first;
-            let bends = self.field.bends(at);
-            let gradient = self.field.gradient(at, &bends);
+    /// Newton's method from the lowest point so far; lowers `lowest` if it ends inside. Returns the deficit if φ is
+    /// convex on the whole box, infinity where the method fails.
+    fn newton(&self, triangle: &GridTriangle<R>, lowest: &mut LowestPoint<R>) -> R {
+        let [u, v] = triangle.edges();
+        let failure = R::from_f64(f64::INFINITY);
+        let [_, mut s, mut t] = lowest.weights;
+        let mut residual = failure;
+        for step in 0..=NEWTON_STEPS {
+            let point = triangle.point([R::zero(), s, t]) - self.origin;
+            let mixed = self.polynomial.mixed_derivatives(point);
+            let gradient = self.polynomial.gradient(point, &mixed);
             let slopes = [gradient.dot(&u), gradient.dot(&v)];
-            off = slopes[0].abs() + slopes[1].abs();
-            let hessian = Hessian::new(&bends, [u, v]);
-            if step == STEPS {
+            residual = slopes[0].abs() + slopes[1].abs();
+            let hessian = Hessian::new(&mixed, [u, v]);
+            if step == NEWTON_STEPS {
                 break;
             }
             if !hessian.is_positive_definite() {
-                return unknown;
+                return failure;
             }
-            let by = hessian.step(slopes);
-            (s, t) = (s + by[0], t + by[1]);
+            let [ds, dt] = hessian.newton_step(slopes);
+            (s, t) = (s + ds, t + dt);
         }
-        let at = face.point([R::zero(), s, t]) - self.first;
-        if !self.holds(at) {
-            return unknown;
+        let point = triangle.point([R::zero(), s, t]) - self.origin;
+        if !self.contains(point) {
+            return failure;
         }
         let weights = [R::one() - s - t, s, t];
         if !weights.iter().all(|weight| R::zero() <= *weight) {
-            // The least of the bowl is outside of the triangle, and so that of the polygon is on its boundary.
-            return off * (R::one() + s.abs() + t.abs());
+            // The minimum of the convex φ is outside of the triangle, that of the polygon on its boundary. A point of
+            // the triangle differs from (s, t) by at most 1 + |s| + |t|.
+            return residual * (R::one() + s.abs() + t.abs());
         }
-        let value = self.field.value(at);
-        if value < found.value {
-            (found.weights, found.value) = (weights, value);
+        let value = self.polynomial.value(point);
+        if value < lowest.value {
+            (lowest.weights, lowest.value) = (weights, value);
         }
-        off
+        residual
     }
 }

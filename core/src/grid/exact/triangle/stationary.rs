@@ -1,69 +1,80 @@
+//! Bisection of a cell around stationary points of φ along the triangle.
+//!
+//! For cells that `interior_minimum` does not settle. A box of the cell is dropped if the triangle misses it or φ is
+//! monotonic there, accepted if a stationary point in it cannot be lower than the lowest value by more than `gap`,
+//! and else cut in two.
+//!
+//! A stationary point s in the box and in the triangle's plane is bounded by Taylor's theorem. With p the projection
+//! of the box's centre into the plane and r = |h|, |p − s| ≤ r, so
+//!
+//! ```text
+//! φ(s) ≥ φ(p) − ½ ‖H‖ r²,    ‖H‖ ≤ √(2(H_xy² + H_yz² + H_zx²)) + |c_xyz| √2 r     (Frobenius norm, which bounds the
+//! spectral)
+//! ```
+
 use nalgebra::Vector3;
 
 use super::cell::Cell;
 use super::directions::Directions;
-use super::face::Face;
-use crate::grid::exact::segment::Lowest;
+use super::grid_triangle::GridTriangle;
+use crate::grid::exact::segment::LowestPoint;
 use crate::number::{Float, Real};
 
-/// Parts of a cell that wait to be looked at. The last is always cut first, so it is one for each cut of the smallest.
-const MAX_PARTS: usize = 24;
+/// Depth of the stack of boxes. The last box is always cut first, so the stack grows by one box per bisection.
+const MAX_BOXES: usize = 24;
 
-/// How many parts of a cell are looked at.
-const MAX_CUTS: u32 = 96;
+/// Most boxes examined in a cell.
+const MAX_EXAMINED: u32 = 96;
 
 impl<R: Float> Cell<R> {
-    /// By how much a value where the field is level along the triangle may be less than what was found: part by part, each
-    /// cut in two until it holds no such point, or is so small that the field cannot have fallen by much on the way to it.
-    pub fn minimum_near_stationary(
+    /// Upper bound of (lowest value) − (value of a stationary point in the cell). Infinity if the budget is exhausted.
+    pub fn stationary_deficit(
         &self,
-        face: &Face<R>,
+        triangle: &GridTriangle<R>,
         directions: &Directions<R>,
         gap: R,
-        found: &mut Lowest<R>,
+        lowest: &LowestPoint<R>,
     ) -> R {
-        let mut parts = [(self.middle, self.half); MAX_PARTS];
+        let mut boxes = [(self.center, self.half_extents); MAX_BOXES];
         let (mut count, mut deficit) = (1_usize, R::zero());
-        for _ in 0..MAX_CUTS {
+        for _ in 0..MAX_EXAMINED {
             let Some(last) = count.checked_sub(1) else { return deficit };
             count = last;
-            let Some((middle, half)) = parts.get(last).copied() else { break };
-            let part = Self { middle, half, ..*self };
-            if face.separating_planes.is_disjoint(part.first + part.middle, part.half)
-                || part.directional_bounds(directions).is_steep()
+            let Some((center, half_extents)) = boxes.get(last).copied() else { break };
+            let part = Self { center, half_extents, ..*self };
+            if triangle.separating_planes.is_disjoint(part.origin + part.center, part.half_extents)
+                || part.directional_bounds(directions).is_monotonic()
             {
                 continue;
             }
-            let below = part.excess_over_stationary(face, found);
-            if below <= gap {
-                deficit = Real::max(deficit, below);
+            let excess = part.excess_over_stationary(triangle, lowest);
+            if excess <= gap {
+                deficit = Real::max(deficit, excess);
                 continue;
             }
-            let Some([a, b, ..]) = parts.get_mut(last..) else { break };
-            [*a, *b] = part.halves();
+            let Some([a, b, ..]) = boxes.get_mut(last..) else { break };
+            [*a, *b] = part.bisect();
             count = count.saturating_add(2);
         }
         R::from_f64(f64::INFINITY)
     }
 
-    /// Where the field is level its value is less than at another point by no more than half of what it curves by over the way
-    /// between: here from where the middle meets the triangle's plane.
-    fn excess_over_stationary(&self, face: &Face<R>, found: &Lowest<R>) -> R {
-        let square = face.normal.dot(&face.normal);
-        let height = face.normal.dot(&(self.first + self.middle - face.corners[0]));
-        let off = if R::zero() < square { face.normal * (height / square) } else { Vector3::zeros() };
-        let bends = self.field.bends(self.middle);
-        let radius_sq = self.half.dot(&self.half);
-        // The length of the matrix bounds how much it stretches.
-        let [xy, yz, zx] = [bends.xy, bends.yz, bends.zx];
-        let bend = Real::sqrt((xy * xy + yz * yz + zx * zx) * R::from_f64(2.0))
-            + self.field.xyz.abs() * Real::sqrt(radius_sq * R::from_f64(2.0));
-        found.value - self.field.value(self.middle - off) + bend * radius_sq * R::from_f64(0.5)
+    /// Upper bound of (lowest value) − φ(s) for a stationary point s in the box: see the module header.
+    fn excess_over_stationary(&self, triangle: &GridTriangle<R>, lowest: &LowestPoint<R>) -> R {
+        let normal_sq = triangle.normal.dot(&triangle.normal);
+        let height = triangle.normal.dot(&(self.origin + self.center - triangle.corners[0]));
+        let from_plane = if R::zero() < normal_sq { triangle.normal * (height / normal_sq) } else { Vector3::zeros() };
+        let mixed = self.polynomial.mixed_derivatives(self.center);
+        let radius_sq = self.half_extents.dot(&self.half_extents);
+        let [xy, yz, zx] = [mixed.xy, mixed.yz, mixed.zx];
+        let hessian_norm = Real::sqrt((xy * xy + yz * yz + zx * zx) * R::from_f64(2.0))
+            + self.polynomial.xyz.abs() * Real::sqrt(radius_sq * R::from_f64(2.0));
+        lowest.value - self.polynomial.value(self.center - from_plane) + hessian_norm * radius_sq * R::from_f64(0.5)
     }
 
-    /// In two across its longest side.
-    fn halves(&self) -> [(Vector3<R>, Vector3<R>); 2] {
-        let half = self.half;
+    /// Centres and half extents of the two halves across the longest side.
+    fn bisect(&self) -> [(Vector3<R>, Vector3<R>); 2] {
+        let half = self.half_extents;
         let axis = if half.x < half.y {
             if half.y < half.z { 2 } else { 1 }
         } else if half.x < half.z {
@@ -72,6 +83,6 @@ impl<R: Float> Cell<R> {
             0
         };
         let quarter = Vector3::from_fn(|k, _| if k == axis { half[k % 3] * R::from_f64(0.5) } else { R::zero() });
-        [quarter, -quarter].map(|to| (self.middle + to, half - quarter))
+        [quarter, -quarter].map(|offset| (self.center + offset, half - quarter))
     }
 }

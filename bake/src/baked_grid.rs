@@ -1,0 +1,69 @@
+//! Baked grids as the core holds them, of any layout and precision.
+
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage, Precision};
+
+use crate::sparse::{Quantize, SparseBaker};
+use crate::{DenseGrid, SparseGrid};
+
+/// A baked grid and its certified error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedGrid {
+    pub grid: OwnedGrid,
+    /// See [`DenseGrid::error_bound`] and [`SparseGrid::error_bound`].
+    pub error_bound: f64,
+}
+
+/// The baker's counts and tables fit its own lattice, and its slope bound is finite.
+const FITS: &str = "a baked grid fits the lattice that it was baked on";
+
+impl DenseGrid {
+    /// The grid on the lattice that it was baked on.
+    ///
+    /// # Panics
+    ///
+    /// On another lattice.
+    pub fn into_grid(self, lattice: &Lattice) -> BakedGrid {
+        let storage = OwnedStorage::dense(lattice, self.distances, self.bounds).expect(FITS);
+        let grid = OwnedGrid::new(*lattice, storage, self.slope_bound).expect(FITS);
+        BakedGrid { grid, error_bound: self.error_bound }
+    }
+}
+
+impl<C: OwnedCode> SparseGrid<C> {
+    /// The grid on the lattice that it was baked on.
+    ///
+    /// # Panics
+    ///
+    /// On another lattice.
+    pub fn into_grid(self, lattice: &Lattice) -> BakedGrid {
+        let Self { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound } = self;
+        let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
+        let storage = OwnedStorage::sparse(lattice, bricks).expect(FITS);
+        BakedGrid { grid: OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS), error_bound }
+    }
+}
+
+impl SparseBaker<'_> {
+    /// [`max_bytes`](Self::max_bytes) of a precision known only at run time.
+    pub fn max_bytes_as(&self, precision: Precision) -> usize {
+        match precision {
+            Precision::F32 => self.max_bytes::<f32>(),
+            Precision::U16 => self.max_bytes::<u16>(),
+            Precision::U8 => self.max_bytes::<u8>(),
+        }
+    }
+
+    /// [`bake`](Self::bake) in a precision known only at run time.
+    pub fn bake_as(&self, precision: Precision, on_slots_done: &(dyn Fn(usize) + Sync)) -> BakedGrid {
+        match precision {
+            Precision::F32 => self.bake_into::<f32>(on_slots_done),
+            Precision::U16 => self.bake_into::<u16>(on_slots_done),
+            Precision::U8 => self.bake_into::<u8>(on_slots_done),
+        }
+    }
+
+    fn bake_into<C: Quantize + OwnedCode>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> BakedGrid {
+        self.bake::<C>(on_slots_done).into_grid(self.lattice())
+    }
+}

@@ -1,0 +1,143 @@
+//! Queries of the tree, depth first with a fixed stack.
+//!
+//! The nearest triangle is found by branch and bound. Children wait by their squared box distance, the nearest on top.
+//! They are discarded if that exceeds the best squared distance so far by more than rounding.
+
+use std::ops::ControlFlow;
+
+use sdf_core::nalgebra::Vector3;
+
+use super::{ARITY, Bvh, ChildBoxes, STACK};
+use crate::rounding::PRUNE_SLACK;
+use crate::simd::{Lanes, max};
+use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
+
+/// A triangle of the tree and its nearest point to a query point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearestTriangle {
+    pub slot: usize,
+    pub on_triangle: NearestOnTriangle,
+}
+
+/// [`Bvh::nearest`], dispatched to the instruction set of the machine.
+struct NearestQuery<'a> {
+    tree: &'a Bvh,
+    point: Vector3<f64>,
+    guess: usize,
+}
+
+impl pulp::NullaryFnOnce for NearestQuery<'_> {
+    type Output = NearestTriangle;
+
+    #[inline(always)]
+    fn call(self) -> NearestTriangle {
+        self.tree.find_nearest(self.point, self.guess)
+    }
+}
+
+impl Bvh {
+    /// Triangle nearest to `point`; among equally near ones that of the lowest slot. `guess` is any slot: the nearer
+    /// its triangle, the shorter the search. The result does not depend on it.
+    pub fn nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
+        self.arch.dispatch(NearestQuery { tree: self, point, guess })
+    }
+
+    #[inline(always)]
+    fn find_nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
+        let mut best = NearestTriangle { slot: guess, on_triangle: nearest_on_triangle(point, self.corners[guess]) };
+        let mut stack = [(0.0, 0, 0); STACK];
+        let mut depth = 1;
+        stack[0] = (0.0, self.levels.len() - 1, 0);
+        while depth > 0 {
+            depth -= 1;
+            let (distance_sq, level, node) = stack[depth];
+            if distance_sq > best.on_triangle.distance_sq * (1.0 + PRUNE_SLACK) {
+                continue;
+            }
+            let distances_sq = self.levels[level][node].distances_sq(point);
+            let first = depth;
+            for (child, distance_sq) in distances_sq.into_iter().enumerate() {
+                if distance_sq > best.on_triangle.distance_sq * (1.0 + PRUNE_SLACK) {
+                    continue;
+                }
+                let index = node * ARITY + child;
+                if level == 0 {
+                    let on_triangle = nearest_on_triangle(point, self.corners[index]);
+                    if (on_triangle.distance_sq, index) < (best.on_triangle.distance_sq, best.slot) {
+                        best = NearestTriangle { slot: index, on_triangle };
+                    }
+                    continue;
+                }
+                // Insertion sort: the nearest child is on top.
+                let mut position = depth;
+                while position > first && stack[position - 1].0 < distance_sq {
+                    stack[position] = stack[position - 1];
+                    position -= 1;
+                }
+                stack[position] = (distance_sq, level - 1, index);
+                depth += 1;
+            }
+        }
+        best
+    }
+
+    /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a
+    /// few more. Their order does not depend on the point.
+    pub fn visit_within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {
+        let is_near = |boxes: &ChildBoxes| {
+            boxes.distances_sq(point).map(|box_distance_sq| box_distance_sq <= distance_sq * (1.0 + PRUNE_SLACK))
+        };
+        self.traverse(is_near, |slot| {
+            visit(slot);
+            ControlFlow::Continue(())
+        });
+    }
+
+    /// Calls `visit` with the slot of every triangle whose box meets the box from `min` to `max`, until it breaks.
+    pub fn visit_overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, visit: impl FnMut(usize) -> ControlFlow<()>) {
+        let is_apart = |boxes: &ChildBoxes, child: usize, axis: usize| {
+            boxes.max[axis][child] < min[axis] || max[axis] < boxes.min[axis][child]
+        };
+        self.traverse(|boxes| std::array::from_fn(|child| !(0..3).any(|axis| is_apart(boxes, child, axis))), visit);
+    }
+
+    /// Calls `visit` with the slots below all children that `enters` selects, until it breaks.
+    fn traverse(&self, enters: impl Fn(&ChildBoxes) -> Lanes<bool>, mut visit: impl FnMut(usize) -> ControlFlow<()>) {
+        let mut stack = [(0, 0); STACK];
+        let mut depth = 1;
+        stack[0] = (self.levels.len() - 1, 0);
+        while depth > 0 {
+            depth -= 1;
+            let (level, node) = stack[depth];
+            let entered = enters(&self.levels[level][node]);
+            for (child, _) in entered.iter().enumerate().filter(|(_, enters)| **enters) {
+                let index = node * ARITY + child;
+                if level == 0 {
+                    if visit(index).is_break() {
+                        return;
+                    }
+                } else {
+                    stack[depth] = (level - 1, index);
+                    depth += 1;
+                }
+            }
+        }
+    }
+}
+
+impl ChildBoxes {
+    /// Squared distance of a point to each child's box: Σ max(min − p, p − max, 0)² over the axes.
+    #[inline(always)]
+    fn distances_sq(&self, point: Vector3<f64>) -> Lanes<f64> {
+        let mut distances_sq = [0.0; ARITY];
+        for axis in 0..3 {
+            for child in 0..ARITY {
+                let below = self.min[axis][child] - point[axis];
+                let above = point[axis] - self.max[axis][child];
+                let outside = max(max(below, above), 0.0);
+                distances_sq[child] += outside * outside;
+            }
+        }
+        distances_sq
+    }
+}

@@ -1,0 +1,107 @@
+//! Rounding: the error model, and every allowance for rounding that this crate makes.
+//!
+//! An operation rounds to the nearest number: fl(x ∘ y) = (x ∘ y)(1 + δ) with |δ| ≤ u = ε/2. After n operations, a sum
+//! of products with terms up to M is off by at most γₙ M, γₙ = n u / (1 − n u) (Higham 2002, "Accuracy and Stability
+//! of Numerical Algorithms", §3.1). So k ε covers 2k − 1 operations:
+//!
+//! | multiple | operations | names |
+//! |---|---|---|
+//! | ε | 1 | `SAMPLE` |
+//! | 2 ε … 4 ε | 3 … 7 | `ESTIMATE`, `COARSE_DISTANCE`, `DEQUANTIZED`, `BOUND` |
+//! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP` |
+//! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE` |
+//! | 32 ε | 63 | `POINT_ON_MESH` |
+//! | 64 ε | 127 | `APPROX_DISTANCE` |
+//!
+//! A `*_SLACK` is wider than any such error by orders of magnitude, where width costs nothing: a few candidates more
+//! that an exact test rejects. A `MIN_*` is where cancellation or underflow has taken the digits of a quantity.
+
+const EPSILON_F32: f64 = f32::EPSILON as f64;
+
+// Multiples of ε of f64.
+
+/// Determinant of three differences: products and their sum have at most 9 roundings.
+pub(crate) const DETERMINANT_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Complex number of one triangle of a boundary cone, relative to its length.
+pub(crate) const CONE_FACTOR_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Excess of the distance of neighbouring nodes over the spacing, relative to their largest coordinate.
+pub(crate) const NODE_STEP_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Position of a node, relative to its largest coordinate, in a bound of three coordinates.
+pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Squared distance to a point of the mesh, relative to the distance times the largest coordinate:
+/// |x + δ|² − |x|² ≈ 2 |x| |δ|.
+pub(crate) const POINT_ON_MESH_ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+// Multiples of ε of f32.
+
+/// One stored sample, relative to its value.
+pub(crate) const SAMPLE_ROUNDING: f32 = f32::EPSILON;
+
+/// Error of a winding number, kept in f32: its conversion and one product.
+pub(crate) const ESTIMATE_ROUNDING: f32 = 2.0 * f32::EPSILON;
+
+/// Distance at a node of the coarse grid, rounded twice.
+pub(crate) const COARSE_DISTANCE_ROUNDING: f64 = 4.0 * EPSILON_F32;
+
+/// Sample restored from its code: the sample, scale and offset and their product and sum are each rounded.
+pub(crate) const DEQUANTIZED_ROUNDING: f64 = 4.0 * EPSILON_F32;
+
+/// Error bound of a grid, raised to the next f32.
+pub(crate) const BOUND_ROUNDING: f64 = 4.0 * EPSILON_F32;
+
+/// Difference of two values interpolated in the coarse grid: seven interpolations, each a product and two sums, at
+/// both ends.
+pub(crate) const COARSE_DIFFERENCE_ROUNDING: f64 = 16.0 * EPSILON_F32;
+
+/// Approximate distance to a triangle in a unit frame: a few dozen operations in f32 come to a third of it. 2⁻¹⁷.
+pub(crate) const APPROX_DISTANCE_ROUNDING: f32 = 64.0 * f32::EPSILON;
+
+// Slacks, as fractions of the quantity that they widen.
+
+/// Between two computations of one f64 distance: 4,500 ε.
+pub(crate) const PRUNE_SLACK: f64 = 1e-12;
+
+/// Sums in f64 over all triangles or edges, and few operations on them: 4.5 million ε.
+pub(crate) const SUM_SLACK: f64 = 1e-9;
+
+/// Few operations in f32: 8 ε of f32. Also where positions and distances in f64 are widened at no cost.
+pub(crate) const SINGLE_SLACK: f64 = 1e-6;
+
+/// Center and radius of a bounding sphere in f32: 33 ε of f32.
+pub(crate) const SPHERE_SLACK: f64 = 4e-6;
+
+/// A few dozen operations in f32: 84 ε of f32.
+pub(crate) const CHAIN_SLACK: f64 = 1e-5;
+
+/// [`CHAIN_SLACK`] for f32 code.
+pub(crate) const CHAIN_SLACK_F32: f32 = 1e-5;
+
+/// Unit normal of a triangle that is not a sliver: ε over its smallest sine, √[`SLIVER_SINE_SQ`], is 2e-9. A quotient
+/// by a cosine of at least 0.1 is off by ten times that.
+pub(crate) const NORMAL_SLACK: f64 = 1e-7;
+
+/// Squared difference of two directions that count as one, relative to their squared length.
+pub(crate) const DIRECTION_SLACK_SQ: f64 = 1e-13;
+
+// Magnitudes below which a quantity has lost its digits.
+
+/// Squared sine of a triangle's angle below which its inside has no reliable normal: cross products lose half of the
+/// digits. Such a sliver is 1e7 times as long as wide, and its edges stand for it.
+pub(crate) const SLIVER_SINE_SQ: f64 = 1e-14;
+
+/// Squared length of a triangle's complex number: 2 (1 + cos α) (1 + cos β) (1 + cos γ), with the angles between the
+/// directions to its corners. It vanishes on the edges; a millionth of an edge away, angles have ten digits.
+pub(crate) const MIN_CONE_FACTOR_SQ: f64 = 1e-12;
+
+/// Squared length or area in a unit frame of f32, whose smallest normal number is 1.2e-38.
+pub(crate) const MIN_SQ_F32: f32 = 1e-36;
+
+/// Determinant of coordinates up to 1e30: more than underflow takes from it.
+pub(crate) const MIN_VOLUME: f64 = 1e-280;
+
+/// Area in a unit frame whose vector can still be normalized in f64: its square is a normal number.
+pub(crate) const MIN_AREA: f64 = 1e-100;

@@ -1,0 +1,72 @@
+use super::*;
+use crate::sign::winding::solid_angle;
+use crate::testing::{random, random_vector};
+
+/// A crumpled sheet of `cells` by `cells` squares cut in two, with some triangles left out, and its boundary.
+fn sheet(cells: usize, state: &mut u64) -> (Vec<[Vector3<f64>; 3]>, MeshBoundary) {
+    let side = cells + 1;
+    let points: Vec<Vector3<f64>> = (0..side * side)
+        .map(|index| Vector3::new((index % side) as f64, (index / side) as f64, 0.0) / cells as f64)
+        .map(|point| point + random_vector(state) * (0.2 / cells as f64))
+        .collect();
+    let mut triangles = vec![];
+    let mut multiplicities = std::collections::BTreeMap::new();
+    for index in (0..side * cells).filter(|index| index % side < cells) {
+        for corners in [[index, index + 1, index + side + 1], [index, index + side + 1, index + side]] {
+            if random(state) < -0.6 {
+                continue;
+            }
+            triangles.push(corners.map(|corner| points[corner]));
+            for corner in 0..3 {
+                let [from, to] = [corners[corner], corners[(corner + 1) % 3]];
+                *multiplicities.entry([from.min(to), from.max(to)]).or_insert(0.0) +=
+                    if from < to { 1.0 } else { -1.0 };
+            }
+        }
+    }
+    let boundary = multiplicities.into_iter().filter(|(_, multiplicity)| *multiplicity != 0.0);
+    let boundary = boundary.map(|(ends, multiplicity)| (ends.map(|end| points[end]), multiplicity));
+    (triangles, MeshBoundary::new(boundary))
+}
+
+fn winding(triangles: &[[Vector3<f64>; 3]], point: Vector3<f64>) -> f64 {
+    triangles.iter().map(|corners| solid_angle(corners.map(|corner| corner - point))).sum::<f64>() / (4.0 * PI)
+}
+
+#[test]
+fn the_boundary_gives_the_winding_number_modulo_one() {
+    let mut state = 41;
+    for cells in [1, 4, 12] {
+        let (triangles, boundary) = sheet(cells, &mut state);
+        for _ in 0..1000 {
+            let point = random_vector(&mut state) * 1.5;
+            let fraction = boundary.winding_fraction(point).unwrap();
+            let off = winding(&triangles, point) - fraction.value;
+            assert!((off - off.round()).abs() < fraction.error.min(1e-9) + 1e-13, "{off} at {point}");
+        }
+        let edge = &boundary.edges[0];
+        let middle = Vector3::from_fn(|axis, _| edge.from[axis][0] + 0.5 * edge.offset[axis][0]);
+        assert!(boundary.winding_fraction(middle).is_none());
+    }
+}
+
+#[test]
+fn the_winding_number_changes_no_faster_than_the_slope_bound() {
+    let mut state = 43;
+    let mut tightest = 0.0_f64;
+    for cells in [1, 4, 12, 30] {
+        let (triangles, boundary) = sheet(cells, &mut state);
+        for _ in 0..1000 {
+            let center = random_vector(&mut state) * 1.5;
+            let radius = 0.1 * random(&mut state).abs();
+            let slope = boundary.slope_bound(center, radius);
+            let [a, b] = [0, 1].map(|_| center + random_vector(&mut state).normalize() * radius);
+            let change = winding(&triangles, b) - winding(&triangles, a);
+            let smooth = (change - change.round()).abs();
+            let max_change = slope * (b - a).norm();
+            assert!(max_change > 0.5 || smooth <= max_change + 1e-12, "{smooth} > {max_change} at {center}, {radius}");
+            tightest = tightest.max(smooth / max_change);
+        }
+    }
+    assert!(tightest > 0.2, "{tightest}: the bound is too wide");
+}

@@ -1,0 +1,94 @@
+//! Eight numbers side by side, one per SIMD lane.
+//!
+//! Lanes are plain arrays. A loop `for lane in 0..LANES` without branches compiles to the vector instructions that
+//! `pulp` dispatches at run time; `#[inline(always)]` lets each helper take the instruction set of its caller.
+
+use std::ops::{Add, BitOr, Mul, Sub};
+
+/// Numbers per register: eight `f64` fill 512 bits, the widest registers.
+pub(crate) const LANES: usize = 8;
+
+/// One number per lane.
+pub(crate) type Lanes<T> = [T; LANES];
+
+/// One vector per lane, as a structure of arrays.
+pub(crate) type VectorX8<T> = [Lanes<T>; 3];
+
+/// The vector in one lane.
+#[inline(always)]
+pub(crate) fn lane_of<T: Copy>(vectors: &VectorX8<T>, lane: usize) -> [T; 3] {
+    [vectors[0][lane], vectors[1][lane], vectors[2][lane]]
+}
+
+#[inline(always)]
+pub(crate) fn dot<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+pub(crate) fn sub<T: Copy + Sub<Output = T>>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn cross<T: Copy + Sub<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// One instruction, unlike `f64::max`: returns `b` if either is NaN or both are equal.
+#[inline(always)]
+pub(crate) fn max<T: Copy + PartialOrd>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}
+
+/// One instruction, unlike `f64::min`: returns `b` if either is NaN or both are equal.
+#[inline(always)]
+pub(crate) fn min<T: Copy + PartialOrd>(a: T, b: T) -> T {
+    if a < b { a } else { b }
+}
+
+/// Bitwise or of all lanes.
+#[inline(always)]
+pub(crate) fn or_lanes<T: Copy + Default + BitOr<Output = T>>(lanes: &Lanes<T>) -> T {
+    lanes.iter().fold(T::default(), |any, lane| any | *lane)
+}
+
+/// One list of indices per lane, filled without branches.
+pub(crate) struct LaneLists {
+    lists: Lanes<Vec<u32>>,
+    counts: Lanes<usize>,
+}
+
+impl LaneLists {
+    pub fn new() -> Self {
+        Self { lists: Default::default(), counts: [0; LANES] }
+    }
+
+    /// Empties all lists and makes room for `capacity` indices in each.
+    #[inline(always)]
+    pub fn clear(&mut self, capacity: usize) {
+        self.counts = [0; LANES];
+        for list in &mut self.lists {
+            if list.len() < capacity {
+                list.resize(capacity, 0);
+            }
+        }
+    }
+
+    /// Appends an index to the lists whose lane of `is_member` is 1, not 0. Branch-free: the lanes are unpredictable.
+    #[inline(always)]
+    pub fn push(&mut self, index: u32, is_member: &Lanes<u32>) {
+        for lane in 0..LANES {
+            self.lists[lane][self.counts[lane]] = index;
+            self.counts[lane] += is_member[lane] as usize;
+        }
+    }
+
+    pub fn clear_lane(&mut self, lane: usize) {
+        self.counts[lane] = 0;
+    }
+
+    pub fn lane(&self, lane: usize) -> &[u32] {
+        &self.lists[lane][..self.counts[lane]]
+    }
+}

@@ -1,0 +1,165 @@
+//! From single bricks to a grid: order, table, coarse grid and certified bounds.
+
+use rayon::prelude::*;
+use sdf_core::Interval;
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
+
+use super::brick::Brick;
+use super::brick_map::BrickMap;
+use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker, SparseGrid};
+use crate::MeshDistance;
+use crate::bvh::hilbert::hilbert_index;
+use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
+use crate::nearest::PacketSearch;
+use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
+
+/// The bricks so far, as a structure of arrays.
+struct BrickColumns<C> {
+    slots: Vec<[u32; 3]>,
+    scales: Vec<Scale>,
+    samples: Vec<C>,
+    roundings: Vec<f64>,
+    interpolations: Vec<f64>,
+}
+
+impl SparseBaker<'_> {
+    /// Bakes the grid. In all cells that the band enters, it interpolates the same samples as a dense grid of the
+    /// lattice, which is never allocated.
+    ///
+    /// Calls `on_slots_done` with the number of slots just finished, out of [`Self::slot_count`], from any thread. The
+    /// result does not depend on the number of threads.
+    pub fn bake<C: Quantize>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> SparseGrid<C> {
+        let Self { mesh, lattice, map } = self;
+        let columns = self.all_bricks(on_slots_done);
+        let table = columns.table(map);
+        let coarse = map.coarse_values(&table);
+        let BrickColumns { slots, scales, samples, roundings, interpolations } = columns;
+        // Placeholders: nothing reads bounds before they are computed.
+        let no_bounds =
+            vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; scales.len()];
+        let slices =
+            BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
+        let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table refers to bricks that exist") };
+        let brick_bounds = |(brick, slot): (usize, &[u32; 3])| {
+            let halo = HaloBlock::new(lattice, *slot, |node, row| read_row(&storage, node, row));
+            // The brick's cells have corners in the bricks above along each axis too.
+            let upper_slots = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
+            let roundings = upper_slots.filter_map(|slot| storage.brick_at(slot)).map(|brick| roundings[brick]);
+            let rounding = roundings.fold(0.0, f64::max);
+            let at_jump = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&halo, rounding) };
+            // The terms of `dense::error_bound`.
+            (halo.bounds(), round_up(interpolations[brick] + rounding + 2.0 * at_jump))
+        };
+        let (bounds, errors): (Vec<BlockBounds>, Vec<f32>) = slots.par_iter().enumerate().map(brick_bounds).unzip();
+        let slope_bound = slope_bound(lattice, &storage, map, &table, &bounds);
+        let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
+        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
+    }
+
+    /// Computes bricks near the surface, and then those that close an open mesh, both in Hilbert order.
+    fn all_bricks<C: Quantize>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> BrickColumns<C> {
+        let Self { mesh, map, .. } = self;
+        let mut near_surface: Vec<usize> = (0..map.slot_count()).filter(|index| map.may_need_brick(*index)).collect();
+        near_surface.par_sort_by_cached_key(|index| hilbert_index(map.slot(*index)));
+        on_slots_done(map.slot_count() - near_surface.len());
+        let mut columns = BrickColumns::with_capacity(self.max_bricks());
+        for indices in near_surface.chunks(SLOTS_AT_A_TIME) {
+            columns.extend(mesh, indices, |search, index| {
+                on_slots_done(1);
+                self.brick(search, map.slot(index), map.kept_within())
+            });
+        }
+        let mut at_jumps: Vec<usize> = map.slots_at_sign_jumps(&columns.table(map)).into_iter().collect();
+        at_jumps.sort_unstable_by_key(|index| hilbert_index(map.slot(*index)));
+        for indices in at_jumps.chunks(SLOTS_AT_A_TIME) {
+            columns.extend(mesh, indices, |search, index| self.brick(search, map.slot(index), f64::INFINITY));
+        }
+        columns.samples.shrink_to_fit();
+        columns
+    }
+
+    /// Largest magnitude at a corner of a cell of the slot that the band can enter and whose corners can have both
+    /// signs. Samples are off by `rounding` at most.
+    fn largest_at_sign_change(&self, halo: &HaloBlock, rounding: f64) -> f64 {
+        let rounding = round_up(rounding);
+        let exact_within = round_up(self.map.exact_within()) + rounding;
+        halo.largest_at_sign_change(rounding, exact_within.next_up()).into()
+    }
+}
+
+/// Reads nodes of one slot from the given one on, along x.
+fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, node: [u32; 3], row: &mut [f32]) {
+    let Some(brick) = storage.brick_at(node.map(|n| n / BRICK)) else {
+        for (x, value) in (node[0]..).zip(row) {
+            *value = storage.node([x, node[1], node[2]]);
+        }
+        return;
+    };
+    let [x, y, z] = node.map(|n| (n % BRICK) as usize);
+    let first = brick * BRICK_SAMPLES + (z * BRICK as usize + y) * BRICK as usize + x;
+    let bricks = storage.bricks();
+    for (value, code) in row.iter_mut().zip(&bricks.samples[first..]) {
+        *value = code.decode(bricks.scales[brick]);
+    }
+}
+
+impl<C: Quantize> BrickColumns<C> {
+    fn with_capacity(bricks: usize) -> Self {
+        Self {
+            slots: Vec::with_capacity(bricks),
+            scales: Vec::with_capacity(bricks),
+            samples: Vec::with_capacity(bricks * BRICK_SAMPLES),
+            roundings: Vec::with_capacity(bricks),
+            interpolations: Vec::with_capacity(bricks),
+        }
+    }
+
+    fn extend(
+        &mut self,
+        mesh: &MeshDistance,
+        indices: &[usize],
+        brick: impl Fn(&mut PacketSearch, usize) -> Option<Brick<C>> + Sync,
+    ) {
+        let bricks =
+            indices.par_iter().map_init(|| PacketSearch::new(mesh.tree()), |search, index| brick(search, *index));
+        let bricks: Vec<Brick<C>> = bricks.flatten().collect();
+        for brick in bricks {
+            self.slots.push(brick.slot);
+            self.scales.push(brick.scale);
+            self.samples.extend(brick.samples);
+            self.roundings.push(brick.rounding);
+            self.interpolations.push(brick.interpolation);
+        }
+    }
+
+    /// Index of the brick in each slot.
+    fn table(&self, map: &BrickMap) -> Vec<u32> {
+        let mut table = vec![NO_BRICK; map.slot_count()];
+        for (brick, slot) in (0..).zip(&self.slots) {
+            table[map.index(*slot)] = brick;
+        }
+        table
+    }
+}
+
+/// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid. It is
+/// at most as steep, up to the rounding of interpolation in f32.
+fn slope_bound<C: Quantize>(
+    lattice: &Lattice,
+    storage: &Sparse<BrickSlices<C>>,
+    map: &BrickMap,
+    table: &[u32],
+    bricks: &[BlockBounds],
+) -> f64 {
+    let coarse_slope = |index: usize| {
+        let corners = storage.coarse_corners(map.slot(index));
+        let max_magnitude = corners.iter().fold(0.0_f32, |max, corner| max.max(corner.abs()));
+        let rounding = COARSE_DIFFERENCE_ROUNDING * f64::from(max_magnitude) / lattice.spacing();
+        cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
+    };
+    let without_brick = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);
+    let coarse = without_brick.map(coarse_slope).reduce(|| 0.0, f64::max);
+    let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
+    slope_bound_with_outside(inside, inside_reaches_box(lattice, |node| storage.node(node)))
+}

@@ -1,0 +1,133 @@
+//! Contact searches in memory: no file is counted.
+
+use std::path::Path;
+
+use anyhow::Result;
+use clap::ValueEnum;
+use sdf_core::grid::owned::Layout;
+use sdf_field::{ContactOptions, Contacts, Field, MeshView, Method};
+use sdf_formats::mesh;
+use sdf_procedural::Mesh;
+
+use super::limits::MachineLimits;
+use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
+use super::row::Row;
+use super::{MethodName, Options, bodies};
+
+use crate::bake::bake;
+use crate::machine;
+
+/// A mesh and a field that it may touch.
+pub struct ContactScene {
+    name: String,
+    mesh: Mesh,
+    field: Field,
+    resolution: u32,
+    margin: f64,
+}
+
+const METHODS: [MethodName; 7] = [
+    MethodName::Fw,
+    MethodName::Auto,
+    MethodName::Newton,
+    MethodName::Pgd,
+    MethodName::Sample4,
+    MethodName::Sample16,
+    MethodName::Sample64,
+];
+
+pub fn against_methods(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
+    let scene = scene(options)?;
+    let methods = options.method.map_or(METHODS.to_vec(), |method| vec![method]);
+    turns.measure(methods.into_iter().map(|method| scene.work("contacts", method, 1, limits)).collect())
+}
+
+pub fn against_threads(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
+    let scene = scene(options)?;
+    for method in options.method.map_or(vec![MethodName::Fw, MethodName::Auto], |method| vec![method]) {
+        let counts = thread_counts(machine::cores()).into_iter();
+        turns.measure(counts.map(|threads| scene.work("threads", method, threads, limits)).collect())?;
+    }
+    Ok(())
+}
+
+fn scene(options: &Options) -> Result<ContactScene> {
+    let (Some(mesh_path), Some(field_path)) = (&options.mesh, &options.field) else {
+        return ContactScene::built_in(if options.quick { 48 } else { 256 });
+    };
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mesh = mesh::read(mesh_path)?;
+    mesh.require_triangles(&mesh_path.display().to_string())?;
+    Ok(ContactScene {
+        name: format!("{} on {}", stem(mesh_path), stem(field_path)),
+        mesh: Mesh { points: mesh.points, triangles: mesh.triangles, segments: vec![] },
+        field: Field::open(field_path)?,
+        resolution: 0,
+        margin: options.margin,
+    })
+}
+
+impl ContactScene {
+    /// A sheet over a ball with thin spikes, in a dense grid.
+    pub fn built_in(resolution: u32) -> Result<Self> {
+        let field = bake(&bodies::spiked_ball(), resolution, Layout::Dense)?;
+        let name = "sheet on spiked ball".to_owned();
+        Ok(Self { name, mesh: bodies::cloth(), field, resolution, margin: 0.01 })
+    }
+
+    fn work<'a>(
+        &'a self,
+        group: &'static str,
+        method: MethodName,
+        threads: usize,
+        limits: Option<&'a MachineLimits>,
+    ) -> Work<'a> {
+        let row = Row {
+            group,
+            work: format!("contacts of {} by {}", self.name, word(method)),
+            triangles: self.mesh.triangles.len(),
+            resolution: self.resolution,
+            threads,
+            units: self.mesh.triangles.len() as f64,
+            unit: "faces",
+            ..Row::default()
+        };
+        Work { row, size: 1.0 / threads as f64, run: Box::new(move || self.run(method, threads, limits)) }
+    }
+
+    fn run(&self, method: MethodName, threads: usize, limits: Option<&MachineLimits>) -> Result<RunResult> {
+        let (found, seconds) = timed(threads, || self.find(method))?;
+        let found = found?;
+        // Separated faces do not report their evaluations: each is taken for an average contact.
+        let evaluations: f64 = found.contacts.iter().map(|contact| f64::from(contact.evaluations)).sum();
+        let mean = evaluations / found.contacts.len().max(1) as f64;
+        let evaluations = found.element_count as f64 + mean * found.searched_count as f64;
+        Ok(RunResult {
+            contacts: Some(found.contacts.len()),
+            floor_seconds: limits.map(|limits| limits.evaluation_seconds(evaluations) / threads as f64),
+            ..RunResult::timed(seconds)
+        })
+    }
+
+    /// Searches all faces, on the threads of the current pool.
+    pub fn find(&self, method: MethodName) -> Result<Contacts> {
+        let method = match method {
+            MethodName::Auto => Method::Auto,
+            MethodName::Pgd => Method::ProjectedGradient,
+            MethodName::Fw => Method::FrankWolfe,
+            MethodName::Ls => Method::LineSearch,
+            MethodName::Newton => Method::Newton,
+            MethodName::Certified => Method::Certified,
+            MethodName::Sample4 => Method::Sampling(4),
+            MethodName::Sample16 => Method::Sampling(16),
+            MethodName::Sample64 => Method::Sampling(64),
+        };
+        let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
+        Ok(self.field.contacts(mesh, &ContactOptions { method, margin: self.margin, ..ContactOptions::default() })?)
+    }
+}
+
+/// The word on the command line.
+fn word(method: MethodName) -> String {
+    method.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}

@@ -1,0 +1,185 @@
+//! Which method for this mesh and this field: error against run time of all of them, as a table, JSON or a page.
+
+mod page;
+
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use sdf_field::compare::{Comparison, METHODS, MethodReport};
+use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
+use sdf_formats::field_file::{self, OpenField};
+use serde::Serialize;
+
+use crate::args::{CompareArgs, Elements};
+use crate::read_summary::require_distances;
+use crate::report::{Report, number, seconds, to_stdout};
+use crate::{mesh_input, output, progress};
+
+pub fn run(args: &CompareArgs) -> Result<()> {
+    if let Some(path) = &args.output {
+        output::require(path, &[&args.mesh, &args.sdf])?;
+    }
+    let mesh = mesh_input::read_mesh(&args.mesh)?;
+    mesh.require_triangles(&args.mesh.display().to_string())?;
+    let options = options(args)?;
+    let started = Instant::now();
+    let comparison = progress::on_threads(args.threads, || {
+        let field = read_field(args)?;
+        let bar = progress::bar("comparing", METHODS.len() as u64 * u64::from(args.rounds));
+        let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+        let comparison = field.compare(view, &options, args.rounds as usize, &|runs| bar.inc(runs as u64));
+        bar.finish_and_clear();
+        anyhow::Ok(comparison?)
+    })??;
+    if let Some(path) = &args.output {
+        page::write(path, args, &comparison)?;
+    }
+    let elapsed = started.elapsed().as_secs_f64();
+    if args.json.wanted {
+        return Report { rows: vec![], json: Document::new(&comparison) }.print(args.json);
+    }
+    to_stdout(|out| {
+        use std::io::Write;
+        writeln!(
+            out,
+            "{} elements, {} contacts, {} of them proven",
+            comparison.elements, comparison.contacts, comparison.proven
+        )?;
+        for row in table(&comparison) {
+            writeln!(out, "{row}")?;
+        }
+        writeln!(out, "{}", advice(&comparison))?;
+        if let Some(path) = &args.output {
+            writeln!(out, "page: {}", path.display())?;
+        }
+        writeln!(out, "time: {}", seconds(elapsed))
+    })
+}
+
+fn read_field(args: &CompareArgs) -> Result<Field> {
+    Ok(match field_file::open(&args.sdf)? {
+        OpenField::Analytic(field) => Field::new(field),
+        OpenField::Grid(reader) => {
+            require_distances(&args.sdf, args.margin, &reader.summary())?;
+            Field::from_stored(reader.read()?)
+        }
+    })
+}
+
+fn options(args: &CompareArgs) -> Result<ContactOptions> {
+    Ok(ContactOptions {
+        elements: match args.elements {
+            Elements::Faces => FieldElements::Faces,
+            Elements::Edges => FieldElements::Edges,
+            Elements::Vertices => bail!("--elements vertices: a vertex needs no search; use faces or edges"),
+        },
+        margin: args.margin,
+        pose: args.pose.motion()?,
+        tolerance: args.tolerance,
+        threads: Threads::ALL,
+        ..ContactOptions::default()
+    })
+}
+
+/// The method's word on the command line.
+pub fn word(method: Method) -> String {
+    match method {
+        Method::Auto => "auto".to_owned(),
+        Method::Certified => "certified".to_owned(),
+        Method::FrankWolfe => "fw".to_owned(),
+        Method::ProjectedGradient => "pgd".to_owned(),
+        Method::Newton => "newton".to_owned(),
+        Method::LineSearch => "ls".to_owned(),
+        Method::GoldenSection => "gss".to_owned(),
+        Method::Sampling(samples) => format!("sample{samples}"),
+    }
+}
+
+#[derive(Serialize)]
+struct Document {
+    schema: &'static str,
+    elements: usize,
+    contacts: usize,
+    proven: usize,
+    recommended: String,
+    methods: Vec<Row>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    method: String,
+    seconds: f64,
+    evaluations: u64,
+    contacts: usize,
+    missed: usize,
+    error_95: f64,
+    error_worst: f64,
+}
+
+impl Document {
+    fn new(comparison: &Comparison) -> Self {
+        let row = |report: &MethodReport| Row {
+            method: word(report.method),
+            seconds: report.seconds,
+            evaluations: report.evaluations,
+            contacts: report.contacts,
+            missed: report.missed,
+            error_95: report.error_95,
+            error_worst: report.error_worst,
+        };
+        Self {
+            schema: "sdftool.compare/1",
+            elements: comparison.elements,
+            contacts: comparison.contacts,
+            proven: comparison.proven,
+            recommended: word(comparison.recommended),
+            methods: comparison.methods.iter().map(row).collect(),
+        }
+    }
+}
+
+/// Names of the columns, then a line per method.
+fn table(comparison: &Comparison) -> Vec<String> {
+    let head = ["method", "time", "evaluations", "contacts", "missed", "error 95 %", "worst error"].map(str::to_owned);
+    let row = |report: &MethodReport| {
+        [
+            word(report.method),
+            seconds(report.seconds),
+            report.evaluations.to_string(),
+            report.contacts.to_string(),
+            report.missed.to_string(),
+            number(report.error_95),
+            number(report.error_worst),
+        ]
+    };
+    let rows: Vec<[String; 7]> = std::iter::once(head).chain(comparison.methods.iter().map(row)).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 7] = std::array::from_fn(width);
+    let line = |row: &[String; 7]| {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}"));
+        cells.collect::<Vec<_>>().join("  ")
+    };
+    rows.iter().map(line).collect()
+}
+
+/// What to take, and why, in a sentence.
+pub fn advice(comparison: &Comparison) -> String {
+    let report = |method| comparison.methods.iter().find(|report| report.method == method);
+    let recommended = word(comparison.recommended);
+    let (Some(taken), Some(auto)) = (report(comparison.recommended), report(Method::Auto)) else {
+        return format!("recommended: {recommended}");
+    };
+    if comparison.contacts == 0 {
+        return format!("recommended: {recommended}: there are no contacts here to compare the methods by");
+    }
+    if comparison.recommended == Method::Auto {
+        return "recommended: auto: every faster method misses contacts or is off by more than the tolerance here"
+            .to_owned();
+    }
+    let faster = auto.seconds / taken.seconds;
+    format!(
+        "recommended: {recommended}: misses none of the {} contacts here, {faster:.1} times as fast as auto; only auto and \
+         certified prove it, and another pose may differ",
+        comparison.contacts
+    )
+}

@@ -1,0 +1,69 @@
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use sdf_formats::grid_file::{Part, ReadCount, StoredGrid, Summary};
+use serde::Serialize;
+
+use crate::report::{many, number};
+
+/// What was read of a grid's file.
+#[derive(Clone, Copy, Serialize)]
+pub struct FromFile {
+    file_bytes: u64,
+    bytes: u64,
+    #[serde(flatten)]
+    blocks: Blocks,
+}
+
+#[derive(Clone, Copy, Serialize)]
+#[serde(untagged)]
+enum Blocks {
+    Sparse { bricks: usize, of_bricks: usize },
+    Dense { chunks: usize, of_chunks: usize },
+}
+
+impl FromFile {
+    pub fn of(stored: &StoredGrid, file_bytes: u64) -> Self {
+        let ReadCount { bytes, blocks, total_blocks } = stored.read;
+        let blocks = match stored.sparse {
+            Some(_) => Blocks::Sparse { bricks: blocks, of_bricks: total_blocks },
+            None => Blocks::Dense { chunks: blocks, of_chunks: total_blocks },
+        };
+        Self { file_bytes, bytes, blocks }
+    }
+
+    pub fn in_words(&self) -> String {
+        let blocks = match self.blocks {
+            Blocks::Sparse { bricks, of_bricks } => format!("{bricks} of {of_bricks} bricks"),
+            Blocks::Dense { chunks, of_chunks } => format!("{chunks} of {of_chunks} chunks"),
+        };
+        format!("{blocks}, {} of {} bytes", self.bytes, self.file_bytes)
+    }
+}
+
+/// A multiple of the largest coordinate that exceeds what a cull allows for rounding in f64.
+pub const ROUNDING: f64 = 1e-12;
+
+/// Refuses a margin at which a grid has lower bounds in place of distances: it would report contacts that are none.
+pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()> {
+    let spacing = grid.lattice.spacing();
+    let limits = [("--padding", Some(grid.about.padding)), ("--band", grid.sparse.map(|sparse| sparse.band))];
+    for (option, limit) in limits.into_iter().filter_map(|(option, limit)| Some((option, limit?))) {
+        if margin > limit * (1.0 + ROUNDING) {
+            bail!(
+                "{}: --margin {} is more than the {} around the surface in which the grid has distances: bake it with {option} {} \
+                 or more, or use a smaller --margin",
+                file.display(),
+                number(margin),
+                number(limit),
+                many((margin / spacing).ceil())
+            );
+        }
+    }
+    Ok(())
+}
+
+/// How many bytes each part of a file takes, by name.
+pub fn bytes_of(parts: &[Part]) -> serde_json::Map<String, serde_json::Value> {
+    parts.iter().map(|part| (part.name.to_owned(), part.stored_bytes.into())).collect()
+}

@@ -1,0 +1,119 @@
+use core::ops::Deref;
+
+use nalgebra::Vector3;
+
+use super::boolean::lower;
+use crate::enclosure::PartVisitor;
+use crate::number::{Float, Real};
+use crate::simplex::mean;
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
+
+/// The union of any number of fields of one type: min over all parts. `S` holds or lends the slice of them: `&[F]`, `Vec<F>`.
+///
+/// Parts of several types go in as `&dyn` [`DynSdf`](crate::DynSdf). A certified search treats each part by what that part
+/// knows ([`EnclosedSdf::visit_parts`]), and leaves out those whose bounds lie above the minimum so far.
+///
+/// ```
+/// use sdf_core::{DynSdf, Sdf, combine::Compound, nalgebra::Vector3, shapes::{HalfSpace, Sphere}};
+/// let (ball, ground) = (Sphere::new(0.5).unwrap(), HalfSpace::new([0.0, 0.0, 1.0], -1.0).unwrap());
+/// let scene: [&dyn DynSdf; 2] = [&ball, &ground];
+/// let scene = Compound::new(&scene[..]).unwrap();
+/// assert_eq!(scene.value(Vector3::new(3.0, 0.0, -0.75)), 0.25);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compound<S> {
+    parts: S,
+}
+
+impl<F, S: Deref<Target = [F]>> Compound<S> {
+    /// `None` without a part.
+    pub fn new(parts: S) -> Option<Self> {
+        if parts.is_empty() { None } else { Some(Self { parts }) }
+    }
+
+    pub fn parts(&self) -> &[F] {
+        &self.parts
+    }
+
+    /// Combines what `get` returns for each part. There is at least one, so that `none` is never returned.
+    #[inline(always)]
+    fn combine<T>(&self, none: T, get: impl FnMut(&F) -> T, combine: impl FnMut(T, T) -> T) -> T {
+        self.parts().iter().map(get).reduce(combine).unwrap_or(none)
+    }
+}
+
+impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.combine(Sample::new(R::zero(), Vector3::zeros()), |part| part.evaluate(point), lower)
+    }
+
+    #[inline]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.combine(R::zero(), |part| part.value(point), R::min)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        self.combine(Aabb::EVERYWHERE, |part| part.bounds(level), |a, b| a.union(&b))
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.combine(0.0, Sdf::slope_bound, f64::max)
+    }
+}
+
+impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        self.combine(BoxEnclosure::ANYTHING, |part| part.enclose_box(region), BoxEnclosure::min)
+    }
+
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        let parts = self.parts().iter().map(|part| part.enclosure(about, corners));
+        parts.reduce(Enclosure::min).unwrap_or_else(|| Enclosure::from_slope(self, about, corners))
+    }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        matches!(self.only_part_on(corners), Some(part) if part.is_convex_on(corners))
+    }
+
+    /// A path may run along each part in turn, so that rises add up over all parts that can be the minimum.
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        let middle = mean(corners);
+        let upper = self.enclosure(middle, corners).range.upper;
+        let mut rises = [R::zero(); 4];
+        for part in self.parts() {
+            if part.enclosure(middle, corners).range.lower <= upper {
+                rises = crate::enclosure::sum(rises, part.max_rise_to_corners(corners));
+            }
+        }
+        rises
+    }
+
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        match self.parts() {
+            [part] => part.exact_minimum(corners, goal),
+            _ => None,
+        }
+    }
+
+    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
+        for part in self.parts() {
+            part.visit_parts(visitor);
+        }
+    }
+}
+
+impl<F: EnclosedSdf, S: Deref<Target = [F]>> Compound<S> {
+    /// The part that is the minimum on all of the hull, if one certainly is.
+    fn only_part_on<R: Float>(&self, corners: &[Vector3<R>]) -> Option<&F> {
+        let middle = mean(corners);
+        let upper = self.enclosure(middle, corners).range.upper;
+        let mut candidates = self.parts().iter().filter(|part| part.enclosure(middle, corners).range.lower <= upper);
+        let only = candidates.next();
+        if candidates.next().is_some() { None } else { only }
+    }
+}

@@ -1,0 +1,136 @@
+use core::array::from_fn;
+
+use super::queue::Queue;
+use super::{CullReason, simplices_in_lanes};
+use crate::contact::cull::{BoxBound, box_rounding};
+use crate::contact::{Element, ElementKind};
+use crate::number::kernel::run;
+use crate::number::{Float, Real};
+use crate::simplex::LowerBound;
+use crate::{Aabb, EnclosedSdf, Lanes};
+
+/// The boxes around `L` elements.
+struct Boxes<R, const L: usize> {
+    /// By axis.
+    min: [[R; L]; 3],
+    max: [[R; L]; 3],
+    /// See [`box_rounding`].
+    rounding: [R; L],
+    /// 1 where all corners are representable, else 0.
+    is_representable: [R; L],
+}
+
+impl<R: Float, const L: usize> Boxes<R, L> {
+    fn zero() -> Self {
+        Self {
+            min: [[R::zero(); L]; 3],
+            max: [[R::zero(); L]; 3],
+            rounding: [R::zero(); L],
+            is_representable: [R::zero(); L],
+        }
+    }
+}
+
+/// An element that the bounds in its box do not cull.
+#[derive(Clone, Copy)]
+struct CullSurvivor<R> {
+    index: usize,
+    in_box: BoxBound<R>,
+}
+
+pub(super) struct Culling<'a, R: Float, F, const N: usize, const L: usize> {
+    pub field: &'a F,
+    pub margin: R,
+    pub elements: &'a [Element<R, N>],
+}
+
+impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
+    /// Visits each element once, then `None` at the end.
+    #[inline(always)]
+    pub fn run(&self, mut visit: impl FnMut(Option<(usize, Result<R, CullReason>)>)) {
+        const { assert!(L > 0) };
+        let mut boxes = Boxes::zero();
+        let filler = BoxBound { lower: R::zero(), slope_bound: R::zero() };
+        let mut near = Queue::new(CullSurvivor { index: 0, in_box: filler });
+        // One index more than there are elements: there the queue is emptied. So each stage stands here, and is inlined, once.
+        for index in 0..=self.elements.len() {
+            let lane = index % L;
+            if lane == 0 {
+                boxes = self.boxes(index);
+            }
+            let is_last = index == self.elements.len();
+            let bounded = if is_last { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, lane) };
+            let is_full = match bounded {
+                Ok(in_box) => near.push(CullSurvivor { index, in_box }),
+                Err(reason) => {
+                    if !is_last {
+                        visit(Some((index, Err(reason))));
+                    }
+                    is_last
+                }
+            };
+            // An empty queue would have refused elements in its lanes.
+            if is_full && near.count > 0 {
+                let (near, count) = near.drain();
+                let bounded = self.bound_at_centroids(&near);
+                let bounded = near.iter().zip(bounded).take(count);
+                bounded.for_each(|(near, result)| visit(Some((near.index, result))));
+            }
+        }
+        visit(None);
+    }
+
+    /// The boxes around `L` elements from the given one on; beyond the last element, its own.
+    #[inline(always)]
+    fn boxes(&self, first: usize) -> Boxes<R, L> {
+        let mut boxes = Boxes::zero();
+        let Some(last) = self.elements.len().checked_sub(1) else { return boxes };
+        let slope_bound = self.field.slope_bound();
+        // Numbers alone, and no branch, in a loop over the lanes: that is what compilers turn into vectors.
+        for lane in 0..L {
+            let Some(element) = self.elements.get(first.saturating_add(lane).min(last)) else { continue };
+            let corners = &element.simplex.corners;
+            for axis in 0..3 {
+                let coordinate = |corner: usize| corners[corner].as_slice()[axis];
+                let (mut min, mut max) = (coordinate(0), coordinate(0));
+                for corner in 1..N {
+                    (min, max) = (Real::min(min, coordinate(corner)), Real::max(max, coordinate(corner)));
+                }
+                (boxes.min[axis][lane], boxes.max[axis][lane]) = (min, max);
+            }
+            boxes.rounding[lane] = box_rounding(slope_bound, self.margin, &element.simplex);
+            boxes.is_representable[lane] = R::select(element.simplex.is_representable(), R::one(), R::zero());
+        }
+        boxes
+    }
+
+    /// The first half of [`contact`](crate::contact::contact)'s cull.
+    #[inline(always)]
+    fn bound_in_box(&self, boxes: &Boxes<R, L>, lane: usize) -> Result<BoxBound<R>, CullReason> {
+        if ElementKind::from_corner_count(N).is_none() || boxes.is_representable[lane] <= R::zero() {
+            return Err(CullReason::NotFinite);
+        }
+        let corner = |bounds: &[[R; L]; 3]| from_fn(|axis| bounds[axis][lane].to_f64());
+        let region = Aabb { min: corner(&boxes.min), max: corner(&boxes.max) };
+        let in_box = BoxBound::new(self.field, &region, boxes.rounding[lane]);
+        if self.margin < in_box.lower { Err(CullReason::Culled) } else { Ok(in_box) }
+    }
+
+    /// The second half of it: a lower bound on each survivor.
+    #[inline(always)]
+    fn bound_at_centroids(&self, near: &[CullSurvivor<R>; L]) -> [Result<R, CullReason>; L] {
+        let simplex = simplices_in_lanes(self.elements, near.map(|near| near.index));
+        let centroid = simplex.centroid();
+        let kernel = LowerBound { slope_bound: self.field.slope_bound() };
+        let slope_bound = Lanes(near.map(|near| near.in_box.slope_bound));
+        let [from_slope] = run(&kernel, (simplex, [slope_bound], centroid, [self.field.value(centroid)]));
+        let lower_bound = Real::max(from_slope, Lanes(near.map(|near| near.in_box.lower)));
+        let margin = Lanes([self.margin; L]);
+        let (is_above, is_within) = (margin.lt(from_slope), lower_bound.le(margin));
+        from_fn(|lane| match () {
+            () if is_above.0[lane] => Err(CullReason::Culled),
+            () if is_within.0[lane] => Ok(lower_bound.0[lane]),
+            () => Err(CullReason::NotFinite),
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! Which elements cannot touch: by bounds of φ in their boxes, then by φ(centroid) − slope bound · distance to the corners.
+
+use super::{Element, ElementKind, Outcome};
+use crate::number::{Float, Real};
+use crate::rounding::rounding;
+use crate::{Aabb, EnclosedSdf, Sdf, Simplex};
+
+/// A lower bound of φ on an element, or why there is nothing to search.
+pub(super) fn cull<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    margin: R,
+    element: &Element<R, N>,
+) -> Result<R, Outcome<R, N>> {
+    let simplex = &element.simplex;
+    if ElementKind::from_corner_count(N).is_none() || !simplex.is_representable() {
+        return Err(Outcome::NotFinite);
+    }
+    let rounding = box_rounding(field.slope_bound(), margin, simplex);
+    let in_box = BoxBound::new(field, &simplex.bounds(), rounding);
+    if margin < in_box.lower {
+        return Err(Outcome::Culled);
+    }
+    let centroid = simplex.centroid();
+    let from_slope = simplex.lower_bound(field.slope_bound(), in_box.slope_bound, centroid, field.value(centroid));
+    let lower_bound = Real::max(from_slope, in_box.lower);
+    if margin.lt(from_slope) {
+        return Err(Outcome::Culled);
+    }
+    // Neither above nor within: one of the two is NaN.
+    if lower_bound.le(margin) { Ok(lower_bound) } else { Err(Outcome::NotFinite) }
+}
+
+/// Bounds of φ in an element's box.
+#[derive(Clone, Copy)]
+pub(super) struct BoxBound<R> {
+    /// Lower bound of φ, rounding included.
+    pub lower: R,
+    pub slope_bound: R,
+}
+
+impl<R: Float> BoxBound<R> {
+    #[inline(always)]
+    pub fn new<F: EnclosedSdf>(field: &F, region: &Aabb, rounding: R) -> Self {
+        let local = field.enclose_box(region);
+        Self { lower: R::from_f64(local.range.lower) - rounding, slope_bound: R::from_f64(local.slope_bound) }
+    }
+}
+
+/// Bound of the rounding of values of φ on the element that are no larger than the margin.
+#[inline(always)]
+pub(super) fn box_rounding<R: Real, const N: usize>(slope_bound: f64, margin: R, simplex: &Simplex<R, N>) -> R {
+    let centroid = simplex.centroid();
+    rounding(slope_bound, centroid, simplex.max_distance_from(centroid), margin)
+}
+
+/// What one evaluation at an element's centroid proves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CentroidBound<R: Real> {
+    /// False only if no point of the element has a value of at most the margin; true where either is NaN.
+    pub may_touch: R::Mask,
+    /// Lower bound of φ on the element.
+    pub lower_bound: R,
+}
+
+/// The cull of an element by its centroid: φ ≥ φ(centroid) − slope bound · max |corner − centroid|, rounding included.
+///
+/// §3.3 of the paper rejects an element where φ(centroid) ≥ the distance to its corners. Here a contact is made where
+/// φ ≤ margin, and a field may be steeper than one, so that it takes φ(centroid) > margin + slope bound · distance.
+///
+/// The rounding is that of the element's own coordinates. A field whose numbers are far larger (a small element on a box of
+/// a thousand times its size) rounds its values more coarsely, and an element can be culled that is within the margin by
+/// less than that.
+#[inline]
+pub fn centroid_bound<R: Real, F: Sdf, const N: usize>(
+    field: &F,
+    simplex: &Simplex<R, N>,
+    margin: R,
+) -> CentroidBound<R> {
+    let centroid = simplex.centroid();
+    let slope_bound = field.slope_bound();
+    let lower_bound = simplex.lower_bound(slope_bound, R::from_f64(slope_bound), centroid, field.value(centroid));
+    CentroidBound { may_touch: !margin.lt(lower_bound), lower_bound }
+}

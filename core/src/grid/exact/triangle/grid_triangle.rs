@@ -1,0 +1,77 @@
+//! A triangle in cell coordinates, with what every step needs of it: box, normal, separating planes, range of cells.
+
+use nalgebra::Vector3;
+
+use super::separating_planes::SeparatingPlanes;
+use crate::grid::Lattice;
+use crate::number::{Float, Real};
+use crate::rounding::CELL_COORDINATE;
+
+/// Most cells in a triangle's box. A larger triangle is better searched in parts, most of which are culled at once.
+pub(super) const MAX_CELLS: u32 = 512;
+
+/// A triangle in cell coordinates.
+pub(super) struct GridTriangle<R: Real> {
+    pub corners: [Vector3<R>; 3],
+    /// (b − a) × (c − a).
+    pub normal: Vector3<R>,
+    pub separating_planes: SeparatingPlanes<R>,
+    /// Lower corner of its box, rounding included.
+    pub lower: Vector3<R>,
+    /// Upper corner of its box, rounding included.
+    pub upper: Vector3<R>,
+    /// First cell of its box along each axis.
+    pub first_cell: [u32; 3],
+    /// Last cell of its box along each axis.
+    pub last_cell: [u32; 3],
+}
+
+impl<R: Float> GridTriangle<R> {
+    /// `None` if its box holds more than [`MAX_CELLS`] cells.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
+        let bounds = lattice.bounds();
+        let largest = bounds.min.iter().chain(&bounds.max).fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        let rounding = R::from_f64(CELL_COORDINATE * R::EPSILON * largest * lattice.inv_spacing());
+        let [a, b, c] = corners;
+        let lower = a.zip_zip_map(&b, &c, |a, b, c| Real::min(a, Real::min(b, c)) - rounding);
+        let upper = a.zip_zip_map(&b, &c, |a, b, c| Real::max(a, Real::max(b, c)) + rounding);
+        let last = lattice.cells().map(|cells| cells.wrapping_sub(1));
+        // Coordinates below zero, by rounding, belong to the first cell.
+        let cell = |point: Vector3<R>| -> [u32; 3] {
+            let cell = point.map(|x| Real::max(x, R::zero()).trunc().to_f64() as u32);
+            [cell.x.min(last[0]), cell.y.min(last[1]), cell.z.min(last[2])]
+        };
+        let (first_cell, last_cell) = (cell(lower), cell(upper));
+        let cells = |k: usize| last_cell[k % 3].checked_sub(first_cell[k % 3])?.checked_add(1);
+        let count = cells(0)?.checked_mul(cells(1)?)?.checked_mul(cells(2)?)?;
+        if count > MAX_CELLS {
+            return None;
+        }
+        let (u, v) = (b - a, c - a);
+        let normal = u.cross(&v);
+        let separating_planes = SeparatingPlanes::new(&corners, normal, rounding);
+        Some(Self { corners, normal, separating_planes, lower, upper, first_cell, last_cell })
+    }
+
+    /// Number of planes of cell faces, by axis, that lie between cells of its box.
+    #[inline(always)]
+    pub fn face_plane_counts(&self) -> [u32; 3] {
+        let count = |axis: usize| self.last_cell[axis % 3].wrapping_sub(self.first_cell[axis % 3]);
+        [count(0), count(1), count(2)]
+    }
+
+    /// u = b − a and v = c − a.
+    #[inline(always)]
+    pub fn edges(&self) -> [Vector3<R>; 2] {
+        let [a, b, c] = self.corners;
+        [b - a, c - a]
+    }
+
+    /// The point with these barycentric weights. The first is implied by the others.
+    #[inline(always)]
+    pub fn point(&self, weights: [R; 3]) -> Vector3<R> {
+        let [u, v] = self.edges();
+        self.corners[0] + u * weights[1] + v * weights[2]
+    }
+}

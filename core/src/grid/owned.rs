@@ -1,0 +1,244 @@
+//! Grids that own their samples, of either layout and any precision.
+
+use alloc::vec::Vec;
+
+use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse};
+use super::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds};
+use crate::number::Float;
+
+/// A grid in memory, of either layout and any precision.
+pub type OwnedGrid = Grid<OwnedStorage>;
+
+/// Which nodes have a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Layout {
+    /// Every node.
+    Dense,
+    /// Those of bricks near the surface, and every eighth elsewhere.
+    Sparse,
+}
+
+impl Layout {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Dense, Self::Sparse];
+
+    /// The layout of this [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|layout| layout.name() == name)
+    }
+
+    /// `dense` or `sparse`, as files and the command line have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dense => "dense",
+            Self::Sparse => "sparse",
+        }
+    }
+}
+
+/// The type in which samples are stored. Bricks of integers have a base and a step each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Precision {
+    /// Exact to half a unit in the last place of `f32`.
+    F32,
+    /// 65,536 steps between the lowest and the highest sample of a brick.
+    U16,
+    /// 256 steps.
+    U8,
+}
+
+impl Precision {
+    /// From the finest to the coarsest.
+    pub const ALL: [Self; 3] = [Self::F32, Self::U16, Self::U8];
+
+    /// The precision of this [`name`](Self::name).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|precision| precision.name() == name)
+    }
+
+    /// `f32`, `u16` or `u8`, as files and the command line have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::U16 => "u16",
+            Self::U8 => "u8",
+        }
+    }
+}
+
+/// Samples of either layout and any precision.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "a variant is named as the layout and precision that it has")]
+pub enum OwnedStorage {
+    Dense(WithBlockBounds<Dense<Vec<f32>>, Vec<BlockBounds>>),
+    SparseF32(Sparse<OwnedBricks<f32>>),
+    SparseU16(Sparse<OwnedBricks<u16>>),
+    SparseU8(Sparse<OwnedBricks<u8>>),
+}
+
+/// The same expression for whatever storage it is.
+macro_rules! for_each_storage {
+    ($storage:expr, $dense:ident => $of_dense:expr, $sparse:ident => $of_sparse:expr) => {
+        match $storage {
+            OwnedStorage::Dense($dense) => $of_dense,
+            OwnedStorage::SparseF32($sparse) => $of_sparse,
+            OwnedStorage::SparseU16($sparse) => $of_sparse,
+            OwnedStorage::SparseU8($sparse) => $of_sparse,
+        }
+    };
+}
+
+impl OwnedStorage {
+    /// Samples at every node, x fastest, and bounds of each block of 8 × 8 × 8 nodes. `None` unless there are as many of
+    /// either as the lattice asks for.
+    pub fn dense(lattice: &Lattice, samples: Vec<f32>, bounds: Vec<BlockBounds>) -> Option<Self> {
+        WithBlockBounds::new(lattice, Dense::new(lattice, samples)?, bounds).map(Self::Dense)
+    }
+
+    /// Bricks of any precision. `None` unless they fit together as [`Sparse::new`] asks.
+    pub fn sparse<C: OwnedCode>(lattice: &Lattice, bricks: OwnedBricks<C>) -> Option<Self> {
+        Sparse::new(lattice, bricks).map(C::storage)
+    }
+
+    /// Dense or sparse.
+    pub fn layout(&self) -> Layout {
+        for_each_storage!(self, _dense => Layout::Dense, _sparse => Layout::Sparse)
+    }
+
+    /// The type of a sample.
+    pub fn precision(&self) -> Precision {
+        match self {
+            Self::Dense(_) | Self::SparseF32(_) => Precision::F32,
+            Self::SparseU16(_) => Precision::U16,
+            Self::SparseU8(_) => Precision::U8,
+        }
+    }
+
+    /// Bricks that are stored; `None` of a dense grid.
+    pub fn brick_count(&self) -> Option<usize> {
+        for_each_storage!(self, _dense => None, sparse => Some(sparse.bricks().scales.len()))
+    }
+
+    /// For each brick its slot: see [`OwnedBricks::slots`]. Empty of a dense grid.
+    pub fn slots(&self) -> &[[u32; 3]] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().slots)
+    }
+
+    /// For each brick its scale. Empty of a dense grid.
+    pub fn scales(&self) -> &[Scale] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().scales)
+    }
+
+    /// The brick in a slot. `None` where there is none, and of a dense grid.
+    pub fn brick_at(&self, slot: [u32; 3]) -> Option<usize> {
+        for_each_storage!(self, _dense => None, sparse => sparse.brick_at(slot))
+    }
+
+    /// For each brick its error bound: see [`OwnedBricks::errors`]. Empty of a dense grid.
+    pub fn brick_errors(&self) -> &[f32] {
+        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().errors)
+    }
+}
+
+/// A [`Code`] that [`OwnedStorage`] has a variant for.
+pub trait OwnedCode: Code {
+    /// The variant of this code.
+    fn storage(sparse: Sparse<OwnedBricks<Self>>) -> OwnedStorage;
+}
+
+impl OwnedCode for f32 {
+    fn storage(sparse: Sparse<OwnedBricks<Self>>) -> OwnedStorage {
+        OwnedStorage::SparseF32(sparse)
+    }
+}
+
+impl OwnedCode for u16 {
+    fn storage(sparse: Sparse<OwnedBricks<Self>>) -> OwnedStorage {
+        OwnedStorage::SparseU16(sparse)
+    }
+}
+
+impl OwnedCode for u8 {
+    fn storage(sparse: Sparse<OwnedBricks<Self>>) -> OwnedStorage {
+        OwnedStorage::SparseU8(sparse)
+    }
+}
+
+impl Storage for OwnedStorage {
+    #[inline]
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        for_each_storage!(self, dense => dense.corners(cell), sparse => sparse.corners(cell))
+    }
+
+    // Vectors do not help here, and inlined it would be compiled again for each minimizer and instruction set.
+    #[inline(never)]
+    fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
+        for_each_storage!(self, dense => dense.corners_in_lanes(cells), sparse => sparse.corners_in_lanes(cells))
+    }
+
+    const HAS_BLOCK_BOUNDS: bool = true;
+
+    #[inline(always)]
+    fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
+        for_each_storage!(self, dense => dense.block_bounds(first, last), sparse => sparse.block_bounds(first, last))
+    }
+}
+
+/// The bricks of a sparse grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnedBricks<C> {
+    /// For each brick slot of the lattice, x fastest: the index of its brick, or [`NO_BRICK`].
+    pub table: Vec<u32>,
+    /// For each brick its slot, counted in bricks from the first node.
+    pub slots: Vec<[u32; 3]>,
+    /// For each brick.
+    pub scales: Vec<Scale>,
+    /// By brick, then by node, x fastest.
+    pub samples: Vec<C>,
+    /// For each brick.
+    pub bounds: Vec<BlockBounds>,
+    /// For each brick, over the cells whose first corner it holds: bound of |interpolant − signed distance| where the
+    /// distance is within the band.
+    pub errors: Vec<f32>,
+    /// The coarse grid, x fastest: one node more along each axis than there are slots.
+    pub coarse: Vec<f32>,
+}
+
+impl<C: Code> OwnedBricks<C> {
+    /// The table of slots for bricks that stand in these slots, in this order. `counts` are the slots along each axis.
+    pub fn table_of(counts: [u32; 3], slots: &[[u32; 3]]) -> Vec<u32> {
+        let [x, y, z] = counts.map(|n| n as usize);
+        let mut table = alloc::vec![NO_BRICK; x * y * z];
+        for (brick, slot) in slots.iter().enumerate() {
+            let [i, j, k] = slot.map(|index| index as usize);
+            if let Some(entry) = table.get_mut((k * y + j) * x + i) {
+                *entry = brick as u32;
+            }
+        }
+        table
+    }
+}
+
+impl<C: Code> Bricks for OwnedBricks<C> {
+    type Code = C;
+    #[inline]
+    fn table(&self) -> &[u32] {
+        &self.table
+    }
+    #[inline]
+    fn scales(&self) -> &[Scale] {
+        &self.scales
+    }
+    #[inline]
+    fn samples(&self) -> &[C] {
+        &self.samples
+    }
+    #[inline]
+    fn bounds(&self) -> &[BlockBounds] {
+        &self.bounds
+    }
+    #[inline]
+    fn coarse(&self) -> &[f32] {
+        &self.coarse
+    }
+}

@@ -1,0 +1,179 @@
+//! The state of the search: the lowest value so far, and a queue of parts of the simplex with a lower bound each.
+//!
+//! A part is bounded by the exact minimum on it, where the field knows that. Else by the higher of two bounds: that of
+//! its parent, and the enclosure of φ on the part ([`EnclosedSdf::enclosure`], one evaluation at its centroid).
+
+use super::descent_test::DescentTest;
+use super::grid_exact::{EdgeMinimum, SampledMinimum, minimum_on_triangle};
+use crate::best_first::{BestFirstQueue, Node};
+use crate::minimize::sub_simplex::{SubSimplex, WeightedValue};
+use crate::minimize::{Minimizer, Minimum, Newton};
+use crate::number::{Float, Real};
+use crate::rounding::rounding;
+use crate::{EnclosedSdf, Goal, Simplex};
+
+/// Room for open nodes: 5 KB for triangles in f64.
+const MAX_NODES: usize = 64;
+
+/// With fewer slots free than this, the deepest node is bisected and not the one with the lowest bound. Depth first
+/// needs one slot per cut; after this many cuts, two for each halving of a triangle's size, a part is 2⁻²⁰ of the
+/// simplex.
+const MIN_FREE_SLOTS: usize = 40;
+
+/// A part of the simplex that is to be cut or fathomed.
+#[derive(Clone, Copy)]
+pub(super) struct SimplexNode<R, const N: usize> {
+    pub part: SubSimplex<R, N>,
+    pub lower_bound: R,
+    /// Number of cuts that made it.
+    pub depth: u32,
+}
+
+impl<R: Float, const N: usize> SimplexNode<R, N> {
+    /// The whole simplex, of which nothing is known.
+    pub fn root() -> Self {
+        Self { part: SubSimplex::whole(), lower_bound: R::from_f64(f64::NEG_INFINITY), depth: 0 }
+    }
+}
+
+impl<R: Float, const N: usize> Node for SimplexNode<R, N> {
+    type Bound = R;
+    fn lower_bound(&self) -> R {
+        self.lower_bound
+    }
+}
+
+pub(super) struct BranchAndBound<'a, R: Float, F, const N: usize> {
+    field: &'a F,
+    simplex: &'a Simplex<R, N>,
+    /// The lowest value so far.
+    pub best: WeightedValue<R, N>,
+    /// The best point is the centroid of some part, not the end of a local search.
+    pub needs_polish: bool,
+    pub queue: BestFirstQueue<SimplexNode<R, N>, [SimplexNode<R, N>; MAX_NODES]>,
+    pub evaluations: u32,
+    /// Evaluations of exact minima, which the budget does not count.
+    pub local_evaluations: u32,
+    /// Present if the minimum on the boundary is known, so that only interior minima are searched.
+    descent_test: Option<DescentTest<R>>,
+}
+
+impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
+    /// Starts from the end of a local search.
+    pub fn from_local(field: &'a F, simplex: &'a Simplex<R, N>, local: &Newton) -> Self {
+        let minimum = local.minimize(field, simplex);
+        let best = WeightedValue { weights: minimum.weights, value: minimum.sample.value };
+        Self::new(field, simplex, best, minimum.evaluations.to_f64() as u32, None)
+    }
+
+    /// Starts from what the field knows of the whole triangle.
+    pub fn from_exact(field: &'a F, simplex: &'a Simplex<R, N>, exact: &SampledMinimum<R, N>) -> Self {
+        let best = WeightedValue { weights: exact.weights, value: exact.sample.value };
+        let search = Self::new(field, simplex, best, exact.evaluations, None);
+        Self { local_evaluations: exact.evaluations, ..search }
+    }
+
+    /// Starts from the minimum on the boundary of a triangle.
+    pub fn from_edges(field: &'a F, simplex: &'a Simplex<R, N>, on_edges: EdgeMinimum<R, N>) -> Self {
+        let best = WeightedValue { weights: on_edges.weights, value: field.value(simplex.point(on_edges.weights)) };
+        let evaluations = on_edges.evaluations.saturating_add(1);
+        let search = Self::new(field, simplex, best, evaluations, Some(DescentTest::new(simplex)));
+        Self { local_evaluations: on_edges.evaluations, ..search }
+    }
+
+    fn new(
+        field: &'a F,
+        simplex: &'a Simplex<R, N>,
+        best: WeightedValue<R, N>,
+        evaluations: u32,
+        descent_test: Option<DescentTest<R>>,
+    ) -> Self {
+        let queue = BestFirstQueue::new([SimplexNode::root(); MAX_NODES]);
+        Self { field, simplex, best, needs_polish: false, queue, evaluations, local_evaluations: 0, descent_test }
+    }
+
+    /// Runs a local search on a part, and keeps its end if that is lower than the best.
+    pub fn descend(&mut self, local: &Newton, part: &SubSimplex<R, N>) {
+        let minimum = local.minimize(self.field, &part.embed(self.simplex));
+        self.evaluations = self.evaluations.saturating_add(minimum.evaluations.to_f64() as u32);
+        // The answer is the value at the point of the weights in the whole simplex: rounding may make that another one.
+        let weights = part.weights(minimum.weights);
+        let value = self.field.value(self.simplex.point(weights));
+        self.evaluations = self.evaluations.saturating_add(1);
+        if value < self.best.value {
+            self.best = WeightedValue { weights, value };
+        }
+        self.needs_polish = false;
+    }
+
+    /// Bounds a node from an evaluation at the point of `weights` in it, and enqueues it unless that fathoms it. Its
+    /// bound so far is that of its parent.
+    pub fn bound_node(&mut self, node: SimplexNode<R, N>, weights: [R; N], gap: R) {
+        let part = node.part.embed(self.simplex);
+        self.evaluations = self.evaluations.saturating_add(1);
+        if let Some(exact) = minimum_on_triangle(self.field, &part, Goal { level: self.best.value - gap, gap }) {
+            return self.bound_by_exact(node, &exact, gap);
+        }
+        let enclosure = self.field.enclosure(self.simplex.point(weights), &part.corners);
+        if enclosure.value < self.best.value {
+            (self.best, self.needs_polish) = (WeightedValue { weights, value: enclosure.value }, true);
+        }
+        if self.descent_test.is_some_and(|test| test.excludes(&enclosure.gradients, self.field.slope_bound())) {
+            return;
+        }
+        // False where the value is NaN: then nothing is proven.
+        let is_proven = enclosure.range.lower <= enclosure.value;
+        let lower_bound =
+            if is_proven { Real::max(enclosure.range.lower, node.lower_bound) } else { R::from_f64(f64::NEG_INFINITY) };
+        self.enqueue(SimplexNode { lower_bound, ..node }, gap);
+    }
+
+    fn bound_by_exact(&mut self, node: SimplexNode<R, N>, exact: &SampledMinimum<R, N>, gap: R) {
+        self.evaluations = self.evaluations.saturating_add(exact.evaluations);
+        self.local_evaluations = self.local_evaluations.saturating_add(exact.evaluations);
+        let weights = node.part.weights(exact.weights);
+        let point = self.simplex.point(weights);
+        let value = self.field.value(point);
+        let rounding = rounding(self.field.slope_bound(), point, self.simplex.longest_edge(), value);
+        let lower_bound = Real::max(exact.lower_bound - rounding, node.lower_bound);
+        if value < self.best.value {
+            (self.best, self.needs_polish) = (WeightedValue { weights, value }, lower_bound < value - gap);
+        }
+        self.enqueue(SimplexNode { lower_bound, ..node }, gap);
+    }
+
+    /// Opens the node if it may hold a value below the best by more than the gap.
+    pub fn enqueue(&mut self, node: SimplexNode<R, N>, gap: R) {
+        if node.lower_bound < self.best.value - gap {
+            self.queue.push_evicting(node);
+        } else {
+            self.queue.fathom(node.lower_bound);
+        }
+    }
+
+    pub fn next_node(&mut self) -> Option<SimplexNode<R, N>> {
+        if self.queue.count() > MAX_NODES - MIN_FREE_SLOTS {
+            self.queue.pop_deepest(|node| node.depth)
+        } else {
+            self.queue.pop()
+        }
+    }
+
+    /// Lower bound of φ on the whole simplex.
+    pub fn lower_bound(&self) -> R {
+        Real::min(self.best.value, self.queue.lower_bound())
+    }
+
+    pub fn finish(self, converged: bool) -> Minimum<R, N> {
+        let weights = self.best.weights;
+        let point = self.simplex.point(weights);
+        Minimum {
+            weights,
+            point,
+            sample: self.field.evaluate(point),
+            lower_bound: self.lower_bound(),
+            evaluations: R::from_f64(f64::from(self.evaluations.saturating_add(1))),
+            converged,
+        }
+    }
+}

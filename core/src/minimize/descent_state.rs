@@ -1,0 +1,155 @@
+//! The state that all local methods share: the best point so far, and what it has cost.
+//!
+//! Steps that run in lanes are kernels over plain numbers ([`LaneKernel`]), which compilers make vectors of. The status
+//! of a sample is a mask, which would prevent that: it is chosen outside, by the 1 or 0 that the kernel returns.
+
+use core::array::from_fn;
+
+use nalgebra::Vector3;
+
+use super::Minimum;
+use crate::number::kernel::LaneKernel;
+use crate::number::kernel::run;
+use crate::number::{Mask, Real};
+use crate::simplex::{LowerBound, corner_weights};
+use crate::vector::select;
+use crate::{EnclosedSdf, Sample, Simplex, Status};
+
+/// A local search in progress.
+pub(super) struct DescentState<'a, R: Real, F, const N: usize> {
+    field: &'a F,
+    simplex: &'a Simplex<R, N>,
+    pub best: WeightedSample<R, N>,
+    pub evaluations: R,
+}
+
+/// A point of a simplex, and the field's sample there.
+#[derive(Clone, Copy)]
+pub(super) struct WeightedSample<R: Real, const N: usize> {
+    pub weights: [R; N],
+    pub sample: Sample<R>,
+}
+
+/// Weights, value and gradient of a [`WeightedSample`], as a kernel takes them.
+pub(super) type KernelSample<R, const N: usize> = ([R; N], [R; 1], Vector3<R>);
+
+impl<R: Real, const N: usize> WeightedSample<R, N> {
+    #[inline(always)]
+    fn new<F: EnclosedSdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
+        let point = run(&PointOfWeights, (*simplex, weights));
+        Self { weights, sample: field.evaluate(point) }
+    }
+
+    #[inline(always)]
+    pub fn kernel_sample(&self) -> KernelSample<R, N> {
+        (self.weights, [self.sample.value], self.sample.gradient)
+    }
+
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
+        let weights = from_fn(|k| R::select(mask, yes.weights[k], no.weights[k]));
+        Self { weights, sample: Sample::select(mask, yes.sample, no.sample) }
+    }
+}
+
+/// The lower one of a candidate and the best so far, and 1 where that is the candidate, else 0. The candidate counts
+/// only where `active` is 1. For use in a kernel.
+#[inline(always)]
+pub(super) fn lower<R: Real, const N: usize>(
+    candidate: KernelSample<R, N>,
+    best: KernelSample<R, N>,
+    active: R,
+) -> (KernelSample<R, N>, [R; 1]) {
+    let is_lower = R::zero().lt(active) & candidate.1[0].lt(best.1[0]);
+    let mut weights = best.0;
+    for k in 0..N {
+        weights[k] = R::select(is_lower, candidate.0[k], best.0[k]);
+    }
+    let value = R::select(is_lower, candidate.1[0], best.1[0]);
+    let gradient = select(is_lower, candidate.2, best.2);
+    ((weights, [value], gradient), [R::select(is_lower, R::one(), R::zero())])
+}
+
+/// [`lower`] as a kernel: from the candidate, the best and `active`.
+struct Lower<const N: usize>;
+
+impl<const N: usize> LaneKernel for Lower<N> {
+    type From<R: Real> = (KernelSample<R, N>, KernelSample<R, N>, [R; 1]);
+    type To<R: Real> = (KernelSample<R, N>, [R; 1]);
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (candidate, best, [active]): Self::From<R>) -> Self::To<R> {
+        lower(candidate, best, active)
+    }
+}
+
+/// [`Simplex::point`] as a kernel.
+struct PointOfWeights<const N: usize>;
+
+impl<const N: usize> LaneKernel for PointOfWeights<N> {
+    type From<R: Real> = (Simplex<R, N>, [R; N]);
+    type To<R: Real> = Vector3<R>;
+
+    #[inline(always)]
+    fn apply<R: Real>(&self, (simplex, weights): Self::From<R>) -> Vector3<R> {
+        simplex.point(weights)
+    }
+}
+
+impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
+    /// Starts from the point of the given weights.
+    #[inline(always)]
+    pub fn new(field: &'a F, simplex: &'a Simplex<R, N>, weights: [R; N]) -> Self {
+        Self { field, simplex, best: WeightedSample::new(field, simplex, weights), evaluations: R::one() }
+    }
+
+    /// Starts from the lowest corner, as §3.3 of the paper does.
+    #[inline(always)]
+    pub fn from_corners(field: &'a F, simplex: &'a Simplex<R, N>) -> Self {
+        let mut state = Self::new(field, simplex, corner_weights(0));
+        for corner in 1..N {
+            state.evaluate(corner_weights(corner), !R::Mask::NONE);
+        }
+        state
+    }
+
+    /// Evaluates the field at the given weights. Lanes that are not `active` neither count nor keep it.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn evaluate(&mut self, weights: [R; N], active: R::Mask) -> WeightedSample<R, N> {
+        let candidate = WeightedSample::new(self.field, self.simplex, weights);
+        let active = R::select(active, R::one(), R::zero());
+        self.keep_lower(candidate, active);
+        self.evaluations += active;
+        candidate
+    }
+
+    /// Replaces the best where the candidate is lower and `active` is 1.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn keep_lower(&mut self, candidate: WeightedSample<R, N>, active: R) {
+        let kept = run(&Lower, (candidate.kernel_sample(), self.best.kernel_sample(), [active]));
+        self.replace_best(kept, candidate.sample.status);
+    }
+
+    /// Replaces the best by the result of [`lower`] for a candidate with this status.
+    #[inline(always)]
+    pub fn replace_best(
+        &mut self,
+        ((weights, [value], gradient), [is_candidate]): (KernelSample<R, N>, [R; 1]),
+        status: Status<R::Mask>,
+    ) {
+        let status = match self.best.sample.status {
+            best if best.merge(status).is_good() => best,
+            best => Status::select(R::zero().lt(is_candidate), status, best),
+        };
+        self.best = WeightedSample { weights, sample: Sample { value, gradient, status } };
+    }
+
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
+        let WeightedSample { weights, sample } = self.best;
+        let point = run(&PointOfWeights, (*self.simplex, weights));
+        let below = LowerBound { slope_bound: self.field.slope_bound() };
+        let [lower_bound] = run(&below, (*self.simplex, [R::from_f64(below.slope_bound)], point, [sample.value]));
+        Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
+    }
+}

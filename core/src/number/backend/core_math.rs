@@ -1,0 +1,2 @@
+pub use core::f32::math::sqrt as sqrtf;
+pub use core::f64::math::sqrt;

@@ -1,0 +1,132 @@
+use nalgebra::Vector3;
+
+use super::{Placed, Placement, Rigid};
+use crate::number::{Float, Real};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, PartVisitor, Sample, Sdf};
+
+/// A field that a rigid motion may move, known only at run time: the same bits as the field itself without one, and as
+/// [`Placed`] with one. One type for both halves the code of what is compiled for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Posed<F> {
+    /// The field in its own frame.
+    pub field: F,
+    /// Where it stands in the world; `None` where its frame is the world's.
+    pub pose: Option<Rigid>,
+}
+
+impl<F> Posed<F> {
+    #[inline(always)]
+    fn placed(&self) -> Option<Placed<&F, Rigid>> {
+        self.pose.map(|placement| Placed { field: &self.field, placement })
+    }
+}
+
+impl<F: Sdf> Sdf for Posed<F> {
+    // The field's own code stands here once, between what is before and after it with a pose.
+    #[inline(always)]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        let pulled = self.pose.as_ref().map(|pose| pose.pull(point));
+        let local = self.field.evaluate(pulled.map_or(point, |pulled| pulled.point));
+        match pulled {
+            None => local,
+            Some(pulled) => pulled.push_sample(local),
+        }
+    }
+
+    #[inline(always)]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        let pulled = self.pose.as_ref().map(|pose| pose.pull(point));
+        let local = self.field.value(pulled.map_or(point, |pulled| pulled.point));
+        pulled.map_or(local, |pulled| local * pulled.scale)
+    }
+
+    fn bounds(&self, level: f64) -> Aabb {
+        match self.placed() {
+            None => self.field.bounds(level),
+            Some(placed) => placed.bounds(level),
+        }
+    }
+
+    fn slope_bound(&self) -> f64 {
+        match self.placed() {
+            None => self.field.slope_bound(),
+            Some(placed) => placed.slope_bound(),
+        }
+    }
+}
+
+impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
+    #[inline(always)]
+    fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
+        let local = self.pose.as_ref().map_or(*region, |pose| pose.pull_bounds(*region));
+        let local = self.field.enclose_box(&local);
+        match &self.pose {
+            None => local,
+            Some(pose) => BoxEnclosure {
+                range: local.range.scale(pose.scale()),
+                slope_bound: local.slope_bound * pose.slope_factor(),
+            },
+        }
+    }
+
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        match self.placed() {
+            None => self.field.enclosure(about, corners),
+            Some(placed) => placed.enclosure(about, corners),
+        }
+    }
+
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        match self.placed() {
+            None => self.field.is_convex_on(corners),
+            Some(placed) => placed.is_convex_on(corners),
+        }
+    }
+
+    fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
+        match self.placed() {
+            None => self.field.max_rise_to_corners(corners),
+            Some(placed) => placed.max_rise_to_corners(corners),
+        }
+    }
+
+    #[inline(always)]
+    fn exact_minimum<R: Float, const N: usize>(
+        &self,
+        corners: [Vector3<R>; N],
+        goal: Goal<R>,
+    ) -> Option<ExactMinimum<R, N>> {
+        let pulled = self.pose.as_ref().map_or(corners, |pose| corners.map(|corner| pose.pull(corner).point));
+        let found = self.field.exact_minimum(pulled, goal)?;
+        Some(match &self.pose {
+            None => found,
+            Some(pose) => super::push_minimum(found, pose, self.slope_bound(), corners),
+        })
+    }
+
+    fn linearization_error(&self, region: &Aabb) -> f64 {
+        match self.placed() {
+            None => self.field.linearization_error(region),
+            Some(placed) => placed.linearization_error(region),
+        }
+    }
+
+    // Without a pose the parts are wrapped as well, so that a search is compiled once.
+    #[inline(always)]
+    fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
+        self.field.visit_parts(&mut WithPose { visitor, pose: self.pose });
+    }
+}
+
+/// Visits the parts of a union, each moved as the whole is.
+struct WithPose<'v, V> {
+    visitor: &'v mut V,
+    pose: Option<Rigid>,
+}
+
+impl<V: PartVisitor> PartVisitor for WithPose<'_, V> {
+    #[inline(always)]
+    fn visit<F: EnclosedSdf>(&mut self, part: &F) {
+        self.visitor.visit(&Posed { field: part, pose: self.pose });
+    }
+}

@@ -1,0 +1,59 @@
+//! Rounding constants of the crate, in one place.
+//!
+//! A computation of n operations whose intermediate results do not exceed L in magnitude has an error of at most
+//! about n·ε·L (Higham 2002, "Accuracy and Stability of Numerical Algorithms", §3.1), with ε = [`Real::EPSILON`],
+//! twice the unit roundoff. Every bound of this crate is widened by such an n·ε·L before it is compared. Below stands
+//! n for each kind of computation, rounded up to a power of two, and its L.
+//!
+//! Too small an n makes a bound wrong in rare cases, too large an n only makes culls and searches stop a little later.
+
+use nalgebra::Vector3;
+
+use crate::number::Real;
+
+/// φ at a point: some thirty operations, few of which round at the size of the coordinates. L: see [`rounding`].
+pub(crate) const EVALUATION: f64 = 32.0;
+
+/// Difference of two f32 samples interpolated at neighbouring nodes: at each, seven interpolations of a product and
+/// two sums. L: the largest sample.
+pub(crate) const INTERPOLATION: f64 = 32.0;
+
+/// A coordinate of a box after conversion to node indices and back. L: the largest coordinate.
+pub(crate) const BOX_COORDINATE: f64 = 8.0;
+
+/// A coordinate in cells, (x − origin) / spacing. L: the largest coordinate over the spacing.
+pub(crate) const CELL_COORDINATE: f64 = 16.0;
+
+/// Distance of a point from a plane of a triangle, times the length of its normal, a cross product of cross products.
+/// L: the triangle's extent times the lengths of the factors.
+pub(crate) const PLANE_DISTANCE: f64 = 32.0;
+
+/// Directional derivative ∇φ·d over a cell, and the error of a direction that was projected into a plane. L: |∇φ| |d|.
+pub(crate) const DIRECTIONAL_DERIVATIVE: f64 = 1024.0;
+
+/// sin² of the angle between two edges below which rounding dominates the normal of a triangle.
+pub(crate) const MIN_SINE_SQ: f64 = 1e-6;
+
+/// Bounds of a box that holds all points where a field is low. L: the largest coordinate.
+pub(crate) const FIELD_BOUNDS: f64 = 64.0;
+
+/// Barycentric weight of a point on a side of a sub-simplex, after many halvings. L = 1.
+pub(crate) const SIDE_WEIGHT: f64 = 8.0;
+
+/// Difference of two computed barycentric weights of one point. L = 1.
+pub(crate) const SAME_WEIGHT: f64 = 16.0;
+
+/// Multiple of [`rounding`] in a lower bound: one per nested field (each [`Placed`](crate::placed::Placed) or
+/// combination widens the bound again), seven at most, and one of the value that it is compared with.
+pub(crate) const NESTED_FIELDS: f64 = 8.0;
+
+/// Multiple of [`rounding`] in a comparison of two bounds: [`NESTED_FIELDS`] on either side.
+pub(crate) const NESTED_FIELDS_TWICE: f64 = 16.0;
+
+/// Bound of |computed φ − exact φ| = [`EVALUATION`]·ε·max(|φ|, slope bound · max(`distance`, |x|, |y|, |z|)): for
+/// `value` at `point`, and for every value no larger than it within `distance` of `point`.
+#[inline(always)]
+pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, distance: R, value: R) -> R {
+    let length = distance.max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
+    (length * R::from_f64(slope_bound)).max(value.abs()) * R::from_f64(EVALUATION * R::EPSILON)
+}

@@ -1,0 +1,307 @@
+//! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
+
+use sdf_bake::error_budget::ErrorBudget;
+use sdf_bake::sparse::SparseBaker;
+use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
+use sdf_core::Aabb;
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{Layout, Precision};
+use sdf_core::grid::sparse::BRICK_SAMPLES;
+
+pub use sdf_bake::error_budget::ErrorBudgetError;
+pub use sdf_bake::{InvalidMesh, MeshReport, Topology};
+
+use crate::info::{GridInfo, SignMethod, Source};
+use crate::{Field, MeshView, Threads, memory};
+
+/// How fine a grid is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GridSize {
+    /// So many cells along the longest side of the mesh's box, padding not counted.
+    Cells(u32),
+    /// The side of a cell, in the unit of the mesh.
+    VoxelSize(f64),
+    /// The largest voxels and the coarsest precision with which a sparse grid certifies at most this error in its band.
+    MaxError(MaxError),
+}
+
+/// A length, or a fraction of the mesh's size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MaxError {
+    /// In the unit of the mesh.
+    Length(f64),
+    /// Of the diagonal of the mesh's box.
+    Fraction(f64),
+}
+
+/// How a mesh is baked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// How fine the grid is.
+    pub size: GridSize,
+    /// Dense or sparse; [`GridSize::MaxError`] makes a sparse grid in any case.
+    pub layout: Layout,
+    /// The type of a sparse grid's samples; `None` stands for u16. Dense grids are f32; [`GridSize::MaxError`] picks its own.
+    pub precision: Option<Precision>,
+    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it lower bounds.
+    pub band: u32,
+    /// Cells around the mesh's box on each side.
+    pub padding: u32,
+    /// How inside and outside are told apart; `None` lets the mesh decide.
+    pub sign: Option<SignMethod>,
+    /// How many threads work.
+    pub threads: Threads,
+    /// Where the mesh comes from, for the record; its count of triangles is filled in.
+    pub source: Source,
+}
+
+impl Default for BakeOptions {
+    /// A dense grid of 64 cells, padding of 4.
+    fn default() -> Self {
+        Self {
+            size: GridSize::Cells(64),
+            layout: Layout::Dense,
+            precision: None,
+            band: 3,
+            padding: 4,
+            sign: None,
+            threads: Threads::ALL,
+            source: Source::default(),
+        }
+    }
+}
+
+/// A baked field, and what was found out about the mesh.
+#[derive(Clone, Debug)]
+pub struct Baked {
+    /// A grid, with its [`GridInfo`].
+    pub field: Field,
+    /// What was odd in the input.
+    pub mesh: MeshReport,
+    /// Holes, shells, and worse.
+    pub topology: Topology,
+    /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
+    pub is_proven: bool,
+}
+
+/// Why a mesh cannot be baked.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BakeError {
+    /// See [`InvalidMesh`].
+    InvalidMesh(InvalidMesh),
+    /// The voxels are larger than a thousand times the mesh.
+    VoxelTooLarge {
+        /// The longest side of the mesh.
+        side: f64,
+    },
+    /// The grid has more nodes than can be numbered, or takes more memory than there is.
+    TooLarge {
+        /// Nodes along each axis.
+        nodes: [f64; 3],
+        /// Bricks of a sparse grid, once they are known.
+        bricks: Option<usize>,
+        /// Memory that is needed, in bytes; `None` where the nodes cannot be numbered.
+        bytes: Option<f64>,
+        /// Memory that is free, in bytes; `None` where the system does not say.
+        free: Option<f64>,
+    },
+    /// No voxels are certified to keep within the error.
+    ErrorBudget(ErrorBudgetError),
+}
+
+impl std::fmt::Display for BakeError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::InvalidMesh(error) => error.fmt(f),
+            Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side} long: take smaller voxels"),
+            Self::TooLarge { nodes: [x, y, z], bytes: Some(bytes), free, .. } => {
+                write!(f, "a grid of {x} × {y} × {z} nodes needs {bytes:.0} bytes")?;
+                free.map_or(Ok(()), |free| write!(f, ", and {free:.0} are free"))?;
+                f.write_str(": take larger voxels or a sparse grid")
+            }
+            Self::TooLarge { nodes: [x, y, z], .. } => {
+                write!(f, "a grid of {x} × {y} × {z} nodes is too large: take larger voxels")
+            }
+            Self::ErrorBudget(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for BakeError {}
+
+/// Work done so far, and all of it as far as it is known, in steps of no fixed length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// So many steps are to come in all.
+    Total(u64),
+    /// So many more are done.
+    Done(u64),
+}
+
+impl Field {
+    /// Bakes a mesh into a grid of exact signed distances.
+    pub fn bake(mesh: MeshView, options: &BakeOptions) -> Result<Baked, BakeError> {
+        Self::bake_with_progress(mesh, options, &|_| ())
+    }
+
+    /// [`bake`](Self::bake), with a callback that any thread may call.
+    pub fn bake_with_progress(
+        mesh: MeshView,
+        options: &BakeOptions,
+        on_progress: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Baked, BakeError> {
+        options.threads.install(|| {
+            let mesh = TriangleMesh::new(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
+            bake(&mesh, options, on_progress)
+        })
+    }
+}
+
+/// Bakes on the threads of the current pool.
+fn bake(
+    mesh: &TriangleMesh,
+    options: &BakeOptions,
+    on_progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Baked, BakeError> {
+    let method = options.sign.map(|sign| match sign {
+        SignMethod::PseudoNormal => sdf_bake::SignMethod::PseudoNormal,
+        SignMethod::Winding => sdf_bake::SignMethod::Winding,
+    });
+    let distance = MeshDistance::new(mesh, method);
+    let bounds = mesh.bounds();
+    let (BakedGrid { grid, error_bound }, band) = match options.size {
+        GridSize::Cells(cells) => {
+            bake_size(&distance, options, &bounds, bounds.longest_side() / f64::from(cells), on_progress)?
+        }
+        GridSize::VoxelSize(spacing) => bake_size(&distance, options, &bounds, spacing, on_progress)?,
+        GridSize::MaxError(max_error) => bake_within(&distance, options, &bounds, max_error, on_progress)?,
+    };
+    let sign_method = match distance.sign_method() {
+        sdf_bake::SignMethod::PseudoNormal => SignMethod::PseudoNormal,
+        sdf_bake::SignMethod::Winding => SignMethod::Winding,
+    };
+    let grid_box = grid.lattice().bounds();
+    let inside = |axis: usize| (bounds.min[axis] - grid_box.min[axis]).min(grid_box.max[axis] - bounds.max[axis]);
+    let info = GridInfo {
+        sign_method,
+        sign_reason: distance.sign_reason().to_owned(),
+        error_bound,
+        padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
+        band,
+        source: options.source.clone(),
+        tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
+        options: options.words(),
+    };
+    Ok(Baked {
+        field: Field::from_grid(grid, info),
+        mesh: mesh.report(),
+        topology: *distance.topology(),
+        is_proven: distance.is_continuous(),
+    })
+}
+
+/// A grid, and the half width of its band.
+type GridAndBand = (BakedGrid, Option<f64>);
+
+fn bake_size(
+    distance: &MeshDistance,
+    options: &BakeOptions,
+    bounds: &Aabb,
+    spacing: f64,
+    on_progress: &(dyn Fn(Progress) + Sync),
+) -> Result<GridAndBand, BakeError> {
+    let lattice = lattice(options, bounds, spacing)?;
+    if options.layout == Layout::Dense {
+        on_progress(Progress::Total(lattice.node_count() as u64));
+        let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
+        return Ok((dense.into_grid(&lattice), None));
+    }
+    let band = f64::from(options.band) * lattice.spacing();
+    let baker = SparseBaker::new(distance, &lattice, band);
+    let precision = options.precision.unwrap_or(Precision::U16);
+    let bytes = baker.max_bytes_as(precision);
+    let nodes = lattice.nodes().map(f64::from);
+    require_memory(nodes, Some(baker.max_bricks()), bytes as f64)?;
+    on_progress(Progress::Total(baker.slot_count() as u64));
+    let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
+    Ok((baker.bake_as(precision, &on_done), Some(band)))
+}
+
+fn bake_within(
+    distance: &MeshDistance,
+    options: &BakeOptions,
+    bounds: &Aabb,
+    max_error: MaxError,
+    on_progress: &(dyn Fn(Progress) + Sync),
+) -> Result<GridAndBand, BakeError> {
+    let max_error = match max_error {
+        MaxError::Length(length) => length,
+        MaxError::Fraction(fraction) => fraction * bounds.diagonal(),
+    };
+    let max_bytes = memory::free_bytes().unwrap_or(memory::ASSUMED_BYTES) as usize;
+    let budget = ErrorBudget { max_error, band: f64::from(options.band), padding: options.padding, max_bytes };
+    let on_done = |slots: usize| {
+        // How many there are is known only when a size has been picked.
+        on_progress(Progress::Total(slots as u64));
+        on_progress(Progress::Done(slots as u64));
+    };
+    let baked = budget.bake(distance, &on_done).map_err(BakeError::ErrorBudget)?;
+    let band = f64::from(options.band) * baked.grid.lattice().spacing();
+    Ok((baked, Some(band)))
+}
+
+/// Largest side of a cell in sides of the mesh's box. One says nothing of the mesh already; from 1e16 on, the nodes are so far
+/// away that the whole mesh is one point.
+const MAX_SIDES: f64 = 1e3;
+
+fn lattice(options: &BakeOptions, bounds: &Aabb, spacing: f64) -> Result<Lattice, BakeError> {
+    let side = bounds.longest_side();
+    if spacing > MAX_SIDES * side {
+        return Err(BakeError::VoxelTooLarge { side });
+    }
+    let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 2.0 * f64::from(options.padding) + 1.0);
+    // A sparse grid has a number for each slot of 8 × 8 × 8 nodes, and while it is baked what is known of its middle.
+    let bytes_per_node = match options.layout {
+        Layout::Dense => size_of::<f32>() as f64 + size_of::<&mut [f32]>() as f64 / nodes[0],
+        Layout::Sparse => 72.0 / BRICK_SAMPLES as f64,
+    };
+    let sign_bytes = match (options.layout, options.sign) {
+        (Layout::Sparse, _) | (_, Some(SignMethod::PseudoNormal)) => 0.0,
+        _ => rayon::current_num_threads() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
+    };
+    require_memory(nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
+    let too_large = BakeError::TooLarge { nodes, bricks: None, bytes: None, free: None };
+    lattice_around(bounds, spacing, options.padding).ok_or(too_large)
+}
+
+fn require_memory(nodes: [f64; 3], bricks: Option<usize>, bytes: f64) -> Result<(), BakeError> {
+    let free = memory::free_bytes();
+    if bytes > free.unwrap_or(memory::ASSUMED_BYTES) {
+        return Err(BakeError::TooLarge { nodes, bricks, bytes: Some(bytes), free });
+    }
+    Ok(())
+}
+
+impl BakeOptions {
+    /// The options that shape the result, as the command line has them.
+    fn words(&self) -> String {
+        let size = match self.size {
+            GridSize::Cells(cells) => format!("--res {cells}"),
+            GridSize::VoxelSize(size) => format!("--voxel-size {size}"),
+            GridSize::MaxError(MaxError::Fraction(fraction)) => format!("--max-error {}%", fraction * 100.0),
+            GridSize::MaxError(MaxError::Length(length)) => format!("--max-error {length}"),
+        };
+        let sign = match self.sign {
+            None => "auto",
+            Some(SignMethod::PseudoNormal) => "pseudo-normal",
+            Some(SignMethod::Winding) => "winding",
+        };
+        let sparse = match (self.size, self.layout, self.precision) {
+            (GridSize::Cells(_) | GridSize::VoxelSize(_), Layout::Dense, _) => String::new(),
+            (GridSize::MaxError(_), ..) | (.., None) => format!(" --layout sparse --band {}", self.band),
+            (.., Some(precision)) => format!(" --layout sparse --band {} --precision {}", self.band, precision.name()),
+        };
+        format!("{size} --padding {} --sign {sign}{sparse}", self.padding)
+    }
+}

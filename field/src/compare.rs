@@ -1,0 +1,220 @@
+//! Every method on one mesh and one field: error against run time, and which to take.
+//!
+//! The reference is the certified search with a budget of 16,384 evaluations per element. A method's error on an element is its
+//! lowest φ minus the reference's, over all elements that are contacts by the reference; a contact that the method does not
+//! report is missed, and its error counts too.
+
+use std::time::Instant;
+
+use sdf_core::EnclosedSdf;
+use sdf_core::contact::{Contact, Element};
+use sdf_core::minimize::{
+    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Newton, PointSampling, ProjectedGradient,
+};
+use sdf_core::placed::Posed;
+
+use crate::mesh_view::element;
+use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError};
+
+/// What a method reached on one mesh and one field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodReport {
+    /// The method, with its default budget.
+    pub method: Method,
+    /// Median time of a query.
+    pub seconds: f64,
+    /// Evaluations of φ, summed over the contacts that it reports.
+    pub evaluations: u64,
+    /// Contacts that it reports.
+    pub contacts: usize,
+    /// Contacts of the reference that it does not report.
+    pub missed: usize,
+    /// 95 % of the errors are at most this, in the unit of the mesh.
+    pub error_95: f64,
+    /// The largest error.
+    pub error_worst: f64,
+}
+
+/// All methods on one mesh and one field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Elements searched.
+    pub elements: usize,
+    /// Contacts of the reference.
+    pub contacts: usize,
+    /// Contacts of the reference that are proven to the tolerance.
+    pub proven: usize,
+    /// The fastest method that misses no contact and keeps 95 % of its errors within tolerance · median longest edge of the
+    /// contacts' elements; [`Method::Auto`] where none does.
+    pub recommended: Method,
+    /// In the order of [`METHODS`].
+    pub methods: Vec<MethodReport>,
+}
+
+/// The methods that are compared; golden section on edges alone.
+pub const METHODS: [Method; 10] = [
+    Method::Sampling(4),
+    Method::Sampling(16),
+    Method::Sampling(64),
+    Method::FrankWolfe,
+    Method::ProjectedGradient,
+    Method::LineSearch,
+    Method::Newton,
+    Method::GoldenSection,
+    Method::Auto,
+    Method::Certified,
+];
+
+/// Evaluations of the reference per element.
+const REFERENCE_BUDGET: u32 = 16_384;
+
+impl Field {
+    /// Runs every method `rounds` times, in turns so that a change of the machine's speed hits all alike. The method and budget
+    /// of `options` do not matter. Vertices need no search: they are compared as faces.
+    pub fn compare(
+        &self,
+        mesh: MeshView,
+        options: &ContactOptions,
+        rounds: usize,
+        on_done: &dyn Fn(usize),
+    ) -> Result<Comparison, QueryError> {
+        let edges = if options.elements == Elements::Edges { mesh.edges() } else { vec![] };
+        let run = |method: Method, budget: Option<u32>, tolerance: f64| {
+            let options = ContactOptions { method, budget, tolerance, all_minima: false, ..*options };
+            match options.elements {
+                Elements::Edges => self.contacts_of_edges(mesh.points, &edges, &options),
+                Elements::Faces | Elements::Vertices => {
+                    self.contacts(mesh, &ContactOptions { elements: Elements::Faces, ..options })
+                }
+            }
+        };
+        let reference = run(Method::Certified, Some(REFERENCE_BUDGET), options.tolerance * 0.1)?;
+        let is_compared = |method: &Method| *method != Method::GoldenSection || options.elements == Elements::Edges;
+        let methods: Vec<Method> = METHODS.into_iter().filter(is_compared).collect();
+        let mut times = vec![vec![]; methods.len()];
+        let mut found = vec![Contacts::default(); methods.len()];
+        for _ in 0..rounds.max(1) {
+            for (index, method) in methods.iter().enumerate() {
+                let started = Instant::now();
+                found[index] = run(*method, None, options.tolerance)?;
+                times[index].push(started.elapsed().as_secs_f64());
+                on_done(1);
+            }
+        }
+        let field = Posed { field: self.as_any(), pose: options.pose };
+        let mut reports = vec![];
+        for ((method, times), found) in methods.into_iter().zip(times).zip(found) {
+            let errors = match options.elements {
+                Elements::Edges => errors(&field, method, mesh.points, &edges, &reference, &found),
+                Elements::Faces | Elements::Vertices => {
+                    errors(&field, method, mesh.points, mesh.faces, &reference, &found)
+                }
+            };
+            reports.push(report(method, times, &found, errors));
+        }
+        let proven = reference.contacts.iter().filter(|contact| is_proven(contact)).count();
+        let longest =
+            median(reference.contacts.iter().map(|contact| longest_edge(mesh, &edges, options, contact)).collect());
+        let is_good = |report: &&MethodReport| report.missed == 0 && report.error_95 <= options.tolerance * longest;
+        let fastest = reports.iter().filter(is_good).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        Ok(Comparison {
+            elements: reference.element_count,
+            contacts: reference.contacts.len(),
+            proven,
+            recommended: fastest.map_or(Method::Auto, |report| report.method),
+            methods: reports,
+        })
+    }
+}
+
+fn is_proven(contact: &Contact<f64>) -> bool {
+    contact.status == sdf_core::contact::ContactStatus::Converged
+}
+
+fn longest_edge(mesh: MeshView, edges: &[[u32; 2]], options: &ContactOptions, contact: &Contact<f64>) -> f64 {
+    let id = contact.element as usize;
+    match options.elements {
+        Elements::Edges => element(mesh.points, id, edges[id]).simplex.longest_edge(),
+        Elements::Faces | Elements::Vertices => element(mesh.points, id, mesh.faces[id]).simplex.longest_edge(),
+    }
+}
+
+/// For each contact of the reference the method's error, and whether the method missed it.
+fn errors<F: EnclosedSdf, const N: usize>(
+    field: &F,
+    method: Method,
+    points: &[[f64; 3]],
+    elements: &[[u32; N]],
+    reference: &Contacts,
+    found: &Contacts,
+) -> Vec<(f64, bool)>
+where
+    PointSampling: Minimizer<N>,
+{
+    let mut found = found.contacts.iter().peekable();
+    let error = |contact: &Contact<f64>| {
+        while found.next_if(|other| other.element < contact.element).is_some() {}
+        match found.next_if(|other| other.element == contact.element) {
+            Some(other) => (other.distance - contact.distance, false),
+            None => {
+                let id = contact.element as usize;
+                (lowest(field, method, &element(points, id, elements[id])) - contact.distance, true)
+            }
+        }
+    };
+    // A method can be lower than the reference by what the reference leaves open.
+    reference.contacts.iter().map(error).map(|(error, missed)| (error.max(0.0), missed)).collect()
+}
+
+/// The lowest φ that the method finds on an element, without a cull.
+fn lowest<F: EnclosedSdf, const N: usize>(field: &F, method: Method, element: &Element<f64, N>) -> f64
+where
+    PointSampling: Minimizer<N>,
+{
+    let simplex = &element.simplex;
+    let budget = method.default_budget();
+    let minimum = match method {
+        Method::Auto | Method::Certified => {
+            Certified { evaluations: budget, ..Certified::default() }.minimize(field, simplex)
+        }
+        Method::FrankWolfe => FrankWolfe { iterations: budget, ..FrankWolfe::default() }.minimize(field, simplex),
+        Method::ProjectedGradient => {
+            ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }.minimize(field, simplex)
+        }
+        Method::Newton => Newton { iterations: budget, ..Newton::default() }.minimize(field, simplex),
+        Method::LineSearch => LineSearch { iterations: budget, ..LineSearch::default() }.minimize(field, simplex),
+        Method::Sampling(samples) => PointSampling { samples }.minimize(field, simplex),
+        Method::GoldenSection => match simplex.corners.as_slice() {
+            &[a, b] => {
+                let edge = sdf_core::Simplex { corners: [a, b] };
+                return GoldenSection { iterations: budget, ..GoldenSection::default() }
+                    .minimize(field, &edge)
+                    .sample
+                    .value;
+            }
+            _ => Newton::default().minimize(field, simplex),
+        },
+    };
+    minimum.sample.value
+}
+
+fn report(method: Method, times: Vec<f64>, found: &Contacts, errors: Vec<(f64, bool)>) -> MethodReport {
+    let missed = errors.iter().filter(|(_, missed)| *missed).count();
+    let mut errors: Vec<f64> = errors.into_iter().map(|(error, _)| error).collect();
+    errors.sort_unstable_by(f64::total_cmp);
+    let rank = (errors.len() as f64 * 0.95).ceil() as usize;
+    MethodReport {
+        method,
+        seconds: median(times),
+        evaluations: found.contacts.iter().map(|contact| u64::from(contact.evaluations)).sum(),
+        contacts: found.contacts.len(),
+        missed,
+        error_95: rank.checked_sub(1).and_then(|rank| errors.get(rank)).copied().unwrap_or(0.0),
+        error_worst: errors.last().copied().unwrap_or(0.0),
+    }
+}
+
+fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_unstable_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
+}

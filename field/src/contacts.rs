@@ -1,0 +1,183 @@
+//! Contacts of a mesh with a field: elements in chunks, each chunk by the [`engine`](crate::engine), chunks on all threads.
+
+use sdf_core::AnyField;
+use sdf_core::contact::{Contact, Outcome, all_contacts};
+use sdf_core::minimize::{
+    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling,
+    ProjectedGradient, SimplexCell,
+};
+use sdf_core::placed::Posed;
+
+use crate::engine::Query;
+use crate::mesh_view::{MeshView, VertexOutOfRange, check, element};
+use crate::options::{ContactOptions, Elements, Method};
+
+/// The contacts of a mesh, in the order of its elements, and what became of the other elements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contacts {
+    /// In the order of the elements; the minima of one element from the lowest on.
+    pub contacts: Vec<Contact<f64>>,
+    /// All elements.
+    pub element_count: usize,
+    /// Elements that were searched: not culled, and finite.
+    pub searched_count: usize,
+    /// Elements that were skipped: a coordinate, or an answer of the field, is NaN or infinite or too large.
+    pub not_finite_count: usize,
+}
+
+/// Why a query cannot be answered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum QueryError {
+    /// The mesh names a vertex that it does not have.
+    VertexOutOfRange(VertexOutOfRange),
+    /// Golden-section search is for edges alone.
+    GoldenSectionNeedsEdges,
+    /// Only the certified methods find every minimum of an element.
+    AllMinimaNeedCertified,
+}
+
+impl std::fmt::Display for QueryError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::VertexOutOfRange(error) => error.fmt(f),
+            Self::GoldenSectionNeedsEdges => f.write_str("golden-section search works on edges only"),
+            Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
+        }
+    }
+}
+
+impl std::error::Error for QueryError {}
+
+/// Elements that one thread searches at a time: enough to fill all lanes but for the last, few enough to share.
+const CHUNK: usize = 512;
+
+/// Scratch space of the search for all minima of an element: half a megabyte a thread.
+const MAX_PIECES: usize = 4096;
+
+/// Minima of one element that are found at most; with more, its contacts are `BudgetSpent`.
+const MAX_MINIMA: usize = 256;
+
+pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
+    match options.elements {
+        Elements::Faces => find_by_method(field, mesh.points, mesh.faces, options),
+        Elements::Edges => find_edges(field, mesh.points, &mesh.edges(), options),
+        // A point has one minimum, and every method finds it by one evaluation.
+        Elements::Vertices => find_by(field, mesh.points, &mesh.vertices(), options, &FrankWolfe::default()),
+    }
+}
+
+pub(crate) fn find_edges(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    edges: &[[u32; 2]],
+    options: &ContactOptions,
+) -> Result<Contacts, QueryError> {
+    if options.method == Method::GoldenSection && !options.all_minima {
+        let method = GoldenSection { iterations: options.budget(), ..GoldenSection::default() };
+        return find_by(field, points, edges, options, &method);
+    }
+    find_by_method(field, points, edges, options)
+}
+
+fn find_by_method<const N: usize>(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    elements: &[[u32; N]],
+    options: &ContactOptions,
+) -> Result<Contacts, QueryError>
+where
+    PointSampling: Minimizer<N>,
+{
+    let iterations = options.budget();
+    let certified = Certified { evaluations: iterations, tolerance: options.tolerance, ..Certified::default() };
+    match options.method {
+        Method::Auto | Method::Certified if options.all_minima => {
+            find_all_minima(field, points, elements, options, &AllMinima { search: certified, ..AllMinima::default() })
+        }
+        _ if options.all_minima => Err(QueryError::AllMinimaNeedCertified),
+        Method::Auto | Method::Certified => find_by(field, points, elements, options, &certified),
+        Method::FrankWolfe => {
+            find_by(field, points, elements, options, &FrankWolfe { iterations, ..FrankWolfe::default() })
+        }
+        Method::ProjectedGradient => {
+            let method = ProjectedGradient { iterations, ..ProjectedGradient::default() };
+            find_by(field, points, elements, options, &method)
+        }
+        Method::Newton => find_by(field, points, elements, options, &Newton { iterations, ..Newton::default() }),
+        Method::LineSearch => {
+            find_by(field, points, elements, options, &LineSearch { iterations, ..LineSearch::default() })
+        }
+        Method::Sampling(samples) => find_by(field, points, elements, options, &PointSampling { samples }),
+        Method::GoldenSection => Err(QueryError::GoldenSectionNeedsEdges),
+    }
+}
+
+fn find_by<M: Minimizer<N> + Sync, const N: usize>(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    elements: &[[u32; N]],
+    options: &ContactOptions,
+    minimizer: &M,
+) -> Result<Contacts, QueryError> {
+    check(points, elements).map_err(QueryError::VertexOutOfRange)?;
+    let search_chunk = |first: usize, vertices: &[[u32; N]]| {
+        let elements: Vec<_> = (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
+        let query = Query { field, pose: options.pose, margin: options.margin, elements: &elements };
+        let mut found = Contacts::default();
+        for outcome in query.outcomes(minimizer) {
+            found.count(&outcome);
+            if let Outcome::Contact(contact) = outcome {
+                found.contacts.push(contact);
+            }
+        }
+        found
+    };
+    let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
+    Ok(Contacts::join(elements.len(), chunks))
+}
+
+fn find_all_minima<const N: usize>(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    elements: &[[u32; N]],
+    options: &ContactOptions,
+    search: &AllMinima,
+) -> Result<Contacts, QueryError> {
+    check(points, elements).map_err(QueryError::VertexOutOfRange)?;
+    let field = Posed { field, pose: options.pose };
+    let search_chunk = |first: usize, vertices: &[[u32; N]]| {
+        let (mut pieces, mut minima) = (vec![SimplexCell::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
+        let mut found = Contacts::default();
+        for (id, vertices) in (first..).zip(vertices) {
+            let element = element(points, id, *vertices);
+            let visit = |contact: &Contact<f64>| found.contacts.push(*contact);
+            let outcome = all_contacts(&field, search, options.margin, &element, &mut pieces, &mut minima, visit);
+            found.count(&outcome);
+        }
+        found
+    };
+    let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
+    Ok(Contacts::join(elements.len(), chunks))
+}
+
+impl Contacts {
+    fn count<const N: usize>(&mut self, outcome: &Outcome<f64, N>) {
+        match outcome {
+            Outcome::NotFinite => self.not_finite_count += 1,
+            Outcome::Culled => {}
+            Outcome::Separated(_) | Outcome::Contact(_) => self.searched_count += 1,
+        }
+    }
+
+    fn join(element_count: usize, chunks: Vec<Self>) -> Self {
+        let mut all = Self { element_count, ..Self::default() };
+        all.contacts.reserve(chunks.iter().map(|chunk| chunk.contacts.len()).sum());
+        for chunk in chunks {
+            all.searched_count += chunk.searched_count;
+            all.not_finite_count += chunk.not_finite_count;
+            all.contacts.extend(chunk.contacts);
+        }
+        all
+    }
+}

@@ -1,0 +1,153 @@
+//! How elements are searched in the kind of field at hand: the one place that raises the instruction set.
+//!
+//! | field | cull | search |
+//! |---|---|---|
+//! | dense grid | AVX2, as a type of its own | AVX2 where the method uses SIMD, else as any field |
+//! | sparse grid | AVX2, as [`OwnedGrid`](sdf_core::grid::owned::OwnedGrid) | AVX2 where the method uses SIMD, else as any field |
+//! | closed form | element by element, as [`AnyField`] | the same |
+//!
+//! Each line is compiled once for a method and a kind of element, whether there is a pose or not ([`Posed`]). A processor
+//! without AVX2 takes the last line. On other architectures the first two use their baseline vectors.
+
+use pulp::NullaryFnOnce;
+use sdf_core::contact::batch::{self, CullReason, Survivor};
+use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::grid::owned::OwnedStorage;
+use sdf_core::minimize::Minimizer;
+use sdf_core::placed::{Posed, Rigid};
+use sdf_core::{AnyField, EnclosedSdf};
+
+/// Elements that are culled side by side: as many f64 as the widest vectors hold.
+const CULL_LANES: usize = 8;
+
+/// Elements that are searched side by side: a step waits for the one before, and two vectors wait no longer than one.
+const SEARCH_LANES: usize = 16;
+
+/// A field, where it stands, and the elements to search in it.
+#[derive(Clone, Copy)]
+pub(crate) struct Query<'a, const N: usize> {
+    pub field: &'a AnyField,
+    pub pose: Option<Rigid>,
+    pub margin: f64,
+    pub elements: &'a [Element<f64, N>],
+}
+
+impl<const N: usize> Query<'_, N> {
+    /// The outcomes of the elements that are not culled, in their order.
+    pub fn outcomes<M: Minimizer<N>>(&self, minimizer: &M) -> Vec<Outcome<f64, N>> {
+        match self.field {
+            AnyField::Grid(grid) if has_wide_vectors() => match grid.storage() {
+                OwnedStorage::Dense(samples) => self.wide(&grid.with_storage(samples), minimizer),
+                _ => self.wide(&**grid, minimizer),
+            },
+            _ => self.one_by_one(self.elements.iter(), minimizer),
+        }
+    }
+
+    /// Element by element.
+    #[inline(never)]
+    fn one_by_one<'e, M: Minimizer<N>>(
+        &self,
+        elements: impl Iterator<Item = &'e Element<f64, N>>,
+        minimizer: &M,
+    ) -> Vec<Outcome<f64, N>> {
+        let field = Posed { field: self.field, pose: self.pose };
+        let outcomes = elements.map(|element| contact(&field, minimizer, self.margin, element));
+        outcomes.filter(|outcome| !matches!(outcome, Outcome::Culled)).collect()
+    }
+
+    fn wide<F: EnclosedSdf, M: Minimizer<N>>(&self, field: &F, minimizer: &M) -> Vec<Outcome<f64, N>> {
+        let field = Posed { field, pose: self.pose };
+        let Self { margin, elements, .. } = *self;
+        let mut culled = vectorize(WideCull { field, margin, elements });
+        culled.sort_unstable_by_key(|(index, _)| *index);
+        if !M::USES_SIMD {
+            return self.one_by_one(culled.iter().map(|(index, _)| &elements[*index]), minimizer);
+        }
+        let mut outcomes = vec![Outcome::NotFinite; culled.len()];
+        let mut survivors = vec![];
+        let mut places = vec![];
+        for (place, (index, result)) in culled.iter().enumerate() {
+            if let Ok(lower_bound) = *result {
+                survivors.push(Survivor { index: *index, lower_bound });
+                places.push(place);
+            }
+        }
+        let visit = |survivor: usize, outcome| outcomes[places[survivor]] = outcome;
+        vectorize(WideSearch { field, minimizer, margin, elements, survivors: &survivors, visit });
+        outcomes
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_wide_vectors() -> bool {
+    pulp::x86::V3::is_available()
+}
+
+/// Runs work that is inlined here with AVX2 and FMA instructions; FMA is never made of a product and a sum, so that bits stay.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn vectorize<W: NullaryFnOnce>(work: W) -> W::Output {
+    match pulp::x86::V3::try_new() {
+        Some(simd) => simd.vectorize(work),
+        None => work.call(),
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_wide_vectors() -> bool {
+    true
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+#[inline(always)]
+fn vectorize<W: NullaryFnOnce>(work: W) -> W::Output {
+    work.call()
+}
+
+/// The indices of the elements that are not culled, and lower bounds on them.
+struct WideCull<'a, F, const N: usize> {
+    field: F,
+    margin: f64,
+    elements: &'a [Element<f64, N>],
+}
+
+impl<F: EnclosedSdf, const N: usize> NullaryFnOnce for WideCull<'_, F, N> {
+    type Output = Vec<(usize, Result<f64, CullReason>)>;
+
+    // Only what is inlined here is compiled for the wider vectors.
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let mut survivors = vec![];
+        batch::cull::<_, _, _, N, CULL_LANES>(&self.field, self.margin, self.elements, |index, result| {
+            if result != Err(CullReason::Culled) {
+                survivors.push((index, result));
+            }
+        });
+        survivors
+    }
+}
+
+struct WideSearch<'a, F, M, V, const N: usize> {
+    field: F,
+    minimizer: &'a M,
+    margin: f64,
+    elements: &'a [Element<f64, N>],
+    survivors: &'a [Survivor<f64>],
+    visit: V,
+}
+
+impl<F, M, V, const N: usize> NullaryFnOnce for WideSearch<'_, F, M, V, N>
+where
+    F: EnclosedSdf,
+    M: Minimizer<N>,
+    V: FnMut(usize, Outcome<f64, N>),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { field, minimizer, margin, elements, survivors, visit } = self;
+        batch::search::<_, _, _, _, N, SEARCH_LANES>(&field, minimizer, margin, elements, survivors, visit);
+    }
+}

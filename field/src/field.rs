@@ -1,0 +1,108 @@
+use std::sync::Arc;
+
+use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::{Aabb, AnyField, Sample, Sdf};
+
+use crate::contacts::{self, Contacts, QueryError};
+use crate::info::GridInfo;
+use crate::{ContactOptions, MeshView, Threads};
+
+/// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
+///
+/// A clone shares the samples.
+///
+/// ```
+/// use sdf_field::{ContactOptions, Field, MeshView, core::shapes::Cone};
+/// // A triangle that no corner of touches: the cone's apex pokes through its middle.
+/// let field = Field::new(Cone::new(0.2, 1.0).unwrap());
+/// let points = [[-1.0, -1.0, -0.1], [1.0, -1.0, -0.1], [0.0, 1.0, -0.1]];
+/// let mesh = MeshView { points: &points, faces: &[[0, 1, 2]] };
+/// let found = field.contacts(mesh, &ContactOptions::default()).unwrap();
+/// assert!((found.contacts[0].distance + 0.1).abs() < 1e-3);
+/// assert!(field.sample(&points, sdf_field::Threads::ONE).iter().all(|sample| sample.value > 0.5));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Field {
+    field: AnyField,
+    info: Option<Arc<GridInfo>>,
+}
+
+/// Points that one thread samples at a time.
+const CHUNK: usize = 1024;
+
+impl Field {
+    /// A field of the core: a shape, a combination, a grid in memory.
+    pub fn new(field: impl Into<AnyField>) -> Self {
+        Self { field: field.into(), info: None }
+    }
+
+    /// A grid, and what is known of it.
+    pub fn from_grid(grid: impl Into<Arc<OwnedGrid>>, info: GridInfo) -> Self {
+        Self { field: AnyField::Grid(grid.into()), info: Some(Arc::new(info)) }
+    }
+
+    /// What is known of a grid that was baked; `None` of others and of closed forms.
+    pub fn info(&self) -> Option<&GridInfo> {
+        self.info.as_deref()
+    }
+
+    /// The field as the core has it: a field like any other.
+    pub fn as_any(&self) -> &AnyField {
+        &self.field
+    }
+
+    /// The same, to keep.
+    pub fn into_any(self) -> AnyField {
+        self.field
+    }
+
+    /// The grid, if it is one.
+    pub fn grid(&self) -> Option<&Arc<OwnedGrid>> {
+        match &self.field {
+            AnyField::Grid(grid) => Some(grid),
+            _ => None,
+        }
+    }
+
+    /// A box that holds every point with φ ≤ level.
+    pub fn bounds(&self, level: f64) -> Aabb {
+        self.field.bounds(level)
+    }
+
+    /// Lipschitz constant: |φ(x) − φ(y)| ≤ slope_bound · |x − y|.
+    pub fn slope_bound(&self) -> f64 {
+        self.field.slope_bound()
+    }
+
+    /// φ and ∇φ at points, in their order. Points that are NaN, infinite or too large get the status
+    /// [`not_finite`](sdf_core::Status::not_finite), points outside a grid [`outside_grid`](sdf_core::Status::outside_grid).
+    pub fn sample(&self, points: &[[f64; 3]], threads: Threads) -> Vec<Sample<f64>> {
+        let sample_chunk = |_, points: &[[f64; 3]]| {
+            let samples = points.iter().map(|point| self.field.sample(Vector3::from(*point)));
+            samples.collect::<Vec<_>>()
+        };
+        threads.map_chunks(points, CHUNK, sample_chunk).concat()
+    }
+
+    /// The contacts of a mesh: every element with φ ≤ margin somewhere, and where on it φ is lowest.
+    pub fn contacts(&self, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        contacts::find(&self.field, mesh, options)
+    }
+
+    /// [`contacts`](Self::contacts) of edges that are given, such as the line elements of a file.
+    pub fn contacts_of_edges(
+        &self,
+        points: &[[f64; 3]],
+        edges: &[[u32; 2]],
+        options: &ContactOptions,
+    ) -> Result<Contacts, QueryError> {
+        contacts::find_edges(&self.field, points, edges, options)
+    }
+}
+
+impl<F: Into<AnyField>> From<F> for Field {
+    fn from(field: F) -> Self {
+        Self::new(field)
+    }
+}

@@ -1,0 +1,134 @@
+//! Fields from files and to them.
+
+use std::path::Path;
+
+use sdf_core::AnyField;
+use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
+use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::grid_file::{self, About, Samples, SparseSamples, StoredGrid};
+pub use sdf_formats::{
+    field_file::FieldError,
+    grid_file::{GridFault, GridFileError},
+};
+
+use crate::Field;
+use crate::info::{GridInfo, SignMethod, Source};
+
+impl Field {
+    /// Opens a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`), by content: HDF5 has a signature, all else is
+    /// taken for TOML. A grid is read whole and held against its checksums.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, FieldError> {
+        Ok(match field_file::open(path.as_ref())? {
+            OpenField::Analytic(field) => Self::new(field),
+            OpenField::Grid(reader) => Self::from_stored(reader.read()?),
+        })
+    }
+
+    /// [`open`](Self::open) of the bytes of a file. Shapes in closed form must not name grids: there is no folder to look in.
+    /// Errors show `name` in place of a path.
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, FieldError> {
+        Ok(match field_file::open_bytes(bytes, name)? {
+            OpenField::Analytic(field) => Self::new(field),
+            OpenField::Grid(reader) => Self::from_stored(reader.read()?),
+        })
+    }
+
+    /// A grid that was read.
+    pub fn from_stored(stored: StoredGrid) -> Self {
+        let band = stored.sparse.map(|sparse| sparse.band);
+        Self::from_grid(stored.grid, info_from(stored.about, band))
+    }
+
+    /// Writes a baked grid as HDF5: whole, or not at all.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        let (grid, info) = self.baked_grid()?;
+        let about = about_from(grid, info);
+        grid_file::write(path.as_ref(), grid.lattice(), samples(grid, info), &about).map_err(SaveError::Grid)
+    }
+
+    /// The bytes that [`save`](Self::save) writes.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, SaveError> {
+        let (grid, info) = self.baked_grid()?;
+        let about = about_from(grid, info);
+        grid_file::to_bytes(grid.lattice(), samples(grid, info), &about).map_err(SaveError::Fault)
+    }
+
+    fn baked_grid(&self) -> Result<(&OwnedGrid, &GridInfo), SaveError> {
+        match (self.as_any(), self.info()) {
+            (AnyField::Grid(grid), Some(info)) => Ok((grid, info)),
+            _ => Err(SaveError::NotABakedGrid),
+        }
+    }
+}
+
+/// Why a field cannot be saved.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum SaveError {
+    /// Only grids that were baked, or read from a file, have what a file says of them.
+    NotABakedGrid,
+    /// The file could not be written.
+    Grid(GridFileError),
+    /// The grid cannot be stored.
+    Fault(GridFault),
+}
+
+impl std::fmt::Display for SaveError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotABakedGrid => f.write_str("only a baked grid can be saved as HDF5"),
+            Self::Grid(error) => error.fmt(f),
+            Self::Fault(fault) => fault.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SaveError {}
+
+fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
+    fn sparse<C>(bricks: &OwnedBricks<C>, band: f64) -> SparseSamples<'_, C> {
+        let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
+        SparseSamples { band, slots, scales, samples, bounds, errors, coarse }
+    }
+    let band = info.band.unwrap_or(0.0);
+    match grid.storage() {
+        OwnedStorage::Dense(dense) => Samples::Dense { distances: dense.storage().samples(), bounds: dense.bounds() },
+        OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), band).into(),
+        OwnedStorage::SparseU16(bricks) => sparse(bricks.bricks(), band).into(),
+        OwnedStorage::SparseU8(bricks) => sparse(bricks.bricks(), band).into(),
+    }
+}
+
+fn info_from(about: About, band: Option<f64>) -> GridInfo {
+    let About { sign_method, sign_reason, error_bound, padding, source, tool, options, .. } = about;
+    GridInfo {
+        sign_method: match sign_method {
+            grid_file::SignMethod::PseudoNormal => SignMethod::PseudoNormal,
+            grid_file::SignMethod::Winding => SignMethod::Winding,
+        },
+        sign_reason,
+        error_bound,
+        padding,
+        band,
+        source: Source { name: source.name, sha256: source.sha256, triangles: source.triangles },
+        tool,
+        options,
+    }
+}
+
+fn about_from(grid: &OwnedGrid, info: &GridInfo) -> About {
+    let GridInfo { sign_method, sign_reason, error_bound, padding, source, tool, options, .. } = info.clone();
+    About {
+        sign_method: match sign_method {
+            SignMethod::PseudoNormal => grid_file::SignMethod::PseudoNormal,
+            SignMethod::Winding => grid_file::SignMethod::Winding,
+        },
+        sign_reason,
+        slope_bound: sdf_core::Sdf::slope_bound(grid),
+        error_bound,
+        padding,
+        source: grid_file::Source { name: source.name, sha256: source.sha256, triangles: source.triangles },
+        tool,
+        options,
+    }
+}

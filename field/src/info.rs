@@ -1,0 +1,57 @@
+/// How inside and outside were told apart when a grid was baked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SignMethod {
+    /// Angle-weighted pseudo-normals: for one closed surface.
+    PseudoNormal,
+    /// Generalized winding numbers: also for open, doubled and self-intersecting meshes.
+    Winding,
+}
+
+impl SignMethod {
+    /// `pseudo-normal` or `winding`, as files and the command line have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PseudoNormal => "pseudo-normal",
+            Self::Winding => "winding",
+        }
+    }
+}
+
+/// What is known of a baked grid beside its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridInfo {
+    /// How inside and outside were told apart.
+    pub sign_method: SignMethod,
+    /// Why that method, in words.
+    pub sign_reason: String,
+    /// Certified bound on |interpolated value − true distance|: in the whole box of a dense grid, in the band of a sparse one.
+    pub error_bound: f64,
+    /// Least distance from the mesh to the faces of the grid's box.
+    pub padding: f64,
+    /// Half width of a sparse grid's band: within it values are distances, beyond it lower bounds. `None` of a dense grid.
+    pub band: Option<f64>,
+    /// The mesh that was baked.
+    pub source: Source,
+    /// The program that baked it and its version, such as `sdftool 0.2.0`.
+    pub tool: String,
+    /// The options that shaped the result, such as `--res 256 --padding 4 --sign auto`.
+    pub options: String,
+}
+
+impl GridInfo {
+    /// The largest margin at which the grid's values are distances, and not lower bounds.
+    pub fn max_margin(&self) -> f64 {
+        self.band.map_or(self.padding, |band| band.min(self.padding))
+    }
+}
+
+/// The mesh that a grid was baked from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    /// The file's name; empty where there was none.
+    pub name: String,
+    /// SHA-256 of the file's bytes; zero where there was none.
+    pub sha256: [u8; 32],
+    /// How many triangles it has.
+    pub triangles: u64,
+}

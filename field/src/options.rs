@@ -1,0 +1,106 @@
+use sdf_core::placed::Rigid;
+
+use crate::Threads;
+
+/// Which parts of a mesh are searched for contacts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Elements {
+    /// The triangles: finds everything.
+    #[default]
+    Faces,
+    /// The edges of the triangles, each once.
+    Edges,
+    /// The vertices.
+    Vertices,
+}
+
+/// How the minimum of φ on an element is searched. A vertex needs no search.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// [`Certified`](Self::Certified) with a budget of 256 evaluations.
+    #[default]
+    Auto,
+    /// Branch and bound with a budget of 1024 evaluations: the global minimum, and a proof of how near.
+    Certified,
+    /// Frank-Wolfe: the fastest; a local minimum.
+    FrankWolfe,
+    /// Projected gradient descent: a local minimum.
+    ProjectedGradient,
+    /// Newton's method between cutting planes: a local minimum in the fewest evaluations.
+    Newton,
+    /// Frank-Wolfe with a line search: a local minimum.
+    LineSearch,
+    /// Golden-section search, on edges alone.
+    GoldenSection,
+    /// The lowest of so many fixed points (4, 16 or 64 on the command line): a baseline to compare with.
+    Sampling(u32),
+}
+
+impl Method {
+    /// The budget where none is given: evaluations of the certified methods, iterations of the others.
+    pub fn default_budget(self) -> u32 {
+        match self {
+            Self::Auto => 256,
+            Self::Certified => 1024,
+            _ => 32,
+        }
+    }
+}
+
+/// What is searched, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactOptions {
+    /// Faces, edges or vertices.
+    pub elements: Elements,
+    /// How the minimum on an element is searched.
+    pub method: Method,
+    /// Elements with φ ≤ margin anywhere are contacts: a length in the unit of the mesh; negative: only at least so deep.
+    pub margin: f64,
+    /// Where the field stands in the mesh's frame; `None` where it is already there.
+    pub pose: Option<Rigid>,
+    /// Evaluations per element of the certified methods, iterations of the others; `None` stands for
+    /// [`Method::default_budget`].
+    pub budget: Option<u32>,
+    /// The certified methods stop within this fraction of longest edge · slope bound of the minimum.
+    pub tolerance: f64,
+    /// Report every isolated minimum of an element, not only the lowest. Needs a certified method.
+    pub all_minima: bool,
+    /// How many threads work.
+    pub threads: Threads,
+}
+
+impl Default for ContactOptions {
+    fn default() -> Self {
+        Self {
+            elements: Elements::Faces,
+            method: Method::Auto,
+            margin: 0.0,
+            pose: None,
+            budget: None,
+            tolerance: 1e-3,
+            all_minima: false,
+            threads: Threads::ALL,
+        }
+    }
+}
+
+impl ContactOptions {
+    /// Frank-Wolfe: the fastest, and misses some contacts.
+    pub fn fast() -> Self {
+        Self { method: Method::FrankWolfe, ..Self::default() }
+    }
+
+    /// The default: certified within 256 evaluations per element.
+    pub fn balanced() -> Self {
+        Self::default()
+    }
+
+    /// Certified within 1024 evaluations per element.
+    pub fn certified() -> Self {
+        Self { method: Method::Certified, ..Self::default() }
+    }
+
+    pub(crate) fn budget(&self) -> u32 {
+        self.budget.unwrap_or(self.method.default_budget())
+    }
+}

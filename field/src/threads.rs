@@ -1,0 +1,48 @@
+use std::num::NonZeroUsize;
+
+/// How many threads work. Results do not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Threads {
+    /// `None` stands for as many as the machine, or the rayon pool that the caller is in, has.
+    count: Option<NonZeroUsize>,
+}
+
+impl Threads {
+    /// As many as the machine has; in a rayon pool, that pool's.
+    pub const ALL: Self = Self { count: None };
+
+    /// The caller's alone: none is started.
+    pub const ONE: Self = Self { count: NonZeroUsize::new(1) };
+
+    /// So many; 0 stands for [`ALL`](Self::ALL).
+    pub fn new(count: usize) -> Self {
+        Self { count: NonZeroUsize::new(count) }
+    }
+
+    /// Runs `work` where rayon's parallel iterators use so many threads.
+    #[cfg(feature = "threads")]
+    pub(crate) fn install<T: Send>(self, work: impl FnOnce() -> T + Send) -> T {
+        let Some(count) = self.count else { return work() };
+        match rayon::ThreadPoolBuilder::new().num_threads(count.get()).build() {
+            Ok(pool) => pool.install(work),
+            // The system starts no more threads: what there is must do.
+            Err(_) => work(),
+        }
+    }
+
+    /// What `map(index, chunk)` returns for each chunk of `size` items, in order. `index` is that of the chunk's first item.
+    pub(crate) fn map_chunks<T, U, F>(self, items: &[T], size: usize, map: F) -> Vec<U>
+    where
+        T: Sync,
+        U: Send,
+        F: Fn(usize, &[T]) -> U + Sync,
+    {
+        #[cfg(feature = "threads")]
+        if self != Self::ONE && items.len() > size {
+            use rayon::prelude::*;
+            let chunks = || items.par_chunks(size).enumerate().map(|(chunk, items)| map(chunk * size, items)).collect();
+            return self.install(chunks);
+        }
+        items.chunks(size).enumerate().map(|(chunk, items)| map(chunk * size, items)).collect()
+    }
+}
