@@ -2,28 +2,30 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use sdf_core::grid::Lattice;
-use sdf_core::overlap::{Deepest, Leaf, NoRegion, OverlapPoint, Pair, Patch, Piece, Search};
+use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch};
 use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, AnyField, EnclosedSdf};
 use sdf_formats::contact_file::{self, OverlapRecord};
-use sdf_formats::field_file::{self, Node, OpenField};
+use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
-use super::contacts::require_known;
-use crate::args::{ContactsArgs, Elements, Method};
-use crate::from_file::FromFile;
-use crate::mesh_input;
+use crate::args::{ContactsArgs, rigid};
+use crate::read_summary::{FromFile, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
+use crate::{mesh_input, output};
 
 /// Where two fields touch.
 pub fn run(args: &ContactsArgs) -> Result<()> {
-    refuse_options_of_meshes(args)?;
+    if let Some(path) = &args.output {
+        output::require(path, &[&args.mesh, &args.sdf])?;
+    }
+    args.refuse_options_of_meshes()?;
     let started = Instant::now();
     let sides = [
-        Side::open(&args.mesh, args.translate_first.0, args.rotate_first.0).context("--rotate-first is no turn")?,
-        Side::open(&args.sdf, args.translate.0, args.rotate.0).context("--rotate is no turn")?,
+        Side { path: &args.mesh, pose: rigid("--rotate-first", args.translate_first, args.rotate_first)? },
+        Side { path: &args.sdf, pose: args.pose.rigid()? },
     ];
     let bodies = Bodies::read(args, &sides)?;
     let read = started.elapsed().as_secs_f64();
@@ -71,6 +73,7 @@ enum Verdict {
     Contact,
     /// It is certain that there is none.
     #[default]
+    #[serde(rename = "apart")]
     Separated,
     /// None was found, and one may be there.
     Undecided,
@@ -126,26 +129,22 @@ struct Side<'a> {
     pose: Rigid,
 }
 
-impl<'a> Side<'a> {
-    fn open(path: &'a Path, translation: [f64; 3], rotation: [f64; 4]) -> Option<Self> {
-        Some(Self { path, pose: Rigid::new(translation, rotation)? })
-    }
-
+impl Side<'_> {
     /// With no samples of a grid but those that tell its bounds; else what the samples in a box of the world answer.
-    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<Node, Rigid>, Option<FromFile>)> {
+    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<AnyField, Rigid>, Option<FromFile>)> {
         let place = |field| Placed { field, placement: self.pose };
         match field_file::open(self.path)? {
             OpenField::Analytic(node) => Ok((place(node), None)),
             OpenField::Grid(reader) => {
                 let summary = reader.summary();
-                require_known(self.path, margin, &summary)?;
+                require_distances(self.path, margin, &summary)?;
                 let stored = match region {
                     // Where the inside reaches the box, the field is negative for as far beyond.
                     None => reader.read_needed(faces(&summary.lattice), 0.0)?,
                     Some(world) => reader.read_needed([self.pose.pull_bounds(world)], f64::INFINITY)?,
                 };
                 let from_file = FromFile::of(&stored, summary.file_bytes);
-                Ok((place(Node::Grid(Arc::new(stored.grid))), Some(from_file)))
+                Ok((place(AnyField::Grid(Arc::new(stored.grid))), Some(from_file)))
             }
         }
     }
@@ -175,7 +174,7 @@ fn faces(lattice: &Lattice) -> Vec<Aabb> {
 
 /// Two fields in the world, as much of them as they can touch in.
 struct Bodies {
-    fields: [Placed<Node, Rigid>; 2],
+    fields: [Placed<AnyField, Rigid>; 2],
     read: [Option<FromFile>; 2],
     region: Aabb,
 }
@@ -189,7 +188,7 @@ impl Bodies {
     fn read(args: &ContactsArgs, sides: &[Side; 2]) -> Result<Option<Self>> {
         let [(a, of_a), (b, of_b)] = [sides[0].field(args.margin, None)?, sides[1].field(args.margin, None)?];
         let is_whole = [of_a.is_none(), of_b.is_none()];
-        let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_asking(PIECES, is_whole));
+        let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_evaluating(PIECES, is_whole));
         let region = match shrunk {
             Ok(pair) => pair.region(),
             Err(NoRegion::Separated) => return Ok(None),
@@ -219,21 +218,21 @@ const LEAVES: f64 = 64.0;
 
 fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
     let [a, b] = &bodies.fields;
-    let pair = Pair::new(a, b, args.margin).and_then(|pair| pair.within(&bodies.region));
+    let pair = Pair::new(a, b, args.margin).and_then(|pair| pair.restrict(&bodies.region));
     let Ok(pair) = pair.and_then(|pair| pair.shrink::<f64>(PIECES)) else { return Ok(Found::default()) };
-    let search = Search { evaluations: EVALUATIONS, tolerance: args.tolerance };
-    let deepest = pair.deepest::<f64>(&search, &mut vec![Piece::EMPTY; WAITING]);
-    let verdict = match deepest.at {
+    let search = DepthSearch { evaluations: EVALUATIONS, tolerance: args.tolerance };
+    let deepest = pair.deepest::<f64>(&search, &mut vec![BoxNode::EMPTY; WAITING]);
+    let verdict = match deepest.point {
         Some(at) if at.value <= args.margin => Verdict::Contact,
         _ if args.margin < deepest.lower_bound => Verdict::Separated,
         _ => Verdict::Undecided,
     };
     let certificate = |value| {
-        let Deepest { lower_bound, converged, evaluations, .. } = deepest;
+        let DeepestPoint { lower_bound, converged, evaluations, .. } = deepest;
         Some(Certificate { value, lower_bound, converged, evaluations })
     };
     if verdict == Verdict::Separated {
-        return Ok(Found { certificate: certificate(deepest.at.map(|at| at.value)), ..Found::default() });
+        return Ok(Found { certificate: certificate(deepest.point.map(|at| at.value)), ..Found::default() });
     }
     let resolution = args.resolution.unwrap_or(pair.region().longest_side() / LEAVES);
     let (minima, mut points) = minima(&pair, resolution);
@@ -244,27 +243,30 @@ fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
     Ok(Found { verdict, certificate, minima: Some(minima), patch: Some(summary(&patch)), meetings })
 }
 
-fn minima<A: Sdf, B: Sdf>(pair: &Pair<A, B>, resolution: f64) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
+fn minima<A: EnclosedSdf, B: EnclosedSdf>(
+    pair: &Pair<A, B>,
+    resolution: f64,
+) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
     let mut room = 1 << 16;
     loop {
         let mut found = vec![None; MAX_MINIMA];
-        let minima = pair.minima(resolution, EVALUATIONS, &mut vec![Leaf::empty(); room], &mut found);
-        if minima.leaves <= room {
+        let minima = pair.minima(resolution, EVALUATIONS, &mut vec![MortonLeaf::empty(); room], &mut found);
+        if minima.leaf_count <= room {
             let summary = MinimaSummary {
                 count: minima.count,
                 barrier: minima.barrier,
-                complete: minima.complete,
+                complete: minima.is_complete,
                 evaluations: minima.evaluations,
             };
             return (summary, found.into_iter().flatten().collect());
         }
-        room = minima.leaves;
+        room = minima.leaf_count;
     }
 }
 
 /// The proven deepest point takes the place of the minimum that it is nearest to.
-fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &Deepest<f64>) {
-    let Some(at) = deepest.at else { return };
+fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &DeepestPoint<f64>) {
+    let Some(at) = deepest.point else { return };
     let distance = |other: &OverlapPoint<f64>| (other.point - at.point).norm();
     let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
     match nearest {
@@ -276,9 +278,17 @@ fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &Deepest<f64>) {
 }
 
 fn summary(patch: &Patch<f64>) -> PatchSummary {
-    let Patch { points, area, resolution, leaves, bounds, unknown, evaluations, complete } = *patch;
-    let bounds = bounds.map(|bounds| [bounds.min, bounds.max]);
-    PatchSummary { area, points, resolution, leaves, bounds, unknown, complete, evaluations }
+    let Patch { point_count, area, resolution, leaf_count, bounds, undefined_count, evaluations, is_complete } = *patch;
+    PatchSummary {
+        area,
+        points: point_count,
+        resolution,
+        leaves: leaf_count,
+        bounds: bounds.map(|bounds| [bounds.min, bounds.max]),
+        unknown: undefined_count,
+        complete: is_complete,
+        evaluations,
+    }
 }
 
 fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)> {
@@ -326,30 +336,4 @@ fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)>
 
 fn cut_short(complete: bool) -> &'static str {
     if complete { "" } else { ", and maybe more: take a larger --resolution" }
-}
-
-fn refuse_options_of_meshes(args: &ContactsArgs) -> Result<()> {
-    let given = [
-        ("--elements", args.elements != Elements::Faces),
-        ("--method", args.method != Method::Auto),
-        ("--iterations", args.iterations.is_some()),
-        ("--all-minima", args.all_minima),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((option, _)) => bail!("{option} is for a mesh, and {} is a field: leave it out", args.mesh.display()),
-        None => Ok(()),
-    }
-}
-
-/// What only two fields can be told.
-pub fn refuse_options_of_fields(args: &ContactsArgs) -> Result<()> {
-    let given = [
-        ("--translate-first", args.translate_first.0 != [0.0; 3]),
-        ("--rotate-first", args.rotate_first.0 != [0.0, 0.0, 0.0, 1.0]),
-        ("--resolution", args.resolution.is_some()),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((option, _)) => bail!("{option} is for two fields, and {} is no field: leave it out", args.mesh.display()),
-        None => Ok(()),
-    }
 }
