@@ -16,10 +16,10 @@ mod digests;
 mod error;
 mod header;
 mod layout;
+mod placeholder;
 mod read_dense;
 mod read_sparse;
 mod reader;
-mod unread;
 mod write;
 
 use std::path::Path;

@@ -92,10 +92,10 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
 /// A mesh may have points and no triangles: see [`Mesh::require_triangles`].
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Mesh, MeshError> {
     let parsed = match sniff::kind(bytes, name) {
-        Ok(sniff::Kind::Obj) => obj::parse(bytes),
-        Ok(sniff::Kind::Ply) => ply::parse(bytes),
-        Ok(sniff::Kind::StlText) => stl::parse_text(bytes),
-        Ok(sniff::Kind::StlBinary) => stl::parse_binary(bytes),
+        Ok(sniff::FileKind::Obj) => obj::parse(bytes),
+        Ok(sniff::FileKind::Ply) => ply::parse(bytes),
+        Ok(sniff::FileKind::StlText) => stl::parse_text(bytes),
+        Ok(sniff::FileKind::StlBinary) => stl::parse_binary(bytes),
         Err(hint) => return Err(MeshError::NotAMesh { file: name.into(), hint }),
     };
     checked(parsed, name)

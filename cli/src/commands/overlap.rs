@@ -73,6 +73,7 @@ enum Verdict {
     Contact,
     /// It is certain that there is none.
     #[default]
+    #[serde(rename = "apart")]
     Separated,
     /// None was found, and one may be there.
     Undecided,

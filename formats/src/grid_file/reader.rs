@@ -3,7 +3,7 @@
 //! | step | question | file |
 //! |---|---|---|
 //! | 1 | What do the attributes of /sdf say, and does their checksum hold? | `header` |
-//! | 2 | Where are the datasets, and what stands beside the samples? | `read_dense`, `read_sparse` |
+//! | 2 | Where are the datasets, and which tables accompany the samples? | `read_dense`, `read_sparse` |
 //! | 3 | Does the checksum of each chunk hold? | `digests` |
 //! | 4 | Which blocks of 8 × 8 × 8 nodes do the caller's regions need? | `block_mask` |
 //! | 5 | What are their samples? | `read_dense`, `read_sparse` |
@@ -20,8 +20,8 @@ use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
 use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
-use super::read_dense::UnreadDense;
-use super::read_sparse::UnreadSparse;
+use super::read_dense::DenseReader;
+use super::read_sparse::SparseReader;
 use super::{About, GridFault, GridFileError, ReadCount, SparseInfo, StoredGrid, Summary};
 use crate::hdf5::Hdf5Reader;
 
@@ -101,7 +101,7 @@ impl GridReader<'_> {
 }
 
 /// Samples as they were read, and how many chunks or bricks were read of how many.
-pub(super) struct SamplesRead {
+pub(super) struct LoadedSamples {
     pub samples: OwnedStorage,
     pub blocks: usize,
     pub total_blocks: usize,
@@ -115,8 +115,8 @@ struct OpenGrid<'a> {
 }
 
 enum Contents {
-    Dense(UnreadDense),
-    Sparse(UnreadSparse),
+    Dense(DenseReader),
+    Sparse(SparseReader),
 }
 
 impl<'a> OpenGrid<'a> {
@@ -125,11 +125,11 @@ impl<'a> OpenGrid<'a> {
         let header = Header::read(&file, &sdf)?;
         let (contents, digests) = match header.sparse {
             None => {
-                let (dense, digests) = UnreadDense::open(&file, &sdf, &header)?;
+                let (dense, digests) = DenseReader::open(&file, &sdf, &header)?;
                 (Contents::Dense(dense), digests)
             }
             Some(SparseInfo { bricks, precision, .. }) => {
-                let (sparse, digests) = UnreadSparse::open(&file, &sdf, &header, bricks, precision)?;
+                let (sparse, digests) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
                 (Contents::Sparse(sparse), digests)
             }
         };
@@ -146,7 +146,7 @@ impl<'a> OpenGrid<'a> {
     /// Reads all samples, or those of the blocks in `mask`.
     fn read(self, mask: Option<&BlockMask>) -> Result<StoredGrid, GridFault> {
         let Self { file, header, digests, contents } = self;
-        let SamplesRead { samples, blocks, total_blocks } = match contents {
+        let LoadedSamples { samples, blocks, total_blocks } = match contents {
             Contents::Dense(dense) => dense.read(&file, &digests, &header.lattice, mask)?,
             Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
         };

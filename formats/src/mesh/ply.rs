@@ -7,7 +7,7 @@
 
 use super::error::{Location, MeshFault, quote, spell};
 use super::number::number;
-use super::ply_header::{self, Element, Encoding, Header, Kind, Scalar};
+use super::ply_header::{self, Encoding, PlyElement, PlyHeader, PropertyKind, Scalar};
 use super::polygons::Polygons;
 use super::text::Text;
 use super::{Mesh, MeshFormat, point_index};
@@ -22,7 +22,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, MeshFault> {
     }
 }
 
-fn read<'a>(header: &'a Header, mut values: impl Values<'a>) -> Result<Mesh, MeshFault> {
+fn read<'a>(header: &'a PlyHeader, mut values: impl Values<'a>) -> Result<Mesh, MeshFault> {
     let points_declared = header.elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
     let mut points = Vec::new();
     let mut polygons = Polygons::default();
@@ -82,7 +82,7 @@ enum Subject {
 }
 
 impl Subject {
-    fn from_element(element: &Element) -> Self {
+    fn from_element(element: &PlyElement) -> Self {
         match element.name.as_str() {
             "vertex" => Self::Vertex,
             "face" => Self::Face,
@@ -103,10 +103,10 @@ enum Role {
 }
 
 /// A role for each property of the element. If a name occurs twice, the first property has the role.
-fn roles(element: &Element, subject: Subject) -> Result<Vec<Role>, MeshFault> {
+fn roles(element: &PlyElement, subject: Subject) -> Result<Vec<Role>, MeshFault> {
     let mut roles = vec![Role::Skipped; element.properties.len()];
     let mut assign = |names: &[&str], is_list: bool, role: Role| {
-        let fits = |kind: Kind| is_list == matches!(kind, Kind::List { .. });
+        let fits = |kind: PropertyKind| is_list == matches!(kind, PropertyKind::List { .. });
         match element.properties.iter().position(|p| names.contains(&p.name.as_str()) && fits(p.kind)) {
             Some(i) => {
                 roles[i] = role;
@@ -144,12 +144,17 @@ struct Row {
 
 impl Row {
     #[inline]
-    fn read<'a>(&mut self, element: &Element, roles: &[Role], values: &mut impl Values<'a>) -> Result<(), MeshFault> {
+    fn read<'a>(
+        &mut self,
+        element: &PlyElement,
+        roles: &[Role],
+        values: &mut impl Values<'a>,
+    ) -> Result<(), MeshFault> {
         for (property, role) in element.properties.iter().zip(roles) {
             match (property.kind, *role) {
-                (Kind::Scalar(kind), Role::Scalar(slot)) => self.scalars[slot] = values.value(kind)?,
-                (Kind::Scalar(kind), _) => values.skip(kind, 1)?,
-                (Kind::List { count, item }, role) => {
+                (PropertyKind::Scalar(kind), Role::Scalar(slot)) => self.scalars[slot] = values.value(kind)?,
+                (PropertyKind::Scalar(kind), _) => values.skip(kind, 1)?,
+                (PropertyKind::List { count, item }, role) => {
                     let count = list_length(values.value(count)?, values)?;
                     if role == Role::List {
                         self.list.clear();

@@ -5,9 +5,9 @@
 use super::error::{MeshFault, quote};
 use super::text::Text;
 
-pub(super) struct Header {
+pub(super) struct PlyHeader {
     pub(super) encoding: Encoding,
-    pub(super) elements: Vec<Element>,
+    pub(super) elements: Vec<PlyElement>,
     /// Offset of the first element.
     pub(super) end: usize,
     /// Line of the first element, counted from 1.
@@ -21,7 +21,7 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-pub(super) struct Element {
+pub(super) struct PlyElement {
     pub(super) name: String,
     pub(super) count: usize,
     pub(super) properties: Vec<Property>,
@@ -31,11 +31,11 @@ pub(super) struct Element {
 
 pub(super) struct Property {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: PropertyKind,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PropertyKind {
     Scalar(Scalar),
     List { count: Scalar, item: Scalar },
 }
@@ -77,21 +77,21 @@ impl Scalar {
     }
 }
 
-impl Element {
+impl PlyElement {
     /// Smallest size of one such element; in text, each value takes a digit and a blank.
     fn min_bytes(&self, encoding: Encoding) -> u128 {
         let min = |property: &Property| match (encoding, property.kind) {
             (Encoding::Ascii, _) => 2,
-            (_, Kind::Scalar(scalar) | Kind::List { count: scalar, .. }) => scalar.bytes() as u128,
+            (_, PropertyKind::Scalar(scalar) | PropertyKind::List { count: scalar, .. }) => scalar.bytes() as u128,
         };
         self.properties.iter().map(min).sum()
     }
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Header, MeshFault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<PlyHeader, MeshFault> {
     let mut text = Text::<false>::new(bytes);
     let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
+    let mut elements: Vec<PlyElement> = Vec::new();
     loop {
         if !text.next_line() {
             return Err(MeshFault::line(text.line, "`end_header`", "the end of the file"));
@@ -141,12 +141,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, MeshFault> {
     if !(is_cr_only && bytes.get(end.wrapping_sub(1)) == Some(&b'\r')) {
         end += after(end, b'\n');
     }
-    let header = Header { encoding, elements, end, line };
+    let header = PlyHeader { encoding, elements, end, line };
     header.check_size((bytes.len() - end) as u128)?;
     Ok(header)
 }
 
-impl Header {
+impl PlyHeader {
     /// An error if the rest of the file cannot hold the declared counts.
     fn check_size(&self, left: u128) -> Result<(), MeshFault> {
         let mut min_bytes = 0u128;
@@ -163,12 +163,12 @@ impl Header {
     }
 }
 
-fn element(text: &mut Text<false>) -> Result<Element, MeshFault> {
+fn element(text: &mut Text<false>) -> Result<PlyElement, MeshFault> {
     let (name, count) = (text.token(), text.token());
     let number = str::from_utf8(count).ok().and_then(|count| count.parse().ok());
     match number {
         Some(count) if !name.is_empty() => {
-            Ok(Element { name: printable(name), count, properties: Vec::new(), line: text.line })
+            Ok(PlyElement { name: printable(name), count, properties: Vec::new(), line: text.line })
         }
         _ => Err(MeshFault::line(text.line, "an element's name and number", quote(count))),
     }
@@ -176,8 +176,8 @@ fn element(text: &mut Text<false>) -> Result<Element, MeshFault> {
 
 fn property(text: &mut Text<false>) -> Result<Property, MeshFault> {
     let kind = match text.token() {
-        b"list" => Kind::List { count: scalar(text, None)?, item: scalar(text, None)? },
-        token => Kind::Scalar(scalar(text, Some(token))?),
+        b"list" => PropertyKind::List { count: scalar(text, None)?, item: scalar(text, None)? },
+        token => PropertyKind::Scalar(scalar(text, Some(token))?),
     };
     let name = text.token();
     if name.is_empty() {

@@ -5,7 +5,7 @@
 use super::stl;
 use super::text::{Text, is_keyword};
 
-pub(super) enum Kind {
+pub(super) enum FileKind {
     Obj,
     Ply,
     StlText,
@@ -13,27 +13,27 @@ pub(super) enum Kind {
 }
 
 /// The kind of a file, or a hint what it is instead and what to do; empty if unknown.
-pub(super) fn kind(bytes: &[u8], name: &str) -> Result<Kind, &'static str> {
+pub(super) fn kind(bytes: &[u8], name: &str) -> Result<FileKind, &'static str> {
     if matches!(bytes, [b'p', b'l', b'y', b'\n' | b'\r' | b' ' | b'\t', ..]) {
-        return Ok(Kind::Ply);
+        return Ok(FileKind::Ply);
     }
     if stl::is_binary(bytes, bytes.len() as u64) {
-        return Ok(Kind::StlBinary);
+        return Ok(FileKind::StlBinary);
     }
     if let Some(hint) = foreign_kind(bytes) {
         return Err(hint);
     }
     let is_text = is_text(bytes);
     if is_text && is_stl_text(bytes) {
-        return Ok(Kind::StlText);
+        return Ok(FileKind::StlText);
     }
     if is_text && is_obj(bytes) {
-        return Ok(Kind::Obj);
+        return Ok(FileKind::Obj);
     }
     // A binary file cut short or extended is recognized by its name only.
     let is_named_stl = name.len() >= 4 && name.as_bytes()[name.len() - 4..].eq_ignore_ascii_case(b".stl");
     if is_named_stl && !is_text {
-        return Ok(Kind::StlBinary);
+        return Ok(FileKind::StlBinary);
     }
     Err("")
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use memchr::memrchr_iter;
 
 use super::error::MeshFault;
-use super::sniff::{self, Kind};
+use super::sniff::{self, FileKind};
 use super::text::Text;
 use super::{Mesh, MeshError, checked, obj, read_bytes, stl};
 
@@ -21,7 +21,7 @@ pub(super) fn read(path: &Path, name: &str) -> io::Result<Result<Mesh, MeshError
     let mut bytes = Vec::with_capacity(BLOCK_BYTES);
     let has_more = append_block(&mut file, &mut bytes)?;
     let may_be_lines = has_more && sniff::is_text(&bytes) && !stl::is_binary(&bytes, length);
-    if may_be_lines && matches!(sniff::kind(&bytes[..whole_lines(&bytes)], name), Ok(Kind::Obj)) {
+    if may_be_lines && matches!(sniff::kind(&bytes[..whole_lines(&bytes)], name), Ok(FileKind::Obj)) {
         return Ok(checked(read_obj(&mut file, bytes)?, name));
     }
     file.read_to_end(&mut bytes)?;
