@@ -6,7 +6,9 @@ mod motion;
 mod random_pairs;
 
 use nalgebra::Vector3;
-use sdf_core::overlap::{DeepestPoint, MortonLeaf, LocalMinima, OverlapPoint, Pair, Patch, PatchPoint, BoxNode, DepthSearch};
+use sdf_core::overlap::{
+    BoxNode, DeepestPoint, DepthSearch, LocalMinima, MortonLeaf, OverlapPoint, Pair, Patch, PatchPoint,
+};
 use sdf_core::shapes::{Capsule, Sphere, Torus};
 use sdf_core::{Float, Sdf};
 use sdf_tests::scene_field::SceneField;

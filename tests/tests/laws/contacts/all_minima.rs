@@ -22,7 +22,8 @@ fn minima<R: Float, const N: usize>(
     cells: usize,
 ) -> (MinimaSummary<R, N>, Vec<Minimum<R, N>>) {
     let mut minima = vec![Minimum::default(); 64];
-    let found = search.minima(field, simplex, R::from_f64(level), &mut vec![SimplexCell::default(); cells], &mut minima);
+    let found =
+        search.minima(field, simplex, R::from_f64(level), &mut vec![SimplexCell::default(); cells], &mut minima);
     minima.truncate(found.count);
     (found, minima)
 }

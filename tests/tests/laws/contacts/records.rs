@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use nalgebra::Vector3;
 use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, Feature, Outcome, all_contacts, contact};
 use sdf_core::minimize::{
-    AllMinima, FrankWolfe, GoldenSection, Minimizer, Minimum, SimplexCell, PointSampling, ProjectedGradient,
+    AllMinima, FrankWolfe, GoldenSection, Minimizer, Minimum, PointSampling, ProjectedGradient, SimplexCell,
 };
 use sdf_core::shapes::{Cuboid, Sphere};
 use sdf_core::{Float, Sdf, Simplex};

@@ -81,7 +81,10 @@ fn a_block_rests_on_the_floor_with_its_face() {
             let (found, points) = patch::<f64>(&pair, fraction_of_region(&pair, fraction));
             // At the boundary, where the middle surface bends, half a row of leaves may be missed.
             assert!((found.area - 0.6).abs() < 0.5 * 3.2 * found.resolution, "{found:?}");
-            assert!(points.iter().all(|piece| piece.point.point.z.abs() <= depth && piece.point.normal.z > 0.7), "{found:?}");
+            assert!(
+                points.iter().all(|piece| piece.point.point.z.abs() <= depth && piece.point.normal.z > 0.7),
+                "{found:?}"
+            );
         }
         let (_, points) = minima(&pair, fraction_of_region(&pair, 1.0 / 48.0));
         assert_eq!(points.len(), 1, "a face is one minimum");
@@ -211,7 +214,10 @@ fn nested_and_identical_fields_have_a_deepest_point() {
     assert!(found.converged && (found.point.unwrap().value + 1.0).abs() < 2e-3, "{found:?}");
     assert_eq!(found.point.unwrap().normal, Vector3::zeros());
     let (all, _) = patch::<f64>(&same, 0.1);
-    assert!(all.point_count == 0 && all.area == 0.0 && all.undefined_count == all.leaf_count && all.leaf_count > 4000, "{all:?}");
+    assert!(
+        all.point_count == 0 && all.area == 0.0 && all.undefined_count == all.leaf_count && all.leaf_count > 4000,
+        "{all:?}"
+    );
 }
 
 #[test]

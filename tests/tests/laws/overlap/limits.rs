@@ -1,7 +1,7 @@
 //! Invalid queries, small buffers and budgets, and samples that are not finite.
 
 use nalgebra::Vector3;
-use sdf_core::overlap::{DeepestPoint, MortonLeaf, NoRegion, Pair, BoxNode, DepthSearch};
+use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, MortonLeaf, NoRegion, Pair};
 use sdf_core::shapes::HalfSpace;
 use sdf_core::{Aabb, Sdf};
 use sdf_tests::scene_field::SceneField;
@@ -80,6 +80,7 @@ fn samples_that_are_not_finite_prove_nothing_and_stop_nothing() {
     // All samples NaN.
     let broken = SceneField::new(dense_grid(lattice, vec![f32::NAN; lattice.node_count()], 2.0));
     let pair = Pair::new(&broken, &ball, 0.0).unwrap();
-    let found: DeepestPoint<f64> = pair.deepest(&DepthSearch { evaluations: 100, tolerance: 1e-3 }, &mut [BoxNode::EMPTY; 64]);
+    let found: DeepestPoint<f64> =
+        pair.deepest(&DepthSearch { evaluations: 100, tolerance: 1e-3 }, &mut [BoxNode::EMPTY; 64]);
     assert!(found.point.is_none() && found.lower_bound == f64::NEG_INFINITY && !found.converged, "{found:?}");
 }

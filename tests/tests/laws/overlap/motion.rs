@@ -1,7 +1,7 @@
 //! Scale, motion and sampling: the overlap changes as its fields do.
 
 use nalgebra::Vector3;
-use sdf_core::overlap::{DeepestPoint, Pair, BoxNode, DepthSearch};
+use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, Pair};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid};
 use sdf_tests::random::Random;

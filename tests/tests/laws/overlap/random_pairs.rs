@@ -1,7 +1,7 @@
 //! Pairs of scenes in random poses, with a lattice as the oracle.
 
 use nalgebra::Vector3;
-use sdf_core::overlap::{NoRegion, OverlapPoint, Pair, BoxNode, DepthSearch};
+use sdf_core::overlap::{BoxNode, DepthSearch, NoRegion, OverlapPoint, Pair};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::{Aabb, Sdf};
 use sdf_tests::random::Random;
@@ -176,8 +176,8 @@ fn the_deepest_point_is_the_first_of_the_minima() {
     let mut compared = 0;
     pairs(&mut random, 2, |name, a, b, margin| {
         let Some(pair) = Pair::new(a, b, margin).ok().and_then(|pair| pair.shrink::<f64>(16).ok()) else { return };
-        let found =
-            pair.deepest::<f64>(&DepthSearch { evaluations: 1 << 13, tolerance: 1e-3 }, &mut vec![BoxNode::EMPTY; 1 << 12]);
+        let found = pair
+            .deepest::<f64>(&DepthSearch { evaluations: 1 << 13, tolerance: 1e-3 }, &mut vec![BoxNode::EMPTY; 1 << 12]);
         let (all, points) = minima(&pair, fraction_of_region(&pair, 1.0 / 24.0));
         assert!(
             points.windows(2).all(|two| two[0].value <= two[1].value) && points.len() == all.count.min(32),
@@ -219,7 +219,11 @@ fn exchanged_fields_meet_in_the_same_points_with_opposite_normals() {
         one.point.iter().zip(&other.point).for_each(|(one, other)| same(one, other));
         let resolution = fraction_of_region(&forward, 1.0 / 20.0);
         let ((one, points), (other, points_back)) = (patch::<f64>(&forward, resolution), patch(&back, resolution));
-        assert_eq!((one.point_count, one.leaf_count, one.bounds), (other.point_count, other.leaf_count, other.bounds), "{name}");
+        assert_eq!(
+            (one.point_count, one.leaf_count, one.bounds),
+            (other.point_count, other.leaf_count, other.bounds),
+            "{name}"
+        );
         points.iter().zip(&points_back).for_each(|(one, other)| same(&one.point, &other.point));
         let ((_, points), (_, points_back)) = (minima(&forward, resolution), minima(&back, resolution));
         assert_eq!(points.len(), points_back.len(), "{name}");
