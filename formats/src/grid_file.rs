@@ -158,7 +158,7 @@ pub enum Samples<'a> {
     U8(SparseSamples<'a, u8>),
 }
 
-/// Bricks and a coarse grid: an [`OwnedBricks`] without its table, which follows from the bricks' slots.
+/// Bricks and a coarse grid: an [`OwnedBricks`](sdf_core::grid::owned::OwnedBricks) without its table, which follows from the bricks' slots.
 #[derive(Clone, Copy, Debug)]
 pub struct SparseSamples<'a, C> {
     /// See [`SparseInfo::band`].
