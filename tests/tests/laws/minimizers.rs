@@ -3,6 +3,7 @@
 //! Laws of all methods are in `lanes`, `values`, `bounds` and `scaling`; `point_sampling`, `certified` and `newton` hold what
 //! one method promises beyond them.
 
+mod unions;
 mod bounds;
 mod certified;
 mod lanes;
