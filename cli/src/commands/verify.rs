@@ -71,7 +71,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let elapsed = started.elapsed().as_secs_f64();
     print(args, &findings, Context { diagonal, spacing, same_mesh, parts, faults: &faults, elapsed })?;
     if !faults.is_empty() {
-        bail!("{} is not of {}: {}", args.sdf.display(), args.mesh.display(), faults.join("; "));
+        bail!("{} does not match {}: {}", args.sdf.display(), args.mesh.display(), faults.join("; "));
     }
     Ok(())
 }

@@ -156,7 +156,7 @@ fn every_method_finds_the_same_deepest_contact() {
     }
     let said = folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --method gss");
     says(&said, &["--method gss", "--elements edges"]);
-    says(&folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --rotate 0,0,0,0"), &["--rotate", "no turn"]);
+    says(&folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --rotate 0,0,0,0"), &["--rotate", "not a rotation"]);
     says(&folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --translate 0,0"), &["expected 3 numbers", "found 2"]);
     says(&folder.wrong_usage("contacts sheet.obj ball.sdf.h5 -o list.txt"), &["list.txt", ".csv, .json, .ply or .h5"]);
     folder.wrong_usage("contacts sheet.obj ball.sdf.h5 --margin inf");
@@ -195,7 +195,7 @@ fn elements_with_too_large_coordinates_are_counted() {
     folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e200 0 0\nf 1 2 3\nf 1 2 4\n");
     let json = folder.json("contacts far.obj ball.sdf.h5");
     assert_eq!([&json["elements"], &json["passed_cull"], &json["not_finite"]], [2, 1, 1]);
-    says(&folder.done("contacts far.obj ball.sdf.h5"), &["too far out  1 elements"]);
+    says(&folder.done("contacts far.obj ball.sdf.h5"), &["skipped  1 elements"]);
 }
 
 #[test]
@@ -280,7 +280,7 @@ fn verify_distinguishes_a_grid_of_the_mesh_from_another() {
     let wrong = folder.sdftool("verify ball.sdf.h5 larger.obj --points 500").assert().code(1);
     let said = String::from_utf8_lossy(&wrong.get_output().stderr).into_owned();
     assert_eq!(said.matches('\n').count(), 1);
-    says(&said, &["sdftool: ball.sdf.h5 is not of larger.obj: a node is wrong by"]);
+    says(&said, &["sdftool: ball.sdf.h5 does not match larger.obj: a node is wrong by"]);
     says(&String::from_utf8_lossy(&wrong.get_output().stdout), &["another file than was baked", "certified"]);
 }
 

@@ -277,16 +277,16 @@ fn only_blocks_near_the_other_field_are_read() {
 #[test]
 fn contradictory_arguments_are_refused_in_one_line() {
     let all_minima = scene().refused("contacts ball.sdf.toml floor.sdf.toml --all-minima");
-    says(&all_minima, &["--all-minima", "is for a mesh"]);
+    says(&all_minima, &["--all-minima", "needs a mesh"]);
     let folder = scene();
     folder.write("sheet.obj", Model::hills(4).obj());
     for (words, said) in [
         ("ball.sdf.toml ball.sdf.h5 --elements edges", &["--elements", "ball.sdf.toml is a field"][..]),
         ("ball.sdf.h5 ball.sdf.toml --method fw", &["--method", "ball.sdf.h5 is a field"]),
-        ("ball.sdf.h5 ball.sdf.toml --iterations 4", &["--iterations", "leave it out"]),
-        ("sheet.obj ball.sdf.toml --resolution 0.1", &["--resolution", "sheet.obj is no field"]),
-        ("sheet.obj ball.sdf.toml --translate-first 0,0,1", &["--translate-first", "for two fields"]),
-        ("sheet.obj ball.sdf.toml --rotate-first 0,0,1,1", &["--rotate-first", "for two fields"]),
+        ("ball.sdf.h5 ball.sdf.toml --iterations 4", &["--iterations", "remove it"]),
+        ("sheet.obj ball.sdf.toml --resolution 0.1", &["--resolution", "sheet.obj is a mesh"]),
+        ("sheet.obj ball.sdf.toml --translate-first 0,0,1", &["--translate-first", "needs two fields"]),
+        ("sheet.obj ball.sdf.toml --rotate-first 0,0,1,1", &["--rotate-first", "needs two fields"]),
         ("floor.sdf.toml floor.sdf.toml", &["floor.sdf.toml and floor.sdf.toml", "no end", "intersect"]),
         ("ball.sdf.h5 ball.sdf.toml --margin 1", &["ball.sdf.h5", "--margin", "--padding"]),
         ("ball.sdf.toml sparse.sdf.h5 --margin 0.11", &["sparse.sdf.h5", "--margin", "--band"]),

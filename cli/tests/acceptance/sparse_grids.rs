@@ -70,7 +70,7 @@ fn verify_refuses_another_mesh_than_the_baked_one() {
     );
     let output = folder.sdftool("verify ball.sdf.h5 larger.obj --points 2000").output().unwrap();
     assert_eq!(output.status.code(), Some(1));
-    says(&String::from_utf8_lossy(&output.stderr), &["ball.sdf.h5 is not of larger.obj", "a node is wrong by"]);
+    says(&String::from_utf8_lossy(&output.stderr), &["ball.sdf.h5 does not match larger.obj", "a node is wrong by"]);
 }
 
 #[test]

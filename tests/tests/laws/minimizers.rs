@@ -3,13 +3,13 @@
 //! Laws of all methods are in `lanes`, `values`, `bounds` and `scaling`; `point_sampling`, `certified` and `newton` hold what
 //! one method promises beyond them.
 
-mod unions;
 mod bounds;
 mod certified;
 mod lanes;
 mod newton;
 mod point_sampling;
 mod scaling;
+mod unions;
 mod values;
 
 use std::fmt;

@@ -1,10 +1,10 @@
 //! Laws of fields behind a pointer: `&dyn DynSdf` returns the bits of the field itself, in every number type that it
 //! serves by one virtual call, and lane by lane in the others.
 
+use nalgebra::Vector3;
 use sdf_core::combine::{Compound, Difference, Shell, SmoothUnion, Union};
 use sdf_core::grid::{BlockBounds, Dense, Grid, WithBlockBounds};
 use sdf_core::minimize::{Certified, Minimizer};
-use nalgebra::Vector3;
 use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{Bowl, Cuboid, Ellipsoid, HalfSpace, Horseshoe, Sphere, Torus};
 use sdf_core::{
