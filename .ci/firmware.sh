@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Finds one contact on an emulated Cortex-M4F and on this computer, and compares what they print byte for byte. Looks in
-# the board's program for the grid, which must lie in flash, and for panics and an allocator, which must not be there.
+# Finds one contact on an emulated Cortex-M4F and on this computer, and compares the output byte for byte. Checks that the grid is
+# in the flash of the board's program, and that the program has neither panics nor an allocator.
 #
-# Debian's compiler builds the board's program, because it brings the source of `core` that -Z build-std wants. As root it
-# is installed, with the emulator, where it is not. With --may-remove, for a machine that is thrown away, that may remove
-# packages which conflict, as another version of qemu-utils does.
+# Debian's compiler builds the board's program, because it includes the source of `core` for -Z build-std. As root this installs
+# it and the emulator if they are missing. --may-remove, for a disposable machine, lets that remove conflicting packages, such as
+# another version of qemu-utils.
 set -euo pipefail
 
 workspace=$(realpath "$(dirname "$0")/../tests/firmware")
@@ -39,10 +39,10 @@ install_packages() {
     echo "firmware: installing ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
     { apt-get update && apt-get install --yes --no-install-recommends "$removal" "${missing[@]}"; } >/dev/null ||
-        fail "apt-get cannot install ${missing[*]}; if only for packages in the way, --may-remove lets it"
+        fail "apt-get cannot install ${missing[*]}; if other packages conflict, pass --may-remove"
 }
 
-# Builds the board's program with the given options, looks into it and runs it.
+# Builds the board's program with the given options, inspects it and runs it.
 check_board() {
     local name=$1
     shift
@@ -55,11 +55,11 @@ check_board() {
     unwanted=$(grep -E 'panick|rust_begin_unwind|core::fmt|__rust_(re)?alloc|malloc' <<<"$symbols" || true)
     [ -z "$unwanted" ] || fail "$name: the program can panic or allocate:"$'\n'"$unwanted"
 
-    # Of a symbol: address, size, kind (r: read-only data), name. Flash ends where RAM begins.
+    # A line of symbols: address, size, kind (r: read-only data), name. Flash ends where RAM begins.
     local address size kind
     read -r address size kind _ < <(grep 'scene::SAMPLES$' <<<"$symbols") || fail "$name: the grid is not in the program"
     if [ "$kind" != r ] || ((16#$address >= 16#20000000)); then
-        fail "$name: the grid lies at 0x$address, not in flash"
+        fail "$name: the grid is at 0x$address, not in flash"
     fi
     grid=$((16#$size))
     code=$(section .text)

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Counts the instructions of fixed works by valgrind and compares them with .ci/instructions.txt: a noisy machine does not change
-# them. Fails where one takes over 5 % more than there, and where one takes over 5 % less, so that the file is renewed.
+# Counts the instructions of fixed workloads by valgrind and compares them with .ci/instructions.txt: noise on the machine does not
+# change them. Fails if one takes over 5 % more, or over 5 % less, so that the file is renewed.
 #
 #     .ci/instructions.sh            compare
 #     .ci/instructions.sh --write    count anew and write the file
 #
-# Valgrind shows programs a processor with AVX2 and without AVX-512, if this one has AVX2; so counts are those of AVX2 on every
-# such machine. Elsewhere nothing is counted. Another compiler gives other counts: the file names the one that it is of, and with
-# another one counts are printed and not compared.
+# Valgrind emulates a processor with AVX2 and without AVX-512 if this one has AVX2: so every such machine gives the same counts.
+# Elsewhere nothing is counted. Counts depend on the compiler, whose version is in the file: with another one they are printed and
+# not compared.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -28,10 +28,10 @@ main() {
     local written compared=yes status=0 kernel
     written=$(sed -n 's/^# rustc //p' "$counts")
     [ "$written" = "$(compiler)" ] || compared=no
-    # Side by side: counts do not depend on it.
+    # In parallel: counts do not depend on it.
     kernels | xargs -P "$(nproc)" -I{} bash -c 'count "$1" 0 && count "$1" 1' _ {}
     if [ "${1:-}" = --write ]; then
-        { grep '^#' "$counts" | sed "s/^# rustc .*/# rustc $(compiler)/"; for kernel in $(kernels); do echo "$kernel $(of_work "$kernel")"; done; } \
+        { grep '^#' "$counts" | sed "s/^# rustc .*/# rustc $(compiler)/"; for kernel in $(kernels); do echo "$kernel $(net_count "$kernel")"; done; } \
             >"$folder/new"
         cp "$folder/new" "$counts"
         cat "$counts"
@@ -46,10 +46,10 @@ kernels() { sed -n 's/^\([a-z][a-z0-9-]*\) .*/\1/p' "$counts"; }
 
 compiler() { rustc --version | cut -d ' ' -f 2; }
 
-# The instructions of a run that does the work so many times, into a file.
+# Counts the instructions of a run with the given number of repetitions, into a file.
 count() {
     local log=$folder/$1.$2.log
-    # Nothing that the environment has may move a count.
+    # An empty environment, so that it cannot change a count.
     env -i RAYON_NUM_THREADS=1 valgrind --tool=callgrind --callgrind-out-file=/dev/null "$speed" --kernel "$1" --times "$2" \
         >"$log" 2>&1 || { cat "$log" >&2; return 1; }
     sed -n 's/.*Collected : //p' "$log" >"$folder/$1.$2"
@@ -57,11 +57,11 @@ count() {
 export -f count
 export folder speed
 
-of_work() { echo $(($(cat "$folder/$1.1") - $(cat "$folder/$1.0"))); }
+net_count() { echo $(($(cat "$folder/$1.1") - $(cat "$folder/$1.0"))); }
 
 check() {
     local kernel=$1 compared=$2 found wanted change
-    found=$(of_work "$kernel")
+    found=$(net_count "$kernel")
     wanted=$(sed -n "s/^$kernel //p" "$counts")
     change=$(((found - wanted) * 1000 / wanted))
     printf 'instructions: %-26s %13d, %13d in the file: %s%d.%d %%\n' "$kernel" "$found" "$wanted" \

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Bakes the demo's body and has h5py and VTK read the file, and compare what they read with what `sdftool eval` says.
-# Needs Python 3.11 or newer with venv, and PyPI; as root on Debian it installs Python where there is none.
+# Bakes the demo's body, reads the file with h5py and VTK, and compares their values with those of `sdftool eval`.
+# Needs Python 3.11 or newer with venv, and PyPI; as root on Debian it installs a missing Python.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 if ! python3 -c 'import ensurepip, venv' 2>/dev/null; then

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use sdf_formats::mesh::{self, Mesh, MeshError, PolygonCounts, parse};
+use sdf_formats::mesh::{self, Mesh, MeshError, PolygonCounts, read_bytes};
 use sha2::{Digest, Sha256};
 
 /// A mesh and what its file says beside it.
@@ -41,7 +41,7 @@ pub struct MeshFacts {
 pub fn read(path: &Path) -> Result<MeshInput> {
     let bytes = bytes(path)?;
     let shown = path.display().to_string();
-    let (mesh, sha256) = rayon::join(|| parse(&bytes, &shown), || Sha256::digest(&bytes).into());
+    let (mesh, sha256) = rayon::join(|| read_bytes(&bytes, &shown), || Sha256::digest(&bytes).into());
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(MeshInput::new(name, mesh?, sha256))
 }

@@ -166,7 +166,7 @@ pub(crate) fn corner_weights<R: Real, const N: usize>(corner: usize) -> [R; N] {
 }
 
 /// Euclidean projection onto the valid barycentric weights {w : w_k ≥ 0, Σ w_k = 1}: the operator ℙ of the paper's
-/// eq. (5), for any number of corners. w_k = max(v_k − τ, 0), with τ from [`excess`]; divided by the sum, which
+/// eq. (5), for any number of corners. w_k = max(v_k − τ, 0), with τ from `excess`; divided by the sum, which
 /// rounding moves from 1.
 #[inline(always)]
 pub fn project_weights<R: Real, const N: usize>(weights: [R; N]) -> [R; N] {

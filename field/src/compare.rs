@@ -106,12 +106,15 @@ impl Field {
         for ((method, times), found) in methods.into_iter().zip(times).zip(found) {
             let errors = match options.elements {
                 Elements::Edges => errors(&field, method, mesh.points, &edges, &reference, &found),
-                Elements::Faces | Elements::Vertices => errors(&field, method, mesh.points, mesh.faces, &reference, &found),
+                Elements::Faces | Elements::Vertices => {
+                    errors(&field, method, mesh.points, mesh.faces, &reference, &found)
+                }
             };
             reports.push(report(method, times, &found, errors));
         }
         let proven = reference.contacts.iter().filter(|contact| is_proven(contact)).count();
-        let longest = median(reference.contacts.iter().map(|contact| longest_edge(mesh, &edges, options, contact)).collect());
+        let longest =
+            median(reference.contacts.iter().map(|contact| longest_edge(mesh, &edges, options, contact)).collect());
         let is_good = |report: &&MethodReport| report.missed == 0 && report.error_95 <= options.tolerance * longest;
         let fastest = reports.iter().filter(is_good).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
         Ok(Comparison {
@@ -184,7 +187,10 @@ where
         Method::GoldenSection => match simplex.corners.as_slice() {
             &[a, b] => {
                 let edge = sdf_core::Simplex { corners: [a, b] };
-                return GoldenSection { iterations: budget, ..GoldenSection::default() }.minimize(field, &edge).sample.value;
+                return GoldenSection { iterations: budget, ..GoldenSection::default() }
+                    .minimize(field, &edge)
+                    .sample
+                    .value;
             }
             _ => Newton::default().minimize(field, simplex),
         },

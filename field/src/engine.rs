@@ -35,10 +35,10 @@ pub(crate) struct Query<'a, const N: usize> {
 impl<const N: usize> Query<'_, N> {
     /// The outcomes of the elements that are not culled, in their order.
     pub fn outcomes<M: Minimizer<N>>(&self, minimizer: &M) -> Vec<Outcome<f64, N>> {
-        match self.field {
-            AnyField::Grid(grid) if has_wide_vectors() => match grid.storage() {
-                OwnedStorage::Dense(samples) => self.wide(&grid.with_storage(samples), minimizer),
-                _ => self.wide(&**grid, minimizer),
+        match (self.field, Vectors::new()) {
+            (AnyField::Grid(grid), Some(vectors)) => match grid.storage() {
+                OwnedStorage::Dense(samples) => self.wide(&grid.with_storage(samples), minimizer, vectors),
+                _ => self.wide(&**grid, minimizer, vectors),
             },
             _ => self.one_by_one(self.elements.iter(), minimizer),
         }
@@ -56,10 +56,14 @@ impl<const N: usize> Query<'_, N> {
         outcomes.filter(|outcome| !matches!(outcome, Outcome::Culled)).collect()
     }
 
-    fn wide<F: EnclosedSdf, M: Minimizer<N>>(&self, field: &F, minimizer: &M) -> Vec<Outcome<f64, N>> {
+    fn wide<F, M>(&self, field: &F, minimizer: &M, vectors: Vectors) -> Vec<Outcome<f64, N>>
+    where
+        F: EnclosedSdf,
+        M: Minimizer<N>,
+    {
         let field = Posed { field, pose: self.pose };
         let Self { margin, elements, .. } = *self;
-        let mut culled = vectorize(WideCull { field, margin, elements });
+        let mut culled = vectors.run(WideCull { field, margin, elements });
         culled.sort_unstable_by_key(|(index, _)| *index);
         if !M::USES_SIMD {
             return self.one_by_one(culled.iter().map(|(index, _)| &elements[*index]), minimizer);
@@ -74,35 +78,44 @@ impl<const N: usize> Query<'_, N> {
             }
         }
         let visit = |survivor: usize, outcome| outcomes[places[survivor]] = outcome;
-        vectorize(WideSearch { field, minimizer, margin, elements, survivors: &survivors, visit });
+        vectors.run(WideSearch { field, minimizer, margin, elements, survivors: &survivors, visit });
         outcomes
     }
 }
 
+/// Proof that the processor has AVX2 and FMA. FMA is never made of a product and a sum, so that bits stay.
 #[cfg(target_arch = "x86_64")]
-fn has_wide_vectors() -> bool {
-    pulp::x86::V3::is_available()
-}
+#[derive(Clone, Copy)]
+struct Vectors(pulp::x86::V3);
 
-/// Runs work that is inlined here with AVX2 and FMA instructions; FMA is never made of a product and a sum, so that bits stay.
 #[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn vectorize<W: NullaryFnOnce>(work: W) -> W::Output {
-    match pulp::x86::V3::try_new() {
-        Some(simd) => simd.vectorize(work),
-        None => work.call(),
+impl Vectors {
+    fn new() -> Option<Self> {
+        pulp::x86::V3::try_new().map(Self)
+    }
+
+    /// Runs work with these instructions, as far as it is inlined.
+    #[inline(always)]
+    fn run<W: NullaryFnOnce>(self, work: W) -> W::Output {
+        self.0.vectorize(work)
     }
 }
 
+/// The vectors that every processor of the architecture has.
 #[cfg(not(target_arch = "x86_64"))]
-fn has_wide_vectors() -> bool {
-    true
-}
+#[derive(Clone, Copy)]
+struct Vectors;
 
 #[cfg(not(target_arch = "x86_64"))]
-#[inline(always)]
-fn vectorize<W: NullaryFnOnce>(work: W) -> W::Output {
-    work.call()
+impl Vectors {
+    fn new() -> Option<Self> {
+        Some(Self)
+    }
+
+    #[inline(always)]
+    fn run<W: NullaryFnOnce>(self, work: W) -> W::Output {
+        work.call()
+    }
 }
 
 /// The indices of the elements that are not culled, and lower bounds on them.

@@ -6,7 +6,10 @@ use sdf_core::AnyField;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
 use sdf_formats::grid_file::{self, About, Samples, SparseSamples, StoredGrid};
-pub use sdf_formats::{field_file::FieldError, grid_file::GridFileError};
+pub use sdf_formats::{
+    field_file::FieldError,
+    grid_file::{GridFault, GridFileError},
+};
 
 use crate::Field;
 use crate::info::{GridInfo, SignMethod, Source};
@@ -21,6 +24,15 @@ impl Field {
         })
     }
 
+    /// [`open`](Self::open) of the bytes of a file. Shapes in closed form must not name grids: there is no folder to look in.
+    /// Errors show `name` in place of a path.
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, FieldError> {
+        Ok(match field_file::open_bytes(bytes, name)? {
+            OpenField::Analytic(field) => Self::new(field),
+            OpenField::Grid(reader) => Self::from_stored(reader.read()?),
+        })
+    }
+
     /// A grid that was read.
     pub fn from_stored(stored: StoredGrid) -> Self {
         let band = stored.sparse.map(|sparse| sparse.band);
@@ -29,11 +41,23 @@ impl Field {
 
     /// Writes a baked grid as HDF5: whole, or not at all.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
-        let (AnyField::Grid(grid), Some(info)) = (self.as_any(), self.info()) else {
-            return Err(SaveError::NotABakedGrid);
-        };
+        let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         grid_file::write(path.as_ref(), grid.lattice(), samples(grid, info), &about).map_err(SaveError::Grid)
+    }
+
+    /// The bytes that [`save`](Self::save) writes.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, SaveError> {
+        let (grid, info) = self.baked_grid()?;
+        let about = about_from(grid, info);
+        grid_file::to_bytes(grid.lattice(), samples(grid, info), &about).map_err(SaveError::Fault)
+    }
+
+    fn baked_grid(&self) -> Result<(&OwnedGrid, &GridInfo), SaveError> {
+        match (self.as_any(), self.info()) {
+            (AnyField::Grid(grid), Some(info)) => Ok((grid, info)),
+            _ => Err(SaveError::NotABakedGrid),
+        }
     }
 }
 
@@ -43,8 +67,10 @@ impl Field {
 pub enum SaveError {
     /// Only grids that were baked, or read from a file, have what a file says of them.
     NotABakedGrid,
-    /// See [`GridFileError`].
+    /// The file could not be written.
     Grid(GridFileError),
+    /// The grid cannot be stored.
+    Fault(GridFault),
 }
 
 impl std::fmt::Display for SaveError {
@@ -52,6 +78,7 @@ impl std::fmt::Display for SaveError {
         match self {
             Self::NotABakedGrid => f.write_str("only a baked grid can be saved as HDF5"),
             Self::Grid(error) => error.fmt(f),
+            Self::Fault(fault) => fault.fmt(f),
         }
     }
 }

@@ -1,91 +1,28 @@
 //! Lists of contacts on disk: CSV and JSON for people and scripts, PLY for viewers, HDF5 for everything else.
+//!
+//! A [`Record`] is one entry: a contact of a mesh element or an overlap point of two fields. docs/contacts.md describes
+//! the files.
 
+mod columns;
+mod contact_record;
 mod csv;
-mod hdf5;
+mod label;
 mod overlap_record;
 mod ply;
 
+use std::io;
 use std::path::Path;
 
 use rust_hdf5::{H5File, Hdf5Error};
-use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
-use serde::Serialize;
 
-pub use overlap_record::{OverlapKind, OverlapRecord};
+pub use contact_record::ContactRecord;
+pub use label::Label;
+pub use overlap_record::{OverlapKind, OverlapRecord, OverlapStatus};
 
-use crate::atomic_write::atomic_write;
+use crate::atomic_write::{atomic_write, temporary_bytes};
+use crate::hdf5;
 
-/// A contact as files hold it. `Contact` of the core with its numbers widened.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ContactRecord {
-    /// `vertex`, `edge` or `face`.
-    pub element: &'static str,
-    /// Counts elements of this kind in file order.
-    pub id: u32,
-    /// Of a face: the polygon of the mesh file that it is part of.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub polygon: Option<u32>,
-    /// `vertex`, `edge` or `face`: what of the element the point lies on.
-    pub feature: &'static str,
-    /// The vertex, the edge's two vertices, or the face's id.
-    pub feature_id: Vec<u32>,
-    /// Barycentric, as many as the element has vertices.
-    pub weights: Vec<f64>,
-    pub point: [f64; 3],
-    pub surface_point: [f64; 3],
-    pub normal: [f64; 3],
-    pub distance: f64,
-    pub lower_bound: f64,
-    pub evaluations: u32,
-    /// `converged`, `budget_spent`, `degenerate_gradient` or `outside_grid`.
-    pub status: &'static str,
-    pub key: u64,
-}
-
-impl From<&Contact<f64>> for ContactRecord {
-    fn from(contact: &Contact<f64>) -> Self {
-        let (feature, feature_id) = match contact.feature {
-            Feature::Vertex(vertex) => ("vertex", vec![vertex]),
-            Feature::Edge(vertices) => ("edge", vertices.to_vec()),
-            Feature::Face(face) => ("face", vec![face]),
-        };
-        Self {
-            element: kind_name(contact.kind),
-            id: contact.element,
-            polygon: None,
-            feature,
-            feature_id,
-            weights: contact.corner_weights().to_vec(),
-            point: contact.point.into(),
-            surface_point: contact.surface_point.into(),
-            normal: contact.normal.into(),
-            distance: contact.distance,
-            lower_bound: contact.lower_bound,
-            evaluations: contact.evaluations,
-            status: status_name(contact.status),
-            key: contact.key(),
-        }
-    }
-}
-
-fn kind_name(kind: ElementKind) -> &'static str {
-    match kind {
-        ElementKind::Vertex => "vertex",
-        ElementKind::Edge => "edge",
-        ElementKind::Face => "face",
-    }
-}
-
-fn status_name(status: ContactStatus) -> &'static str {
-    match status {
-        ContactStatus::DegenerateGradient => "degenerate_gradient",
-        ContactStatus::OutsideGrid => "outside_grid",
-        ContactStatus::BudgetSpent => "budget_spent",
-        ContactStatus::Converged => "converged",
-    }
-}
-
-/// What a contact file is written as.
+/// Format of a contact file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactFormat {
     Csv,
@@ -95,8 +32,8 @@ pub enum ContactFormat {
 }
 
 impl ContactFormat {
-    /// By the name's end: csv, json, ply, h5.
-    pub fn of(path: &Path) -> Option<Self> {
+    /// The format of a name that ends in csv, json, ply or h5.
+    pub fn from_extension(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "csv" => Some(Self::Csv),
             "json" => Some(Self::Json),
@@ -107,47 +44,58 @@ impl ContactFormat {
     }
 }
 
-/// What a list is made of: how one entry stands in each kind of file.
+/// An entry of a list, as it stands in each format.
 pub trait Record: Sized {
-    /// The names of a CSV line, with an end of line.
-    const CSV_NAMES: &'static str;
-    /// What a PLY file says of itself.
+    /// First line of a CSV file, with its line feed.
+    const CSV_HEADER: &'static str;
+    /// Comment in a PLY header.
     const PLY_COMMENT: &'static str;
-    /// The last property of a PLY vertex, type and name.
-    const PLY_LAST: &'static str;
+    /// Last property of a PLY vertex: type and name.
+    const PLY_PROPERTY: &'static str;
 
-    /// Without an end of line.
+    /// A line of a CSV file, without its line feed.
     fn csv_line(&self) -> String;
 
-    /// Where the entry is, its normal and its distance.
-    fn in_space(&self) -> InSpace;
+    fn oriented_point(&self) -> OrientedPoint;
 
-    /// The bytes of the last property.
-    fn ply_last(&self) -> Vec<u8>;
+    /// Little-endian value of [`Self::PLY_PROPERTY`].
+    fn ply_property(&self) -> Vec<u8>;
 
-    /// Writes a group with one dataset a column.
-    fn fill_hdf5(file: &H5File, records: &[Self]) -> Result<(), Hdf5Error>;
+    /// Writes a group with a dataset for each column.
+    fn write_hdf5(file: &H5File, records: &[Self]) -> Result<(), Hdf5Error>;
 }
 
-/// What every entry has.
+/// Position, normal and distance, which every entry has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InSpace {
+pub struct OrientedPoint {
     pub point: [f64; 3],
     pub normal: [f64; 3],
     pub distance: f64,
 }
 
-/// Writes the file whole or not at all. `json` is the document that a JSON file holds.
+/// Writes the file whole or not at all. `json` returns the document of a JSON file.
 pub fn write<T: Record>(
     path: &Path,
     format: ContactFormat,
-    contacts: &[T],
+    records: &[T],
     json: impl FnOnce() -> Vec<u8>,
-) -> std::io::Result<()> {
+) -> io::Result<()> {
     atomic_write(path, |temporary| match format {
-        ContactFormat::Csv => std::fs::write(temporary, csv::text(contacts)),
-        ContactFormat::Json => std::fs::write(temporary, json()),
-        ContactFormat::Ply => std::fs::write(temporary, ply::bytes(contacts)),
-        ContactFormat::Hdf5 => hdf5::write(temporary, contacts),
+        ContactFormat::Hdf5 => hdf5::create(temporary, |file| T::write_hdf5(file, records)),
+        _ => std::fs::write(temporary, to_bytes(format, records, json)?),
+    })
+}
+
+/// The bytes that [`write()`] would write. HDF5 passes through a temporary file, as in [`crate::grid_file::to_bytes`].
+pub fn to_bytes<T: Record>(
+    format: ContactFormat,
+    records: &[T],
+    json: impl FnOnce() -> Vec<u8>,
+) -> io::Result<Vec<u8>> {
+    Ok(match format {
+        ContactFormat::Csv => csv::text(records).into_bytes(),
+        ContactFormat::Json => json(),
+        ContactFormat::Ply => ply::bytes(records),
+        ContactFormat::Hdf5 => temporary_bytes(|path| hdf5::create(path, |file| T::write_hdf5(file, records)))?,
     })
 }

@@ -1,9 +1,17 @@
-//! Fields as a program is given them: a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`).
+//! Fields from files: a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`, docs/fields.md).
+//!
+//! | question | file |
+//! |---|---|
+//! | Is it a grid or TOML, and where is it read from? | here |
+//! | Which value has a key, and are all keys known? | `table` |
+//! | Which shape does a table describe, and which pose? | `shapes`, `pose` |
 
 mod error;
+mod pose;
 mod shapes;
 mod table;
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fs;
@@ -17,9 +25,10 @@ use sdf_core::AnyField;
 use sdf_core::grid::owned::OwnedGrid;
 
 use crate::grid_file::{self, GridReader, StoredGrid};
+use crate::hdf5::SIGNATURE;
 use table::Table;
 
-/// What a field file holds.
+/// The field of a file.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum Field {
@@ -27,96 +36,134 @@ pub enum Field {
     Analytic(AnyField),
 }
 
-/// What a field file holds, of a grid not yet the samples.
+/// The field of a file; of a grid, the samples are not read yet.
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
-pub enum OpenField {
-    Grid(GridReader),
+pub enum OpenField<'a> {
+    Grid(GridReader<'a>),
     Analytic(AnyField),
 }
 
-/// Shapes within shapes, one in another, deeper than this are refused: each takes stack to evaluate.
-const MAX_NESTED: usize = 64;
-
-/// The largest `.sdf.toml` that is read. Hand-written ones have a few hundred bytes.
-const MAX_TOML_BYTES: u64 = 16 << 20;
-
-/// Reads a baked grid or an analytic field, by content: HDF5 has a signature, all else is taken for TOML.
-pub fn read(path: &Path) -> Result<Field, FieldError> {
-    Ok(match open(path)? {
-        OpenField::Grid(reader) => Field::Grid(reader.read()?),
-        OpenField::Analytic(node) => Field::Analytic(node),
-    })
+impl OpenField<'_> {
+    fn read(self) -> Result<Field, FieldError> {
+        Ok(match self {
+            Self::Grid(reader) => Field::Grid(reader.read()?),
+            Self::Analytic(node) => Field::Analytic(node),
+        })
+    }
 }
 
-/// Like [`read`], but leaves the samples of a grid, or those of them that are needed, for its reader to read. Grids that an
-/// analytic field names are read whole.
-pub fn open(path: &Path) -> Result<OpenField, FieldError> {
+/// Deepest nesting of shapes in shapes: each level takes stack to evaluate.
+const MAX_DEPTH: usize = 64;
+
+/// Largest `.sdf.toml` that is read, in bytes. Hand-written files have a few hundred.
+const MAX_TOML_BYTES: u64 = 16 << 20;
+
+/// Reads a baked grid or shapes in closed form. The content decides: HDF5 has a signature, everything else must be
+/// TOML.
+pub fn read(path: &Path) -> Result<Field, FieldError> {
+    open(path)?.read()
+}
+
+/// Like [`read`], from the bytes of a file. Errors show `name` in place of a path. TOML is read as by [`read_text`].
+pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Field, FieldError> {
+    open_bytes(bytes, name)?.read()
+}
+
+/// Like [`read`], but leaves it to the caller which samples of a grid are read. Grids named in TOML are read whole.
+pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
     if starts_with_hdf5_signature(path).map_err(unreadable)? {
         return Ok(OpenField::Grid(grid_file::open(path)?));
     }
-    read_toml(path, MAX_NESTED).map(OpenField::Analytic)
+    // A device reports no length and never ends.
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    parse_bytes(&bytes, path, &mut Grids::new(Some(folder))).map(OpenField::Analytic)
 }
 
-/// Whether a regular file says that it is a field and no mesh: HDF5 by its content, TOML by its name.
+/// Like [`open`], from the bytes of a file, lent (`&[u8]`) or owned (`Vec<u8>`). Errors show `name` in place of a path.
+pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<OpenField<'a>, FieldError> {
+    let bytes = bytes.into();
+    if bytes.starts_with(SIGNATURE) {
+        return Ok(OpenField::Grid(grid_file::open_bytes(bytes, name)?));
+    }
+    parse_bytes(&bytes, Path::new(name), &mut Grids::new(None)).map(OpenField::Analytic)
+}
+
+/// Reads shapes in closed form from the text of a `.sdf.toml`. Errors show `name` in place of a path. A text has no
+/// folder to look for files in, so the shape `grid` is refused.
+pub fn read_text(text: &str, name: &str) -> Result<AnyField, FieldError> {
+    parse(text, Path::new(name), &mut Grids::new(None))
+}
+
+/// `true` for a regular file that is a field and not a mesh: HDF5 by its content, TOML by its name.
 pub fn is_field(path: &Path) -> bool {
-    let is_toml = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
+    let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     is_toml || (path.is_file() && starts_with_hdf5_signature(path).unwrap_or(false))
 }
 
 fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
     let mut start = Vec::new();
-    fs::File::open(path)?.take(8).read_to_end(&mut start)?;
-    Ok(start == b"\x89HDF\r\n\x1a\n")
+    fs::File::open(path)?.take(SIGNATURE.len() as u64).read_to_end(&mut start)?;
+    Ok(start == SIGNATURE)
 }
 
-fn read_toml(path: &Path, may_nest: usize) -> Result<AnyField, FieldError> {
-    let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
-    let refused = |what: String| FieldError::Refused { path: path.to_owned(), place: String::new(), what };
+fn parse_bytes(bytes: &[u8], path: &Path, grids: &mut Grids) -> Result<AnyField, FieldError> {
     let not_a_field =
-        |what: &str| refused(format!("{what}; give a baked grid (.sdf.h5) or shapes in TOML (.sdf.toml)"));
-    // A device says that it has no bytes and goes on for ever.
-    let mut bytes = Vec::new();
-    fs::File::open(path).and_then(|file| file.take(MAX_TOML_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+        |what: &str| refused(path, format!("{what}; give a baked grid (.sdf.h5) or shapes in TOML (.sdf.toml)"));
     if bytes.is_empty() {
         return Err(not_a_field("an empty file"));
     }
-    let text = std::str::from_utf8(&bytes).map_err(|_| not_a_field("neither HDF5 nor TOML"))?;
+    let text = std::str::from_utf8(bytes).map_err(|_| not_a_field("neither HDF5 nor TOML"))?;
     if text.len() as u64 > MAX_TOML_BYTES {
         return Err(not_a_field(&format!("not HDF5, and larger than the {MAX_TOML_BYTES} bytes that TOML may have")));
     }
-    parse(text, path, may_nest)
+    parse(text, path, grids)
 }
 
-/// Reads shapes in closed form from the text of a `.sdf.toml`. `path` is where it comes from: messages name it, and grids are
-/// looked for beside it.
-pub fn read_text(text: &str, path: &Path) -> Result<AnyField, FieldError> {
-    parse(text, path, MAX_NESTED)
-}
-
-fn parse(text: &str, path: &Path, may_nest: usize) -> Result<AnyField, FieldError> {
-    let refused = |what: String| FieldError::Refused { path: path.to_owned(), place: String::new(), what };
+fn parse(text: &str, path: &Path, grids: &mut Grids) -> Result<AnyField, FieldError> {
     let document: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-        let place = line.map(|line| format!(" from line {line} on")).unwrap_or_default();
-        refused(format!("not TOML{place}: {}", error.message().lines().next().unwrap_or("cannot be parsed")))
+        let location = line.map(|line| format!(" from line {line} on")).unwrap_or_default();
+        let reason = error.message().lines().next().unwrap_or("cannot be parsed");
+        refused(path, format!("not TOML{location}: {reason}"))
     })?;
     let mut root = Table::new(path, String::new(), &document);
     let field = root.table("field")?;
     root.finish()?;
-    shapes::node(field, &mut Grids::default(), may_nest)
+    shapes::node(field, grids, MAX_DEPTH)
 }
 
-/// The grids that one file names, each read once however often it is named: so many hold no more than their files.
-#[derive(Default)]
-struct Grids(HashMap<PathBuf, Arc<OwnedGrid>>);
+fn refused(path: &Path, what: String) -> FieldError {
+    FieldError::Refused { path: path.to_owned(), table: String::new(), what }
+}
 
-impl Grids {
-    fn read(&mut self, path: &Path) -> Result<Arc<OwnedGrid>, FieldError> {
-        let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
-        Ok(match self.0.entry(fs::canonicalize(path).map_err(unreadable)?) {
+/// Grids named by one file, each read once however often it is named.
+struct Grids<'a> {
+    /// Folder that names are relative to; `None` if the field is not read from a file.
+    folder: Option<&'a Path>,
+    grids: HashMap<PathBuf, Arc<OwnedGrid>>,
+}
+
+impl<'a> Grids<'a> {
+    fn new(folder: Option<&'a Path>) -> Self {
+        Self { folder, grids: HashMap::new() }
+    }
+
+    /// The grid of a file; the error is its description.
+    fn read(&mut self, name: &str) -> Result<Arc<OwnedGrid>, String> {
+        let Some(folder) = self.folder else {
+            return Err(format!("file {name:.40?}: only a field that is read from a file can name a grid"));
+        };
+        let path = folder.join(name);
+        let unreadable = |source: std::io::Error| format!("{}: {source}", path.display());
+        Ok(match self.grids.entry(fs::canonicalize(&path).map_err(unreadable)?) {
             Entry::Occupied(known) => known.get().clone(),
-            Entry::Vacant(new) => new.insert(Arc::new(grid_file::read(path)?.grid)).clone(),
+            Entry::Vacant(new) => {
+                let stored = grid_file::read(&path).map_err(|error| error.to_string())?;
+                new.insert(Arc::new(stored.grid)).clone()
+            }
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Grid files: baked grids in HDF5. docs/format.md describes the format.
 //!
-//! h5py and h5dump open every grid file; ParaView and VTK open dense ones. `write` and `check` write a file, `reader` and the
-//! modules that it lists read one, whole or in part.
+//! h5py and h5dump open every grid file; ParaView and VTK open dense ones. `write` and `check` write a file, `reader`
+//! and the modules that it lists read one, whole or in part.
 //!
 //! ```no_run
 //! let stored = sdf_formats::grid_file::read("dragon.sdf.h5".as_ref())?;
@@ -16,10 +16,10 @@ mod digests;
 mod error;
 mod header;
 mod layout;
+mod placeholder;
 mod read_dense;
 mod read_sparse;
 mod reader;
-mod unread;
 mod write;
 
 use std::path::Path;
@@ -30,9 +30,9 @@ use sdf_core::grid::{BlockBounds, Lattice};
 use serde::Serialize;
 
 pub use error::{GridFault, GridFileError};
-pub use reader::{GridReader, open, read};
+pub use reader::{GridReader, open, open_bytes, read, read_bytes};
 
-use crate::atomic_write::atomic_write;
+use crate::atomic_write::{atomic_write, temporary_bytes};
 
 /// A grid read from a file, with its metadata.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,12 +97,12 @@ pub struct About {
     pub sign_method: SignMethod,
     /// In words: the state of the mesh, and why this method. The attribute `sign_verdict`.
     pub sign_reason: String,
-    /// Lipschitz constant of the interpolated value.
+    /// A Lipschitz constant of the interpolated value.
     pub slope_bound: f64,
-    /// Certified bound on |interpolated value − true distance|, in the unit of the mesh: anywhere in the box of a dense grid,
-    /// anywhere in the band of a sparse one.
+    /// Certified bound on |interpolated value − true distance|, in the unit of the mesh: anywhere in the box of a dense
+    /// grid, anywhere in the band of a sparse one.
     pub error_bound: f64,
-    /// Least distance from the mesh to the faces of the box, in the unit of the mesh.
+    /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.
     pub padding: f64,
     pub source: Source,
     /// The program and its version, such as `sdftool 0.1.0`.
@@ -111,7 +111,7 @@ pub struct About {
     pub options: String,
 }
 
-/// How inside and outside were told apart when the grid was baked.
+/// Test for inside and outside that the grid was baked with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SignMethod {
@@ -158,7 +158,7 @@ pub enum Samples<'a> {
     U8(SparseSamples<'a, u8>),
 }
 
-/// Bricks and a coarse grid: an [`OwnedBricks`] without its table, which follows from the bricks' slots.
+/// Bricks and a coarse grid: an [`OwnedBricks`](sdf_core::grid::owned::OwnedBricks) without its table, which follows from the bricks' slots.
 #[derive(Clone, Copy, Debug)]
 pub struct SparseSamples<'a, C> {
     /// See [`SparseInfo::band`].
@@ -192,8 +192,8 @@ impl<'a> From<SparseSamples<'a, u8>> for Samples<'a> {
 
 /// Writes a grid whole or not at all, see [`atomic_write`]. The same input gives the same bytes.
 ///
-/// Refuses whatever [`read`] would refuse: counts that do not fit, NaN and infinities, negative bounds, a brick outside of the
-/// lattice or in the slot of another, no bricks, a text that contains a NUL or has more than 64 KiB.
+/// Refuses whatever [`read`] would refuse: counts that do not fit, NaN and infinities, negative bounds, a brick outside
+/// of the lattice or in the slot of another, no bricks, a text that contains a NUL or has more than 64 KiB.
 pub fn write<'a>(
     path: &Path,
     lattice: &Lattice,
@@ -201,6 +201,17 @@ pub fn write<'a>(
     about: &About,
 ) -> Result<(), GridFileError> {
     let samples = samples.into();
-    let header = check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).at(path))?;
-    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.at(path))
+    let header =
+        check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).with_path(path))?;
+    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.with_path(path))
+}
+
+/// The bytes that [`write()`] would write.
+///
+/// rust-hdf5 0.7.9 can write only to a path. So the bytes pass through a file in the system's temporary folder
+/// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns.
+pub fn to_bytes<'a>(lattice: &Lattice, samples: impl Into<Samples<'a>>, about: &About) -> Result<Vec<u8>, GridFault> {
+    let samples = samples.into();
+    let header = check::checked_header(lattice, &samples, about).map_err(GridFault::Refused)?;
+    temporary_bytes(|path| write::write(path, &samples, header))
 }

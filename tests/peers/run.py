@@ -1,8 +1,8 @@
-"""Runs the same work through sdftool and through other programs, in turns, on one processor, and writes CSV.
+"""Runs the same work by sdftool and by other programs, in turns, on one processor, and writes CSV.
 
-Called by run.sh, which builds what is needed. Every program gets the same mesh and the same nodes; a tree or table that it
-builds of the mesh counts, reading files does not. Medians of up to --rounds times; a program that has had its --limit seconds
-for a piece of work is not asked again. Ratios are of the program's time over ours in the same run.
+Called by run.sh, which builds what is needed. Every program gets the same mesh and nodes. Building a tree or table from the mesh
+counts, reading files does not. Times are medians of up to --rounds runs; a program that has used its --limit seconds for a piece
+of work does not run again. Ratios are the program's time over ours in the same session.
 """
 
 import argparse
@@ -31,7 +31,7 @@ GROUPS = ["dense", "sparse", "contacts", "obj", "entangled"]
 
 ORACLE = "libigl fast winding number"
 
-# A program that gives no answer for so many times its --limit is ended.
+# A program without an answer for this many times its --limit is killed.
 PATIENCE = 40
 
 
@@ -42,7 +42,7 @@ def machine():
 
 
 class Worker:
-    """A process that has read its files and does its work when told."""
+    """A process that has read its files and works on request."""
 
     def __init__(self, name, command, limit):
         self.name = name
@@ -76,25 +76,25 @@ class Worker:
     def last_words(self):
         self.errors.seek(0)
         lines = [line.strip() for line in self.errors if line.strip()]
-        return lines[-1] if lines else "without a word"
+        return lines[-1] if lines else "without a message"
 
-    def tell(self, line):
+    def send(self, line):
         try:
             self.process.stdin.write(line + "\n")
             self.process.stdin.flush()
         except BrokenPipeError:
-            # What it last said tells more.
+            # The last line of its stderr says more.
             pass
         return self.answer()
 
     def go(self):
-        answer = self.tell("go")
+        answer = self.send("go")
         self.seconds.append(answer["seconds"])
         self.facts = answer["facts"]
 
     def distances(self):
         with tempfile.NamedTemporaryFile() as file:
-            self.tell(f"save {file.name}")
+            self.send(f"save {file.name}")
             return np.fromfile(file.name, dtype="<f4")
 
     def end(self):
@@ -103,10 +103,10 @@ class Worker:
 
 
 class Sdftool:
-    """Our program, run anew each time; `seconds` picks the time out of what it says of itself."""
+    """Our program, a new process for each run; `seconds` picks the time from its own report."""
 
     def __init__(self, name, program, words, seconds, facts):
-        self.name, self.command, self.pick, self.tell_facts = name, [program, *words], seconds, facts
+        self.name, self.command, self.pick_seconds, self.pick_facts = name, [program, *words], seconds, facts
         self.seconds, self.facts, self.failure = [], {}, ""
 
     def start(self):
@@ -114,8 +114,8 @@ class Sdftool:
 
     def go(self):
         said = json.loads(said_by(pinned(self.command)))
-        self.seconds.append(self.pick(said))
-        self.facts = self.tell_facts(said)
+        self.seconds.append(self.pick_seconds(said))
+        self.facts = self.pick_facts(said)
 
     def distances(self):
         file = next(Path(word) for word in map(str, self.command) if word.endswith(".h5"))
@@ -129,13 +129,13 @@ class Sdftool:
 def said_by(command):
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or ["without a word"]
+        lines = done.stderr.strip().splitlines() or ["without a message"]
         raise RuntimeError(f"ended with {done.returncode}: {lines[-1]}")
     return done.stdout
 
 
 def pinned(command):
-    """On the last processor, so that nothing runs on two; TBB and others take one thread there."""
+    """The command on the last processor only; TBB and others use one thread there."""
     last = max(os.sched_getaffinity(0))
     return ["taskset", "-c", str(last), *map(str, command)]
 
@@ -147,9 +147,9 @@ class Run:
         self.about = [datetime.date.today().isoformat(), machine()]
         self.folder = Path(tempfile.mkdtemp())
 
-    def python(self, program, mesh, asked):
+    def python(self, program, mesh, query):
         interpreter = "/usr/bin/python3" if program == "openvdb" else sys.executable
-        return [interpreter, HERE / "worker.py", program, mesh, json.dumps(asked)]
+        return [interpreter, HERE / "worker.py", program, mesh, json.dumps(query)]
 
     def rust(self, program, *words):
         return [self.args.peers, program, *words]
@@ -158,7 +158,7 @@ class Run:
         return [Worker(name, command, self.args.limit)]
 
     def take_turns(self, work, mesh, triangles, resolution, programs, reference=None):
-        """`programs` has ours first. Of one that fails there is a row that says so, and the others go on."""
+        """Runs `programs`, ours first, in turns. One that fails gets a row that says so, and the others continue."""
         attempt(programs, lambda program: program.start())
         for turn in range(self.args.rounds):
             due = [program for program in programs if turn == 0 or sum(program.seconds) < self.args.limit]
@@ -167,7 +167,7 @@ class Run:
         if reference is not None:
             attempt(programs[1:], lambda program: judged.update({program.name: reference.judge(program.distances())}))
             oracle = [program for program in programs if program.name == ORACLE and not program.failure]
-            # Ours as it is timed, by the program that knows nothing of it.
+            # Ours as it is timed, judged by an independent program.
             attempt(oracle[:1] and programs[:1], lambda ours: judged.update(
                 {ours.name: Reference(oracle[0].distances(), reference.side).judge(ours.distances())}))
         ours = statistics.median(programs[0].seconds) if programs[0].seconds else float("nan")
@@ -185,14 +185,14 @@ class Run:
         facts = dict(program.facts)
         peak = facts.pop("peak_mib", "")
         nodes = facts.pop("nodes", reference.count if reference is not None else "")
-        told = " ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
-                        for name, value in facts.items())
+        listed = " ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
+                          for name, value in facts.items())
         error, wrong = judged
         return [f"{seconds:.5g}", f"{min(program.seconds):.5g}", len(program.seconds), f"{seconds / ours:.3g}",
-                shown(error), wrong, nodes, shown(peak), told]
+                shown(error), wrong, nodes, shown(peak), listed]
 
     def bake(self, mesh, resolution, *words):
-        """What sdftool says of a grid that it writes, and where it lies."""
+        """Bakes a grid. Returns sdftool's report and the file."""
         file = self.folder / f"{mesh.stem}-{resolution}{''.join(words)}.sdf.h5"
         command = [self.args.sdftool, "bake", mesh, "--res", resolution, "-o", file, "--json", *words]
         return json.loads(said_by(command)), file
@@ -207,7 +207,7 @@ class Run:
         resolution = self.args.res
         said, file = self.bake(mesh, resolution, "--sign", "winding")
         nodes = {name: said[name] for name in ["origin", "spacing", "counts"]}
-        reference = Reference.of_grid(file, said)
+        reference = Reference.from_grid(file, said)
         file.unlink()
         programs = [self.our_bake(mesh, resolution)]
         programs += self.worker("parry3d", self.rust("parry3d", mesh, json.dumps(nodes)))
@@ -221,21 +221,16 @@ class Run:
         for resolution in [256, 512]:
             said, file = self.bake(mesh, resolution, "--layout", "sparse")
             file.unlink()
-            asked = {name: said[name] for name in ["origin", "spacing"]}
+            lattice = {name: said[name] for name in ["origin", "spacing"]}
             programs = [self.our_bake(mesh, resolution, "--layout", "sparse", "--band", 3)]
-            programs += self.worker("OpenVDB meshToLevelSet", self.python_of_field("openvdb", mesh, asked))
+            # One node suffices: the program chooses its own.
+            programs += self.worker("OpenVDB meshToLevelSet", self.python("openvdb", mesh, {**lattice, "counts": [1, 1, 1]}))
             self.take_turns("sparse ±3", mesh.stem, said["triangles"], resolution, programs)
-
-    def python_of_field(self, program, mesh, asked):
-        # Nodes of one point: the program makes its own.
-        if program == "openvdb":
-            asked = {**asked, "counts": [1, 1, 1]}
-        return self.python(program, mesh, asked)
 
     def contacts(self, cloth, body):
         said, file = self.bake(body, 256)
         margin = 0.01
-        # In one process, its median after a first time, as Warp's kernel is timed; and as one command.
+        # In one process, the median after a first run, as Warp's kernel is timed; and as one command.
         in_process = lambda method: Sdftool(
             f"sdftool {method}", self.args.speed,
             ["--only", "contacts", "--mesh", cloth, "--field", file, "--margin", margin, "--method", method, "--json"],
@@ -268,7 +263,7 @@ class Run:
         said_by(self.rust("entangled", self.args.output / "entangled.csv"))
 
     def write(self):
-        """Keeps the rows of work that was not done this time."""
+        """Keeps the rows of work that was not repeated."""
         path = self.args.output / "peers.csv"
         done = {(row[2], row[3], str(row[5])) for row in self.rows}
         kept = []
@@ -282,13 +277,13 @@ class Run:
 
 
 class Reference:
-    """Exact distances with the sign of the winding number, as sdftool bakes them; that others agree shows both right."""
+    """Exact distances with the sign of the winding number, as sdftool bakes them. Agreement of others shows that both are right."""
 
     def __init__(self, distances, side):
         self.distances, self.side, self.count = distances, side, len(distances)
 
     @classmethod
-    def of_grid(cls, file, said):
+    def from_grid(cls, file, said):
         with h5py.File(file) as grid:
             distances = grid["VTKHDF/PointData/distance"][:].ravel()
         cells = [count - 1 for count in said["counts"]]
@@ -296,19 +291,19 @@ class Reference:
         return cls(distances, max(cells) * said["spacing"] - 2 * said["padding"])
 
     def judge(self, distances):
-        off = np.nanmax(np.abs(np.abs(distances) - np.abs(self.distances))) / self.side
-        # What is no number has no sign.
+        error = np.nanmax(np.abs(np.abs(distances) - np.abs(self.distances))) / self.side
+        # NaN has no sign.
         wrong = ((distances < 0) != (self.distances < 0)) | np.isnan(distances)
-        return off, int(wrong.sum())
+        return error, int(wrong.sum())
 
 
 def attempt(programs, what):
-    """What fails is asked no more, and the reason kept."""
+    """Applies `what`. A program that fails keeps the reason and is skipped from then on."""
     for program in [program for program in programs if not program.failure]:
         try:
             what(program)
         except Exception as error:
-            # Without the folders of this machine.
+            # Without folder names of this machine.
             program.failure = "failed: " + re.sub(r"[^\s'\"]*/", "", str(error) or type(error).__name__)
             print(f"  {program.name}: {program.failure}", flush=True)
 

@@ -3,9 +3,9 @@
 #
 #     tests/peers/run.sh [--meshes FOLDER] [--only dense,sparse,contacts,obj,entangled] [--rounds N] [--limit SECONDS]
 #
-# FOLDER holds the meshes as OBJ (stanford-bunny, armadillo, dragon, cloth; --names takes others). Needs Python 3.11 and PyPI;
-# as root on Debian it installs OpenVDB for Python and Eigen, which pysdf is built with. All of it takes about 15 minutes on a
-# quiet machine.
+# FOLDER has the meshes as OBJ (stanford-bunny, armadillo, dragon, cloth; --names selects others). Needs Python 3.11 and PyPI;
+# as root on Debian it installs OpenVDB for Python, and Eigen to build pysdf. A full run takes about 15 minutes on an idle
+# machine.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -18,7 +18,7 @@ if [ ${#missing[@]} -gt 0 ] && [ "$(id -u)" = 0 ]; then
     export DEBIAN_FRONTEND=noninteractive
     { apt-get update && apt-get install --yes --no-install-recommends "${missing[@]}"; } >/dev/null
 elif [ ${#missing[@]} -gt 0 ]; then
-    echo "peers: not installed, and left out: ${missing[*]}" >&2
+    echo "peers: not installed, skipped: ${missing[*]}" >&2
 fi
 
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")

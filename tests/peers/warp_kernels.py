@@ -1,4 +1,4 @@
-"""What Warp compiles for the processor: a distance with its sign by winding number, and contacts by Frank-Wolfe."""
+"""Kernels that Warp compiles for the CPU: distances with signs by winding number, and contacts by Frank-Wolfe."""
 
 import warp as wp
 
@@ -13,12 +13,12 @@ def distance(body: wp.uint64, points: wp.array(dtype=wp.vec3), farthest: float, 
 
 
 @wp.func
-def sample(volume: wp.array3d(dtype=float), origin: wp.vec3, per_spacing: float, point: wp.vec3):
-    """The trilinear value and its gradient by place, of a point put into the box."""
-    at = (point - origin) * per_spacing
-    x = wp.clamp(at[0], 0.0, float(volume.shape[2] - 1))
-    y = wp.clamp(at[1], 0.0, float(volume.shape[1] - 1))
-    z = wp.clamp(at[2], 0.0, float(volume.shape[0] - 1))
+def sample(volume: wp.array3d(dtype=float), origin: wp.vec3, inv_spacing: float, point: wp.vec3):
+    """Gradient and value of the trilinear interpolant at a point, clamped to the box."""
+    local = (point - origin) * inv_spacing
+    x = wp.clamp(local[0], 0.0, float(volume.shape[2] - 1))
+    y = wp.clamp(local[1], 0.0, float(volume.shape[1] - 1))
+    z = wp.clamp(local[2], 0.0, float(volume.shape[0] - 1))
     i = wp.min(int(x), volume.shape[2] - 2)
     j = wp.min(int(y), volume.shape[1] - 2)
     k = wp.min(int(z), volume.shape[0] - 2)
@@ -42,7 +42,7 @@ def sample(volume: wp.array3d(dtype=float), origin: wp.vec3, per_spacing: float,
     along_x = ((b - a) * (1.0 - v) + (d - c) * v) * (1.0 - w) + ((f - e) * (1.0 - v) + (h - g) * v) * w
     along_y = (cd - ab) * (1.0 - w) + (gh - ef) * w
     along_z = high - low
-    return wp.vec4(along_x * per_spacing, along_y * per_spacing, along_z * per_spacing, low + (high - low) * w)
+    return wp.vec4(along_x * inv_spacing, along_y * inv_spacing, along_z * inv_spacing, low + (high - low) * w)
 
 
 @wp.kernel
@@ -58,22 +58,22 @@ def frank_wolfe(
     values: wp.array(dtype=float),
     weights: wp.array(dtype=wp.vec3),
 ):
-    """The least of all values seen; 1e30 for a face that the look at its centroid rules out."""
+    """The lowest value found; 1e30 for a face that the cull at its centroid drops."""
     i = wp.tid()
     face = faces[i]
     a = points[face[0]]
     b = points[face[1]]
     c = points[face[2]]
-    per_spacing = 1.0 / spacing
+    inv_spacing = 1.0 / spacing
     middle = (a + b + c) / 3.0
-    reach = wp.max(wp.max(wp.length(a - middle), wp.length(b - middle)), wp.length(c - middle))
-    at = sample(volume, origin, per_spacing, middle)
-    least = at[3]
-    lowest = wp.vec3(1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0)
-    if least > margin + slope_bound * reach:
+    radius = wp.max(wp.max(wp.length(a - middle), wp.length(b - middle)), wp.length(c - middle))
+    at = sample(volume, origin, inv_spacing, middle)
+    lowest = at[3]
+    lowest_weights = wp.vec3(1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0)
+    if lowest > margin + slope_bound * radius:
         values[i] = 1.0e30
         return
-    weight = lowest
+    weight = lowest_weights
     for step in range(steps):
         gradient = wp.vec3(at[0], at[1], at[2])
         da = wp.dot(gradient, a)
@@ -84,11 +84,11 @@ def frank_wolfe(
             corner = wp.vec3(1.0, 0.0, 0.0)
         elif db <= dc:
             corner = wp.vec3(0.0, 1.0, 0.0)
-        share = 2.0 / (float(step) + 2.0)
-        weight = weight + (corner - weight) * share
-        at = sample(volume, origin, per_spacing, a * weight[0] + b * weight[1] + c * weight[2])
-        if at[3] < least:
-            least = at[3]
-            lowest = weight
-    values[i] = least
-    weights[i] = lowest
+        step_size = 2.0 / (float(step) + 2.0)
+        weight = weight + (corner - weight) * step_size
+        at = sample(volume, origin, inv_spacing, a * weight[0] + b * weight[1] + c * weight[2])
+        if at[3] < lowest:
+            lowest = at[3]
+            lowest_weights = weight
+    values[i] = lowest
+    weights[i] = lowest_weights

@@ -1,7 +1,7 @@
-"""One of the programs that Python reaches, as a worker: worker.py PROGRAM MESH NODES|FIELD.
+"""A program with a Python interface as a worker: worker.py PROGRAM MESH NODES|FIELD.
 
-Reads its files, prints "ready", does its work once for each line `go`, and prints {"seconds": ...}; `save PATH` writes the
-distances of the last time as f32, x fastest. As the Rust workers in src/main.rs do.
+Follows the protocol of the Rust workers in src/main.rs: reads its files, prints "ready", does its work once for each line `go`,
+and prints {"seconds": ...}; `save PATH` writes the distances of the last run as f32, x fastest.
 """
 
 import json
@@ -28,13 +28,13 @@ def read_obj(path):
 
 
 class Nodes:
-    """The nodes at which distances are wanted."""
+    """Nodes of the distances."""
 
     def __init__(self, text):
-        asked = json.loads(text)
-        self.spacing = asked["spacing"]
-        self.origin = np.array(asked["origin"])
-        axes = [origin + self.spacing * np.arange(count) for origin, count in zip(asked["origin"], asked["counts"])]
+        lattice = json.loads(text)
+        self.spacing = lattice["spacing"]
+        self.origin = np.array(lattice["origin"])
+        axes = [origin + self.spacing * np.arange(count) for origin, count in zip(lattice["origin"], lattice["counts"])]
         z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
         self.points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
 
@@ -43,13 +43,13 @@ def open3d(mesh, nodes):
     import open3d as o3d
 
     points, faces = mesh
-    asked = o3d.core.Tensor(nodes.points.astype(np.float32))
+    queries = o3d.core.Tensor(nodes.points.astype(np.float32))
     corners = o3d.core.Tensor(points.astype(np.float32)), o3d.core.Tensor(faces.astype(np.uint32))
 
     def work():
         scene = o3d.t.geometry.RaycastingScene(nthreads=1)
         scene.add_triangles(*corners)
-        return scene.compute_signed_distance(asked, nthreads=1).numpy()
+        return scene.compute_signed_distance(queries, nthreads=1).numpy()
 
     return work
 
@@ -73,14 +73,14 @@ def pysdf(mesh, nodes):
     from pysdf import SDF
 
     points, faces = mesh
-    asked = nodes.points.astype(np.float32)
-    # Beside a point without a triangle it finds none. It keeps no copy of them.
+    queries = nodes.points.astype(np.float32)
+    # It fails near a point without a triangle, and keeps no copy of the arrays.
     used, corners = np.unique(faces, return_inverse=True)
     points, faces = points[used].astype(np.float32), corners.reshape(faces.shape).astype(np.uint32)
 
     def work():
         # Positive inside.
-        return -SDF(points, faces)(asked, trunc_aabb=False, n_threads=1)
+        return -SDF(points, faces)(queries, trunc_aabb=False, n_threads=1)
 
     return work
 
@@ -89,8 +89,8 @@ def fcpw(mesh, nodes):
     import fcpw
 
     points, faces = mesh
-    asked = np.asfortranarray(nodes.points.astype(np.float32))
-    anywhere = np.full(len(asked), np.inf, dtype=np.float32)
+    queries = np.asfortranarray(nodes.points.astype(np.float32))
+    anywhere = np.full(len(queries), np.inf, dtype=np.float32)
 
     def work():
         scene = fcpw.scene_3D()
@@ -99,8 +99,8 @@ def fcpw(mesh, nodes):
         scene.set_object_triangles(np.asfortranarray(faces.astype(np.int32)), 0)
         scene.build(fcpw.aggregate_type.bvh_surface_area, True)
         found = fcpw.interaction_3D_list()
-        scene.find_closest_points(asked, anywhere, found, True)
-        # Asking each answer for its number is Python's time, not FCPW's.
+        scene.find_closest_points(queries, anywhere, found, True)
+        # Reading the number of each hit is Python's time, not FCPW's.
         return lambda: np.array([hit.signed_distance(point) for hit, point in zip(found, nodes.points)])
 
     return work
@@ -111,10 +111,10 @@ def warp(mesh, nodes):
 
     import warp_kernels
 
-    # Compiled before the first time.
+    # Compiled before the first run.
     wp.load_module(warp_kernels, device="cpu")
     points, faces = mesh
-    asked = wp.array(nodes.points.astype(np.float32), dtype=wp.vec3, device="cpu")
+    queries = wp.array(nodes.points.astype(np.float32), dtype=wp.vec3, device="cpu")
     distances = wp.zeros(len(nodes.points), dtype=float, device="cpu")
 
     def work():
@@ -122,7 +122,7 @@ def warp(mesh, nodes):
         indices = wp.array(faces.astype(np.int32).ravel(), dtype=int, device="cpu")
         body = wp.Mesh(corners, indices, support_winding_number=True)
         farthest = float(np.linalg.norm(np.ptp(nodes.points, axis=0)))
-        wp.launch(warp_kernels.distance, len(nodes.points), [body.id, asked, farthest, distances], device="cpu")
+        wp.launch(warp_kernels.distance, len(nodes.points), [body.id, queries, farthest, distances], device="cpu")
         return distances.numpy().copy()
 
     return work
@@ -137,17 +137,17 @@ def warp_frank_wolfe(mesh, field):
     wp.load_module(warp_kernels, device="cpu")
     points, faces = mesh
     with h5py.File(field["file"]) as file:
-        about = file["sdf"].attrs
-        origin, spacing = about["origin"], float(about["spacing"])
+        attributes = file["sdf"].attrs
+        origin, spacing = attributes["origin"], float(attributes["spacing"])
         volume = wp.array(file["VTKHDF/PointData/distance"][:], dtype=float, device="cpu")
     corners = wp.array(points.astype(np.float32), dtype=wp.vec3, device="cpu")
     indices = wp.array(faces.astype(np.int32), dtype=wp.vec3i, device="cpu")
     values = wp.zeros(len(faces), dtype=float, device="cpu")
     weights = wp.zeros(len(faces), dtype=wp.vec3, device="cpu")
-    asked = [corners, indices, volume, wp.vec3(*map(float, origin)), spacing, field["margin"], field["slope_bound"], 32]
+    inputs = [corners, indices, volume, wp.vec3(*map(float, origin)), spacing, field["margin"], field["slope_bound"], 32]
 
     def work():
-        wp.launch(warp_kernels.frank_wolfe, len(faces), [*asked, values, weights], device="cpu")
+        wp.launch(warp_kernels.frank_wolfe, len(faces), [*inputs, values, weights], device="cpu")
         found = values.numpy()
         return {"passed_cull": int((found < 1e30).sum()), "faces": int((found <= field["margin"]).sum())}
 
@@ -162,7 +162,7 @@ def mujoco(mesh, field):
 
     points, faces = mesh
     body_points, body_faces = read_obj(field["body"])
-    # It bakes the body into an octree of its own, moves the cloth as one rigid body, and takes no account of a margin here.
+    # MuJoCo bakes the body into its own octree, moves the cloth as one rigid body, and ignores the margin here.
     model = mj.MjModel.from_xml_string(f"""
         <mujoco>
           <option sdf_iterations="32" sdf_initpoints="1" gravity="0 0 0"/>
@@ -195,10 +195,10 @@ def openvdb(mesh, nodes):
 
     points, faces = mesh
     points, faces = (points - nodes.origin).astype(np.float32), faces.astype(np.uint32)
-    place = vdb.createLinearTransform(voxelSize=nodes.spacing)
+    transform = vdb.createLinearTransform(voxelSize=nodes.spacing)
 
     def work():
-        grid = vdb.FloatGrid.createLevelSetFromPolygons(points, triangles=faces, transform=place, halfWidth=3)
+        grid = vdb.FloatGrid.createLevelSetFromPolygons(points, triangles=faces, transform=transform, halfWidth=3)
         return {"nodes": grid.activeVoxelCount(), "result_mib": grid.memUsage() / 2**20}
 
     return work
@@ -207,18 +207,18 @@ def openvdb(mesh, nodes):
 PROGRAMS = {work.__name__: work for work in [open3d, libigl, pysdf, fcpw, warp, warp_frank_wolfe, mujoco, openvdb]}
 
 
-def most_memory():
-    """The most that this process has held, in MiB."""
+def memory():
+    """Peak and current memory of this process, in MiB."""
     with open("/proc/self/status") as status:
-        held = {line.split(":")[0]: line.split()[1] for line in status if line.startswith(("VmHWM", "VmRSS"))}
-    return int(held["VmHWM"]) / 1024, int(held["VmRSS"]) / 1024
+        values = {line.split(":")[0]: line.split()[1] for line in status if line.startswith(("VmHWM", "VmRSS"))}
+    return int(values["VmHWM"]) / 1024, int(values["VmRSS"]) / 1024
 
 
 def main():
-    program, mesh, asked = sys.argv[1:]
+    program, mesh, query = sys.argv[1:]
     mesh = read_obj(mesh)
-    work = PROGRAMS[program](mesh, Nodes(asked) if "counts" in asked else json.loads(asked))
-    before = most_memory()[1]
+    work = PROGRAMS[program](mesh, Nodes(query) if "counts" in query else json.loads(query))
+    before = memory()[1]
     print(json.dumps("ready"), flush=True)
     distances = None
     for line in sys.stdin:
@@ -231,7 +231,7 @@ def main():
         distances = work()
         seconds = time.perf_counter() - started
         facts = distances if isinstance(distances, dict) else {}
-        facts = {**facts, "peak_mib": most_memory()[0] - before}
+        facts = {**facts, "peak_mib": memory()[0] - before}
         print(json.dumps({"seconds": seconds, "facts": facts}), flush=True)
 
 

@@ -1,4 +1,4 @@
-"""Reads grids by the example of docs/format.md and with VTK, and compares them and sdftool. See run.sh."""
+"""Reads grids with the example of docs/format.md and with VTK, and compares both with sdftool. See run.sh."""
 
 import csv
 import hashlib
@@ -30,7 +30,7 @@ def documented():
 
 
 def check_documented_names(path, layout):
-    """The file holds what docs/format.md lists for its layout, no less and no more."""
+    """The file has exactly the names that docs/format.md lists for its layout."""
     lists = re.findall(r"^```text\n(.*?)^```$", FORMAT.read_text(encoding="utf-8"), re.M | re.S)
     dense, sparse, attributes = lists
     vtkhdf, beside = dense.split("\n/sdf")
@@ -51,23 +51,23 @@ def check_documented_names(path, layout):
 
 
 def check_damage(path, names):
-    """The example notices a number that changed, in any dataset."""
+    """The example detects a changed number in any dataset."""
     with h5py.File(path, "r") as file:
         datasets = []
         file.visititems(lambda name, item: datasets.append(name) if isinstance(item, h5py.Dataset) else None)
     for name in datasets:
         with tempfile.TemporaryDirectory() as folder:
-            bent = pathlib.Path(folder, "bent.h5")
-            shutil.copy(path, bent)
-            with h5py.File(bent, "r+") as file:
+            damaged = pathlib.Path(folder, "damaged.h5")
+            shutil.copy(path, damaged)
+            with h5py.File(damaged, "r+") as file:
                 at = tuple(np.array(file[name].shape) - 1)
                 file[name][at] = file[name][at] == 0
             try:
-                names["read_grid"](bent)
+                names["read_grid"](damaged)
             except ValueError as error:
                 assert "checksum" in str(error)
             else:
-                raise AssertionError(f"{name} was bent and nobody noticed")
+                raise AssertionError(f"damage in {name} was not detected")
     return len(datasets)
 
 
@@ -88,11 +88,11 @@ def check_vtk(path, sdf, distance):
 
 
 def check_probe(image, printed, sdf):
-    """VTK interpolates as `sdftool eval` does, at the points inside the box."""
+    """VTK interpolates like `sdftool eval` at the points inside the box."""
     table = np.array([list(map(float, row)) for row in list(csv.reader(printed.splitlines()))[1:]])
     near, far = np.reshape(image.GetBounds(), (3, 2)).T
     table = table[np.all((near < table[:, :3]) & (table[:, :3] < far), axis=1)]
-    # VTK's points are f32 unless told otherwise.
+    # VTK's points are f32 by default.
     points, cloud, probe = vtkPoints(), vtkPolyData(), vtkProbeFilter()
     points.SetData(numpy_to_vtk(table[:, :3].copy(), deep=True))
     cloud.SetPoints(points)
@@ -102,21 +102,21 @@ def check_probe(image, printed, sdf):
     found = probe.GetOutput().GetPointData()
     assert vtk_to_numpy(found.GetArray("vtkValidPointMask")).all()
     worst = np.abs(vtk_to_numpy(found.GetArray("distance")) - table[:, 3]).max()
-    # VTK rounds what it has interpolated to f32.
+    # VTK rounds interpolated values to f32.
     tolerance = 16 * 2.0**-24 * (np.abs(table[:, 3]).max() + sdf["spacing"])
-    assert len(table) > 50 and worst <= tolerance, f"VTK and eval are {worst} apart, more than {tolerance}"
+    assert len(table) > 50 and worst <= tolerance, f"VTK and eval differ by {worst}, more than {tolerance}"
     return len(table), worst
 
 
 def random_points(sdf, count, seed):
-    """In a box twice as wide as the grid's, the grid's corners among them."""
+    """Random points in a box twice as wide as the grid's, and two corners of the grid's box."""
     near, far = sdf["origin"], sdf["origin"] + sdf["spacing"] * (sdf["counts"] - 1.0)
     points = np.random.default_rng(seed).uniform(near - (far - near) / 2, far + (far - near) / 2, (count, 3))
     return np.vstack([points, near, far])
 
 
 def evaluate(sdftool, path, points):
-    """What `sdftool eval` prints for the points."""
+    """The output of `sdftool eval` for the points."""
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder, "points.csv")
         lines = ["x,y,z", *(",".join(repr(float(x)) for x in point) for point in points)]
@@ -125,26 +125,26 @@ def evaluate(sdftool, path, points):
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def table_of(printed):
+def parse_table(printed):
     rows = list(csv.DictReader(printed.splitlines()))
     assert rows and list(rows[0]) == ["x", "y", "z", "distance", "gx", "gy", "gz"], "the header of eval"
     return np.array([[float(row[name]) for name in row] for row in rows])
 
 
 def check_eval(printed, sdf, grid, interpolate):
-    table = table_of(printed)
+    table = parse_table(printed)
     points, values = table[:, :3], table[:, 3]
     expected = interpolate(sdf, grid, points)
-    # sdftool may be asked in f32: 24 bits of the coordinates, of the size of the box, times the slope.
+    # sdftool may evaluate in f32: 24 bits of coordinates as large as the box, times the slope.
     size = np.abs(points).max() + sdf["spacing"] * sdf["counts"].max() + np.abs(expected).max()
     tolerance = 16 * 2.0**-24 * size * max(1.0, sdf["slope_bound"])
     worst = np.abs(values - expected).max()
-    assert worst <= tolerance, f"eval is off by {worst}, which is more than {tolerance}"
+    assert worst <= tolerance, f"eval has an error of {worst}, more than {tolerance}"
     return len(table), worst
 
 
 def check_nodes(sdftool, names, sdf, grid):
-    """At nodes whose coordinates are exact, `sdftool eval` says the samples bit for bit. The file is one that h5py wrote."""
+    """At nodes with exact coordinates, `sdftool eval` prints the samples bit for bit, from a file that h5py wrote."""
     sdf = sdf | {"origin": np.zeros(3), "spacing": 2.0**-6}
     seed = np.random.default_rng(1)
     nodes = seed.integers(0, sdf["counts"].astype(int), (2000, 3))
@@ -152,18 +152,18 @@ def check_nodes(sdftool, names, sdf, grid):
     if sdf["layout"] == "sparse":
         near = grid["table"][tuple(nodes.T[::-1] // 8)] >= 0
         assert 0 < near.sum() < len(nodes)
-        # What the coarse grid interpolates may be rounded otherwise.
+        # Interpolation in the coarse grid may round differently.
         nodes, expected = nodes[near], expected[near]
     with tempfile.TemporaryDirectory() as folder:
         ours = pathlib.Path(folder, "by-h5py.sdf.h5")
         write_by_h5py(ours, names, sdf, grid)
-        values = table_of(evaluate(sdftool, ours, sdf["spacing"] * nodes))[:, 3]
+        values = parse_table(evaluate(sdftool, ours, sdf["spacing"] * nodes))[:, 3]
     assert (values.astype("f4") == expected).all() and (values == expected.astype(float)).all()
     return len(nodes)
 
 
 def sheet(low, high):
-    """An OBJ of a sheet of 10 x 10 squares, as wide as the box, on the slant through it."""
+    """An OBJ of a sheet of 10 x 10 squares, as wide as the box, slanting through it."""
     steps = np.linspace(0, 1, 11)
     points = [low + (high - low) * (x, y, 0.3 + 0.4 * x) for y in steps for x in steps]
     lines = ["v " + " ".join(repr(float(x)) for x in point) for point in points]
@@ -173,7 +173,7 @@ def sheet(low, high):
 
 
 def check_contacts(sdftool, path, sdf):
-    """What `sdftool contacts` writes as HDF5 is what it prints as JSON; of no contacts too."""
+    """`sdftool contacts` writes the same to HDF5 as it prints in JSON, also for an empty list."""
     size = sdf["spacing"] * (sdf["counts"] - 1.0)
     total = 0
     with tempfile.TemporaryDirectory() as folder:
@@ -217,7 +217,7 @@ def check_contact_list(path, contacts):
 
 
 def write_by_h5py(path, names, sdf, grid):
-    """The same grid, written by h5py as the end of docs/format.md tells."""
+    """Writes the same grid by h5py, as described at the end of docs/format.md."""
     with h5py.File(path, "w") as file:
         group = file.create_group("sdf")
         digests = []
@@ -242,7 +242,7 @@ def write_by_h5py(path, names, sdf, grid):
             put(points, "distance", 32).attrs["Attribute"] = np.bytes_("Scalars")
             put(group, "bounds", 1000)
         else:
-            # Other chunks than sdftool's.
+            # Chunks that differ from sdftool's.
             put(group, "samples", (48, 512))
             for name in "bounds places scales errors".split():
                 put(group, name, 1000)
@@ -269,7 +269,7 @@ def torus():
 
 
 def check_sparse(sdftool, precision, seed):
-    """What `sdftool bake --layout sparse` writes, read by the example; and against a dense one of the same mesh."""
+    """Reads what `sdftool bake --layout sparse` writes with the example, and compares it with a dense grid of the same mesh."""
     names = documented()
     with tempfile.TemporaryDirectory() as folder:
         mesh, path, dense_path = (pathlib.Path(folder, name) for name in ["torus.obj", "sparse.h5", "dense.h5"])
@@ -285,26 +285,26 @@ def check_sparse(sdftool, precision, seed):
         write_by_h5py(ours, names, sdf, grid)
         assert evaluate(sdftool, ours, points) == printed
         _, worst = check_eval(printed, sdf, grid, names["interpolate"])
-        print(f"sdftool eval: {len(points)} points, off by {worst:.2g} at most; {check_nodes(sdftool, names, sdf, grid)} "
-              "nodes the same bit for bit; the same of a grid that h5py wrote")
+        print(f"sdftool eval: {len(points)} points, error at most {worst:.2g}; {check_nodes(sdftool, names, sdf, grid)} "
+              "nodes equal bit for bit; equal for a grid that h5py wrote")
         check_band(sdf, grid, *names["read_grid"](dense_path), names)
 
 
 def check_band(sdf, grid, dense_sdf, dense_grid, names):
-    """In the band a sparse grid says what the dense one does, but for the bricks' errors."""
+    """In its band a sparse grid equals the dense one to within the bricks' errors."""
     low, high = dense_sdf["origin"], dense_sdf["origin"] + dense_sdf["spacing"] * (dense_sdf["counts"] - 1.0)
     points = np.random.default_rng(1).uniform(low, high, (20000, 3))
     expected = names["interpolate"](dense_sdf, dense_grid, points)
     near = np.abs(expected) + dense_sdf["error_bound"] < sdf["band"]
-    off = np.abs(names["interpolate"](sdf, grid, points[near]) - expected[near]).max()
-    # The two lattices may lie otherwise.
+    worst = np.abs(names["interpolate"](sdf, grid, points[near]) - expected[near]).max()
+    # The two lattices may differ.
     allowed = sdf["error_bound"] + dense_sdf["error_bound"]
-    assert near.sum() > 50 and off <= allowed, f"off by {off}, more than {allowed}, of {near.sum()}"
-    print(f"the dense grid: apart by {off:.2g} at most at {near.sum()} points of the band")
+    assert near.sum() > 50 and worst <= allowed, f"error {worst}, more than {allowed}, of {near.sum()}"
+    print(f"the dense grid: differs by at most {worst:.2g} at {near.sum()} points of the band")
 
 
 def check_file(path, names):
-    """What the file says of itself."""
+    """Checks the file's names, types, bounds and checksums."""
     sdf, grid = names["read_grid"](path)
     check_documented_names(path, sdf["layout"])
     if sdf["layout"] == "dense":
@@ -316,22 +316,22 @@ def check_file(path, names):
         assert len(grid["samples"]) == sdf["bricks"] and sdf["brick_side"] == 8
     assert all(grid[name].dtype == np.dtype(kind) for name, kind in types.items())
     check_bounds(sdf, grid, names)
-    print(f"h5py: {sdf['layout']}, checksums hold, and a number bent in any of {check_damage(path, names)} datasets is noticed")
+    print(f"h5py: {sdf['layout']}, checksums hold, and damage in any of {check_damage(path, names)} datasets is detected")
     return sdf, grid
 
 
 def check_bounds(sdf, grid, names):
-    """No sample of a place is beyond its bounds, and no cell of it steeper."""
+    """No sample of a block is outside its bounds, and no cell of it is steeper."""
     counts = sdf["counts"].astype(int)
-    places = -(-counts // 8)
+    blocks = -(-counts // 8)
     for row in np.random.default_rng(1).integers(0, len(grid["bounds"]), 100):
         sparse = sdf["layout"] == "sparse"
-        place = grid["places"][row] if sparse else np.array(np.unravel_index(row, places[::-1]))[::-1]
-        first, last = place.astype(int) * 8, np.minimum(place.astype(int) * 8 + 8, counts)
+        block = grid["places"][row] if sparse else np.array(np.unravel_index(row, blocks[::-1]))[::-1]
+        first, last = block.astype(int) * 8, np.minimum(block.astype(int) * 8 + 8, counts)
         nodes = np.stack(np.meshgrid(*map(np.arange, first, last), indexing="ij"), axis=-1).reshape(-1, 3)
         found = names["samples"](sdf, grid, nodes)
-        least, greatest, slope = grid["bounds"][row]
-        assert least <= found.min() and found.max() <= greatest
+        lower, upper, slope = grid["bounds"][row]
+        assert lower <= found.min() and found.max() <= upper
         cells = nodes[(nodes < counts - 1).all(axis=1)]
         corners = np.array([names["samples"](sdf, grid, cells + corner) for corner in np.ndindex(2, 2, 2)], float)
         corners = corners.reshape(2, 2, 2, -1)
@@ -350,7 +350,7 @@ def main(path, sdftool_or_csv=None, seed="1"):
     if sdf["layout"] == "sparse":
         return
     image = check_vtk(path, sdf, grid["distance"])
-    print("VTK: the same, bit for bit")
+    print("VTK: equal bit for bit")
     if sdftool_or_csv is None:
         return
     if sdftool_or_csv.endswith(".csv"):
@@ -363,14 +363,14 @@ def main(path, sdftool_or_csv=None, seed="1"):
             ours = pathlib.Path(folder, "by-h5py.sdf.h5")
             write_by_h5py(ours, names, sdf, grid)
             assert evaluate(sdftool_or_csv, ours, points) == printed
-        print(f"sdftool eval: the same of a grid that h5py wrote, {check_nodes(sdftool_or_csv, names, sdf, grid)} nodes "
+        print(f"sdftool eval: equal for a grid that h5py wrote, {check_nodes(sdftool_or_csv, names, sdf, grid)} nodes "
               "bit for bit")
     count, worst = check_eval(printed, sdf, grid, names["interpolate"])
-    print(f"sdftool eval: {count} points, off by {worst:.2g} at most")
+    print(f"sdftool eval: {count} points, error at most {worst:.2g}")
     count, worst = check_probe(image, printed, sdf)
-    print(f"VTK's vtkProbeFilter: {count} points, apart by {worst:.2g} at most")
+    print(f"VTK's vtkProbeFilter: {count} points, difference at most {worst:.2g}")
     if not sdftool_or_csv.endswith(".csv"):
-        print(f"sdftool contacts: {check_contacts(sdftool_or_csv, path, sdf)} contacts in HDF5, the same with h5py")
+        print(f"sdftool contacts: {check_contacts(sdftool_or_csv, path, sdf)} contacts in HDF5, equal by h5py")
         for precision in ["f32", "u16", "u8"]:
             print(f"sparse, {precision}:")
             check_sparse(sdftool_or_csv, precision, int(seed))

@@ -3,9 +3,9 @@
 #
 #   run.sh FILE.sdf.h5 [SDFTOOL | EVAL.csv]
 #
-# With the program SDFTOOL, or with what its `eval` printed, interpolated values of a dense grid are compared too; with the
-# program, also its lists of contacts, and sparse grids that it bakes.
-# PYTHON is a Python 3.11 or newer; the packages go to target/readers-venv, once.
+# With the program SDFTOOL, or the output of its `eval`, compares interpolated values of a dense grid too; with the program, also
+# its lists of contacts, and sparse grids that it bakes.
+# PYTHON is a Python 3.11 or newer. The packages are installed once, in target/readers-venv.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 venv=${CARGO_TARGET_DIR:-$here/../../target}/readers-venv

@@ -1,4 +1,6 @@
-//! Forward-mode dual numbers: the oracle for gradients written by hand.
+//! Forward-mode dual numbers (Griewank and Walther 2008, ch. 3): the oracle for gradients written by hand.
+//!
+//! `a + b·ε` with ε² = 0: every operation carries the derivatives of its result by the chain rule.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -6,30 +8,30 @@ use nalgebra::Vector3;
 use num_traits::{One, Zero};
 use sdf_core::{Float, Gather, Real};
 
-/// A number and its derivatives by x, y and z. Comparisons and choices go by the value, so the derivative is that of the
-/// branch that was taken.
+/// A number and its derivatives by x, y and z. Comparisons use the value alone, so the derivative belongs to the branch
+/// that was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T> {
     pub value: T,
-    pub slope: [T; 3],
+    pub gradient: [T; 3],
 }
 
 impl<T: Float> Dual<T> {
     pub fn constant(value: T) -> Self {
-        Self { value, slope: [T::zero(); 3] }
+        Self { value, gradient: [T::zero(); 3] }
     }
 
-    /// A point that knows its coordinates to be the variables.
+    /// A point whose coordinates are the variables: ∂x/∂x = 1, ∂x/∂y = 0, …
     pub fn variables(point: Vector3<T>) -> Vector3<Self> {
         Vector3::from_fn(|axis, _| Self {
             value: point[axis],
-            slope: std::array::from_fn(|k| if k == axis { T::one() } else { T::zero() }),
+            gradient: std::array::from_fn(|k| if k == axis { T::one() } else { T::zero() }),
         })
     }
 
-    /// With the derivatives of a function of two numbers, by the chain rule.
-    fn chain(value: T, [by_a, by_b]: [T; 2], a: Self, b: Self) -> Self {
-        Self { value, slope: std::array::from_fn(|k| by_a * a.slope[k] + by_b * b.slope[k]) }
+    /// Chain rule for a function f(a, b): f′ = ∂f/∂a · a′ + ∂f/∂b · b′.
+    fn chain(value: T, [df_da, df_db]: [T; 2], a: Self, b: Self) -> Self {
+        Self { value, gradient: std::array::from_fn(|k| df_da * a.gradient[k] + df_db * b.gradient[k]) }
     }
 }
 
@@ -59,7 +61,7 @@ operator!(Div, div, DivAssign, div_assign, |a, b| [T::one() / b, -a / (b * b)]);
 impl<T: Float> Neg for Dual<T> {
     type Output = Self;
     fn neg(self) -> Self {
-        Self { value: -self.value, slope: self.slope.map(|slope| -slope) }
+        Self { value: -self.value, gradient: self.gradient.map(|slope| -slope) }
     }
 }
 
@@ -90,7 +92,7 @@ impl<T: Float> Real for Dual<T> {
     }
     fn sqrt(self) -> Self {
         let root = Real::sqrt(self.value);
-        Self { value: root, slope: self.slope.map(|slope| slope / (root + root)) }
+        Self { value: root, gradient: self.gradient.map(|slope| slope / (root + root)) }
     }
     fn trunc(self) -> Self {
         Self::constant(Real::trunc(self.value))

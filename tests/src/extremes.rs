@@ -1,8 +1,8 @@
-//! Input that nobody sends on purpose.
+//! Points with NaN, infinite, huge or tiny coordinates.
 
 use nalgebra::Vector3;
 
-/// Points that no field was made for, each hostile in one coordinate or in all.
+/// Each hostile number in one coordinate of an ordinary point, in all three, and alone on an axis.
 pub fn hostile_points() -> Vec<Vector3<f64>> {
     let numbers = [
         f64::NAN,
@@ -27,12 +27,14 @@ pub fn hostile_points() -> Vec<Vector3<f64>> {
     numbers
         .iter()
         .flat_map(|x| {
-            let one = (0..3).map(|axis| {
+            let in_one = (0..3).map(|axis| {
                 let mut point = ordinary;
                 point[axis] = *x;
                 point
             });
-            one.chain([Vector3::repeat(*x), Vector3::new(*x, 0.0, 0.0), Vector3::new(0.0, 0.0, *x)]).collect::<Vec<_>>()
+            in_one
+                .chain([Vector3::repeat(*x), Vector3::new(*x, 0.0, 0.0), Vector3::new(0.0, 0.0, *x)])
+                .collect::<Vec<_>>()
         })
         .collect()
 }

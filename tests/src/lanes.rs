@@ -1,21 +1,21 @@
-//! Into lanes and out again.
+//! Packs points and simplices into SIMD lanes, and unpacks samples.
 
 use std::array::from_fn;
 
 use nalgebra::Vector3;
 use sdf_core::{Float, Lanes, Sample, Simplex, Status};
 
-pub fn side_by_side<R: Float, const L: usize>(points: &[Vector3<R>; L]) -> Vector3<Lanes<R, L>> {
+pub fn pack_points<R: Float, const L: usize>(points: &[Vector3<R>; L]) -> Vector3<Lanes<R, L>> {
     Vector3::from_fn(|axis, _| Lanes(from_fn(|lane| points[lane][axis])))
 }
 
-pub fn simplices_side_by_side<R: Float, const L: usize, const N: usize>(
+pub fn pack_simplices<R: Float, const L: usize, const N: usize>(
     simplices: &[Simplex<R, N>; L],
 ) -> Simplex<Lanes<R, L>, N> {
-    Simplex { corners: from_fn(|corner| side_by_side(&from_fn(|lane| simplices[lane].corners[corner]))) }
+    Simplex { corners: from_fn(|corner| pack_points(&from_fn(|lane| simplices[lane].corners[corner]))) }
 }
 
-pub fn sample_of_lane<R: Float, const L: usize>(sample: &Sample<Lanes<R, L>>, lane: usize) -> Sample<R> {
+pub fn lane_sample<R: Float, const L: usize>(sample: &Sample<Lanes<R, L>>, lane: usize) -> Sample<R> {
     Sample {
         value: sample.value.0[lane],
         gradient: sample.gradient.map(|x| x.0[lane]),

@@ -1,12 +1,12 @@
-//! What the tests of several crates share: oracles, random numbers, and a table of fields to run every law over.
+//! Shared parts of the tests: oracles, random numbers, and tables of fields and methods that every law runs over.
 
-pub mod any_field;
 pub mod dual;
 pub mod extremes;
 pub mod lanes;
 pub mod methods;
 pub mod oracle;
 pub mod random;
+pub mod scene_field;
 pub mod scenes;
 pub mod stability;
 

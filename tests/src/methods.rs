@@ -1,4 +1,4 @@
-//! Every minimizer, in one type, so that a law is written once and asked of all of them.
+//! Every minimizer in one type, so that a law is written once and checked for all of them.
 
 use sdf_core::minimize::{
     Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
@@ -13,11 +13,11 @@ pub enum Method {
     LineSearch(LineSearch),
     Newton(Newton),
     Certified(Certified),
-    /// On segments alone.
+    /// Segments only.
     GoldenSection(GoldenSection),
 }
 
-/// Those that there are for simplices of `corners` corners, with a budget of steps, or one sample more.
+/// Every method for simplices of `corners` corners, with `budget` steps, `budget + 1` samples or `4 * budget` evaluations.
 pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
     let mut methods = vec![
         Method::FrankWolfe(FrankWolfe { iterations: budget, ..FrankWolfe::default() }),
@@ -33,37 +33,8 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
     methods
 }
 
-impl Minimizer<2> for Method {
-    fn quick_pass(&self) -> Option<Self> {
-        match self {
-            Self::FrankWolfe(method) => Minimizer::<2>::quick_pass(method).map(Self::FrankWolfe),
-            Self::ProjectedGradient(method) => Minimizer::<2>::quick_pass(method).map(Self::ProjectedGradient),
-            _ => None,
-        }
-    }
-
-    fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
-        match self {
-            Self::FrankWolfe(method) => method.minimize(field, simplex),
-            Self::ProjectedGradient(method) => method.minimize(field, simplex),
-            Self::PointSampling(method) => method.minimize(field, simplex),
-            Self::LineSearch(method) => method.minimize(field, simplex),
-            Self::Newton(method) => method.minimize(field, simplex),
-            Self::Certified(method) => method.minimize(field, simplex),
-            Self::GoldenSection(method) => method.minimize(field, simplex),
-        }
-    }
-
-    fn minimize_below<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>, level: R) -> Minimum<R, 2> {
-        match self {
-            Self::Certified(method) => method.minimize_below(field, simplex, level),
-            other => other.minimize(field, simplex),
-        }
-    }
-}
-
-macro_rules! all_but_golden_section {
-    ($corners:literal) => {
+macro_rules! minimizer_of {
+    ($corners:literal, $golden_section:expr) => {
         impl Minimizer<$corners> for Method {
             fn quick_pass(&self) -> Option<Self> {
                 match self {
@@ -87,7 +58,7 @@ macro_rules! all_but_golden_section {
                     Self::LineSearch(method) => method.minimize(field, simplex),
                     Self::Newton(method) => method.minimize(field, simplex),
                     Self::Certified(method) => method.minimize(field, simplex),
-                    Self::GoldenSection(_) => panic!("golden section is for segments"),
+                    Self::GoldenSection(method) => $golden_section(method, field, simplex),
                 }
             }
 
@@ -106,5 +77,14 @@ macro_rules! all_but_golden_section {
     };
 }
 
-all_but_golden_section!(1);
-all_but_golden_section!(3);
+minimizer_of!(1, segments_only);
+minimizer_of!(2, GoldenSection::minimize);
+minimizer_of!(3, segments_only);
+
+fn segments_only<R: Real, F: EnclosedSdf, const N: usize>(
+    _: &GoldenSection,
+    _: &F,
+    _: &Simplex<R, N>,
+) -> Minimum<R, N> {
+    panic!("golden section minimizes on segments only, not on {N} corners")
+}

@@ -1,56 +1,60 @@
-//! What a shape, a simplex and a field are, by brute force.
+//! Brute-force oracles: surface points by bisection, minima by lattices and ternary search; and random simplices.
 
 use nalgebra::Vector3;
+use sdf_core::contact::Element;
 use sdf_core::{EnclosedSdf, Real, Simplex};
 
 use crate::random::Random;
 
-/// Points on the surface of a solid that is known by membership alone, each within `size`·2⁻⁴⁶ of it: on random lines
-/// through the cube that reaches `size` to either side, every change of membership is bisected. Half of the lines aim at
-/// the z axis, lest they miss a needle.
+/// Points on the surface of a solid that is given by membership alone, each within `size`·2⁻⁴⁶ of it.
+///
+/// Random lines cross the cube [−size, size]³, and every change of membership along them is bisected. Half of the lines aim
+/// at the z axis: random ones seldom meet a needle.
 pub fn surface_points(
-    holds: impl Fn(Vector3<f64>) -> bool,
+    is_inside: impl Fn(Vector3<f64>) -> bool,
     size: f64,
     lines: usize,
     random: &mut Random,
 ) -> Vec<Vector3<f64>> {
     const STEPS: usize = 200;
-    let mut found = vec![];
+    let mut points = vec![];
     for line in 0..lines {
         let (from, aim) = (random.in_cube(1.3 * size), random.in_cube(1.3 * size));
         let to = if line % 2 == 0 { aim } else { aim.component_mul(&Vector3::new(0.03, 0.03, 1.0)) };
         let at = |step: usize| from + (to - from) * (step as f64 / STEPS as f64);
+        let mut previous = is_inside(from);
         for step in 0..STEPS {
             let (mut a, mut b) = (at(step), at(step + 1));
-            let side = holds(a);
-            if side == holds(b) {
+            let (side_of_a, side_of_b) = (previous, is_inside(b));
+            previous = side_of_b;
+            if side_of_a == side_of_b {
                 continue;
             }
             for _ in 0..50 {
                 let middle = (a + b) * 0.5;
-                if holds(middle) == side {
+                if is_inside(middle) == side_of_a {
                     a = middle;
                 } else {
                     b = middle;
                 }
             }
-            found.push(a);
+            points.push(a);
         }
     }
-    found
+    points
 }
 
-/// Barycentric weights of an even lattice on the simplex, `parts` to an edge.
+/// Barycentric weights of a regular lattice on the simplex, with `parts` intervals per edge.
 pub fn lattice_weights<const N: usize>(parts: usize) -> Vec<[f64; N]> {
-    fn fill<const N: usize>(at: usize, left: usize, parts: usize, weights: &mut [f64; N], all: &mut Vec<[f64; N]>) {
-        if at + 1 == N {
-            weights[at] = left as f64 / parts as f64;
+    fn fill<const N: usize>(corner: usize, left: usize, parts: usize, weights: &mut [f64; N], all: &mut Vec<[f64; N]>) {
+        if corner + 1 == N {
+            weights[corner] = left as f64 / parts as f64;
             all.push(*weights);
             return;
         }
         for count in 0..=left {
-            weights[at] = count as f64 / parts as f64;
-            fill(at + 1, left - count, parts, weights, all);
+            weights[corner] = count as f64 / parts as f64;
+            fill(corner + 1, left - count, parts, weights, all);
         }
     }
     let mut all = vec![];
@@ -58,9 +62,11 @@ pub fn lattice_weights<const N: usize>(parts: usize) -> Vec<[f64; N]> {
     all
 }
 
-/// The least value on the lattice of a simplex. No point is farther from a lattice point than the longest edge over
-/// `parts`, so the truth is at most slope bound · longest edge / parts below.
-pub fn least_on_lattice<R: Real<Mask = bool>, const N: usize>(
+/// The minimum over a lattice on the simplex.
+///
+/// Every point is within `longest edge / parts` of a lattice point, so the true minimum is at most
+/// `slope bound · longest edge / parts` lower.
+pub fn lattice_minimum<R: Real<Mask = bool>, const N: usize>(
     field: &impl EnclosedSdf,
     simplex: &Simplex<R, N>,
     parts: usize,
@@ -69,25 +75,26 @@ pub fn least_on_lattice<R: Real<Mask = bool>, const N: usize>(
     values.reduce(Real::min).unwrap()
 }
 
-/// The least value of a convex field on a simplex of one to three corners, to `slope bound · longest edge · 1e-9`: on
-/// a convex function ternary search is sure, and the least along one weight is convex in the other.
-pub fn least_of_convex<const N: usize>(field: &impl EnclosedSdf, simplex: &Simplex<f64, N>) -> f64 {
-    let value = |weights: [f64; N]| field.value(simplex.point(weights));
-    let weights = |b: f64, c: f64| {
+/// The minimum of a convex field on a simplex of one to three corners, to `slope bound · longest edge · 1e-9`.
+///
+/// Nested ternary search: a convex function is unimodal, and its minimum over one weight is convex in the other.
+pub fn convex_minimum<const N: usize>(field: &impl EnclosedSdf, simplex: &Simplex<f64, N>) -> f64 {
+    let value = |b: f64, c: f64| {
         let mut weights = [0.0; N];
         for (slot, weight) in weights.iter_mut().zip([1.0 - b - c, b, c]) {
             *slot = weight;
         }
-        value(weights)
+        field.value(simplex.point(weights))
     };
     match N {
-        1 => weights(0.0, 0.0),
-        2 => ternary(1.0, |b| weights(b, 0.0)),
-        _ => ternary(1.0, |b| ternary(1.0 - b, |c| weights(b, c))),
+        1 => value(0.0, 0.0),
+        2 => ternary_search(1.0, |b| value(b, 0.0)),
+        _ => ternary_search(1.0, |b| ternary_search(1.0 - b, |c| value(b, c))),
     }
 }
 
-fn ternary(end: f64, value: impl Fn(f64) -> f64) -> f64 {
+/// The minimum of a unimodal function over [0, end].
+fn ternary_search(end: f64, value: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, end);
     for _ in 0..52 {
         let third = (high - low) / 3.0;
@@ -100,8 +107,8 @@ fn ternary(end: f64, value: impl Fn(f64) -> f64) -> f64 {
     value(0.0).min(value(end)).min(value(0.5 * (low + high)))
 }
 
-/// Simplices of the given kind around a scene of `size`: most of ordinary shape, some slivers, some with corners that
-/// coincide, some tiny, some on the shape's own axes.
+/// A random simplex near a scene of `size`: mostly of ordinary shape, but also slivers, coinciding corners, tiny ones, and
+/// ones on the shape's symmetry planes or on round coordinates.
 pub fn random_simplex<const N: usize>(random: &mut Random, size: f64) -> Simplex<f64, N> {
     let first = random.in_cube(1.2 * size);
     let spread = random.pick(&[1.5, 0.5, 0.1]) * size;
@@ -120,7 +127,17 @@ pub fn random_simplex<const N: usize>(random: &mut Random, size: f64) -> Simplex
     Simplex { corners }
 }
 
-/// A simplex in another number type.
+/// A triangle with a corner at `first`, and the others at most `spread` from it along each axis.
+pub fn random_triangle(first: Vector3<f64>, spread: f64, random: &mut Random) -> [Vector3<f64>; 3] {
+    [first, first + random.in_cube(spread), first + random.in_cube(spread)]
+}
+
+/// The simplex in another number type.
 pub fn cast<R: Real, const N: usize>(simplex: &Simplex<f64, N>) -> Simplex<R, N> {
     Simplex { corners: simplex.corners.map(|corner| corner.map(R::from_f64)) }
+}
+
+/// An element whose vertices belong to no other element.
+pub fn element<R: Real, const N: usize>(id: u32, simplex: Simplex<R, N>) -> Element<R, N> {
+    Element { id, vertices: std::array::from_fn(|corner| 10 * id + corner as u32), simplex }
 }

@@ -1,4 +1,4 @@
-//! Random numbers whose seed is printed when a test fails, and can be given: `SDF_SEED=7 cargo test -p sdf-tests`.
+//! Random numbers. A failing test prints its seed; `SDF_SEED=7 cargo test -p sdf-tests` sets it.
 
 use std::ops::{Deref, DerefMut};
 
@@ -11,10 +11,10 @@ pub struct Random {
 }
 
 impl Random {
-    /// The generator of one test. Its seed goes to standard output, which the test harness shows on failure.
-    pub fn of_test() -> Self {
+    /// The generator of one test, seeded by `SDF_SEED` or by default. Prints the seed, which the harness shows on failure.
+    pub fn seeded() -> Self {
         let seed = match std::env::var("SDF_SEED") {
-            Ok(text) => text.parse().unwrap_or_else(|_| panic!("SDF_SEED: expected a whole number, found {text:?}")),
+            Ok(text) => text.parse().unwrap_or_else(|_| panic!("SDF_SEED: expected an integer, found {text:?}")),
             Err(_) => 20_200_814,
         };
         println!("to repeat: SDF_SEED={seed}");

@@ -146,7 +146,7 @@ impl SceneFile {
             Body::Bowl(body) => body.mesh(),
             Body::Pot(body) => body.mesh(),
             Body::File(name) => match (&self.folder, self.scene.grid) {
-                (None, _) => return Ok(field_file::read_text(ANALYTIC.1, Path::new(ANALYTIC.0))?),
+                (None, _) => return Ok(field_file::read_text(ANALYTIC.1, ANALYTIC.0)?),
                 (Some(folder), Some(_)) => read_mesh(&folder.join(name))?,
                 (Some(folder), None) => return read_field(&folder.join(name)),
             },

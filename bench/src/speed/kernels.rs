@@ -46,7 +46,7 @@ fn contacts(method: MethodName, times: u32) -> Result<()> {
 fn read(times: u32) -> Result<()> {
     let text = obj_text(&bodies::body(POT, 40_000)).into_bytes();
     for _ in 0..times {
-        black_box(sdf_formats::mesh::parse(&text, "pot.obj")?);
+        black_box(sdf_formats::mesh::read_bytes(&text, "pot.obj")?);
     }
     Ok(())
 }

@@ -142,8 +142,8 @@ fn document(
         "output": output.display().to_string(),
         "triangles": input.triangles,
         "objects": input.objects,
-        "polygons": input.polygon_counts.all,
-        "polygons_cut_blindly": input.polygon_counts.blind,
+        "polygons": input.polygon_counts.total,
+        "polygons_cut_blindly": input.polygon_counts.unverified,
         "degenerate_triangles": baked.mesh.degenerate_triangles,
         "repeated_triangles": baked.mesh.repeated_triangles,
         "unreferenced_points": baked.mesh.unreferenced_points,
@@ -226,7 +226,7 @@ fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
         (report.unreferenced_points, "unused point", "unused points"),
         (report.degenerate_triangles, "triangle without area", "triangles without area"),
         (report.repeated_triangles, "repeated triangle", "repeated triangles"),
-        (mesh.polygon_counts.blind, "polygon cut blindly", "polygons cut blindly"),
+        (mesh.polygon_counts.unverified, "polygon cut unverified", "polygons cut unverified"),
     ];
     for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {
         row.push_str(&format!(", {count} {}", if count == 1 { one } else { several }));

@@ -4,8 +4,7 @@ mod page;
 
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use sdf_core::placed::Rigid;
+use anyhow::{Result, bail};
 use sdf_field::compare::{Comparison, METHODS, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::{self, OpenField};
@@ -41,7 +40,11 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     }
     to_stdout(|out| {
         use std::io::Write;
-        writeln!(out, "{} elements, {} contacts, {} of them proven", comparison.elements, comparison.contacts, comparison.proven)?;
+        writeln!(
+            out,
+            "{} elements, {} contacts, {} of them proven",
+            comparison.elements, comparison.contacts, comparison.proven
+        )?;
         for row in table(&comparison) {
             writeln!(out, "{row}")?;
         }
@@ -64,9 +67,6 @@ fn read_field(args: &CompareArgs) -> Result<Field> {
 }
 
 fn options(args: &CompareArgs) -> Result<ContactOptions> {
-    let is_moved = args.translate.0 != [0.0; 3] || args.rotate.0 != [0.0, 0.0, 0.0, 1.0];
-    let pose = Rigid::new(args.translate.0, args.rotate.0)
-        .context("--rotate: a zero quaternion is not a rotation; use 0,0,0,1 for none")?;
     Ok(ContactOptions {
         elements: match args.elements {
             Elements::Faces => FieldElements::Faces,
@@ -74,7 +74,7 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
             Elements::Vertices => bail!("--elements vertices: a vertex needs no search; use faces or edges"),
         },
         margin: args.margin,
-        pose: is_moved.then_some(pose),
+        pose: args.pose.motion()?,
         tolerance: args.tolerance,
         threads: Threads::ALL,
         ..ContactOptions::default()
@@ -173,7 +173,8 @@ pub fn advice(comparison: &Comparison) -> String {
         return format!("recommended: {recommended}: there are no contacts here to compare the methods by");
     }
     if comparison.recommended == Method::Auto {
-        return "recommended: auto: every faster method misses contacts or is off by more than the tolerance here".to_owned();
+        return "recommended: auto: every faster method misses contacts or is off by more than the tolerance here"
+            .to_owned();
     }
     let faster = auto.seconds / taken.seconds;
     format!(

@@ -5,7 +5,7 @@ use sdf_core::Simplex;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
-use sdf_formats::contact_file::{self, ContactRecord};
+use sdf_formats::contact_file::{self, ContactRecord, Label};
 use sdf_formats::field_file::{self, OpenField};
 use sdf_formats::grid_file::{GridReader, StoredGrid};
 use sdf_formats::mesh::Mesh;
@@ -27,7 +27,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let name = args.mesh.display().to_string();
         mesh.require_triangles(&name).context("take --elements vertices or edges")?;
     }
-    let pose = pose(args)?;
+    let pose = args.pose.rigid()?;
     let (found, from_file, read) = progress::on_threads(args.threads, || {
         let (field, from_file) = read_field(args, &mesh, &pose)?;
         let read = started.elapsed().as_secs_f64();
@@ -89,7 +89,7 @@ struct Seconds {
 
 fn describe(contact: &ContactRecord) -> String {
     let [x, y, z] = contact.point.map(number);
-    format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element, contact.id)
+    format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element.name(), contact.id)
 }
 
 /// The field, a grid only as far as the mesh can reach it.
@@ -121,7 +121,7 @@ fn read_needed<const N: usize>(
     let farthest = world().fold(args.margin.abs(), |farthest, bounds| {
         bounds.min.into_iter().chain(bounds.max).fold(farthest, |farthest: f64, x| farthest.max(x.abs()))
     });
-    let is_moved = is_moved(args);
+    let is_moved = args.pose.is_moved();
     // A query on an element may lie outside its box by the rounding of world coordinates.
     let rounding = farthest * 4.0 * f64::EPSILON;
     let regions = world().map(|bounds| if is_moved { pose.pull_bounds(bounds.inflate(rounding)) } else { bounds });
@@ -167,22 +167,12 @@ fn options(args: &ContactsArgs) -> Result<ContactOptions> {
         },
         method: args.method.into(),
         margin: args.margin,
-        pose: if is_moved(args) { Some(pose(args)?) } else { None },
+        pose: args.pose.motion()?,
         budget: args.iterations,
         tolerance: args.tolerance,
         all_minima: args.all_minima,
         threads: Threads::ALL,
     })
-}
-
-fn pose(args: &ContactsArgs) -> Result<Rigid> {
-    Rigid::new(args.translate.0, args.rotate.0)
-        .context("--rotate: a zero quaternion is not a rotation; use 0,0,0,1 for none")
-}
-
-/// Does the field stand elsewhere than in its own frame?
-fn is_moved(args: &ContactsArgs) -> bool {
-    args.translate.0 != [0.0; 3] || args.rotate.0 != [0.0, 0.0, 0.0, 1.0]
 }
 
 fn vertices(mesh: &Mesh) -> Vec<[u32; 1]> {

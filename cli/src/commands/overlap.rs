@@ -2,7 +2,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch};
 use sdf_core::placed::{Placed, Placement, Rigid};
@@ -11,7 +11,7 @@ use sdf_formats::contact_file::{self, OverlapRecord};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
-use crate::args::ContactsArgs;
+use crate::args::{ContactsArgs, rigid};
 use crate::read_summary::{FromFile, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{mesh_input, output};
@@ -24,10 +24,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     args.refuse_options_of_meshes()?;
     let started = Instant::now();
     let sides = [
-        Side::open(&args.mesh, args.translate_first.0, args.rotate_first.0)
-            .context("--rotate-first: a zero quaternion is not a rotation; use 0,0,0,1 for none")?,
-        Side::open(&args.sdf, args.translate.0, args.rotate.0)
-            .context("--rotate: a zero quaternion is not a rotation; use 0,0,0,1 for none")?,
+        Side { path: &args.mesh, pose: rigid("--rotate-first", args.translate_first, args.rotate_first)? },
+        Side { path: &args.sdf, pose: args.pose.rigid()? },
     ];
     let bodies = Bodies::read(args, &sides)?;
     let read = started.elapsed().as_secs_f64();
@@ -75,6 +73,7 @@ enum Verdict {
     Contact,
     /// It is certain that there is none.
     #[default]
+    #[serde(rename = "apart")]
     Separated,
     /// None was found, and one may be there.
     Undecided,
@@ -130,11 +129,7 @@ struct Side<'a> {
     pose: Rigid,
 }
 
-impl<'a> Side<'a> {
-    fn open(path: &'a Path, translation: [f64; 3], rotation: [f64; 4]) -> Option<Self> {
-        Some(Self { path, pose: Rigid::new(translation, rotation)? })
-    }
-
+impl Side<'_> {
     /// With no samples of a grid but those that tell its bounds; else what the samples in a box of the world answer.
     fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<AnyField, Rigid>, Option<FromFile>)> {
         let place = |field| Placed { field, placement: self.pose };

@@ -22,7 +22,7 @@ use crate::{memory, output};
 const DEFAULT_RES: u32 = 128;
 
 pub fn run(args: &SurfaceArgs) -> Result<()> {
-    let format = MeshFormat::of(&args.output).context("--output has no ending that is known")?;
+    let format = MeshFormat::from_extension(&args.output).context("--output has no ending that is known")?;
     output::require(&args.output, &[&args.sdf])?;
     let surface = match field_file::read(&args.sdf)? {
         Field::Grid(StoredGrid { grid, sparse, .. }) => {

@@ -1,4 +1,4 @@
-//! `contacts --all-minima`: an element that rests on several bumps touches each.
+//! `contacts --all-minima`: an element that rests on several balls touches each.
 
 use serde_json::Value;
 
@@ -27,9 +27,9 @@ fn a_table_on_three_balls_touches_each_of_them_deepest_first() {
     let all = folder.json("contacts table.obj bumps.sdf.toml --all-minima");
     assert_eq!((points(&one).len(), &one["passed_cull"]), (1, &1.into()));
     assert_eq!((&all["elements"], &all["passed_cull"]), (&1.into(), &1.into()));
-    let wanted = [[1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]];
-    for (found, wanted) in points(&all).iter().zip(wanted) {
-        assert!((0..2).all(|k| (found[k] - wanted[k]).abs() < 0.01), "{found:?} is not {wanted:?}");
+    let expected = [[1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]];
+    for (found, expected) in points(&all).iter().zip(expected) {
+        assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 0.01), "{found:?} is not {expected:?}");
     }
     assert_eq!(points(&all).len(), 3);
     let contacts = all["contacts"].as_array().unwrap();
@@ -37,7 +37,7 @@ fn a_table_on_three_balls_touches_each_of_them_deepest_first() {
     let mut keys: Vec<&Value> = contacts.iter().map(|contact| &contact["key"]).collect();
     keys.dedup();
     assert_eq!(keys.len(), 3);
-    // Of those within a margin that leaves one out, two.
+    // A smaller margin excludes one of them.
     let two = folder.json("contacts table.obj bumps.sdf.toml --all-minima --margin=-0.015");
     assert_eq!(points(&two).len(), 2);
 }

@@ -1,4 +1,4 @@
-//! Each command does its job, says it in a table, and with --json in one object.
+//! Each command does its job and reports it in a table, or with --json in one object.
 
 use serde_json::Value;
 
@@ -30,7 +30,7 @@ fn bake_writes_into_the_current_folder_under_the_meshs_stem() {
     folder.write("meshes/a.b.obj", ball.obj());
     folder.write("meshes/c.ply", ball.ply());
     folder.write("meshes/d.stl", ball.stl());
-    // By content and not by name.
+    // The kind of file is known by content, not by name.
     folder.write("meshes/e.obj", ball.stl());
     for (mesh, grid) in [("a.b.obj", "a.b"), ("c.ply", "c"), ("d.stl", "d"), ("e.obj", "e")] {
         let printed = folder.done(&format!("bake meshes/{mesh} --res 8"));
@@ -54,7 +54,7 @@ fn bake_takes_the_size_of_the_grid_from_res_or_from_the_voxel_size() {
 }
 
 #[test]
-fn bake_says_which_sign_it_took_and_why() {
+fn bake_reports_which_sign_method_it_used_and_why() {
     let folder = Folder::new();
     folder.write("closed.obj", Model::cube().obj());
     let mut open = Model::cube();
@@ -70,7 +70,7 @@ fn bake_says_which_sign_it_took_and_why() {
 }
 
 #[test]
-fn bake_counts_what_a_clean_mesh_would_not_hold() {
+fn bake_counts_defects_of_the_mesh() {
     let folder = Folder::new();
     let mut text = Model::cube().obj();
     text.push_str("v 7 7 7\nv 0 0 0\nf 1 1 2\nf 1 3 4\nf 1 3 4\n");
@@ -100,7 +100,7 @@ fn bake_prints_one_object_with_its_numbers() {
 fn contacts_finds_where_a_triangle_touches_a_sphere() {
     let folder = Folder::new();
     folder.write("sphere.sdf.toml", SPHERE);
-    // One above the pole, one too far away, one that is apart though no cull can tell.
+    // One across the pole, one far away, and one that is separated though it passes the cull.
     let triangles =
         "v -3 -2 0.9\nv 3 -2 0.9\nv 0 4 0.9\nv 9 9 9\nv 8 9 9\nv 9 8 9\nv -3 -2 1.1\nv 3 -2 1.1\nv 0 4 1.1\n";
     folder.write("three.obj", format!("{triangles}f 1 2 3\nf 4 5 6\nf 7 8 9\n"));
@@ -117,8 +117,8 @@ fn contacts_finds_where_a_triangle_touches_a_sphere() {
     assert_eq!((&contact["feature"], &contact["feature_id"]), (&"face".into(), &serde_json::json!([0])));
     let numbers =
         |key: &str| -> Vec<f64> { contact[key].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect() };
-    let near = |found: Vec<f64>, wanted: [f64; 3]| {
-        assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.02), "{found:?} {wanted:?}");
+    let near = |found: Vec<f64>, expected: [f64; 3]| {
+        assert!(found.iter().zip(expected).all(|(x, y)| (x - y).abs() < 0.02), "{found:?} {expected:?}");
     };
     assert!((numbers("weights").iter().sum::<f64>() - 1.0).abs() < 1e-12);
     near(numbers("weights"), [1.0 / 3.0; 3]);
@@ -138,7 +138,7 @@ fn contacts_finds_where_a_triangle_touches_a_sphere() {
 }
 
 #[test]
-fn every_method_finds_the_same_contact_in_its_own_way() {
+fn every_method_finds_the_same_deepest_contact() {
     let folder = scene();
     let deepest = |words: &str| {
         let json = folder.json(&format!("contacts sheet.obj ball.sdf.h5 {words}"));
@@ -163,23 +163,23 @@ fn every_method_finds_the_same_contact_in_its_own_way() {
 }
 
 #[test]
-fn certified_contacts_are_no_higher_than_any_others_and_prove_how_deep_they_are() {
+fn certified_contacts_are_at_least_as_deep_as_all_others_and_have_tight_bounds() {
     let folder = scene();
     folder.done("bake ball.obj --res 16 --layout sparse -o sparse.sdf.h5");
     for grid in ["ball.sdf.h5", "sparse.sdf.h5"] {
-        let of = |words: &str| folder.json(&format!("contacts sheet.obj {grid} {words}"))["contacts"].clone();
-        let certified = of("--method certified --tolerance 1e-4");
+        let contacts = |words: &str| folder.json(&format!("contacts sheet.obj {grid} {words}"))["contacts"].clone();
+        let certified = contacts("--method certified --tolerance 1e-4");
         let certified = certified.as_array().unwrap();
         let number = |contact: &Value, key: &str| contact[key].as_f64().unwrap();
         let converged = certified.iter().filter(|contact| contact["status"] == "converged").count();
         assert!(certified.len() > 50 && converged * 10 > certified.len() * 8, "{converged} of {}", certified.len());
         for contact in certified.iter().filter(|contact| contact["status"] == "converged") {
-            // The sheet's longest edge is less than 0.5, and no grid of a ball is steeper than 2.
+            // The sheet's longest edge is below 0.5, and the slope bound of a ball's grid below 2.
             let gap = number(contact, "distance") - number(contact, "lower_bound");
             assert!((0.0..1e-4 * 0.5 * 2.0).contains(&gap), "{gap}: {contact}");
         }
         for method in ["fw", "pgd", "ls", "sample64"] {
-            for other in of(&format!("--method {method}")).as_array().unwrap() {
+            for other in contacts(&format!("--method {method}")).as_array().unwrap() {
                 let same = certified.iter().find(|contact| contact["id"] == other["id"]).unwrap();
                 let higher = number(same, "distance") - number(other, "distance");
                 assert!(higher < 1e-4 * 0.5 * 2.0, "{method} is {higher} lower: {other}, {same}");
@@ -190,7 +190,7 @@ fn certified_contacts_are_no_higher_than_any_others_and_prove_how_deep_they_are(
 }
 
 #[test]
-fn elements_too_far_out_to_be_reckoned_with_are_counted() {
+fn elements_with_too_large_coordinates_are_counted() {
     let folder = scene();
     folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e200 0 0\nf 1 2 3\nf 1 2 4\n");
     let json = folder.json("contacts far.obj ball.sdf.h5");
@@ -213,10 +213,10 @@ fn eval_prints_distance_and_gradient_of_each_point() {
     assert_eq!(keys(&json["samples"][0]).join(" "), sample);
     assert_eq!(json["samples"].as_array().unwrap().len(), 3);
 
-    // What it prints it also reads; a dash is standard input.
+    // Its output is valid input; a dash is standard input.
     let again = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin(printed).assert().success();
     assert_eq!(String::from_utf8_lossy(&again.get_output().stdout), wanted);
-    // Without a header too.
+    // A header is optional.
     let bare = folder.sdftool("eval sphere.sdf.toml --points -").write_stdin("2,0,0").assert().success();
     assert_eq!(
         String::from_utf8_lossy(&bare.get_output().stdout),
@@ -225,7 +225,7 @@ fn eval_prints_distance_and_gradient_of_each_point() {
 }
 
 #[test]
-fn eval_says_what_to_know_of_a_sample() {
+fn eval_reports_the_status_of_each_sample() {
     let folder = scene();
     folder.write("points.csv", "0,0,0.5\n0,0,9\n1e200,0,0\n");
     let json = folder.json("eval ball.sdf.h5 --points points.csv");
@@ -237,7 +237,7 @@ fn eval_says_what_to_know_of_a_sample() {
 }
 
 #[test]
-fn info_says_what_a_file_holds() {
+fn info_describes_a_file() {
     let folder = scene();
     let table = folder.done("info ball.sdf.h5");
     says(&table, &["25 × 25 × 25", "pseudo-normal", "ball.obj, 512 triangles", "--res 16 --padding 4 --sign auto"]);
@@ -258,7 +258,7 @@ fn info_says_what_a_file_holds() {
 }
 
 #[test]
-fn verify_tells_a_grid_of_the_mesh_from_another() {
+fn verify_distinguishes_a_grid_of_the_mesh_from_another() {
     let folder = scene();
     says(&folder.done("verify ball.sdf.h5 ball.obj --points 500"), &["the very file", "500 asked", "0 wrong signs"]);
     let json = folder.json("verify ball.sdf.h5 ball.obj --points 500 --all-nodes");
@@ -272,7 +272,7 @@ fn verify_tells_a_grid_of_the_mesh_from_another() {
     assert!(json["nodes"]["max"].as_f64().unwrap() < 1e-6 * json["diagonal"].as_f64().unwrap());
     assert!(json["points"]["max"].as_f64().unwrap() <= json["error_bound"].as_f64().unwrap());
 
-    // The same surface in another file is right, too.
+    // The same surface in another file is accepted.
     folder.write("ball.ply", Model::ball([0.0; 3], 1.0, 3).ply());
     assert_eq!(folder.json("verify ball.sdf.h5 ball.ply --points 500")["same_mesh"], false);
 
@@ -285,16 +285,16 @@ fn verify_tells_a_grid_of_the_mesh_from_another() {
 }
 
 #[test]
-fn verify_asks_other_points_for_another_seed_and_the_same_for_the_same() {
+fn verify_samples_the_same_points_for_the_same_seed_only() {
     let folder = scene();
-    let ask =
+    let points =
         |seed: u32| folder.json(&format!("verify ball.sdf.h5 ball.obj --points 300 --seed {seed}"))["points"].clone();
-    assert_eq!(ask(1), ask(1));
-    assert_ne!(ask(1), ask(2));
+    assert_eq!(points(1), points(1));
+    assert_ne!(points(1), points(2));
 }
 
 #[test]
-fn demo_does_the_whole_job_with_nothing_at_hand() {
+fn demo_does_the_whole_job_without_any_input() {
     let folder = Folder::new();
     says(&folder.done("demo"), &["body.obj", "cloth.obj", "body.sdf.h5", "contacts.csv", "contacts.png"]);
     assert_eq!(folder.names(), ["sdftool-demo"]);
@@ -306,17 +306,17 @@ fn demo_does_the_whole_job_with_nothing_at_hand() {
     let list = String::from_utf8(folder.read("elsewhere/deeper/contacts.csv")).unwrap();
     assert_eq!(list.lines().count() as u64, contacts + 1);
     folder.done("verify elsewhere/deeper/body.sdf.h5 elsewhere/deeper/body.obj --points 2000");
-    // Once more over the old files, and the same.
+    // A second run gives equal files, and may replace old ones.
     let files = ["body.obj", "cloth.obj", "body.sdf.h5", "contacts.csv", "contacts.png"];
     for name in files {
-        let [once, again] = ["sdftool-demo", "elsewhere/deeper"].map(|place| folder.read(&format!("{place}/{name}")));
+        let [once, again] = ["sdftool-demo", "elsewhere/deeper"].map(|target| folder.read(&format!("{target}/{name}")));
         assert!(once == again, "{name} differs from run to run");
     }
     folder.done("demo");
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn a_pipe_that_closes_early_is_not_an_error() {
     let folder = scene();
     for words in ["contacts sheet.obj ball.sdf.h5 --json", "info ball.sdf.h5", "info ball.sdf.h5 --json"] {
         let (reader, writer) = std::io::pipe().unwrap();
@@ -330,7 +330,7 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_reader_that_cannot_take_it_is_an_error() {
+fn a_full_output_device_is_an_error() {
     let folder = scene();
     for words in ["info ball.sdf.h5", "info ball.sdf.h5 --json", "contacts sheet.obj ball.sdf.h5"] {
         let full = std::fs::File::options().write(true).open("/dev/full").unwrap();

@@ -1,4 +1,4 @@
-//! The four kinds of contact file say the same as the screen. (h5py reads the HDF5 in tests/readers.)
+//! The four kinds of contact file contain what is printed. (h5py reads the HDF5 in tests/readers.)
 
 use sdf_formats::mesh;
 use serde_json::Value;
@@ -19,7 +19,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 #[test]
-fn csv_holds_every_number_of_every_contact() {
+fn csv_contains_every_number_of_every_contact() {
     let folder = scene();
     for elements in ["faces", "edges", "vertices"] {
         let words = format!("contacts sheet.obj body.sdf.toml --elements {elements} -o list.csv");
@@ -62,7 +62,7 @@ fn csv_holds_every_number_of_every_contact() {
 }
 
 #[test]
-fn json_holds_what_is_printed() {
+fn json_contains_what_is_printed() {
     let folder = scene();
     let mut printed = folder.json("contacts sheet.obj body.sdf.toml -o list.json");
     let mut kept: Value = serde_json::from_slice(&folder.read("list.json")).unwrap();
@@ -93,7 +93,7 @@ fn ply_is_a_cloud_of_the_points_of_contact() {
     assert_eq!(rows.len(), points.len() * 60);
     let contact = &json["contacts"][3];
     let row = &rows[3 * 60..4 * 60];
-    let number = |place: usize| f64::from_le_bytes(row[8 * place..][..8].try_into().unwrap());
+    let number = |index: usize| f64::from_le_bytes(row[8 * index..][..8].try_into().unwrap());
     assert_eq!([number(3), number(4), number(5)].to_vec(), numbers(&contact["normal"]));
     assert_eq!(number(6), contact["distance"].as_f64().unwrap());
     assert_eq!(u64::from(u32::from_le_bytes(row[56..].try_into().unwrap())), contact["id"].as_u64().unwrap());
@@ -113,7 +113,7 @@ fn no_contacts_make_an_empty_list_of_every_kind() {
 }
 
 #[test]
-fn a_list_takes_the_place_of_an_old_one_but_not_of_what_is_read() {
+fn a_list_replaces_an_old_list_but_not_an_input() {
     let folder = scene();
     folder.write("list.csv", "old");
     folder.done("contacts sheet.obj body.sdf.toml -o list.csv");

@@ -1,10 +1,10 @@
-//! How elements are counted.
+//! Numbering of elements.
 
 use serde_json::{Value, json};
 
 use crate::folder::{Folder, says};
 
-/// Everything is inside.
+/// A ball that contains all meshes here.
 const ALL: &str = "[field]\nshape = \"sphere\"\nradius = 100.0\n";
 
 /// Two squares side by side as polygons, and two line elements of three segments, one along an edge of the squares.
@@ -32,11 +32,11 @@ fn faces_count_triangles_and_name_their_polygon() {
 #[test]
 fn edges_count_each_edge_of_the_triangles_once_and_then_the_line_elements() {
     let (elements, contacts) = contacts("--elements edges");
-    // Nine of the triangles, with their diagonals, then 1-7, 2-3 and 3-7.
+    // Nine edges of triangles, diagonals included, then 1-7, 2-3 and 3-7.
     assert_eq!((elements, contacts.len()), (json!(12), 12));
     assert!(contacts.iter().enumerate().all(|(id, contact)| contact["id"] == id && contact["element"] == "edge"));
     assert!(contacts.iter().all(|contact| contact.get("polygon").is_none()));
-    // The deepest point of each tells which edge it is: the one nearest to the middle of the field, vertex or not.
+    // The deepest point of each edge, nearest to the middle of the field, identifies it.
     let point = |id: usize| contacts[id]["point"].clone();
     assert_eq!(point(0), json!([0.0, 0.0, 0.0]));
     assert_eq!((point(1), point(5)), (json!([1.0, 0.0, 0.0]), json!([1.0, 0.0, 0.0])));

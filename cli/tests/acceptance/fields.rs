@@ -1,4 +1,4 @@
-//! Shapes in TOML are the core's own, and stand wherever a grid may.
+//! Shapes in TOML are the core's own, and work wherever a grid does.
 
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
 use sdf_core::grid::Storage;
@@ -15,7 +15,7 @@ use sdf_procedural::random::Random;
 use crate::folder::{Folder, says};
 use crate::meshes::Model;
 
-/// That `sdftool eval` of the table says what the field itself says, bit for bit.
+/// Checks that `sdftool eval` of the table equals the field itself, bit for bit.
 fn same<F: EnclosedSdf>(folder: &Folder, table: &str, field: &F) {
     folder.write("field.sdf.toml", format!("[field]\n{table}\n"));
     let mut random = Random::new(7);
@@ -69,16 +69,16 @@ fn every_combination_is_the_cores_own() {
     let sphere = || Sphere::new(1.0).unwrap();
     let cuboid = || Cuboid::new([0.8, 0.9, 1.4]).unwrap();
     let torus = || Torus::new(1.2, 0.3).unwrap();
-    let of = |shape: &str, of: &[&str]| format!("shape = '{shape}'\nof = [{}]", of.join(", "));
-    same(&folder, &of("union", &[SPHERE, BOX]), &Union(sphere(), cuboid()));
-    same(&folder, &of("union", &[SPHERE, BOX, TORUS]), &Union(Union(sphere(), cuboid()), torus()));
-    same(&folder, &of("union", &[TORUS]), &torus());
-    same(&folder, &of("intersection", &[SPHERE, BOX]), &Intersection(sphere(), cuboid()));
-    same(&folder, &of("difference", &[BOX, SPHERE]), &Difference(cuboid(), sphere()));
-    same(&folder, &of("difference", &[BOX, SPHERE, TORUS]), &Difference(cuboid(), Union(sphere(), torus())));
-    same(&folder, &of("difference", &[BOX]), &cuboid());
+    let combined = |shape: &str, parts: &[&str]| format!("shape = '{shape}'\nof = [{}]", parts.join(", "));
+    same(&folder, &combined("union", &[SPHERE, BOX]), &Union(sphere(), cuboid()));
+    same(&folder, &combined("union", &[SPHERE, BOX, TORUS]), &Union(Union(sphere(), cuboid()), torus()));
+    same(&folder, &combined("union", &[TORUS]), &torus());
+    same(&folder, &combined("intersection", &[SPHERE, BOX]), &Intersection(sphere(), cuboid()));
+    same(&folder, &combined("difference", &[BOX, SPHERE]), &Difference(cuboid(), sphere()));
+    same(&folder, &combined("difference", &[BOX, SPHERE, TORUS]), &Difference(cuboid(), Union(sphere(), torus())));
+    same(&folder, &combined("difference", &[BOX]), &cuboid());
     let smooth = SmoothUnion::new(sphere(), cuboid(), 0.4).unwrap();
-    same(&folder, &format!("{}\nblend = 0.4", of("smooth_union", &[SPHERE, BOX])), &smooth);
+    same(&folder, &format!("{}\nblend = 0.4", combined("smooth_union", &[SPHERE, BOX])), &smooth);
     let grown = Offset::new(cuboid(), 0.2).unwrap();
     same(&folder, &format!("shape = 'offset'\ndistance = 0.2\nof = {BOX}"), &grown);
     let shrunk = Offset::new(cuboid(), -0.2).unwrap();
@@ -87,18 +87,18 @@ fn every_combination_is_the_cores_own() {
 }
 
 #[test]
-fn a_pose_on_any_node_puts_it_into_its_parent() {
+fn a_pose_on_any_node_places_it_in_its_parent() {
     let folder = Folder::new();
     let pose = Similarity::new([0.3, -0.2, 0.5], [0.1, 0.2, 0.3, 0.9], 1.5).unwrap();
     let turned = "[field.pose]\ntranslation = [0.3, -0.2, 0.5]\nrotation = [0.1, 0.2, 0.3, 0.9]\nscale = 1.5";
     let torus = || Torus::new(1.2, 0.3).unwrap();
     let table = format!("shape = 'torus'\nmajor_radius = 1.2\nminor_radius = 0.3\n{turned}");
     same(&folder, &table, &Placed { field: torus(), placement: pose });
-    // Each part may be left out.
+    // Each part is optional.
     let scaled = Placed { field: torus(), placement: Similarity::new([0.0; 3], [0.0, 0.0, 0.0, 1.0], 2.0).unwrap() };
     same(&folder, "shape = 'torus'\nmajor_radius = 1.2\nminor_radius = 0.3\npose.scale = 2", &scaled);
 
-    // Stretched along its own axes and mirrored, then turned and shifted.
+    // Stretched along its own axes and mirrored, then rotated and moved.
     let stretched = Placed { field: torus(), placement: Stretch::new([0.5, -2.0, 1.5]).unwrap() };
     let placement = Similarity::new([0.3, -0.2, 0.5], [0.1, 0.2, 0.3, 0.9], 1.0).unwrap();
     let table = table.replace("scale = 1.5", "scale = [0.5, -2, 1.5]");
@@ -109,7 +109,7 @@ fn a_pose_on_any_node_puts_it_into_its_parent() {
         says(&folder.refused("info bad.sdf.toml"), &["bad.sdf.toml", word]);
     }
 
-    // Shell of a union of a placed sphere and a difference, all of it placed.
+    // A placed shell of a union of a placed sphere and a difference.
     let up = Similarity::new([0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0], 1.0).unwrap();
     let inner = Union(
         Placed { field: Sphere::new(1.0).unwrap(), placement: up },
@@ -125,7 +125,7 @@ fn a_pose_on_any_node_puts_it_into_its_parent() {
 }
 
 #[test]
-fn a_grid_is_named_as_seen_from_the_file_that_names_it() {
+fn a_grids_path_is_relative_to_the_file_that_names_it() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     std::fs::create_dir_all(folder.at("fields/grids")).unwrap();
@@ -147,23 +147,23 @@ fn a_grid_is_named_as_seen_from_the_file_that_names_it() {
     assert_eq!(json["samples"][2]["outside_grid"], true);
 }
 
-/// What is read once takes memory once: 200 names of one grid are no more than one.
+/// A grid is loaded once, even if it is named 200 times.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_grid_that_is_named_often_is_held_once() {
+fn a_grid_that_is_named_often_is_loaded_once() {
     let folder = Folder::new();
     folder.write("cube.obj", Model::cube().obj());
     folder.done("bake cube.obj --res 100");
     let part = "{ shape = 'grid', file = 'cube.sdf.h5' }";
     folder.write("many.sdf.toml", format!("[field]\nshape = 'union'\nof = [{}]\n", vec![part; 200].join(",")));
-    // 5 MB of samples each; with 400 MB of address space for all.
+    // 5 MB of samples each, with 400 MB of address space for all.
     let script = format!("ulimit -v 400000; exec {} info many.sdf.toml", crate::folder::SDFTOOL);
     let mut command = assert_cmd::Command::new("sh");
     crate::folder::done(command.args(["-c", &script]).current_dir(folder.path()), "info many.sdf.toml");
 }
 
 #[test]
-fn shapes_stand_wherever_a_grid_may() {
+fn shapes_work_wherever_a_grid_does() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
     folder.write("sheet.obj", Model::hills(10).obj());
@@ -181,13 +181,13 @@ fn shapes_stand_wherever_a_grid_may() {
         folder.json(&format!("contacts sheet.obj {field} --elements vertices"))["contacts"].as_array().unwrap().len()
     });
     assert!(shapes > 50 && shapes.abs_diff(grid) < 5, "{shapes} {grid}");
-    // A mesh is a field file's neighbour, not a field.
+    // A mesh is not a field.
     says(&folder.refused("info ball.obj"), &["ball.obj", "not TOML", "line 1"]);
     says(&folder.done("contacts field.sdf.toml ball.sdf.h5"), &["verdict  contact"]);
 }
 
 #[test]
-fn eval_at_the_nodes_gives_the_samples_that_are_stored() {
+fn eval_at_the_nodes_gives_the_stored_samples() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.1, 0.2, 0.3], 1.0, 3).obj());
     folder.write("cube.obj", Model::cube().obj());

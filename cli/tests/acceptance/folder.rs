@@ -9,10 +9,10 @@ use tempfile::TempDir;
 
 pub const SDFTOOL: &str = env!("CARGO_BIN_EXE_sdftool");
 
-/// Longer than anything here takes on a slow machine; what hangs ends here.
+/// Longer than any test takes on a slow machine: a program that hangs is ended.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// A folder of a test's own, in which it runs the program.
+/// A temporary folder of one test, in which it runs the program.
 pub struct Folder(TempDir);
 
 impl Folder {
@@ -36,7 +36,7 @@ impl Folder {
         fs::read(self.at(name)).unwrap()
     }
 
-    /// Of all that is in the folder itself, hidden or not, in order.
+    /// Sorted names of all entries, hidden ones too.
     pub fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.path()).unwrap();
         let mut names: Vec<String> =
@@ -45,19 +45,19 @@ impl Folder {
         names
     }
 
-    /// The program with these words, parted by spaces, as its arguments.
+    /// The program with these arguments, separated by spaces.
     pub fn sdftool(&self, words: &str) -> Command {
         let mut command = Command::new(SDFTOOL);
         command.args(words.split_whitespace()).current_dir(self.path()).timeout(PATIENCE);
         command
     }
 
-    /// What the program prints, once it has done what it was told without a word on standard error.
+    /// Standard output of a run that must succeed, with nothing on standard error.
     pub fn done(&self, words: &str) -> String {
         done(&mut self.sdftool(words), words)
     }
 
-    /// The one object that is alone on standard output.
+    /// The single JSON object on standard output.
     pub fn json(&self, words: &str) -> Value {
         let printed = self.done(&format!("{words} --json"));
         assert_eq!(printed.matches('\n').count(), 1, "{words}: more than one line: {printed}");
@@ -67,7 +67,7 @@ impl Folder {
         object
     }
 
-    /// The one line in which the program says why it did not, having left everything as it was.
+    /// The one-line error of a run that must fail and leave the folder as it was.
     pub fn refused(&self, words: &str) -> String {
         self.refuses(&mut self.sdftool(words), words)
     }
@@ -75,18 +75,18 @@ impl Folder {
     pub fn refuses(&self, command: &mut Command, what: &str) -> String {
         let before = self.names();
         let line = refused(command, what);
-        assert_eq!(self.names(), before, "{what}: left something behind");
+        assert_eq!(self.names(), before, "{what}: left files behind");
         line
     }
 
-    /// What is said of a wrong command line.
+    /// The message about a wrong command line.
     pub fn wrong_usage(&self, words: &str) -> String {
         let before = self.names();
         let assert = self.sdftool(words).assert().code(2).stdout("");
-        let said = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
-        assert!(said.starts_with("error: ") && !said.contains("panicked"), "{words}: {said}");
-        assert_eq!(self.names(), before, "{words}: left something behind");
-        said
+        let message = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert!(message.starts_with("error: ") && !message.contains("panicked"), "{words}: {message}");
+        assert_eq!(self.names(), before, "{words}: left files behind");
+        message
     }
 }
 
@@ -110,7 +110,7 @@ pub fn refused(command: &mut Command, what: &str) -> String {
     sentence.to_owned()
 }
 
-/// That a line says all of these.
+/// Asserts that a line contains all of these.
 #[track_caller]
 pub fn says(line: &str, words: &[&str]) {
     for word in words {

@@ -1,4 +1,4 @@
-//! What a new user is told.
+//! Help and usage messages.
 
 use crate::folder::{Folder, says};
 
@@ -17,21 +17,21 @@ fn help_names_every_command_and_what_the_exit_status_means() {
 }
 
 #[test]
-fn every_command_says_what_it_does_and_what_each_argument_is() {
+fn every_command_and_argument_has_a_description() {
     let folder = Folder::new();
     for command in COMMANDS {
         let help = folder.done(&format!("{command} --help"));
         says(&help, &["Usage: sdftool ", "--json", "one JSON object"]);
-        // No argument stands there without a word.
+        // Every argument has a description.
         let mut lines =
             help.lines().skip_while(|line| !line.starts_with("Arguments:") && !line.starts_with("Options:"));
         while let Some(line) = lines.next() {
             if ["  <", "  -", "      --"].iter().any(|start| line.starts_with(start)) {
                 let name = line.trim_start();
-                let told = name.split_once("  ").is_some_and(|(_, words)| !words.trim().is_empty());
-                let told = told
+                let is_described = name.split_once("  ").is_some_and(|(_, words)| !words.trim().is_empty());
+                let is_described = is_described
                     || lines.clone().next().is_some_and(|next| next.starts_with("        ") && !next.trim().is_empty());
-                assert!(told, "{command}: {name} says nothing:\n{help}");
+                assert!(is_described, "{command}: {name} has no description:\n{help}");
             }
         }
         assert!(help.lines().all(|line| line.chars().count() <= 120), "{command}: {help}");
@@ -39,7 +39,7 @@ fn every_command_says_what_it_does_and_what_each_argument_is() {
 }
 
 #[test]
-fn a_wrong_command_line_is_told_from_a_wrong_file() {
+fn a_wrong_command_line_has_another_exit_status_than_a_wrong_file() {
     let folder = Folder::new();
     for words in [
         "",

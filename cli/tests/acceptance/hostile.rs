@@ -1,5 +1,5 @@
-//! Promise 13: no input makes the program crash, hang, or take memory out of proportion; each is answered with one line
-//! that says what is wrong, where, and what to do.
+//! Promise 13: no input makes the program crash, hang, or use memory out of proportion. Each is refused with one line that says
+//! what is wrong, where, and what to do.
 
 use std::time::Instant;
 
@@ -10,7 +10,7 @@ use crate::meshes::Model;
 
 const SPHERE: &str = "[field]\nshape = 'sphere'\nradius = 1.0\n";
 
-/// A folder with something good of every kind.
+/// A folder with a valid file of every kind.
 fn scene() -> Folder {
     let folder = Folder::new();
     folder.write("cube.obj", Model::cube().obj());
@@ -20,7 +20,7 @@ fn scene() -> Folder {
     folder
 }
 
-/// All that reads a mesh refuses `name`; the line that `bake` says.
+/// Checks that every command that reads a mesh refuses `name`. Returns the message of `bake`.
 fn bad_mesh(folder: &Folder, name: &str) -> String {
     let lines = [
         folder.refused(&format!("bake {name} --res 8 -o out.sdf.h5")),
@@ -31,7 +31,7 @@ fn bad_mesh(folder: &Folder, name: &str) -> String {
     lines.into_iter().next().unwrap()
 }
 
-/// All that reads a field refuses `name`, in the same words.
+/// Checks that every command that reads a field refuses `name` with the same message. Returns it.
 fn bad_field(folder: &Folder, name: &str) -> String {
     let line = folder.refused(&format!("eval {name} --points points.csv"));
     for words in [
@@ -46,8 +46,8 @@ fn bad_field(folder: &Folder, name: &str) -> String {
     line
 }
 
-/// What other programs write: nothing, a picture, a page, a folder, an archive.
-fn strangers(folder: &Folder) -> [&'static str; 6] {
+/// Files that are neither mesh nor field: empty, a picture, a page, an archive, zeros, a folder.
+fn foreign_files(folder: &Folder) -> [&'static str; 6] {
     folder.write("empty", "");
     folder.write("picture", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\x02\0\0\0\x90wS\xde");
     folder.write("page", "<!DOCTYPE html>\n<html><body>404 Not Found</body></html>\n");
@@ -58,24 +58,24 @@ fn strangers(folder: &Folder) -> [&'static str; 6] {
 }
 
 #[test]
-fn a_mesh_that_is_none_is_refused_by_what_it_is() {
+fn a_file_that_is_not_a_mesh_is_refused_by_its_kind() {
     let folder = scene();
-    let said = strangers(&folder).map(|name| bad_mesh(&folder, name));
+    let said = foreign_files(&folder).map(|name| bad_mesh(&folder, name));
     for (line, word) in
         said.iter().zip(["empty file", "PNG", "HTML", "zip archive, unpack it", "not an OBJ", "directory"])
     {
         says(line, &[word]);
     }
-    // A field would do for contacts, and for nothing else.
+    // `contacts` alone accepts a field in place of a mesh.
     says(&folder.refused("bake cube.sdf.h5 --res 8"), &["HDF5"]);
     says(&bad_mesh(&folder, "missing.obj"), &["missing.obj", "No such file"]);
     says(&bad_mesh(&folder, "cube.obj/cube.obj"), &["Not a directory"]);
 }
 
 #[test]
-fn a_field_that_is_none_is_refused_by_what_it_is() {
+fn a_file_that_is_not_a_field_is_refused_by_its_kind() {
     let folder = scene();
-    let said = strangers(&folder).map(|name| {
+    let said = foreign_files(&folder).map(|name| {
         let line = bad_field(&folder, name);
         assert_eq!(folder.refused(&format!("info {name}")), line);
         line
@@ -135,7 +135,7 @@ fn a_mesh_without_faces_is_refused() {
 }
 
 #[test]
-fn a_mesh_of_no_extent_is_refused_and_a_flat_one_is_baked() {
+fn a_mesh_without_extent_is_refused_and_a_flat_one_is_baked() {
     let folder = scene();
     folder.write("point.obj", "v 1 2 3\nv 1 2 3\nf 1 2 1\n");
     says(&folder.refused("bake point.obj --res 8"), &["point.obj", "no extent"]);
@@ -155,7 +155,7 @@ fn a_mesh_of_no_extent_is_refused_and_a_flat_one_is_baked() {
 }
 
 #[test]
-fn a_mesh_of_any_unit_is_baked_and_one_beyond_numbers_refused() {
+fn a_mesh_in_any_unit_is_baked_and_one_that_overflows_is_refused() {
     let folder = scene();
     let mut spacings = Vec::new();
     for scale in [1e-25, 1e-12, 1.0, 1e12, 1e25] {
@@ -170,12 +170,12 @@ fn a_mesh_of_any_unit_is_baked_and_one_beyond_numbers_refused() {
 }
 
 #[test]
-fn a_grid_that_does_not_fit_is_refused_at_once_with_its_bytes() {
+fn a_grid_that_does_not_fit_into_memory_is_refused_at_once_with_its_size() {
     let folder = scene();
     let started = Instant::now();
     for (words, say) in [
         ("--res 100000 --sign pseudo-normal", ["4001240126004212 bytes (4.0 PB)", "smaller --res"]),
-        // With what signs by winding number take on each thread.
+        // Includes the memory per thread of signs by winding number.
         ("--res 100000", ["bytes (4.0 PB)", "smaller --res"]),
         ("--res 4294967295", ["3.2e29 bytes", "smaller --res"]),
         ("--voxel-size 1e-6", ["4.0e18 bytes", "larger --voxel-size"]),
@@ -197,45 +197,45 @@ fn a_grid_that_does_not_fit_is_refused_at_once_with_its_bytes() {
 }
 
 #[test]
-fn a_grid_file_with_a_flipped_bit_is_refused_or_means_the_same() {
+fn a_grid_file_with_a_flipped_bit_is_refused_or_equal_in_content() {
     for layout in ["dense", "sparse --precision u8"] {
-        with_flipped_bits(layout);
+        check_flipped_bits(layout);
     }
 }
 
-fn with_flipped_bits(layout: &str) {
+fn check_flipped_bits(layout: &str) {
     let folder = scene();
     folder.done(&format!("bake cube.obj --res 8 --layout {layout}"));
     let good = folder.read("cube.sdf.h5");
     folder.write("points.csv", "0.1,0.2,0.3\n0.6,1.2,-0.2\n-0.4,0.1,0.1\n1.4,1.4,1.4\n");
-    let [eval, info] = ["eval bent.sdf.h5 --points points.csv", "info bent.sdf.h5"];
-    folder.write("bent.sdf.h5", &good);
-    let meant = [eval, info].map(|words| folder.done(words));
-    // It reads all of the file, as the others do not.
-    let surface = "surface bent.sdf.h5 -o surface.obj";
+    let [eval, info] = ["eval damaged.sdf.h5 --points points.csv", "info damaged.sdf.h5"];
+    folder.write("damaged.sdf.h5", &good);
+    let expected = [eval, info].map(|words| folder.done(words));
+    // This command reads the whole file, the others do not.
+    let surface = "surface damaged.sdf.h5 -o surface.obj";
     folder.done(surface);
-    let surface_meant = folder.read("surface.obj");
+    let expected_surface = folder.read("surface.obj");
     let mut random = Random::new(3);
     let (mut refusals, flips) = (0, 100);
     for _ in 0..flips {
-        let mut bent = good.clone();
-        let at = random.below(bent.len());
-        bent[at] ^= 1 << random.below(8);
-        folder.write("bent.sdf.h5", &bent);
+        let mut damaged = good.clone();
+        let at = random.below(damaged.len());
+        damaged[at] ^= 1 << random.below(8);
+        folder.write("damaged.sdf.h5", &damaged);
         if folder.sdftool(eval).output().unwrap().status.success() {
-            assert_eq!(folder.done(eval), meant[0], "byte {at}");
-            assert_eq!(folder.done(info), meant[1], "byte {at}");
+            assert_eq!(folder.done(eval), expected[0], "byte {at}");
+            assert_eq!(folder.done(info), expected[1], "byte {at}");
         } else {
-            says(&bad_field(&folder, "bent.sdf.h5"), &["bent.sdf.h5: "]);
+            says(&bad_field(&folder, "damaged.sdf.h5"), &["damaged.sdf.h5: "]);
         }
         if folder.sdftool(surface).output().unwrap().status.success() {
-            assert!(folder.read("surface.obj") == surface_meant, "byte {at}");
+            assert!(folder.read("surface.obj") == expected_surface, "byte {at}");
         } else {
-            says(&folder.refused(surface), &["bent.sdf.h5: "]);
+            says(&folder.refused(surface), &["damaged.sdf.h5: "]);
             refusals += 1;
         }
     }
-    // The rest of the file is room that nothing stands in.
+    // The rest of the file is unused space.
     assert!(refusals > flips / 10, "{refusals}");
 }
 
@@ -251,7 +251,7 @@ fn a_grid_file_cut_short_is_refused() {
 }
 
 #[test]
-fn random_bytes_are_refused_as_anything() {
+fn random_bytes_are_refused_as_every_kind_of_file() {
     let folder = scene();
     let mut random = Random::new(11);
     for length in [1, 7, 8, 84, 134, 500, 3000] {
@@ -267,7 +267,7 @@ fn random_bytes_are_refused_as_anything() {
 }
 
 #[test]
-fn a_table_that_is_no_field_is_refused_with_its_place() {
+fn an_invalid_field_table_is_refused_with_its_location() {
     let folder = scene();
     folder.write("notgrid.toml", SPHERE);
     let part = "{ shape = 'sphere', radius = 1 }";
@@ -341,7 +341,7 @@ fn tables_within_tables_do_not_exhaust_the_stack() {
         folder.write("deep.sdf.toml", text);
         says(&bad_field(&folder, "deep.sdf.toml"), &words);
     }
-    // Many side by side are no deeper than their number's logarithm.
+    // Depth grows with the logarithm of the number of parts.
     let part = "{ shape = 'sphere', radius = 1 },";
     folder.write(
         "wide.sdf.toml",
@@ -361,7 +361,7 @@ fn a_bad_line_of_points_is_named() {
         ("0,0,0\n1,2,nan\n", ["line 2", "finite"]),
         ("1,2,inf\n", ["line 1", "finite"]),
         ("0,0,0\n1;2;3\n", ["line 2", "1;2;3"]),
-        // No header, though the first line.
+        // The first line, but not a header.
         ("1 2 3\n4 5 6\n", ["line 1", "1 2 3"]),
         ("1,2,three\n", ["line 1", "1,2,three"]),
         ("x,y,z\nx,y,z\n", ["line 2", "expected x,y,z"]),
@@ -379,7 +379,7 @@ fn a_bad_line_of_points_is_named() {
     std::fs::create_dir(folder.at("folder")).unwrap();
     says(&folder.refused("eval sphere.sdf.toml --points folder"), &["folder", "directory"]);
     says(&folder.refused("eval sphere.sdf.toml --points missing.csv"), &["missing.csv", "No such file"]);
-    // No points are no error.
+    // An empty list of points is valid.
     folder.write("none.csv", "x,y,z\n");
     assert_eq!(folder.done("eval sphere.sdf.toml --points none.csv"), "x,y,z,distance,gx,gy,gz\n");
 }
@@ -404,9 +404,9 @@ fn extreme_numbers_on_the_command_line_do_no_harm() {
         "surface cube.sdf.h5 -o out.obj --res 6 --level 0.1",
     ] {
         let json = folder.json(words);
-        assert!(!json.to_string().contains("null"), "{words}: a number is none: {json}");
+        assert!(!json.to_string().contains("null"), "{words}: a number is null: {json}");
     }
-    // Shapes of all sizes.
+    // Shapes of extreme sizes.
     for size in ["1e-300", "1e-30", "1e30", "1e140", "1e300"] {
         folder.write("size.sdf.toml", format!("[field]\nshape = 'box'\nhalf_extents = [{size}, {size}, {size}]\n"));
         for words in [
@@ -424,7 +424,7 @@ fn extreme_numbers_on_the_command_line_do_no_harm() {
     }
 }
 
-/// A triangle that a step in the far corner of the grid cannot tell from a point.
+/// A triangle smaller than the spacing of f64 numbers at the far corner of the grid.
 #[test]
 fn a_mesh_with_a_triangle_far_smaller_than_itself_is_baked() {
     let folder = scene();
@@ -439,7 +439,7 @@ fn a_mesh_with_a_triangle_far_smaller_than_itself_is_baked() {
 
 #[cfg(unix)]
 #[test]
-fn names_of_any_bytes_are_taken() {
+fn file_names_of_any_bytes_are_accepted() {
     use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt;
     let folder = scene();
@@ -455,7 +455,7 @@ fn names_of_any_bytes_are_taken() {
     assert!(folder.path().join(grid).is_file());
     folder.sdftool("info").arg(grid).assert().success();
     folder.sdftool("verify --points 10").arg(grid).arg(name).assert().success();
-    // The line that speaks of one is still one line, and does nothing to a terminal.
+    // A message with such a name is still one line, without control characters.
     let missing = OsStr::from_bytes(b"k\xf6rper\n\x1b[31m.obj");
     says(&refused(&mut bake(missing), "a missing file"), &["No such file"]);
     says(&refused(folder.sdftool("info").arg(missing), "a missing file"), &["No such file"]);
@@ -463,10 +463,10 @@ fn names_of_any_bytes_are_taken() {
     says(&refused(&mut bake(missing), "a mesh without faces"), &["no triangles"]);
 }
 
-/// A device is endless, though it says that it is empty.
+/// A device reports no size but has endless data.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_endless_file_is_no_field() {
+fn an_endless_file_is_refused_as_a_field() {
     let folder = scene();
     let started = Instant::now();
     says(&folder.refused("info /dev/zero"), &["/dev/zero", "TOML"]);

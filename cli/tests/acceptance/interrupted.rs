@@ -12,7 +12,7 @@ use crate::meshes::Model;
 
 const OLD: &[u8] = b"what was there before";
 
-/// Each command that writes, and what.
+/// Commands that write, with the file that each writes.
 const WRITERS: [(&str, &str); 8] = [
     ("bake ball.obj --res 64", "ball.sdf.h5"),
     ("bake ball.obj --res 128 --layout sparse", "ball.sdf.h5"),
@@ -32,14 +32,14 @@ fn scene() -> Folder {
     folder
 }
 
-/// Runs the program where no file may grow beyond 4 KiB; `before` is told to the shell first.
+/// Runs the program with files limited to 4 KiB, after the shell command `before`.
 fn with_small_files(folder: &Folder, before: &str, words: &str) -> Output {
     let script = format!("{before} ulimit -f 8; exec {SDFTOOL} {words}");
     Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap()
 }
 
 #[test]
-fn a_disk_that_is_full_leaves_the_old_file_and_no_other() {
+fn a_full_disk_leaves_the_old_file_and_no_other() {
     let folder = scene();
     for (words, name) in WRITERS {
         folder.write(name, OLD);
@@ -47,11 +47,11 @@ fn a_disk_that_is_full_leaves_the_old_file_and_no_other() {
         let output = with_small_files(&folder, "trap '' XFSZ;", words);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(1), "{words}: {said}");
-        // The library that writes grids has a line of its own first.
+        // The library that writes grids prints a line of its own first.
         let lines: Vec<&str> = said.lines().filter(|line| !line.starts_with("rust-hdf5: ")).collect();
         assert_eq!(lines.len(), 1, "{words}: {said}");
         says(lines[0], &["sdftool: ", name, "File too large"]);
-        assert!(output.stdout.is_empty(), "{words}: said that it was done");
+        assert!(output.stdout.is_empty(), "{words}: reported success");
         assert!(folder.read(name) == OLD && folder.names() == before, "{words}");
     }
     let output = with_small_files(&folder, "trap '' XFSZ;", "demo -o demo");
@@ -64,11 +64,11 @@ fn a_program_killed_in_the_middle_of_a_write_leaves_the_old_file() {
     let folder = scene();
     for (words, name) in WRITERS {
         folder.write(name, OLD);
-        // The signal of the system for a file grown too large comes in the middle of a write, and is not caught.
+        // The system's signal for a too large file arrives during the write, and is not caught.
         let output = with_small_files(&folder, "", words);
         assert!(output.status.signal().is_some(), "{words}: {}", output.status);
         assert!(folder.read(name) == OLD, "{words}");
-        // What was left does not stand in the way of the next.
+        // Leftover files do not disturb the next run.
         folder.done(words);
         assert!(folder.read(name) != OLD, "{words}");
     }
@@ -90,7 +90,7 @@ fn a_target_that_cannot_be_replaced_is_refused_before_any_work() {
     says(&folder.refused("slice small.sdf.h5 -o /dev/null"), &["/dev/null", "not a regular file"]);
 }
 
-/// A bake under way over an old file.
+/// A running bake that will replace an old file.
 struct Baking {
     child: Child,
     folder: Folder,
@@ -109,7 +109,7 @@ impl Baking {
         Self { child: command.spawn().unwrap(), folder, before }
     }
 
-    /// Until the temporary file is there, or the bake has ended.
+    /// Waits until the temporary file exists or the bake has ended.
     fn wait_for_write(&mut self) {
         let deadline = Instant::now() + Duration::from_secs(120);
         while self.folder.names() == self.before && self.child.try_wait().unwrap().is_none() {
@@ -118,7 +118,7 @@ impl Baking {
         }
     }
 
-    /// Unless it has ended.
+    /// Sends a signal, unless the bake has ended.
     fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let _ = Command::new("kill").args([&format!("-{name}"), &id]).stderr(Stdio::null()).status().unwrap();
@@ -128,7 +128,7 @@ impl Baking {
         (self.child.wait_with_output().unwrap(), self.folder, self.before)
     }
 
-    fn ends_as_interrupted(self) {
+    fn assert_interrupted(self) {
         let (output, folder, before) = self.end();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!((output.status.code(), said.as_str()), (Some(130), ""));
@@ -138,7 +138,7 @@ impl Baking {
     }
 }
 
-/// Until the program has said that it takes the signal itself.
+/// Waits until the program handles the signal.
 #[cfg(target_os = "linux")]
 fn wait_for_handler(child: &Child) {
     let deadline = Instant::now() + Duration::from_secs(60);
@@ -165,12 +165,12 @@ fn ctrl_c_during_a_bake_leaves_nothing_behind() {
         wait_for_handler(&baking.child);
         sleep(Duration::from_millis(100));
         baking.signal("INT");
-        baking.ends_as_interrupted();
+        baking.assert_interrupted();
     }
 }
 
-/// How long after its beginning a write is interrupted, in milliseconds. It takes about 60; some come too late, and then
-/// the new file must be whole.
+/// Times after the start of a write at which it is interrupted, in milliseconds. A write takes about 60; where the signal comes too
+/// late, the new file must be complete.
 const DELAYS: [u64; 8] = [0, 0, 3, 7, 12, 20, 35, 60];
 
 #[test]
@@ -186,7 +186,7 @@ fn ctrl_c_during_a_write_leaves_one_file_whole_and_no_other() {
         assert_eq!((said.as_str(), folder.names()), ("", before), "after {delay} ms");
         if folder.read("mesh.sdf.h5") == OLD {
             assert_eq!(output.status.code(), Some(130), "after {delay} ms");
-            assert!(output.stdout.is_empty(), "said that it was done");
+            assert!(output.stdout.is_empty(), "reported success");
             in_time += 1;
         } else {
             assert!(matches!(output.status.code(), Some(0 | 130)), "after {delay} ms");

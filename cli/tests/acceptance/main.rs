@@ -1,4 +1,4 @@
-//! The program as its user meets it: what it prints, what it writes, what it refuses, and how it ends.
+//! The program as a user sees it: output, files, refusals and exit statuses.
 
 mod folder;
 mod meshes;

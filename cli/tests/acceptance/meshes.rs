@@ -1,4 +1,4 @@
-//! Small meshes, made on the spot.
+//! Small meshes, generated.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -11,7 +11,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// A closed ball with all points at `radius` from `center`: an octahedron whose faces are cut in four so many times.
+    /// A closed ball with all points at `radius` from `center`: an octahedron with its faces divided into four `cuts` times.
     pub fn ball(center: [f64; 3], radius: f64, cuts: usize) -> Self {
         let mut points = vec![[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]];
         let mut triangles =
@@ -33,8 +33,8 @@ impl Model {
             }
             triangles = finer;
         }
-        let place = |p: [f64; 3]| std::array::from_fn(|k| center[k] + radius * p[k]);
-        Self { points: points.into_iter().map(place).collect(), triangles }
+        let scaled = |p: [f64; 3]| std::array::from_fn(|k| center[k] + radius * p[k]);
+        Self { points: points.into_iter().map(scaled).collect(), triangles }
     }
 
     /// The box from 0 to 1 along each axis.
@@ -45,7 +45,7 @@ impl Model {
         Self { points: (0..8).map(corner).collect(), triangles }
     }
 
-    /// A sheet of side 2 around the origin, with hills, `cells` squares along each side.
+    /// A hilly sheet of side 2 around the origin, with `cells` squares along each side.
     pub fn hills(cells: u32) -> Self {
         let mut sheet = Self::default();
         for row in 0..=cells {
@@ -64,7 +64,7 @@ impl Model {
         sheet
     }
 
-    /// Both in one, the points and triangles of `other` last.
+    /// Both in one mesh, the points and triangles of `other` last.
     pub fn and(&self, other: &Self) -> Self {
         let first = self.points.len() as u32;
         let mut both = self.clone();
@@ -73,11 +73,11 @@ impl Model {
         both
     }
 
-    pub fn moved(&self, place: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
-        Self { points: self.points.iter().copied().map(place).collect(), triangles: self.triangles.clone() }
+    pub fn moved(&self, map: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+        Self { points: self.points.iter().copied().map(map).collect(), triangles: self.triangles.clone() }
     }
 
-    /// As text that reads back the same bits.
+    /// OBJ text that reads back bit for bit.
     pub fn obj(&self) -> String {
         let mut text = String::new();
         for [x, y, z] in &self.points {
@@ -100,7 +100,7 @@ impl Model {
         text
     }
 
-    /// Binary, rounded to f32.
+    /// Binary STL, rounded to f32.
     pub fn stl(&self) -> Vec<u8> {
         let mut bytes = vec![0; 80];
         bytes.extend((self.triangles.len() as u32).to_le_bytes());

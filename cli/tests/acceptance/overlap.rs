@@ -28,7 +28,7 @@ fn scene() -> Folder {
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 fn vector(value: &Value) -> [f64; 3] {
@@ -46,7 +46,7 @@ fn meetings<'a>(json: &'a Value, kind: &str) -> Vec<&'a Value> {
 #[test]
 fn two_fields_of_any_kind_meet_where_their_shapes_do() {
     let folder = scene();
-    // No deeper than the band of the sparse grid, beyond which it says less.
+    // Shallower than the band of the sparse grid, beyond which it has only bounds.
     let area = std::f64::consts::PI * (1.0 - 0.925 * 0.925);
     for (first, second) in [
         ("ball.sdf.toml", "ball.sdf.toml"),
@@ -61,7 +61,7 @@ fn two_fields_of_any_kind_meet_where_their_shapes_do() {
         assert_eq!(deepest.len(), 1, "{first} {second}");
         assert!((number(&deepest[0]["distance"]) + 0.075).abs() < 0.01, "{first} {second}: {}", deepest[0]);
         assert!(distance(vector(&deepest[0]["point"]), [0.925, 0.0, 0.0]) < 0.1, "{first} {second}: {}", deepest[0]);
-        // Out of the second and into the first.
+        // The normal points out of the second and into the first.
         assert!(distance(vector(&deepest[0]["normal"]), [-1.0, 0.0, 0.0]) < 0.15, "{first} {second}: {}", deepest[0]);
         assert_eq!(json["deepest"]["value"], deepest[0]["distance"]);
         assert!(number(&json["deepest"]["lower_bound"]) <= number(&json["deepest"]["value"]));
@@ -85,15 +85,15 @@ fn two_fields_of_any_kind_meet_where_their_shapes_do() {
 #[test]
 fn exchanged_arguments_give_the_same_points_with_opposite_normals() {
     let folder = scene();
-    let turn = "0.2,-0.1,0.3,0.9";
+    let rotation = "0.2,-0.1,0.3,0.9";
     for (a, b) in
         [("ball.sdf.h5", "bar.sdf.toml"), ("sparse.sdf.h5", "ball.sdf.h5"), ("dumbbell.sdf.toml", "floor.sdf.toml")]
     {
-        let there = folder.json(&format!("contacts {a} {b} --translate-first 0.3,0.2,0.6 --rotate {turn}"));
-        let back = folder.json(&format!("contacts {b} {a} --translate 0.3,0.2,0.6 --rotate-first {turn}"));
-        let [there, back] = [&there, &back].map(|json| json["meetings"].as_array().unwrap());
-        assert!(there.len() > 20 && there.len() == back.len(), "{a} {b}: {} {}", there.len(), back.len());
-        for (one, other) in there.iter().zip(back) {
+        let forward = folder.json(&format!("contacts {a} {b} --translate-first 0.3,0.2,0.6 --rotate {rotation}"));
+        let back = folder.json(&format!("contacts {b} {a} --translate 0.3,0.2,0.6 --rotate-first {rotation}"));
+        let [forward, back] = [&forward, &back].map(|json| json["meetings"].as_array().unwrap());
+        assert!(forward.len() > 20 && forward.len() == back.len(), "{a} {b}: {} {}", forward.len(), back.len());
+        for (one, other) in forward.iter().zip(back) {
             assert_eq!(
                 ["point", "distance", "area"].map(|name| &one[name]),
                 ["point", "distance", "area"].map(|name| &other[name])
@@ -105,18 +105,18 @@ fn exchanged_arguments_give_the_same_points_with_opposite_normals() {
 }
 
 #[test]
-fn poses_put_either_field_into_the_world() {
+fn poses_place_either_field() {
     let folder = scene();
-    // A quarter about z brings what lies along x to y.
+    // A quarter turn about z maps x to y.
     let touches =
         |pose: &str| folder.json(&format!("contacts bar.sdf.toml ball.sdf.toml {pose}"))["verdict"] == "contact";
     assert!(touches("--translate 2.5,0,0") && !touches("--translate 0,2.5,0"));
     assert!(
         touches("--translate 0,2.5,0 --rotate-first 0,0,1,1") && !touches("--translate 2.5,0,0 --rotate-first 0,0,1,1")
     );
-    // First the turn, then the shift.
+    // Rotation comes before translation.
     assert!(touches("--translate 10,2.5,0 --rotate-first 0,0,1,1 --translate-first 10,0,0"));
-    // Both moved together meet as before.
+    // Moving both leaves the contact unchanged.
     let here = folder.json("contacts bar.sdf.toml ball.sdf.h5 --translate 2.5,0,0.1");
     let there = folder.json("contacts bar.sdf.toml ball.sdf.h5 --translate 4.5,3,1.1 --translate-first 2,3,1");
     let [here, there] = [&here, &there].map(|json| meetings(json, "deepest")[0].clone());
@@ -140,7 +140,7 @@ fn a_dumbbell_on_the_floor_has_two_deepest_points() {
 }
 
 #[test]
-fn apart_is_said_and_how_near_is_asked_by_the_margin() {
+fn separation_is_reported_and_the_margin_finds_near_fields() {
     let folder = scene();
     let far = folder.json("contacts ball.sdf.h5 ball.sdf.toml --translate 0,9,0");
     assert_eq!(
@@ -160,9 +160,9 @@ fn apart_is_said_and_how_near_is_asked_by_the_margin() {
     );
 }
 
-/// A sheet with its inside below it, which reaches the grid's box and goes on for as far as it is deep there.
+/// A sheet with its inside below, which reaches the grid's box. Beyond the box the inside continues for its depth there.
 #[test]
-fn a_field_that_is_negative_on_its_box_goes_on_beyond_it() {
+fn a_field_that_is_negative_on_its_box_continues_beyond_it() {
     let folder = scene();
     folder.write("sheet.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n");
     folder.done("bake sheet.obj --res 8 --sign pseudo-normal");
@@ -179,7 +179,7 @@ fn a_field_that_is_negative_on_its_box_goes_on_beyond_it() {
 }
 
 #[test]
-fn every_kind_of_file_holds_what_is_printed() {
+fn every_kind_of_file_contains_what_is_printed() {
     let folder = scene();
     let words = "contacts ball.sdf.h5 dumbbell.sdf.toml --translate 0.3,0.2,1.2";
     let mut printed = folder.json(&format!("{words} -o list.json"));
@@ -201,12 +201,12 @@ fn every_kind_of_file_holds_what_is_printed() {
     assert_eq!(lines.clone().count(), meetings.len());
     for (line, meeting) in lines.zip(meetings) {
         let cells: Vec<&str> = line.split(',').collect();
-        let cell = |place: usize| cells[place].parse::<f64>().unwrap();
+        let cell = |index: usize| cells[index].parse::<f64>().unwrap();
         assert_eq!((cells[0], cells[12]), (meeting["kind"].as_str().unwrap(), meeting["status"].as_str().unwrap()));
         assert_eq!([1, 2, 3].map(cell), vector(&meeting["point"]));
         assert_eq!([4, 5, 6].map(cell), vector(&meeting["normal"]));
-        for (place, name) in (7..).zip(["distance", "distance_a", "distance_b", "separation", "area"]) {
-            assert_eq!(cell(place), number(&meeting[name]), "{name} of {line}");
+        for (index, name) in (7..).zip(["distance", "distance_a", "distance_b", "separation", "area"]) {
+            assert_eq!(cell(index), number(&meeting[name]), "{name} of {line}");
         }
     }
 
@@ -257,7 +257,7 @@ fn a_finer_resolution_gives_more_pieces_of_the_same_patch() {
 }
 
 #[test]
-fn only_what_the_other_field_reaches_is_read() {
+fn only_blocks_near_the_other_field_are_read() {
     let folder = scene();
     folder.write("large.obj", Model::ball([0.0; 3], 4.0, 5).obj());
     folder.done("bake large.obj --res 128 --layout sparse");
@@ -266,7 +266,7 @@ fn only_what_the_other_field_reaches_is_read() {
         let read = &json["read"][1];
         let [bricks, of_bricks] = ["bricks", "of_bricks"].map(|name| number(&read[name]));
         assert!(json["verdict"] == "contact" && bricks > 0.0 && bricks < 0.25 * of_bricks, "{other}: {read}");
-        // What is found is what the whole file says: a floor that the ball cannot leave makes all be read.
+        // The contact has the value of the whole file.
         let point = vector(&json["meetings"][0]["point"]);
         folder.write("point.csv", format!("{:?},{:?},{:?}\n", point[0], point[1], point[2]));
         let eval = folder.json("eval large.sdf.h5 --points point.csv");
@@ -275,7 +275,7 @@ fn only_what_the_other_field_reaches_is_read() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_in_a_line() {
+fn contradictory_arguments_are_refused_in_one_line() {
     let all_minima = scene().refused("contacts ball.sdf.toml floor.sdf.toml --all-minima");
     says(&all_minima, &["--all-minima", "is for a mesh"]);
     let folder = scene();

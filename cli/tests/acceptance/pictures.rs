@@ -1,4 +1,4 @@
-//! What is drawn is what the field says.
+//! Pictures agree with the field.
 
 use std::io::Cursor;
 
@@ -25,12 +25,12 @@ fn decode(bytes: &[u8]) -> Png {
     Png { width: frame.width as usize, height: frame.height as usize, pixels }
 }
 
-/// All of a picture's, row by row.
+/// The pixels of a PNG, row by row.
 pub fn pixels(png: &[u8]) -> Vec<[u8; 3]> {
     decode(png).pixels
 }
 
-/// No two of its axes look the same.
+/// A field that looks different along each axis.
 const LOPSIDED: &str = "[field]\nshape = \"union\"\n\
     of = [{ shape = \"sphere\", radius = 1.0 }, { shape = \"box\", half_extents = [0.2, 0.3, 0.1], \
     pose.translation = [1.5, 0.9, 0.7] }]\n";
@@ -59,15 +59,15 @@ fn a_slice_is_black_on_the_surface_blue_inside_and_orange_outside() {
                 point[up] = min[up] + ((png.height - row) as f64 - 0.5) * pixel;
                 let sample = field.sample(Vector3::from(point));
                 let slope = sample.gradient[right].hypot(sample.gradient[up]).max(0.1);
-                let off = sample.value / slope / pixel;
+                let distance = sample.value / slope / pixel;
                 let [red, green, blue] = png.pixels[row * png.width + column];
-                match off {
-                    _ if off.abs() < 0.99 => assert_eq!([red, green, blue], [0; 3], "{point:?}"),
-                    _ if off.abs() < 2.01 => continue,
-                    _ if off < 0.0 => assert!(blue > red, "{point:?} is inside: {red} {green} {blue}"),
+                match distance {
+                    _ if distance.abs() < 0.99 => assert_eq!([red, green, blue], [0; 3], "{point:?}"),
+                    _ if distance.abs() < 2.01 => continue,
+                    _ if distance < 0.0 => assert!(blue > red, "{point:?} is inside: {red} {green} {blue}"),
                     _ => assert!(red > blue, "{point:?} is outside: {red} {green} {blue}"),
                 }
-                seen[usize::from(off >= 0.99) + usize::from(off > -0.99)] += 1;
+                seen[usize::from(distance >= 0.99) + usize::from(distance > -0.99)] += 1;
             }
         }
         assert!(seen.iter().all(|count| *count > 100), "axis {axis}: {seen:?}");
@@ -75,7 +75,7 @@ fn a_slice_is_black_on_the_surface_blue_inside_and_orange_outside() {
 }
 
 #[test]
-fn a_slice_of_a_grid_shows_its_box_and_says_what_it_drew() {
+fn a_slice_of_a_grid_shows_its_box_and_reports_its_window() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     folder.done("bake ball.obj --res 16");
@@ -90,7 +90,7 @@ fn a_slice_of_a_grid_shows_its_box_and_says_what_it_drew() {
 }
 
 #[test]
-fn the_demos_picture_shows_the_contacts_in_red_on_the_cloth_in_green() {
+fn the_picture_of_the_demo_shows_contacts_in_red_on_the_cloth_in_green() {
     let folder = Folder::new();
     folder.done("demo -o demo");
     let png = decode(&folder.read("demo/contacts.png"));
@@ -98,7 +98,7 @@ fn the_demos_picture_shows_the_contacts_in_red_on_the_cloth_in_green() {
     assert!(count([200, 30, 40]) > 100, "red dots");
     assert!(count([20, 130, 60]) > 500, "a green line");
     assert!(count([0; 3]) > 500, "a black surface");
-    // A dot stands where a contact is: pixels of 2.5 / 900 from the corner (-1.25, 1.25) of x and z.
+    // Every contact has a dot: pixels of 2.5 / 900 from the corner (-1.25, 1.25) of x and z.
     let list = String::from_utf8(folder.read("demo/contacts.csv")).unwrap();
     let names: Vec<&str> = list.lines().next().unwrap().split(',').collect();
     let near_plane = list.lines().skip(1).filter_map(|line| {
@@ -108,8 +108,8 @@ fn the_demos_picture_shows_the_contacts_in_red_on_the_cloth_in_green() {
     });
     let mut dots = 0;
     for [x, z] in near_plane {
-        let [column, row] = [(x + 1.25) * 360.0, (1.25 - z) * 360.0].map(|place| place as usize);
-        // Another dot's white rim may lie over it.
+        let [column, row] = [(x + 1.25) * 360.0, (1.25 - z) * 360.0].map(|x| x as usize);
+        // Another dot's white outline may cover it.
         assert!([[200, 30, 40], [255; 3]].contains(&png.pixels[row * png.width + column]), "{x} {z}");
         dots += 1;
     }

@@ -1,4 +1,4 @@
-//! --rotate and --translate put the field into the world.
+//! --rotate and --translate place the field in the world.
 
 use serde_json::Value;
 
@@ -20,7 +20,7 @@ fn numbers(value: &Value) -> [f64; 3] {
 }
 
 #[test]
-fn a_field_put_into_the_world_touches_what_the_field_in_place_touches_of_the_mesh_moved_back() {
+fn a_placed_field_touches_what_the_unplaced_field_touches_of_the_mesh_moved_back() {
     let folder = Folder::new();
     let [x, y, z, w] = [0.1, -0.5, 0.3, 0.8_f64];
     let length = (x * x + y * y + z * z + w * w).sqrt();
@@ -39,13 +39,13 @@ fn a_field_put_into_the_world_touches_what_the_field_in_place_touches_of_the_mes
     for field in ["body.sdf.h5", "cone.sdf.toml"] {
         for elements in ["faces", "edges", "vertices"] {
             let find = |mesh: &str, pose: &str| {
-                // A certified least is often on the face of a cell, where the gradient jumps and rounding tells its side.
+                // A certified minimum is often on the face of a cell, where the gradient jumps and rounding decides its side.
                 let method = if elements == "edges" { "gss" } else { "fw" };
                 let words =
                     format!("contacts {mesh} {field} --elements {elements} --method {method} --margin 0.05 {pose}");
                 folder.json(&words)["contacts"].as_array().unwrap().clone()
             };
-            // A quaternion need not be of unit length.
+            // The quaternion is not normalized.
             let placed = find("sheet.obj", "--rotate 0.1,-0.5,0.3,0.8 --translate 0.3,-0.2,0.15");
             let in_place = find("back.obj", "");
             assert!(placed.len() > 50, "{field} {elements}");
@@ -70,14 +70,14 @@ fn a_field_put_into_the_world_touches_what_the_field_in_place_touches_of_the_mes
 }
 
 #[test]
-fn a_quarter_turn_goes_the_right_way_round() {
+fn a_quarter_turn_is_counterclockwise() {
     let folder = Folder::new();
     folder.write(
         "box.sdf.toml",
         "[field]\nshape = \"box\"\nhalf_extents = [2, 0.5, 0.5]\npose.translation = [2, 0, 0]\n",
     );
     folder.write("points.obj", "v 0 3 0\nv 3 0 0\nv 0 -3 0\nv 10 3 0\n");
-    // A quarter about z brings what lies along x to y.
+    // A quarter turn about z maps x to y.
     let touched = |pose: &str| {
         let json = folder.json(&format!("contacts points.obj box.sdf.toml --elements vertices {pose}"));
         json["contacts"].as_array().unwrap().iter().map(|contact| contact["id"].as_u64().unwrap()).collect::<Vec<_>>()
@@ -85,7 +85,7 @@ fn a_quarter_turn_goes_the_right_way_round() {
     assert_eq!(touched(""), [1]);
     assert_eq!(touched("--rotate 0,0,1,1"), [0]);
     assert_eq!(touched("--rotate 0,0,-1,1"), [2]);
-    // First the turn, then the shift.
+    // Rotation comes before translation.
     assert_eq!(touched("--rotate 0,0,1,1 --translate 10,0,0"), [3]);
     assert_eq!(touched("--translate -3,-3,0 --rotate 0,0,0,-1"), [2]);
     assert_eq!(touched("--translate -3,3,0"), [0]);

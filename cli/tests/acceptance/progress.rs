@@ -1,4 +1,4 @@
-//! How far a bake is, on a terminal and nowhere else. (Every other test asserts that standard error is silent.)
+//! Progress of a bake, shown on a terminal only. (Every other test asserts that standard error is empty.)
 
 #[cfg(target_os = "linux")]
 #[test]
@@ -8,7 +8,7 @@ fn bake_draws_the_time_left_on_a_terminal() {
     use std::process::Command;
 
     if Command::new("script").arg("--version").output().is_err() {
-        println!("skipped: no `script` here to make a terminal");
+        println!("skipped: no `script` here, which emulates a terminal");
         return;
     }
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Promises 7 and 10: not the number of threads, not the order of elements, not what else is in the file.
+//! Promises 7 and 10: results depend neither on the number of threads, nor on the order of elements, nor on other elements.
 
 use serde_json::Value;
 
@@ -28,8 +28,8 @@ fn bake_writes_the_same_bytes_on_any_number_of_threads() {
             folder.done(&format!("bake {mesh}.obj {options} --threads {threads}"));
             folder.read(&format!("{mesh}.sdf.h5"))
         };
-        let alone = bake(1);
-        assert!(THREADS.iter().all(|threads| bake(*threads) == alone), "{mesh} {options}");
+        let on_one_thread = bake(1);
+        assert!(THREADS.iter().all(|threads| bake(*threads) == on_one_thread), "{mesh} {options}");
     }
 }
 
@@ -48,20 +48,20 @@ fn contacts_are_the_same_on_any_number_of_threads() {
             });
             (files, contacts(&folder, &words))
         };
-        let alone = find(1);
-        assert!(alone.1.1.len() > 100);
-        assert!(THREADS.iter().all(|threads| find(*threads) == alone), "{elements}");
+        let on_one_thread = find(1);
+        assert!(on_one_thread.1.1.len() > 100);
+        assert!(THREADS.iter().all(|threads| find(*threads) == on_one_thread), "{elements}");
     }
 }
 
-/// What a contact is but for how its file counts.
+/// The contact with the numbers of its elements and points raised.
 fn renumbered(contact: &Value, elements: u64, points: u64) -> Value {
     let mut contact = contact.clone();
-    let add = |value: &mut Value, more: u64| *value = (value.as_u64().unwrap() + more).into();
+    let add = |value: &mut Value, offset: u64| *value = (value.as_u64().unwrap() + offset).into();
     add(&mut contact["id"], elements);
     add(&mut contact["key"], elements);
-    let more = if contact["feature"] == "face" { elements } else { points };
-    contact["feature_id"].as_array_mut().unwrap().iter_mut().for_each(|id| add(id, more));
+    let offset = if contact["feature"] == "face" { elements } else { points };
+    contact["feature_id"].as_array_mut().unwrap().iter_mut().for_each(|id| add(id, offset));
     if contact["polygon"].is_u64() {
         add(&mut contact["polygon"], elements);
     }

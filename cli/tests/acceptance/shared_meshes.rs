@@ -1,4 +1,4 @@
-//! The whole way on scanned meshes, where they are at hand: beside the project, in shared/meshes.
+//! Whole runs on scanned meshes, if they are available beside the project, in shared/meshes.
 
 use std::path::PathBuf;
 
@@ -24,12 +24,12 @@ fn a_cloth_on_a_dragon_touches_it() {
     assert!(contacts.len() > 1000, "{}", contacts.len());
     assert!(contacts.iter().all(|contact| contact["distance"].as_f64().unwrap() <= 0.01));
     let deepest = contacts.iter().map(|contact| contact["distance"].as_f64().unwrap()).fold(0.0, f64::min);
-    assert!((-0.03..-0.003).contains(&deepest), "laid 0.004 deep: {deepest}");
+    assert!((-0.03..-0.003).contains(&deepest), "the cloth is 0.004 deep: {deepest}");
     folder.done(&format!("verify dragon.sdf.h5 {dragon} --points 5000"));
 }
 
 #[test]
-fn meshes_with_holes_and_without_are_baked_right() {
+fn meshes_with_and_without_holes_are_baked_right() {
     for name in ["teapot", "stanford-bunny", "cow"] {
         let Some(path) = mesh(&format!("{name}.obj")) else { continue };
         let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Sparse grids: what a user asks of a dense one, asked of them, and what only they can do.
+//! Sparse grids: what dense grids can do, and what only sparse ones can.
 
 use serde_json::Value;
 
@@ -35,9 +35,12 @@ fn every_precision_is_baked_described_and_verified() {
             assert_eq!(info[key], baked[key], "{key}");
         }
         let parts = info["parts"].as_object().unwrap();
-        let told: u64 = parts.values().map(|bytes| bytes.as_u64().unwrap()).sum();
+        let listed: u64 = parts.values().map(|bytes| bytes.as_u64().unwrap()).sum();
         let bytes = folder.read(&name).len() as u64;
-        assert!(parts.contains_key("samples") && told < bytes && bytes < told + 40_000, "{told} of {bytes}: {info}");
+        assert!(
+            parts.contains_key("samples") && listed < bytes && bytes < listed + 40_000,
+            "{listed} of {bytes}: {info}"
+        );
         says(&folder.done(&format!("info {name}")), &["sparse", precision, "bricks", "samples"]);
 
         let verified = folder.json(&format!("verify {name} ball.obj --points 20000 --all-nodes"));
@@ -56,7 +59,7 @@ fn every_precision_is_baked_described_and_verified() {
 }
 
 #[test]
-fn another_mesh_is_told_from_the_one_that_was_baked() {
+fn verify_refuses_another_mesh_than_the_baked_one() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     folder.write("larger.obj", Model::ball([0.0; 3], 1.02, 3).obj());
@@ -72,23 +75,23 @@ fn another_mesh_is_told_from_the_one_that_was_baked() {
 
 #[test]
 fn contacts_within_the_band_are_those_of_the_dense_grid() {
-    // Not by projected gradients, whose steps go by the grid's slope bound.
+    // Without projected gradient descent, whose steps depend on the grid's slope bound.
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
     folder.write("sheet.obj", Model::hills(60).obj());
     folder.done("bake ball.obj --res 40 -o dense.sdf.h5");
     folder.done("bake ball.obj --res 40 --layout sparse --precision f32 --band 4 -o sparse.sdf.h5");
     for (elements, method) in [("faces", "fw"), ("edges", "gss"), ("vertices", "fw")] {
-        let of = |name: &str| {
+        let search = |name: &str| {
             folder.json(&format!("contacts sheet.obj {name} --elements {elements} --method {method} --margin 0.05"))
         };
-        let [dense, sparse] = [of("dense.sdf.h5"), of("sparse.sdf.h5")];
+        let [dense, sparse] = [search("dense.sdf.h5"), search("sparse.sdf.h5")];
         let found = |json: &Value| -> Vec<(u64, Value, Value)> {
             let shallow = contacts(json).iter().filter(|contact| number(contact, "distance").abs() < 0.05);
-            let told = |contact: &Value| {
+            let values = |contact: &Value| {
                 (contact["id"].as_u64().unwrap(), contact["weights"].clone(), contact["distance"].clone())
             };
-            shallow.map(told).collect()
+            shallow.map(values).collect()
         };
         assert!(found(&dense).len() > 5, "{elements}");
         assert_eq!(found(&dense), found(&sparse), "{elements} by {method}");
@@ -96,9 +99,9 @@ fn contacts_within_the_band_are_those_of_the_dense_grid() {
     }
 }
 
-/// A small mesh beside a large one, and alone: what is found of it may not depend on how much else was read.
+/// A small mesh alone and beside a large one: its contacts do not depend on how much else is read.
 #[test]
-fn only_what_the_elements_reach_is_read_and_nothing_else_changes() {
+fn only_blocks_near_the_elements_are_read_and_nothing_else_changes() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
     let patch = Model::hills(4).moved(|[x, y, z]| [0.08 * x + 0.95, 0.08 * y, 0.08 * z]);
@@ -114,14 +117,14 @@ fn only_what_the_elements_reach_is_read_and_nothing_else_changes() {
         folder.done(&format!("bake ball.obj --res 120 --layout {layout}"));
         let bytes = folder.read("ball.sdf.h5").len() as u64;
         for pose in ["", "--translate 0.01,0.02,-0.03 --rotate 0.1,0.2,0.3,2"] {
-            let of = |mesh: &str| folder.json(&format!("contacts {mesh} ball.sdf.h5 --margin 0.02 {pose}"));
-            let [alone, both, far] = [of("patch.obj"), of("both.obj"), of("far.obj")];
+            let search = |mesh: &str| folder.json(&format!("contacts {mesh} ball.sdf.h5 --margin 0.02 {pose}"));
+            let [alone, both, far] = [search("patch.obj"), search("both.obj"), search("far.obj")];
             let read = |json: &Value, key: &str| {
                 json["read"][key].as_u64().unwrap_or_else(|| panic!("{key}: {}", json["read"]))
             };
             assert_eq!(read(&alone, "file_bytes"), bytes);
             assert!(4 * read(&alone, blocks) < read(&alone, of_blocks), "{layout}: {}", alone["read"]);
-            // Tables are read once, what points at them more than once.
+            // Tables are read once, references to them more than once.
             assert!(
                 read(&alone, "bytes") < read(&both, "bytes") && read(&both, "bytes") < bytes + 60_000,
                 "{} {}",
@@ -144,7 +147,7 @@ fn only_what_the_elements_reach_is_read_and_nothing_else_changes() {
 }
 
 #[test]
-fn a_margin_beyond_what_the_grid_knows_is_refused_with_the_option_to_raise() {
+fn a_margin_beyond_the_grids_range_is_refused_with_the_option_to_raise() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
     folder.write("sheet.obj", Model::hills(10).obj());
@@ -174,11 +177,11 @@ fn the_surface_of_a_sparse_grid_is_that_of_the_dense_one() {
     folder.done("bake ball.obj --res 60 -o dense.sdf.h5");
     folder.done("bake ball.obj --res 60 --layout sparse --precision f32 -o sparse.sdf.h5");
     for level in ["0", "0.1", "-0.1"] {
-        let of = |name: &str| {
+        let surface = |name: &str| {
             folder.done(&format!("surface {name}.sdf.h5 -o {name}.obj --level {level}"));
             folder.read(&format!("{name}.obj"))
         };
-        assert!(of("dense") == of("sparse"), "level {level}");
+        assert!(surface("dense") == surface("sparse"), "level {level}");
     }
     let said = folder.refused("surface sparse.sdf.h5 -o out.obj --level 1");
     says(&said, &["sparse.sdf.h5", "--level 1", "--band"]);
@@ -199,7 +202,7 @@ fn a_slice_outlines_bricks_and_the_band() {
     assert!(count(is_green) > 500, "the ends of the band are green");
     assert!(count(|p| *p == [0, 0, 0]) > 300, "the surface is black");
     assert!(count(|[r, g, b]| *r < 180 && r.abs_diff(*g) < 30 && g.abs_diff(*b) < 40) > 500, "bricks have grey edges");
-    // A dense grid has neither.
+    // A slice of a dense grid has neither bricks nor band.
     folder.done("bake ball.obj --res 80");
     folder.done("slice ball.sdf.h5 -o slice.png --pixels 400");
     let pixels = crate::pictures::pixels(&folder.read("slice.png"));
@@ -216,22 +219,22 @@ fn a_histogram_is_drawn_of_the_errors() {
     says(&crate::folder::done(verify.arg("ball <&>.obj"), "verify"), &["errors.svg"]);
     let svg = String::from_utf8(folder.read("errors.svg")).unwrap();
     says(&svg, &["<svg ", "in voxels", "certified", "ball &lt;&amp;&gt;.obj", "</svg>"]);
-    // As many bars stand there as heights that are not zero.
+    // One bar for each height above zero.
     assert!(svg.matches("<rect x=").count() > 5);
 }
 
 #[test]
-fn the_error_can_be_asked_for_in_place_of_the_resolution() {
+fn an_error_bound_can_replace_the_resolution() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
     let diagonal = 2.0 * 3.0_f64.sqrt();
-    for (words, most) in [("0.02", 0.02), ("0.3%", 0.003 * diagonal), ("0.01 --band 2", 0.01)] {
+    for (words, allowed) in [("0.02", 0.02), ("0.3%", 0.003 * diagonal), ("0.01 --band 2", 0.01)] {
         let json = folder.json(&format!("bake ball.obj --max-error {words}"));
         assert_eq!(json["layout"], "sparse");
-        assert!(number(&json, "error_bound") <= most, "{words}: {json}");
-        assert!(number(&json, "error_bound") > 0.2 * most, "{words}: finer than was asked for: {json}");
+        assert!(number(&json, "error_bound") <= allowed, "{words}: {json}");
+        assert!(number(&json, "error_bound") > 0.2 * allowed, "{words}: finer than requested: {json}");
         let verified = folder.json("verify ball.sdf.h5 ball.obj --points 5000");
-        assert!(number(&verified["points"], "max") <= most);
+        assert!(number(&verified["points"], "max") <= allowed);
         says(&folder.done(&format!("bake ball.obj --max-error {words}")), &["picked", "voxel", "error  at most"]);
     }
     let finer = folder.json("bake ball.obj --max-error 0.005");
@@ -246,9 +249,9 @@ fn the_error_can_be_asked_for_in_place_of_the_resolution() {
 }
 
 #[test]
-fn options_that_do_not_go_together_are_wrong_usage() {
+fn conflicting_options_are_wrong_usage() {
     let folder = Folder::new();
-    for (words, told) in [
+    for (words, message) in [
         ("--res 8 --precision u16", "--layout sparse"),
         ("--res 8 --layout dense --precision u8", "--layout sparse"),
         ("--res 8 --band 3", "--layout sparse"),
@@ -261,6 +264,6 @@ fn options_that_do_not_go_together_are_wrong_usage() {
         ("--res 8 --layout sparse --band 0", "--band"),
         ("--res 8 --layout sparse --precision f16", "--precision"),
     ] {
-        says(&folder.wrong_usage(&format!("bake ball.obj {words}")), &[told]);
+        says(&folder.wrong_usage(&format!("bake ball.obj {words}")), &[message]);
     }
 }

@@ -1,4 +1,4 @@
-//! The surface that is extracted is the field's.
+//! Extracted surfaces agree with the field.
 
 use sdf_formats::mesh;
 use serde_json::json;
@@ -6,14 +6,14 @@ use serde_json::json;
 use crate::folder::{Folder, says};
 use crate::meshes::Model;
 
-/// Radii of all points around a center, and the number of triangles that face it. (Some have no area: where the surface
-/// runs through a node.)
-fn around(folder: &Folder, name: &str, center: [f64; 3]) -> (Vec<f64>, usize) {
+/// Distances of all points from a center, and the number of triangles that face it. (Where the surface meets a node, triangles have
+/// no area.)
+fn radii_and_inward(folder: &Folder, name: &str, center: [f64; 3]) -> (Vec<f64>, usize) {
     let mesh = mesh::read(&folder.at(name)).unwrap();
-    let away = |point: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| point[k] - center[k]) };
-    let radii = mesh.points.iter().map(|point| away(*point).iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
+    let offset = |point: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| point[k] - center[k]) };
+    let radii = mesh.points.iter().map(|point| offset(*point).iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
     let inward = mesh.triangles.iter().filter(|corners| {
-        let [a, b, c] = corners.map(|corner| away(mesh.points[corner as usize]));
+        let [a, b, c] = corners.map(|corner| offset(mesh.points[corner as usize]));
         let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
         (0..3).map(|k| a[k] * cross[k]).sum::<f64>() < -1e-9
     });
@@ -29,8 +29,8 @@ fn the_surface_of_a_baked_ball_is_closed_and_within_a_cell_of_it() {
     for name in ["out.obj", "out.ply", "out.stl"] {
         let json = folder.json(&format!("surface ball.sdf.h5 -o {name}"));
         assert_eq!((&json["schema"], &json["output"]), (&json!("sdftool.surface/1"), &json!(name)));
-        let (radii, inward) = around(&folder, name, center);
-        // An STL file welds the points of triangles without area.
+        let (radii, inward) = radii_and_inward(&folder, name, center);
+        // Reading an STL file welds the points of triangles without area.
         assert!(json["points"] == radii.len() || name == "out.stl", "{name}");
         assert!(radii.iter().all(|radius| (radius - 1.0).abs() < 0.25 * spacing), "{name}");
         assert_eq!(inward, 0, "{name}");
@@ -46,7 +46,7 @@ fn another_level_and_another_res_give_another_surface() {
     folder.write("sphere.sdf.toml", "[field]\nshape = \"sphere\"\nradius = 1.0\n");
     for (words, radius) in [("--res 20", 1.0), ("--res 40 --level 0.5", 1.5), ("--res 40 --level -0.5", 0.5)] {
         let json = folder.json(&format!("surface sphere.sdf.toml -o out.ply {words}"));
-        let (radii, inward) = around(&folder, "out.ply", [0.0; 3]);
+        let (radii, inward) = radii_and_inward(&folder, "out.ply", [0.0; 3]);
         assert!(radii.iter().all(|found| (found - radius).abs() < 0.02), "{words}");
         assert_eq!(inward, 0);
         assert!(json["triangles"].as_u64().unwrap() > 500);

@@ -13,7 +13,7 @@ const SQRT_3: f64 = 1.732_050_807_568_877_2;
 ///
 /// In the octant of non-negative coordinates, p = |x|, the surface is the triangle p_x + p_y + p_z = size. The
 /// nearest point of it is max(p − τ, 0), the projection onto a scaled simplex, with Σ max(p_i − τ, 0) = size
-/// ([`excess`]). So
+/// (`excess`). So
 ///
 /// φ = |min(p, τ)| if τ > 0 (outside), else √3 τ.
 ///

@@ -1,6 +1,6 @@
-use super::{InSpace, Record};
+use super::{OrientedPoint, Record};
 
-/// A binary PLY of points, one an entry, with normals, distances and what else it has.
+/// A binary PLY file with a vertex for each entry: position, normal, distance and [`Record::PLY_PROPERTY`].
 pub(super) fn bytes<T: Record>(records: &[T]) -> Vec<u8> {
     let properties = ["x", "y", "z", "nx", "ny", "nz", "distance"].map(|name| format!("property double {name}\n"));
     let header = format!(
@@ -8,14 +8,14 @@ pub(super) fn bytes<T: Record>(records: &[T]) -> Vec<u8> {
         T::PLY_COMMENT,
         records.len(),
         properties.concat(),
-        T::PLY_LAST
+        T::PLY_PROPERTY
     );
     let mut bytes = header.into_bytes();
     for record in records {
-        let InSpace { point, normal, distance } = record.in_space();
+        let OrientedPoint { point, normal, distance } = record.oriented_point();
         let numbers = point.into_iter().chain(normal).chain([distance]);
         numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
-        bytes.extend(record.ply_last());
+        bytes.extend(record.ply_property());
     }
     bytes
 }

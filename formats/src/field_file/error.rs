@@ -9,9 +9,9 @@ use crate::grid_file::GridFileError;
 pub enum FieldError {
     #[error("{}: {source}", path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },
-    /// `place` names the table, as `field.of[1]`; empty for the file as a whole.
-    #[error("{}: {}{}{what}", path.display(), place, if place.is_empty() { "" } else { ": " })]
-    Refused { path: PathBuf, place: String, what: String },
+    /// `table` is the name of the table that is wrong, such as `field.of[1]`; empty for the whole file.
+    #[error("{}: {}{}{what}", path.display(), table, if table.is_empty() { "" } else { ": " })]
+    Refused { path: PathBuf, table: String, what: String },
     #[error(transparent)]
     Grid(#[from] GridFileError),
 }

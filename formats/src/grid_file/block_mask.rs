@@ -1,8 +1,8 @@
 //! Blocks of 8 × 8 × 8 nodes whose samples queries in given regions need.
 //!
-//! A region needs the nodes of all cells that it meets, and a few more to all sides for points that f32 rounds. Each region
-//! adds 1 to a box of counters through a difference array: ±1 at the eight corners of the box, and prefix sums along the
-//! axes at the end. So a region costs the same whatever its size.
+//! A region needs the nodes of all cells that it meets, widened by the rounding of points in f32. Each
+//! region adds 1 to a box of counters through a difference array: ±1 at the eight corners of the box, and prefix sums
+//! along the axes at the end. So a region costs the same whatever its size.
 //!
 //! A region is skipped if the block bounds prove that no value in it is low enough. Rounding is allowed for as
 //! [`sdf_core::contact`] does when it culls.
@@ -118,8 +118,8 @@ impl BlockMask {
     }
 }
 
-/// At most two blocks along each axis, as an element of a mesh needs. In larger boxes, testing each block costs more than
-/// it saves.
+/// At most two blocks along each axis, as an element of a mesh needs. In larger boxes, testing each block costs more
+/// than it saves.
 fn is_small(first: [usize; 3], last: [usize; 3]) -> bool {
     (0..3).all(|axis| last[axis] - first[axis] < 2)
 }

@@ -1,7 +1,7 @@
 //! Delta coding of a brick's codes, so that they deflate to between a half and three quarters.
 //!
-//! Along x, then y, then z, each code is replaced by its difference from the one before, modulo 2¹⁶ or 2⁸. If the field is
-//! nearly linear in the brick, little but noise is left. Decoding is a sum along each axis.
+//! Along x, then y, then z, each code is replaced by its difference from the one before, modulo 2¹⁶ or 2⁸. If the field
+//! is nearly linear in the brick, little but noise is left. Decoding is a sum along each axis.
 
 use sdf_core::grid::sparse::BRICK;
 

@@ -41,7 +41,7 @@ impl GridFault {
         Self::NotAGrid(what.into())
     }
 
-    pub(super) fn at(self, path: &Path) -> GridFileError {
+    pub(super) fn with_path(self, path: &Path) -> GridFileError {
         GridFileError { path: path.to_owned(), fault: self }
     }
 }

@@ -12,17 +12,17 @@ pub(super) const VTKHDF_VERSION: [i64; 2] = [2, 6];
 pub(super) const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Nodes along each side of a chunk of nodes: 128 KiB of samples, which a reader of one point must inflate (0.3 ms).
-/// With 64 the file is 0.5 % smaller and that point costs 8 times more; with 16 the file is 6 % larger and writing takes
-/// 4 times longer.
+/// With 64 the file is 0.5 % smaller and that point costs 8 times more; with 16 the file is 6 % larger and writing
+/// takes 4 times longer.
 const CHUNK_SIDE: usize = 32;
 
-/// Bricks in a chunk of samples: 32 KiB of u16, inflated and hashed in 0.07 ms. 50 000 bricks of a lumpy sphere, 51 MB of
-/// u16: chunks of 16 bricks give 31.2 MB and 0.05 ms, 32 give 29.9 MB, 64 give 29.8 MB and 0.13 ms, 256 give 29.7 MB and
-/// 0.62 ms. A dragon at --res 256, as u16: 1.46, 1.38, 1.38 and 1.38 bytes a sample.
+/// Bricks in a chunk of samples: 32 KiB of u16, inflated and hashed in 0.07 ms. 50 000 bricks of a lumpy sphere, 51 MB
+/// of u16: chunks of 16 bricks give 31.2 MB and 0.05 ms, 32 give 29.9 MB, 64 give 29.8 MB and 0.13 ms, 256 give 29.7 MB
+/// and 0.62 ms. A dragon at --res 256, as u16: 1.46, 1.38, 1.38 and 1.38 bytes a sample.
 const CHUNK_BRICKS: usize = 32;
 
-/// Rows in a chunk of a table, which is always read whole: 48 KiB of bounds. With a tenth of it the digests, which do not
-/// compress, would take a twentieth of what they protect.
+/// Rows in a chunk of a table, which is always read whole: 48 KiB of bounds. With a tenth of it the digests, which do
+/// not compress, would take a twentieth of what they protect.
 const CHUNK_ROWS: usize = 4096;
 
 /// Largest number of bricks: the last index means that there is no brick.

@@ -7,8 +7,8 @@ use sdf_core::grid::{BlockBounds, Dense, Lattice, WithBlockBounds};
 use super::block_mask::BlockMask;
 use super::digests::{DatasetList, Digests, WHOLE_CHUNKS, open_dataset};
 use super::header::{Attributes, Header};
-use super::reader::SamplesRead;
-use super::unread::{Unread, unread_grid};
+use super::placeholder::{SamplePlaceholder, placeholder_grid};
+use super::reader::LoadedSamples;
 use super::{GridFault, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 use sdf_core::grid::owned::OwnedStorage;
@@ -17,12 +17,12 @@ use sdf_core::grid::owned::OwnedStorage;
 const SAMPLES_DIGEST: usize = 0;
 
 /// A dense grid whose samples are not read yet.
-pub(super) struct UnreadDense {
+pub(super) struct DenseReader {
     samples: Dataset<f32>,
     bounds: Vec<BlockBounds>,
 }
 
-impl UnreadDense {
+impl DenseReader {
     pub(super) fn open(file: &Hdf5Reader, sdf: &Object, header: &Header) -> Result<(Self, Digests), GridFault> {
         let slots = layout::slot_count(&header.lattice).ok_or_else(|| GridFault::damaged("too many brick slots"))?;
         let samples = open_vtkhdf(file, &header.lattice)?;
@@ -37,9 +37,9 @@ impl UnreadDense {
 
     /// Blocks needed for queries in `regions` that reach `level`.
     pub(super) fn mask(&self, header: &Header, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
-        let storage =
-            WithBlockBounds::new(&header.lattice, Unread, &self.bounds).expect("a row for each slot was read");
-        BlockMask::needed(&unread_grid(header, storage), regions, level)
+        let storage = WithBlockBounds::new(&header.lattice, SamplePlaceholder, &self.bounds)
+            .expect("a row for each slot was read");
+        BlockMask::needed(&placeholder_grid(header, storage), regions, level)
     }
 
     /// Reads all samples, or those of the blocks in `mask`.
@@ -49,7 +49,7 @@ impl UnreadDense {
         digests: &Digests,
         lattice: &Lattice,
         mask: Option<&BlockMask>,
-    ) -> Result<SamplesRead, GridFault> {
+    ) -> Result<LoadedSamples, GridFault> {
         let is_needed = |tile: Tile| mask.is_none_or(|mask| mask.intersects(tile));
         let piece = mask.map_or(WHOLE_CHUNKS, |_| [BRICK as usize; 3]);
         let samples = digests.elements_in(file, &self.samples, SAMPLES_DIGEST, piece, is_needed)?;
@@ -58,7 +58,7 @@ impl UnreadDense {
         let blocks = (0..total_blocks).filter(|chunk| is_needed(tiling.tile(*chunk))).count();
         let dense = Dense::new(lattice, samples).expect("the dataset has the lattice's shape");
         let bounded = WithBlockBounds::new(lattice, dense, self.bounds).expect("a row for each slot was read");
-        Ok(SamplesRead { samples: OwnedStorage::Dense(bounded), blocks, total_blocks })
+        Ok(LoadedSamples { samples: OwnedStorage::Dense(bounded), blocks, total_blocks })
     }
 }
 

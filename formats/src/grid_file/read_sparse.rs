@@ -10,8 +10,8 @@ use super::block_mask::BlockMask;
 use super::delta::DeltaCoding;
 use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
-use super::reader::SamplesRead;
-use super::unread::{Unread, unread_grid};
+use super::placeholder::{SamplePlaceholder, placeholder_grid};
+use super::reader::LoadedSamples;
 use super::{GridFault, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
@@ -19,9 +19,9 @@ use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 const SAMPLES_DIGEST: usize = 0;
 
 /// A sparse grid whose samples are not read yet, but all its tables.
-pub(super) struct UnreadSparse {
+pub(super) struct SparseReader {
     samples: SampleDataset,
-    tables: OwnedBricks<Unread>,
+    tables: OwnedBricks<SamplePlaceholder>,
 }
 
 enum SampleDataset {
@@ -30,7 +30,7 @@ enum SampleDataset {
     U8(Dataset<u8>),
 }
 
-impl UnreadSparse {
+impl SparseReader {
     pub(super) fn open(
         file: &Hdf5Reader,
         sdf: &Object,
@@ -51,8 +51,8 @@ impl UnreadSparse {
         let errors_digest = datasets.add(&errors);
         let coarse_digest = datasets.add(&coarse);
         let digests = datasets.read_digests(file, sdf, header)?;
-        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the table's
-        // memory.
+        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the
+        // table's memory.
         let coarse = digests.elements(file, &coarse, coarse_digest)?;
         let slots = digests.elements(file, &slots, slots_digest)?;
         let slots: Vec<[u32; 3]> = slots.chunks_exact(3).map(|slot| [slot[0], slot[1], slot[2]]).collect();
@@ -62,7 +62,7 @@ impl UnreadSparse {
             table: check::brick_table(&header.lattice, &slots).map_err(GridFault::damaged)?,
             slots,
             scales: scales.chunks_exact(2).map(|scale| Scale { base: scale[0], step: scale[1] }).collect(),
-            samples: vec![Unread; bricks * BRICK_SAMPLES],
+            samples: vec![SamplePlaceholder; bricks * BRICK_SAMPLES],
             bounds: check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?,
             errors,
             coarse,
@@ -77,7 +77,7 @@ impl UnreadSparse {
         let OwnedBricks { table, scales, samples, bounds, coarse, .. } = &self.tables;
         let slices = BrickSlices { table, scales, samples, bounds, coarse };
         let storage = Sparse::new(&header.lattice, slices).expect("the tables were checked");
-        BlockMask::needed(&unread_grid(header, storage), regions, level)
+        BlockMask::needed(&placeholder_grid(header, storage), regions, level)
     }
 
     /// Reads all samples, or those of the bricks in `mask`.
@@ -87,7 +87,7 @@ impl UnreadSparse {
         digests: &Digests,
         lattice: &Lattice,
         mask: Option<&BlockMask>,
-    ) -> Result<SamplesRead, GridFault> {
+    ) -> Result<LoadedSamples, GridFault> {
         let total_blocks = self.tables.slots.len();
         let bricks = BrickReader { file, digests, lattice, mask };
         let (samples, blocks) = match self.samples {
@@ -104,7 +104,7 @@ impl UnreadSparse {
                 (OwnedStorage::SparseU8(sparse), blocks)
             }
         };
-        Ok(SamplesRead { samples, blocks, total_blocks })
+        Ok(LoadedSamples { samples, blocks, total_blocks })
     }
 }
 
@@ -139,7 +139,7 @@ impl SampleDataset {
 
 /// Reads samples of any precision.
 struct BrickReader<'a> {
-    file: &'a Hdf5Reader,
+    file: &'a Hdf5Reader<'a>,
     digests: &'a Digests,
     lattice: &'a Lattice,
     mask: Option<&'a BlockMask>,
@@ -150,7 +150,7 @@ impl BrickReader<'_> {
     fn read<C: Code + DeltaCoding>(
         &self,
         dataset: &Dataset<C>,
-        tables: OwnedBricks<Unread>,
+        tables: OwnedBricks<SamplePlaceholder>,
     ) -> Result<(Sparse<OwnedBricks<C>>, usize), GridFault> {
         let is_slot_needed =
             |slot: &[u32; 3]| self.mask.is_none_or(|mask| mask.contains(slot.map(|index| index as usize)));

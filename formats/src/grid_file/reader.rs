@@ -1,15 +1,16 @@
-//! Grids read from a file, whole or in part.
+//! Grids read from a file or its bytes, whole or in part.
 //!
 //! | step | question | file |
 //! |---|---|---|
 //! | 1 | What do the attributes of /sdf say, and does their checksum hold? | `header` |
-//! | 2 | Where are the datasets, and what stands beside the samples? | `read_dense`, `read_sparse` |
+//! | 2 | Where are the datasets, and which tables accompany the samples? | `read_dense`, `read_sparse` |
 //! | 3 | Does the checksum of each chunk hold? | `digests` |
 //! | 4 | Which blocks of 8 × 8 × 8 nodes do the caller's regions need? | `block_mask` |
 //! | 5 | What are their samples? | `read_dense`, `read_sparse` |
 //!
 //! Steps 1 and 2 happen in [`open`], 4 and 5 in [`GridReader::read_needed`].
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use sdf_core::Aabb;
@@ -19,8 +20,8 @@ use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
 use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
-use super::read_dense::UnreadDense;
-use super::read_sparse::UnreadSparse;
+use super::read_dense::DenseReader;
+use super::read_sparse::SparseReader;
 use super::{About, GridFault, GridFileError, ReadCount, SparseInfo, StoredGrid, Summary};
 use crate::hdf5::Hdf5Reader;
 
@@ -32,19 +33,32 @@ pub fn read(path: &Path) -> Result<StoredGrid, GridFileError> {
 /// Reads all but the samples of a grid, and verifies its checksums.
 ///
 /// Refuses a file that is cut short, damaged, not HDF5, not a grid, of another version, or declares more than it holds.
-/// Memory stays below about three thousand times the size of the file: deflate expands at most 1032 times, and each number
-/// of the coarse grid brings two of ours.
-pub fn open(path: &Path) -> Result<GridReader, GridFileError> {
-    OpenGrid::open(path).map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.at(path))
+/// Memory stays below about three thousand times the size of the file: deflate expands at most 1032 times, and each
+/// number of the coarse grid brings two of ours.
+pub fn open(path: &Path) -> Result<GridReader<'static>, GridFileError> {
+    let grid = Hdf5Reader::open(path).map_err(GridFault::from).and_then(OpenGrid::open);
+    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.with_path(path))
+}
+
+/// Reads a grid from the bytes of a file and verifies its checksums. Errors show `name` in place of a path.
+pub fn read_bytes(bytes: &[u8], name: &str) -> Result<StoredGrid, GridFileError> {
+    open_bytes(bytes, name)?.read()
+}
+
+/// Like [`open`], from the bytes of a file, lent (`&[u8]`) or owned (`Vec<u8>`). Errors show `name` in place of a path.
+pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<GridReader<'a>, GridFileError> {
+    let path = Path::new(name);
+    let grid = Hdf5Reader::open_bytes(bytes.into()).map_err(GridFault::from).and_then(OpenGrid::open);
+    grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.with_path(path))
 }
 
 /// An open grid file: everything but the samples is read and checked.
-pub struct GridReader {
+pub struct GridReader<'a> {
     path: PathBuf,
-    grid: OpenGrid,
+    grid: OpenGrid<'a>,
 }
 
-impl GridReader {
+impl GridReader<'_> {
     pub fn lattice(&self) -> &Lattice {
         &self.grid.header.lattice
     }
@@ -70,53 +84,52 @@ impl GridReader {
 
     /// Reads all samples.
     pub fn read(self) -> Result<StoredGrid, GridFileError> {
-        self.grid.read(None).map_err(|fault| fault.at(&self.path))
+        self.grid.read(None).map_err(|fault| fault.with_path(&self.path))
     }
 
-    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero. The
-    /// grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole grid would
-    /// read missing samples.
+    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero.
+    /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole
+    /// grid would read missing samples.
     ///
     /// Skips regions in which no value is at most `level`: with its margin as `level`, [`sdf_core::contact`] never
-    /// evaluates there. Rounding to f32 in the field's own frame is allowed for; for a field placed far from the origin, add
-    /// the rounding of world coordinates to `level`. An empty or non-finite region makes everything needed.
+    /// evaluates there. Rounding to f32 in the field's own frame is allowed for; for a field placed far from the
+    /// origin, add the rounding of world coordinates to `level`. An empty or non-finite region makes everything needed.
     pub fn read_needed(self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Result<StoredGrid, GridFileError> {
         let mask = self.grid.mask(regions, level);
-        self.grid.read(Some(&mask)).map_err(|fault| fault.at(&self.path))
+        self.grid.read(Some(&mask)).map_err(|fault| fault.with_path(&self.path))
     }
 }
 
 /// Samples as they were read, and how many chunks or bricks were read of how many.
-pub(super) struct SamplesRead {
+pub(super) struct LoadedSamples {
     pub samples: OwnedStorage,
     pub blocks: usize,
     pub total_blocks: usize,
 }
 
-struct OpenGrid {
-    file: Hdf5Reader,
+struct OpenGrid<'a> {
+    file: Hdf5Reader<'a>,
     header: Header,
     digests: Digests,
     contents: Contents,
 }
 
 enum Contents {
-    Dense(UnreadDense),
-    Sparse(UnreadSparse),
+    Dense(DenseReader),
+    Sparse(SparseReader),
 }
 
-impl OpenGrid {
-    fn open(path: &Path) -> Result<Self, GridFault> {
-        let file = Hdf5Reader::open(path)?;
+impl<'a> OpenGrid<'a> {
+    fn open(file: Hdf5Reader<'a>) -> Result<Self, GridFault> {
         let sdf = file.member(None, "sdf")?;
         let header = Header::read(&file, &sdf)?;
         let (contents, digests) = match header.sparse {
             None => {
-                let (dense, digests) = UnreadDense::open(&file, &sdf, &header)?;
+                let (dense, digests) = DenseReader::open(&file, &sdf, &header)?;
                 (Contents::Dense(dense), digests)
             }
             Some(SparseInfo { bricks, precision, .. }) => {
-                let (sparse, digests) = UnreadSparse::open(&file, &sdf, &header, bricks, precision)?;
+                let (sparse, digests) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
                 (Contents::Sparse(sparse), digests)
             }
         };
@@ -133,7 +146,7 @@ impl OpenGrid {
     /// Reads all samples, or those of the blocks in `mask`.
     fn read(self, mask: Option<&BlockMask>) -> Result<StoredGrid, GridFault> {
         let Self { file, header, digests, contents } = self;
-        let SamplesRead { samples, blocks, total_blocks } = match contents {
+        let LoadedSamples { samples, blocks, total_blocks } = match contents {
             Contents::Dense(dense) => dense.read(&file, &digests, &header.lattice, mask)?,
             Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
         };

@@ -17,12 +17,13 @@ use super::tiling::Tiling;
 /// Bytes of a SHA-256 digest.
 pub(crate) const DIGEST_BYTES: usize = 32;
 
-/// Deflate level of datasets. 256³ samples of a lumpy sphere, 67 MB, on one core: level 2 gives 42.6 MB in 0.71 s, 4 gives
-/// 41.5 MB in 0.77 s, 6 gives 41.2 MB in 0.87 s, 9 gives 41.0 MB in 1.45 s. Level 1 gives 46.6 MB and takes longer to read.
+/// Deflate level of datasets. 256³ samples of a lumpy sphere, 67 MB, on one core: level 2 gives 42.6 MB in 0.71 s, 4
+/// gives 41.5 MB in 0.77 s, 6 gives 41.2 MB in 0.87 s, 9 gives 41.0 MB in 1.45 s. Level 1 gives 46.6 MB and takes
+/// longer to read.
 pub(super) const DEFLATE_LEVEL: u32 = 4;
 
-/// Chunks that each thread packs before they are written. With fewer, threads wait for each other; more take more memory.
-/// Four of 128 KiB take half a megabyte a thread.
+/// Chunks that each thread packs before they are written. With fewer, threads wait for each other; more take more
+/// memory. Four of 128 KiB take half a megabyte a thread.
 const CHUNKS_PER_THREAD: usize = 4;
 
 /// A chunk as it stands in the file.
@@ -32,8 +33,8 @@ pub(super) struct PackedChunk {
     pub digest: [u8; DIGEST_BYTES],
 }
 
-/// Calls `emit` with each chunk of a dataset, in order, after `transform` has changed its elements. Holds only a few chunks
-/// at a time. The bytes do not depend on the number of threads.
+/// Calls `emit` with each chunk of a dataset, in order, after `transform` has changed its elements. Holds only a few
+/// chunks at a time. The bytes do not depend on the number of threads.
 pub(super) fn packed_chunks<T: Element>(
     elements: &[T],
     tiling: &Tiling,

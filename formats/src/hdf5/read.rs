@@ -1,11 +1,11 @@
 //! A strict reader of as much HDF5 as a grid file needs: the classic form, which h5py and VTK write by default and
 //! [`super::create`] chooses.
 //!
-//! Our own, because rust-hdf5 0.7.9 writes the file but cannot be trusted to read it. It returns no numeric attribute of a
-//! group. On opening, it walks everything in the file and follows links into other files. It walks a chunk tree without
-//! noticing that a node repeats, so that 22 KB of tree exhaust all memory. Here only the requested objects are visited,
-//! every size is checked against the file's length before memory is taken, and every walk is bounded by the size of the
-//! file.
+//! Our own, because rust-hdf5 0.7.9 writes the file but cannot be trusted to read it. It returns no numeric attribute
+//! of a group. On opening, it walks everything in the file and follows links into other files. It walks a chunk tree
+//! without noticing that a node repeats, so that 22 KB of tree exhaust all memory. Here only the requested objects are
+//! visited, every size is checked against the file's length before memory is taken, and every walk is bounded by the
+//! size of the file.
 //!
 //! | step | question | file | section |
 //! |---|---|---|---|
@@ -27,6 +27,7 @@ mod group;
 mod object;
 mod source;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 pub(crate) use attribute::Value;
@@ -43,14 +44,21 @@ use source::ByteSource;
 const SUPERBLOCK_BYTES: usize = 96;
 
 /// An open HDF5 file and its root group.
-pub(crate) struct Hdf5Reader {
-    source: ByteSource,
+pub(crate) struct Hdf5Reader<'a> {
+    source: ByteSource<'a>,
     root: Object,
 }
 
-impl Hdf5Reader {
+impl<'a> Hdf5Reader<'a> {
     pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
-        let source = ByteSource::open(path)?;
+        Self::new(ByteSource::open(path)?)
+    }
+
+    pub(crate) fn open_bytes(bytes: Cow<'a, [u8]>) -> Result<Self, ReadError> {
+        Self::new(ByteSource::new(bytes))
+    }
+
+    fn new(source: ByteSource<'a>) -> Result<Self, ReadError> {
         let address = root_address(&source)?;
         let root = Object::read(&source, address)?;
         Ok(Self { source, root })
@@ -98,14 +106,14 @@ impl Hdf5Reader {
 
 /// Address of the root group's object header: section II.A, version 0.
 fn root_address(source: &ByteSource) -> Result<u64, ReadError> {
-    if source.length() < SIGNATURE.len() as u64 || source.at(0, SIGNATURE.len())? != SIGNATURE {
+    if source.length() < SIGNATURE.len() as u64 || source.read(0, SIGNATURE.len())? != SIGNATURE {
         return Err(ReadError::NotHdf5);
     }
-    let [version] = source.at(SIGNATURE.len() as u64, 1)?[..] else { return Err(ReadError::NotHdf5) };
+    let [version] = source.read(SIGNATURE.len() as u64, 1)?[..] else { return Err(ReadError::NotHdf5) };
     if version != 0 {
         return Err(ReadError::unexpected(format!("its superblock has version {version}, a grid's has 0")));
     }
-    let superblock = source.at(0, SUPERBLOCK_BYTES)?;
+    let superblock = source.read(0, SUPERBLOCK_BYTES)?;
     let mut fields = Fields(&superblock[SIGNATURE.len() + 1..]);
     fields.skip(4)?;
     let [offset_bytes, length_bytes] = [fields.u8()?, fields.u8()?];

@@ -1,7 +1,7 @@
 //! Chunks of a dataset: which elements each one holds, and where its rows lie in memory.
 //!
-//! A dataset of shape (n₀, n₁, n₂), the last axis fastest, is cut at multiples of the chunk's sides. Chunks at the upper
-//! ends stick out of the dataset; a [`Tile`] is the part inside.
+//! A dataset of shape (n₀, n₁, n₂), the last axis fastest, is cut at multiples of the chunk's sides. Chunks at the
+//! upper ends stick out of the dataset; a [`Tile`] is the part inside.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub(crate) struct Tile {
 impl Tiling {
     /// Takes at most three axes; every side must be at least 1.
     pub(crate) fn new(shape: &[usize], sides: &[usize]) -> Self {
-        Self { shape: with_leading_ones(shape), sides: with_leading_ones(sides) }
+        Self { shape: padded_shape(shape), sides: padded_shape(sides) }
     }
 
     pub(crate) fn sides(&self) -> [usize; 3] {
@@ -45,8 +45,8 @@ impl Tiling {
         self.counts().iter().try_fold(1_usize, |total, count| total.checked_mul(*count))
     }
 
-    /// Elements of a slab: a contiguous range of memory that holds whole chunks and nothing of others. A slab is one layer
-    /// of chunks, or one row of chunks if the dataset has a single layer of elements.
+    /// Elements of a slab: a contiguous range of memory that holds whole chunks and nothing of others. A slab is one
+    /// layer of chunks, or one row of chunks if the dataset has a single layer of elements.
     pub(crate) fn slab_elements(&self) -> usize {
         let [nz, ny, nx] = self.shape;
         if nz > 1 { self.sides[0] * ny * nx } else { self.sides[1] * nx }
@@ -102,7 +102,7 @@ impl Tile {
     }
 }
 
-fn with_leading_ones(shape: &[usize]) -> [usize; 3] {
+fn padded_shape(shape: &[usize]) -> [usize; 3] {
     let mut padded = [1; 3];
     padded[3 - shape.len()..].copy_from_slice(shape);
     padded

@@ -1,3 +1,5 @@
+//! HDF5 files written through rust-hdf5, in the classic form and without times, so that equal contents give equal bytes.
+
 use std::io;
 use std::mem::ManuallyDrop;
 use std::path::Path;
@@ -8,8 +10,8 @@ use super::element::Element;
 use super::packing::{DEFLATE_LEVEL, packed_chunks};
 use super::tiling::Tiling;
 
-/// Creates an HDF5 file and lets `fill` write its objects. The file records no times and has the classic form, which every
-/// reader knows. Nothing is synced to the disk.
+/// Creates an HDF5 file and lets `fill` write its objects. The file records no times and has the classic form, which
+/// every reader knows. Nothing is synced to the disk.
 pub(crate) fn create(path: &Path, fill: impl FnOnce(&H5File) -> Result<(), Hdf5Error>) -> io::Result<()> {
     create_and_fill(path, fill).map_err(|error| match error {
         Hdf5Error::Io(error) => error,
@@ -28,8 +30,8 @@ fn create_and_fill(path: &Path, fill: impl FnOnce(&H5File) -> Result<(), Hdf5Err
     ManuallyDrop::into_inner(file).close_no_sync()
 }
 
-/// Adds a deflated dataset to a group, its bytes shuffled if elements have several. `transform` changes the elements of each
-/// chunk before they are stored; the SHA-256 of each transformed chunk is appended to `digests`.
+/// Adds a deflated dataset to a group, its bytes shuffled if elements have several. `transform` changes the elements of
+/// each chunk before they are stored; the SHA-256 of each transformed chunk is appended to `digests`.
 pub(crate) fn write_dataset<T: Element>(
     group: &H5Group,
     name: &str,

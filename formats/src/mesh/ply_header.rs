@@ -1,14 +1,17 @@
-//! The header of a PLY file: what its elements are made of.
+//! Header of a PLY file: encoding, elements and their properties (Turk 1994).
+//!
+//! Counts are checked against the file's length before anything is done for them.
 
-use super::error::{Fault, quote};
+use super::error::{MeshFault, quote};
 use super::text::Text;
 
-pub(super) struct Header {
+pub(super) struct PlyHeader {
     pub(super) encoding: Encoding,
-    pub(super) elements: Vec<Element>,
-    /// Where the elements begin: the byte, and the line counted from 1.
+    pub(super) elements: Vec<PlyElement>,
+    /// Offset of the first element.
     pub(super) end: usize,
-    pub(super) lines: usize,
+    /// Line of the first element, counted from 1.
+    pub(super) line: usize,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -18,21 +21,21 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-pub(super) struct Element {
+pub(super) struct PlyElement {
     pub(super) name: String,
     pub(super) count: usize,
     pub(super) properties: Vec<Property>,
-    /// Where it is declared.
+    /// Line of the declaration.
     pub(super) line: usize,
 }
 
 pub(super) struct Property {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: PropertyKind,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PropertyKind {
     Scalar(Scalar),
     List { count: Scalar, item: Scalar },
 }
@@ -59,7 +62,7 @@ impl Scalar {
         }
     }
 
-    fn named(name: &[u8]) -> Option<Self> {
+    fn from_name(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"char" | b"int8" => Self::I8,
             b"uchar" | b"uint8" => Self::U8,
@@ -74,24 +77,24 @@ impl Scalar {
     }
 }
 
-impl Element {
-    /// The least that one such element takes: in text, each value and a blank.
-    fn least_bytes(&self, encoding: Encoding) -> u128 {
-        let least = |property: &Property| match (encoding, property.kind) {
+impl PlyElement {
+    /// Smallest size of one such element; in text, each value takes a digit and a blank.
+    fn min_bytes(&self, encoding: Encoding) -> u128 {
+        let min = |property: &Property| match (encoding, property.kind) {
             (Encoding::Ascii, _) => 2,
-            (_, Kind::Scalar(scalar) | Kind::List { count: scalar, .. }) => scalar.bytes() as u128,
+            (_, PropertyKind::Scalar(scalar) | PropertyKind::List { count: scalar, .. }) => scalar.bytes() as u128,
         };
-        self.properties.iter().map(least).sum()
+        self.properties.iter().map(min).sum()
     }
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<PlyHeader, MeshFault> {
     let mut text = Text::<false>::new(bytes);
     let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
+    let mut elements: Vec<PlyElement> = Vec::new();
     loop {
         if !text.next_line() {
-            return Err(Fault::on_line(text.line, "`end_header`", "the end of the file"));
+            return Err(MeshFault::line(text.line, "`end_header`", "the end of the file"));
         }
         let line = text.line;
         match text.token() {
@@ -102,92 +105,94 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
                     b"binary_little_endian" => Encoding::LittleEndian,
                     b"binary_big_endian" => Encoding::BigEndian,
                     _ => {
-                        let wanted = "`ascii`, `binary_little_endian` or `binary_big_endian`";
-                        return Err(Fault::on_line(line, wanted, quote(token)));
+                        let expected = "`ascii`, `binary_little_endian` or `binary_big_endian`";
+                        return Err(MeshFault::line(line, expected, quote(token)));
                     }
                 });
             }
             b"element" => {
                 let element = element(&mut text)?;
                 if elements.iter().any(|e| e.name == element.name) {
-                    return Err(Fault::on_line(line, "each element once", quote(element.name.as_bytes())));
+                    return Err(MeshFault::line(line, "each element once", quote(element.name.as_bytes())));
                 }
                 elements.push(element);
             }
             b"property" => {
                 let property = property(&mut text)?;
                 let Some(element) = elements.last_mut() else {
-                    return Err(Fault::on_line(line, "`element` first", "`property`"));
+                    return Err(MeshFault::line(line, "`element` first", "`property`"));
                 };
                 element.properties.push(property);
             }
             b"end_header" => break,
             b"comment" | b"obj_info" | b"" => {}
-            token => return Err(Fault::on_line(line, "a keyword of PLY", quote(token))),
+            token => return Err(MeshFault::line(line, "a keyword of PLY", quote(token))),
         }
     }
     let Some(encoding) = encoding else {
-        return Err(Fault::on_line(text.line, "`format` before `end_header`", "none"));
+        return Err(MeshFault::line(text.line, "`format` before `end_header`", "none"));
     };
-    // The first line tells how lines end. A CR of its own must not take a first byte of binary data for the LF to it.
+    // The first line shows how lines end. After a CR alone, an LF is the first byte of the binary data.
     text.token();
-    let cr_only = bytes.iter().position(|&b| b == b'\r').is_some_and(|cr| bytes.get(cr + 1) != Some(&b'\n'));
-    let (mut end, lines) = (bytes.len() - text.rest().len(), text.line + 1);
-    let after = |at: usize, byte: u8| usize::from(bytes.get(at) == Some(&byte));
+    let is_cr_only = bytes.iter().position(|&b| b == b'\r').is_some_and(|cr| bytes.get(cr + 1) != Some(&b'\n'));
+    let (mut end, line) = (bytes.len() - text.rest().len(), text.line + 1);
+    let after = |offset: usize, byte: u8| usize::from(bytes.get(offset) == Some(&byte));
     end += after(end, b'\r');
-    if !(cr_only && bytes.get(end.wrapping_sub(1)) == Some(&b'\r')) {
+    if !(is_cr_only && bytes.get(end.wrapping_sub(1)) == Some(&b'\r')) {
         end += after(end, b'\n');
     }
-    let header = Header { encoding, elements, end, lines };
+    let header = PlyHeader { encoding, elements, end, line };
     header.check_size((bytes.len() - end) as u128)?;
     Ok(header)
 }
 
-impl Header {
-    /// Refuses counts that the rest of the file cannot hold, so that nothing is done for them.
-    fn check_size(&self, left: u128) -> Result<(), Fault> {
-        let mut least = 0u128;
+impl PlyHeader {
+    /// An error if the rest of the file cannot hold the declared counts.
+    fn check_size(&self, left: u128) -> Result<(), MeshFault> {
+        let mut min_bytes = 0u128;
         for element in &self.elements {
-            least += element.count as u128 * element.least_bytes(self.encoding);
+            min_bytes += element.count as u128 * element.min_bytes(self.encoding);
             // The last value of a text needs no blank.
-            if least > left + u128::from(self.encoding == Encoding::Ascii) {
-                let wanted = format!("{least} bytes or more after the header, for {} {}", element.count, element.name);
-                return Err(Fault::on_line(element.line, wanted, left.to_string()));
+            if min_bytes > left + u128::from(self.encoding == Encoding::Ascii) {
+                let expected =
+                    format!("{min_bytes} bytes or more after the header, for {} {}", element.count, element.name);
+                return Err(MeshFault::line(element.line, expected, left.to_string()));
             }
         }
         Ok(())
     }
 }
 
-fn element(text: &mut Text<false>) -> Result<Element, Fault> {
+fn element(text: &mut Text<false>) -> Result<PlyElement, MeshFault> {
     let (name, count) = (text.token(), text.token());
     let number = str::from_utf8(count).ok().and_then(|count| count.parse().ok());
     match number {
         Some(count) if !name.is_empty() => {
-            Ok(Element { name: printable(name), count, properties: Vec::new(), line: text.line })
+            Ok(PlyElement { name: printable(name), count, properties: Vec::new(), line: text.line })
         }
-        _ => Err(Fault::on_line(text.line, "an element's name and number", quote(count))),
+        _ => Err(MeshFault::line(text.line, "an element's name and number", quote(count))),
     }
 }
 
-fn property(text: &mut Text<false>) -> Result<Property, Fault> {
+fn property(text: &mut Text<false>) -> Result<Property, MeshFault> {
     let kind = match text.token() {
-        b"list" => Kind::List { count: scalar(text, None)?, item: scalar(text, None)? },
-        token => Kind::Scalar(scalar(text, Some(token))?),
+        b"list" => PropertyKind::List { count: scalar(text, None)?, item: scalar(text, None)? },
+        token => PropertyKind::Scalar(scalar(text, Some(token))?),
     };
     let name = text.token();
     if name.is_empty() {
-        return Err(Fault::on_line(text.line, "a property's name", "nothing"));
+        return Err(MeshFault::line(text.line, "a property's name", "nothing"));
     }
     Ok(Property { name: printable(name), kind })
 }
 
-fn scalar(text: &mut Text<false>, token: Option<&[u8]>) -> Result<Scalar, Fault> {
+fn scalar(text: &mut Text<false>, token: Option<&[u8]>) -> Result<Scalar, MeshFault> {
     let token = token.unwrap_or_else(|| text.token());
-    Scalar::named(token).ok_or_else(|| Fault::on_line(text.line, "a type such as `float` or `int32`", quote(token)))
+    Scalar::from_name(token)
+        .ok_or_else(|| MeshFault::line(text.line, "a type such as `float` or `int32`", quote(token)))
 }
 
-/// A name that a message may show. Only plain ones mean anything to us.
+/// A name that a message may show. The names that we know are plain.
 fn printable(name: &[u8]) -> String {
     name.escape_ascii().take(40).map(char::from).collect()
 }

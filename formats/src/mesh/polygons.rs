@@ -1,25 +1,26 @@
 use super::PolygonCounts;
-use super::error::Fault;
+use super::error::MeshFault;
 use super::triangulate::{Cut, Triangulator, fan};
 
-/// The polygons of a file while it is read. They wait as fans, triangles being most of them; points may come later.
+/// The polygons of a file while it is read, stored as fans. Larger polygons are cut at the end, because their points
+/// may come later in the file.
 #[derive(Default)]
 pub(super) struct Polygons {
     triangles: Vec<[u32; 3]>,
-    /// Of each triangle.
+    /// For each triangle, the index of its polygon.
     polygons: Vec<u32>,
-    /// Of each polygon with more than three corners: its first triangle, and how many it has.
+    /// For each polygon with more than three corners: its first triangle and their number.
     larger: Vec<(usize, usize)>,
     count: usize,
 }
 
 impl Polygons {
-    /// Takes the three or more corners of the next polygon.
+    /// Adds a polygon of three or more corners.
     #[inline]
-    pub(super) fn push(&mut self, corners: &[u32]) -> Result<(), Fault> {
+    pub(super) fn push(&mut self, corners: &[u32]) -> Result<(), MeshFault> {
         debug_assert!(corners.len() >= 3);
         let Ok(polygon) = u32::try_from(self.count) else {
-            return Err(Fault::of_file(format!("at most {} polygons", u32::MAX), "more"));
+            return Err(MeshFault::whole_file(format!("at most {} polygons", u32::MAX), "more"));
         };
         self.count += 1;
         if let &[a, b, c] = corners {
@@ -35,9 +36,9 @@ impl Polygons {
         Ok(())
     }
 
-    /// The triangles, the polygon of each, and the counts. All corners must be among the points.
+    /// The triangles, the polygon of each, and the counts. All corners must be indices of `points`.
     pub(super) fn cut(mut self, points: &[[f64; 3]]) -> (Vec<[u32; 3]>, Vec<u32>, PolygonCounts) {
-        let mut counts = PolygonCounts { all: self.count, larger: self.larger.len(), ..PolygonCounts::default() };
+        let mut counts = PolygonCounts { total: self.count, larger: self.larger.len(), ..PolygonCounts::default() };
         let mut triangulator = Triangulator::new();
         let mut corners = Vec::new();
         for (first, count) in self.larger {
@@ -47,8 +48,8 @@ impl Polygons {
             corners.extend(triangles.iter().map(|t| t[2]));
             match triangulator.cut(points, &corners, triangles) {
                 Cut::Fan => {}
-                Cut::Ears => counts.clipped += 1,
-                Cut::Blind => counts.blind += 1,
+                Cut::Ears => counts.ear_clipped += 1,
+                Cut::Unverified => counts.unverified += 1,
             }
         }
         (self.triangles, self.polygons, counts)

@@ -1,50 +1,52 @@
-//! Which format a file has, by its content.
+//! Format of a file, from its content.
+//!
+//! Binary STL is tested before text: its header may contain anything, but its length must match its triangle count.
 
 use super::stl;
-use super::text::{Text, is};
+use super::text::{Text, is_keyword};
 
-pub(super) enum Kind {
+pub(super) enum FileKind {
     Obj,
     Ply,
     StlText,
     StlBinary,
 }
 
-/// The kind, or what the file looks like instead and what to do: empty where there is no telling.
-pub(super) fn kind(bytes: &[u8], name: &str) -> Result<Kind, &'static str> {
+/// The kind of a file, or a hint what it is instead and what to do; empty if unknown.
+pub(super) fn kind(bytes: &[u8], name: &str) -> Result<FileKind, &'static str> {
     if matches!(bytes, [b'p', b'l', b'y', b'\n' | b'\r' | b' ' | b'\t', ..]) {
-        return Ok(Kind::Ply);
+        return Ok(FileKind::Ply);
     }
     if stl::is_binary(bytes, bytes.len() as u64) {
-        return Ok(Kind::StlBinary);
+        return Ok(FileKind::StlBinary);
     }
-    if let Some(likely) = other_kind(bytes) {
-        return Err(likely);
+    if let Some(hint) = foreign_kind(bytes) {
+        return Err(hint);
     }
     let is_text = is_text(bytes);
     if is_text && is_stl_text(bytes) {
-        return Ok(Kind::StlText);
+        return Ok(FileKind::StlText);
     }
     if is_text && is_obj(bytes) {
-        return Ok(Kind::Obj);
+        return Ok(FileKind::Obj);
     }
-    // Cut short or grown, a binary file keeps nothing but its name.
-    let named_stl = name.len() >= 4 && name.as_bytes()[name.len() - 4..].eq_ignore_ascii_case(b".stl");
-    if named_stl && !is_text {
-        return Ok(Kind::StlBinary);
+    // A binary file cut short or extended is recognized by its name only.
+    let is_named_stl = name.len() >= 4 && name.as_bytes()[name.len() - 4..].eq_ignore_ascii_case(b".stl");
+    if is_named_stl && !is_text {
+        return Ok(FileKind::StlBinary);
     }
     Err("")
 }
 
-/// The bytes at the beginning that must be free of NUL in a text. Binary headers are full of it.
-const TEXT: usize = 1024;
+/// Bytes at the beginning of a text that must not contain NUL. Binary headers are full of it.
+const TEXT_BYTES: usize = 1024;
 
-/// Whether a file that begins so may be a text.
+/// `true` if a file that begins so may be a text.
 pub(super) fn is_text(beginning: &[u8]) -> bool {
-    !beginning[..beginning.len().min(TEXT)].contains(&0)
+    !beginning[..beginning.len().min(TEXT_BYTES)].contains(&0)
 }
 
-fn other_kind(bytes: &[u8]) -> Option<&'static str> {
+fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
     let signatures: [(&[u8], &str); 9] = [
         (b"version https://git-lfs", "a git-lfs pointer, fetch the file itself with `git lfs pull`"),
         (b"\x89PNG", "a PNG image"),
@@ -59,22 +61,22 @@ fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     if bytes.is_empty() {
         return Some("an empty file");
     }
-    let begin = bytes.trim_ascii_start();
-    if begin.starts_with(b"<") {
+    let trimmed = bytes.trim_ascii_start();
+    if trimmed.starts_with(b"<") {
         return Some("an HTML or XML page");
     }
-    signatures.iter().find(|(signature, _)| bytes.starts_with(signature)).map(|&(_, likely)| likely)
+    signatures.iter().find(|(signature, _)| bytes.starts_with(signature)).map(|&(_, hint)| hint)
 }
 
-/// Begins with "solid", and goes on with a facet or the end of it.
+/// `true` if the text begins with "solid" and goes on with a facet or the end of the solid.
 fn is_stl_text(bytes: &[u8]) -> bool {
     let mut text = Text::<false>::new(bytes);
-    let mut solid = false;
+    let mut is_in_solid = false;
     loop {
         match text.token() {
             b"" => {}
-            token if !solid && is(token, "solid") => solid = true,
-            token if solid => return is(token, "facet") || is(token, "endsolid") || is(token, "color"),
+            token if !is_in_solid && is_keyword(token, "solid") => is_in_solid = true,
+            token if is_in_solid => return ["facet", "endsolid", "color"].iter().any(|word| is_keyword(token, word)),
             _ => return false,
         }
         if !text.next_line() {
@@ -83,7 +85,7 @@ fn is_stl_text(bytes: &[u8]) -> bool {
     }
 }
 
-/// Has a line of points, polygons or polylines.
+/// `true` if some line has a point, a polygon or a polyline.
 fn is_obj(bytes: &[u8]) -> bool {
     let mut text = Text::<true>::new(bytes);
     loop {

@@ -1,4 +1,4 @@
-//! An OBJ file read a little at a time: memory that is new costs more than parsing what is put in it.
+//! OBJ files read in blocks: filling fresh memory with a whole file costs more than parsing it.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -6,65 +6,65 @@ use std::path::Path;
 
 use memchr::memrchr_iter;
 
-use super::error::Fault;
-use super::sniff::{self, Kind};
+use super::error::MeshFault;
+use super::sniff::{self, FileKind};
 use super::text::Text;
-use super::{Mesh, MeshError, checked, obj, parse, stl};
+use super::{Mesh, MeshError, checked, obj, read_bytes, stl};
 
-/// Bytes that are read at a time: what a processor's second cache holds, and enough that a call to the system is cheap.
-const AT_A_TIME: usize = 256 << 10;
+/// Bytes read at a time: they fit a processor's second-level cache, and system calls stay cheap.
+const BLOCK_BYTES: usize = 256 << 10;
 
-/// As [`parse`] would read the whole file. The error is that of the system.
+/// Same result as [`read_bytes`] of the whole file. The outer error is the system's.
 pub(super) fn read(path: &Path, name: &str) -> io::Result<Result<Mesh, MeshError>> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
-    let mut bytes = Vec::with_capacity(AT_A_TIME);
-    let more = read_some(&mut file, &mut bytes)?;
-    let may_be_lines = more && sniff::is_text(&bytes) && !stl::is_binary(&bytes, length);
-    if may_be_lines && matches!(sniff::kind(&bytes[..whole_lines(&bytes)], name), Ok(Kind::Obj)) {
+    let mut bytes = Vec::with_capacity(BLOCK_BYTES);
+    let has_more = append_block(&mut file, &mut bytes)?;
+    let may_be_lines = has_more && sniff::is_text(&bytes) && !stl::is_binary(&bytes, length);
+    if may_be_lines && matches!(sniff::kind(&bytes[..whole_lines(&bytes)], name), Ok(FileKind::Obj)) {
         return Ok(checked(read_obj(&mut file, bytes)?, name));
     }
     file.read_to_end(&mut bytes)?;
-    Ok(parse(&bytes, name))
+    Ok(read_bytes(&bytes, name))
 }
 
-/// `bytes` is the beginning of the file, of which there is more.
-fn read_obj(file: &mut File, mut bytes: Vec<u8>) -> io::Result<Result<Mesh, Fault>> {
-    let mut found = obj::Found::default();
+/// `bytes` is the beginning of a file that has more.
+fn read_obj(file: &mut File, mut bytes: Vec<u8>) -> io::Result<Result<Mesh, MeshFault>> {
+    let mut reader = obj::ObjReader::default();
     let mut line = None;
-    let mut more = true;
-    while more {
-        let whole = whole_lines(&bytes);
-        if let Err(fault) = read_lines(&mut found, &bytes[..whole], &mut line) {
+    let mut has_more = true;
+    while has_more {
+        let length = whole_lines(&bytes);
+        if let Err(fault) = read_lines(&mut reader, &bytes[..length], &mut line) {
             return Ok(Err(fault));
         }
-        bytes.drain(..whole);
-        more = read_some(file, &mut bytes)?;
+        bytes.drain(..length);
+        has_more = append_block(file, &mut bytes)?;
     }
-    Ok(read_lines(&mut found, &bytes, &mut line).and_then(|()| found.mesh()))
+    Ok(read_lines(&mut reader, &bytes, &mut line).and_then(|()| reader.finish()))
 }
 
-/// `line` is the number of the first, after any have been read.
-fn read_lines(found: &mut obj::Found, bytes: &[u8], line: &mut Option<usize>) -> Result<(), Fault> {
+/// `line` is the number of the first line; `None` at the beginning of the file.
+fn read_lines(reader: &mut obj::ObjReader, bytes: &[u8], line: &mut Option<usize>) -> Result<(), MeshFault> {
     if bytes.is_empty() {
         return Ok(());
     }
     let mut text = line.map_or_else(|| Text::new(bytes), |line| Text::from_line(bytes, line));
-    found.read(&mut text)?;
+    reader.read(&mut text)?;
     *line = Some(text.line);
     Ok(())
 }
 
-/// Appends until as much is there as is read at a time; false at the end of the file.
-fn read_some(file: &mut File, bytes: &mut Vec<u8>) -> io::Result<bool> {
-    // Of a line that does not end, twice as much each time.
-    let wanted = AT_A_TIME.max(2 * bytes.len()) - bytes.len();
-    Ok(file.take(wanted as u64).read_to_end(bytes)? == wanted)
+/// Appends until `bytes` holds a block; `false` at the end of the file.
+fn append_block(file: &mut File, bytes: &mut Vec<u8>) -> io::Result<bool> {
+    // A line longer than a block doubles the block each time.
+    let count = BLOCK_BYTES.max(2 * bytes.len()) - bytes.len();
+    Ok(file.take(count as u64).read_to_end(bytes)? == count)
 }
 
-/// How many bytes are surely whole lines. A line that a backslash joins to the next is not, nor one that ends with CR alone:
-/// LF may follow.
+/// Number of bytes that certainly are whole lines. A line joined to the next by a backslash is not whole. Nor is a line
+/// that ends with CR at the end of the block: LF may follow.
 fn whole_lines(bytes: &[u8]) -> usize {
-    let joins = |end: usize| bytes[..end].ends_with(b"\\") || bytes[..end].ends_with(b"\\\r");
-    memrchr_iter(b'\n', bytes).find(|end| !joins(*end)).map_or(0, |end| end + 1)
+    let is_joined = |end: usize| bytes[..end].ends_with(b"\\") || bytes[..end].ends_with(b"\\\r");
+    memrchr_iter(b'\n', bytes).find(|end| !is_joined(*end)).map_or(0, |end| end + 1)
 }

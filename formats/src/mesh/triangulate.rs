@@ -1,43 +1,44 @@
-//! One polygon into triangles.
+//! A polygon cut into triangles: a fan if all its triangles are positive, else ear clipping (Meisters 1975).
 //!
-//! The polygon is seen along the axis that its Newell normal leans to most: dropping that coordinate rounds nothing, so
-//! the signs of the areas are exact (predicates by J. Shewchuk 1997, crate robust), and what is simple in its plane
-//! stays simple.
+//! The polygon is projected along the largest axis of its Newell normal (Sutherland et al. 1974). Dropping a coordinate
+//! does not round, so the signs of areas are exact (predicates of Shewchuk 1997, crate robust), and a polygon that is
+//! simple in its plane stays simple.
 //!
-//! Why positive triangles are enough: fans and ears add up, as signed areas, to the winding number of the polygon at
-//! every place. Where the polygon is simple that is 1 inside and 0 outside. Triangles that are all positive can then
-//! neither overlap nor stick out. So a fan of positive triangles is right, convex or not, and the rest goes to ears.
+//! Positive triangles suffice: the signed indicator functions of a fan, or of ears, add up to the winding number of the
+//! polygon at every point. For a simple polygon that is 1 inside and 0 outside. So triangles that are all positive
+//! neither overlap nor stick out, whether the polygon is convex or not.
 
 use robust::{Coord, orient2d};
 use std::collections::VecDeque;
 
-/// Corners above which a concave polygon is not clipped: the work grows with their square, and this many take under a
-/// second when all of them point inwards. Much less would catch the caps of machine parts.
+/// Most corners of a concave polygon that is clipped. The work grows with their square; this many take under a second
+/// when all of them are reflex. A much lower limit would exclude the end faces of machine parts.
 const MAX_CORNERS: usize = 10_000;
 
-/// Corner-in-ear tests that all polygons of a file may take together, some 4 s: a file of many hostile polygons just
-/// under [`MAX_CORNERS`] would take hours. A file of honest ones takes less than a thousandth.
+/// Most corner-in-ear tests for all polygons of a file, about 4 s. Many hostile polygons just under [`MAX_CORNERS`]
+/// would take hours; ordinary files need less than a thousandth.
 const MAX_TESTS: u64 = 1 << 32;
 
-/// How a polygon was cut.
+/// Way in which a polygon was cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cut {
     /// A fan from the first corner, all its triangles positive.
     Fan,
     /// Ears clipped one by one.
     Ears,
-    /// A fan that nothing vouches for: no area, edges that cross, or too much work.
-    Blind,
+    /// A fan that may overlap: the polygon has no area, its edges cross, or it needs too much work.
+    Unverified,
 }
 
-/// What a corner must be to be clipped.
+/// Condition for clipping a corner, from strict to weak.
 #[derive(Clone, Copy)]
 enum Ear {
-    /// Positive, with no corner in it or on its rim.
+    /// Positive, without a corner inside or on the boundary.
     Strict,
     /// Without area: a corner along a straight edge, a repeated one, a spike.
     Flat,
-    /// Positive, with corners on its rim at most, as where a hole is joined to the outline.
+    /// Positive, without a corner inside; corners on the boundary are allowed, as where a hole is joined to the
+    /// outline.
     Touched,
 }
 
@@ -51,15 +52,15 @@ impl Ear {
     }
 }
 
-/// The room that cutting needs, kept from one polygon to the next.
+/// Scratch buffers, reused from one polygon to the next.
 pub(super) struct Triangulator {
     plane: Vec<Coord<f64>>,
-    /// The corners not yet clipped, as a ring; a clipped one is its own `next`.
-    before: Vec<usize>,
+    /// Ring of the corners not yet clipped; a clipped corner is its own `next`.
+    previous: Vec<usize>,
     next: Vec<usize>,
-    /// Whether the corner is not convex.
-    reflex: Vec<bool>,
-    /// Every corner that is reflex, and some that were.
+    /// `true` for corners that are not convex.
+    is_reflex: Vec<bool>,
+    /// All reflex corners, and some that were reflex before.
     blockers: Vec<usize>,
     queue: VecDeque<usize>,
     tests_left: u64,
@@ -69,33 +70,33 @@ impl Triangulator {
     pub(super) fn new() -> Self {
         Self {
             plane: Vec::new(),
-            before: Vec::new(),
+            previous: Vec::new(),
             next: Vec::new(),
-            reflex: Vec::new(),
+            is_reflex: Vec::new(),
             blockers: Vec::new(),
             queue: VecDeque::new(),
             tests_left: MAX_TESTS,
         }
     }
 
-    /// Writes the n - 2 triangles of n corners, in the polygon's winding. The same corners give the same triangles,
-    /// unless [`MAX_TESTS`] have run out.
+    /// Writes the n - 2 triangles of n corners, in the polygon's orientation. The same corners give the same triangles,
+    /// unless [`MAX_TESTS`] is spent.
     pub(super) fn cut(&mut self, points: &[[f64; 3]], corners: &[u32], triangles: &mut [[u32; 3]]) -> Cut {
         debug_assert!(corners.len() >= 3 && triangles.len() == corners.len() - 2);
-        let seen = self.project(points, corners);
+        let has_area = self.project(points, corners);
         let last = corners.len() - 1;
-        if seen && (1..last).all(|i| self.area(0, i, i + 1) > 0.0) {
+        if has_area && (1..last).all(|i| self.area(0, i, i + 1) > 0.0) {
             fan(corners, triangles);
             return Cut::Fan;
         }
-        if seen && corners.len() <= MAX_CORNERS && self.clip_ears(corners, triangles).is_some() {
+        if has_area && corners.len() <= MAX_CORNERS && self.clip_ears(corners, triangles).is_some() {
             return Cut::Ears;
         }
         fan(corners, triangles);
-        Cut::Blind
+        Cut::Unverified
     }
 
-    /// Fills `plane` such that a positive area is seen; false where there is none to speak of.
+    /// Fills `plane` so that the polygon's area is positive; `false` if the area is zero or not finite.
     fn project(&mut self, points: &[[f64; 3]], corners: &[u32]) -> bool {
         let point = |i: usize| points[corners[i] as usize];
         let origin = point(0);
@@ -123,68 +124,68 @@ impl Triangulator {
         normal.iter().all(|n| n.is_finite()) && normal[axis] != 0.0
     }
 
-    /// Twice the area of a triangle of corners; its sign is exact.
+    /// Twice the signed area of a triangle of corners; the sign is exact.
     fn area(&self, a: usize, b: usize, c: usize) -> f64 {
         orient2d(self.plane[a], self.plane[b], self.plane[c])
     }
 
-    /// `None` where no ear is left or the work is too much.
+    /// `None` if no ear is left or the budget of tests is spent.
     fn clip_ears(&mut self, corners: &[u32], triangles: &mut [[u32; 3]]) -> Option<()> {
         let n = corners.len();
         self.link(n);
         self.queue.clear();
-        let (mut written, mut ear, mut clipped) = (0, Ear::Strict, true);
+        let (mut written, mut ear, mut has_clipped) = (0, Ear::Strict, true);
         while written < n - 3 {
             let Some(tip) = self.queue.pop_front() else {
-                // An ear less changes its two neighbours alone, unless corners touch: look at all that are left again.
-                ear = if clipped { Ear::Strict } else { ear.weaker()? };
-                clipped = false;
+                // Clipping changes only the two neighbours, unless corners touch: then all must be tested again.
+                ear = if has_clipped { Ear::Strict } else { ear.weaker()? };
+                has_clipped = false;
                 self.queue.extend((0..n).filter(|&i| self.next[i] != i));
                 continue;
             };
             if self.next[tip] == tip || !self.is_ear(tip, ear)? {
                 continue;
             }
-            let (a, b) = (self.before[tip], self.next[tip]);
+            let (a, b) = (self.previous[tip], self.next[tip]);
             triangles[written] = [corners[a], corners[tip], corners[b]];
             written += 1;
             self.next[a] = b;
-            self.before[b] = a;
+            self.previous[b] = a;
             self.next[tip] = tip;
-            self.judge(a);
-            self.judge(b);
-            let (next, reflex) = (&self.next, &self.reflex);
-            self.blockers.retain(|&i| reflex[i] && next[i] != i);
+            self.classify(a);
+            self.classify(b);
+            let (next, is_reflex) = (&self.next, &self.is_reflex);
+            self.blockers.retain(|&i| is_reflex[i] && next[i] != i);
             self.queue.extend([a, b]);
-            clipped = true;
+            has_clipped = true;
         }
         let tip = (0..n).find(|&i| self.next[i] != i)?;
-        let (a, b) = (self.before[tip], self.next[tip]);
+        let (a, b) = (self.previous[tip], self.next[tip]);
         triangles[written] = [corners[a], corners[tip], corners[b]];
         (self.area(a, tip, b) >= 0.0).then_some(())
     }
 
     fn link(&mut self, n: usize) {
-        self.before.clear();
-        self.before.extend((0..n).map(|i| if i == 0 { n - 1 } else { i - 1 }));
+        self.previous.clear();
+        self.previous.extend((0..n).map(|i| if i == 0 { n - 1 } else { i - 1 }));
         self.next.clear();
         self.next.extend((0..n).map(|i| if i + 1 == n { 0 } else { i + 1 }));
-        self.reflex.clear();
-        self.reflex.resize(n, false);
+        self.is_reflex.clear();
+        self.is_reflex.resize(n, false);
         self.blockers.clear();
-        (0..n).for_each(|i| self.judge(i));
+        (0..n).for_each(|i| self.classify(i));
     }
 
-    fn judge(&mut self, corner: usize) {
-        let reflex = self.area(self.before[corner], corner, self.next[corner]) <= 0.0;
-        if reflex && !self.reflex[corner] {
+    fn classify(&mut self, corner: usize) {
+        let is_reflex = self.area(self.previous[corner], corner, self.next[corner]) <= 0.0;
+        if is_reflex && !self.is_reflex[corner] {
             self.blockers.push(corner);
         }
-        self.reflex[corner] = reflex;
+        self.is_reflex[corner] = is_reflex;
     }
 
     fn is_ear(&mut self, tip: usize, ear: Ear) -> Option<bool> {
-        let (a, b) = (self.before[tip], self.next[tip]);
+        let (a, b) = (self.previous[tip], self.next[tip]);
         let area = self.area(a, tip, b);
         self.tests_left = self.tests_left.checked_sub(1)?;
         if matches!(ear, Ear::Flat) {
@@ -202,8 +203,8 @@ impl Triangulator {
             if c.x < left || c.x > right || c.y < low || c.y > high || i == a || i == b {
                 return false;
             }
-            // A corner on one of the base's ends blocks nothing: what leads inwards from it cannot get out again
-            // without a corner inside. One on the tip may, across the base.
+            // A corner at an end of the base blocks nothing: an edge that leads inwards from it cannot leave without a
+            // corner inside. An edge from a corner at the tip may leave through the base.
             if c == p || c == r {
                 return false;
             }

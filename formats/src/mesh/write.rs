@@ -1,3 +1,5 @@
+//! Meshes written as OBJ, PLY or STL; shortest decimal numbers in text, so that OBJ and PLY keep every bit.
+
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -8,8 +10,8 @@ use super::MeshFormat;
 use crate::atomic_write::atomic_write;
 
 impl MeshFormat {
-    /// By the name's end: obj, ply, stl.
-    pub fn of(path: &Path) -> Option<Self> {
+    /// The format of a name that ends in obj, ply or stl.
+    pub fn from_extension(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
@@ -19,19 +21,24 @@ impl MeshFormat {
     }
 }
 
-/// Writes a mesh whole or not at all: OBJ as text, PLY and STL binary and little-endian, STL rounded to f32.
+/// Writes a mesh whole or not at all: OBJ as text, PLY and STL in binary, little-endian. STL rounds to f32.
 pub fn write(path: &Path, format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<()> {
-    let bytes = match format {
+    let bytes = to_bytes(format, points, triangles)?;
+    atomic_write(path, |temporary| std::fs::write(temporary, bytes))
+}
+
+/// The bytes that [`write()`] would write.
+pub fn to_bytes(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
+    Ok(match format {
         MeshFormat::Obj => obj(points, triangles).into_bytes(),
         MeshFormat::Ply => ply(points, triangles),
         MeshFormat::Stl => stl(points, triangles)?,
-    };
-    atomic_write(path, |temporary| std::fs::write(temporary, bytes))
+    })
 }
 
 fn obj(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> String {
     let mut text = String::new();
-    // Writing to a String does not fail.
+    // Writing to a String cannot fail.
     for [x, y, z] in points {
         let _ = writeln!(text, "v {x} {y} {z}");
     }
@@ -60,7 +67,7 @@ fn ply(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
 
 fn stl(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
     let count = u32::try_from(triangles.len())
-        .map_err(|_| io::Error::new(io::ErrorKind::InvalidInput, "STL counts no more than 2^32 triangles"))?;
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidInput, "STL has at most 2^32 - 1 triangles"))?;
     let mut bytes = vec![b' '; 80];
     bytes.extend(count.to_le_bytes());
     for corners in triangles {
@@ -76,16 +83,15 @@ fn stl(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::parse;
+    use crate::mesh::read_bytes;
 
     #[test]
-    fn what_is_written_reads_back_the_same() {
+    fn a_written_mesh_reads_back_the_same() {
         let points = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, 2.25, -0.125], [0.5, 0.5, 3.0]];
         let triangles = [[0, 1, 2], [0, 2, 3], [1, 3, 2]];
-        let written =
-            [obj(&points, &triangles).into_bytes(), ply(&points, &triangles), stl(&points, &triangles).unwrap()];
-        for bytes in written {
-            let mesh = parse(&bytes, "written").unwrap();
+        for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl] {
+            let bytes = to_bytes(format, &points, &triangles).unwrap();
+            let mesh = read_bytes(&bytes, "written").unwrap();
             assert_eq!((mesh.points.as_slice(), mesh.triangles.as_slice()), (&points[..], &triangles[..]));
         }
     }

@@ -11,7 +11,7 @@ use sdf_formats::grid_file::{self, GridFault};
 use tempfile::TempDir;
 
 use crate::grid_samples::{KINDS, Made, about};
-use crate::memory::{on_this_thread, peak_of};
+use crate::memory::{peak_of, run_on_one_thread};
 use crate::random::Random;
 
 /// Limit for a reading thread: samples, tables and chunks of these files take less than four times the file's size.
@@ -43,7 +43,7 @@ impl Sample {
     /// The fault of the file with these bytes in place of its own, or `None` after checking that the same grid is read.
     fn read_with(&self, at: usize, bytes: &[u8]) -> Option<GridFault> {
         overwrite(&self.path, at, bytes);
-        let (answer, memory) = peak_of(|| on_this_thread(|| grid_file::read(&self.path)));
+        let (answer, memory) = peak_of(|| run_on_one_thread(|| grid_file::read(&self.path)));
         assert!(memory < max_memory(self.bytes.len()), "{memory} bytes with {bytes:?} at {at}");
         // Reading a part notices damage exactly in what it reads.
         let lattice = self.grid.lattice();

@@ -76,8 +76,8 @@ fn a_part_has_the_values_of_the_whole() {
     assert!(saved > 50, "only {saved} were parts");
 }
 
-/// Points of f32 on nodes, which rounding may move into either cell; and a grid so far from the origin that rounding moves
-/// them by cells.
+/// Points of f32 on nodes, which rounding may move into either cell; and a grid so far from the origin that rounding
+/// moves them by cells.
 #[test]
 fn a_part_has_the_values_of_the_whole_where_f32_rounds() {
     let mut random = Random::from_clock();

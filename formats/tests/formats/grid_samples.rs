@@ -101,8 +101,8 @@ fn dense(lattice: &Lattice, distances: Vec<f32>) -> Content {
     Content::Dense { distances, bounds }
 }
 
-/// Bricks where a sample is within the band, last slot first to differ from any other order, over a coarse grid of every
-/// eighth sample.
+/// Bricks where a sample is within the band, last slot first to differ from any other order, over a coarse grid of
+/// every eighth sample.
 fn sparse<C: Code>(
     lattice: &Lattice,
     distances: &[f32],

@@ -8,7 +8,7 @@ use sdf_formats::grid_file;
 use tempfile::TempDir;
 
 use crate::grid_samples::{KINDS, Made, about};
-use crate::memory::{on_this_thread, peak_of};
+use crate::memory::{peak_of, run_on_one_thread};
 use crate::random::Random;
 
 fn threads(count: usize) -> ThreadPool {
@@ -55,9 +55,9 @@ fn any_number_of_threads_reads_the_same_or_reports_the_same_fault() {
             });
             assert!(round > 0 || read[0].iter().all(Result::is_ok));
             assert!(
-                read.iter().all(|by_count| *by_count == read[0]),
+                read.iter().all(|results| *results == read[0]),
                 "{kind:?}: {:?}",
-                read.map(|by_count| by_count.map(Result::err))
+                read.map(|results| results.map(Result::err))
             );
         }
     }
@@ -71,10 +71,10 @@ fn writing_and_reading_hold_a_few_chunks_beside_the_grid() {
     const FEW_CHUNKS: usize = 2 << 20;
     for kind in KINDS {
         let made = Made::new([150, 150, 150], kind);
-        let ((), writing) = peak_of(|| on_this_thread(|| made.write(&path)));
+        let ((), writing) = peak_of(|| run_on_one_thread(|| made.write(&path)));
         assert!(writing < FEW_CHUNKS, "{writing} bytes to write, {kind:?}");
         let (_, grid) = peak_of(|| made.clone());
-        let (stored, reading) = peak_of(|| on_this_thread(|| grid_file::read(&path).unwrap()));
+        let (stored, reading) = peak_of(|| run_on_one_thread(|| grid_file::read(&path).unwrap()));
         assert!(reading < grid + grid / 5 + FEW_CHUNKS, "{reading} bytes to read a grid of {grid}, {kind:?}");
         assert_eq!(stored.about, about());
     }

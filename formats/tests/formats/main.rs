@@ -1,6 +1,9 @@
 //! All integration tests of the crate, in one program.
 
 mod atomic_write;
+mod contact_files;
+mod fields;
+mod grid_bytes;
 mod grid_damage;
 mod grid_hostile;
 mod grid_needed;
@@ -8,6 +11,7 @@ mod grid_round_trip;
 mod grid_samples;
 mod grid_threads;
 mod memory;
+mod mesh_bytes;
 mod mesh_hostile;
 mod mesh_models;
 mod mesh_obj;

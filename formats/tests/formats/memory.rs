@@ -47,6 +47,6 @@ thread_local! {
 }
 
 /// Runs parallel work on this thread alone, so that all of its memory is counted.
-pub fn on_this_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+pub fn run_on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     POOL.with(|pool| pool.install(work))
 }

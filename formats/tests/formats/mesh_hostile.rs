@@ -1,6 +1,6 @@
 //! Mesh files that are damaged, cut short, of another kind, or made to exhaust time or memory.
 
-use sdf_formats::mesh::{Mesh, MeshError, parse, read};
+use sdf_formats::mesh::{Mesh, MeshError, read, read_bytes};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -8,9 +8,10 @@ use crate::memory::peak_of;
 use crate::mesh_models::Model;
 use crate::random::Random;
 
-/// Reads a mesh, and checks what holds for any bytes: valid indices, finite points, little memory, one clean line of error.
+/// Reads a mesh, and checks what holds for any bytes: valid indices, finite points, little memory, one clean line of
+/// error.
 fn survive(bytes: &[u8], name: &str) -> Result<Mesh, MeshError> {
-    let (parsed, memory) = peak_of(|| parse(bytes, name));
+    let (parsed, memory) = peak_of(|| read_bytes(bytes, name));
     assert!(memory < 64 * bytes.len() + 10_000, "{memory} bytes for a file of {}", bytes.len());
     match &parsed {
         Ok(mesh) => {

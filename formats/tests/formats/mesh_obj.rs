@@ -1,16 +1,18 @@
+//! OBJ files: spellings, numbers, refusals, and the triangles that tobj reads.
+
 use std::fmt::Write;
 
-use sdf_formats::mesh::{Mesh, parse, read};
+use sdf_formats::mesh::{Mesh, read, read_bytes};
 
 use crate::mesh_models::shared_meshes;
 use crate::random::Random;
 
 pub fn obj(text: impl AsRef<[u8]>) -> Mesh {
-    parse(text.as_ref(), "test.obj").unwrap()
+    read_bytes(text.as_ref(), "test.obj").unwrap()
 }
 
 fn refusal(text: impl AsRef<[u8]>) -> String {
-    parse(text.as_ref(), "bunny.obj").unwrap_err().to_string()
+    read_bytes(text.as_ref(), "bunny.obj").unwrap_err().to_string()
 }
 
 pub const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -77,7 +79,7 @@ fn numbers_are_those_of_the_standard_library() {
         let text = format!("v {number} 0 0");
         match number.parse::<f64>() {
             Ok(value) if value.is_finite() => assert_eq!(obj(text).points[0][0].to_bits(), value.to_bits(), "{number}"),
-            _ => assert!(parse(text.as_bytes(), "").is_err(), "{number}"),
+            _ => assert!(read_bytes(text.as_bytes(), "").is_err(), "{number}"),
         }
     }
     // 2^64 + 1, which wraps to 1 in 64 bits.
@@ -119,7 +121,7 @@ fn a_large_file_reads_as_its_bytes_do() {
         }
         std::fs::write(&path, &text).unwrap();
         let name = path.display().to_string();
-        let (whole, streamed) = (parse(text.as_bytes(), &name), sdf_formats::mesh::read(&path));
+        let (whole, streamed) = (read_bytes(text.as_bytes(), &name), sdf_formats::mesh::read(&path));
         refused += usize::from(whole.is_err());
         match (whole, streamed) {
             (Ok(whole), Ok(streamed)) => assert!(whole == streamed, "round {round}"),
@@ -144,7 +146,7 @@ fn a_first_line_does_not_hide_that_the_rest_is_not_text() {
     for bytes in [zeros, stl] {
         std::fs::write(&path, &bytes).unwrap();
         let name = path.display().to_string();
-        assert_eq!(sdf_formats::mesh::read(&path).is_ok(), parse(&bytes, &name).is_ok());
+        assert_eq!(sdf_formats::mesh::read(&path).is_ok(), read_bytes(&bytes, &name).is_ok());
     }
 }
 
@@ -162,7 +164,7 @@ fn fast_and_slow_paths_read_the_same() {
                 c => spaced.push(c),
             }
         }
-        let [fast, slow] = [&plain, &spaced].map(|text| parse(text.as_bytes(), "a.obj"));
+        let [fast, slow] = [&plain, &spaced].map(|text| read_bytes(text.as_bytes(), "a.obj"));
         match (fast, slow) {
             (Ok(fast), Ok(slow)) => assert_eq!(fast, slow, "{spaced:?}"),
             (Err(fast), Err(slow)) => {

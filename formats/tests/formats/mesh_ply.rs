@@ -1,14 +1,16 @@
-use sdf_formats::mesh::{Mesh, MeshFormat, parse, read};
+//! PLY files: encodings, types, foreign elements, refusals, and the triangles that ply-rs-bw reads.
+
+use sdf_formats::mesh::{Mesh, MeshFormat, read, read_bytes};
 
 use crate::mesh_models::{Model, shared_meshes};
 use crate::random::Random;
 
 fn ply(bytes: impl AsRef<[u8]>) -> Mesh {
-    parse(bytes.as_ref(), "test.ply").unwrap()
+    read_bytes(bytes.as_ref(), "test.ply").unwrap()
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {
-    parse(bytes.as_ref(), "bunny.ply").unwrap_err().to_string()
+    read_bytes(bytes.as_ref(), "bunny.ply").unwrap_err().to_string()
 }
 
 fn is_same(a: &Mesh, b: &Mesh) -> bool {
@@ -22,7 +24,7 @@ fn a_mesh_is_the_same_in_every_encoding_and_in_obj() {
     let mut random = Random::new(1);
     for max_corners in [3, 4, 9] {
         let model = Model::random(&mut random, 100, 300, max_corners);
-        let obj = parse(model.obj().as_bytes(), "").unwrap();
+        let obj = read_bytes(model.obj().as_bytes(), "").unwrap();
         for encoding in ENCODINGS {
             let mesh = ply(model.ply(encoding));
             assert_eq!(mesh.format, MeshFormat::Ply);

@@ -16,7 +16,10 @@ fn a_convex_polygon_is_a_fan_from_its_first_corner() {
     let mesh = obj(text + "f 3 4 5 6 7 8 9 10 11 12 1 2");
     let corner = |i: u32| (i + 2) % 12;
     assert_eq!(mesh.triangles, (1..11).map(|i| [corner(0), corner(i), corner(i + 1)]).collect::<Vec<_>>());
-    assert_eq!((mesh.polygon_counts.larger, mesh.polygon_counts.clipped, mesh.polygon_counts.blind), (1, 0, 0));
+    assert_eq!(
+        (mesh.polygon_counts.larger, mesh.polygon_counts.ear_clipped, mesh.polygon_counts.unverified),
+        (1, 0, 0)
+    );
 }
 
 /// The polygon in the plane `z = x / 2 - y`, its axes rotated by `axis`; exact, without rounding.
@@ -36,7 +39,7 @@ fn assert_tiles(polygon: &[[f64; 2]], mesh: &Mesh) {
     let areas = mesh.triangles.iter().map(|t| t.map(|i| polygon[i as usize])).map(|[a, b, c]| turn(a, b, c));
     assert!(areas.clone().all(|area| area * total > 0.0), "a triangle is inverted or flat: {polygon:?}");
     assert!((areas.sum::<f64>() - total).abs() < 1e-12, "{polygon:?}");
-    assert_eq!(mesh.polygon_counts.blind, 0);
+    assert_eq!(mesh.polygon_counts.unverified, 0);
 }
 
 #[test]
@@ -48,7 +51,7 @@ fn triangles_tile_every_simple_polygon() {
         let polygon = simple_polygon(&mut random, corners);
         let mesh = obj(tilted(&polygon, round % 3).obj());
         assert_tiles(&polygon, &mesh);
-        clipped += mesh.polygon_counts.clipped;
+        clipped += mesh.polygon_counts.ear_clipped;
     }
     assert!(clipped > 400, "{clipped}");
 }
@@ -86,7 +89,7 @@ fn a_hole_joined_to_the_outline_stays_open() {
         let mut polygon = polygon.to_vec();
         polygon.rotate_left(start);
         let mesh = obj(tilted(&polygon, 0).obj());
-        assert_eq!((mesh.triangles.len(), mesh.polygon_counts.clipped), (8, 1));
+        assert_eq!((mesh.triangles.len(), mesh.polygon_counts.ear_clipped), (8, 1));
         let corners = mesh.triangles.iter().map(|t| t.map(|i| polygon[i as usize]));
         let areas: Vec<_> = corners.map(|[a, b, c]| turn(a, b, c)).collect();
         assert!(areas.iter().all(|&area| area >= 0.0) && areas.iter().sum::<f64>() == 24.0, "{areas:?}");
@@ -98,7 +101,7 @@ fn every_polygon_gives_two_triangles_fewer_than_corners() {
     let mut random = Random::new(3);
     let model = Model::random(&mut random, 9, 3000, 12);
     let mesh = obj(model.obj());
-    assert_eq!(mesh.polygon_counts.all, model.polygons.len());
+    assert_eq!(mesh.polygon_counts.total, model.polygons.len());
     let mut given = mesh.polygons.iter().zip(&mesh.triangles);
     for (i, polygon) in model.polygons.iter().enumerate() {
         for _ in 2..polygon.len() {
@@ -108,9 +111,10 @@ fn every_polygon_gives_two_triangles_fewer_than_corners() {
         }
     }
     assert!(given.next().is_none());
-    for (face, blind) in [("f 1 1 2", 0), ("f 1 1 1 1", 1), ("f 1 2 1 2 1", 1), ("f 1 2 2 3", 0), ("f 1 1 2 3", 0)] {
+    for (face, unverified) in [("f 1 1 2", 0), ("f 1 1 1 1", 1), ("f 1 2 1 2 1", 1), ("f 1 2 2 3", 0), ("f 1 1 2 3", 0)]
+    {
         let mesh = obj(format!("{SQUARE}{face}"));
         assert_eq!(mesh.triangles.len(), face.split(' ').count() - 3, "{face}");
-        assert_eq!(mesh.polygon_counts.blind, blind, "{face}");
+        assert_eq!(mesh.polygon_counts.unverified, unverified, "{face}");
     }
 }

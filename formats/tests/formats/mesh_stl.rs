@@ -1,14 +1,16 @@
-use sdf_formats::mesh::{Mesh, MeshFormat, parse};
+//! STL files: text and binary, welding, refusals, and the triangles that stl_io reads.
+
+use sdf_formats::mesh::{Mesh, MeshFormat, read_bytes};
 
 use crate::mesh_models::Model;
 use crate::random::Random;
 
 fn stl(bytes: impl AsRef<[u8]>) -> Mesh {
-    parse(bytes.as_ref(), "test.stl").unwrap()
+    read_bytes(bytes.as_ref(), "test.stl").unwrap()
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {
-    parse(bytes.as_ref(), "bunny.stl").unwrap_err().to_string()
+    read_bytes(bytes.as_ref(), "bunny.stl").unwrap_err().to_string()
 }
 
 fn corners(mesh: &Mesh) -> Vec<[[f64; 3]; 3]> {
@@ -21,7 +23,7 @@ const FACET: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\
 fn text_and_binary_hold_the_triangles_of_the_obj() {
     let mut random = Random::new(1);
     let model = Model::random(&mut random, 60, 200, 3);
-    let obj = parse(model.obj().as_bytes(), "").unwrap();
+    let obj = read_bytes(model.obj().as_bytes(), "").unwrap();
     let (text, binary) = (stl(model.stl_text()), stl(model.stl_binary("")));
     assert_eq!(text, binary);
     assert_eq!(text.format, MeshFormat::Stl);
@@ -47,7 +49,7 @@ fn binary_files_may_begin_as_text_does() {
     for header in ["solid facet", "ply\n", "v 1 2 3\n", "<html>"] {
         let bytes = model.stl_binary(header);
         if header != "ply\n" {
-            assert_eq!(parse(&bytes, "part").unwrap().triangles.len(), 3, "{header}");
+            assert_eq!(read_bytes(&bytes, "part").unwrap().triangles.len(), 3, "{header}");
         }
     }
 }
@@ -90,7 +92,7 @@ fn binary_files_must_have_the_length_that_they_declare() {
         refusal(&bytes),
         "bunny.stl: expected 84 + 50 * 4278190083 = 213909504234 bytes of binary STL, found 235"
     );
-    assert_eq!(parse(&bytes, "bunny").unwrap_err().to_string(), "bunny: not an OBJ, PLY or STL mesh");
+    assert_eq!(read_bytes(&bytes, "bunny").unwrap_err().to_string(), "bunny: not an OBJ, PLY or STL mesh");
     assert_eq!(refusal(Model::default().stl_binary("")), "no triangles in bunny.stl");
 }
 

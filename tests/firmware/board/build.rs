@@ -1,5 +1,5 @@
-//! Hands the board's memory map to the linker script of cortex-m-rt. It lies in a folder of its own, which the linker
-//! looks in only because it is told to; one beside Cargo.toml would win over it unasked.
+//! Passes the board's memory map to the linker script of cortex-m-rt. The map has a folder of its own: a memory.x beside Cargo.toml
+//! would be found first, without this script.
 
 fn main() {
     let folder = std::env::var("CARGO_MANIFEST_DIR").expect("cargo names the package's folder") + "/link";

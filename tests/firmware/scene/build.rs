@@ -31,6 +31,6 @@ fn main() {
 fn rounded_box(point: [f64; 3]) -> f64 {
     let beyond: [f64; 3] = std::array::from_fn(|axis| point[axis].abs() - HALF_EXTENTS[axis]);
     let outside_sq: f64 = beyond.iter().map(|x| x.max(0.0) * x.max(0.0)).sum();
-    let inside = beyond.iter().fold(f64::NEG_INFINITY, |most, x| most.max(*x)).min(0.0);
+    let inside = beyond.iter().fold(f64::NEG_INFINITY, |max, x| max.max(*x)).min(0.0);
     outside_sq.sqrt() + inside - RADIUS
 }

@@ -1,4 +1,4 @@
-//! The signed distance at every node, from a mesh in memory: each crate's own tree is built anew each time.
+//! The signed distance at every node, from a mesh in memory. Each run builds the crate's own tree again.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::{Answer, Nodes, Work};
 
-/// The projection onto a triangle mesh with pseudo-normals.
+/// Projection onto a triangle mesh, with signs by pseudo-normals.
 pub fn parry3d(mesh: &Path, nodes: Nodes) -> Result<Work> {
     let mesh = read(mesh)?;
     Ok(Box::new(move || {
@@ -33,7 +33,7 @@ pub fn parry3d(mesh: &Path, nodes: Nodes) -> Result<Work> {
     }))
 }
 
-/// Its own default for signs, rays, wants a closed mesh.
+/// Distances with signs by ray casting, the crate's default, which needs a closed mesh.
 pub fn mesh_to_sdf(mesh: &Path, nodes: Nodes) -> Result<Work> {
     let mesh = read(mesh)?;
     let points: Vec<[f32; 3]> = mesh.points.iter().map(|p| p.map(|x| x as f32)).collect();

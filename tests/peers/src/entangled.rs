@@ -1,10 +1,10 @@
-//! Cloths that already pass through a body: does a method push them out, or do they stay stuck?
+//! Cloths that start intersecting a body: does a method push them out, or do they stay stuck?
 //!
-//! A square cloth is laid flat through a closed body at one of several heights and turns, with whole regions of it inside. In
-//! each of a fixed number of rounds the method finds contacts; each moves the corners of its face so that the point of
-//! contact comes to lie on the surface (a projection with equal masses, averaged over a corner's contacts); then every edge is
-//! pulled back to its length. Both methods get the same rounds, the same projection and the same start. Freed is a cloth
-//! none of whose faces reaches more than a hundredth of the body's size into the body, by a certified search, at the end.
+//! A flat square cloth starts through a closed body at one of several heights and tilts, with whole regions inside. In each of
+//! [`ROUNDS`] rounds the method finds contacts. Each contact moves the corners of its face so that the contact point reaches the
+//! surface (a projection with equal masses, averaged over a corner's contacts). Then every edge is pulled back to its length. Both
+//! methods get the same rounds, projection and start. A cloth is freed if at the end a certified search finds no face deeper than
+//! a hundredth of the body's size.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -14,7 +14,7 @@ use anyhow::{Context, Result};
 use parry3d::shape::TriMeshFlags;
 use sdf_bake::{MeshDistance, TriangleMesh, dense, lattice_around};
 use sdf_core::contact::{Element, Outcome, contact};
-use sdf_core::grid::{WithBlockBounds, Dense, Grid, BlockBounds};
+use sdf_core::grid::{BlockBounds, Dense, Grid, WithBlockBounds};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Sdf, Simplex};
@@ -26,8 +26,8 @@ type Field = Grid<WithBlockBounds<Dense<Vec<f32>>, Vec<BlockBounds>>>;
 const ROUNDS: usize = 100;
 /// Edges along the cloth's side.
 const CELLS: usize = 24;
-/// So deep a cloth may be left and counts as free, in the body's size.
-const FREE: f64 = 0.01;
+/// Largest depth of a freed cloth, in the body's size.
+const MAX_DEPTH: f64 = 0.01;
 const HEIGHTS: [f64; 7] = [0.9, 0.75, 0.6, 0.45, 0.3, 0.15, 0.0];
 const TILTS: [f64; 3] = [0.0, 0.3, 0.7];
 
@@ -40,15 +40,15 @@ struct Body {
 struct Cloth {
     points: Vec<Vector3<f64>>,
     triangles: Vec<[u32; 3]>,
-    /// Two corners, and how far apart they are at rest.
+    /// Two corners and their distance at rest.
     edges: Vec<([usize; 2], f64)>,
 }
 
-/// A point of a face, by its weights, and the way that takes it to the surface.
+/// A point of a face, by its weights, and the offset that moves it to the surface.
 struct Push {
     face: [u32; 3],
     weights: [f64; 3],
-    way: Vector3<f64>,
+    offset: Vector3<f64>,
 }
 
 pub fn run(file: &Path) -> Result<()> {
@@ -57,12 +57,12 @@ pub fn run(file: &Path) -> Result<()> {
         let field = bake(&body)?;
         let shape = trimesh(&body.points, &body.triangles, TriMeshFlags::FIX_INTERNAL_EDGES | TriMeshFlags::ORIENTED)?;
         let frank_wolfe = FrankWolfe::default();
-        let mut by_field = |cloth: &Cloth| Ok(pushes_of_field(cloth, &field, &frank_wolfe));
-        let mut by_pairs = |cloth: &Cloth| pushes_of_pairs(cloth, &shape);
+        let mut from_field = |cloth: &Cloth| Ok(field_pushes(cloth, &field, &frank_wolfe));
+        let mut from_pairs = |cloth: &Cloth| pair_pushes(cloth, &shape);
         let methods: [(&str, &mut dyn FnMut(&Cloth) -> Result<Vec<Push>>); 2] =
-            [("signed distance field: Frank-Wolfe", &mut by_field), ("triangle pairs: parry3d", &mut by_pairs)];
+            [("signed distance field: Frank-Wolfe", &mut from_field), ("triangle pairs: parry3d", &mut from_pairs)];
         for (name, find) in methods {
-            let mut left = vec![];
+            let mut depths = vec![];
             let started = Instant::now();
             for height in HEIGHTS {
                 for tilt in TILTS {
@@ -72,23 +72,23 @@ pub fn run(file: &Path) -> Result<()> {
                         cloth.push(&pushes);
                         cloth.pull_edges();
                     }
-                    left.push(-deepest(&cloth, &field).min(0.0));
+                    depths.push(-deepest(&cloth, &field).min(0.0));
                 }
             }
-            let milliseconds = started.elapsed().as_secs_f64() * 1e3 / (left.len() * ROUNDS) as f64;
-            left.sort_by(f64::total_cmp);
-            let freed = left.iter().filter(|depth| **depth <= FREE).count();
-            let (worst, median) = (left[left.len() - 1], left[left.len() / 2]);
-            writeln!(table, "{},{name},{},{freed},{worst:.4},{median:.4},{milliseconds:.3}", body.name, left.len())?;
+            let milliseconds = started.elapsed().as_secs_f64() * 1e3 / (depths.len() * ROUNDS) as f64;
+            depths.sort_by(f64::total_cmp);
+            let freed = depths.iter().filter(|depth| **depth <= MAX_DEPTH).count();
+            let (worst, median) = (depths[depths.len() - 1], depths[depths.len() / 2]);
+            writeln!(table, "{},{name},{},{freed},{worst:.4},{median:.4},{milliseconds:.3}", body.name, depths.len())?;
         }
     }
     print!("{table}");
     std::fs::write(file, table).with_context(|| file.display().to_string())
 }
 
-/// Rows of points turned around z.
-fn turned(name: &'static str, around: usize, along: usize, at: impl Fn(f64, f64) -> [f64; 3]) -> Body {
-    let angle = |index: usize, of: usize| std::f64::consts::TAU * index as f64 / of as f64;
+/// Surface of revolution about z, closed both ways.
+fn revolved(name: &'static str, around: usize, along: usize, at: impl Fn(f64, f64) -> [f64; 3]) -> Body {
+    let angle = |index: usize, count: usize| std::f64::consts::TAU * index as f64 / count as f64;
     let mut points = vec![];
     let mut triangles = vec![];
     for i in 0..around {
@@ -102,13 +102,13 @@ fn turned(name: &'static str, around: usize, along: usize, at: impl Fn(f64, f64)
 }
 
 fn torus() -> Body {
-    turned("torus", 64, 32, |u, v| {
+    revolved("torus", 64, 32, |u, v| {
         let radius = 0.65 + 0.35 * v.cos();
         [radius * u.cos(), radius * u.sin(), 0.35 * v.sin()]
     })
 }
 
-/// Of radius one, its points in rings between two poles.
+/// A unit sphere of rings between two poles.
 fn ball() -> Body {
     let (around, along) = (48_u32, 24_u32);
     let mut points = vec![[0.0, 0.0, -1.0]];
@@ -146,14 +146,14 @@ fn bake(body: &Body) -> Result<Field> {
 }
 
 impl Cloth {
-    /// As wide as the body, flat at a height, tilted about the x axis.
+    /// A flat cloth as wide as the body, at a height, tilted about the x axis.
     fn through(height: f64, tilt: f64) -> Self {
         let mut points = vec![];
         for row in 0..=CELLS {
             for column in 0..=CELLS {
-                // Off the middle, so that nothing is symmetric.
+                // Shifted from the middle, so that nothing is symmetric.
                 let [x, y] =
-                    [(column, 0.031), (row, 0.017)].map(|(i, off)| 2.4 * (i as f64 / CELLS as f64 - 0.5) + off);
+                    [(column, 0.031), (row, 0.017)].map(|(i, shift)| 2.4 * (i as f64 / CELLS as f64 - 0.5) + shift);
                 points.push(Vector3::new(x, y * tilt.cos(), height + y * tilt.sin()));
             }
         }
@@ -183,11 +183,11 @@ impl Cloth {
 
     fn push(&mut self, pushes: &[Push]) {
         let mut moved = vec![(Vector3::zeros(), 0_u32); self.points.len()];
-        for Push { face, weights, way } in pushes {
-            let share: f64 = weights.iter().map(|weight| weight * weight).sum();
+        for Push { face, weights, offset } in pushes {
+            let norm_sq: f64 = weights.iter().map(|weight| weight * weight).sum();
             for (corner, weight) in face.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
                 let (sum, count) = &mut moved[*corner as usize];
-                *sum += way * (weight / share);
+                *sum += offset * (weight / norm_sq);
                 *count += 1;
             }
         }
@@ -199,36 +199,36 @@ impl Cloth {
     /// One pass of position based dynamics, edge after edge.
     fn pull_edges(&mut self) {
         for ([a, b], length) in &self.edges {
-            let between = self.points[*b] - self.points[*a];
-            let stretched = between.norm();
+            let edge = self.points[*b] - self.points[*a];
+            let stretched = edge.norm();
             if stretched > 0.0 {
-                let way = between * (0.5 * (stretched - length) / stretched);
-                self.points[*a] += way;
-                self.points[*b] -= way;
+                let correction = edge * (0.5 * (stretched - length) / stretched);
+                self.points[*a] += correction;
+                self.points[*b] -= correction;
             }
         }
     }
 }
 
-fn search<M: Minimizer<3>>(cloth: &Cloth, field: &Field, minimizer: &M, mut take: impl FnMut(usize, Outcome<f64, 3>)) {
+fn search<M: Minimizer<3>>(cloth: &Cloth, field: &Field, minimizer: &M, mut visit: impl FnMut(usize, Outcome<f64, 3>)) {
     for (id, vertices) in cloth.triangles.iter().enumerate() {
         let simplex = Simplex { corners: cloth.corners(*vertices) };
-        take(id, contact(field, minimizer, 0.0, &Element { id: id as u32, vertices: *vertices, simplex }));
+        visit(id, contact(field, minimizer, 0.0, &Element { id: id as u32, vertices: *vertices, simplex }));
     }
 }
 
-fn pushes_of_field(cloth: &Cloth, field: &Field, minimizer: &impl Minimizer<3>) -> Vec<Push> {
+fn field_pushes(cloth: &Cloth, field: &Field, minimizer: &impl Minimizer<3>) -> Vec<Push> {
     let mut pushes = vec![];
     search(cloth, field, minimizer, |id, outcome| {
         if let Outcome::Contact(found) = outcome {
-            let way = found.normal * -found.distance;
-            pushes.push(Push { face: cloth.triangles[id], weights: found.weights, way });
+            let offset = found.normal * -found.distance;
+            pushes.push(Push { face: cloth.triangles[id], weights: found.weights, offset });
         }
     });
     pushes
 }
 
-/// The deepest value of any face.
+/// The lowest value on any face.
 fn deepest(cloth: &Cloth, field: &Field) -> f64 {
     let search_all = Certified { evaluations: 1024, ..Certified::default() };
     let at_corners = cloth.points.iter().map(|point| field.sample(*point).value).fold(f64::INFINITY, f64::min);
@@ -241,24 +241,24 @@ fn deepest(cloth: &Cloth, field: &Field) -> f64 {
     deepest
 }
 
-fn pushes_of_pairs(cloth: &Cloth, body: &parry3d::shape::TriMesh) -> Result<Vec<Push>> {
+fn pair_pushes(cloth: &Cloth, body: &parry3d::shape::TriMesh) -> Result<Vec<Push>> {
     let points: Vec<[f64; 3]> = cloth.points.iter().map(|point| (*point).into()).collect();
     let shape = trimesh(&points, &cloth.triangles, TriMeshFlags::empty())?;
     let mut pushes = vec![];
     for manifold in manifolds(&shape, body, 0.0)? {
         let face = cloth.triangles[manifold.subshape1 as usize];
-        // From the cloth towards the body: the cloth goes back along it.
+        // Points from the cloth to the body: the cloth moves back along it.
         let normal = Vector3::from(manifold.local_n1.to_array().map(f64::from));
         for point in manifold.points.iter().filter(|point| point.dist < 0.0) {
             let at = Vector3::from(point.local_p1.to_array().map(f64::from));
-            let way = normal * f64::from(point.dist);
-            pushes.push(Push { face, weights: weights(cloth.corners(face), at), way });
+            let offset = normal * f64::from(point.dist);
+            pushes.push(Push { face, weights: weights(cloth.corners(face), at), offset });
         }
     }
     Ok(pushes)
 }
 
-/// Of a point of a triangle's plane, put into the triangle.
+/// Barycentric weights of a point of a triangle's plane, clamped to the triangle.
 fn weights([a, b, c]: [Vector3<f64>; 3], point: Vector3<f64>) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (bb, bc, cc) = (ab.dot(&ab), ab.dot(&ac), ac.dot(&ac));

@@ -1,8 +1,7 @@
 //! Work done by other crates, and by ours where it must be timed in the same process: `peers WORK FILE…`.
 //!
-//! A worker reads its files, prints `ready`, and then does its work once for each line `go` that it reads, printing
-//! `{"seconds": …}`. The line `save PATH` writes the distances of the last time as f32. So another program can have workers
-//! take turns.
+//! A worker reads its files and prints `ready`. For each input line `go` it does its work once and prints `{"seconds": …}`. The line
+//! `save PATH` writes the distances of the last run as f32. So another program can make workers take turns.
 
 #![forbid(unsafe_code)]
 
@@ -19,7 +18,7 @@ use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// The nodes at which distances are wanted: x runs fastest.
+/// Nodes of the distances, x fastest.
 #[derive(Clone, Copy, Deserialize)]
 pub struct Nodes {
     pub origin: [f64; 3],
@@ -34,10 +33,10 @@ impl Nodes {
     }
 }
 
-/// What one run of the work gave.
+/// The result of one run.
 pub struct Answer {
     pub distances: Vec<f32>,
-    /// What else is to be told.
+    /// Further results, for the report.
     pub facts: Value,
 }
 

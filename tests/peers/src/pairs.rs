@@ -14,8 +14,7 @@ use crate::{Answer, Work};
 
 pub type Manifold = ContactManifold<(), ()>;
 
-/// Trees are built beforehand, as our field is baked beforehand. The cloth may have moved, so nothing is kept from one time
-/// to the next.
+/// Trees are built beforehand, as our field is baked beforehand. The cloth may have moved, so no state is kept between runs.
 pub fn work(cloth: &Path, body: &Path, margin: f32) -> Result<Work> {
     let (cloth, body) = (read(cloth)?, read(body)?);
     let cloth = trimesh(&cloth.points, &cloth.triangles, TriMeshFlags::empty())?;
@@ -38,6 +37,6 @@ pub fn manifolds(cloth: &TriMesh, body: &TriMesh, margin: f32) -> Result<Vec<Man
     let mut manifolds: Vec<Manifold> = vec![];
     DefaultQueryDispatcher
         .contact_manifolds(&Pose::IDENTITY, cloth, body, margin, &mut manifolds, &mut None)
-        .map_err(|_| anyhow!("parry3d knows no contacts of two meshes"))?;
+        .map_err(|_| anyhow!("parry3d does not support contacts of two meshes"))?;
     Ok(manifolds)
 }

@@ -1,4 +1,4 @@
-//! An OBJ file into points and triangles in memory.
+//! Reads an OBJ file into points and triangles in memory.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::{Answer, Work};
 pub fn tobj(file: PathBuf) -> Work {
     Box::new(move || {
         let (models, _) = tobj::load_obj(&file, &tobj::LoadOptions { triangulate: true, ..Default::default() })?;
-        let count = |of: fn(&tobj::Mesh) -> usize| models.iter().map(|model| of(&model.mesh) / 3).sum::<usize>();
+        let count = |len: fn(&tobj::Mesh) -> usize| models.iter().map(|model| len(&model.mesh) / 3).sum::<usize>();
         let (points, triangles) = (count(|mesh| mesh.positions.len()), count(|mesh| mesh.indices.len()));
         Ok(Answer::facts(json!({"points": points, "triangles": triangles})))
     })
@@ -24,7 +24,7 @@ pub fn ours(file: PathBuf) -> Work {
     })
 }
 
-/// A hilly sheet, in six decimals as most programs write.
+/// Writes a hilly sheet with six decimals, as most programs do.
 pub fn write(triangles: usize, file: &Path) -> Result<()> {
     let side = ((triangles as f64 / 2.0).sqrt().ceil() as usize).max(1);
     let mut text = String::new();

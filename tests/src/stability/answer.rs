@@ -1,16 +1,17 @@
-//! One query in a number type that is chosen when it is made, and its answer in f64.
+//! One query in a number type chosen at run time, and its answer in f64.
 
 use nalgebra::Vector3;
-use sdf_core::contact::{ContactStatus, Element, Outcome, contact};
+use sdf_core::contact::{ContactStatus, Outcome, contact};
 use sdf_core::minimize::Minimizer;
 use sdf_core::{Float, Simplex};
 
-use crate::any_field::AnyField;
 use crate::methods::Method;
+use crate::oracle::element;
+use crate::scene_field::SceneField;
 
 type Point = Vector3<f64>;
 
-/// What a query is asked in.
+/// The number type of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     Single,
@@ -34,7 +35,7 @@ impl Number {
         }
     }
 
-    /// The nearest number that is no less: the same, or the next one.
+    /// The smallest number of the type that is at least `x`.
     pub fn round_up(self, x: f64) -> f64 {
         let nearest = x as f32;
         match self {
@@ -45,7 +46,7 @@ impl Number {
     }
 }
 
-/// What became of an element.
+/// The outcome of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     NotFinite,
@@ -57,57 +58,58 @@ pub enum Fate {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     pub fate: Fate,
-    /// None of an element that was culled or not finite.
-    pub found: Option<Found>,
+    /// `None` for an element that was culled or is not finite.
+    pub minimum: Option<FoundMinimum>,
 }
 
-/// The point that a search ended at.
+/// The point that a search ended at, and the bounds that came with it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundMinimum {
     pub weights: Vec<f64>,
     pub point: Point,
     pub value: f64,
     pub lower_bound: f64,
     pub converged: bool,
-    /// Normal and surface point, of a contact.
+    /// Normal and surface point of a contact.
     pub surface: Option<[Point; 2]>,
 }
 
-impl Found {
+impl FoundMinimum {
     pub fn is_finite(&self) -> bool {
         let points = self.surface.iter().flatten().chain([&self.point]);
-        // A bound may be −∞, where nothing is certain.
+        // A lower bound of −∞ is valid: nothing is certain then.
         points.flat_map(|point| point.iter()).chain(&self.weights).chain([&self.value]).all(|x| x.is_finite())
             && !self.lower_bound.is_nan()
     }
 }
 
-/// The contact of the element with these corners, one to three. With a margin of infinity it is one at its least value.
-pub fn ask(field: &AnyField, method: &Method, margin: f64, corners: &[Point], number: Number) -> Answer {
+/// The contact of the element with these corners, one to three. An infinite margin makes every element a contact at its
+/// minimum.
+pub fn query(field: &SceneField, method: &Method, margin: f64, corners: &[Point], number: Number) -> Answer {
     match (number, corners) {
-        (Number::Single, &[a]) => of_type::<f32, 1>(field, method, margin, [a]),
-        (Number::Single, &[a, b]) => of_type::<f32, 2>(field, method, margin, [a, b]),
-        (Number::Single, &[a, b, c]) => of_type::<f32, 3>(field, method, margin, [a, b, c]),
-        (Number::Double, &[a]) => of_type::<f64, 1>(field, method, margin, [a]),
-        (Number::Double, &[a, b]) => of_type::<f64, 2>(field, method, margin, [a, b]),
-        (Number::Double, &[a, b, c]) => of_type::<f64, 3>(field, method, margin, [a, b, c]),
+        (Number::Single, &[a]) => query_in::<f32, 1>(field, method, margin, [a]),
+        (Number::Single, &[a, b]) => query_in::<f32, 2>(field, method, margin, [a, b]),
+        (Number::Single, &[a, b, c]) => query_in::<f32, 3>(field, method, margin, [a, b, c]),
+        (Number::Double, &[a]) => query_in::<f64, 1>(field, method, margin, [a]),
+        (Number::Double, &[a, b]) => query_in::<f64, 2>(field, method, margin, [a, b]),
+        (Number::Double, &[a, b, c]) => query_in::<f64, 3>(field, method, margin, [a, b, c]),
         _ => panic!("an element has one to three corners, not {}", corners.len()),
     }
 }
 
-fn of_type<R: Float, const N: usize>(field: &AnyField, method: &Method, margin: f64, corners: [Point; N]) -> Answer
+fn query_in<R: Float, const N: usize>(field: &SceneField, method: &Method, margin: f64, corners: [Point; N]) -> Answer
 where
     Method: Minimizer<N>,
 {
     let simplex = Simplex { corners: corners.map(|corner| corner.map(R::from_f64)) };
-    let element = Element { id: 0, vertices: std::array::from_fn(|corner| corner as u32), simplex };
+    let element = element(0, simplex);
     let to_f64 = |point: Vector3<R>| point.map(R::to_f64);
     match contact(field, method, R::from_f64(margin), &element) {
-        Outcome::NotFinite => Answer { fate: Fate::NotFinite, found: None },
-        Outcome::Culled => Answer { fate: Fate::Culled, found: None },
+        Outcome::NotFinite => Answer { fate: Fate::NotFinite, minimum: None },
+        Outcome::Culled => Answer { fate: Fate::Culled, minimum: None },
         Outcome::Separated(minimum) => Answer {
             fate: Fate::Separated,
-            found: Some(Found {
+            minimum: Some(FoundMinimum {
                 weights: minimum.weights.map(R::to_f64).to_vec(),
                 point: to_f64(minimum.point),
                 value: minimum.sample.value.to_f64(),
@@ -118,13 +120,17 @@ where
         },
         Outcome::Contact(contact) => Answer {
             fate: Fate::Contact(contact.status),
-            found: Some(Found {
+            minimum: Some(FoundMinimum {
                 weights: contact.weights.map(R::to_f64).to_vec(),
                 point: to_f64(contact.point),
                 value: contact.distance.to_f64(),
                 lower_bound: contact.lower_bound.to_f64(),
-                // What the minimizer says stands behind the other doubts of the status.
-                converged: method.minimize(field, &simplex).converged,
+                // The status reports other problems first, so it can hide whether the minimizer converged.
+                converged: match contact.status {
+                    ContactStatus::Converged => true,
+                    ContactStatus::BudgetSpent => false,
+                    _ => method.minimize(field, &simplex).converged,
+                },
                 surface: Some([to_f64(contact.normal), to_f64(contact.surface_point)]),
             }),
         },

@@ -1,48 +1,52 @@
-//! How far a contact moves when the body does, hardly: on elements that cross an edge of the body, or a rounded one, where the
-//! true contact moves smoothly (Fig. 2 and Fig. 4 of Macklin et al. 2020).
+//! Jitter: motion of a contact when the body moves a little (Fig. 2 and Fig. 4 of Macklin et al. 2020).
+//!
+//! Elements cross a sharp or rounded edge of the body, where the true contact moves as smoothly as the body.
 
 use nalgebra::Vector3;
 use sdf_core::EnclosedSdf;
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid, RoundedBox};
 
-use super::answer::{Number, ask};
+use super::answer::{Number, query};
 use super::problem::{BUDGET, name};
-use crate::any_field::AnyField;
 use crate::methods::methods;
 use crate::random::Random;
+use crate::scene_field::SceneField;
 use crate::scenes::{cube_lattice, sampled, sampled_in_bricks};
 
 type Point = Vector3<f64>;
 
-/// How far the body moves, and turns in radians. The element's crossing edge is one long.
-pub const MOVE: f64 = 1e-5;
+/// The body's translation in one step, in lengths of the crossing edge, which is 1; and twice its rotation in radians.
+pub const STEP: f64 = 1e-5;
 
-/// How far a contact may move then, in edges.
-pub const ALLOWED: f64 = 1e-3;
+/// A contact that moves farther than this in one step, in edges, jumps.
+pub const MAX_SMOOTH: f64 = 1e-3;
 
-/// How far the body moves on the way on which the largest jump is looked for: thousands of small moves.
-const WAY: f64 = 0.05;
+/// The body's path on which the largest jump is searched: thousands of steps.
+const PATH: f64 = 0.05;
 
-/// A body with an edge, sharp or round, along x through the origin, and the rest of it below.
+/// A body with a sharp or round edge along x through the origin, and the rest of it below.
 pub struct Ridge {
     pub name: &'static str,
-    /// Stored as samples.
+    /// Stored as samples, not in closed form.
     pub is_grid: bool,
-    field: AnyField,
+    field: SceneField,
 }
 
-/// Half of the sides of the boxes across their edge.
+/// Half the side of a box's cross-section.
 const HALF: f64 = 0.5;
 
-/// Turned by an eighth about x, so that an edge is on top, and shifted down to the origin.
-fn on_edge(field: impl EnclosedSdf + 'static) -> AnyField {
+/// Rotated by 45° about x, so that an edge is on top, and shifted down so that it meets the origin.
+fn on_edge(field: impl EnclosedSdf + 'static) -> SceneField {
     let down = [0.0, 0.0, -HALF * std::f64::consts::SQRT_2];
     let (sin, cos) = (std::f64::consts::PI / 8.0).sin_cos();
-    AnyField::new(Placed { field, placement: Rigid::new(down, [sin, 0.0, 0.0, cos]).unwrap() })
+    SceneField::new(Placed {
+        field: SceneField::new(field),
+        placement: Rigid::new(down, [sin, 0.0, 0.0, cos]).unwrap(),
+    })
 }
 
-/// The bodies, analytic and stored.
+/// Ridges in closed form and in grids.
 pub fn ridges() -> Vec<Ridge> {
     let ridge = |name, is_grid, field| Ridge { name, is_grid, field };
     let cuboid = Cuboid::new([1.0, HALF, HALF]).unwrap();
@@ -52,76 +56,78 @@ pub fn ridges() -> Vec<Ridge> {
     vec![
         ridge("box", false, on_edge(cuboid)),
         ridge("rounded box", false, on_edge(rounded)),
-        ridge("capsule", false, AnyField::new(capsule)),
+        ridge("capsule", false, SceneField::new(capsule)),
         ridge("box in a dense grid", true, on_edge(sampled(&cuboid, lattice, 1.0))),
         ridge("box in a sparse grid", true, on_edge(sampled_in_bricks::<f32>(&cuboid, lattice, 0.125))),
     ]
 }
 
-/// What is moved against a ridge.
+/// The element that crosses a ridge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crossing {
     Edge,
-    /// A face whose edge it is, the rest of it above.
+    /// A face with the crossing edge as its lowest, the rest of it above.
     Face,
 }
 
-/// How far the contacts of one method move, in edges, rising.
+/// Distances that the contacts of one method move, in edges, ascending.
 #[derive(Clone, Debug)]
 pub struct Jitter {
     pub method: String,
-    /// At one small move of the body.
+    /// Distances moved in one step of the body.
     pub moves: Vec<f64>,
-    /// At the small move, of all on a long way, at which the contact jumps the most.
+    /// Distances moved in that step of a long path in which the contact moves farthest.
     pub jumps: Vec<f64>,
 }
 
-/// That which the given share is not above.
-pub fn quantile(rising: &[f64], share: f64) -> f64 {
-    rising[((rising.len() - 1) as f64 * share).round() as usize]
+/// The quantile of ascending numbers: `fraction` of them are at most as large.
+pub fn quantile(ascending: &[f64], fraction: f64) -> f64 {
+    ascending[((ascending.len() - 1) as f64 * fraction).round() as usize]
 }
 
-/// A unit edge across the ridge at more than 30°, its contact well inside, and a third corner above.
+/// A unit edge across the ridge at more than 30°, with the contact away from its ends, and a third corner above.
 fn crossing(random: &mut Random) -> [Point; 3] {
     let angle = random.between(0.55, 2.6);
     let along = Vector3::new(angle.cos(), angle.sin(), random.between(-0.2, 0.2)).normalize();
     let middle = Vector3::new(random.between(-0.4, 0.4), random.between(-0.01, 0.01), random.between(-0.05, 0.05));
-    let share = random.between(0.3, 0.7);
+    let t = random.between(0.3, 0.7);
     let up = Vector3::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), 1.0);
-    [middle - along * share, middle + along * (1.0 - share), middle + up]
+    [middle - along * t, middle + along * (1.0 - t), middle + up]
 }
 
-/// A straight way of the body, and a turn, at most half as far at the ends of the crossing edge.
-struct Way {
+/// A translation of the body together with a rotation by half as much.
+struct Motion {
     direction: Point,
     axis: Point,
 }
 
-impl Way {
+impl Motion {
     fn random(random: &mut Random) -> Self {
         Self { direction: random.direction(), axis: random.direction() * 0.5 }
     }
 
-    fn body_at(&self, field: &AnyField, length: f64) -> AnyField {
-        let (way, turn) = (self.direction * length, self.axis * (0.5 * length));
-        let placement = Rigid::new(way.into(), [turn.x, turn.y, turn.z, 1.0]).unwrap();
-        AnyField::new(Placed { field: field.clone(), placement })
+    fn moved_field(&self, field: &SceneField, length: f64) -> SceneField {
+        let (translation, half_turn) = (self.direction * length, self.axis * (0.5 * length));
+        let placement = Rigid::new(translation.into(), [half_turn.x, half_turn.y, half_turn.z, 1.0]).unwrap();
+        SceneField::new(Placed { field: field.clone(), placement })
     }
 }
 
-/// The most that a point moves over a small move of the way: of two halves the one over which it moves more, again and
-/// again. A jump is not lost, for the half with it moves by at least as much.
-fn largest_jump(at: impl Fn(f64) -> Point) -> f64 {
+/// The farthest that a point moves in one step of the path, by bisection.
+///
+/// Each bisection keeps the half over which the point moves farther. A jump is not lost: the half that contains it moves by at
+/// least as much.
+fn largest_jump(point: impl Fn(f64) -> Point) -> f64 {
     const PARTS: u32 = 16;
-    let part = |k: u32| WAY * f64::from(k) / f64::from(PARTS);
-    let points: Vec<Point> = (0..=PARTS).map(|k| at(part(k))).collect();
+    let part = |k: u32| PATH * f64::from(k) / f64::from(PARTS);
+    let points: Vec<Point> = (0..=PARTS).map(|k| point(part(k))).collect();
     let moved = |k: u32| (points[k as usize + 1] - points[k as usize]).norm();
-    let most = (0..PARTS).max_by(|a, b| moved(*a).total_cmp(&moved(*b))).unwrap();
-    let (mut from, mut to) = (part(most), part(most + 1));
-    let (mut before, mut after) = (points[most as usize], points[most as usize + 1]);
-    while to - from > MOVE {
+    let farthest = (0..PARTS).max_by(|a, b| moved(*a).total_cmp(&moved(*b))).unwrap();
+    let (mut from, mut to) = (part(farthest), part(farthest + 1));
+    let (mut before, mut after) = (points[farthest as usize], points[farthest as usize + 1]);
+    while to - from > STEP {
         let middle = 0.5 * (from + to);
-        let between = at(middle);
+        let between = point(middle);
         if (between - before).norm() < (after - between).norm() {
             (from, before) = (middle, between);
         } else {
@@ -131,31 +137,32 @@ fn largest_jump(at: impl Fn(f64) -> Point) -> f64 {
     (after - before).norm()
 }
 
-/// Of the methods that are wanted by name, over `rounds` elements for each ridge, analytic or stored.
+/// The jitter of the methods that `is_wanted` selects by name, over `rounds` elements for each ridge in a grid, or in closed
+/// form.
 pub fn jitters(
     is_grid: bool,
     crossing: Crossing,
     number: Number,
     rounds: usize,
-    wanted: impl Fn(&str) -> bool,
+    is_wanted: impl Fn(&str) -> bool,
 ) -> Vec<Jitter> {
     let mut random = Random::with_seed(20_201_121);
     let corners = if crossing == Crossing::Edge { 2 } else { 3 };
     let mut methods = methods(corners, BUDGET);
-    methods.retain(|method| wanted(&name(method)));
-    let new = |method| Jitter { method: name(method), moves: vec![], jumps: vec![] };
-    let mut jitters: Vec<Jitter> = methods.iter().map(new).collect();
+    methods.retain(|method| is_wanted(&name(method)));
+    let empty = |method| Jitter { method: name(method), moves: vec![], jumps: vec![] };
+    let mut jitters: Vec<Jitter> = methods.iter().map(empty).collect();
     for ridge in ridges().iter().filter(|ridge| ridge.is_grid == is_grid) {
         for _ in 0..rounds {
             let element = self::crossing(&mut random);
-            let way = Way::random(&mut random);
+            let motion = Motion::random(&mut random);
             for (method, jitter) in methods.iter().zip(&mut jitters) {
-                let at = |length: f64| {
-                    let body = way.body_at(&ridge.field, length);
-                    ask(&body, method, f64::INFINITY, &element[..corners], number).found.unwrap().point
+                let contact_point = |length: f64| {
+                    let field = motion.moved_field(&ridge.field, length);
+                    query(&field, method, f64::INFINITY, &element[..corners], number).minimum.unwrap().point
                 };
-                jitter.moves.push((at(MOVE) - at(0.0)).norm());
-                jitter.jumps.push(largest_jump(at));
+                jitter.moves.push((contact_point(STEP) - contact_point(0.0)).norm());
+                jitter.jumps.push(largest_jump(contact_point));
             }
         }
     }

@@ -1,44 +1,43 @@
-//! Every problem of a case put to a method in a number type: what was promised is checked, and what came out is counted.
+//! Puts every problem of a case to every method in every number type, checks what is promised, and counts the outcomes.
 
 use sdf_core::Sdf;
 use sdf_core::contact::ContactStatus;
 
-use super::answer::{Fate, Found, Number, ask};
+use super::answer::{Fate, FoundMinimum, Number, query};
 use super::cases::Case;
-use super::problem::{BUDGET, Problem, ROUNDINGS, TOLERANCE, certifies, name};
-use crate::methods::{Method, methods};
+use super::problem::{Problem, ROUNDINGS, TOLERANCE, certifies, name};
+use crate::methods::Method;
 
-/// What came of the problems of one case by one method in one number type.
+/// The outcomes of one case by one method in one number type.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     pub method: String,
     pub number: &'static str,
-    /// How often an element was asked for its least value.
+    /// Elements whose minimum was searched for.
     pub searches: usize,
-    /// The same with a margin near its least value.
+    /// Queries with a margin near the minimum.
     pub queries: usize,
     pub converged: usize,
     pub budget_spent: usize,
     pub degenerate: usize,
     pub outside: usize,
     pub culled: usize,
-    pub apart: usize,
+    pub separated: usize,
     pub contacts: usize,
-    /// Elements within the margin that were called apart, with a lower bound that leaves it open.
+    /// Elements within the margin that were called separated, with a lower bound that leaves it open.
     pub undecided: usize,
-    /// Elements within the margin that were culled, or called apart by a lower bound above it.
+    /// Elements within the margin that were culled, or called separated with a lower bound above it.
     pub lost: usize,
-    /// The most that an answer was above the truth, in longest edge · slope bound, of elements where rounding is less than
-    /// that.
+    /// The largest error of an answer, in longest edge · slope bound, over elements where rounding is smaller than that.
     pub worst_error: f64,
-    /// The most that an answer was above the truth, over what its own lower bound and rounding allow.
+    /// The largest error of an answer, relative to what its own lower bound and rounding allow.
     pub worst_of_bound: f64,
-    /// The most that the value differed from the field's own in f64 at the same point, and at vertices from the answer in f64,
-    /// in ε · max(slope bound · largest length, value).
+    /// The largest difference between the value and the field's own in f64 at the same point, and at vertices between the
+    /// value and the answer in f64, in ε · max(slope bound · largest length, |value|).
     pub worst_rounding: f64,
-    /// The most that the answer differed from that in f64, over what both lower bounds and rounding allow.
+    /// The largest difference between the answer and that in f64, relative to what both lower bounds and rounding allow.
     pub worst_difference: f64,
-    /// The largest of the bounds on the error, in longest edge · slope bound.
+    /// The largest bound on the error, in longest edge · slope bound.
     pub bound: f64,
     /// Promises that did not hold.
     pub broken: Vec<String>,
@@ -51,9 +50,9 @@ pub fn tallies(case: &Case) -> Vec<Tally> {
         for triangle in &body.elements {
             for corners in 1..=3 {
                 let problem = Problem::new(body, triangle, corners);
-                for method in methods(corners, BUDGET) {
+                for (method, in_f64) in problem.methods_in_f64() {
                     for number in Number::BOTH {
-                        tally_of(&mut tallies, &method, number).put(&problem, &method, number);
+                        tally_of(&mut tallies, &method, number).add(&problem, &method, number, in_f64);
                     }
                 }
             }
@@ -62,46 +61,50 @@ pub fn tallies(case: &Case) -> Vec<Tally> {
     tallies
 }
 
-/// A new one at the first query of a method.
+/// The tally of this method and number type, new at its first query.
 fn tally_of<'a>(tallies: &'a mut Vec<Tally>, method: &Method, number: Number) -> &'a mut Tally {
     let (method, number) = (name(method), number.name());
-    let at = tallies.iter().position(|tally| tally.method == method && tally.number == number).unwrap_or(tallies.len());
-    if at == tallies.len() {
+    let index =
+        tallies.iter().position(|tally| tally.method == method && tally.number == number).unwrap_or(tallies.len());
+    if index == tallies.len() {
         tallies.push(Tally { method, number, ..Tally::default() });
     }
-    &mut tallies[at]
+    &mut tallies[index]
 }
 
 impl Tally {
-    fn put(&mut self, problem: &Problem, method: &Method, number: Number) {
-        let found = problem.least(method, number);
+    fn add(&mut self, problem: &Problem, method: &Method, number: Number, in_f64: &FoundMinimum) {
+        let found = match number {
+            Number::Single => problem.minimum(method, number),
+            Number::Double => in_f64.clone(),
+        };
         self.searches += 1;
-        self.is_valid(problem, number, &found);
-        let bound = self.is_near_the_truth(problem, method, number, &found);
-        self.is_near_double(problem, method, number, &found, bound);
-        let rests = ask(&problem.body.field, method, found.value, &problem.corners, number);
-        let is_contact = matches!(rests.fate, Fate::Contact(_));
-        self.expect(is_contact, "what rests at the margin exactly is a contact", problem, &(found.value, &rests));
+        self.check_point(problem, number, &found);
+        let bound = self.check_truth(problem, method, number, &found);
+        self.check_against_f64(problem, number, &found, bound, in_f64);
+        let resting = query(&problem.body.field, method, found.value, &problem.corners, number);
+        let is_contact = matches!(resting.fate, Fate::Contact(_));
+        self.expect(is_contact, "what rests at the margin exactly is a contact", problem, &(found.value, &resting));
         let rounding = problem.rounding(number, problem.truth);
-        for beyond in
+        for excess in
             [1.01 * rounding, 2.0 * TOLERANCE * problem.range + 10.0 * rounding, 0.1 * problem.range + rounding]
         {
-            self.query(problem, method, number, problem.truth + beyond);
+            self.check_contact(problem, method, number, problem.truth + excess);
         }
     }
 
-    fn expect(&mut self, holds: bool, promise: &str, problem: &Problem, told: &dyn std::fmt::Debug) {
+    fn expect(&mut self, holds: bool, promise: &str, problem: &Problem, details: &dyn std::fmt::Debug) {
         if !holds {
             let Problem { body, corners, truth, floor, .. } = problem;
             self.broken.push(format!(
-                "{promise}: {} in {} at {} on {corners:?}, truth {truth:e} (floor {floor:e}): {told:?}",
+                "{promise}: {} in {} at {} on {corners:?}, truth {truth:e} (floor {floor:e}): {details:?}",
                 self.method, self.number, body.name
             ));
         }
     }
 
-    /// That what was found is a point of the element and what the field says there.
-    fn is_valid(&mut self, problem: &Problem, number: Number, found: &Found) {
+    /// Checks that the minimum is at a point of the element, with the field's value there.
+    fn check_point(&mut self, problem: &Problem, number: Number, found: &FoundMinimum) {
         self.expect(found.is_finite(), "nothing is NaN", problem, found);
         let sum: f64 = found.weights.iter().sum();
         let are_weights = found.weights.iter().all(|weight| *weight >= 0.0);
@@ -112,15 +115,15 @@ impl Tally {
         self.expect(is_normal, "a normal is of length one", problem, found);
 
         let rounding = problem.rounding(number, found.value);
-        let off = (found.value - problem.value(found.point)).abs();
-        self.worst_rounding = self.worst_rounding.max(off / rounding * ROUNDINGS);
-        self.expect(off <= rounding, "the value is the field's own", problem, found);
-        let beside = (found.point - problem.point(&found.weights)).norm() * problem.body.field.slope_bound();
-        self.expect(beside <= rounding, "the point is that of the weights", problem, found);
+        let error = (found.value - problem.value(found.point)).abs();
+        self.worst_rounding = self.worst_rounding.max(error / rounding * ROUNDINGS);
+        self.expect(error <= rounding, "the value is the field's own", problem, found);
+        let shift = (found.point - problem.point(&found.weights)).norm() * problem.body.field.slope_bound();
+        self.expect(shift <= rounding, "the point is that of the weights", problem, found);
     }
 
-    /// That the truth lies between what was found and what was proven. Answers the bound on the error.
-    fn is_near_the_truth(&mut self, problem: &Problem, method: &Method, number: Number, found: &Found) -> f64 {
+    /// Checks that the truth lies between the lower bound and the value. Returns the bound on the error.
+    fn check_truth(&mut self, problem: &Problem, method: &Method, number: Number, found: &FoundMinimum) -> f64 {
         let rounding = problem.rounding(number, found.value);
         let bound = (found.value - found.lower_bound).max(0.0) + rounding;
         let error = found.value - problem.truth;
@@ -137,27 +140,33 @@ impl Tally {
         bound
     }
 
-    /// That it is as near the answer in f64 as the bounds of both say.
-    fn is_near_double(&mut self, problem: &Problem, method: &Method, number: Number, found: &Found, bound: f64) {
+    /// Checks that the answer differs from that in f64 by no more than the bounds of both.
+    fn check_against_f64(
+        &mut self,
+        problem: &Problem,
+        number: Number,
+        found: &FoundMinimum,
+        bound: f64,
+        in_f64: &FoundMinimum,
+    ) {
         let rounding = problem.rounding(number, found.value);
-        let double = problem.least(method, Number::Double);
-        let allowed = bound.max(double.value - double.lower_bound + rounding);
-        let difference = (found.value - double.value).abs();
+        let allowed = bound.max(in_f64.value - in_f64.lower_bound + rounding);
+        let difference = (found.value - in_f64.value).abs();
         self.worst_difference = self.worst_difference.max(difference / allowed);
-        self.expect(difference <= allowed, "f32 is as near f64 as both bounds say", problem, &(found, &double));
+        self.expect(difference <= allowed, "f32 is as near f64 as both bounds say", problem, &(found, in_f64));
         if problem.corners.len() == 1 {
             self.worst_rounding = self.worst_rounding.max(difference / rounding * ROUNDINGS);
             self.expect(difference <= rounding, "f32 at a vertex is off by rounding alone", problem, found);
         }
     }
 
-    /// Of an element that has a point within the margin, by more than rounding.
-    fn query(&mut self, problem: &Problem, method: &Method, number: Number, margin: f64) {
+    /// Checks that an element with a point within the margin, by more than rounding, is not lost.
+    fn check_contact(&mut self, problem: &Problem, method: &Method, number: Number, margin: f64) {
         let margin = number.round_up(margin);
-        let answer = ask(&problem.body.field, method, margin, &problem.corners, number);
+        let answer = query(&problem.body.field, method, margin, &problem.corners, number);
         self.queries += 1;
-        let told = (margin, &answer);
-        match (answer.fate, &answer.found) {
+        let details = (margin, &answer);
+        match (answer.fate, &answer.minimum) {
             (Fate::Contact(status), Some(found)) => {
                 self.contacts += 1;
                 *match status {
@@ -167,25 +176,25 @@ impl Tally {
                     ContactStatus::OutsideGrid => &mut self.outside,
                 } += 1;
                 let is_within = found.is_finite() && found.value <= margin;
-                self.expect(is_within, "a contact is finite and within the margin", problem, &told);
+                self.expect(is_within, "a contact is finite and within the margin", problem, &details);
             }
             (Fate::Separated, Some(found)) => {
-                self.apart += 1;
+                self.separated += 1;
                 let is_lost = found.lower_bound > margin;
                 self.lost += usize::from(is_lost);
                 self.undecided += usize::from(!is_lost);
-                self.expect(!is_lost, "no contact is lost", problem, &told);
-                // Within its tolerance a certified search cannot tell.
+                self.expect(!is_lost, "no contact is lost", problem, &details);
+                // Within its tolerance a certified search may end on either side of the margin.
                 let gap = problem.gap(number, found.value);
-                let is_sure = certifies(method) && found.converged && margin - problem.truth > gap;
-                self.expect(!is_sure, "a certified search that converged misses nothing", problem, &told);
+                let is_certain = certifies(method) && found.converged && margin - problem.truth > gap;
+                self.expect(!is_certain, "a certified search that converged misses nothing", problem, &details);
             }
             (Fate::Culled, _) => {
                 self.culled += 1;
                 self.lost += 1;
-                self.expect(false, "no contact is culled", problem, &told);
+                self.expect(false, "no contact is culled", problem, &details);
             }
-            _ => self.expect(false, "what is finite is answered", problem, &told),
+            _ => self.expect(false, "what is finite is answered", problem, &details),
         }
     }
 }

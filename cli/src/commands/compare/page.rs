@@ -75,9 +75,8 @@ fn plot(comparison: &Comparison) -> String {
     let errors = comparison.methods.iter().map(|report| report.error_worst).filter(|error| *error > 0.0);
     let (low_time, high_time) = decades(comparison.methods.iter().map(|report| report.seconds.max(1e-9)));
     let (low_error, high_error) = decades(errors);
-    let x = |seconds: f64| {
-        LEFT + (WIDTH - LEFT - RIGHT) * (seconds.max(1e-9).log10() - low_time) / (high_time - low_time)
-    };
+    let x =
+        |seconds: f64| LEFT + (WIDTH - LEFT - RIGHT) * (seconds.max(1e-9).log10() - low_time) / (high_time - low_time);
     let y = |error: f64| {
         let share = if error > 0.0 { (error.log10() - low_error) / (high_error - low_error) } else { 0.0 };
         HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * share

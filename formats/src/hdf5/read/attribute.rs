@@ -1,5 +1,5 @@
-//! Values of attributes: attribute messages (section IV.A.2.m) with a datatype (IV.A.2.d), a dataspace (IV.A.2.b), and texts
-//! of variable length in a global heap (III.E).
+//! Values of attributes: attribute messages (section IV.A.2.m) with a datatype (IV.A.2.d), a dataspace (IV.A.2.b), and
+//! texts of variable length in a global heap (III.E).
 
 use super::fields::Fields;
 use super::object::Object;
@@ -51,7 +51,7 @@ pub(super) fn read(source: &ByteSource, object: &Object, name: &str) -> Result<V
         if version == 3 {
             fields.skip(1)?;
         }
-        if until_nul(fields.bytes(name_size)?) != name.as_bytes() {
+        if text_before_nul(fields.bytes(name_size)?) != name.as_bytes() {
             continue;
         }
         let datatype = if version > 1 && flags != 0 { None } else { datatype(fields.bytes(type_size)?)? };
@@ -59,7 +59,7 @@ pub(super) fn read(source: &ByteSource, object: &Object, name: &str) -> Result<V
         let unknown = || ReadError::unexpected(format!("its attribute {name} has an unexpected type"));
         return match (datatype.ok_or_else(unknown)?, count) {
             (Type::HeapText, 1) => heap_text(source, fields),
-            (Type::FixedText { size }, 1) => text(until_nul(fields.bytes(size)?)),
+            (Type::FixedText { size }, 1) => text(text_before_nul(fields.bytes(size)?)),
             (Type::F64, _) => {
                 let numbers = fields.bytes(count * 8)?.chunks_exact(8);
                 let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("chunks of 8 bytes"));
@@ -129,7 +129,7 @@ fn heap_text(source: &ByteSource, mut reference: Fields) -> Result<Value, ReadEr
     if length > MAX_TEXT_BYTES {
         return Err(ReadError::damaged(format!("a text has {length} bytes")));
     }
-    let head = source.at(address, 16)?;
+    let head = source.read(address, 16)?;
     let mut fields = Fields(&head);
     fields.expect(b"GCOL")?;
     fields.skip(4)?;
@@ -137,7 +137,7 @@ fn heap_text(source: &ByteSource, mut reference: Fields) -> Result<Value, ReadEr
     if !(16..=MAX_HEAP_BYTES).contains(&size) {
         return Err(ReadError::damaged(format!("a heap of texts has {size} bytes")));
     }
-    let heap = source.at(address + 16, size as usize - 16)?;
+    let heap = source.read(address + 16, size as usize - 16)?;
     let mut fields = Fields(&heap);
     loop {
         let index = fields.u16()?;
@@ -158,7 +158,7 @@ fn text(bytes: &[u8]) -> Result<Value, ReadError> {
     Ok(Value::Text(text.to_owned()))
 }
 
-fn until_nul(bytes: &[u8]) -> &[u8] {
+fn text_before_nul(bytes: &[u8]) -> &[u8] {
     bytes.split(|byte| *byte == 0).next().unwrap_or_default()
 }
 

@@ -1,7 +1,7 @@
 //! Addresses of a dataset's chunks, from its header messages and its version 1 B-tree.
 //!
 //! Whatever a file declares is checked before memory is taken for it: the tree must have room for an entry a chunk, and
-//! each chunk must store at least 1/1032 of its bytes, which is the most that deflate can compress.
+//! each chunk must store at least 1/1032 of its bytes, the limit of deflate.
 
 use super::ReadError;
 use super::fields::Fields;
@@ -25,7 +25,7 @@ const MAX_EXPANSION: u64 = 1032;
 /// Highest level of a tree's root. A tree of HDF5's default rank, half filled, then has 10⁹ chunks.
 const MAX_LEVEL: u8 = 5;
 
-/// Where the chunks of a dataset lie, and how they are stored.
+/// Location and form of a dataset's chunks.
 pub(super) struct ChunkIndex {
     pub tiling: Tiling,
     pub is_shuffled: bool,
@@ -80,7 +80,7 @@ fn entry_bytes(rank: usize) -> usize {
 
 /// A walk through the tree, with the chunks found so far.
 struct TreeWalk<'a> {
-    source: &'a ByteSource,
+    source: &'a ByteSource<'a>,
     name: &'static str,
     tiling: Tiling,
     rank: usize,
@@ -93,7 +93,7 @@ impl TreeWalk<'_> {
     /// Section III.A.1, node type 1. Levels fall by one from at most [`MAX_LEVEL`], every node leads to a chunk, and no
     /// chunk may come twice: this bounds depth and visits.
     fn visit(&mut self, node: u64, parent_level: Option<u8>) -> Result<(), ReadError> {
-        let head = self.source.at(node, 24)?;
+        let head = self.source.read(node, 24)?;
         let mut head = Fields(&head);
         head.expect(b"TREE")?;
         let [kind, level] = [head.u8()?, head.u8()?];
@@ -103,7 +103,7 @@ impl TreeWalk<'_> {
             return Err(ReadError::damaged("the tree of chunks is not a tree"));
         }
         let entry_bytes = entry_bytes(self.rank);
-        let entries = self.source.at(node + 24, count * entry_bytes)?;
+        let entries = self.source.read(node + 24, count * entry_bytes)?;
         for entry in entries.chunks_exact(entry_bytes) {
             if level > 0 {
                 self.visit(Fields(&entry[entry_bytes - 8..]).u64()?, Some(level))?;

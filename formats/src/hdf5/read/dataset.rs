@@ -50,11 +50,12 @@ impl<T: Element> Dataset<T> {
 
     /// All elements, the last axis fastest; zero outside the needed pieces.
     ///
-    /// Chunks of which nothing is needed are not read; of the others, only the needed pieces are copied. A piece has at most
-    /// `piece` elements along each axis. Memory that is never written to need not be provided by the system. Chunks of
-    /// different slabs are read in parallel; of several errors, that of the first slab is returned.
+    /// Chunks of which nothing is needed are not read; of the others, only the needed pieces are copied. A piece has at
+    /// most `piece` elements along each axis. Memory that is never written to need not be provided by the system.
+    /// Chunks of different slabs are read in parallel; of several errors, that of the first slab is returned.
     ///
-    /// `check` is called with the index and the elements of each chunk that is read, decompressed and cut to the dataset.
+    /// `check` is called with the index and the elements of each chunk that is read, decompressed and cut to the
+    /// dataset.
     pub(super) fn read(
         &self,
         source: &ByteSource,

@@ -1,7 +1,7 @@
 //! Members of a group, by name: sections III.A.1, III.B, III.C and III.D.
 //!
-//! A group's symbol table message names a B-tree, whose leaf lists symbol table nodes, and a local heap, which holds the
-//! names. A group that fills more than one leaf is far larger than ours and is refused.
+//! A group's symbol table message names a B-tree, whose leaf lists symbol table nodes, and a local heap, which holds
+//! the names. A group that fills more than one leaf is far larger than ours and is refused.
 
 use super::ReadError;
 use super::fields::Fields;
@@ -26,12 +26,12 @@ pub(super) fn member(source: &ByteSource, group: &Object, name: &str) -> Result<
     let [tree, heap] = [table.u64()?, table.u64()?];
     let names = names(source, heap)?;
     for node in symbol_nodes(source, tree)? {
-        let head = source.at(node, 8)?;
+        let head = source.read(node, 8)?;
         let mut head = Fields(&head);
         head.expect(b"SNOD")?;
         head.skip(2)?;
         let count = checked_count(head.u16()?)?;
-        let entries = source.at(node + 8, count * 40)?;
+        let entries = source.read(node + 8, count * 40)?;
         for entry in entries.chunks_exact(40) {
             let mut entry = Fields(entry);
             let [name_offset, address] = [entry.u64()?, entry.u64()?];
@@ -46,7 +46,7 @@ pub(super) fn member(source: &ByteSource, group: &Object, name: &str) -> Result<
 
 /// Contents of the local heap.
 fn names(source: &ByteSource, heap: u64) -> Result<Vec<u8>, ReadError> {
-    let head = source.at(heap, 32)?;
+    let head = source.read(heap, 32)?;
     let mut head = Fields(&head);
     head.expect(b"HEAP")?;
     head.skip(4)?;
@@ -55,19 +55,19 @@ fn names(source: &ByteSource, heap: u64) -> Result<Vec<u8>, ReadError> {
     if size > MAX_NAMES_BYTES {
         return Err(ReadError::damaged(format!("the names of a group take {size} bytes")));
     }
-    source.at(head.u64()?, size as usize)
+    source.read(head.u64()?, size as usize)
 }
 
 /// Addresses of the symbol table nodes, from a tree that is a single leaf.
 fn symbol_nodes(source: &ByteSource, tree: u64) -> Result<Vec<u64>, ReadError> {
-    let head = source.at(tree, 24)?;
+    let head = source.read(tree, 24)?;
     let mut head = Fields(&head);
     head.expect(b"TREE")?;
     if [head.u8()?, head.u8()?] != [0, 0] {
         return Err(ReadError::unexpected("it has a group with too many members"));
     }
     let count = checked_count(head.u16()?)?;
-    let entries = source.at(tree + 24, count * 16)?;
+    let entries = source.read(tree + 24, count * 16)?;
     entries.chunks_exact(16).map(|entry| Fields(&entry[8..]).u64()).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Object headers of version 1: section IV.A.1.a.
 //!
-//! A header is a list of messages in one block, or in several that continuation messages chain. Bounds on blocks and bytes
-//! stop a header that continues in itself.
+//! A header is a list of messages in one block, or in several that continuation messages chain. Bounds on blocks and
+//! bytes stop a header that continues in itself.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,8 @@ use super::source::ByteSource;
 const CONTINUATION: u16 = 0x10;
 const SHARED: u8 = 2;
 
-/// Largest header, in bytes. Ours have less than 4 KiB, or a few times [`super::MAX_TEXT_BYTES`] with the longest texts.
+/// Largest header, in bytes. Ours have less than 4 KiB, or a few times [`super::MAX_TEXT_BYTES`] with the longest
+/// texts.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 const MAX_HEADER_BLOCKS: usize = 64;
 
@@ -28,7 +29,7 @@ struct Message {
 
 impl Object {
     pub(super) fn read(source: &ByteSource, address: u64) -> Result<Self, ReadError> {
-        let prefix = source.at(address, 16)?;
+        let prefix = source.read(address, 16)?;
         let mut fields = Fields(&prefix);
         let version = fields.u8()?;
         if version != 1 {
@@ -47,7 +48,7 @@ impl Object {
             if block_count > MAX_HEADER_BLOCKS || byte_count > MAX_HEADER_BYTES {
                 return Err(ReadError::damaged("an object header is too large"));
             }
-            let block = source.at(address, length)?;
+            let block = source.read(address, length)?;
             let mut fields = Fields(&block);
             while fields.0.len() >= 8 && messages.len() < count {
                 let kind = fields.u16()?;

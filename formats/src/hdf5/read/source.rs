@@ -1,3 +1,6 @@
+//! Bytes of a file by address. Reads outside of the file are errors, and take no memory.
+
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -6,14 +9,19 @@ use std::sync::{Mutex, PoisonError};
 
 use super::ReadError;
 
-/// A file, read by address from any thread.
-pub(super) struct ByteSource {
-    file: Mutex<File>,
+/// The bytes of a file, on disk or in memory, by address and from any thread.
+pub(super) struct ByteSource<'a> {
+    data: Data<'a>,
     length: u64,
     bytes_read: AtomicU64,
 }
 
-impl ByteSource {
+enum Data<'a> {
+    File(Mutex<File>),
+    Memory(Cow<'a, [u8]>),
+}
+
+impl<'a> ByteSource<'a> {
     pub(super) fn open(path: &Path) -> Result<Self, ReadError> {
         // Checked before opening, because opening a pipe waits for its writer.
         if !std::fs::metadata(path)?.is_file() {
@@ -21,7 +29,11 @@ impl ByteSource {
         }
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { file: Mutex::new(file), length, bytes_read: AtomicU64::new(0) })
+        Ok(Self { data: Data::File(Mutex::new(file)), length, bytes_read: AtomicU64::new(0) })
+    }
+
+    pub(super) fn new(bytes: Cow<'a, [u8]>) -> Self {
+        Self { length: bytes.len() as u64, data: Data::Memory(bytes), bytes_read: AtomicU64::new(0) }
     }
 
     pub(super) fn length(&self) -> u64 {
@@ -38,13 +50,13 @@ impl ByteSource {
     }
 
     /// The bytes at an address. Takes memory only for what the source holds.
-    pub(super) fn at(&self, address: u64, count: usize) -> Result<Vec<u8>, ReadError> {
+    pub(super) fn read(&self, address: u64, count: usize) -> Result<Vec<u8>, ReadError> {
         let mut bytes = Vec::new();
         self.read_into(address, count, &mut bytes)?;
         Ok(bytes)
     }
 
-    /// Like [`Self::at`], but reuses a buffer.
+    /// Like [`Self::read`], but reuses a buffer.
     pub(super) fn read_into(&self, address: u64, count: usize, buffer: &mut Vec<u8>) -> Result<(), ReadError> {
         if !self.contains(address, count as u64) {
             return Err(ReadError::damaged(format!(
@@ -52,11 +64,19 @@ impl ByteSource {
                 self.length
             )));
         }
-        buffer.resize(count, 0);
-        // A thread that panicked leaves only a file position behind.
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.seek(SeekFrom::Start(address))?;
-        file.read_exact(buffer)?;
+        match &self.data {
+            Data::File(file) => {
+                buffer.resize(count, 0);
+                // A thread that panicked leaves only a file position behind.
+                let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
+                file.seek(SeekFrom::Start(address))?;
+                file.read_exact(buffer)?;
+            }
+            Data::Memory(bytes) => {
+                buffer.clear();
+                buffer.extend_from_slice(&bytes[address as usize..][..count]);
+            }
+        }
         self.bytes_read.fetch_add(count as u64, Ordering::Relaxed);
         Ok(())
     }

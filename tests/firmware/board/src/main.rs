@@ -8,11 +8,11 @@ use cortex_m_rt::entry;
 
 #[entry]
 fn main() -> ! {
-    scene::report(|byte| ask_debugger(WRITE_BYTE, (&raw const byte).addr()));
+    scene::report(|byte| call_debugger(WRITE_BYTE, (&raw const byte).addr()));
     exit(APPLICATION_EXIT)
 }
 
-/// Not linked as long as nothing can panic; the test looks for that.
+/// Not linked as long as nothing can panic, which `.ci/firmware.sh` checks.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     exit(RUN_TIME_ERROR)
@@ -26,12 +26,12 @@ const RUN_TIME_ERROR: usize = 0x20023;
 
 fn exit(reason: usize) -> ! {
     loop {
-        ask_debugger(EXIT, reason);
+        call_debugger(EXIT, reason);
     }
 }
 
-/// Stops the processor; the debugger, here QEMU, carries out the operation and lets it go on.
-fn ask_debugger(operation: usize, argument: usize) {
-    // SAFETY: of the two operations one reads the byte that the argument is the address of, the other reads nothing.
+/// Stops the processor. The debugger, here QEMU, performs the operation and resumes it.
+fn call_debugger(operation: usize, argument: usize) {
+    // SAFETY: one operation reads the byte at the address `argument`, the other reads no memory.
     unsafe { asm!("bkpt 0xab", inout("r0") operation => _, in("r1") argument, options(nostack, preserves_flags)) };
 }

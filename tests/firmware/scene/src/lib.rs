@@ -1,7 +1,7 @@
-//! One contact of a triangle with a grid in read-only memory, found in f32 by two methods, and the lines that tell it.
+//! One contact of a triangle with a grid in read-only memory, found in f32 by two methods, and the lines that report it.
 //!
-//! Host and board print the same bytes, or one of them does not compute what the other does. The lines are written
-//! without `core::fmt`, which can panic: so a panic linked into the board's program comes from the contact.
+//! Host and board must print the same bytes. The lines are written without `core::fmt`, which can panic: so a panic in the board's
+//! program comes from the contact.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -19,14 +19,14 @@ use sdf_core::nalgebra::Vector3;
 
 include!(concat!(env!("OUT_DIR"), "/grid.rs"));
 
-/// √3, rounded up: along each axis a true distance rises by at most the spacing from node to node, and so no interpolant
-/// of it is steeper.
+/// √3, rounded up. A true distance changes by at most the spacing from node to node along each axis, so each partial derivative of
+/// its interpolant is at most 1.
 const SLOPE_BOUND: f64 = 1.7321;
 
-/// One corner is outside the grid, two are near the shape, and the deepest point lies on the face between.
+/// One corner is outside the grid, two are near the shape, and the deepest point is inside the face.
 const TRIANGLE: [[f32; 3]; 3] = [[0.7, 0.05, 0.3], [-0.35, 0.45, 0.1], [-0.2, -0.4, 0.15]];
 
-/// Writes what became of the triangle, byte by byte.
+/// Writes the outcome of both searches, byte by byte.
 pub fn report(out: impl FnMut(u8)) {
     let mut page = Page(out);
     report_one(&mut page, triangle_contact(&FrankWolfe::default()));
@@ -39,7 +39,7 @@ fn report_one(page: &mut Page<impl FnMut(u8)>, outcome: Option<Outcome<f32, 3>>)
         None => page.text("the grid was refused\n"),
         Some(Outcome::NotFinite) => page.text("not finite\n"),
         Some(Outcome::Culled) => page.text("culled\n"),
-        Some(Outcome::Separated(minimum)) => page.numbers("apart", &[minimum.sample.value]),
+        Some(Outcome::Separated(minimum)) => page.numbers("separated", &[minimum.sample.value]),
         Some(Outcome::Contact(contact)) => write_contact(page, &contact),
     }
 }
@@ -47,7 +47,7 @@ fn report_one(page: &mut Page<impl FnMut(u8)>, outcome: Option<Outcome<f32, 3>>)
 fn triangle_contact(minimizer: &impl Minimizer<3>) -> Option<Outcome<f32, 3>> {
     let lattice = Lattice::new(ORIGIN, SPACING, [NODES; 3])?;
     let grid = Grid::new(lattice, Dense::new(&lattice, &SAMPLES)?, SLOPE_BOUND)?;
-    // The compiler must not know the corners, or it may find the contact itself.
+    // With known corners the compiler could compute the contact itself.
     let corners = black_box(TRIANGLE).map(Vector3::from);
     let element = Element { id: 17, vertices: [3, 5, 8], simplex: Simplex { corners } };
     Some(contact(&grid, minimizer, 0.0, &element))
@@ -60,17 +60,17 @@ fn write_contact(page: &mut Page<impl FnMut(u8)>, contact: &Contact<f32>) {
         ContactStatus::OutsideGrid => "outside the grid",
         ContactStatus::DegenerateGradient => "degenerate gradient",
     });
-    page.whole(" after", contact.evaluations);
+    page.integer(" after", contact.evaluations);
     page.text(" evaluations\n");
     match contact.feature {
-        Feature::Vertex(vertex) => page.whole("vertex", vertex),
+        Feature::Vertex(vertex) => page.integer("vertex", vertex),
         Feature::Edge([a, b]) => {
-            page.whole("edge", a);
-            page.whole("", b);
+            page.integer("edge", a);
+            page.integer("", b);
         }
-        Feature::Face(face) => page.whole("face", face),
+        Feature::Face(face) => page.integer("face", face),
     }
-    page.whole(" of element", contact.element);
+    page.integer(" of element", contact.element);
     page.text(" key ");
     page.bits((contact.key() >> 32) as u32);
     page.bits(contact.key() as u32);

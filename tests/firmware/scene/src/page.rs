@@ -1,4 +1,4 @@
-/// Text that leaves byte by byte. It never panics.
+/// Text output, byte by byte, without panics.
 pub struct Page<W>(pub W);
 
 impl<W: FnMut(u8)> Page<W> {
@@ -6,14 +6,14 @@ impl<W: FnMut(u8)> Page<W> {
         text.bytes().for_each(&mut self.0);
     }
 
-    /// A name, a space and a number.
-    pub fn whole(&mut self, name: &str, number: u32) {
+    /// A name, a space and an integer.
+    pub fn integer(&mut self, name: &str, number: u32) {
         self.text(name);
         self.text(" ");
         self.without_leading_zeros(&decimal(number));
     }
 
-    /// A line: the name, and each number for the eye, to six decimals and below 4000, then by its bits.
+    /// A line: the name, then each number in decimal for people (six decimals, below 4000) and as bits.
     pub fn numbers(&mut self, name: &str, numbers: &[f32]) {
         self.text(name);
         for number in numbers {

@@ -1,12 +1,12 @@
-//! Elements of no area, and those on which a field is sharp.
+//! Elements without area, and elements on creases and apexes of a field.
 
 use nalgebra::Vector3;
-use sdf_core::placed::{Placed, Rigid, Similarity};
+use sdf_core::placed::Similarity;
 use sdf_core::shapes::Cone;
 
 use super::{all_with, random};
 use crate::random::Random;
-use crate::scenes::{cube_lattice, sampled, scenes};
+use crate::scenes::{cube_lattice, sampled, scenes, shifted};
 use crate::stability::bodies::{Body, all_bodies};
 
 type Point = Vector3<f64>;
@@ -27,7 +27,7 @@ pub fn points_and_lines() -> Vec<Body> {
     })
 }
 
-/// Triangles that a point of a surface sticks through, or ends just below, with edges of about one.
+/// Triangles with edges of about 1 that the apex `at` pierces, or ends just below.
 fn pierced(count: usize, at: Point, random: &mut Random) -> Vec<[Point; 3]> {
     let mut all = vec![];
     for _ in 0..count {
@@ -51,11 +51,7 @@ pub fn needles() -> Vec<Body> {
     let cone = |degrees: f64| Cone::new(degrees.to_radians(), 2.0).unwrap();
     let apex = Vector3::zeros();
     let needle = |elements| Body::new("needle of 1°", cone(0.5), 2.0).convex().with(elements);
-    let fine = sampled(
-        &Placed { field: cone(0.5), placement: Rigid::new([0.0, 0.0, 0.3], [0.0, 0.0, 0.0, 1.0]).unwrap() },
-        cube_lattice(0.75, 48),
-        1.0,
-    );
+    let fine = sampled(&shifted(cone(0.5), [0.0, 0.0, 0.3]), cube_lattice(0.75, 48), 1.0);
     let turned = Similarity::new([0.3, -0.2, 0.1], [0.3, 0.5, -0.2, 0.8], 1.0).unwrap();
     vec![
         needle(pierced(40, apex, &mut random)),
@@ -70,7 +66,7 @@ pub fn creases() -> Vec<Body> {
     let mut bodies = all_bodies(1.0, 1, &mut random);
     for (body, scene) in bodies.iter_mut().zip(scenes(1.0)) {
         let points = scene.crease_points();
-        // From crease to crease, and some whose middle is one.
+        // Four with corners on creases, and two with the middle of an edge on one.
         body.elements = (0..4).map(|_| [(); 3].map(|()| random.pick(&points))).collect();
         for _ in 0..2 {
             let (middle, a, b) = (random.pick(&points), random.in_cube(1.0), random.in_cube(1.0));

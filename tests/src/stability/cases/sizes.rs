@@ -1,4 +1,4 @@
-//! Where everything is small, large or far away, an element small or large for its body, or one axis longer than another.
+//! Tiny, huge and remote scenes, elements much smaller or larger than the body, and stretched axes.
 
 use nalgebra::Vector3;
 use sdf_core::Sdf;
@@ -33,7 +33,7 @@ pub fn small_elements() -> Vec<Body> {
     let on_surface = |body: Body, random: &mut Random| {
         let mut elements = vec![];
         while elements.len() < 3 {
-            // Down the gradient to where the surface is near.
+            // Newton steps along the gradient towards the surface.
             let mut point = random.in_cube(body.largest_length);
             for _ in 0..20 {
                 let sample = body.field.evaluate(point);
@@ -48,18 +48,18 @@ pub fn small_elements() -> Vec<Body> {
     all_bodies(1.0, 1, &mut random).into_iter().map(|body| on_surface(body, &mut random)).collect()
 }
 
-/// Where the element's own coordinates say nothing of the size of the field's.
+/// The same, moved so that the element's coordinates are far smaller than the field's.
 pub fn small_elements_at_the_origin() -> Vec<Body> {
-    let of = |body: Body| {
+    let to_origin = |body: Body| {
         let first = body.elements[0][0];
         body.moved(-first)
     };
-    small_elements().into_iter().map(of).collect()
+    small_elements().into_iter().map(to_origin).collect()
 }
 
 pub fn large_elements() -> Vec<Body> {
     all_with(1.0, |corners, random| {
-        // Three ways out from near the origin, so that the body is beneath the inside.
+        // Corners in three directions from the origin, so that the interior of the element covers the body.
         let turn = random.between(0.0, 2.0);
         for (k, corner) in (0_u8..).zip(corners) {
             let angle = turn + f64::from(k) * 2.1;

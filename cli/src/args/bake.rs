@@ -1,0 +1,97 @@
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{ArgGroup, Parser, ValueEnum};
+use sdf_core::grid::owned::{Layout, Precision};
+use sdf_field::{BakeOptions, GridSize, SignMethod, Source};
+
+use super::values::{ErrorLimit, layouts, max_error, positive, precisions};
+use super::{Json, Threads};
+
+/// Bake a mesh into a grid of exact signed distances.
+///
+/// The grid's size is given by --res, by --voxel-size, or by --max-error, which chooses voxel size and precision by the
+/// certified error. Prints which inside/outside test was used and why, and a certified bound on the interpolation error.
+#[derive(Debug, Parser)]
+#[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size", "max_error"])))]
+pub struct BakeArgs {
+    /// The mesh to bake: OBJ, PLY or STL.
+    pub mesh: PathBuf,
+    /// Where to write the grid [default: the mesh's name with .sdf.h5, in the current folder].
+    #[arg(short, long, value_name = "OUT.sdf.h5")]
+    pub output: Option<PathBuf>,
+    /// Number of cells along the longest side of the mesh's box, padding not counted.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub res: Option<u32>,
+    /// Side of a cell, in the mesh's unit.
+    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
+    pub voxel_size: Option<f64>,
+    /// Largest certified error within the band, in the mesh's unit, or as 0.1% of the diagonal of its box: chooses voxel size
+    /// and precision of a sparse grid.
+    #[arg(long, value_name = "E", value_parser = max_error, allow_hyphen_values = true)]
+    pub max_error: Option<ErrorLimit>,
+    /// Which nodes have a sample [default: dense; sparse with --max-error].
+    #[arg(long, value_parser = layouts())]
+    pub layout: Option<Layout>,
+    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it lower bounds [default: 3].
+    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub band: Option<u32>,
+    /// Type of a sparse grid's samples [default: u16; --max-error chooses u16 or u8, whichever takes less memory].
+    #[arg(long, value_parser = precisions())]
+    pub precision: Option<Precision>,
+    /// Cells added around the mesh's box, on each side; limits the --margin of contacts.
+    #[arg(long, value_name = "VOXELS", default_value_t = 4)]
+    pub padding: u32,
+    /// Inside/outside test.
+    #[arg(long, value_enum, default_value_t = Sign::Auto)]
+    pub sign: Sign,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Sign {
+    /// Chosen by the mesh: pseudo-normal if that is certain to be right, else winding.
+    Auto,
+    /// Angle-weighted pseudo-normals: for one closed surface.
+    PseudoNormal,
+    /// Generalized winding numbers: for open, doubled or self-intersecting meshes.
+    Winding,
+}
+
+impl BakeArgs {
+    pub fn layout(&self) -> Layout {
+        self.layout.unwrap_or(if self.max_error.is_some() { Layout::Sparse } else { Layout::Dense })
+    }
+
+    /// In cells.
+    pub fn band(&self) -> u32 {
+        self.band.unwrap_or(BakeOptions::default().band)
+    }
+
+    /// The options of the library.
+    pub fn options(&self, source: Source) -> Result<BakeOptions> {
+        let size = match (self.res, self.voxel_size, self.max_error) {
+            (Some(res), ..) => GridSize::Cells(res),
+            (None, Some(size), _) => GridSize::VoxelSize(size),
+            (None, None, Some(error)) => GridSize::MaxError(error.0),
+            (None, None, None) => bail!("--res, --voxel-size or --max-error is needed"),
+        };
+        Ok(BakeOptions {
+            size,
+            layout: self.layout(),
+            precision: self.precision,
+            band: self.band(),
+            padding: self.padding,
+            sign: match self.sign {
+                Sign::Auto => None,
+                Sign::PseudoNormal => Some(SignMethod::PseudoNormal),
+                Sign::Winding => Some(SignMethod::Winding),
+            },
+            threads: sdf_field::Threads::ALL,
+            source,
+        })
+    }
+}

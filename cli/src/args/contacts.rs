@@ -1,0 +1,214 @@
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Parser, ValueEnum};
+use sdf_core::placed::Rigid;
+use sdf_formats::contact_file::ContactFormat;
+
+use super::values::{Numbers, contact_file, finite, positive, quaternion};
+use super::{Json, Threads};
+
+/// Find where a mesh touches a field, or where two fields touch.
+///
+/// For each element of the mesh that comes within --margin of the surface, or into it, one contact: where it comes nearest or
+/// deepest, with a lower bound for the whole element. By default the global minimum is searched; status `converged` means it
+/// is proven. Elements that cannot touch are culled without a search.
+///
+/// With a field in place of the mesh: the points that are deepest in both fields, the first of them proven, and the patch on
+/// which both are equally deep, as points with an area each.
+#[derive(Debug, Parser)]
+pub struct ContactsArgs {
+    /// The mesh, in world coordinates: OBJ, PLY or STL; or a field, moved by --rotate-first, then --translate-first.
+    pub mesh: PathBuf,
+    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
+    pub sdf: PathBuf,
+    /// Elements of the mesh to search. Edges are those of the triangles, each once, then the file's own line elements.
+    #[arg(long, value_enum, default_value_t = Elements::Faces)]
+    pub elements: Elements,
+    /// Search for the lowest distance on an element.
+    #[arg(long, value_enum, default_value_t = Method::Auto)]
+    pub method: Method,
+    /// Budget per element: evaluations of auto (256) and certified (1024), iterations of other methods (32).
+    #[arg(long, value_name = "N")]
+    pub iterations: Option<u32>,
+    /// Auto and certified stop within this fraction of the element's longest edge of the minimum; for two fields, of the
+    /// longest side of the box in which they may touch.
+    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive)]
+    pub tolerance: f64,
+    /// Report every isolated minimum of an element, not only the lowest: a triangle on three bumps touches three times. Minima
+    /// separated by less than a hundredth of the longest edge count as one.
+    #[arg(long)]
+    pub all_minima: bool,
+    /// Report elements that come within this distance of the surface, in the mesh's unit; negative: report only contacts at
+    /// least this deep. For two fields: points within it of both, which exist if the gap is at most twice as wide.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    pub margin: f64,
+    #[command(flatten)]
+    pub pose: PoseArgs,
+    /// Two fields: shift the first by this.
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
+    pub translate_first: Numbers<3>,
+    /// Two fields: rotate the first about its origin by this quaternion.
+    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true, value_parser = quaternion)]
+    pub rotate_first: Numbers<4>,
+    /// Two fields: edge of the cubes that the patch is cut into [default: 1/64 of the longest side of the box in which they
+    /// touch].
+    #[arg(long, value_name = "D", value_parser = positive, allow_negative_numbers = true)]
+    pub resolution: Option<f64>,
+    /// Where to write the contacts; the extension decides: .csv, .json, .ply or .h5 [default: nowhere].
+    #[arg(short, long, value_name = "OUT", value_parser = PathBufValueParser::new().try_map(contact_file))]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+impl ContactsArgs {
+    /// Refuses options that need a mesh, when the first argument is a field.
+    pub fn refuse_options_of_meshes(&self) -> Result<()> {
+        let given = [
+            ("--elements", self.elements != Elements::Faces),
+            ("--method", self.method != Method::Auto),
+            ("--iterations", self.iterations.is_some()),
+            ("--all-minima", self.all_minima),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => bail!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses options that need two fields, when the first argument is a mesh.
+    pub fn refuse_options_of_fields(&self) -> Result<()> {
+        let given = [
+            ("--translate-first", self.translate_first.0 != [0.0; 3]),
+            ("--rotate-first", self.rotate_first.0 != [0.0, 0.0, 0.0, 1.0]),
+            ("--resolution", self.resolution.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => bail!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
+            None => Ok(()),
+        }
+    }
+
+    /// The format of the output.
+    pub fn format(&self) -> Option<ContactFormat> {
+        self.output.as_deref().and_then(ContactFormat::from_extension)
+    }
+}
+
+/// Where the field stands.
+#[derive(Clone, Copy, Debug, Parser)]
+pub struct PoseArgs {
+    /// Shift the field by this.
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
+    pub translate: Numbers<3>,
+    /// Rotate the field about its origin by this quaternion, of any length but zero.
+    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true, value_parser = quaternion)]
+    pub rotate: Numbers<4>,
+}
+
+impl PoseArgs {
+    /// Is the field moved at all?
+    pub fn is_moved(&self) -> bool {
+        self.translate.0 != [0.0; 3] || self.rotate.0 != [0.0, 0.0, 0.0, 1.0]
+    }
+
+    pub fn rigid(&self) -> Result<Rigid> {
+        rigid("--rotate", self.translate, self.rotate)
+    }
+
+    /// `None` where the field stays in its own frame.
+    pub fn motion(&self) -> Result<Option<Rigid>> {
+        Ok(if self.is_moved() { Some(self.rigid()?) } else { None })
+    }
+}
+
+/// The motion of a translation and a quaternion, which `option` names in the error.
+pub fn rigid(option: &str, translate: Numbers<3>, rotate: Numbers<4>) -> Result<Rigid> {
+    let motion = Rigid::new(translate.0, rotate.0);
+    motion.with_context(|| format!("{option}: a zero quaternion is not a rotation; use 0,0,0,1 for none"))
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Elements {
+    Faces,
+    Edges,
+    Vertices,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Certified, within 256 evaluations.
+    Auto,
+    /// Projected gradient descent.
+    Pgd,
+    /// Frank-Wolfe.
+    Fw,
+    /// Golden-section search, on edges only.
+    Gss,
+    /// Frank-Wolfe with a line search.
+    Ls,
+    /// Newton's method between cutting planes.
+    Newton,
+    /// Branch and bound: the global minimum, and a proof of how near.
+    Certified,
+    /// The lowest of 4 fixed points, a baseline.
+    Sample4,
+    /// The lowest of 16 fixed points, a baseline.
+    Sample16,
+    /// The lowest of 64 fixed points, a baseline.
+    Sample64,
+}
+
+impl From<Method> for sdf_field::Method {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Auto => Self::Auto,
+            Method::Certified => Self::Certified,
+            Method::Pgd => Self::ProjectedGradient,
+            Method::Fw => Self::FrankWolfe,
+            Method::Gss => Self::GoldenSection,
+            Method::Ls => Self::LineSearch,
+            Method::Newton => Self::Newton,
+            Method::Sample4 => Self::Sampling(4),
+            Method::Sample16 => Self::Sampling(16),
+            Method::Sample64 => Self::Sampling(64),
+        }
+    }
+}
+
+/// Compare all methods on one mesh and one field: error against run time, missed contacts, and which method to take.
+///
+/// The reference is the certified search with 16,384 evaluations per element. A method's error on an element is its lowest
+/// distance minus the reference's. Every method runs --rounds times, in turns; times are medians.
+#[derive(Debug, Parser)]
+pub struct CompareArgs {
+    /// The mesh: OBJ, PLY or STL.
+    pub mesh: PathBuf,
+    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
+    pub sdf: PathBuf,
+    /// Elements of the mesh to search: faces or edges.
+    #[arg(long, value_enum, default_value_t = Elements::Faces)]
+    pub elements: Elements,
+    /// Compare on elements that come within this distance of the surface, in the mesh's unit.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    pub margin: f64,
+    /// Recommend only methods whose error is within this fraction of an edge's length for 95 % of the contacts.
+    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive)]
+    pub tolerance: f64,
+    #[command(flatten)]
+    pub pose: PoseArgs,
+    /// Number of runs of each method.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rounds: u32,
+    /// Where to write a page with a plot [default: nowhere].
+    #[arg(short, long, value_name = "OUT.html")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}

@@ -1,0 +1,109 @@
+use std::path::PathBuf;
+
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Parser, ValueEnum};
+
+use super::values::{finite, mesh_file};
+use super::{Json, Threads};
+
+/// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz.
+///
+/// The gradient is the derivative of the distance and not normalized. Outside a grid the distance is a lower bound; --json
+/// marks such points.
+#[derive(Debug, Parser)]
+pub struct EvalArgs {
+    /// The field: a baked grid or shapes in TOML.
+    pub sdf: PathBuf,
+    /// Lines of x,y,z; a header line and columns after the third are skipped. A dash reads standard input.
+    #[arg(long, value_name = "FILE.csv")]
+    pub points: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Print what a field file contains.
+#[derive(Debug, Parser)]
+pub struct InfoArgs {
+    /// The field: a baked grid, whose samples are not read, or shapes in TOML.
+    pub sdf: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Check a grid against its mesh. Exits with status 1 if they do not match.
+///
+/// A grid matches if no sampled node is off by more than 1e-6 of the mesh's diagonal plus the rounding of its precision, no
+/// point by more than the file certifies, and no sign is wrong. Points are sampled in the whole box of a dense grid; for a
+/// sparse grid within its band and, as many again, in the whole box: there a value may be less than the distance, never more.
+/// No cell may be missing on the surface. For shapes in TOML, which certify nothing, the errors are only printed.
+#[derive(Debug, Parser)]
+pub struct VerifyArgs {
+    /// The field: a baked grid or shapes in TOML.
+    pub sdf: PathBuf,
+    /// The mesh: OBJ, PLY or STL.
+    pub mesh: PathBuf,
+    /// Number of random points, and of random nodes of a grid.
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub points: u32,
+    /// Check every node of the grid; of a sparse grid, those in bricks.
+    #[arg(long)]
+    pub all_nodes: bool,
+    /// Where to draw a histogram of the errors, an SVG [default: nowhere].
+    #[arg(long, value_name = "OUT.svg")]
+    pub histogram: Option<PathBuf>,
+    /// Seed of the random sample points.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Draw a plane through a field: blue inside, orange outside, the surface black.
+///
+/// For a sparse grid, bricks are outlined in grey, the ends of the band are green, and regions without bricks are pale.
+#[derive(Debug, Parser)]
+pub struct SliceArgs {
+    /// The field: a baked grid or shapes in TOML.
+    pub sdf: PathBuf,
+    /// Where to write the picture, a PNG.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Axis perpendicular to the plane. The other two run right and up.
+    #[arg(long, value_enum, default_value_t = Axis::Z)]
+    pub axis: Axis,
+    /// Position of the plane on the axis [default: the middle of the field's box].
+    #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
+    pub at: Option<f64>,
+    /// Pixels along the picture's longer side.
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=16384))]
+    pub pixels: u32,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// Extract the surface of a field as a mesh.
+#[derive(Debug, Parser)]
+pub struct SurfaceArgs {
+    /// The field: a baked grid or shapes in TOML.
+    pub sdf: PathBuf,
+    /// Where to write the mesh; the extension decides: .obj, .ply or .stl.
+    #[arg(short, long, value_name = "OUT.obj", value_parser = PathBufValueParser::new().try_map(mesh_file))]
+    pub output: PathBuf,
+    /// Number of cells along the longest side [default: the grid's own; 128 for shapes in closed form].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub res: Option<u32>,
+    /// Extract the level set of this distance.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    pub level: f64,
+    #[command(flatten)]
+    pub json: Json,
+}

@@ -1,0 +1,94 @@
+//! Values of options that clap cannot parse by itself.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use sdf_core::grid::owned::{Layout, Precision};
+use sdf_field::MaxError;
+use sdf_formats::contact_file::ContactFormat;
+use sdf_formats::mesh::MeshFormat;
+
+/// Numbers separated by commas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> FromStr for Numbers<N> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, String> = text.split(',').map(|word| finite(word.trim())).collect();
+        let numbers = numbers?;
+        let found = numbers.len();
+        numbers.try_into().map(Self).map_err(|_| format!("expected {N} numbers separated by commas, found {found}"))
+    }
+}
+
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("{text:?} is not a finite number")),
+    }
+}
+
+pub fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|number| if number > 0.0 { Ok(number) } else { Err("must be more than 0".to_owned()) })
+}
+
+pub fn quaternion(text: &str) -> Result<Numbers<4>, String> {
+    let numbers: Numbers<4> = text.parse()?;
+    if numbers.0 == [0.0; 4] {
+        Err("a zero quaternion is not a rotation; use 0,0,0,1 for none".to_owned())
+    } else {
+        Ok(numbers)
+    }
+}
+
+/// The value of --max-error, shown as it is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorLimit(pub MaxError);
+
+impl fmt::Display for ErrorLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            MaxError::Length(length) => write!(f, "{length}"),
+            MaxError::Fraction(fraction) => write!(f, "{}%", fraction * 100.0),
+        }
+    }
+}
+
+pub fn max_error(text: &str) -> Result<ErrorLimit, String> {
+    let error = match text.strip_suffix('%') {
+        Some(percent) => positive(percent.trim_end()).map(|percent| MaxError::Fraction(percent / 100.0)),
+        None => positive(text).map(MaxError::Length),
+    };
+    error.map(ErrorLimit)
+}
+
+pub fn layouts() -> impl TypedValueParser<Value = Layout> {
+    let help = |layout| match layout {
+        Layout::Dense => "A sample at every node of the box",
+        Layout::Sparse => "Bricks of 8 × 8 × 8 samples near the surface, and every eighth node elsewhere",
+    };
+    let values = Layout::ALL.map(|layout| PossibleValue::new(layout.name()).help(help(layout)));
+    PossibleValuesParser::new(values).map(|name| Layout::from_name(&name).expect("clap has checked the name"))
+}
+
+pub fn precisions() -> impl TypedValueParser<Value = Precision> {
+    let help = |precision| match precision {
+        Precision::F32 => "Single precision",
+        Precision::U16 => "65,536 steps between the lowest and the highest sample of a brick",
+        Precision::U8 => "256 steps",
+    };
+    let values = Precision::ALL.map(|precision| PossibleValue::new(precision.name()).help(help(precision)));
+    PossibleValuesParser::new(values).map(|name| Precision::from_name(&name).expect("clap has checked the name"))
+}
+
+pub fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    ContactFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .csv, .json, .ply or .h5")
+}
+
+pub fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    MeshFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .obj, .ply or .stl")
+}

@@ -1,0 +1,128 @@
+//! Contacts of a mesh with a field, as entries of each format.
+
+use rust_hdf5::{H5File, Hdf5Error};
+use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
+use serde::Serialize;
+
+use super::columns::Columns;
+use super::csv::number;
+use super::label::{self, Label};
+use super::{OrientedPoint, Record};
+
+/// A contact as files hold it: `Contact` of the core, and the polygon of a face.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactRecord {
+    #[serde(serialize_with = "label::serialize")]
+    pub element: ElementKind,
+    /// Counts elements of this kind in file order.
+    pub id: u32,
+    /// For a face: the polygon of the mesh file that it is part of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polygon: Option<u32>,
+    /// Kind of the element's part that the point lies on.
+    #[serde(serialize_with = "label::serialize")]
+    pub feature: ElementKind,
+    /// The vertex, the edge's two vertices, or the face's id.
+    pub feature_id: Vec<u32>,
+    /// Barycentric; one for each vertex of the element.
+    pub weights: Vec<f64>,
+    pub point: [f64; 3],
+    pub surface_point: [f64; 3],
+    pub normal: [f64; 3],
+    pub distance: f64,
+    pub lower_bound: f64,
+    pub evaluations: u32,
+    #[serde(serialize_with = "label::serialize")]
+    pub status: ContactStatus,
+    pub key: u64,
+}
+
+impl From<&Contact<f64>> for ContactRecord {
+    fn from(contact: &Contact<f64>) -> Self {
+        let (feature, feature_id) = match contact.feature {
+            Feature::Vertex(vertex) => (ElementKind::Vertex, vec![vertex]),
+            Feature::Edge(vertices) => (ElementKind::Edge, vertices.to_vec()),
+            Feature::Face(face) => (ElementKind::Face, vec![face]),
+        };
+        Self {
+            element: contact.kind,
+            id: contact.element,
+            polygon: None,
+            feature,
+            feature_id,
+            weights: contact.corner_weights().to_vec(),
+            point: contact.point.into(),
+            surface_point: contact.surface_point.into(),
+            normal: contact.normal.into(),
+            distance: contact.distance,
+            lower_bound: contact.lower_bound,
+            evaluations: contact.evaluations,
+            status: contact.status,
+            key: contact.key(),
+        }
+    }
+}
+
+impl Record for ContactRecord {
+    const CSV_HEADER: &'static str = "element,id,polygon,feature,feature_id,w0,w1,w2,x,y,z,\
+        surface_x,surface_y,surface_z,normal_x,normal_y,normal_z,distance,lower_bound,evaluations,status,key\n";
+    const PLY_COMMENT: &'static str = "contacts";
+    const PLY_PROPERTY: &'static str = "uint element";
+
+    /// Missing weights and polygons are empty; the vertices of an edge are separated by a space.
+    fn csv_line(&self) -> String {
+        let ids: Vec<String> = self.feature_id.iter().map(u32::to_string).collect();
+        let polygon = self.polygon.map(|polygon| polygon.to_string()).unwrap_or_default();
+        let [w0, w1, w2] = [0, 1, 2].map(|corner| self.weights.get(corner).map(number).unwrap_or_default());
+        let vectors = [self.point, self.surface_point, self.normal];
+        let numbers: Vec<String> = vectors.iter().flatten().map(number).collect();
+        format!(
+            "{},{},{polygon},{},{},{w0},{w1},{w2},{},{},{},{},{},{}",
+            self.element.name(),
+            self.id,
+            self.feature.name(),
+            ids.join(" "),
+            numbers.join(","),
+            number(&self.distance),
+            number(&self.lower_bound),
+            self.evaluations,
+            self.status.name(),
+            self.key,
+        )
+    }
+
+    fn oriented_point(&self) -> OrientedPoint {
+        OrientedPoint { point: self.point, normal: self.normal, distance: self.distance }
+    }
+
+    fn ply_property(&self) -> Vec<u8> {
+        self.id.to_le_bytes().to_vec()
+    }
+
+    /// A group `/contacts`. Missing weights and polygons are 0, a missing second vertex is 4294967295.
+    fn write_hdf5(file: &H5File, contacts: &[Self]) -> Result<(), Hdf5Error> {
+        let group = file.create_group("contacts")?;
+        group.set_attr_numeric("count", &(contacts.len() as u64))?;
+        group.set_attr_string("kind_names", &ElementKind::NAMES.join(" "))?;
+        group.set_attr_string("status_names", &ContactStatus::NAMES.join(" "))?;
+
+        let columns = Columns { group: &group, rows: contacts };
+        columns.write("element", |contact| [contact.element.code()])?;
+        columns.write("id", |contact| [contact.id])?;
+        columns.write("polygon", |contact| [contact.polygon.unwrap_or(0)])?;
+        columns.write("feature", |contact| [contact.feature.code()])?;
+        columns.write("feature_id", |contact| {
+            [0, 1].map(|index| contact.feature_id.get(index).copied().unwrap_or(u32::MAX))
+        })?;
+        columns
+            .write("weights", |contact| [0, 1, 2].map(|corner| contact.weights.get(corner).copied().unwrap_or(0.0)))?;
+        columns.write("point", |contact| contact.point)?;
+        columns.write("surface_point", |contact| contact.surface_point)?;
+        columns.write("normal", |contact| contact.normal)?;
+        columns.write("distance", |contact| [contact.distance])?;
+        columns.write("lower_bound", |contact| [contact.lower_bound])?;
+        columns.write("evaluations", |contact| [contact.evaluations])?;
+        columns.write("status", |contact| [contact.status.code()])?;
+        columns.write("key", |contact| [contact.key])
+    }
+}

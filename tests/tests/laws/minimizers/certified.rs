@@ -1,0 +1,134 @@
+//! Certified search: its gap, its budget, and several minima.
+
+use nalgebra::Vector3;
+use sdf_core::combine::Union;
+use sdf_core::minimize::{Certified, Minimizer, PointSampling};
+use sdf_core::shapes::{Cone, HalfSpace, Sphere};
+use sdf_core::{Float, Sdf, Simplex};
+use sdf_tests::oracle::{cast, convex_minimum, lattice_minimum, random_simplex};
+use sdf_tests::random::Random;
+use sdf_tests::scenes::{scenes, shifted};
+
+#[test]
+fn a_certified_bound_holds_and_is_within_the_tolerance() {
+    fn check<R: Float, const N: usize>(random: &mut Random) {
+        for scene in scenes(1.0) {
+            let mut converged = 0;
+            for round in 0..40 {
+                let simplex = cast::<R, N>(&random_simplex(random, scene.size));
+                let method = Certified { evaluations: [16, 400, 4000][round % 3], ..Certified::default() };
+                let minimum = method.minimize(&scene.field, &simplex);
+                let context = || format!("{} by {method:?} on {simplex:?}: {minimum:?}", scene.name);
+                let lowest = lattice_minimum(&scene.field, &simplex, 24);
+                assert!(minimum.lower_bound <= lowest && minimum.lower_bound <= minimum.sample.value, "{}", context());
+                if minimum.converged {
+                    converged += 1;
+                    let gap = (minimum.sample.value - minimum.lower_bound).to_f64();
+                    // Eight times the 32 roundings that a bound allows, of coordinates and edges up to six sizes.
+                    let rounding = 6.0 * 8.0 * 32.0 * R::EPSILON * scene.size * scene.slope_bound().max(1.0);
+                    let allowed = method.tolerance * simplex.longest_edge().to_f64() * scene.slope_bound();
+                    assert!(gap <= allowed + rounding, "{gap} > {allowed}: {}", context());
+                }
+            }
+            // A third of the budgets is deliberately too small.
+            assert!(converged > 12, "{}: {converged} of 40 in time", scene.name);
+        }
+    }
+    let mut random = Random::seeded();
+    check::<f64, 1>(&mut random);
+    check::<f64, 2>(&mut random);
+    check::<f64, 3>(&mut random);
+    check::<f32, 2>(&mut random);
+    check::<f32, 3>(&mut random);
+}
+
+/// The default of `sdftool contacts`, with slivers, collinear and degenerate elements.
+#[test]
+fn within_256_evaluations_convex_fields_are_certified_to_a_thousandth_of_an_edge() {
+    fn failures<const N: usize>(random: &mut Random, rounds: usize) -> (usize, usize) {
+        let (mut failures, mut queries) = (0, 0);
+        for scene in scenes(1.0).iter().filter(|scene| scene.convex) {
+            for _ in 0..rounds {
+                let simplex = random_simplex::<N>(random, scene.size);
+                let method = Certified { evaluations: 256, ..Certified::default() };
+                let value = method.minimize(&scene.field, &simplex).sample.value;
+                let allowed = 1e-3 * simplex.longest_edge() * scene.slope_bound() + 1e-12 * scene.size;
+                failures += usize::from(value > convex_minimum(&scene.field, &simplex) + allowed);
+                queries += 1;
+            }
+        }
+        (failures, queries)
+    }
+    let mut random = Random::seeded();
+    assert_eq!(failures::<2>(&mut random, 100).0, 0);
+    let (failures, queries) = failures::<3>(&mut random, 60);
+    assert!(failures * 200 <= queries, "{failures} of {queries}");
+}
+
+/// Three balls under an edge, the outer ones larger: bisection ends at the middle one.
+#[test]
+fn the_lowest_of_several_minima_is_certified() {
+    let ball = |radius, x| shifted(Sphere::new(radius).unwrap(), [x, 0.0, 0.0]);
+    let balls = Union(ball(0.3, 0.0), Union(ball(0.1, 2.0), ball(0.3, 4.0)));
+    let edge = Simplex { corners: [Vector3::zeros(), Vector3::new(4.0, 0.0, 0.0)] };
+    let minimum = Certified::default().minimize(&balls, &edge);
+    assert!((minimum.sample.value + 0.3_f64).abs() < 1e-12 && minimum.converged, "{minimum:?}");
+    // Away from the corners: the lowest of three minima, under the middle of a triangle.
+    let balls = Union(ball(0.2, 1.0), Union(ball(0.35, 1.7), ball(0.3, 2.5)));
+    let triangle =
+        Simplex { corners: [[-1.0, -2.0, 0.5], [5.0, -2.0, 0.5], [1.7, 4.0, 0.5]].map(Vector3::<f64>::from) };
+    let minimum = Certified::default().minimize(&balls, &triangle);
+    assert!((minimum.sample.value - 0.15).abs() < 6e-3 && minimum.converged, "{minimum:?}");
+    assert!((minimum.point - Vector3::new(1.7, 0.0, 0.5)).norm() < 0.1, "{minimum:?}");
+}
+
+/// A cone's apex through the interior of a triangle, which sampling and fixed steps miss (Fig. 2 of the paper).
+#[test]
+fn the_apex_of_a_cone_is_found_within_128_evaluations() {
+    let mut random = Random::seeded();
+    let (mut found, mut missed_by_sampling) = (0, 0);
+    const CASES: usize = 300;
+    for _ in 0..CASES {
+        let angle = random.between(2.0, 30.0_f64).to_radians();
+        let cone = Cone::new(angle, 2.0).unwrap();
+        // The apex is above the plane of the triangle by at most a hundredth of the edge's length.
+        let depth = 10.0_f64.powf(random.between(-4.0, -2.0));
+        let mut weights = [random.unit() + 0.05, random.unit() + 0.05, random.unit() + 0.05];
+        let sum: f64 = weights.iter().sum();
+        weights = weights.map(|weight| weight / sum);
+        let corners = [0, 1, 2].map(|_| Vector3::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5), 0.0));
+        let through = Simplex { corners }.point(weights);
+        let triangle = Simplex { corners: corners.map(|corner| corner - through - Vector3::z() * depth) };
+        let method = Certified { evaluations: 128 - 15, tolerance: 1e-3, ..Certified::default() };
+        let minimum = method.minimize(&cone, &triangle);
+        let truth = -depth * angle.sin();
+        assert!(minimum.evaluations <= 130.0);
+        let tolerance = 1e-3 * triangle.longest_edge();
+        found += usize::from(minimum.sample.value <= truth + tolerance);
+        let sampled = PointSampling { samples: 64 }.minimize(&cone, &triangle);
+        missed_by_sampling += usize::from(sampled.sample.value > truth + tolerance);
+    }
+    assert!(found * 100 >= CASES * 99, "{found} of {CASES}");
+    assert!(missed_by_sampling * 2 > CASES, "too easy: sampling misses only {missed_by_sampling} of {CASES}");
+}
+
+/// Elements along a plane ten thousand of their sizes away: their values differ by rounding alone, and a bound that ignored it
+/// would be above some of them.
+#[test]
+fn a_certified_bound_holds_where_values_differ_by_rounding_alone() {
+    fn check<R: Float>(random: &mut Random) {
+        for _ in 0..200 {
+            let normal = random.direction();
+            let plane = HalfSpace::new(normal.into(), 1e4).unwrap();
+            let on_plane = |offset: Vector3<f64>| normal * 1e4 + offset - normal * normal.dot(&offset);
+            let corners = [(); 3].map(|()| on_plane(random.in_cube(1.0)));
+            let simplex = cast::<R, 3>(&Simplex { corners });
+            let minimum = Certified::default().minimize(&plane, &simplex);
+            let lowest = lattice_minimum(&plane, &simplex, 12);
+            assert!(minimum.lower_bound <= lowest, "{minimum:?} on {simplex:?}, but {lowest:?}");
+        }
+    }
+    let mut random = Random::seeded();
+    check::<f32>(&mut random);
+    check::<f64>(&mut random);
+}

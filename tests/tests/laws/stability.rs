@@ -1,0 +1,4 @@
+//! The promises of docs/stability.md.
+
+mod jitter;
+mod promises;
