@@ -5,6 +5,7 @@ mod meshes;
 
 mod all_minima;
 mod commands;
+mod compare;
 mod contact_files;
 mod elements;
 mod fields;
