@@ -14,12 +14,12 @@ use crate::{ContactOptions, MeshView, Threads};
 ///
 /// ```
 /// use sdf_field::{ContactOptions, Field, MeshView, core::shapes::Cone};
-/// // A triangle that no corner of touches: the cone's apex pokes through its middle.
+/// // The cone's apex pokes through the middle of a triangle whose corners lie outside.
 /// let field = Field::new(Cone::new(0.2, 1.0).unwrap());
 /// let points = [[-1.0, -1.0, -0.1], [1.0, -1.0, -0.1], [0.0, 1.0, -0.1]];
 /// let mesh = MeshView { points: &points, faces: &[[0, 1, 2]] };
 /// let found = field.contacts(mesh, &ContactOptions::default()).unwrap();
-/// assert!((found.contacts[0].distance + 0.1).abs() < 1e-3);
+/// assert!((found.contacts[0].distance + 0.1 * 0.2_f64.sin()).abs() < 1e-3);
 /// assert!(field.sample(&points, sdf_field::Threads::ONE).iter().all(|sample| sample.value > 0.5));
 /// ```
 #[derive(Clone, Debug)]
