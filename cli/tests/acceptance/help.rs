@@ -2,8 +2,7 @@
 
 use crate::folder::{Folder, says};
 
-const COMMANDS: [&str; 9] =
-    ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "demo"];
+const COMMANDS: [&str; 9] = ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "demo"];
 
 #[test]
 fn help_names_every_command_and_what_the_exit_status_means() {
