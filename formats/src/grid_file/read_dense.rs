@@ -8,8 +8,7 @@ use super::block_mask::BlockMask;
 use super::digests::{DatasetList, Digests, WHOLE_CHUNKS, open_dataset};
 use super::header::{Attributes, Header};
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
-use super::reader::LoadedSamples;
-use super::{GridFault, check, layout};
+use super::{GridFault, ReadCount, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 use sdf_core::grid::owned::OwnedStorage;
 
@@ -42,14 +41,14 @@ impl DenseReader {
         BlockMask::needed(&placeholder_grid(header, storage), regions, level)
     }
 
-    /// Reads all samples, or those of the blocks in `mask`.
+    /// Reads all samples, or those of the blocks in `mask`, and says how much of the file was read.
     pub(super) fn read(
         self,
         file: &Hdf5Reader,
         digests: &Digests,
         lattice: &Lattice,
         mask: Option<&BlockMask>,
-    ) -> Result<LoadedSamples, GridFault> {
+    ) -> Result<(OwnedStorage, ReadCount), GridFault> {
         let is_needed = |tile: Tile| mask.is_none_or(|mask| mask.intersects(tile));
         let piece = mask.map_or(WHOLE_CHUNKS, |_| [BRICK as usize; 3]);
         let samples = digests.elements_in(file, &self.samples, SAMPLES_DIGEST, piece, is_needed)?;
@@ -58,7 +57,7 @@ impl DenseReader {
         let blocks = (0..total_blocks).filter(|chunk| is_needed(tiling.tile(*chunk))).count();
         let dense = Dense::new(lattice, samples).expect("the dataset has the lattice's shape");
         let bounded = WithBlockBounds::new(lattice, dense, self.bounds).expect("a row for each slot was read");
-        Ok(LoadedSamples { samples: OwnedStorage::Dense(bounded), blocks, total_blocks })
+        Ok((OwnedStorage::Dense(bounded), ReadCount { bytes: file.bytes_read(), blocks, total_blocks }))
     }
 }
 

@@ -11,8 +11,7 @@ use super::delta::DeltaCoding;
 use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
-use super::reader::LoadedSamples;
-use super::{GridFault, check, layout};
+use super::{GridFault, ReadCount, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
 /// Index of the first digest of the samples: they come first.
@@ -80,14 +79,14 @@ impl SparseReader {
         BlockMask::needed(&placeholder_grid(header, storage), regions, level)
     }
 
-    /// Reads all samples, or those of the bricks in `mask`.
+    /// Reads all samples, or those of the bricks in `mask`, and says how much of the file was read.
     pub(super) fn read(
         self,
         file: &Hdf5Reader,
         digests: &Digests,
         lattice: &Lattice,
         mask: Option<&BlockMask>,
-    ) -> Result<LoadedSamples, GridFault> {
+    ) -> Result<(OwnedStorage, ReadCount), GridFault> {
         let total_blocks = self.tables.slots.len();
         let bricks = BrickReader { file, digests, lattice, mask };
         let (samples, blocks) = match self.samples {
@@ -104,7 +103,7 @@ impl SparseReader {
                 (OwnedStorage::SparseU8(sparse), blocks)
             }
         };
-        Ok(LoadedSamples { samples, blocks, total_blocks })
+        Ok((samples, ReadCount { bytes: file.bytes_read(), blocks, total_blocks }))
     }
 }
 

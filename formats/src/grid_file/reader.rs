@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
+use sdf_core::grid::owned::OwnedGrid;
 
 use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
 use super::read_dense::DenseReader;
 use super::read_sparse::SparseReader;
-use super::{About, GridFault, GridFileError, ReadCount, SparseInfo, StoredGrid, Summary};
+use super::{About, GridFault, GridFileError, SparseInfo, StoredGrid, Summary};
 use crate::hdf5::Hdf5Reader;
 
 /// Reads a grid and verifies its checksums. See [`open`].
@@ -100,13 +100,6 @@ impl GridReader<'_> {
     }
 }
 
-/// Samples as they were read, and how many chunks or bricks were read of how many.
-pub(super) struct LoadedSamples {
-    pub samples: OwnedStorage,
-    pub blocks: usize,
-    pub total_blocks: usize,
-}
-
 struct OpenGrid<'a> {
     file: Hdf5Reader<'a>,
     header: Header,
@@ -146,13 +139,12 @@ impl<'a> OpenGrid<'a> {
     /// Reads all samples, or those of the blocks in `mask`.
     fn read(self, mask: Option<&BlockMask>) -> Result<StoredGrid, GridFault> {
         let Self { file, header, digests, contents } = self;
-        let LoadedSamples { samples, blocks, total_blocks } = match contents {
+        let (samples, read) = match contents {
             Contents::Dense(dense) => dense.read(&file, &digests, &header.lattice, mask)?,
             Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
         };
         let Header { lattice, sparse, about, .. } = header;
         let grid = OwnedGrid::new(lattice, samples, about.slope_bound).expect("the header has a valid slope bound");
-        let read = ReadCount { bytes: file.bytes_read(), blocks, total_blocks };
         Ok(StoredGrid { grid, sparse, about, read })
     }
 }
