@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::report::{many, number};
 
-/// What was read of a grid's file.
+/// The amount of a grid file that was read.
 #[derive(Clone, Copy, Serialize)]
 pub struct FromFile {
     file_bytes: u64,

@@ -1,4 +1,4 @@
-//! What is certain of a field in a region: intervals of the value and of the gradient, and exact minima where they are known.
+//! Enclosures of a field in a region: intervals of the value and of the gradient, and exact minima where they are known.
 //!
 //! The bounds are those of interval analysis (Moore 1966, "Interval Analysis"): an enclosure of φ over a hull holds every
 //! value there, rounding included. Fields that know nothing better are bounded by their slope:
@@ -264,7 +264,7 @@ impl<R: Float> Enclosure<R> {
         unrounded.widen(rounding(field.slope_bound(), about, distance, value))
     }
 
-    /// Of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(about) + ∇φ(about)·(x − about).
+    /// Enclosure of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(about) + ∇φ(about)·(x − about).
     pub fn from_tangent_plane<F: Sdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
         let sample = field.evaluate(about);
         let distance = max_distance(about, corners);

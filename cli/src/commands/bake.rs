@@ -90,7 +90,7 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
     }
 }
 
-/// What a bake made is a grid with its info.
+/// A bake returns a grid with its info.
 fn parts(baked: &Baked) -> Result<(&OwnedGrid, &GridInfo)> {
     match (baked.field.grid(), baked.field.info()) {
         (Some(grid), Some(info)) => Ok((grid, info)),

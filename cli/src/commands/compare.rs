@@ -162,7 +162,7 @@ fn table(comparison: &Comparison) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// What to take, and why, in a sentence.
+/// Recommends a method and gives the reason, in one sentence.
 pub fn advice(comparison: &Comparison) -> String {
     let report = |method| comparison.methods.iter().find(|report| report.method == method);
     let recommended = word(comparison.recommended);

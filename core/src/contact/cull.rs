@@ -53,7 +53,7 @@ pub(super) fn box_rounding<R: Real, const N: usize>(slope_bound: f64, margin: R,
     rounding(slope_bound, centroid, simplex.max_distance_from(centroid), margin)
 }
 
-/// What one evaluation at an element's centroid proves.
+/// Verdict of one evaluation at an element's centroid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentroidBound<R: Real> {
     /// False only if no point of the element has a value of at most the margin; true where either is NaN.

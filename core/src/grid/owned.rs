@@ -14,7 +14,7 @@ pub type OwnedGrid = Grid<OwnedStorage>;
 pub enum Layout {
     /// Every node.
     Dense,
-    /// Those of bricks near the surface, and every eighth elsewhere.
+    /// Bricks near the surface, and every eighth sample elsewhere.
     Sparse,
 }
 
@@ -193,7 +193,7 @@ pub struct OwnedBricks<C> {
     pub slots: Vec<[u32; 3]>,
     /// For each brick.
     pub scales: Vec<Scale>,
-    /// By brick, then by node, x fastest.
+    /// Codes of one brick after the other, x fastest.
     pub samples: Vec<C>,
     /// For each brick.
     pub bounds: Vec<BlockBounds>,
