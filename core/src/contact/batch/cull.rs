@@ -11,7 +11,7 @@ use crate::{Aabb, EnclosedSdf, Lanes};
 
 /// The boxes around `L` elements.
 struct Boxes<R, const L: usize> {
-    /// By axis.
+    /// Lower corners, x of all elements first.
     min: [[R; L]; 3],
     max: [[R; L]; 3],
     /// See [`box_rounding`].
