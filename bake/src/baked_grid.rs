@@ -25,22 +25,23 @@ impl DenseGrid {
     /// On another lattice.
     pub fn into_grid(self, lattice: &Lattice) -> BakedGrid {
         let storage = OwnedStorage::dense(lattice, self.distances, self.bounds).expect(FITS);
-        let grid = OwnedGrid::new(*lattice, storage, self.slope_bound).expect(FITS);
+        let grid = OwnedGrid::new(*lattice, storage, self.slope_bound).expect(FITS).with_error_bound(self.error_bound);
         BakedGrid { grid, error_bound: self.error_bound }
     }
 }
 
 impl<C: OwnedCode> SparseGrid<C> {
-    /// The grid on the lattice that it was baked on.
+    /// The grid on the lattice and with the band that it was baked with.
     ///
     /// # Panics
     ///
     /// On another lattice.
-    pub fn into_grid(self, lattice: &Lattice) -> BakedGrid {
+    pub fn into_grid(self, lattice: &Lattice, band: f64) -> BakedGrid {
         let Self { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound } = self;
         let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
         let storage = OwnedStorage::sparse(lattice, bricks).expect(FITS);
-        BakedGrid { grid: OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS), error_bound }
+        let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS);
+        BakedGrid { grid: grid.with_band(band).with_error_bound(error_bound), error_bound }
     }
 }
 
@@ -64,6 +65,6 @@ impl SparseBaker<'_> {
     }
 
     fn bake_into<C: Quantize + OwnedCode>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> BakedGrid {
-        self.bake::<C>(on_slots_done).into_grid(self.lattice())
+        self.bake::<C>(on_slots_done).into_grid(self.lattice(), self.band())
     }
 }

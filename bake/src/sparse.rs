@@ -113,6 +113,11 @@ impl<'a> SparseBaker<'a> {
         Self { mesh, lattice: *lattice, map: BrickMap::new(mesh, lattice, band) }
     }
 
+    /// The band, a length.
+    pub fn band(&self) -> f64 {
+        self.map.band()
+    }
+
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }

@@ -5,6 +5,7 @@
 //! | 1 | Can the element come within the margin at all? Bounds in its box, then one evaluation at its centroid | `cull` |
 //! | 2 | Where on the element is φ least? | [`minimize`](crate::minimize) |
 //! | 3 | Is that within the margin, and on which feature does it lie? | `classify` |
+//! | 4 | Which contact stands for a feature that several elements share? | `features` |
 //!
 //! [`contact`] does so for one element, [`all_contacts`] reports every isolated minimum of one, [`batch`] takes many elements
 //! at a time. Macklin et al. 2020, §3.3 (the cull) and §5.1 (the features).
@@ -13,6 +14,7 @@ pub mod batch;
 mod classify;
 mod cull;
 mod element;
+mod features;
 
 use nalgebra::Vector3;
 
@@ -20,6 +22,7 @@ use classify::{classify, is_separated, report};
 use cull::cull;
 pub use cull::{CentroidBound, centroid_bound};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
+pub use features::{FeatureOwners, FeatureUse, one_per_feature};
 
 use crate::EnclosedSdf;
 use crate::minimize::{AllMinima, Minimizer, Minimum, SimplexCell};
@@ -28,15 +31,23 @@ use crate::number::Float;
 /// How far to trust a contact. Where several apply, the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ContactStatus {
+    /// The distance is above the margin, but the shape that the field was made from may come within it: the field's error, or a
+    /// search that ended early, leaves it open. Only a complete search reports such elements.
+    Possible,
     /// The field has no gradient at the point: the normal is a choice, or zero.
     DegenerateGradient,
     /// The point lies outside the grid: the distance is a lower bound.
     OutsideGrid,
+    /// The point lies beyond the band of a sparse grid: the distance is coarse, and its error larger than within the band.
+    BeyondBand,
     /// The minimizer's budget ended before its own condition was met.
     BudgetSpent,
     /// The minimizer's condition for a minimum holds.
     Converged,
 }
+
+/// Stands in [`Contact::vertices`] for a corner that the element does not have.
+pub const NO_VERTEX: u32 = u32::MAX;
 
 /// Where an element comes nearest to a surface, or deepest into it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +56,8 @@ pub struct Contact<R: Float> {
     pub kind: ElementKind,
     /// The element's id among those of its kind.
     pub element: u32,
+    /// The mesh's vertices at the element's corners; [`NO_VERTEX`] beyond the last one.
+    pub vertices: [u32; 3],
     /// Which of the element's minima it is, the lowest 0.
     pub rank: u32,
     /// The part of the element that the point lies on.
@@ -53,14 +66,24 @@ pub struct Contact<R: Float> {
     pub weights: [R; 3],
     /// The point on the element.
     pub point: Vector3<R>,
-    /// Near the surface: point − φ ∇φ / |∇φ|², exact for a true distance, else a first step.
+    /// Near the surface: point − φ g / |g|², exact for a true distance, else a first step. With s the slope bound, or 1 if that
+    /// is less, it is at most 2 |φ| / s from the point: where |g| is less than s/2, as near a medial axis, s/2 stands for it.
     pub surface_point: Vector3<R>,
-    /// ∇φ / |∇φ|, out of the shape; zero where |∇φ| is below 1/[`MAX_COORDINATE`](crate::Real::MAX_COORDINATE) or not finite.
+    /// g / |g|, out of the shape, with g the gradient of [`Sdf::evaluate_smooth`](crate::Sdf::evaluate_smooth), which does not
+    /// jump at the faces between a grid's cells. Where |g| is below 1/[`MAX_COORDINATE`](crate::Real::MAX_COORDINATE) or not
+    /// finite, ∇φ takes its place, and where that is no better, zero.
     pub normal: Vector3<R>,
+    /// |g|, the length of that gradient: near 1 for a distance, near 0 at a medial axis.
+    pub slope: R,
     /// φ at the point, negative inside.
     pub distance: R,
     /// Lower bound of φ on the whole element.
     pub lower_bound: R,
+    /// Bound of |φ − d| at the point, with d the signed distance to the shape that the field was made from, such as a baked mesh:
+    /// see [`EnclosedSdf::error_bound`](crate::EnclosedSdf::error_bound). Infinite where nothing is known.
+    pub error_bound: R,
+    /// Lower bound of d on the whole element.
+    pub shape_lower_bound: R,
     /// Points at which the field was evaluated, the cull's included.
     pub evaluations: u32,
     /// How far to trust it.
@@ -76,6 +99,11 @@ impl<R: Float> Contact<R> {
             ElementKind::Face => 3,
         };
         self.weights.get(..count).unwrap_or(&self.weights)
+    }
+
+    /// The vertices at the element's own corners: one of a vertex, two of an edge, three of a face.
+    pub fn corner_vertices(&self) -> &[u32] {
+        self.vertices.get(..self.corner_weights().len()).unwrap_or(&self.vertices)
     }
 
     /// Names the contact among all of its mesh, the same from frame to frame as long as the mesh's connectivity is: bits
@@ -116,7 +144,22 @@ where
         Ok(lower_bound) => lower_bound,
         Err(outcome) => return outcome,
     };
-    classify(margin, element, &minimizer.minimize_below(field, &element.simplex, margin), lower_bound)
+    classify(field, margin, element, &minimizer.minimize_below(field, &element.simplex, margin), lower_bound)
+}
+
+/// The contact at an element's minimum, whatever its distance; `None` where that is not finite. `lower_bound` is a lower bound of φ
+/// on the element, beside the minimum's own.
+pub fn contact_at<R, F, const N: usize>(
+    field: &F,
+    element: &Element<R, N>,
+    minimum: &Minimum<R, N>,
+    lower_bound: R,
+) -> Option<Contact<R>>
+where
+    R: Float,
+    F: EnclosedSdf,
+{
+    report(field, element, minimum, lower_bound, 0)
 }
 
 /// [`contact`] with the certified search of `search`, and a contact for every isolated minimum with φ ≤ `margin`. `visit`
@@ -148,7 +191,8 @@ where
     // Given no buffer, the search has found one nevertheless.
     let alone = [Minimum { converged: false, ..found.global_minimum }];
     let minima = if found.count > 0 { minima.get(..found.count).unwrap_or(&alone) } else { &alone };
-    let mut contacts = minima.iter().zip(0..).filter_map(|(minimum, rank)| report(element, minimum, lower_bound, rank));
+    let mut contacts =
+        minima.iter().zip(0..).filter_map(|(minimum, rank)| report(field, element, minimum, lower_bound, rank));
     let Some(lowest) = contacts.next() else { return Outcome::NotFinite };
     visit(&lowest);
     contacts.for_each(|contact| visit(&contact));

@@ -26,6 +26,9 @@ macro_rules! delegate_sdf {
             fn value<R: $crate::Real>(&self, point: $crate::nalgebra::Vector3<R>) -> R {
                 match self { $(Self::$variant(field) => field.value(point)),+ }
             }
+            fn evaluate_smooth<R: $crate::Float>(&self, point: $crate::nalgebra::Vector3<R>) -> $crate::Sample<R> {
+                match self { $(Self::$variant(field) => field.evaluate_smooth(point)),+ }
+            }
             fn bounds(&self, level: f64) -> $crate::Aabb {
                 match self { $(Self::$variant(field) => field.bounds(level)),+ }
             }
@@ -60,6 +63,9 @@ macro_rules! delegate_sdf {
             }
             fn linearization_error(&self, region: &$crate::Aabb) -> f64 {
                 match self { $(Self::$variant(field) => field.linearization_error(region)),+ }
+            }
+            fn error_bound(&self, region: &$crate::Aabb) -> $crate::ErrorBound {
+                match self { $(Self::$variant(field) => field.error_bound(region)),+ }
             }
             fn visit_parts<V: $crate::PartVisitor>(&self, visitor: &mut V) {
                 match self {

@@ -10,7 +10,7 @@ use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::simplex::{max_distance, mean};
-use crate::{Aabb, Sdf};
+use crate::{Aabb, ErrorBound, Sdf};
 
 /// A field that bounds itself in regions. Every method has a default from [`Sdf::slope_bound`], so that
 /// `impl EnclosedSdf for MyField {}` is enough; better bounds make culls and certified searches faster.
@@ -63,6 +63,11 @@ pub trait EnclosedSdf: Sdf {
         if Self::IS_CONVEX { 0.0 } else { f64::INFINITY }
     }
 
+    /// How far the field can be, in a box, from the shape that it was made from. No error where the field is the shape.
+    fn error_bound(&self, _region: &Aabb) -> ErrorBound {
+        ErrorBound::EXACT
+    }
+
     /// Visits the fields whose minimum this field is: the parts of a union, else the field itself. A search of a union can
     /// so use what each part knows.
     #[inline(always)]
@@ -90,6 +95,9 @@ impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
     }
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         (**self).max_rise_to_corners(corners)
+    }
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        (**self).error_bound(region)
     }
     #[inline(always)]
     fn exact_minimum<R: Float, const N: usize>(

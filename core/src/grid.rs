@@ -5,6 +5,7 @@
 //! dense │ sparse ───┤   where the samples are: a `Storage`
 //! block_bounds ─────┘   bounds of 8 × 8 × 8 nodes beside a storage
 //!        Grid ──┬─ evaluate (trilinear)    φ and ∇φ at a point
+//!               ├─ smooth                  a gradient without jumps at the faces of cells
 //!               ├─ slope                   Lipschitz constants
 //!               ├─ gradient_range          intervals of φ and ∇φ in a box
 //!               └─ exact                   minimum on a segment or triangle
@@ -20,6 +21,7 @@ mod lattice;
 #[cfg(feature = "alloc")]
 pub mod owned;
 mod slope;
+mod smooth;
 pub mod sparse;
 mod trilinear;
 
@@ -36,7 +38,7 @@ use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::simplex::max_distance;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
 
 /// Access to a grid's samples.
 pub trait Storage {
@@ -61,6 +63,11 @@ pub trait Storage {
     /// Can [`block_bounds`](Self::block_bounds) return `Some`? If not, it is never called.
     const HAS_BLOCK_BOUNDS: bool = false;
 
+    /// Error bounds of the cells between the nodes `first` and `last`, if the storage has them. `spacing` is that of the lattice.
+    fn error_bound(&self, _first: [u32; 3], _last: [u32; 3], _spacing: f64, _band: f64) -> Option<ErrorBound> {
+        None
+    }
+
     /// Bounds of the nodes from `first` to `last`, if the storage has them without visiting each node.
     fn block_bounds(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<BlockBounds> {
         None
@@ -79,6 +86,10 @@ impl<S: Storage> Storage for &S {
     }
 
     const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;
+
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+        (**self).error_bound(first, last, spacing, band)
+    }
 
     #[inline(always)]
     fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
@@ -118,18 +129,44 @@ pub struct Grid<S> {
     lattice: Lattice,
     storage: S,
     slope_bound: f64,
+    band: f64,
+    error_bound: f64,
 }
 
 impl<S: Storage> Grid<S> {
     /// `slope_bound` must be at least what [`measure_slope_bound`] returns. `None` unless it is finite and not
     /// negative.
     pub fn new(lattice: Lattice, storage: S, slope_bound: f64) -> Option<Self> {
-        (slope_bound.is_finite() && slope_bound >= 0.0).then_some(Self { lattice, storage, slope_bound })
+        (slope_bound.is_finite() && slope_bound >= 0.0).then_some(Self {
+            lattice,
+            storage,
+            slope_bound,
+            band: f64::INFINITY,
+            error_bound: f64::INFINITY,
+        })
     }
 
     /// The same grid with the same samples in a storage of another type, such as one variant of an enum of storages.
     pub fn with_storage<T: Storage>(&self, storage: T) -> Grid<T> {
-        Grid { lattice: self.lattice, storage, slope_bound: self.slope_bound }
+        let Self { lattice, slope_bound, band, error_bound, .. } = *self;
+        Grid { lattice, storage, slope_bound, band, error_bound }
+    }
+
+    /// The same grid with another band: samples with |φ| ≥ `band` get the status [`beyond_band`](crate::Status::beyond_band).
+    /// Infinite unless set, as for dense grids.
+    pub fn with_band(self, band: f64) -> Self {
+        Self { band, ..self }
+    }
+
+    /// See [`with_band`](Self::with_band).
+    pub fn band(&self) -> f64 {
+        self.band
+    }
+
+    /// The same grid with another bound of |φ − d|, d being the signed distance to what was sampled, within the band. Infinite unless
+    /// set: nothing is known.
+    pub fn with_error_bound(self, error_bound: f64) -> Self {
+        Self { error_bound, ..self }
     }
 
     /// Positions of the nodes.
@@ -146,7 +183,15 @@ impl<S: Storage> Grid<S> {
 impl<S: Storage> Sdf for Grid<S> {
     #[cfg_attr(feature = "std", inline(always))]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        evaluate::evaluate(&self.lattice, &self.storage, point)
+        let mut sample = evaluate::evaluate(&self.lattice, &self.storage, point);
+        sample.status.beyond_band = R::from_f64(self.band).le(sample.value.abs());
+        sample
+    }
+
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        let value_at_box = |on_box| self.value(on_box);
+        let gradient = smooth::smooth_gradient(&self.lattice, &self.storage, point, value_at_box);
+        Sample { gradient, ..self.evaluate(point) }
     }
 
     /// Reads all samples on the faces of the box: a sample −s there can make φ ≤ level up to level + s outside.
@@ -185,6 +230,26 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         let slope_bound = slope_bound_with_outside(slope, may_be_negative);
         let range = Interval { lower, upper: f64::INFINITY };
         BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound) }
+    }
+
+    /// Outside the box that of its border: φ is at most the distance, which `above` allows.
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        let by_cells = self
+            .lattice
+            .nodes_around(region)
+            .and_then(|[first, last]| self.storage.error_bound(first, last, self.lattice.spacing(), self.band));
+        let all = match self.band < f64::INFINITY {
+            true => ErrorBound { near: self.error_bound, ..ErrorBound::UNKNOWN },
+            false => ErrorBound::everywhere(self.error_bound),
+        };
+        let error = by_cells.unwrap_or(all);
+        let is_inside = self.lattice.bounds().encloses(region);
+        match () {
+            () if is_inside => error,
+            // The solid may continue beyond the box.
+            () if self.enclose_box(region).range.lower < 0.0 => ErrorBound::UNKNOWN,
+            () => ErrorBound { below: f64::INFINITY, ..error },
+        }
     }
 
     #[cfg_attr(feature = "std", inline(always))]

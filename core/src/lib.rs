@@ -24,6 +24,7 @@ pub mod combine;
 pub mod contact;
 mod delegate;
 mod enclosure;
+mod error_bound;
 pub mod grid;
 pub mod minimize;
 mod number;
@@ -39,6 +40,7 @@ pub use aabb::Aabb;
 #[cfg(feature = "alloc")]
 pub use any_field::AnyField;
 pub use enclosure::{BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, GradientBox, PartVisitor};
+pub use error_bound::ErrorBound;
 pub use nalgebra;
 pub use number::interval::Interval;
 pub use number::kernel::{LaneBundle, LaneKernel};

@@ -33,7 +33,7 @@ pub use stretch::Stretch;
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::simplex::max_distance;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
 
 /// An affine map from the world into a field's local frame.
 pub trait Placement {
@@ -81,6 +81,12 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     }
 
     #[inline(always)]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        let pulled = self.placement.pull(point);
+        pulled.push_sample(self.field.evaluate_smooth(pulled.point))
+    }
+
+    #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         let pulled = self.placement.pull(point);
         self.field.value(pulled.point) * pulled.scale
@@ -102,6 +108,10 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
             range: local.range.scale(self.placement.scale()),
             slope_bound: local.slope_bound * self.placement.slope_factor(),
         }
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.field.error_bound(&self.placement.pull_bounds(*region)).scale(self.placement.scale())
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

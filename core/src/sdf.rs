@@ -9,7 +9,7 @@ pub use plug_in::DynSdf;
 pub use sample::{Sample, Status};
 
 use crate::Aabb;
-use crate::number::{Mask, Real};
+use crate::number::{Float, Mask, Real};
 
 /// A field of signed distances: negative inside, zero on the surface, positive outside, in the unit of the points.
 ///
@@ -56,6 +56,16 @@ pub trait Sdf {
         self.evaluate(point).value
     }
 
+    /// φ, and in place of ∇φ a gradient that is continuous wherever φ's own is so but for its interpolation: what a contact's
+    /// normal is made of. A grid averages its gradient over a cell about the point; closed forms return ∇φ itself.
+    ///
+    /// The condition is that of [`evaluate`](Self::evaluate), and the value has the same bits. A field that wraps another asks
+    /// that one's `evaluate_smooth`.
+    #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        self.evaluate(point)
+    }
+
     /// φ and ∇φ at any point. The status is [`not_finite`](Status::not_finite), the value MAX_COORDINATE and the gradient
     /// zero where the point is not finite or exceeds [`Real::MAX_COORDINATE`], here or in a frame that the field is placed
     /// in, and where stored samples are not finite.
@@ -87,5 +97,9 @@ impl<F: Sdf + ?Sized> Sdf for &F {
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         (**self).value(point)
+    }
+    #[inline(always)]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        (**self).evaluate_smooth(point)
     }
 }

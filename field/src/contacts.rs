@@ -1,12 +1,12 @@
 //! Contacts of a mesh with a field: elements in chunks, each chunk by the [`engine`](crate::engine), chunks on all threads.
 
-use sdf_core::AnyField;
-use sdf_core::contact::{Contact, Outcome, all_contacts};
+use sdf_core::contact::{Contact, ContactStatus, Element, Outcome, all_contacts, contact_at, one_per_feature};
 use sdf_core::minimize::{
     AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling,
     ProjectedGradient, SimplexCell,
 };
 use sdf_core::placed::Posed;
+use sdf_core::{Aabb, AnyField, EnclosedSdf};
 
 use crate::engine::Query;
 use crate::mesh_view::{MeshView, VertexOutOfRange, check, element};
@@ -21,6 +21,9 @@ pub struct Contacts {
     pub element_count: usize,
     /// Elements that were searched: not culled, and finite.
     pub searched_count: usize,
+    /// Contacts with the status [`Possible`](sdf_core::contact::ContactStatus::Possible): see
+    /// [`ContactOptions::complete`].
+    pub possible_count: usize,
     /// Elements that were skipped: a coordinate, or an answer of the field, is NaN or infinite or too large.
     pub not_finite_count: usize,
 }
@@ -35,6 +38,8 @@ pub enum QueryError {
     GoldenSectionNeedsEdges,
     /// Only the certified methods find every minimum of an element.
     AllMinimaNeedCertified,
+    /// A complete search needs a bound of the field's error, and this field has none.
+    ErrorBoundUnknown,
 }
 
 impl std::fmt::Display for QueryError {
@@ -42,6 +47,9 @@ impl std::fmt::Display for QueryError {
         match self {
             Self::VertexOutOfRange(error) => error.fmt(f),
             Self::GoldenSectionNeedsEdges => f.write_str("golden-section search works on edges only"),
+            Self::ErrorBoundUnknown => {
+                f.write_str("a complete search needs a field whose error bound is known: a baked grid or a closed form")
+            }
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
     }
@@ -121,20 +129,19 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
     minimizer: &M,
 ) -> Result<Contacts, QueryError> {
     check(points, elements).map_err(QueryError::VertexOutOfRange)?;
+    let report = Report::new(field, points, options)?;
     let search_chunk = |first: usize, vertices: &[[u32; N]]| {
         let elements: Vec<_> = (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
-        let query = Query { field, pose: options.pose, margin: options.margin, elements: &elements };
+        let query = Query { field, pose: options.pose, margin: report.search_margin, elements: &elements };
         let mut found = Contacts::default();
-        for outcome in query.outcomes(minimizer) {
+        for (index, outcome) in query.outcomes(minimizer) {
             found.count(&outcome);
-            if let Outcome::Contact(contact) = outcome {
-                found.contacts.push(contact);
-            }
+            found.contacts.extend(report.contact(&elements[index], outcome));
         }
         found
     };
     let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
-    Ok(Contacts::join(elements.len(), chunks))
+    Ok(Contacts::join(elements.len(), chunks, options))
 }
 
 fn find_all_minima<const N: usize>(
@@ -145,20 +152,86 @@ fn find_all_minima<const N: usize>(
     search: &AllMinima,
 ) -> Result<Contacts, QueryError> {
     check(points, elements).map_err(QueryError::VertexOutOfRange)?;
-    let field = Posed { field, pose: options.pose };
+    let report = Report::new(field, points, options)?;
+    let field = report.field;
     let search_chunk = |first: usize, vertices: &[[u32; N]]| {
         let (mut pieces, mut minima) = (vec![SimplexCell::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
         let mut found = Contacts::default();
         for (id, vertices) in (first..).zip(vertices) {
             let element = element(points, id, *vertices);
-            let visit = |contact: &Contact<f64>| found.contacts.push(*contact);
-            let outcome = all_contacts(&field, search, options.margin, &element, &mut pieces, &mut minima, visit);
+            let mut contacts = vec![];
+            let visit = |contact: &Contact<f64>| contacts.push(*contact);
+            let margin = report.search_margin;
+            let outcome = all_contacts(&field, search, margin, &element, &mut pieces, &mut minima, visit);
             found.count(&outcome);
+            contacts.extend(report.of_separated(&element, &outcome));
+            found.contacts.extend(contacts.into_iter().filter_map(|contact| report.settle(&element, contact)));
         }
         found
     };
     let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
-    Ok(Contacts::join(elements.len(), chunks))
+    Ok(Contacts::join(elements.len(), chunks, options))
+}
+
+/// What becomes of a searched element: a contact, a possible one, or none.
+struct Report<'a> {
+    field: Posed<&'a AnyField>,
+    margin: f64,
+    complete: bool,
+    /// No point of the shape is within the margin where φ is above this.
+    search_margin: f64,
+}
+
+impl<'a> Report<'a> {
+    fn new(field: &'a AnyField, points: &[[f64; 3]], options: &ContactOptions) -> Result<Self, QueryError> {
+        let ContactOptions { margin, complete, pose, .. } = *options;
+        let field = Posed { field, pose };
+        let error = if complete { field.error_bound(&bounds(points)).near } else { 0.0 };
+        match error.is_finite() {
+            true => Ok(Self { field, margin, complete, search_margin: margin + error }),
+            false => Err(QueryError::ErrorBoundUnknown),
+        }
+    }
+
+    fn contact<const N: usize>(&self, element: &Element<f64, N>, outcome: Outcome<f64, N>) -> Option<Contact<f64>> {
+        let contact = match outcome {
+            Outcome::Contact(contact) => contact,
+            _ => self.of_separated(element, &outcome)?,
+        };
+        self.settle(element, contact)
+    }
+
+    /// In a complete search an element's minimum above all margins counts too, as its lower bound may be below them.
+    fn of_separated<const N: usize>(
+        &self,
+        element: &Element<f64, N>,
+        outcome: &Outcome<f64, N>,
+    ) -> Option<Contact<f64>> {
+        match outcome {
+            Outcome::Separated(minimum) if self.complete => {
+                contact_at(&self.field, element, minimum, f64::NEG_INFINITY)
+            }
+            _ => None,
+        }
+    }
+
+    /// The contact where φ is within the margin; a possible one where the shape may be: some point of the element may have a φ of
+    /// `lower_bound`, and be nearer by the field's error.
+    fn settle<const N: usize>(&self, element: &Element<f64, N>, contact: Contact<f64>) -> Option<Contact<f64>> {
+        if contact.distance <= self.margin {
+            return Some(contact);
+        }
+        let error = self.field.error_bound(&element.simplex.bounds()).near;
+        let is_possible = self.complete && contact.lower_bound - error <= self.margin;
+        is_possible.then_some(Contact { status: ContactStatus::Possible, ..contact })
+    }
+}
+
+/// The box around points; those that are not finite do not count.
+fn bounds(points: &[[f64; 3]]) -> Aabb {
+    let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
+    let around = finite.map(|point| Aabb { min: *point, max: *point }).reduce(|a, b| a.union(&b));
+    around.unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] })
 }
 
 impl Contacts {
@@ -170,7 +243,7 @@ impl Contacts {
         }
     }
 
-    fn join(element_count: usize, chunks: Vec<Self>) -> Self {
+    fn join(element_count: usize, chunks: Vec<Self>, options: &ContactOptions) -> Self {
         let mut all = Self { element_count, ..Self::default() };
         all.contacts.reserve(chunks.iter().map(|chunk| chunk.contacts.len()).sum());
         for chunk in chunks {
@@ -178,6 +251,11 @@ impl Contacts {
             all.not_finite_count += chunk.not_finite_count;
             all.contacts.extend(chunk.contacts);
         }
+        if options.one_per_feature {
+            let count = one_per_feature(&mut all.contacts);
+            all.contacts.truncate(count);
+        }
+        all.possible_count = all.contacts.iter().filter(|contact| contact.status == ContactStatus::Possible).count();
         all
     }
 }

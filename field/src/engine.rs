@@ -33,30 +33,30 @@ pub(crate) struct Query<'a, const N: usize> {
 }
 
 impl<const N: usize> Query<'_, N> {
-    /// The outcomes of the elements that are not culled, in their order.
-    pub fn outcomes<M: Minimizer<N>>(&self, minimizer: &M) -> Vec<Outcome<f64, N>> {
+    /// The index and outcome of each element that is not culled, in their order.
+    pub fn outcomes<M: Minimizer<N>>(&self, minimizer: &M) -> Vec<(usize, Outcome<f64, N>)> {
         match (self.field, Vectors::new()) {
             (AnyField::Grid(grid), Some(vectors)) => match grid.storage() {
                 OwnedStorage::Dense(samples) => self.wide(&grid.with_storage(samples), minimizer, vectors),
                 _ => self.wide(&**grid, minimizer, vectors),
             },
-            _ => self.one_by_one(self.elements.iter(), minimizer),
+            _ => self.one_by_one(0..self.elements.len(), minimizer),
         }
     }
 
     /// Element by element.
     #[inline(never)]
-    fn one_by_one<'e, M: Minimizer<N>>(
+    fn one_by_one<M: Minimizer<N>>(
         &self,
-        elements: impl Iterator<Item = &'e Element<f64, N>>,
+        indices: impl Iterator<Item = usize>,
         minimizer: &M,
-    ) -> Vec<Outcome<f64, N>> {
+    ) -> Vec<(usize, Outcome<f64, N>)> {
         let field = Posed { field: self.field, pose: self.pose };
-        let outcomes = elements.map(|element| contact(&field, minimizer, self.margin, element));
-        outcomes.filter(|outcome| !matches!(outcome, Outcome::Culled)).collect()
+        let outcomes = indices.map(|index| (index, contact(&field, minimizer, self.margin, &self.elements[index])));
+        outcomes.filter(|(_, outcome)| !matches!(outcome, Outcome::Culled)).collect()
     }
 
-    fn wide<F, M>(&self, field: &F, minimizer: &M, vectors: Vectors) -> Vec<Outcome<f64, N>>
+    fn wide<F, M>(&self, field: &F, minimizer: &M, vectors: Vectors) -> Vec<(usize, Outcome<f64, N>)>
     where
         F: EnclosedSdf,
         M: Minimizer<N>,
@@ -66,9 +66,9 @@ impl<const N: usize> Query<'_, N> {
         let mut culled = vectors.run(WideCull { field, margin, elements });
         culled.sort_unstable_by_key(|(index, _)| *index);
         if !M::USES_SIMD {
-            return self.one_by_one(culled.iter().map(|(index, _)| &elements[*index]), minimizer);
+            return self.one_by_one(culled.iter().map(|(index, _)| *index), minimizer);
         }
-        let mut outcomes = vec![Outcome::NotFinite; culled.len()];
+        let mut outcomes: Vec<_> = culled.iter().map(|(index, _)| (*index, Outcome::NotFinite)).collect();
         let mut survivors = vec![];
         let mut places = vec![];
         for (place, (index, result)) in culled.iter().enumerate() {
@@ -77,7 +77,7 @@ impl<const N: usize> Query<'_, N> {
                 places.push(place);
             }
         }
-        let visit = |survivor: usize, outcome| outcomes[places[survivor]] = outcome;
+        let visit = |survivor: usize, outcome| outcomes[places[survivor]].1 = outcome;
         vectors.run(WideSearch { field, minimizer, margin, elements, survivors: &survivors, visit });
         outcomes
     }

@@ -65,6 +65,13 @@ pub struct ContactOptions {
     pub tolerance: f64,
     /// Report every isolated minimum of an element, not only the lowest. Needs a certified method.
     pub all_minima: bool,
+    /// Leave out no element whose distance to the *shape* is within the margin, such as the mesh that a grid was baked from. What the
+    /// field's error bound leaves open is reported with the status [`Possible`](sdf_core::contact::ContactStatus::Possible). Needs a
+    /// closed form or a grid whose error bound is known.
+    pub complete: bool,
+    /// Report one contact for each vertex, edge or face that is touched: see
+    /// [`one_per_feature`](sdf_core::contact::one_per_feature).
+    pub one_per_feature: bool,
     /// How many threads work.
     pub threads: Threads,
 }
@@ -79,6 +86,8 @@ impl Default for ContactOptions {
             budget: None,
             tolerance: 1e-3,
             all_minima: false,
+            complete: false,
+            one_per_feature: false,
             threads: Threads::ALL,
         }
     }

@@ -22,6 +22,7 @@ pub fn lane_sample<R: Float, const L: usize>(sample: &Sample<Lanes<R, L>>, lane:
         status: Status {
             degenerate_gradient: sample.status.degenerate_gradient.0[lane],
             outside_grid: sample.status.outside_grid.0[lane],
+            beyond_band: sample.status.beyond_band.0[lane],
             not_finite: sample.status.not_finite.0[lane],
         },
     }

@@ -28,6 +28,7 @@ impl<R: Real, F: Sdf> SdfIn<R> for F {
 
 /// Enclosures in one number type.
 trait EnclosedSdfIn<R: Float> {
+    fn evaluate_smooth_in(&self, point: Vector3<R>) -> Sample<R>;
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R>;
     fn is_convex_in(&self, corners: &[Vector3<R>]) -> bool;
     fn max_rise_in(&self, corners: &[Vector3<R>]) -> [R; 4];
@@ -36,6 +37,9 @@ trait EnclosedSdfIn<R: Float> {
 }
 
 impl<R: Float, F: EnclosedSdf> EnclosedSdfIn<R> for F {
+    fn evaluate_smooth_in(&self, point: Vector3<R>) -> Sample<R> {
+        self.evaluate_smooth(point)
+    }
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.enclosure(about, corners)
     }
@@ -100,6 +104,13 @@ macro_rules! scene_field {
                     return same_type(value).unwrap();
                 })*
                 panic!("a SceneField evaluates in {}", stringify!($($number),*))
+            }
+
+            fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+                if let Some(point) = same_type::<_, Vector3<f32>>(point) {
+                    return same_type(self.0.evaluate_smooth_in(point)).unwrap();
+                }
+                same_type(self.0.evaluate_smooth_in(same_type::<_, Vector3<f64>>(point).unwrap())).unwrap()
             }
 
             fn bounds(&self, level: f64) -> Aabb {

@@ -15,6 +15,7 @@ pub mod answer;
 pub mod bodies;
 pub mod cases;
 pub mod jitter;
+pub mod normals;
 pub mod problem;
 pub mod report;
 pub mod tally;

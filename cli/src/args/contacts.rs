@@ -40,6 +40,14 @@ pub struct ContactsArgs {
     /// separated by less than a hundredth of the longest edge count as one.
     #[arg(long)]
     pub all_minima: bool,
+    /// Leave out no element that comes within --margin of the mesh that the grid was baked from. What the grid's error leaves open
+    /// is reported with the status `possible`.
+    #[arg(long)]
+    pub complete: bool,
+    /// Report one contact for each vertex, edge or face that is touched, the deepest: neighbouring faces that touch with the edge or
+    /// vertex they share report it each.
+    #[arg(long)]
+    pub one_per_feature: bool,
     /// Report elements that come within this distance of the surface, in the mesh's unit; negative: report only contacts at
     /// least this deep. For two fields: points within it of both, which exist if the gap is at most twice as wide.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
@@ -73,6 +81,8 @@ impl ContactsArgs {
             ("--method", self.method != Method::Auto),
             ("--iterations", self.iterations.is_some()),
             ("--all-minima", self.all_minima),
+            ("--complete", self.complete),
+            ("--one-per-feature", self.one_per_feature),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => bail!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),

@@ -2,6 +2,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use sdf_core::Simplex;
+use sdf_core::contact::ContactStatus;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
@@ -36,10 +37,12 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let query = started.elapsed().as_secs_f64() - read;
 
     let document = Document {
-        schema: "sdftool.contacts/1",
+        schema: "sdftool.contacts/2",
         elements: found.elements,
         passed_cull: found.passed_cull,
         not_finite: found.not_finite,
+        possible: found.possible,
+        beyond_band: found.beyond_band(),
         contacts: &found.contacts,
         read: from_file,
         seconds: Seconds { read, query },
@@ -59,6 +62,17 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(read) = &from_file {
         rows.push(("read", read.in_words()));
     }
+    if args.complete {
+        rows.push((
+            "possible",
+            format!("{} of the contacts: the grid's error leaves open whether they are", found.possible),
+        ));
+    }
+    if found.beyond_band() > 0 {
+        let count = found.beyond_band();
+        let advice = "their distances are coarse; bake with a larger --band, or --layout dense";
+        rows.push(("beyond the band", format!("{count} contacts: {advice}")));
+    }
     if found.not_finite > 0 {
         let skipped = format!("{} elements with coordinates that are not finite or exceed 1e150", found.not_finite);
         rows.push(("skipped", skipped));
@@ -75,6 +89,8 @@ struct Document<'a> {
     elements: usize,
     passed_cull: usize,
     not_finite: usize,
+    possible: usize,
+    beyond_band: usize,
     contacts: &'a [ContactRecord],
     /// Of a grid alone.
     read: Option<FromFile>,
@@ -99,10 +115,12 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
         OpenField::Grid(reader) => {
             let summary = reader.summary();
             require_distances(&args.sdf, args.margin, &summary)?;
+            // A complete search looks as far as the grid can be off.
+            let margin = args.margin + if args.complete { summary.about.error_bound } else { 0.0 };
             let stored = match args.elements {
-                Elements::Faces => read_needed(args, mesh, pose, reader, &mesh.triangles),
-                Elements::Edges => read_needed(args, mesh, pose, reader, &mesh.edges()),
-                Elements::Vertices => read_needed(args, mesh, pose, reader, &vertices(mesh)),
+                Elements::Faces => read_needed(args, margin, mesh, pose, reader, &mesh.triangles),
+                Elements::Edges => read_needed(args, margin, mesh, pose, reader, &mesh.edges()),
+                Elements::Vertices => read_needed(args, margin, mesh, pose, reader, &vertices(mesh)),
             }?;
             let from_file = FromFile::of(&stored, summary.file_bytes);
             Ok((Field::from_stored(stored), Some(from_file)))
@@ -112,20 +130,21 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
 
 fn read_needed<const N: usize>(
     args: &ContactsArgs,
+    margin: f64,
     mesh: &Mesh,
     pose: &Rigid,
     reader: GridReader,
     elements: &[[u32; N]],
 ) -> Result<StoredGrid> {
     let world = || elements.iter().map(|vertices| simplex(mesh, *vertices).bounds());
-    let farthest = world().fold(args.margin.abs(), |farthest, bounds| {
+    let farthest = world().fold(margin.abs(), |farthest, bounds| {
         bounds.min.into_iter().chain(bounds.max).fold(farthest, |farthest: f64, x| farthest.max(x.abs()))
     });
     let is_moved = args.pose.is_moved();
     // A query on an element may lie outside its box by the rounding of world coordinates.
     let rounding = farthest * 4.0 * f64::EPSILON;
     let regions = world().map(|bounds| if is_moved { pose.pull_bounds(bounds.inflate(rounding)) } else { bounds });
-    Ok(reader.read_needed(regions, args.margin + farthest * ROUNDING)?)
+    Ok(reader.read_needed(regions, margin + farthest * ROUNDING)?)
 }
 
 /// All contacts of a mesh, in the order of its elements.
@@ -134,7 +153,16 @@ pub struct Found {
     pub passed_cull: usize,
     /// Elements that were skipped: a coordinate, or an answer of the field, is NaN or infinite or too large.
     pub not_finite: usize,
+    /// Contacts that the grid's error leaves open.
+    pub possible: usize,
     pub contacts: Vec<ContactRecord>,
+}
+
+impl Found {
+    /// Contacts whose distance is coarse, as they lie beyond the band of a sparse grid.
+    fn beyond_band(&self) -> usize {
+        self.contacts.iter().filter(|contact| contact.status == ContactStatus::BeyondBand).count()
+    }
 }
 
 /// Searches the mesh on the threads of the current pool.
@@ -154,6 +182,7 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
         elements: found.element_count,
         passed_cull: found.searched_count,
         not_finite: found.not_finite_count,
+        possible: found.possible_count,
         contacts,
     })
 }
@@ -171,6 +200,8 @@ fn options(args: &ContactsArgs) -> Result<ContactOptions> {
         budget: args.iterations,
         tolerance: args.tolerance,
         all_minima: args.all_minima,
+        complete: args.complete,
+        one_per_feature: args.one_per_feature,
         threads: Threads::ALL,
     })
 }

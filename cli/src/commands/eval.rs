@@ -36,6 +36,7 @@ fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: 
                     "gradient": <[f64; 3]>::from(sample.gradient),
                     "degenerate_gradient": sample.status.degenerate_gradient,
                     "outside_grid": sample.status.outside_grid,
+                    "beyond_band": sample.status.beyond_band,
                     "not_finite": sample.status.not_finite,
                 })
             })

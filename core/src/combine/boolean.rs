@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::enclosures;
 use crate::enclosure::PartVisitor;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
 
 /// The union: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +26,11 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     }
 
     #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        lower(self.0.evaluate_smooth(point), self.1.evaluate_smooth(point))
+    }
+
+    #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         self.0.value(point).min(self.1.value(point))
     }
@@ -42,6 +47,10 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Union<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.0.enclose_box(region).min(self.1.enclose_box(region))
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.0.error_bound(region).max(self.1.error_bound(region))
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
@@ -89,6 +98,11 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     }
 
     #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        lower(self.0.evaluate_smooth(point).negate(), self.1.evaluate_smooth(point).negate()).negate()
+    }
+
+    #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         -(-self.0.value(point)).min(-self.1.value(point))
     }
@@ -106,6 +120,10 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Intersection<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.0.enclose_box(region).negate().min(self.1.enclose_box(region).negate()).negate()
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.0.error_bound(region).max(self.1.error_bound(region))
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
@@ -139,6 +157,11 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
     }
 
     #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        lower(self.0.evaluate_smooth(point).negate(), self.1.evaluate_smooth(point)).negate()
+    }
+
+    #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         -(-self.0.value(point)).min(self.1.value(point))
     }
@@ -155,6 +178,10 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Difference<A, B> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.0.enclose_box(region).negate().min(self.1.enclose_box(region)).negate()
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.0.error_bound(region).max(self.1.error_bound(region).negate())
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

@@ -6,7 +6,7 @@ use super::boolean::lower;
 use crate::enclosure::PartVisitor;
 use crate::number::{Float, Real};
 use crate::simplex::mean;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
 
 /// The union of any number of fields of one type: min over all parts. `S` holds or lends the slice of them: `&[F]`, `Vec<F>`.
 ///
@@ -49,6 +49,11 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
     }
 
     #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        self.combine(Sample::new(R::zero(), Vector3::zeros()), |part| part.evaluate_smooth(point), lower)
+    }
+
+    #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         self.combine(R::zero(), |part| part.value(point), R::min)
     }
@@ -65,6 +70,10 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
 impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.combine(BoxEnclosure::ANYTHING, |part| part.enclose_box(region), BoxEnclosure::min)
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.combine(ErrorBound::UNKNOWN, |part| part.error_bound(region), ErrorBound::max)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

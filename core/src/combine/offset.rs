@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
 
 /// The shape grown by `distance`, or shrunk if that is negative: φ − `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,12 @@ impl<F: Sdf> Sdf for Offset<F> {
     }
 
     #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        let sample = self.field.evaluate_smooth(point);
+        Sample { value: sample.value - R::from_f64(self.distance), ..sample }
+    }
+
+    #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
         self.field.value(point) - R::from_f64(self.distance)
     }
@@ -43,6 +49,10 @@ impl<F: Sdf> Sdf for Offset<F> {
 impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.field.enclose_box(region).shift(-self.distance)
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.field.error_bound(region)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

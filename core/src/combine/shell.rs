@@ -9,7 +9,7 @@ use crate::enclosure::sum;
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::simplex::mean;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Sample, Sdf};
 
 /// A wall with half of `thickness` on either side of the surface: |φ| − thickness/2.
 ///
@@ -25,15 +25,25 @@ impl<F> Shell<F> {
     pub fn new(field: F, thickness: f64) -> Option<Self> {
         (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness })
     }
+
+    /// The wall's φ and ∇φ from those of the field.
+    #[inline]
+    fn wall<R: Real>(&self, sample: Sample<R>) -> Sample<R> {
+        let mut wall = Sample::select(sample.value.lt(R::zero()), sample.negate(), sample);
+        wall.status.degenerate_gradient = wall.status.degenerate_gradient | sample.value.is_zero();
+        Sample { value: wall.value - R::from_f64(0.5 * self.thickness), ..wall }
+    }
 }
 
 impl<F: Sdf> Sdf for Shell<F> {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let sample = self.field.evaluate(point);
-        let mut wall = Sample::select(sample.value.lt(R::zero()), sample.negate(), sample);
-        wall.status.degenerate_gradient = wall.status.degenerate_gradient | sample.value.is_zero();
-        Sample { value: wall.value - R::from_f64(0.5 * self.thickness), ..wall }
+        self.wall(self.field.evaluate(point))
+    }
+
+    #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        self.wall(self.field.evaluate_smooth(point))
     }
 
     #[inline]
@@ -56,6 +66,11 @@ impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {
         let lower = inner.range.lower.max(-inner.range.upper).max(0.0);
         let upper = inner.range.upper.max(-inner.range.lower);
         BoxEnclosure { range: Interval { lower, upper }, ..inner }.shift(-0.5 * self.thickness)
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        let error = self.field.error_bound(region);
+        error.max(error.negate())
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

@@ -13,7 +13,7 @@ use super::enclosures;
 use crate::enclosure::sum;
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Sample, Sdf};
 
 /// A union with filled creases: min(a, b) − h² k/4 with k = `blend` and h = max(1 − |a − b|/k, 0).
 ///
@@ -43,12 +43,10 @@ impl<A, B> SmoothUnion<A, B> {
     fn blended<R: Real>(&self, a: R, b: R, h: R) -> R {
         a.min(b) - h * h * R::from_f64(0.25 * self.blend)
     }
-}
 
-impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
+    /// φ and ∇φ from those of both parts.
     #[inline]
-    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let (a, b) = (self.a.evaluate(point), self.b.evaluate(point));
+    fn blend_samples<R: Real>(&self, a: Sample<R>, b: Sample<R>) -> Sample<R> {
         let h = self.blend_factor(a.value, b.value);
         let higher_weight = h * R::from_f64(0.5);
         let a_weight = R::select(a.value.lt(b.value), R::one() - higher_weight, higher_weight);
@@ -57,6 +55,18 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
         let is_unblended = h.is_zero();
         let lower = Sample::select(b.value.lt(a.value), b, a);
         Sample::select(is_unblended, Sample { value: blended.value, ..lower }, blended)
+    }
+}
+
+impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
+    #[inline]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.blend_samples(self.a.evaluate(point), self.b.evaluate(point))
+    }
+
+    #[inline]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        self.blend_samples(self.a.evaluate_smooth(point), self.b.evaluate_smooth(point))
     }
 
     #[inline]
@@ -80,6 +90,10 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {
         let sharp = self.a.enclose_box(region).min(self.b.enclose_box(region));
         let range = Interval { lower: sharp.range.lower - 0.25 * self.blend, ..sharp.range };
         BoxEnclosure { range, ..sharp }
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.a.error_bound(region).max(self.b.error_bound(region))
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

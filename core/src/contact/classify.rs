@@ -1,12 +1,14 @@
 use nalgebra::Vector3;
 
-use super::{Contact, ContactStatus, Element, ElementKind, Outcome};
+use super::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX, Outcome};
 use crate::minimize::Minimum;
 use crate::number::{Float, Real};
 use crate::vector::norm;
+use crate::{Aabb, EnclosedSdf, ErrorBound, Sample};
 
 /// The outcome of an element that passed the cull with this lower bound, from its minimum.
-pub(super) fn classify<R: Float, const N: usize>(
+pub(super) fn classify<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
     margin: R,
     element: &Element<R, N>,
     minimum: &Minimum<R, N>,
@@ -15,7 +17,7 @@ pub(super) fn classify<R: Float, const N: usize>(
     if is_separated(margin, minimum) {
         return Outcome::Separated(*minimum);
     }
-    report(element, minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
+    report(field, element, minimum, lower_bound, 0).map_or(Outcome::NotFinite, Outcome::Contact)
 }
 
 /// Is the minimum finite and above the margin?
@@ -23,41 +25,72 @@ pub(super) fn is_separated<R: Float, const N: usize>(margin: R, minimum: &Minimu
     margin < minimum.sample.value && minimum.sample.value.is_finite()
 }
 
+/// The direction out of the shape at a point, and the way to the surface.
+struct Normal<R: Float> {
+    normal: Vector3<R>,
+    slope: R,
+    /// From the surface to the point.
+    from_surface: Vector3<R>,
+}
+
+impl<R: Float> Normal<R> {
+    /// `None` where the gradient has no direction. The way to the surface is φ / |∇φ|, but where the slope is below half of
+    /// `full_slope` that is taken in its place: near a medial axis |∇φ| goes to zero and φ does not. The surface is at least
+    /// |φ| / slope bound away, and the way is never more than 2 |φ| / `full_slope`.
+    fn new(value: R, gradient: Vector3<R>, full_slope: R) -> Option<Self> {
+        let slope = norm(gradient);
+        let normal = gradient / slope;
+        let distance = value / Real::max(slope, full_slope * R::from_f64(0.5));
+        let is_valid = !slope.is_negligible() && slope.is_finite() && distance.is_finite();
+        is_valid.then_some(Self { normal, slope, from_surface: normal * distance })
+    }
+}
+
 /// The contact at a minimum; `None` where its value is not finite. `lower_bound` holds on the whole element; `rank` counts its
 /// minima.
-pub(super) fn report<R: Float, const N: usize>(
+pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
     element: &Element<R, N>,
     minimum: &Minimum<R, N>,
     lower_bound: R,
     rank: u32,
 ) -> Option<Contact<R>> {
     let kind = ElementKind::from_corner_count(N).filter(|_| minimum.sample.value.is_finite())?;
-    let gradient = minimum.sample.gradient;
-    let length = norm(gradient);
-    let step = minimum.sample.value / length;
-    // The square of a gradient can overflow or underflow where the gradient does not.
-    let has_normal = !length.is_negligible() && length.is_finite() && step.is_finite();
-    let normal = if has_normal { gradient / length } else { Vector3::zeros() };
-    let from_surface = if has_normal { normal * step } else { Vector3::zeros() };
+    let Sample { value, gradient, status } = minimum.sample;
+    let beyond_band = status.beyond_band;
+    // A true distance has slope 1, and no field is steeper than its slope bound.
+    let full_slope = R::from_f64(field.slope_bound().min(1.0));
+    let smooth = Normal::new(value, field.evaluate_smooth(minimum.point).gradient, full_slope);
+    let is_degenerate = status.degenerate_gradient || smooth.is_none();
+    let zero = Normal { normal: Vector3::zeros(), slope: R::zero(), from_surface: Vector3::zeros() };
+    let Normal { normal, slope, from_surface } =
+        smooth.or_else(|| Normal::new(value, gradient, full_slope)).unwrap_or(zero);
     let status = match () {
-        () if minimum.sample.status.degenerate_gradient || !has_normal => ContactStatus::DegenerateGradient,
-        () if minimum.sample.status.outside_grid => ContactStatus::OutsideGrid,
+        () if is_degenerate => ContactStatus::DegenerateGradient,
+        () if status.outside_grid => ContactStatus::OutsideGrid,
+        () if status.beyond_band => ContactStatus::BeyondBand,
         () if !minimum.converged => ContactStatus::BudgetSpent,
         () => ContactStatus::Converged,
     };
-    let mut weights = [R::zero(); 3];
+    let (mut weights, mut vertices) = ([R::zero(); 3], [NO_VERTEX; 3]);
     weights.iter_mut().zip(minimum.weights).for_each(|(weight, known)| *weight = known);
+    vertices.iter_mut().zip(element.vertices).for_each(|(vertex, known)| *vertex = known);
     Some(Contact {
         kind,
         element: element.id,
+        vertices,
         rank,
         feature: element.feature(minimum.weights),
         weights,
         point: minimum.point,
         surface_point: minimum.point - from_surface,
         normal,
-        distance: minimum.sample.value,
+        slope,
+        distance: value,
         lower_bound: Real::max(minimum.lower_bound, lower_bound),
+        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), beyond_band),
+        shape_lower_bound: Real::max(minimum.lower_bound, lower_bound)
+            - R::from_f64(field.error_bound(&Aabb::from_corners(&element.simplex.corners)).above),
         evaluations: (minimum.evaluations.to_f64() as u32).saturating_add(1),
         status,
     })

@@ -5,6 +5,7 @@
 
 use super::brick::{brick_counts, brick_slot};
 use super::{BlockBounds, Lattice, Storage};
+use crate::ErrorBound;
 use crate::number::Float;
 
 /// Largest number of blocks merged per query. Larger elements gain little from local bounds.
@@ -50,6 +51,10 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
         self.storage.corners_in_lanes(cells)
     }
 
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+        self.storage.error_bound(first, last, spacing, band)
+    }
+
     const HAS_BLOCK_BOUNDS: bool = true;
 
     #[inline(always)]
@@ -70,11 +75,23 @@ pub(super) fn merge_blocks(
     last: [u32; 3],
     slot_bounds: impl Fn([u32; 3]) -> Option<BlockBounds>,
 ) -> Option<BlockBounds> {
+    merge_slots(first, last, BlockBounds::EMPTY, slot_bounds, BlockBounds::union)
+}
+
+/// What `get` returns for all slots that hold a node from `first` to `last`, joined by `union` from `empty` on. `None` if there are
+/// more than [`MAX_BLOCKS`], or where `get` returns it.
+#[inline(always)]
+pub(super) fn merge_slots<T>(
+    first: [u32; 3],
+    last: [u32; 3],
+    empty: T,
+    get: impl Fn([u32; 3]) -> Option<T>,
+    union: impl Fn(T, T) -> T,
+) -> Option<T> {
     let (first, last) = (brick_slot(first), brick_slot(last));
-    let empty = BlockBounds::EMPTY;
     // The common case: most elements are smaller than a block.
     if first == last {
-        return Some(empty.union(slot_bounds(first)?));
+        return Some(union(empty, get(first)?));
     }
     let mut count = 1_u32;
     for axis in 0..3 {
@@ -83,13 +100,13 @@ pub(super) fn merge_blocks(
     if count > MAX_BLOCKS {
         return None;
     }
-    let mut bounds = empty;
+    let mut merged = empty;
     for z in first[2]..=last[2] {
         for y in first[1]..=last[1] {
             for x in first[0]..=last[0] {
-                bounds = bounds.union(slot_bounds([x, y, z])?);
+                merged = union(merged, get([x, y, z])?);
             }
         }
     }
-    Some(bounds)
+    Some(merged)
 }

@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse};
 use super::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds};
+use crate::ErrorBound;
 use crate::number::Float;
 
 /// A grid in memory, of either layout and any precision.
@@ -178,6 +179,14 @@ impl Storage for OwnedStorage {
 
     const HAS_BLOCK_BOUNDS: bool = true;
 
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+        for_each_storage!(
+            self,
+            dense => dense.error_bound(first, last, spacing, band),
+            sparse => sparse.error_bound(first, last, spacing, band)
+        )
+    }
+
     #[inline(always)]
     fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
         for_each_storage!(self, dense => dense.block_bounds(first, last), sparse => sparse.block_bounds(first, last))
@@ -240,5 +249,9 @@ impl<C: Code> Bricks for OwnedBricks<C> {
     #[inline]
     fn coarse(&self) -> &[f32] {
         &self.coarse
+    }
+    #[inline]
+    fn errors(&self) -> &[f32] {
+        &self.errors
     }
 }

@@ -9,10 +9,11 @@
 
 use nalgebra::Vector3;
 
-use super::block_bounds::merge_blocks;
+use super::block_bounds::{merge_blocks, merge_slots};
 use super::brick::brick_slot;
 pub use super::brick::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use super::{BlockBounds, Lattice, Storage, cell_slope, trilinear};
+use crate::ErrorBound;
 use crate::number::interval::Interval;
 use crate::rounding::INTERPOLATION;
 
@@ -30,6 +31,11 @@ pub trait Bricks {
     fn bounds(&self) -> &[BlockBounds];
     /// Samples of the coarse grid, x fastest: one more along each axis than there are slots.
     fn coarse(&self) -> &[f32];
+    /// For each brick, over the cells whose first corner it holds: bound of |φ − d| where the signed distance d is within the band.
+    /// Empty where nothing is known.
+    fn errors(&self) -> &[f32] {
+        &[]
+    }
 }
 
 /// [`Bricks`] in borrowed slices, in memory or flash. Each slice is described at the trait's method of its name.
@@ -82,6 +88,9 @@ impl<B: Bricks> Bricks for &B {
     }
     fn coarse(&self) -> &[f32] {
         (**self).coarse()
+    }
+    fn errors(&self) -> &[f32] {
+        (**self).errors()
     }
 }
 
@@ -211,7 +220,37 @@ impl<B: Bricks> Sparse<B> {
     }
 }
 
+impl<B: Bricks> Sparse<B> {
+    /// Error bound of the cells whose first corner lies in a slot. Without a brick the coarse grid has at most the distance's
+    /// magnitude, but for a rise of 3 h²/(8 B) between its nodes (h the spacing, B the band): it exceeds d only where d is negative.
+    fn slot_error(&self, slot: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+        if let Some(brick) = self.brick_in_slot(slot) {
+            let near = f64::from(*self.bricks.errors().get(brick)?);
+            return Some(ErrorBound { near, ..self.coarse_error(slot, near, spacing, band) });
+        }
+        Some(self.coarse_error(slot, 0.0, spacing, band))
+    }
+
+    /// Error bound beyond the band.
+    fn coarse_error(&self, slot: [u32; 3], near: f64, spacing: f64, band: f64) -> ErrorBound {
+        let BlockBounds { range, .. } = self.slot_bounds(slot);
+        let magnitude = f64::from(range.upper.max(-range.lower));
+        let rounding = INTERPOLATION * f64::from(f32::EPSILON) * magnitude;
+        let rise = near.max(3.0 / 8.0 * spacing * spacing / band + rounding);
+        let band = band as f32;
+        ErrorBound {
+            near: 0.0,
+            above: if -band < range.lower { rise } else { f64::INFINITY },
+            below: if range.upper < band { rise } else { f64::INFINITY },
+        }
+    }
+}
+
 impl<B: Bricks> Storage for Sparse<B> {
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+        merge_slots(first, last, ErrorBound::EXACT, |slot| self.slot_error(slot, spacing, band), ErrorBound::max)
+    }
+
     #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];

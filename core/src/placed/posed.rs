@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::{Placed, Placement, Rigid};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal, PartVisitor, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, PartVisitor, Sample, Sdf};
 
 /// A field that a rigid motion may move, known only at run time: the same bits as the field itself without one, and as
 /// [`Placed`] with one. One type for both halves the code of what is compiled for it.
@@ -30,6 +30,14 @@ impl<F: Sdf> Sdf for Posed<F> {
         match pulled {
             None => local,
             Some(pulled) => pulled.push_sample(local),
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        match self.placed() {
+            None => self.field.evaluate_smooth(point),
+            Some(placed) => placed.evaluate_smooth(point),
         }
     }
 
@@ -66,6 +74,13 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
                 range: local.range.scale(pose.scale()),
                 slope_bound: local.slope_bound * pose.slope_factor(),
             },
+        }
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        match self.placed() {
+            None => self.field.error_bound(region),
+            Some(placed) => placed.error_bound(region),
         }
     }
 

@@ -9,7 +9,7 @@ use crate::enclosure::{BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal}
 use crate::number::kernel::LaneBundle;
 use crate::number::lanes::Lanes;
 use crate::number::{Float, Real};
-use crate::{Aabb, Simplex};
+use crate::{Aabb, ErrorBound, Simplex};
 
 /// The object-safe form of [`EnclosedSdf`], which every such field has. `dyn DynSdf` is a field itself: it answers in `f32`,
 /// `f64` and eight lanes of either through one virtual call, in any other number lane by lane. A dual number loses its
@@ -37,6 +37,8 @@ pub trait DynSdf:
     fn dyn_enclose_box(&self, region: &Aabb) -> BoxEnclosure;
     /// [`EnclosedSdf::linearization_error`].
     fn dyn_linearization_error(&self, region: &Aabb) -> f64;
+    /// [`EnclosedSdf::error_bound`].
+    fn dyn_error_bound(&self, region: &Aabb) -> ErrorBound;
 }
 
 impl<F: EnclosedSdf> DynSdf for F {
@@ -51,6 +53,9 @@ impl<F: EnclosedSdf> DynSdf for F {
     }
     fn dyn_linearization_error(&self, region: &Aabb) -> f64 {
         self.linearization_error(region)
+    }
+    fn dyn_error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.error_bound(region)
     }
 }
 
@@ -69,8 +74,9 @@ impl<R: Real, F: Sdf> EvaluateIn<R> for F {
     }
 }
 
-/// The methods of [`EnclosedSdf`] in one number type.
+/// [`Sdf::evaluate_smooth`] and the methods of [`EnclosedSdf`] in one number type.
 pub trait EncloseIn<R: Float> {
+    fn evaluate_smooth_in(&self, point: Vector3<R>) -> Sample<R>;
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R>;
     fn is_convex_in(&self, corners: &[Vector3<R>]) -> bool;
     fn max_rise_in(&self, corners: &[Vector3<R>]) -> [R; 4];
@@ -79,6 +85,9 @@ pub trait EncloseIn<R: Float> {
 }
 
 impl<R: Float, F: EnclosedSdf> EncloseIn<R> for F {
+    fn evaluate_smooth_in(&self, point: Vector3<R>) -> Sample<R> {
+        self.evaluate_smooth(point)
+    }
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.enclosure(about, corners)
     }
@@ -136,6 +145,14 @@ impl Sdf for dyn DynSdf + '_ {
         self.evaluate(point).value
     }
 
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        try_in! {
+            point: Vector3<f32> => self.evaluate_smooth_in(point);
+            point: Vector3<f64> => self.evaluate_smooth_in(point);
+        }
+        self.evaluate(point)
+    }
+
     fn bounds(&self, level: f64) -> Aabb {
         self.dyn_bounds(level)
     }
@@ -152,6 +169,10 @@ impl EnclosedSdf for dyn DynSdf + '_ {
 
     fn linearization_error(&self, region: &Aabb) -> f64 {
         self.dyn_linearization_error(region)
+    }
+
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.dyn_error_bound(region)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

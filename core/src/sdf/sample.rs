@@ -50,10 +50,11 @@ impl<R: Real> LaneBundle<R> for Sample<R> {
     }
     #[inline(always)]
     fn lane(&self, lane: usize) -> Self::Lane {
-        let Status { degenerate_gradient, outside_grid, not_finite } = self.status;
+        let Status { degenerate_gradient, outside_grid, beyond_band, not_finite } = self.status;
         let status = Status {
             degenerate_gradient: degenerate_gradient.lane(lane),
             outside_grid: outside_grid.lane(lane),
+            beyond_band: beyond_band.lane(lane),
             not_finite: not_finite.lane(lane),
         };
         Sample { value: self.value.lane(lane), gradient: self.gradient.lane(lane), status }
@@ -62,9 +63,10 @@ impl<R: Real> LaneBundle<R> for Sample<R> {
     fn set_lane(&mut self, lane: usize, one: Self::Lane) {
         self.value.set_lane(lane, one.value);
         self.gradient.set_lane(lane, one.gradient);
-        let Status { degenerate_gradient, outside_grid, not_finite } = one.status;
+        let Status { degenerate_gradient, outside_grid, beyond_band, not_finite } = one.status;
         self.status.degenerate_gradient.set_lane(lane, degenerate_gradient);
         self.status.outside_grid.set_lane(lane, outside_grid);
+        self.status.beyond_band.set_lane(lane, beyond_band);
         self.status.not_finite.set_lane(lane, not_finite);
     }
 }
@@ -77,12 +79,16 @@ pub struct Status<M> {
     pub degenerate_gradient: M,
     /// The point lies outside the grid: the value is a lower bound of the distance, not the distance.
     pub outside_grid: M,
+    /// The value is as large as the band of a sparse grid or larger: it is coarse, and farther from the truth than the grid's
+    /// error bound within the band.
+    pub beyond_band: M,
     /// The point was not finite, or beyond [`Real::MAX_COORDINATE`], or the answer was: value and gradient say nothing.
     pub not_finite: M,
 }
 
 impl<M: Mask> Status<M> {
-    pub const GOOD: Self = Self { degenerate_gradient: M::NONE, outside_grid: M::NONE, not_finite: M::NONE };
+    pub const GOOD: Self =
+        Self { degenerate_gradient: M::NONE, outside_grid: M::NONE, beyond_band: M::NONE, not_finite: M::NONE };
 
     #[inline(always)]
     pub(crate) fn select(mask: M, yes: Self, no: Self) -> Self {
@@ -90,6 +96,7 @@ impl<M: Mask> Status<M> {
         Self {
             degenerate_gradient: pick(yes.degenerate_gradient, no.degenerate_gradient),
             outside_grid: pick(yes.outside_grid, no.outside_grid),
+            beyond_band: pick(yes.beyond_band, no.beyond_band),
             not_finite: pick(yes.not_finite, no.not_finite),
         }
     }
@@ -97,7 +104,7 @@ impl<M: Mask> Status<M> {
     /// Nothing to know, in any lane.
     #[inline(always)]
     pub(crate) fn is_good(self) -> bool {
-        !(self.degenerate_gradient | self.outside_grid | self.not_finite).any()
+        !(self.degenerate_gradient | self.outside_grid | self.beyond_band | self.not_finite).any()
     }
 
     /// Every doubt of either.
@@ -106,6 +113,7 @@ impl<M: Mask> Status<M> {
         Self {
             degenerate_gradient: self.degenerate_gradient | other.degenerate_gradient,
             outside_grid: self.outside_grid | other.outside_grid,
+            beyond_band: self.beyond_band | other.beyond_band,
             not_finite: self.not_finite | other.not_finite,
         }
     }

@@ -19,6 +19,8 @@ pub struct ContactRecord {
     /// For a face: the polygon of the mesh file that it is part of.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polygon: Option<u32>,
+    /// The mesh's vertices at the element's corners.
+    pub vertices: Vec<u32>,
     /// Kind of the element's part that the point lies on.
     #[serde(serialize_with = "label::serialize")]
     pub feature: ElementKind,
@@ -29,8 +31,14 @@ pub struct ContactRecord {
     pub point: [f64; 3],
     pub surface_point: [f64; 3],
     pub normal: [f64; 3],
+    /// Length of the gradient that the normal was made from.
+    pub slope: f64,
     pub distance: f64,
     pub lower_bound: f64,
+    /// Bound of |φ − distance to the baked mesh| at the point; infinite where nothing is known.
+    pub error_bound: f64,
+    /// Lower bound of the distance to the baked mesh on the element.
+    pub shape_lower_bound: f64,
     pub evaluations: u32,
     #[serde(serialize_with = "label::serialize")]
     pub status: ContactStatus,
@@ -48,14 +56,18 @@ impl From<&Contact<f64>> for ContactRecord {
             element: contact.kind,
             id: contact.element,
             polygon: None,
+            vertices: contact.corner_vertices().to_vec(),
             feature,
             feature_id,
             weights: contact.corner_weights().to_vec(),
             point: contact.point.into(),
             surface_point: contact.surface_point.into(),
             normal: contact.normal.into(),
+            slope: contact.slope,
             distance: contact.distance,
             lower_bound: contact.lower_bound,
+            error_bound: contact.error_bound,
+            shape_lower_bound: contact.shape_lower_bound,
             evaluations: contact.evaluations,
             status: contact.status,
             key: contact.key(),
@@ -65,7 +77,8 @@ impl From<&Contact<f64>> for ContactRecord {
 
 impl Record for ContactRecord {
     const CSV_HEADER: &'static str = "element,id,polygon,feature,feature_id,w0,w1,w2,x,y,z,\
-        surface_x,surface_y,surface_z,normal_x,normal_y,normal_z,distance,lower_bound,evaluations,status,key\n";
+        surface_x,surface_y,surface_z,normal_x,normal_y,normal_z,distance,lower_bound,evaluations,status,key,\
+        v0,v1,v2,slope,error_bound,shape_lower_bound\n";
     const PLY_COMMENT: &'static str = "contacts";
     const PLY_PROPERTY: &'static str = "uint element";
 
@@ -74,10 +87,12 @@ impl Record for ContactRecord {
         let ids: Vec<String> = self.feature_id.iter().map(u32::to_string).collect();
         let polygon = self.polygon.map(|polygon| polygon.to_string()).unwrap_or_default();
         let [w0, w1, w2] = [0, 1, 2].map(|corner| self.weights.get(corner).map(number).unwrap_or_default());
+        let vertex = |corner: usize| self.vertices.get(corner).map(u32::to_string).unwrap_or_default();
+        let [v0, v1, v2] = [0, 1, 2].map(vertex);
         let vectors = [self.point, self.surface_point, self.normal];
         let numbers: Vec<String> = vectors.iter().flatten().map(number).collect();
         format!(
-            "{},{},{polygon},{},{},{w0},{w1},{w2},{},{},{},{},{},{}",
+            "{},{},{polygon},{},{},{w0},{w1},{w2},{},{},{},{},{},{},{v0},{v1},{v2},{},{},{}",
             self.element.name(),
             self.id,
             self.feature.name(),
@@ -88,6 +103,9 @@ impl Record for ContactRecord {
             self.evaluations,
             self.status.name(),
             self.key,
+            number(&self.slope),
+            number(&self.error_bound),
+            number(&self.shape_lower_bound),
         )
     }
 
@@ -99,9 +117,10 @@ impl Record for ContactRecord {
         self.id.to_le_bytes().to_vec()
     }
 
-    /// A group `/contacts`. Missing weights and polygons are 0, a missing second vertex is 4294967295.
+    /// A group `/contacts`. Missing weights and polygons are 0, missing vertices are 4294967295.
     fn write_hdf5(file: &H5File, contacts: &[Self]) -> Result<(), Hdf5Error> {
         let group = file.create_group("contacts")?;
+        group.set_attr_string("schema", "sdftool.contacts/2")?;
         group.set_attr_numeric("count", &(contacts.len() as u64))?;
         group.set_attr_string("kind_names", &ElementKind::NAMES.join(" "))?;
         group.set_attr_string("status_names", &ContactStatus::NAMES.join(" "))?;
@@ -123,6 +142,12 @@ impl Record for ContactRecord {
         columns.write("lower_bound", |contact| [contact.lower_bound])?;
         columns.write("evaluations", |contact| [contact.evaluations])?;
         columns.write("status", |contact| [contact.status.code()])?;
-        columns.write("key", |contact| [contact.key])
+        columns.write("key", |contact| [contact.key])?;
+        columns.write("vertices", |contact| {
+            [0, 1, 2].map(|corner| contact.vertices.get(corner).copied().unwrap_or(u32::MAX))
+        })?;
+        columns.write("slope", |contact| [contact.slope])?;
+        columns.write("error_bound", |contact| [contact.error_bound])?;
+        columns.write("shape_lower_bound", |contact| [contact.shape_lower_bound])
     }
 }

@@ -27,7 +27,8 @@ impl Label for ElementKind {
 }
 
 impl Label for ContactStatus {
-    const NAMES: &'static [&'static str] = &["converged", "budget_spent", "outside_grid", "degenerate_gradient"];
+    const NAMES: &'static [&'static str] =
+        &["converged", "budget_spent", "outside_grid", "degenerate_gradient", "beyond_band", "possible"];
 
     fn code(self) -> u8 {
         match self {
@@ -35,6 +36,8 @@ impl Label for ContactStatus {
             Self::BudgetSpent => 1,
             Self::OutsideGrid => 2,
             Self::DegenerateGradient => 3,
+            Self::BeyondBand => 4,
+            Self::Possible => 5,
         }
     }
 }

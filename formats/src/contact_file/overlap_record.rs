@@ -35,18 +35,21 @@ pub enum OverlapStatus {
     Good,
     /// The point lies outside a grid: its value is a lower bound.
     OutsideGrid,
+    /// A value is beyond the band of a sparse grid, and coarse.
+    BeyondBand,
     /// A field has no gradient, or both have the same: the normal is a choice, or zero.
     DegenerateGradient,
 }
 
 impl Label for OverlapStatus {
-    const NAMES: &'static [&'static str] = &["good", "outside_grid", "degenerate_gradient"];
+    const NAMES: &'static [&'static str] = &["good", "outside_grid", "degenerate_gradient", "beyond_band"];
 
     fn code(self) -> u8 {
         match self {
             Self::Good => 0,
             Self::OutsideGrid => 1,
             Self::DegenerateGradient => 2,
+            Self::BeyondBand => 3,
         }
     }
 }
@@ -84,10 +87,11 @@ impl OverlapRecord {
             distance_b: at.b.value,
             separation: at.separation(),
             area,
-            status: match (is_degenerate, status.outside_grid) {
-                (true, _) => OverlapStatus::DegenerateGradient,
-                (false, true) => OverlapStatus::OutsideGrid,
-                (false, false) => OverlapStatus::Good,
+            status: match () {
+                () if is_degenerate => OverlapStatus::DegenerateGradient,
+                () if status.outside_grid => OverlapStatus::OutsideGrid,
+                () if status.beyond_band => OverlapStatus::BeyondBand,
+                () => OverlapStatus::Good,
             },
         }
     }

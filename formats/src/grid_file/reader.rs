@@ -144,7 +144,9 @@ impl<'a> OpenGrid<'a> {
             Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
         };
         let Header { lattice, sparse, about, .. } = header;
+        let band = sparse.as_ref().map_or(f64::INFINITY, |sparse| sparse.band);
         let grid = OwnedGrid::new(lattice, samples, about.slope_bound).expect("the header has a valid slope bound");
+        let grid = grid.with_band(band).with_error_bound(about.error_bound);
         Ok(StoredGrid { grid, sparse, about, read })
     }
 }

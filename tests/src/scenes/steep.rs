@@ -8,11 +8,19 @@ pub struct Steep<F> {
     pub steepness: f64,
 }
 
-impl<F: Sdf> Sdf for Steep<F> {
-    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let sample = self.field.evaluate(point);
+impl<F> Steep<F> {
+    fn steepen<R: Real>(&self, sample: Sample<R>) -> Sample<R> {
         let steepness = R::from_f64(self.steepness);
         Sample { value: sample.value * steepness, gradient: sample.gradient * steepness, ..sample }
+    }
+}
+
+impl<F: Sdf> Sdf for Steep<F> {
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.steepen(self.field.evaluate(point))
+    }
+    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
+        self.steepen(self.field.evaluate_smooth(point))
     }
     fn bounds(&self, level: f64) -> Aabb {
         self.field.bounds(level / self.steepness)

@@ -5,8 +5,13 @@ use std::fmt::Write;
 use super::answer::Number;
 use super::cases::{CASES, Case};
 use super::jitter::{Crossing, Jitter, MAX_SMOOTH, STEP, jitters, quantile};
-use super::problem::{BUDGET, ROUNDINGS, ROUNDINGS_OF_GAP, TOLERANCE};
+use super::normals::{SHIFT, smooth_bodies};
+use super::problem::{BUDGET, ROUNDINGS, ROUNDINGS_OF_GAP, TOLERANCE, name};
 use super::tally::{Tally, tallies};
+use crate::methods::methods;
+
+/// Triangles per body in the table of normals.
+const NORMAL_ROUNDS: usize = 2000;
 
 /// Elements per body in the table of jitter.
 const JITTER_ROUNDS: usize = 200;
@@ -29,6 +34,7 @@ pub fn report() -> Report {
     text.push_str(&error_tables(&cases));
     text.push_str(&status_table(&cases));
     text.push_str(&jitter_table());
+    text.push_str(&normal_table());
     text.push_str(LIMITS);
     Report { text, numbers: numbers(&cases) }
 }
@@ -187,6 +193,37 @@ points stands still in nearly every step and jumps in a few. We read the paper's
                     writeln!(text, "| {element} | {body} | {method} | {number} | {moves} | {jumps} | {smooth:.0} % |")
                         .unwrap();
                 }
+            }
+        }
+    }
+    text
+}
+
+fn normal_table() -> String {
+    let mut text = format!(
+        "
+## Normals
+
+{NORMAL_ROUNDS} triangles touch a sphere, a torus and a rounded box, each a grid of 64 cells along a side: dense, or sparse in f32
+with a band of three cells. \"Off\" is the angle between the reported normal and the body's own at the contact's point. \"Turn\" is
+how far the normal turns when the body moves by {SHIFT:.1e}, a thousandth of a cell. Angles in degrees, points within three cells of
+where the rounded box becomes flat left out. \"Jumps\" are contacts that became another minimum, a cell or more away, with a normal
+that differs by more than 0.05°. A normal is as steady as the point that it belongs to: those of methods whose points jump turn with
+them.
+
+| body | grid | method | off, median | 99 % | worst | turn, median | 99 % | worst | jumps |
+|---|---|---|---|---|---|---|---|---|---|
+"
+    );
+    for body in smooth_bodies() {
+        for (layout, grid) in &body.grids {
+            for method in methods(3, BUDGET) {
+                let errors = body.normal_errors(grid, &method, NORMAL_ROUNDS);
+                let quantiles = |all: &[f64]| {
+                    [0.5, 0.99, 1.0].map(|fraction| format!("{:.4}", quantile(all, fraction))).join(" | ")
+                };
+                let (method, off, turns) = (name(&method), quantiles(&errors.off), quantiles(&errors.turns));
+                writeln!(text, "| {} | {layout} | {method} | {off} | {turns} | {} |", body.name, errors.jumps).unwrap();
             }
         }
     }

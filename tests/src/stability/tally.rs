@@ -21,6 +21,7 @@ pub struct Tally {
     pub budget_spent: usize,
     pub degenerate: usize,
     pub outside: usize,
+    pub beyond: usize,
     pub culled: usize,
     pub separated: usize,
     pub contacts: usize,
@@ -174,6 +175,8 @@ impl Tally {
                     ContactStatus::BudgetSpent => &mut self.budget_spent,
                     ContactStatus::DegenerateGradient => &mut self.degenerate,
                     ContactStatus::OutsideGrid => &mut self.outside,
+                    ContactStatus::BeyondBand => &mut self.beyond,
+                    ContactStatus::Possible => panic!("only a complete search reports what is possible"),
                 } += 1;
                 let is_within = found.is_finite() && found.value <= margin;
                 self.expect(is_within, "a contact is finite and within the margin", problem, &details);

@@ -3,7 +3,9 @@
 mod all_minima;
 mod batch;
 mod cull;
+mod features;
 mod margin;
+mod normals;
 mod records;
 mod resting;
 

@@ -48,7 +48,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize> Search<'_, R, F, N> {
         visit: &mut impl FnMut(usize, Outcome<R, N>),
     ) {
         if let Some(element) = self.elements.get(survivor.index) {
-            visit(index, classify(self.margin, element, minimum, survivor.lower_bound));
+            visit(index, classify(self.field, self.margin, element, minimum, survivor.lower_bound));
         }
     }
 }

@@ -58,6 +58,8 @@ fn write_contact(page: &mut Page<impl FnMut(u8)>, contact: &Contact<f32>) {
         ContactStatus::Converged => "converged",
         ContactStatus::BudgetSpent => "budget spent",
         ContactStatus::OutsideGrid => "outside the grid",
+        ContactStatus::BeyondBand => "beyond the band",
+        ContactStatus::Possible => "possible",
         ContactStatus::DegenerateGradient => "degenerate gradient",
     });
     page.integer(" after", contact.evaluations);

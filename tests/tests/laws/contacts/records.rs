@@ -97,6 +97,8 @@ fn a_contact_reports_the_fields_own_values() {
                         ContactStatus::DegenerateGradient
                     } else if status.outside_grid {
                         ContactStatus::OutsideGrid
+                    } else if status.beyond_band {
+                        ContactStatus::BeyondBand
                     } else if minimum.converged {
                         ContactStatus::Converged
                     } else {

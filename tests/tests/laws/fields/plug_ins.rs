@@ -51,12 +51,14 @@ fn bits<R: Real>(number: R) -> Vec<u64> {
     (0..R::LANES).map(|lane| number.lane(lane).to_f64().to_bits()).collect()
 }
 
-fn flags<R: Real>(status: Status<R::Mask>) -> Vec<[bool; 3]> {
-    let Status { degenerate_gradient, outside_grid, not_finite } = status;
-    (0..R::LANES).map(|lane| [degenerate_gradient, outside_grid, not_finite].map(|mask| mask.lane(lane))).collect()
+fn flags<R: Real>(status: Status<R::Mask>) -> Vec<[bool; 4]> {
+    let Status { degenerate_gradient, outside_grid, beyond_band, not_finite } = status;
+    (0..R::LANES)
+        .map(|lane| [degenerate_gradient, outside_grid, beyond_band, not_finite].map(|mask| mask.lane(lane)))
+        .collect()
 }
 
-fn sample_bits<R: Real>(sample: &Sample<R>) -> (Vec<Vec<u64>>, Vec<[bool; 3]>) {
+fn sample_bits<R: Real>(sample: &Sample<R>) -> (Vec<Vec<u64>>, Vec<[bool; 4]>) {
     let numbers = [sample.value].into_iter().chain(sample.gradient.iter().copied());
     (numbers.map(bits).collect(), flags::<R>(sample.status))
 }
