@@ -112,15 +112,3 @@ pub struct Json {
     #[arg(long = "json")]
     pub wanted: bool,
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Args::command().debug_assert();
-    }
-}

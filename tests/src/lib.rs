@@ -10,7 +10,24 @@ pub mod scene_field;
 pub mod scenes;
 pub mod stability;
 
-/// The README's example is compiled and run.
+/// The examples of the READMEs are compiled and run.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-struct Readme;
+mod readmes {
+    #[doc = include_str!("../../README.md")]
+    struct Whole;
+
+    #[doc = include_str!("../../core/README.md")]
+    struct Core;
+
+    #[doc = include_str!("../../bake/README.md")]
+    struct Bake;
+
+    #[doc = include_str!("../../formats/README.md")]
+    struct Formats;
+
+    #[doc = include_str!("../../field/README.md")]
+    struct Field;
+
+    #[doc = include_str!("../../procedural/README.md")]
+    struct Procedural;
+}

@@ -82,15 +82,3 @@ fn write(folder: &Path, page: &Page) -> Result<()> {
     let written = std::fs::create_dir_all(folder_of_page).and_then(|()| std::fs::write(&path, &page.content));
     written.with_context(|| path.display().to_string())
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Args::command().debug_assert();
-    }
-}

@@ -77,15 +77,3 @@ fn print(args: &Args, report: &SpeedReport) -> Result<()> {
     }
     speed::table::print(report, &mut stdout().lock())
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Args::command().debug_assert();
-    }
-}

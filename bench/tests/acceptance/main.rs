@@ -3,4 +3,5 @@
 mod program;
 
 mod accuracy;
+mod help;
 mod speed;

@@ -16,6 +16,12 @@ fn help_names_every_command_and_what_the_exit_status_means() {
     says(&folder.done("--version"), &["sdftool 0."]);
 }
 
+/// In a debug build clap checks each command that it builds; completions need all of them.
+#[test]
+fn the_command_line_is_consistent() {
+    says(&Folder::new().done("completions bash"), &["--margin"]);
+}
+
 #[test]
 fn every_command_and_argument_has_a_description() {
     let folder = Folder::new();

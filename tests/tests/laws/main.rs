@@ -14,6 +14,7 @@ macro_rules! for_every_simplex {
     };
 }
 
+mod commands_in_docs;
 mod contacts;
 mod documents;
 mod fields;
