@@ -25,6 +25,16 @@ impl<F> Shell<F> {
     pub fn new(field: F, thickness: f64) -> Option<Self> {
         (thickness.is_finite() && thickness > 0.0).then_some(Self { field, thickness })
     }
+
+    /// The field whose surface is the middle of the wall.
+    pub fn field(&self) -> &F {
+        &self.field
+    }
+
+    /// Thickness of the wall.
+    pub fn thickness(&self) -> f64 {
+        self.thickness
+    }
 }
 
 impl<F: Sdf> Sdf for Shell<F> {
