@@ -128,7 +128,7 @@ fn table<'a, const N: usize>(shape: &str, numbers: [(&str, String); N], parts: P
 }
 
 /// The table of a field without a pose.
-fn describe_shape(field: &AnyField) -> Result<TableText<'_>, &'static str> {
+fn describe_shape<'a>(field: &'a AnyField) -> Result<TableText<'a>, &'static str> {
     let none = Parts::None;
     Ok(match field {
         AnyField::Sphere(sphere) => table("sphere", [("radius", number(sphere.radius()))], none),
@@ -180,8 +180,8 @@ fn describe_shape(field: &AnyField) -> Result<TableText<'_>, &'static str> {
         }
         AnyField::Union(union) => table("union", [], Parts::List(union.parts().iter().collect())),
         AnyField::Intersection(_) => {
-            let pair = |field| match field {
-                &AnyField::Intersection(ref pair) => Some((&pair.0, &pair.1)),
+            let pair = |field: &'a AnyField| match field {
+                AnyField::Intersection(pair) => Some((&pair.0, &pair.1)),
                 _ => None,
             };
             table("intersection", [], Parts::List(joined(field, usize::MAX, &pair)))
@@ -196,8 +196,8 @@ fn describe_shape(field: &AnyField) -> Result<TableText<'_>, &'static str> {
         }
         AnyField::SmoothUnion(union) => {
             let blend = union.blend();
-            let pair = |field| match field {
-                &AnyField::SmoothUnion(ref pair) if pair.blend() == blend => Some(pair.parts()),
+            let pair = |field: &'a AnyField| match field {
+                AnyField::SmoothUnion(pair) if pair.blend() == blend => Some(pair.parts()),
                 _ => None,
             };
             table("smooth_union", [("blend", number(blend))], Parts::List(joined(field, usize::MAX, &pair)))

@@ -163,6 +163,26 @@ fn a_list_of_parts_is_written_as_a_list() {
     }
 }
 
+/// Trees of pairs, complete and not, come back as the same trees.
+#[test]
+fn a_tree_of_pairs_is_read_as_the_same_tree() {
+    fn tree(random: &mut Random, depth: usize) -> AnyField {
+        if depth == 0 || random.below(5) == 0 {
+            return shape(random);
+        }
+        let (a, b) = (tree(random, depth - 1), tree(random, depth - 1));
+        AnyField::SmoothUnion(Box::new(SmoothUnion::new(a, b, 0.25).unwrap()))
+    }
+    let mut random = Random::from_clock();
+    for _ in 0..500 {
+        let depth = random.below(6);
+        let tree = tree(&mut random, depth);
+        let text = field_file::to_text(&tree, "a tree").unwrap();
+        let read = field_file::read_text(&text, "a tree").unwrap();
+        assert_eq!(format!("{read:?}"), format!("{tree:?}"), "{text}");
+    }
+}
+
 #[test]
 fn shapes_are_written_as_deep_as_they_are_read() {
     let nested = |levels: usize| {
