@@ -39,8 +39,12 @@ impl Field {
         Self::from_grid(stored.grid, info_from(stored.about, band))
     }
 
-    /// Writes a baked grid as HDF5: whole, or not at all.
+    /// Writes a baked grid as HDF5 (`.sdf.h5`), a closed form as TOML (`.sdf.toml`): whole, or not at all. [`open`](Self::open)
+    /// reads the same field, bit for bit.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        if self.grid().is_none() {
+            return field_file::write(path.as_ref(), self.as_any()).map_err(SaveError::ClosedForm);
+        }
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         grid_file::write(path.as_ref(), grid.lattice(), samples(grid, info), &about).map_err(SaveError::Grid)
@@ -48,6 +52,10 @@ impl Field {
 
     /// The bytes that [`save`](Self::save) writes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SaveError> {
+        if self.grid().is_none() {
+            let text = field_file::to_text(self.as_any(), "the field").map_err(SaveError::ClosedForm)?;
+            return Ok(text.into_bytes());
+        }
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         grid_file::to_bytes(grid.lattice(), samples(grid, info), &about).map_err(SaveError::Fault)
@@ -65,8 +73,10 @@ impl Field {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum SaveError {
-    /// Only grids that were baked, or read from a file, have what a file says of them.
+    /// A grid that was neither baked nor read from a file has no [`GridInfo`], which its file would state.
     NotABakedGrid,
+    /// The closed form has no text, or the file could not be written.
+    ClosedForm(FieldError),
     /// The file could not be written.
     Grid(GridFileError),
     /// The grid cannot be stored.
@@ -76,7 +86,10 @@ pub enum SaveError {
 impl std::fmt::Display for SaveError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NotABakedGrid => f.write_str("only a baked grid can be saved as HDF5"),
+            Self::NotABakedGrid => {
+                f.write_str("the grid has no GridInfo, so that it cannot be saved: make the field by Field::from_grid")
+            }
+            Self::ClosedForm(error) => error.fmt(f),
             Self::Grid(error) => error.fmt(f),
             Self::Fault(fault) => fault.fmt(f),
         }

@@ -1,15 +1,17 @@
-//! Fields from files: a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`, docs/fields.md).
+//! Fields from files, and closed forms to them: a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`, docs/fields.md).
 //!
 //! | question | file |
 //! |---|---|
 //! | Is it a grid or TOML, and where is it read from? | here |
 //! | Which value has a key, and are all keys known? | `table` |
 //! | Which shape does a table describe, and which pose? | `shapes`, `pose` |
+//! | Which text does a closed form have? | `write` |
 
 mod error;
 mod pose;
 mod shapes;
 mod table;
+mod write;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -24,6 +26,7 @@ pub use error::FieldError;
 use sdf_core::AnyField;
 use sdf_core::grid::owned::OwnedGrid;
 
+use crate::atomic_write;
 use crate::grid_file::{self, GridReader, StoredGrid};
 use crate::hdf5::SIGNATURE;
 use table::Table;
@@ -95,6 +98,19 @@ pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<Ope
 /// folder to look for files in, so the shape `grid` is refused.
 pub fn read_text(text: &str, name: &str) -> Result<AnyField, FieldError> {
     parse(text, Path::new(name), &mut Grids::new(None))
+}
+
+/// The text of a `.sdf.toml` that [`read_text`] reads as the same field, bit for bit. Grids are refused, and more than 64
+/// shapes in each other. Errors show `name` in place of a path.
+pub fn to_text(field: &AnyField, name: &str) -> Result<String, FieldError> {
+    write::to_text(field, Path::new(name))
+}
+
+/// Writes [`to_text`] to a file: whole, or not at all.
+pub fn write(path: &Path, field: &AnyField) -> Result<(), FieldError> {
+    let text = write::to_text(field, path)?;
+    let unwritable = |source| FieldError::Unwritable { path: path.to_owned(), source };
+    atomic_write(path, |temporary| fs::write(temporary, text)).map_err(unwritable)
 }
 
 /// `true` for a regular file that is a field and not a mesh: HDF5 by its content, TOML by its name.

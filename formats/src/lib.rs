@@ -1,4 +1,4 @@
-//! Files: meshes in and out, grids in and out, fields in closed form in, contacts out.
+//! Files: meshes in and out, grids in and out, fields in closed form in and out, contacts out.
 
 mod atomic_write;
 pub mod contact_file;

@@ -1,13 +1,18 @@
+//! `contacts A B` of two fields: reads what is needed of both files, and prints where they touch.
+//!
+//! Of a grid the blocks at the faces of its box are read first: they tell its bounds. Then the blocks in the box in which
+//! the fields may touch. The search is that of [`Field::overlap_in`].
+
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
+use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
-use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch};
-use sdf_core::placed::{Placed, Placement, Rigid};
-use sdf_core::{Aabb, AnyField, EnclosedSdf};
-use sdf_formats::contact_file::{self, OverlapRecord};
+use sdf_core::overlap::{DeepestPoint, LocalMinima, Patch};
+use sdf_core::placed::{Placement, Rigid};
+use sdf_field::{Field, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
+use sdf_formats::contact_file::{self, OverlapKind, OverlapRecord};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
@@ -16,7 +21,7 @@ use crate::read_summary::{FromFile, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{mesh_input, output};
 
-/// Where two fields touch.
+/// Runs `contacts` on two fields.
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::require(path, &[&args.mesh, &args.sdf])?;
@@ -27,56 +32,54 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         Side { path: &args.mesh, pose: rigid("--rotate-first", args.translate_first, args.rotate_first)? },
         Side { path: &args.sdf, pose: args.pose.rigid()? },
     ];
-    let bodies = Bodies::read(args, &sides)?;
+    let options = OverlapOptions {
+        poses: sides.each_ref().map(|side| Some(side.pose)),
+        margin: args.margin,
+        tolerance: args.tolerance,
+        resolution: args.resolution,
+        ..OverlapOptions::default()
+    };
+    let bodies = Bodies::read(&options, &sides)?;
     let read = started.elapsed().as_secs_f64();
-    let found = bodies.as_ref().map(|bodies| find(args, bodies)).transpose()?;
+    let found = bodies.as_ref().map_or(Overlap::default(), |bodies| {
+        let [a, b] = &bodies.fields;
+        a.overlap_in(b, &options, &bodies.region)
+    });
+    let meetings: Vec<OverlapRecord> =
+        found.points.iter().map(OverlapRecord::from).chain(found.pieces.iter().map(OverlapRecord::from)).collect();
     let query = started.elapsed().as_secs_f64() - read;
 
-    let found = found.unwrap_or_default();
     let document = Document {
         schema: "sdftool.overlap/1",
-        verdict: found.verdict,
+        verdict: verdict_name(found.verdict),
         margin: args.margin,
-        deepest: found.certificate,
-        minima: found.minima,
-        patch: found.patch,
-        meetings: &found.meetings,
+        deepest: found.deepest.as_ref().map(certificate),
+        minima: found.minima.as_ref().map(minima_summary),
+        patch: found.patch.as_ref().map(patch_summary),
+        meetings: &meetings,
         read: bodies.map_or([None, None], |bodies| bodies.read),
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::at(path, contact_file::write(path, format, &found.meetings, || line_of_json(&document)))?;
+        mesh_input::at(path, contact_file::write(path, format, &meetings, || line_of_json(&document)))?;
     }
-    Report { rows: rows(args, &document), json: document }.print(args.json)
+    Report { rows: rows(args, &document, found.verdict), json: document }.print(args.json)
 }
 
 #[derive(Serialize)]
 struct Document<'a> {
     schema: &'static str,
-    verdict: Verdict,
+    verdict: &'static str,
     margin: f64,
-    /// The least of max(φ_A, φ_B), and what is certain of it.
+    /// The minimum of max(φ_A, φ_B), and its lower bound.
     deepest: Option<Certificate>,
     minima: Option<MinimaSummary>,
     patch: Option<PatchSummary>,
     /// The deepest points first, then those of the patch.
     meetings: &'a [OverlapRecord],
-    /// Of grids alone.
+    /// `None` for a closed form.
     read: [Option<FromFile>; 2],
     seconds: Seconds,
-}
-
-#[derive(Clone, Copy, Default, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Verdict {
-    /// There is a point that is within the margin of both.
-    Contact,
-    /// It is certain that there is none.
-    #[default]
-    #[serde(rename = "apart")]
-    Separated,
-    /// None was found, and one may be there.
-    Undecided,
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -100,7 +103,7 @@ struct PatchSummary {
     area: f64,
     points: u32,
     resolution: f64,
-    /// All of the patch is in so many cubes, and in the box around them.
+    /// Number of cubes that hold the whole patch, and the box around them.
     leaves: u32,
     bounds: Option<[[f64; 3]; 2]>,
     unknown: u32,
@@ -114,37 +117,28 @@ struct Seconds {
     query: f64,
 }
 
-#[derive(Default)]
-struct Found {
-    verdict: Verdict,
-    certificate: Option<Certificate>,
-    minima: Option<MinimaSummary>,
-    patch: Option<PatchSummary>,
-    meetings: Vec<OverlapRecord>,
-}
-
-/// What is named as first or second argument.
+/// The file of the first or second argument, and where it stands.
 struct Side<'a> {
     path: &'a Path,
     pose: Rigid,
 }
 
 impl Side<'_> {
-    /// With no samples of a grid but those that tell its bounds; else what the samples in a box of the world answer.
-    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Placed<AnyField, Rigid>, Option<FromFile>)> {
-        let place = |field| Placed { field, placement: self.pose };
+    /// The field, and what of its file was read: of a grid the blocks in a box of the world, or without one only those
+    /// that tell its bounds.
+    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Field, Option<FromFile>)> {
         match field_file::open(self.path)? {
-            OpenField::Analytic(node) => Ok((place(node), None)),
+            OpenField::Analytic(field) => Ok((Field::new(field), None)),
             OpenField::Grid(reader) => {
                 let summary = reader.summary();
                 require_distances(self.path, margin, &summary)?;
                 let stored = match region {
-                    // Where the inside reaches the box, the field is negative for as far beyond.
+                    // Where the inside reaches a face of the box, the field is negative beyond it.
                     None => reader.read_needed(faces(&summary.lattice), 0.0)?,
                     Some(world) => reader.read_needed([self.pose.pull_bounds(world)], f64::INFINITY)?,
                 };
                 let from_file = FromFile::of(&stored, summary.file_bytes);
-                Ok((place(AnyField::Grid(Arc::new(stored.grid))), Some(from_file)))
+                Ok((Field::from_stored(stored), Some(from_file)))
             }
         }
     }
@@ -172,112 +166,53 @@ fn faces(lattice: &Lattice) -> Vec<Aabb> {
     squares
 }
 
-/// Two fields in the world, as much of them as they can touch in.
+/// Two fields, read as far as they may touch.
 struct Bodies {
-    fields: [Placed<AnyField, Rigid>; 2],
+    fields: [Field; 2],
     read: [Option<FromFile>; 2],
     region: Aabb,
 }
 
-/// How many pieces the box in which two fields may touch is looked at in, along its longest side, before and after its
-/// samples are read.
-const PIECES: u32 = 64;
-
 impl Bodies {
-    /// `None` where the files say without a sample that there is nothing to read.
-    fn read(args: &ContactsArgs, sides: &[Side; 2]) -> Result<Option<Self>> {
-        let [(a, of_a), (b, of_b)] = [sides[0].field(args.margin, None)?, sides[1].field(args.margin, None)?];
-        let is_whole = [of_a.is_none(), of_b.is_none()];
-        let shrunk = Pair::new(&a, &b, args.margin).and_then(|pair| pair.shrink_evaluating(PIECES, is_whole));
-        let region = match shrunk {
-            Ok(pair) => pair.region(),
-            Err(NoRegion::Separated) => return Ok(None),
-            Err(NoRegion::Unbounded) => bail!(
+    /// `None` if the fields are separated by bounds, without the samples in between.
+    fn read(options: &OverlapOptions, sides: &[Side; 2]) -> Result<Option<Self>> {
+        let margin = options.margin;
+        let [(a, read_a), (b, read_b)] = [sides[0].field(margin, None)?, sides[1].field(margin, None)?];
+        let is_whole = [read_a.is_none(), read_b.is_none()];
+        let region = match a.overlap_region(&b, options, is_whole) {
+            Ok(Some(region)) => region,
+            Ok(None) => return Ok(None),
+            Err(OverlapError::Unbounded) => bail!(
                 "{} and {}: the box in which they may touch has no end: intersect one with a box",
                 sides[0].path.display(),
                 sides[1].path.display()
             ),
+            Err(error) => bail!(error),
         };
-        let [(a, read_a), (b, read_b)] =
-            [sides[0].field(args.margin, Some(region))?, sides[1].field(args.margin, Some(region))?];
+        let [(a, read_a), (b, read_b)] = [sides[0].field(margin, Some(region))?, sides[1].field(margin, Some(region))?];
         Ok(Some(Self { fields: [a, b], read: [read_a, read_b], region }))
     }
 }
 
-/// How often both fields are asked at most, in each of the three searches.
-const EVALUATIONS: u32 = 1 << 24;
-
-/// Boxes that wait in the search for the deepest point.
-const WAITING: usize = 1 << 16;
-
-/// Deepest points that are reported.
-const MAX_MINIMA: usize = 256;
-
-/// Of the longest side of the box in which the fields touch.
-const LEAVES: f64 = 64.0;
-
-fn find(args: &ContactsArgs, bodies: &Bodies) -> Result<Found> {
-    let [a, b] = &bodies.fields;
-    let pair = Pair::new(a, b, args.margin).and_then(|pair| pair.restrict(&bodies.region));
-    let Ok(pair) = pair.and_then(|pair| pair.shrink::<f64>(PIECES)) else { return Ok(Found::default()) };
-    let search = DepthSearch { evaluations: EVALUATIONS, tolerance: args.tolerance };
-    let deepest = pair.deepest::<f64>(&search, &mut vec![BoxNode::EMPTY; WAITING]);
-    let verdict = match deepest.point {
-        Some(at) if at.value <= args.margin => Verdict::Contact,
-        _ if args.margin < deepest.lower_bound => Verdict::Separated,
-        _ => Verdict::Undecided,
-    };
-    let certificate = |value| {
-        let DeepestPoint { lower_bound, converged, evaluations, .. } = deepest;
-        Some(Certificate { value, lower_bound, converged, evaluations })
-    };
-    if verdict == Verdict::Separated {
-        return Ok(Found { certificate: certificate(deepest.point.map(|at| at.value)), ..Found::default() });
-    }
-    let resolution = args.resolution.unwrap_or(pair.region().longest_side() / LEAVES);
-    let (minima, mut points) = minima(&pair, resolution);
-    put_first(&mut points, &deepest);
-    let certificate = certificate(points.first().map(|at| at.value));
-    let mut meetings: Vec<OverlapRecord> = points.iter().map(OverlapRecord::from).collect();
-    let patch = pair.patch(resolution, EVALUATIONS, |piece| meetings.push(OverlapRecord::from(&piece)));
-    Ok(Found { verdict, certificate, minima: Some(minima), patch: Some(summary(&patch)), meetings })
-}
-
-fn minima<A: EnclosedSdf, B: EnclosedSdf>(
-    pair: &Pair<A, B>,
-    resolution: f64,
-) -> (MinimaSummary, Vec<OverlapPoint<f64>>) {
-    let mut room = 1 << 16;
-    loop {
-        let mut found = vec![None; MAX_MINIMA];
-        let minima = pair.minima(resolution, EVALUATIONS, &mut vec![MortonLeaf::empty(); room], &mut found);
-        if minima.leaf_count <= room {
-            let summary = MinimaSummary {
-                count: minima.count,
-                barrier: minima.barrier,
-                complete: minima.is_complete,
-                evaluations: minima.evaluations,
-            };
-            return (summary, found.into_iter().flatten().collect());
-        }
-        room = minima.leaf_count;
+fn verdict_name(verdict: OverlapVerdict) -> &'static str {
+    match verdict {
+        OverlapVerdict::Contact => "contact",
+        OverlapVerdict::Separated => "apart",
+        OverlapVerdict::Undecided => "undecided",
     }
 }
 
-/// The proven deepest point takes the place of the minimum that it is nearest to.
-fn put_first(minima: &mut Vec<OverlapPoint<f64>>, deepest: &DeepestPoint<f64>) {
-    let Some(at) = deepest.point else { return };
-    let distance = |other: &OverlapPoint<f64>| (other.point - at.point).norm();
-    let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
-    match nearest {
-        Some(nearest) if at.value <= minima[nearest].value => minima[nearest] = at,
-        Some(_) => {}
-        None => minima.push(at),
-    }
-    minima.sort_by(|a, b| a.value.total_cmp(&b.value));
+fn certificate(deepest: &DeepestPoint<f64>) -> Certificate {
+    let DeepestPoint { point, lower_bound, converged, evaluations } = *deepest;
+    Certificate { value: point.map(|at| at.value), lower_bound, converged, evaluations }
 }
 
-fn summary(patch: &Patch<f64>) -> PatchSummary {
+fn minima_summary(minima: &LocalMinima) -> MinimaSummary {
+    let LocalMinima { count, barrier, evaluations, is_complete, .. } = *minima;
+    MinimaSummary { count, barrier, complete: is_complete, evaluations }
+}
+
+fn patch_summary(patch: &Patch<f64>) -> PatchSummary {
     let Patch { point_count, area, resolution, leaf_count, bounds, undefined_count, evaluations, is_complete } = *patch;
     PatchSummary {
         area,
@@ -291,11 +226,11 @@ fn summary(patch: &Patch<f64>) -> PatchSummary {
     }
 }
 
-fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)> {
-    let verdict = match document.verdict {
-        Verdict::Contact => "contact",
-        Verdict::Separated => "apart for certain: no point is within the margin of both",
-        Verdict::Undecided => "undecided: no point within the margin of both was found, and one may be there",
+fn rows(args: &ContactsArgs, document: &Document, verdict: OverlapVerdict) -> Vec<(&'static str, String)> {
+    let verdict = match verdict {
+        OverlapVerdict::Contact => "contact",
+        OverlapVerdict::Separated => "apart for certain: no point is within the margin of both",
+        OverlapVerdict::Undecided => "undecided: no point within the margin of both was found, and one may be there",
     };
     let mut rows = vec![("verdict", verdict.to_owned())];
     if let Some(first) = document.meetings.first() {
@@ -308,7 +243,7 @@ fn rows(args: &ContactsArgs, document: &Document) -> Vec<(&'static str, String)>
         rows.push(("nothing below", format!("{}{proven}", number(certificate.lower_bound))));
     }
     if let Some(minima) = &document.minima {
-        let shown = minima.count.min(MAX_MINIMA);
+        let shown = document.meetings.iter().filter(|meeting| meeting.kind == OverlapKind::Deepest).count();
         let rest = if shown < minima.count { format!(", the deepest {shown} reported") } else { String::new() };
         rows.push(("deepest points", format!("{}{rest}{}", minima.count, cut_short(minima.complete))));
     }

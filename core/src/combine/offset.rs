@@ -17,6 +17,16 @@ impl<F> Offset<F> {
     pub fn new(field: F, distance: f64) -> Option<Self> {
         distance.is_finite().then_some(Self { field, distance })
     }
+
+    /// The field that is offset.
+    pub fn field(&self) -> &F {
+        &self.field
+    }
+
+    /// How far the shape is grown.
+    pub fn distance(&self) -> f64 {
+        self.distance
+    }
 }
 
 impl<F: Sdf> Sdf for Offset<F> {

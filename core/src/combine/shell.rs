@@ -33,6 +33,16 @@ impl<F> Shell<F> {
         wall.status.degenerate_gradient = wall.status.degenerate_gradient | sample.value.is_zero();
         Sample { value: wall.value - R::from_f64(0.5 * self.thickness), ..wall }
     }
+
+    /// The field whose surface is the middle of the wall.
+    pub fn field(&self) -> &F {
+        &self.field
+    }
+
+    /// Thickness of the wall.
+    pub fn thickness(&self) -> f64 {
+        self.thickness
+    }
 }
 
 impl<F: Sdf> Sdf for Shell<F> {

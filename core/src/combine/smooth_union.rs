@@ -32,6 +32,16 @@ impl<A, B> SmoothUnion<A, B> {
         (blend.is_finite() && blend > 0.0).then_some(Self { a, b, blend })
     }
 
+    /// Both fields.
+    pub fn parts(&self) -> (&A, &B) {
+        (&self.a, &self.b)
+    }
+
+    /// k.
+    pub fn blend(&self) -> f64 {
+        self.blend
+    }
+
     /// h.
     #[inline]
     fn blend_factor<R: Real>(&self, a: R, b: R) -> R {

@@ -15,6 +15,8 @@ pub struct Similarity {
     /// Rᵀ / s.
     local_from_world: Matrix3<f64>,
     translation: [f64; 3],
+    /// The quaternion as given.
+    rotation: [f64; 4],
     scale: f64,
 }
 
@@ -35,13 +37,24 @@ impl Similarity {
         let [x, y, z, w] = rotation.map(|x| x / largest);
         let length = libm::sqrt(x * x + y * y + z * z + w * w);
         let unit = Quaternion::new(w / length, x / length, y / length, z / length);
-        let rotation = UnitQuaternion::new_unchecked(unit).to_rotation_matrix().into_inner();
+        let matrix = UnitQuaternion::new_unchecked(unit).to_rotation_matrix().into_inner();
         Some(Self {
-            world_from_local: rotation * scale,
-            local_from_world: rotation.transpose() * inv_scale,
+            world_from_local: matrix * scale,
+            local_from_world: matrix.transpose() * inv_scale,
             translation,
+            rotation,
             scale,
         })
+    }
+
+    /// t.
+    pub fn translation(&self) -> [f64; 3] {
+        self.translation
+    }
+
+    /// The quaternion x, y, z, w as it was given, of any length.
+    pub fn rotation(&self) -> [f64; 4] {
+        self.rotation
     }
 
     /// World point of a local point.

@@ -27,6 +27,11 @@ impl Stretch {
         let is_valid = factors.iter().chain(&inv_factors).all(|x| x.is_finite());
         is_valid.then_some(Self { factors, inv_factors, smallest })
     }
+
+    /// The factor along each axis.
+    pub fn factors(&self) -> [f64; 3] {
+        self.factors
+    }
 }
 
 /// The image of a box under diag(`factors`).

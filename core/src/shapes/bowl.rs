@@ -34,6 +34,21 @@ impl Bowl {
         let is_valid = [radius, thickness, rim_radius].into_iter().all(is_length) && cut_height.is_finite();
         is_valid.then_some(Self { radius, cut_height, thickness, rim_radius })
     }
+
+    /// Radius of the middle of the wall.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The height above which the sphere is cut open.
+    pub fn cut_height(&self) -> f64 {
+        self.cut_height
+    }
+
+    /// Thickness of the wall.
+    pub fn thickness(&self) -> f64 {
+        self.thickness
+    }
 }
 
 impl Sdf for Bowl {

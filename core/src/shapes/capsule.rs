@@ -32,6 +32,21 @@ impl Capsule {
         let is_valid = [a, b, axis, normal, [length_sq; 3]].iter().flatten().all(|x: &f64| x.is_finite());
         (is_valid && is_length(radius)).then_some(Self { a, b, radius, axis, normal })
     }
+
+    /// One end of the segment.
+    pub fn a(&self) -> [f64; 3] {
+        self.a
+    }
+
+    /// The other end of the segment.
+    pub fn b(&self) -> [f64; 3] {
+        self.b
+    }
+
+    /// The radius.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
 }
 
 impl Sdf for Capsule {

@@ -20,6 +20,7 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 /// Degenerate: the apex, the rim and, inside, the axis and where side and base are equally near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
+    half_angle: f64,
     sin: f64,
     cos: f64,
     height: f64,
@@ -34,12 +35,23 @@ impl Cone {
         let (base_radius, slant) = (height * sin / cos, height / cos);
         let is_valid = half_angle > 0.0 && half_angle < core::f64::consts::FRAC_PI_2;
         (is_valid && [sin, cos, height, base_radius, slant].into_iter().all(is_length)).then_some(Self {
+            half_angle,
             sin,
             cos,
             height,
             base_radius,
             slant,
         })
+    }
+
+    /// Angle between axis and side, in radians.
+    pub fn half_angle(&self) -> f64 {
+        self.half_angle
+    }
+
+    /// Distance from the apex to the base.
+    pub fn height(&self) -> f64 {
+        self.height
     }
 }
 

@@ -20,6 +20,11 @@ impl Cuboid {
     pub fn new(half_extents: [f64; 3]) -> Option<Self> {
         half_extents.into_iter().all(is_length).then_some(Self { half_extents })
     }
+
+    /// Half the side lengths.
+    pub fn half_extents(&self) -> [f64; 3] {
+        self.half_extents
+    }
 }
 
 impl Sdf for Cuboid {

@@ -20,6 +20,16 @@ impl Cylinder {
     pub fn new(radius: f64, half_height: f64) -> Option<Self> {
         (is_length(radius) && is_length(half_height)).then_some(Self { radius, half_height })
     }
+
+    /// The radius.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Half the distance between the ends.
+    pub fn half_height(&self) -> f64 {
+        self.half_height
+    }
 }
 
 impl Sdf for Cylinder {

@@ -25,6 +25,11 @@ impl Ellipsoid {
         let smallest = radii.into_iter().fold(f64::INFINITY, f64::min);
         radii.into_iter().all(is_length).then_some(Self { radii, smallest })
     }
+
+    /// Semi-axes along x, y and z.
+    pub fn radii(&self) -> [f64; 3] {
+        self.radii
+    }
 }
 
 impl Sdf for Ellipsoid {

@@ -7,6 +7,8 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 /// All points with n·x ≤ offset, |n| = 1: φ = n·x − offset. Exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
+    /// The normal as given: to normalize it again from the unit normal could change its last bit.
+    given_normal: [f64; 3],
     normal: [f64; 3],
     offset: f64,
 }
@@ -20,8 +22,18 @@ impl HalfSpace {
         is_valid.then(|| {
             // Divided by the largest component first, so that no square underflows or overflows.
             let scaled = Vector3::from(normal) / largest;
-            Self { normal: (scaled / libm::sqrt(scaled.dot(&scaled))).into(), offset }
+            Self { given_normal: normal, normal: (scaled / libm::sqrt(scaled.dot(&scaled))).into(), offset }
         })
+    }
+
+    /// The normal as it was given, of any length.
+    pub fn given_normal(&self) -> [f64; 3] {
+        self.given_normal
+    }
+
+    /// Distance of the surface from the origin along the unit normal.
+    pub fn offset(&self) -> f64 {
+        self.offset
     }
 }
 

@@ -28,6 +28,7 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 pub struct Horseshoe {
     radius: f64,
     thickness: f64,
+    bend: f64,
     leg: f64,
     half_depth: f64,
     sin: f64,
@@ -45,7 +46,32 @@ impl Horseshoe {
             && bend < core::f64::consts::PI
             && thickness < 2.0 * radius
             && (radius - 0.5 * thickness) * sin + leg * cos >= 0.0;
-        is_valid.then_some(Self { radius, thickness, leg, half_depth, sin, cos })
+        is_valid.then_some(Self { radius, thickness, bend, leg, half_depth, sin, cos })
+    }
+
+    /// Radius of the middle of the bar.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The bar's width in the plane.
+    pub fn thickness(&self) -> f64 {
+        self.thickness
+    }
+
+    /// Angle of the arc to either side of its lowest point, in radians.
+    pub fn bend(&self) -> f64 {
+        self.bend
+    }
+
+    /// Length of a leg.
+    pub fn leg(&self) -> f64 {
+        self.leg
+    }
+
+    /// Half the extent along z.
+    pub fn half_depth(&self) -> f64 {
+        self.half_depth
     }
 
     /// φ₂.

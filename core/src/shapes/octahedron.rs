@@ -28,6 +28,11 @@ impl Octahedron {
     pub fn new(size: f64) -> Option<Self> {
         is_length(size).then_some(Self { size })
     }
+
+    /// Distance of the corners from the origin.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
 }
 
 impl Sdf for Octahedron {

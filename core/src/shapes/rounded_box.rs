@@ -17,6 +17,16 @@ impl RoundedBox {
         let sharp = Cuboid::new(half_extents)?;
         (radius >= 0.0).then_some(Self { inflated: Offset::new(sharp, radius)? })
     }
+
+    /// Half extents of the inner box, without the radius.
+    pub fn half_extents(&self) -> [f64; 3] {
+        self.inflated.field().half_extents()
+    }
+
+    /// Radius of the edges and corners.
+    pub fn radius(&self) -> f64 {
+        self.inflated.distance()
+    }
 }
 
 impl Sdf for RoundedBox {

@@ -18,6 +18,11 @@ impl Sphere {
     pub fn new(radius: f64) -> Option<Self> {
         is_length(radius).then_some(Self { radius })
     }
+
+    /// The radius.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
 }
 
 impl Sdf for Sphere {

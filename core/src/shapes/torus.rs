@@ -20,6 +20,16 @@ impl Torus {
         let is_valid = is_length(major_radius) && is_length(minor_radius) && minor_radius <= major_radius;
         is_valid.then_some(Self { major_radius, minor_radius })
     }
+
+    /// Radius of the core circle.
+    pub fn major_radius(&self) -> f64 {
+        self.major_radius
+    }
+
+    /// Radius of the tube.
+    pub fn minor_radius(&self) -> f64 {
+        self.minor_radius
+    }
 }
 
 impl Sdf for Torus {

@@ -31,7 +31,9 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Res
             Capsule::new(table.numbers("a")?, table.numbers("b")?, table.number("radius")?).map(AnyField::Capsule)
         }
         "cylinder" => Cylinder::new(table.number("radius")?, table.number("half_height")?).map(AnyField::Cylinder),
-        "cone" => Cone::new(table.number("half_angle_deg")?.to_radians(), table.number("height")?).map(AnyField::Cone),
+        "cone" => {
+            Cone::new(table.angle("half_angle_deg", "half_angle_rad")?, table.number("height")?).map(AnyField::Cone)
+        }
         "torus" => Torus::new(table.number("major_radius")?, table.number("minor_radius")?).map(AnyField::Torus),
         "octahedron" => Octahedron::new(table.number("size")?).map(AnyField::Octahedron),
         "ellipsoid" => Ellipsoid::new(table.numbers("radii")?).map(AnyField::Ellipsoid),
@@ -40,7 +42,7 @@ pub(super) fn node(mut table: Table, grids: &mut Grids, max_depth: usize) -> Res
         "horseshoe" => Horseshoe::new(
             table.number("radius")?,
             table.number("thickness")?,
-            table.number("bend_deg")?.to_radians(),
+            table.angle("bend_deg", "bend_rad")?,
             table.number("leg")?,
             table.number("half_depth")?,
         )

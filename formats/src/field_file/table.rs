@@ -45,6 +45,11 @@ impl<'a> Table<'a> {
         self.optional_number(key)?.ok_or_else(|| self.missing(key, "a number"))
     }
 
+    /// An angle in radians, under a key in radians, else under one in degrees.
+    pub fn angle(&mut self, degrees: &'static str, radians: &'static str) -> Result<f64, FieldError> {
+        if self.values.contains_key(radians) { self.number(radians) } else { Ok(self.number(degrees)?.to_radians()) }
+    }
+
     pub fn optional_number(&mut self, key: &'static str) -> Result<Option<f64>, FieldError> {
         let value = self.value(key);
         value.map(|value| number(value).ok_or_else(|| self.wrong(key, "a finite number", value))).transpose()

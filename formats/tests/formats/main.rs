@@ -2,6 +2,7 @@
 
 mod atomic_write;
 mod contact_files;
+mod field_round_trip;
 mod fields;
 mod grid_bytes;
 mod grid_damage;

@@ -1,0 +1,209 @@
+//! Two fields against each other: where they touch, how deep, and in which patch. The searches are those of
+//! [`core::overlap`](sdf_core::overlap), one after the other.
+//!
+//! | step | question | method |
+//! |---|---|---|
+//! | 1 | In which box can they touch? | [`Field::overlap_region`]: bounds of both fields, on cubes |
+//! | 2 | Do they touch? | [`Pair::deepest`]: minimum of max(φ_A, φ_B), proven |
+//! | 3 | At which points do they lie deepest in each other? | [`Pair::minima`] |
+//! | 4 | On which surface do they press against each other? | [`Pair::patch`] |
+//!
+//! [`Field::overlap`] takes all steps. A program that reads only the needed blocks of a grid calls
+//! [`Field::overlap_region`] on grids with bounds alone, reads the blocks of that box, and calls [`Field::overlap_in`].
+
+use sdf_core::overlap::{
+    BoxNode, DeepestPoint, DepthSearch, LocalMinima, MortonLeaf, NoRegion, OverlapPoint, Pair, Patch, PatchPoint,
+};
+use sdf_core::placed::{Posed, Rigid};
+use sdf_core::{Aabb, AnyField, EnclosedSdf};
+
+use crate::Field;
+
+/// Where the fields stand, and how the overlap is searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverlapOptions {
+    /// Where either field stands in the world; `None` where its frame is the world's.
+    pub poses: [Option<Rigid>; 2],
+    /// The fields touch at points where both have φ ≤ margin: a length; negative: only where both are at least so deep.
+    pub margin: f64,
+    /// The deepest point is proven to within this fraction of the longest side of the box in which the fields may touch.
+    pub tolerance: f64,
+    /// Edge of the cubes in which minima are told apart and the patch is cut; `None` stands for 1/64 of the longest side
+    /// of that box.
+    pub resolution: Option<f64>,
+    /// Largest number of evaluations of both fields in each of the three searches.
+    pub evaluations: u32,
+}
+
+impl Default for OverlapOptions {
+    fn default() -> Self {
+        Self { poses: [None; 2], margin: 0.0, tolerance: 1e-3, resolution: None, evaluations: 1 << 24 }
+    }
+}
+
+/// Do two fields touch?
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum OverlapVerdict {
+    /// There is a point with φ ≤ margin in both.
+    Contact,
+    /// It is proven that there is none.
+    #[default]
+    Separated,
+    /// None was found within the budget, and one may exist.
+    Undecided,
+}
+
+/// Where two fields touch. Normals point out of the other field and into the first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overlap {
+    /// Do they touch?
+    pub verdict: OverlapVerdict,
+    /// The lowest point of max(φ_A, φ_B), and its proof. `None` where bounds without a search separate the fields.
+    pub deepest: Option<DeepestPoint<f64>>,
+    /// Summary of the search for minima; `None` if the fields are separated.
+    pub minima: Option<LocalMinima>,
+    /// The minima of max(φ_A, φ_B), the deepest first, at most 256.
+    pub points: Vec<OverlapPoint<f64>>,
+    /// Summary of the patch; `None` if the fields are separated.
+    pub patch: Option<Patch<f64>>,
+    /// The surface φ_A = φ_B where both are within the margin, in pieces with an area each.
+    pub pieces: Vec<PatchPoint<f64>>,
+}
+
+/// Why an overlap cannot be searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum OverlapError {
+    /// The box in which the fields may touch is unbounded, exceeds 10¹⁸, or the margin is not finite.
+    Unbounded,
+}
+
+impl std::fmt::Display for OverlapError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unbounded => {
+                f.write_str("the box in which the fields may touch is unbounded: intersect one of them with a box")
+            }
+        }
+    }
+}
+
+impl std::error::Error for OverlapError {}
+
+/// Cubes along the longest side of the box in which the fields may touch, when it is shrunk.
+const SHRINK_CELLS: u32 = 64;
+
+/// Cubes along the longest side of the shrunk box, in the search for minima and patch.
+const DEFAULT_CELLS: f64 = 64.0;
+
+/// Open boxes in the search for the deepest point.
+const MAX_OPEN_BOXES: usize = 1 << 16;
+
+/// Minima that are reported.
+const MAX_MINIMA: usize = 256;
+
+impl Field {
+    /// Where this field (A) and another (B) touch, without a mesh on either side: their deepest points and the patch
+    /// between them. Two fields that share the points with φ ≤ margin have a gap of at most twice the margin.
+    ///
+    /// ```
+    /// use sdf_field::core::{placed::Rigid, shapes::Sphere};
+    /// use sdf_field::{Field, OverlapOptions, OverlapVerdict};
+    /// let ball = Field::new(Sphere::new(1.0).unwrap());
+    /// let raised = Rigid::new([0.0, 0.0, 1.5], [0.0, 0.0, 0.0, 1.0]);
+    /// let found = ball.overlap(&ball, &OverlapOptions { poses: [raised, None], ..OverlapOptions::default() }).unwrap();
+    /// assert_eq!(found.verdict, OverlapVerdict::Contact);
+    /// // The balls are half a unit deep in each other; the upper one comes free along z.
+    /// let deepest = found.points[0];
+    /// assert!((deepest.separation() + 0.5).abs() < 1e-2 && deepest.normal.z > 0.99);
+    /// // They share a disc of radius √(1 − 0.75²).
+    /// assert!((found.patch.unwrap().area - 1.374).abs() < 0.05);
+    /// ```
+    pub fn overlap(&self, other: &Field, options: &OverlapOptions) -> Result<Overlap, OverlapError> {
+        match self.overlap_region(other, options, [true; 2])? {
+            Some(region) => Ok(self.overlap_in(other, options, &region)),
+            None => Ok(Overlap::default()),
+        }
+    }
+
+    /// The box outside of which the fields do not touch; `None` if they are separated. `may_evaluate` is false for a field
+    /// whose samples are still to be read: only its bounds are used.
+    pub fn overlap_region(
+        &self,
+        other: &Field,
+        options: &OverlapOptions,
+        may_evaluate: [bool; 2],
+    ) -> Result<Option<Aabb>, OverlapError> {
+        let (a, b) = posed(self, other, options);
+        let pair =
+            Pair::new(&a, &b, options.margin).and_then(|pair| pair.shrink_evaluating(SHRINK_CELLS, may_evaluate));
+        match pair {
+            Ok(pair) => Ok(Some(pair.region())),
+            Err(NoRegion::Separated) => Ok(None),
+            Err(NoRegion::Unbounded) => Err(OverlapError::Unbounded),
+        }
+    }
+
+    /// [`overlap`](Self::overlap) in a box of the world: nothing is evaluated or found outside. The verdict is that of
+    /// the fields if the box is an [`overlap_region`](Self::overlap_region).
+    pub fn overlap_in(&self, other: &Field, options: &OverlapOptions, region: &Aabb) -> Overlap {
+        let (a, b) = posed(self, other, options);
+        let pair = Pair::new(&a, &b, options.margin).and_then(|pair| pair.restrict(region));
+        pair.and_then(|pair| pair.shrink::<f64>(SHRINK_CELLS)).map_or(Overlap::default(), |pair| search(&pair, options))
+    }
+}
+
+fn posed<'a>(a: &'a Field, b: &'a Field, options: &OverlapOptions) -> (Posed<&'a AnyField>, Posed<&'a AnyField>) {
+    let [pose_a, pose_b] = options.poses;
+    (Posed { field: a.as_any(), pose: pose_a }, Posed { field: b.as_any(), pose: pose_b })
+}
+
+fn search<A: EnclosedSdf, B: EnclosedSdf>(pair: &Pair<A, B>, options: &OverlapOptions) -> Overlap {
+    let search = DepthSearch { evaluations: options.evaluations, tolerance: options.tolerance };
+    let deepest = pair.deepest::<f64>(&search, &mut vec![BoxNode::EMPTY; MAX_OPEN_BOXES]);
+    let verdict = match deepest.point {
+        Some(at) if at.value <= options.margin => OverlapVerdict::Contact,
+        _ if options.margin < deepest.lower_bound => OverlapVerdict::Separated,
+        _ => OverlapVerdict::Undecided,
+    };
+    if verdict == OverlapVerdict::Separated {
+        return Overlap { verdict, deepest: Some(deepest), ..Overlap::default() };
+    }
+    let resolution = options.resolution.unwrap_or(pair.region().longest_side() / DEFAULT_CELLS);
+    let (minima, mut points) = minima(pair, resolution, options.evaluations);
+    insert_deepest(&mut points, &deepest);
+    let deepest = DeepestPoint { point: points.first().copied(), ..deepest };
+    let mut pieces = vec![];
+    let patch = pair.patch(resolution, options.evaluations, |piece| pieces.push(piece));
+    Overlap { verdict, deepest: Some(deepest), minima: Some(minima), points, patch: Some(patch), pieces }
+}
+
+/// All minima; the scratch buffer grows until it holds every cube in which the fields may touch.
+fn minima<A: EnclosedSdf, B: EnclosedSdf>(
+    pair: &Pair<A, B>,
+    resolution: f64,
+    evaluations: u32,
+) -> (LocalMinima, Vec<OverlapPoint<f64>>) {
+    let mut room = 1 << 16;
+    loop {
+        let mut points = vec![None; MAX_MINIMA];
+        let minima = pair.minima(resolution, evaluations, &mut vec![MortonLeaf::empty(); room], &mut points);
+        if minima.leaf_count <= room {
+            return (minima, points.into_iter().flatten().collect());
+        }
+        room = minima.leaf_count;
+    }
+}
+
+/// Puts the proven deepest point in place of the minimum nearest to it, unless that is lower.
+fn insert_deepest(minima: &mut Vec<OverlapPoint<f64>>, deepest: &DeepestPoint<f64>) {
+    let Some(at) = deepest.point else { return };
+    let distance = |other: &OverlapPoint<f64>| (other.point - at.point).norm();
+    let nearest = (0..minima.len()).min_by(|a, b| distance(&minima[*a]).total_cmp(&distance(&minima[*b])));
+    match nearest {
+        Some(nearest) if at.value <= minima[nearest].value => minima[nearest] = at,
+        Some(_) => {}
+        None => minima.push(at),
+    }
+    minima.sort_by(|a, b| a.value.total_cmp(&b.value));
+}

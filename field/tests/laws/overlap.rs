@@ -1,0 +1,95 @@
+//! Two fields against each other, as a program asks: closed forms, a baked grid, poses, and what is refused.
+
+use sdf_field::core::placed::Rigid;
+use sdf_field::core::shapes::{HalfSpace, Octahedron, Sphere};
+use sdf_field::{BakeOptions, Field, MeshView, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
+
+const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+fn sphere() -> Field {
+    Field::new(Sphere::new(1.0).unwrap())
+}
+
+fn raised(z: f64) -> OverlapOptions {
+    OverlapOptions { poses: [Rigid::new([0.0, 0.0, z], UPRIGHT), None], ..OverlapOptions::default() }
+}
+
+#[test]
+fn two_balls_share_a_lens() {
+    let found = sphere().overlap(&sphere(), &raised(1.5)).unwrap();
+    let deepest = found.deepest.unwrap();
+    assert_eq!(found.verdict, OverlapVerdict::Contact);
+    assert!(deepest.converged && deepest.lower_bound <= -0.25 && deepest.point == Some(found.points[0]));
+    assert!((found.points[0].separation() + 0.5).abs() < 1e-2 && found.minima.unwrap().count == 1);
+    // The disc at half height.
+    let (patch, area) = (found.patch.unwrap(), std::f64::consts::PI * (1.0 - 0.75 * 0.75));
+    assert!((patch.area / area - 1.0).abs() < 0.05 && patch.point_count as usize == found.pieces.len());
+    let is_on_disc = |z: f64| (z - 0.75).abs() < 1e-6;
+    assert!(found.pieces.iter().all(|piece| is_on_disc(piece.point.point.z) && piece.point.normal.z > 0.999));
+}
+
+#[test]
+fn a_pose_moves_a_field_and_moving_both_moves_the_answer() {
+    let (body, ball) = (Field::new(Octahedron::new(1.0).unwrap()), sphere());
+    let find = |a: [f64; 3], b: [f64; 3]| {
+        let poses = [Rigid::new(a, UPRIGHT), Rigid::new(b, [0.0, 0.0, 1.0, 2.0])];
+        body.overlap(&ball, &OverlapOptions { poses, ..OverlapOptions::default() }).unwrap()
+    };
+    let (here, there) = (find([0.0; 3], [1.7, 0.0, 0.0]), find([3.0, -2.0, 1.0], [4.7, -2.0, 1.0]));
+    assert_eq!([here.verdict, there.verdict], [OverlapVerdict::Contact; 2]);
+    let [a, b] = [&here, &there].map(|found| found.points[0]);
+    assert!((a.value - b.value).abs() < 1e-2 && (b.point - a.point).norm() > 3.0);
+    assert_eq!(find([0.0; 3], [2.1, 0.0, 0.0]).verdict, OverlapVerdict::Separated);
+}
+
+#[test]
+fn the_margin_reaches_over_the_gap() {
+    let with_margin = |margin| sphere().overlap(&sphere(), &OverlapOptions { margin, ..raised(2.2) }).unwrap();
+    let apart = with_margin(0.0);
+    assert_eq!((apart.verdict, apart.points.len(), apart.pieces.len()), (OverlapVerdict::Separated, 0, 0));
+    assert_eq!(
+        [0.09, 0.11].map(|margin| with_margin(margin).verdict),
+        [OverlapVerdict::Separated, OverlapVerdict::Contact]
+    );
+    // Far apart, bounds are enough.
+    assert_eq!(sphere().overlap(&sphere(), &raised(9.0)).unwrap(), Overlap::default());
+}
+
+#[test]
+fn a_baked_grid_touches_where_its_shape_does() {
+    let points =
+        [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+    let faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let baked = Field::bake(MeshView { points: &points, faces: &faces }, &BakeOptions::default()).unwrap().field;
+    let exact = Field::new(Octahedron::new(1.0).unwrap());
+    let error = baked.info().unwrap().error_bound;
+    let [of_grid, of_shape] = [baked, exact].map(|field| field.overlap(&sphere(), &raised(1.6)).unwrap());
+    let [a, b] = [&of_grid, &of_shape].map(|found| found.deepest.unwrap().point.unwrap().value);
+    assert!((a - b).abs() <= error + 2e-3, "{a} {b}, error bound {error}");
+}
+
+#[test]
+fn a_search_in_the_region_of_a_pair_is_the_search() {
+    let (a, b, options) = (Field::new(Octahedron::new(1.0).unwrap()), sphere(), raised(1.4));
+    let region = a.overlap_region(&b, &options, [true; 2]).unwrap().unwrap();
+    assert_eq!(a.overlap_in(&b, &options, &region), a.overlap(&b, &options).unwrap());
+    // By bounds alone the box is no smaller.
+    let by_bounds = a.overlap_region(&b, &options, [false; 2]).unwrap().unwrap();
+    assert!((0..3).all(|axis| by_bounds.min[axis] <= region.min[axis] && region.max[axis] <= by_bounds.max[axis]));
+}
+
+#[test]
+fn few_evaluations_are_undecided_and_honest() {
+    let found =
+        sphere().overlap(&sphere(), &OverlapOptions { evaluations: 2, margin: -0.2499, ..raised(1.5) }).unwrap();
+    assert!(found.deepest.is_some_and(|deepest| deepest.lower_bound <= -0.25) && !found.patch.unwrap().is_complete);
+}
+
+#[test]
+fn two_unbounded_fields_are_refused() {
+    let ground = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap());
+    let error = ground.overlap(&ground, &OverlapOptions::default()).unwrap_err();
+    assert_eq!(error, OverlapError::Unbounded);
+    assert!(error.to_string().contains("intersect one of them with a box"));
+    assert_eq!(ground.overlap(&sphere(), &OverlapOptions::default()).unwrap().verdict, OverlapVerdict::Contact);
+}
