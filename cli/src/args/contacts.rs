@@ -1,3 +1,5 @@
+//! Arguments of `contacts` and `compare`, and the library's options that they stand for.
+
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -99,7 +101,7 @@ impl ContactsArgs {
     }
 }
 
-/// Where the field stands.
+/// Pose of the field.
 #[derive(Clone, Copy, Debug, Parser)]
 pub struct PoseArgs {
     /// Shift the field by this.
@@ -120,7 +122,7 @@ impl PoseArgs {
         rigid("--rotate", self.translate, self.rotate)
     }
 
-    /// `None` where the field stays in its own frame.
+    /// `None` if the field is not moved.
     pub fn motion(&self) -> Result<Option<Rigid>> {
         Ok(if self.is_moved() { Some(self.rigid()?) } else { None })
     }
