@@ -31,6 +31,7 @@ impl<F, S: Deref<Target = [F]>> Compound<S> {
         if parts.is_empty() { None } else { Some(Self { parts }) }
     }
 
+    /// The parts, at least one.
     pub fn parts(&self) -> &[F] {
         &self.parts
     }

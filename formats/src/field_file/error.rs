@@ -7,11 +7,25 @@ use crate::grid_file::GridFileError;
 /// Why a field could not be read.
 #[derive(Debug, Error)]
 pub enum FieldError {
+    /// The file cannot be opened or read.
     #[error("{}: {source}", path.display())]
-    Unreadable { path: PathBuf, source: std::io::Error },
-    /// `table` is the name of the table that is wrong, such as `field.of[1]`; empty for the whole file.
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The content does not describe a field.
     #[error("{}: {}{}{what}", path.display(), table, if table.is_empty() { "" } else { ": " })]
-    Refused { path: PathBuf, table: String, what: String },
+    Refused {
+        /// The file, or the name given for its text.
+        path: PathBuf,
+        /// The table that is wrong, such as `field.of[1]`; empty for the whole file.
+        table: String,
+        /// The fault, and what was expected.
+        what: String,
+    },
+    /// A grid file was refused.
     #[error(transparent)]
     Grid(#[from] GridFileError),
 }
