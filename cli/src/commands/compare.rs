@@ -5,12 +5,13 @@ mod page;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
+use clap::ValueEnum;
 use sdf_field::compare::{Comparison, METHODS, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
-use crate::args::{CompareArgs, Elements};
+use crate::args::{CompareArgs, Elements, MethodName};
 use crate::read_summary::require_distances;
 use crate::report::{Report, number, seconds, to_stdout};
 use crate::{mesh_input, output, progress};
@@ -85,16 +86,9 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
 
 /// The method's name on the command line.
 pub fn word(method: Method) -> String {
-    match method {
-        Method::Auto => "auto".to_owned(),
-        Method::Certified => "certified".to_owned(),
-        Method::FrankWolfe => "fw".to_owned(),
-        Method::ProjectedGradient => "pgd".to_owned(),
-        Method::Newton => "newton".to_owned(),
-        Method::LineSearch => "ls".to_owned(),
-        Method::GoldenSection => "gss".to_owned(),
-        Method::Sampling(samples) => format!("sample{samples}"),
-    }
+    let word = MethodName::value_variants().iter().find(|word| Method::from(**word) == method);
+    let value = word.and_then(ValueEnum::to_possible_value);
+    value.map_or_else(|| format!("{method:?}"), |value| value.get_name().to_owned())
 }
 
 #[derive(Serialize)]
