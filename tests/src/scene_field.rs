@@ -108,6 +108,6 @@ impl SceneField {
 }
 
 /// `a` as a `B`, if `A` and `B` are the same type.
-fn same_type<A: Copy + 'static, B: Copy + 'static>(a: A) -> Option<B> {
+pub fn same_type<A: Copy + 'static, B: Copy + 'static>(a: A) -> Option<B> {
     (&a as &dyn Any).downcast_ref::<B>().copied()
 }

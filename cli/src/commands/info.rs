@@ -1,4 +1,4 @@
-//! What does a field file contain? A grid's header without its samples, or the bounds of shapes.
+//! Contents of a field file: a grid's header without its samples, or the bounds of shapes.
 
 use anyhow::Result;
 use sdf_core::Sdf;

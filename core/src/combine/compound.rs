@@ -1,3 +1,5 @@
+//! The union of a list of fields, [`Compound`]: φ = min_i φ_i, with bounds from the parts that can be the minimum.
+
 use core::ops::Deref;
 
 use nalgebra::Vector3;

@@ -1,3 +1,5 @@
+//! The result of an evaluation, [`Sample`]: value, gradient and [`Status`], in one number or in lanes.
+
 use nalgebra::Vector3;
 
 use crate::number::kernel::LaneBundle;

@@ -1,3 +1,5 @@
+//! Errors of grid files: which file, what is wrong, what to do.
+
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,5 @@
+//! The result of `verify` as rows and as JSON.
+
 use anyhow::Result;
 
 use super::findings::{Errors, FarErrors, Findings, Slope};
