@@ -9,6 +9,7 @@ use crate::{DenseGrid, SparseGrid};
 /// A baked grid and its certified error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedGrid {
+    /// The grid, in the core's own type.
     pub grid: OwnedGrid,
     /// See [`DenseGrid::error_bound`] and [`SparseGrid::error_bound`].
     pub error_bound: f64,

@@ -34,7 +34,9 @@ pub struct ErrorBudget {
 
 /// Grid that takes the least memory of those that were found to be within the budget.
 pub struct Plan<'a> {
+    /// The sparse grid's lattice, band and bricks, ready to bake.
     pub baker: SparseBaker<'a>,
+    /// Type of a sample.
     pub precision: Precision,
     /// Upper bound of the grid's `error_bound`.
     pub error_bound: f64,
@@ -45,27 +47,37 @@ pub struct Plan<'a> {
 /// Error that is certain to be met with the memory allowed, and an estimate of what it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AchievableError {
+    /// Bound of the error within the band, as a length.
     pub error: f64,
     /// Side of its voxels.
     pub spacing: f64,
+    /// Memory of baking it: all that is allowed.
     pub bytes: usize,
 }
 
 /// Reason why no grid is within a budget.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ErrorBudgetError {
+    /// The error allowed is not positive and finite.
     #[error("the error must be a positive finite length, not {0}")]
     InvalidError(f64),
+    /// The mesh is open: its signed distance is not continuous, so that no voxel size bounds the error.
     #[error("no voxel is small enough: the sign of the distance jumps around the holes of the mesh ({sign_reason})")]
-    SignJumps { sign_reason: String },
+    SignJumps {
+        /// The state of the mesh, see [`MeshDistance::sign_reason`].
+        sign_reason: String,
+    },
+    /// Every grid within the error needs more memory than is allowed.
     #[error("an error of {max_error} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
     TooLarge {
+        /// The error allowed.
         max_error: f64,
         /// Memory of voxels that suffice for any mesh, extrapolated from larger ones. `None` if no size fits or the
         /// number overflows.
         bytes: Option<usize>,
+        /// The memory allowed.
         max_bytes: usize,
-        /// `None` if no size fits.
+        /// Error that the memory allows; `None` if no size fits.
         achievable: Option<AchievableError>,
     },
 }

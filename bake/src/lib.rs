@@ -26,6 +26,7 @@
 //! | What stands in a grid? | [`dense`], [`sparse`] |
 
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 
 mod baked_grid;
 mod bvh;

@@ -42,16 +42,37 @@ pub struct MeshReport {
 /// Reason why a mesh cannot be baked.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InvalidMesh {
+    /// The list of triangles is empty.
     #[error("the mesh has no triangles")]
     NoTriangles,
+    /// The longest side of the bounding box is below 1e-30.
     #[error("the mesh has no extent: its longest side is {side}, and must be 1e-30 or more")]
-    NoExtent { side: f64 },
+    NoExtent {
+        /// Longest side of the bounding box.
+        side: f64,
+    },
+    /// A triangle has a corner that does not exist.
     #[error("triangle {triangle} refers to point {index}, but the mesh has {points} points")]
-    IndexOutOfRange { triangle: usize, index: u32, points: usize },
+    IndexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The index that is too large.
+        index: u32,
+        /// Number of points.
+        points: usize,
+    },
+    /// A coordinate is NaN or infinite.
     #[error("point {point} has a coordinate that is not finite")]
-    NotFinite { point: usize },
+    NotFinite {
+        /// Index of the point.
+        point: usize,
+    },
+    /// A coordinate exceeds 1e30 in magnitude.
     #[error("point {point} is too far out: a coordinate is beyond ±1e30")]
-    TooFarOut { point: usize },
+    TooFarOut {
+        /// Index of the point.
+        point: usize,
+    },
 }
 
 /// Samples are f32, which end at 3e38 and lose digits below 1e-38.
@@ -59,6 +80,7 @@ const MAX_COORDINATE: f64 = 1e30;
 const MIN_SIDE: f64 = 1e-30;
 
 impl TriangleMesh {
+    /// Checks the indices and coordinates, welds equal points and removes repeated triangles.
     pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, InvalidMesh> {
         check(points, triangles)?;
         let first_at_position = weld(points);
@@ -89,14 +111,17 @@ impl TriangleMesh {
         self.bounds
     }
 
+    /// Redundancies that were found in the input.
     pub fn report(&self) -> MeshReport {
         self.report
     }
 
+    /// Number of triangles after the removal of repeated ones.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
 
+    /// Corners of a triangle. Panics if there is no such triangle.
     pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
         self.triangles[triangle].map(|index| self.points[index as usize].into())
     }

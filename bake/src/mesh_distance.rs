@@ -96,10 +96,12 @@ impl<'a> MeshDistance<'a> {
         self.mesh.bounds()
     }
 
+    /// Edges, shells and intersections of the mesh.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
+    /// The sign method in use: the one requested, or else the one chosen by the topology.
     pub fn sign_method(&self) -> SignMethod {
         if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
     }

@@ -50,6 +50,7 @@ pub struct SparseGrid<C> {
     pub table: Vec<u32>,
     /// Slot of each brick, counted in bricks from the first node.
     pub slots: Vec<[u32; 3]>,
+    /// Decoding of each brick's codes.
     pub scales: Vec<Scale>,
     /// Codes of one brick after the other, x fastest.
     pub samples: Vec<C>,
@@ -118,10 +119,12 @@ impl<'a> SparseBaker<'a> {
         self.map.band()
     }
 
+    /// The lattice of the full resolution.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
+    /// Number of brick slots in the lattice.
     pub fn slot_count(&self) -> usize {
         self.map.slot_count()
     }

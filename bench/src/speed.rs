@@ -17,6 +17,7 @@ mod bodies;
 mod commands;
 mod contacts;
 mod limits;
+mod method;
 mod peers;
 mod plot;
 mod reading;
@@ -27,6 +28,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
+use sdf_field::Method;
 
 use crate::machine::Machine;
 use limits::MachineLimits;
@@ -51,8 +53,8 @@ pub struct Options {
     #[arg(long, value_name = "D", default_value_t = 0.01, allow_negative_numbers = true)]
     pub margin: f64,
     /// Measure contacts by this method only [default: several].
-    #[arg(long, value_enum)]
-    pub method: Option<MethodName>,
+    #[arg(long, value_parser = method::parser())]
+    pub method: Option<Method>,
     /// Smallest number of runs of each work.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
@@ -77,29 +79,6 @@ pub enum Group {
     Reading,
     /// Whole commands as processes, with their peak memory. Needs sdftool: `cargo build --release -p sdftool`.
     Commands,
-}
-
-/// A minimizer as `sdftool contacts --method` names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MethodName {
-    /// Certified, within 256 evaluations.
-    Auto,
-    /// Projected gradient descent.
-    Pgd,
-    /// Frank-Wolfe.
-    Fw,
-    /// Frank-Wolfe with a line search.
-    Ls,
-    /// Newton's method between cutting planes.
-    Newton,
-    /// Branch and bound, within 1024 evaluations.
-    Certified,
-    /// Minimum of 4 fixed points.
-    Sample4,
-    /// Minimum of 16 fixed points.
-    Sample16,
-    /// Minimum of 64 fixed points.
-    Sample64,
 }
 
 /// Everything that was measured.

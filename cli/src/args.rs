@@ -6,15 +6,13 @@ mod fields;
 mod values;
 
 pub use bake::BakeArgs;
-pub use contacts::{CompareArgs, ContactsArgs, Elements, rigid};
+pub use contacts::{CompareArgs, ContactsArgs, Elements, MethodName, rigid};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
 
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use sdf_core::grid::owned::{Layout, Precision};
-
-use contacts::Method;
 
 /// Bake meshes into signed distance fields, and find the contacts of other meshes with them.
 ///
@@ -62,10 +60,12 @@ impl Command {
             Self::Bake(args) if args.max_error.is_some() && args.precision.is_some() => {
                 Err("--max-error chooses the precision: remove --precision")
             }
-            Self::Contacts(args) if args.all_minima && !matches!(args.method, Method::Auto | Method::Certified) => {
+            Self::Contacts(args)
+                if args.all_minima && !matches!(args.method, MethodName::Auto | MethodName::Certified) =>
+            {
                 Err("--all-minima needs a certified search: remove --method")
             }
-            Self::Contacts(args) if args.method == Method::Gss && args.elements != Elements::Edges => {
+            Self::Contacts(args) if args.method == MethodName::Gss && args.elements != Elements::Edges => {
                 Err("--method gss works on edges only: add --elements edges, or use another method")
             }
             _ => Ok(()),

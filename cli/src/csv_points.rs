@@ -3,8 +3,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-/// Reads lines of x,y,z. The first line may name columns, none of them a number; empty lines are passed over, and
-/// columns after the third.
+/// Reads lines of x,y,z. A first line of column names, empty lines and columns after the third are skipped.
 pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     let shown = path.display();
     let source: Box<dyn Read> = if path == Path::new("-") {
@@ -34,7 +33,7 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     Ok(points)
 }
 
-/// Numbers with the wrong thing between them are no names.
+/// `true` if no word is a number; `1;2;3` is a malformed line, not a header.
 fn is_header(line: &str) -> bool {
     line.split(|c: char| c == ',' || c == ';' || c.is_whitespace()).all(|word| word.parse::<f64>().is_err())
 }

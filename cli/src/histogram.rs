@@ -1,3 +1,5 @@
+//! How often does each size of error occur? A histogram as SVG.
+
 use std::fmt::Write;
 use std::path::Path;
 
@@ -6,14 +8,14 @@ use sdf_formats::atomic_write;
 
 use crate::mesh_input::at;
 
-/// How many points are off by how much, on a logarithmic scale of counts.
+/// Histogram of errors as SVG, with a logarithmic axis of counts.
 pub struct Histogram<'a> {
     pub title: String,
-    /// `in voxels`.
+    /// The unit of the errors, such as `in voxels`.
     pub unit: &'static str,
-    /// None negative.
+    /// Errors of zero or more.
     pub errors: &'a [f64],
-    /// What is certified, drawn as a line.
+    /// The certified error bound, drawn as a line.
     pub bound: Option<f64>,
 }
 
@@ -37,7 +39,7 @@ impl Histogram<'_> {
             counts[((error / end * BARS as f64) as usize).min(BARS - 1)] += 1;
         }
         let highest = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
-        // From one tenth of a point up, so that a single one shows.
+        // The axis begins at a count of 0.1, so that a single point shows.
         let height = |count: f64| HEIGHT * (count.log10() + 1.0) / (highest.log10() + 1.0);
         let across = |error: f64| LEFT + WIDTH * error / end;
         let mut svg = format!(
@@ -100,7 +102,7 @@ impl Histogram<'_> {
     }
 }
 
-/// As text of XML.
+/// Escapes a text for XML.
 pub fn escaped(text: &str) -> String {
     let escape = |c: char| match c {
         '&' => "&amp;".to_owned(),

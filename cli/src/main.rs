@@ -1,5 +1,5 @@
-//! `sdftool`: arguments, progress, tables and pictures. What is computed is computed in sdf-core, sdf-bake and
-//! sdf-formats.
+//! `sdftool`: arguments, progress, tables and pictures. The algorithms are in sdf-core, sdf-bake, sdf-formats and
+//! sdf-field.
 
 #![forbid(unsafe_code)]
 
@@ -24,10 +24,10 @@ use clap::{CommandFactory, Parser};
 
 use args::{Args, Command};
 
-/// What a program that Ctrl-C ended answers: 128 and the signal's number.
+/// Exit status after Ctrl-C: 128 + SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// Held by whoever ends the program: after Ctrl-C nothing more is said, of the file that is gone least of all.
+/// Locked by the thread that ends the program, so that nothing is printed after Ctrl-C.
 static ENDING: Mutex<()> = Mutex::new(());
 
 fn main() -> ExitCode {
@@ -54,11 +54,11 @@ fn main() -> ExitCode {
         Command::Completions(args) => commands::shell::completions(&args),
         Command::Man(args) => commands::shell::man(&args),
     });
-    // Never given back.
+    // The lock is never released.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // The reader of our output has seen enough, as `head` does.
+        // The reader closed the pipe, as `head` does.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("sdftool: {}", on_one_line(&format!("{error:#}")));
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// A file's name may hold line feeds, and what a terminal would act on.
+/// Replaces control characters: a file's name may contain line feeds and escape sequences.
 fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }

@@ -1,7 +1,7 @@
 use anyhow::{Result, bail};
 use sdf_field::memory::{ASSUMED_BYTES, free_bytes};
 
-/// Refuses work that needs more memory than there is, before any of it is done. `what` is the work, `smaller` what to change.
+/// Refuses work that needs more memory than is free, before it starts. `what` names the work, `smaller` says what to change.
 pub fn require(bytes: f64, what: &str, smaller: &str) -> Result<()> {
     let free = free_bytes();
     if bytes > free.unwrap_or(ASSUMED_BYTES) {
@@ -10,7 +10,7 @@ pub fn require(bytes: f64, what: &str, smaller: &str) -> Result<()> {
     Ok(())
 }
 
-/// How much memory is needed and free, in words that follow what needs it.
+/// Describes the memory needed and free; the predicate of a sentence about the work.
 pub fn shortage(bytes: Option<f64>, free: Option<f64>) -> String {
     match (bytes, free) {
         (Some(bytes), Some(free)) => format!("needs {}, and {} are free here", words(bytes), words(free)),
@@ -19,7 +19,7 @@ pub fn shortage(bytes: Option<f64>, free: Option<f64>) -> String {
     }
 }
 
-/// The peak memory of this process in bytes, where the system says it.
+/// The peak memory of this process in bytes; `None` if the system does not report it.
 pub fn peak() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,10 +1,12 @@
+//! Meshes named on the command line, with a hash of the file; devices are refused.
+
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use sdf_formats::mesh::{self, Mesh, MeshError, PolygonCounts, read_bytes};
 use sha2::{Digest, Sha256};
 
-/// A mesh and what its file says beside it.
+/// A mesh and the facts about its file.
 #[derive(Clone)]
 pub struct MeshInput {
     pub mesh: Mesh,
@@ -26,11 +28,11 @@ impl MeshInput {
     }
 }
 
-/// What is told of a mesh when its points and triangles may be gone.
+/// Facts that are reported about a mesh after its points and triangles are freed.
 #[derive(Clone)]
 pub struct MeshFacts {
     pub name: String,
-    /// Of the file's bytes.
+    /// SHA-256 of the file's bytes.
     pub sha256: [u8; 32],
     pub points: usize,
     pub triangles: usize,
@@ -46,7 +48,7 @@ pub fn read(path: &Path) -> Result<MeshInput> {
     Ok(MeshInput::new(name, mesh?, sha256))
 }
 
-/// The mesh alone.
+/// Reads a mesh without hashing its file.
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
     require_end(path)?;
     match mesh::read(path) {
@@ -62,7 +64,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
 
 fn require_end(path: &Path) -> Result<()> {
     if is_device(path) {
-        bail!("{}: is a device, which may have no end: name a file", path.display());
+        bail!("{}: a device, which may have no end: give a regular file", path.display());
     }
     Ok(())
 }

@@ -1,3 +1,5 @@
+//! How much of a grid file was read, and does the grid have distances up to a margin?
+
 use std::path::Path;
 
 use anyhow::{Result, bail};
@@ -41,10 +43,10 @@ impl FromFile {
     }
 }
 
-/// A multiple of the largest coordinate that exceeds what a cull allows for rounding in f64.
+/// Relative rounding of distances in f64: more than a cull allows for, as a fraction of the largest coordinate.
 pub const ROUNDING: f64 = 1e-12;
 
-/// Refuses a margin at which a grid has lower bounds in place of distances: it would report contacts that are none.
+/// Refuses a margin beyond which a grid has only lower bounds of the distance: it would report false contacts.
 pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()> {
     let spacing = grid.lattice.spacing();
     let limits = [("--padding", Some(grid.about.padding)), ("--band", grid.sparse.map(|sparse| sparse.band))];
@@ -63,7 +65,7 @@ pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()>
     Ok(())
 }
 
-/// How many bytes each part of a file takes, by name.
+/// Stored bytes of each part of a file, by name.
 pub fn bytes_of(parts: &[Part]) -> serde_json::Map<String, serde_json::Value> {
     parts.iter().map(|part| (part.name.to_owned(), part.stored_bytes.into())).collect()
 }

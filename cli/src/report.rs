@@ -1,3 +1,5 @@
+//! Output of a command on standard output: rows or JSON, and how numbers look in rows.
+
 use std::io::{self, BufWriter, Write, stdout};
 
 use anyhow::{Context, Result};
@@ -5,7 +7,7 @@ use serde::Serialize;
 
 use crate::args::Json;
 
-/// What a command has to say: rows for a person, one object for a program.
+/// The output of a command: rows for a person, one JSON object for a program.
 pub struct Report<J> {
     pub rows: Vec<(&'static str, String)>,
     pub json: J,
@@ -33,21 +35,21 @@ pub fn counts(counts: [u32; 3]) -> String {
     format!("{x} × {y} × {z}")
 }
 
-/// A count that may be past all integers: never hundreds of digits.
+/// A count of any size; in exponential form from 10¹⁵ on.
 pub fn many(count: f64) -> String {
     if count < 1e15 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-/// One object, alone on its line.
+/// Prints one object on one line.
 pub fn print_json(json: &impl Serialize) -> Result<()> {
     to_stdout(|out| {
-        // As an io::Error it still says where the reader went away.
+        // An io::Error keeps the kind, which tells main about a broken pipe.
         serde_json::to_writer(&mut *out, json).map_err(io::Error::from)?;
         writeln!(out)
     })
 }
 
-/// The same, to be written to a file.
+/// One object on one line, as the bytes of a file.
 pub fn line_of_json(json: &impl Serialize) -> Vec<u8> {
     let mut text = serde_json::to_vec(json).unwrap_or_default();
     text.push(b'\n');
@@ -59,7 +61,7 @@ pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Resul
     write(&mut out).and_then(|()| out.flush()).context("standard output")
 }
 
-/// As many digits as tell it apart, few zeros.
+/// Six decimals; in exponential form below 10⁻³ and from 10⁶ on.
 pub fn number(x: f64) -> String {
     if x != 0.0 && !(1e-3..1e6).contains(&x.abs()) { format!("{x:.4e}") } else { format!("{x:.6}") }
 }

@@ -1,3 +1,6 @@
+//! One type for every field of this crate, [`AnyField`]: shapes, grids, combinations and placements, chosen at run
+//! time.
+
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;

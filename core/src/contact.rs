@@ -115,7 +115,7 @@ impl<R: Float> Contact<R> {
     }
 }
 
-/// What became of an element.
+/// The result for an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<R: Float, const N: usize> {
     /// A corner, the margin or the field's answer is NaN or infinite, or a corner exceeds

@@ -1,3 +1,5 @@
+//! The macro [`delegate_sdf!`](crate::delegate_sdf), which implements the traits of fields for an enum of fields.
+
 /// Makes an enum of fields a field: calls go to whatever field it holds. A scene then pays for its own list of shapes.
 ///
 /// ```

@@ -78,6 +78,7 @@ pub trait EnclosedSdf: Sdf {
 
 /// A callback that takes fields of any type: see [`EnclosedSdf::visit_parts`].
 pub trait PartVisitor {
+    /// Called with the field of a part.
     fn visit<F: EnclosedSdf>(&mut self, part: &F);
 }
 
@@ -188,7 +189,9 @@ pub struct Enclosure<R: Real> {
 /// An interval vector: a box that holds every gradient of a field in a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GradientBox<R: Real> {
+    /// Lower bounds of ∂φ/∂x, ∂φ/∂y and ∂φ/∂z.
     pub lower: Vector3<R>,
+    /// Upper bounds of ∂φ/∂x, ∂φ/∂y and ∂φ/∂z.
     pub upper: Vector3<R>,
 }
 

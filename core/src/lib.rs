@@ -9,6 +9,7 @@
 
 #![no_std]
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 #![cfg_attr(all(feature = "core-math", not(feature = "std")), feature(core_float_math))]
 
 #[cfg(feature = "alloc")]

@@ -1,4 +1,4 @@
-//! What makes a field: [`Sdf`], and what it returns: [`Sample`].
+//! The trait of all fields, [`Sdf`], and the result of an evaluation, [`Sample`].
 
 mod plug_in;
 mod sample;

@@ -30,7 +30,7 @@ pub enum GridSize {
 pub enum MaxError {
     /// In the unit of the mesh.
     Length(f64),
-    /// Of the diagonal of the mesh's box.
+    /// Fraction of the diagonal of the mesh's box.
     Fraction(f64),
 }
 
@@ -76,7 +76,7 @@ impl Default for BakeOptions {
 pub struct Baked {
     /// A grid, with its [`GridInfo`].
     pub field: Field,
-    /// What was odd in the input.
+    /// Oddities of the input.
     pub mesh: MeshReport,
     /// Holes, shells, and worse.
     pub topology: Topology,

@@ -16,7 +16,7 @@ use sdf_core::placed::Posed;
 use crate::mesh_view::element;
 use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError};
 
-/// What a method reached on one mesh and one field.
+/// Errors, time and counts of a method on one mesh and one field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodReport {
     /// The method, with its default budget.

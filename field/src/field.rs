@@ -42,7 +42,7 @@ impl Field {
         Self { field: AnyField::Grid(grid.into()), info: Some(Arc::new(info)) }
     }
 
-    /// What is known of a grid that was baked; `None` of others and of closed forms.
+    /// Facts about a grid that was baked; `None` of others and of closed forms.
     pub fn info(&self) -> Option<&GridInfo> {
         self.info.as_deref()
     }

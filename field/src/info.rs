@@ -17,7 +17,7 @@ impl SignMethod {
     }
 }
 
-/// What is known of a baked grid beside its samples.
+/// Facts about a baked grid beside its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridInfo {
     /// How inside and outside were told apart.

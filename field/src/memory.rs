@@ -1,6 +1,6 @@
 //! Memory that is free, so that work which needs more is refused before it begins.
 
-/// What is assumed to be free where the system does not say.
+/// Memory that is assumed to be free where the system does not say.
 pub const ASSUMED_BYTES: f64 = 64e9;
 
 /// Free memory in bytes. Linux says it in a file; elsewhere it is not known.

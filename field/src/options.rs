@@ -47,7 +47,7 @@ impl Method {
     }
 }
 
-/// What is searched, and how.
+/// Elements to search, the method, and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOptions {
     /// Faces, edges or vertices.

@@ -30,7 +30,7 @@ impl Threads {
         }
     }
 
-    /// What `map(index, chunk)` returns for each chunk of `size` items, in order. `index` is that of the chunk's first item.
+    /// The results of `map(index, chunk)` for each chunk of `size` items, in order. `index` is that of the chunk's first item.
     pub(crate) fn map_chunks<T, U, F>(self, items: &[T], size: usize, map: F) -> Vec<U>
     where
         T: Sync,

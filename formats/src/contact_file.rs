@@ -25,9 +25,13 @@ use crate::hdf5;
 /// Format of a contact file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactFormat {
+    /// A header and a line for each entry.
     Csv,
+    /// The document that the caller passes.
     Json,
+    /// Binary PLY: a vertex for each entry.
     Ply,
+    /// A dataset for each column.
     Hdf5,
 }
 
@@ -56,6 +60,7 @@ pub trait Record: Sized {
     /// A line of a CSV file, without its line feed.
     fn csv_line(&self) -> String;
 
+    /// Position, normal and distance, for viewers.
     fn oriented_point(&self) -> OrientedPoint;
 
     /// Little-endian value of [`Self::PLY_PROPERTY`].
@@ -68,8 +73,11 @@ pub trait Record: Sized {
 /// Position, normal and distance, which every entry has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientedPoint {
+    /// The point on the element, or between the fields.
     pub point: [f64; 3],
+    /// Unit normal, or zero where there is none.
     pub normal: [f64; 3],
+    /// Signed distance at the point.
     pub distance: f64,
 }
 

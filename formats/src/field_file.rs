@@ -35,14 +35,18 @@ use table::Table;
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum Field {
+    /// A baked grid with its metadata.
     Grid(StoredGrid),
+    /// Shapes in closed form.
     Analytic(AnyField),
 }
 
 /// The field of a file; of a grid, the samples are not read yet.
 #[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum OpenField<'a> {
+    /// An open grid file.
     Grid(GridReader<'a>),
+    /// Shapes in closed form.
     Analytic(AnyField),
 }
 

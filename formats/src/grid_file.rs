@@ -37,14 +37,17 @@ use crate::atomic_write::{atomic_write, temporary_bytes};
 /// A grid read from a file, with its metadata.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredGrid {
+    /// The grid.
     pub grid: OwnedGrid,
-    /// `None` of a dense grid.
+    /// `None` for a dense grid.
     pub sparse: Option<SparseInfo>,
+    /// Metadata.
     pub about: About,
+    /// Amount of the file that was read.
     pub read: ReadCount,
 }
 
-/// Extent of what was read of a file.
+/// Amount of a file that was read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadCount {
     /// Bytes of attributes, tables and samples; bytes read twice count twice.
@@ -55,14 +58,14 @@ pub struct ReadCount {
     pub total_blocks: usize,
 }
 
-/// What the header says of a sparse grid: bricks near the surface, over a coarse grid.
+/// Header of a sparse grid, which has bricks near the surface over a coarse grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SparseInfo {
     /// Within this distance of the surface, the grid interpolates only samples of bricks.
     pub band: f64,
     /// The type of a sample.
     pub precision: Precision,
-    /// How many bricks there are.
+    /// Number of bricks.
     pub bricks: usize,
 }
 
@@ -74,18 +77,22 @@ pub fn layout_of(sparse: Option<SparseInfo>) -> (Layout, Precision) {
 /// Contents of a file without its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
+    /// Nodes of the full resolution.
     pub lattice: Lattice,
-    /// `None` of a dense grid.
+    /// `None` for a dense grid.
     pub sparse: Option<SparseInfo>,
+    /// Metadata.
     pub about: About,
     /// Datasets: the samples first, the digests last.
     pub parts: Vec<Part>,
+    /// Size of the file.
     pub file_bytes: u64,
 }
 
 /// A dataset of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
+    /// Name of the dataset.
     pub name: &'static str,
     /// Compressed size.
     pub stored_bytes: u64,
@@ -94,6 +101,7 @@ pub struct Part {
 /// Metadata of a grid of either layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
+    /// Test for inside and outside.
     pub sign_method: SignMethod,
     /// In words: the state of the mesh, and why this method. The attribute `sign_verdict`.
     pub sign_reason: String,
@@ -104,6 +112,7 @@ pub struct About {
     pub error_bound: f64,
     /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.
     pub padding: f64,
+    /// The mesh that was baked.
     pub source: Source,
     /// The program and its version, such as `sdftool 0.1.0`.
     pub tool: String,
@@ -115,7 +124,9 @@ pub struct About {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SignMethod {
+    /// Angle-weighted pseudo-normals.
     PseudoNormal,
+    /// Generalized winding numbers.
     Winding,
 }
 
@@ -138,23 +149,29 @@ impl SignMethod {
 /// The mesh that was baked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
+    /// Name of the mesh file, without its folder.
     pub name: String,
     /// SHA-256 of the mesh file's bytes.
     pub sha256: [u8; 32],
+    /// Number of triangles in the file.
     pub triangles: u64,
 }
 
 /// Samples of a grid to be written.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
+    /// A sample at every node.
     Dense {
         /// A distance for every node, x fastest: negative inside, in the unit of the mesh.
         distances: &'a [f32],
         /// Bounds of each block of 8 × 8 × 8 nodes, x fastest.
         bounds: &'a [BlockBounds],
     },
+    /// Bricks of `f32` samples.
     F32(SparseSamples<'a, f32>),
+    /// Bricks of 16-bit codes.
     U16(SparseSamples<'a, u16>),
+    /// Bricks of 8-bit codes.
     U8(SparseSamples<'a, u8>),
 }
 
@@ -165,10 +182,15 @@ pub struct SparseSamples<'a, C> {
     pub band: f64,
     /// Slot of each brick.
     pub slots: &'a [[u32; 3]],
+    /// Decoding of each brick's codes.
     pub scales: &'a [Scale],
+    /// Codes of one brick after the other, x fastest.
     pub samples: &'a [C],
+    /// Bounds of each brick's nodes.
     pub bounds: &'a [BlockBounds],
+    /// Error bound of each brick.
     pub errors: &'a [f32],
+    /// Samples of the coarse grid, x fastest.
     pub coarse: &'a [f32],
 }
 

@@ -1,5 +1,8 @@
 //! Files: meshes in and out, grids in and out, fields in closed form in and out, contacts out.
 
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
 mod atomic_write;
 pub mod contact_file;
 pub mod field_file;

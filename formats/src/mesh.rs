@@ -40,6 +40,7 @@ use std::path::Path;
 /// Contents of a mesh file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
+    /// The format that the content has.
     pub format: MeshFormat,
     /// In file order, finite, at least one; f32 coordinates are converted exactly. From STL: in order of first
     /// appearance, equal corners welded.
@@ -53,12 +54,14 @@ pub struct Mesh {
     pub segments: Vec<[u32; 2]>,
     /// Number of groups (`o` or `g`) or solids with at least one polygon; at least 1.
     pub objects: usize,
+    /// Polygons by the way in which they were triangulated.
     pub polygon_counts: PolygonCounts,
 }
 
 /// Number of polygons in a file, by the way in which they became triangles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PolygonCounts {
+    /// Number of all polygons.
     pub total: usize,
     /// Polygons with more than three corners.
     pub larger: usize,
@@ -69,10 +72,14 @@ pub struct PolygonCounts {
     pub unverified: usize,
 }
 
+/// A format of mesh files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeshFormat {
+    /// Wavefront OBJ, text.
     Obj,
+    /// PLY, text or binary.
     Ply,
+    /// STL, text or binary.
     Stl,
 }
 

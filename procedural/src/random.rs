@@ -65,6 +65,17 @@ pub fn unit_at(seed: u64, index: u64) -> f64 {
     bits as f64 / u64::MAX as f64 * (1.0 - f64::EPSILON)
 }
 
+/// The seed of a random test: the number in the environment variable `SDF_SEED`, or else `default`. Prints it, so that the
+/// output of a failed test says how to repeat it. Panics if the variable is not a whole number.
+pub fn test_seed(default: u64) -> u64 {
+    let seed = match std::env::var("SDF_SEED") {
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("SDF_SEED: expected a whole number, found {text:?}")),
+        Err(_) => default,
+    };
+    println!("to repeat: SDF_SEED={seed}");
+    seed
+}
+
 fn mix(bits: u64) -> u64 {
     let bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

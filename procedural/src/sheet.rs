@@ -1,3 +1,5 @@
+//! A cloth or a net by formula: a sheet that hangs over the origin.
+
 use serde::Deserialize;
 
 use crate::Mesh;

@@ -1,3 +1,5 @@
+//! A closed body with thin spikes by formula: an icosahedron, subdivided.
+
 use serde::Deserialize;
 
 use crate::Mesh;

@@ -13,12 +13,7 @@ pub struct Random {
 impl Random {
     /// The generator of one test, seeded by `SDF_SEED` or by default. Prints the seed, which the harness shows on failure.
     pub fn seeded() -> Self {
-        let seed = match std::env::var("SDF_SEED") {
-            Ok(text) => text.parse().unwrap_or_else(|_| panic!("SDF_SEED: expected an integer, found {text:?}")),
-            Err(_) => 20_200_814,
-        };
-        println!("to repeat: SDF_SEED={seed}");
-        Self::with_seed(seed)
+        Self::with_seed(random::test_seed(20_200_814))
     }
 
     pub fn with_seed(seed: u64) -> Self {

@@ -1,3 +1,5 @@
+//! Queries of the tree, compared with all triangles one by one.
+
 use std::ops::ControlFlow;
 
 use super::*;

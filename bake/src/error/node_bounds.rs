@@ -1,4 +1,10 @@
 //! Bounds of the stored samples of one brick: value, slope, and magnitude at jumps of the sign.
+//!
+//! In a cell of side h, ∂φ/∂x is a bilinear mean of the differences Δx along the cell's four edges in x, over h. So
+//!
+//! ```text
+//! |∇φ|² ≤ (max Δx² + max Δy² + max Δz²) / h²
+//! ```
 
 use rayon::prelude::*;
 use sdf_core::Interval;

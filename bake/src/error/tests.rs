@@ -1,3 +1,5 @@
+//! Error bounds of cells: gradients within the cones of candidates, missing candidates, remote coordinates.
+
 use super::*;
 use crate::TriangleMesh;
 use crate::error::normal_cones::tests::may_contain;

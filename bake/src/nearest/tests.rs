@@ -1,3 +1,5 @@
+//! Nearest triangles of packets of nodes, compared with all triangles and with searches node by node.
+
 use sdf_core::nalgebra::Vector3;
 
 use super::*;

@@ -3,19 +3,15 @@
 use std::ops::{Deref, DerefMut};
 
 use sdf_core::nalgebra::{Rotation3, Vector3};
+use sdf_procedural::random;
 
 /// The generator of [`sdf_procedural`], with points and rotations of nalgebra.
-pub struct Random(sdf_procedural::random::Random);
+pub struct Random(random::Random);
 
 impl Random {
     /// Generator of one test, seeded by `SDF_SEED` if that is set. The test harness shows the seed on failure.
     pub fn from_env() -> Self {
-        let seed = match std::env::var("SDF_SEED") {
-            Ok(text) => text.parse().unwrap_or_else(|_| panic!("SDF_SEED: expected a whole number, found {text:?}")),
-            Err(_) => 20_200_814,
-        };
-        println!("to repeat: SDF_SEED={seed}");
-        Self(sdf_procedural::random::Random::new(seed))
+        Self(random::Random::new(random::test_seed(20_200_814)))
     }
 
     /// A point of the cube |x|, |y|, |z| ≤ `half`.
@@ -33,7 +29,7 @@ impl Random {
 }
 
 impl Deref for Random {
-    type Target = sdf_procedural::random::Random;
+    type Target = random::Random;
 
     fn deref(&self) -> &Self::Target {
         &self.0

@@ -1,3 +1,5 @@
+//! Which method misses the fewest contacts within a budget?
+
 use serde::Serialize;
 
 use super::curves::{CurvePoint, SetReport};

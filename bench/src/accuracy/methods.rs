@@ -1,3 +1,5 @@
+//! The methods that are measured, each with its budget left open.
+
 use sdf_core::AnyField;
 use sdf_core::Simplex;
 use sdf_core::contact::{Element, Outcome, contact};

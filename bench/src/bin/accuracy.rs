@@ -1,3 +1,5 @@
+//! The command line of the measurements of accuracy.
+
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

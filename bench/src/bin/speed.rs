@@ -1,3 +1,5 @@
+//! The command line of the measurements of speed.
+
 use std::fs::File;
 use std::io::stdout;
 use std::path::PathBuf;

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use anyhow::Result;
-use clap::ValueEnum;
 use sdf_core::grid::owned::Layout;
 use sdf_field::{ContactOptions, Contacts, Field, MeshView, Method};
 use sdf_formats::mesh;
@@ -12,7 +11,7 @@ use sdf_procedural::Mesh;
 use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
-use super::{MethodName, Options, bodies};
+use super::{Options, bodies, method};
 
 use crate::bake::bake;
 use crate::machine;
@@ -26,14 +25,14 @@ pub struct ContactScene {
     margin: f64,
 }
 
-const METHODS: [MethodName; 7] = [
-    MethodName::Fw,
-    MethodName::Auto,
-    MethodName::Newton,
-    MethodName::Pgd,
-    MethodName::Sample4,
-    MethodName::Sample16,
-    MethodName::Sample64,
+const METHODS: [Method; 7] = [
+    Method::FrankWolfe,
+    Method::Auto,
+    Method::Newton,
+    Method::ProjectedGradient,
+    Method::Sampling(4),
+    Method::Sampling(16),
+    Method::Sampling(64),
 ];
 
 pub fn against_methods(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
@@ -44,7 +43,7 @@ pub fn against_methods(options: &Options, limits: Option<&MachineLimits>, turns:
 
 pub fn against_threads(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
     let scene = scene(options)?;
-    for method in options.method.map_or(vec![MethodName::Fw, MethodName::Auto], |method| vec![method]) {
+    for method in options.method.map_or(vec![Method::FrankWolfe, Method::Auto], |method| vec![method]) {
         let counts = thread_counts(machine::cores()).into_iter();
         turns.measure(counts.map(|threads| scene.work("threads", method, threads, limits)).collect())?;
     }
@@ -78,13 +77,13 @@ impl ContactScene {
     fn work<'a>(
         &'a self,
         group: &'static str,
-        method: MethodName,
+        method: Method,
         threads: usize,
         limits: Option<&'a MachineLimits>,
     ) -> Work<'a> {
         let row = Row {
             group,
-            work: format!("contacts of {} by {}", self.name, word(method)),
+            work: format!("contacts of {} by {}", self.name, method::name(method)),
             triangles: self.mesh.triangles.len(),
             resolution: self.resolution,
             threads,
@@ -95,7 +94,7 @@ impl ContactScene {
         Work { row, size: 1.0 / threads as f64, run: Box::new(move || self.run(method, threads, limits)) }
     }
 
-    fn run(&self, method: MethodName, threads: usize, limits: Option<&MachineLimits>) -> Result<RunResult> {
+    fn run(&self, method: Method, threads: usize, limits: Option<&MachineLimits>) -> Result<RunResult> {
         let (found, seconds) = timed(threads, || self.find(method))?;
         let found = found?;
         // Separated faces do not report their evaluations: each is taken for an average contact.
@@ -110,24 +109,8 @@ impl ContactScene {
     }
 
     /// Searches all faces, on the threads of the current pool.
-    pub fn find(&self, method: MethodName) -> Result<Contacts> {
-        let method = match method {
-            MethodName::Auto => Method::Auto,
-            MethodName::Pgd => Method::ProjectedGradient,
-            MethodName::Fw => Method::FrankWolfe,
-            MethodName::Ls => Method::LineSearch,
-            MethodName::Newton => Method::Newton,
-            MethodName::Certified => Method::Certified,
-            MethodName::Sample4 => Method::Sampling(4),
-            MethodName::Sample16 => Method::Sampling(16),
-            MethodName::Sample64 => Method::Sampling(64),
-        };
+    pub fn find(&self, method: Method) -> Result<Contacts> {
         let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
         Ok(self.field.contacts(mesh, &ContactOptions { method, margin: self.margin, ..ContactOptions::default() })?)
     }
-}
-
-/// The word on the command line.
-fn word(method: MethodName) -> String {
-    method.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }

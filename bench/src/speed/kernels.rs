@@ -5,8 +5,8 @@ use std::hint::black_box;
 
 use anyhow::{Result, bail};
 use sdf_core::grid::owned::Layout;
+use sdf_field::Method;
 
-use super::MethodName;
 use super::bodies::{self, BOWL, POT};
 use super::contacts::ContactScene;
 use super::reading::obj_text;
@@ -20,8 +20,8 @@ pub fn run(name: &str, times: u32) -> Result<()> {
         "bake-dense-pseudo-normals" => bake(BOWL, 32, Layout::Dense, times),
         "bake-dense-winding" => bake(POT, 32, Layout::Dense, times),
         "bake-sparse" => bake(POT, 64, Layout::Sparse, times),
-        "contacts-frank-wolfe" => contacts(MethodName::Fw, times),
-        "contacts-certified" => contacts(MethodName::Auto, times),
+        "contacts-frank-wolfe" => contacts(Method::FrankWolfe, times),
+        "contacts-certified" => contacts(Method::Auto, times),
         "read-obj" => read(times),
         _ => bail!("--kernel {name}: unknown; .ci/instructions.txt has the names"),
     }
@@ -35,7 +35,7 @@ fn bake(body: &str, resolution: u32, layout: Layout, times: u32) -> Result<()> {
     Ok(())
 }
 
-fn contacts(method: MethodName, times: u32) -> Result<()> {
+fn contacts(method: Method, times: u32) -> Result<()> {
     let scene = ContactScene::built_in(24)?;
     for _ in 0..times {
         black_box(on_threads(1, || scene.find(method))??);

@@ -1,3 +1,5 @@
+//! Arguments of `bake`, and the library's options that they stand for.
+
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
@@ -66,7 +68,7 @@ impl BakeArgs {
         self.layout.unwrap_or(if self.max_error.is_some() { Layout::Sparse } else { Layout::Dense })
     }
 
-    /// In cells.
+    /// Half width of the band, in cells.
     pub fn band(&self) -> u32 {
         self.band.unwrap_or(BakeOptions::default().band)
     }

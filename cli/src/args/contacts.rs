@@ -1,3 +1,5 @@
+//! Arguments of `contacts` and `compare`, and the library's options that they stand for.
+
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -27,8 +29,8 @@ pub struct ContactsArgs {
     #[arg(long, value_enum, default_value_t = Elements::Faces)]
     pub elements: Elements,
     /// Search for the lowest distance on an element.
-    #[arg(long, value_enum, default_value_t = Method::Auto)]
-    pub method: Method,
+    #[arg(long, value_enum, default_value_t = MethodName::Auto)]
+    pub method: MethodName,
     /// Budget per element: evaluations of auto (256) and certified (1024), iterations of other methods (32).
     #[arg(long, value_name = "N")]
     pub iterations: Option<u32>,
@@ -78,7 +80,7 @@ impl ContactsArgs {
     pub fn refuse_options_of_meshes(&self) -> Result<()> {
         let given = [
             ("--elements", self.elements != Elements::Faces),
-            ("--method", self.method != Method::Auto),
+            ("--method", self.method != MethodName::Auto),
             ("--iterations", self.iterations.is_some()),
             ("--all-minima", self.all_minima),
             ("--complete", self.complete),
@@ -109,7 +111,7 @@ impl ContactsArgs {
     }
 }
 
-/// Where the field stands.
+/// Pose of the field.
 #[derive(Clone, Copy, Debug, Parser)]
 pub struct PoseArgs {
     /// Shift the field by this.
@@ -130,7 +132,7 @@ impl PoseArgs {
         rigid("--rotate", self.translate, self.rotate)
     }
 
-    /// `None` where the field stays in its own frame.
+    /// `None` if the field is not moved.
     pub fn motion(&self) -> Result<Option<Rigid>> {
         Ok(if self.is_moved() { Some(self.rigid()?) } else { None })
     }
@@ -149,8 +151,9 @@ pub enum Elements {
     Vertices,
 }
 
+/// A method as --method names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Method {
+pub enum MethodName {
     /// Certified, within 256 evaluations.
     Auto,
     /// Projected gradient descent.
@@ -173,19 +176,19 @@ pub enum Method {
     Sample64,
 }
 
-impl From<Method> for sdf_field::Method {
-    fn from(method: Method) -> Self {
+impl From<MethodName> for sdf_field::Method {
+    fn from(method: MethodName) -> Self {
         match method {
-            Method::Auto => Self::Auto,
-            Method::Certified => Self::Certified,
-            Method::Pgd => Self::ProjectedGradient,
-            Method::Fw => Self::FrankWolfe,
-            Method::Gss => Self::GoldenSection,
-            Method::Ls => Self::LineSearch,
-            Method::Newton => Self::Newton,
-            Method::Sample4 => Self::Sampling(4),
-            Method::Sample16 => Self::Sampling(16),
-            Method::Sample64 => Self::Sampling(64),
+            MethodName::Auto => Self::Auto,
+            MethodName::Certified => Self::Certified,
+            MethodName::Pgd => Self::ProjectedGradient,
+            MethodName::Fw => Self::FrankWolfe,
+            MethodName::Gss => Self::GoldenSection,
+            MethodName::Ls => Self::LineSearch,
+            MethodName::Newton => Self::Newton,
+            MethodName::Sample4 => Self::Sampling(4),
+            MethodName::Sample16 => Self::Sampling(16),
+            MethodName::Sample64 => Self::Sampling(64),
         }
     }
 }

@@ -1,3 +1,5 @@
+//! Arguments of the commands that read one field: `eval`, `info`, `verify`, `slice` and `surface`.
+
 use std::path::PathBuf;
 
 use clap::builder::{PathBufValueParser, TypedValueParser};

@@ -1,3 +1,5 @@
+//! Bakes a mesh and reports on the grid. Errors of the library become messages that name the option to change.
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -35,7 +37,7 @@ fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
     .print(args.json)
 }
 
-/// The mesh as it was read makes room for the grid.
+/// Bakes `input` and frees its points and triangles.
 pub fn bake(args: &BakeArgs, input: MeshInput) -> Result<(Baked, MeshFacts)> {
     let MeshInput { mesh, facts } = input;
     mesh.require_triangles(&args.mesh.display().to_string())?;
@@ -90,7 +92,7 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
     }
 }
 
-/// A bake returns a grid with its info.
+/// The grid that was baked, and its info.
 fn parts(baked: &Baked) -> Result<(&OwnedGrid, &GridInfo)> {
     match (baked.field.grid(), baked.field.info()) {
         (Some(grid), Some(info)) => Ok((grid, info)),
@@ -104,7 +106,7 @@ fn rows(args: &BakeArgs, baked: &Baked, input: &MeshFacts, times: [f64; 3], file
     let (grid, info) = parts(baked)?;
     let lattice = grid.lattice();
     let median = median_error(grid).map_or(String::new(), |error| format!(", {} in half of the bricks", number(error)));
-    // Where the sign changes away from triangles, it may do so within a cell.
+    // Away from the triangles of an open mesh, the sign may change within a cell.
     let proof = if baked.is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
     let [read, bake, write] = times.map(seconds);
     let mut rows = vec![
@@ -175,7 +177,7 @@ fn document(
     }))
 }
 
-/// Half of a sparse grid's bricks are off by no more.
+/// Median of the bricks' error bounds; `None` for a dense grid.
 fn median_error(grid: &OwnedGrid) -> Option<f64> {
     let mut errors = grid.storage().brick_errors().to_vec();
     errors.sort_unstable_by(f32::total_cmp);
@@ -191,7 +193,7 @@ fn stored(grid: &OwnedGrid) -> [usize; 2] {
     stored_in_bricks(grid, lattice)
 }
 
-/// A brick's cells are those whose first corner it holds. Their other corners are in the same brick or in the next ones.
+/// Counts for each brick the cells whose first corner it has. Their other corners are in the same brick or in the next ones.
 fn stored_in_bricks(grid: &OwnedGrid, lattice: &Lattice) -> [usize; 2] {
     let nodes = lattice.nodes();
     let mut stored = [0, 0];
@@ -201,7 +203,7 @@ fn stored_in_bricks(grid: &OwnedGrid, lattice: &Lattice) -> [usize; 2] {
         for next in 0..8_u32 {
             let step: [u32; 3] = std::array::from_fn(|axis| next >> axis & 1);
             if grid.storage().brick_at(std::array::from_fn(|axis| slot[axis] + step[axis])).is_some() {
-                // Cells that reach into the next brick along some axes: one layer; along the others all but that one.
+                // Along axes with a step: one layer of cells, which need the next brick; along the others all but that layer.
                 let cells = |axis: usize| if step[axis] == 1 { 1 } else { sides[axis] as usize - 1 };
                 stored[1] += cells(0) * cells(1) * cells(2);
             }

@@ -1,16 +1,17 @@
-//! Which method for this mesh and this field: error against run time of all of them, as a table, JSON or a page.
+//! Which method suits this mesh and this field? Error against run time of all methods, as a table, JSON or a page.
 
 mod page;
 
 use std::time::Instant;
 
 use anyhow::{Result, bail};
+use clap::ValueEnum;
 use sdf_field::compare::{Comparison, METHODS, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
-use crate::args::{CompareArgs, Elements};
+use crate::args::{CompareArgs, Elements, MethodName};
 use crate::read_summary::require_distances;
 use crate::report::{Report, number, seconds, to_stdout};
 use crate::{mesh_input, output, progress};
@@ -71,7 +72,9 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
         elements: match args.elements {
             Elements::Faces => FieldElements::Faces,
             Elements::Edges => FieldElements::Edges,
-            Elements::Vertices => bail!("--elements vertices: a vertex needs no search; use faces or edges"),
+            Elements::Vertices => {
+                bail!("--elements vertices: every method is the same on vertices: use faces or edges")
+            }
         },
         margin: args.margin,
         pose: args.pose.motion()?,
@@ -81,18 +84,11 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
     })
 }
 
-/// The method's word on the command line.
+/// The method's name on the command line.
 pub fn word(method: Method) -> String {
-    match method {
-        Method::Auto => "auto".to_owned(),
-        Method::Certified => "certified".to_owned(),
-        Method::FrankWolfe => "fw".to_owned(),
-        Method::ProjectedGradient => "pgd".to_owned(),
-        Method::Newton => "newton".to_owned(),
-        Method::LineSearch => "ls".to_owned(),
-        Method::GoldenSection => "gss".to_owned(),
-        Method::Sampling(samples) => format!("sample{samples}"),
-    }
+    let word = MethodName::value_variants().iter().find(|word| Method::from(**word) == method);
+    let value = word.and_then(ValueEnum::to_possible_value);
+    value.map_or_else(|| format!("{method:?}"), |value| value.get_name().to_owned())
 }
 
 #[derive(Serialize)]
@@ -166,7 +162,7 @@ fn table(comparison: &Comparison) -> Vec<String> {
 pub fn advice(comparison: &Comparison) -> String {
     let report = |method| comparison.methods.iter().find(|report| report.method == method);
     let recommended = word(comparison.recommended);
-    let (Some(taken), Some(auto)) = (report(comparison.recommended), report(Method::Auto)) else {
+    let (Some(best), Some(auto)) = (report(comparison.recommended), report(Method::Auto)) else {
         return format!("recommended: {recommended}");
     };
     if comparison.contacts == 0 {
@@ -176,7 +172,7 @@ pub fn advice(comparison: &Comparison) -> String {
         return "recommended: auto: every faster method misses contacts or is off by more than the tolerance here"
             .to_owned();
     }
-    let faster = auto.seconds / taken.seconds;
+    let faster = auto.seconds / best.seconds;
     format!(
         "recommended: {recommended}: misses none of the {} contacts here, {faster:.1} times as fast as auto; only auto and \
          certified prove it, and another pose may differ",

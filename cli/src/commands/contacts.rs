@@ -1,3 +1,5 @@
+//! Finds the contacts of a mesh with a field. Of a grid, only the blocks that the mesh may touch are read.
+
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -26,7 +28,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let mesh = mesh_input::read_mesh(&args.mesh)?;
     if args.elements == Elements::Faces {
         let name = args.mesh.display().to_string();
-        mesh.require_triangles(&name).context("take --elements vertices or edges")?;
+        mesh.require_triangles(&name).context("use --elements vertices or edges")?;
     }
     let pose = args.pose.rigid()?;
     let (found, from_file, read) = progress::on_threads(args.threads, || {
@@ -92,7 +94,7 @@ struct Document<'a> {
     possible: usize,
     beyond_band: usize,
     contacts: &'a [ContactRecord],
-    /// Of a grid alone.
+    /// `None` for shapes in closed form.
     read: Option<FromFile>,
     seconds: Seconds,
 }
@@ -108,7 +110,7 @@ fn describe(contact: &ContactRecord) -> String {
     format!("{} at ({x}, {y}, {z}), {} {}", number(contact.distance), contact.element.name(), contact.id)
 }
 
-/// The field, a grid only as far as the mesh can reach it.
+/// Reads the field; of a grid only the blocks that the mesh may touch.
 fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<FromFile>)> {
     match field_file::open(&args.sdf)? {
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
@@ -148,17 +150,17 @@ fn read_needed<const N: usize>(
 }
 
 /// All contacts of a mesh, in the order of its elements.
-pub struct Found {
+pub struct ContactList {
     pub elements: usize,
     pub passed_cull: usize,
-    /// Elements that were skipped: a coordinate, or an answer of the field, is NaN or infinite or too large.
+    /// Number of skipped elements: a coordinate or a value of the field is NaN, infinite or too large.
     pub not_finite: usize,
     /// Contacts that the grid's error leaves open.
     pub possible: usize,
     pub contacts: Vec<ContactRecord>,
 }
 
-impl Found {
+impl ContactList {
     /// Contacts whose distance is coarse, as they lie beyond the band of a sparse grid.
     fn beyond_band(&self) -> usize {
         self.contacts.iter().filter(|contact| contact.status == ContactStatus::BeyondBand).count()
@@ -166,11 +168,11 @@ impl Found {
 }
 
 /// Searches the mesh on the threads of the current pool.
-pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
+pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<ContactList> {
     let options = options(args)?;
     let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
     let found = match args.elements {
-        // The file's own line elements are searched, too.
+        // The line elements of the file are searched, too.
         Elements::Edges => field.contacts_of_edges(&mesh.points, &mesh.edges(), &options)?,
         Elements::Faces | Elements::Vertices => field.contacts(view, &options)?,
     };
@@ -178,7 +180,7 @@ pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<Found> {
     if args.elements == Elements::Faces {
         contacts.iter_mut().for_each(|contact| contact.polygon = Some(mesh.polygons[contact.id as usize]));
     }
-    Ok(Found {
+    Ok(ContactList {
         elements: found.element_count,
         passed_cull: found.searched_count,
         not_finite: found.not_finite_count,

@@ -1,4 +1,4 @@
-//! The main job with nothing at hand.
+//! Bakes a body, finds the contacts of a cloth with it, and draws them, all from formulas: no input file is needed.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use sdf_field::Field;
 
 use crate::report::{Report, number};
 
-/// Contacts are drawn when they lie this near to the plane, in the body's size.
+/// Largest distance from the plane at which a contact is drawn; the body's radius is 1.
 const DRAWN_WITHIN: f64 = 0.03;
 
 pub fn run(args: &DemoArgs) -> Result<()> {
@@ -67,17 +67,17 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     .print(args.json)
 }
 
-/// A square sheet that hangs over the body, a little too low for the spikes.
+/// A square sheet that hangs over the body, low enough for the spikes to pierce it.
 fn cloth_over_body() -> Sheet {
     Sheet { cells: [60, 60], size: [2.4, 2.4], height: 0.86, bend: 0.45, floor: -0.6, holes: None, faces: None }
 }
 
-/// A cut through the body's middle: the cloth as a green line, contacts as red dots.
-fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &Path) -> Result<()> {
+/// Draws a section through the body's middle: the cloth as a green line, contacts as red dots.
+fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::ContactList, path: &Path) -> Result<()> {
     const GREEN: [u8; 3] = [20, 130, 60];
     const RED: [u8; 3] = [200, 30, 40];
     let window = sdf_core::Aabb { min: [-1.25; 3], max: [1.25; 3] };
-    let mut picture = Picture::of(field, Plane { axis: 1, at: 0.0, window }, 900, None);
+    let mut picture = Picture::new(field, Plane { axis: 1, at: 0.0, window }, 900, None);
     for corners in &cloth.triangles {
         let corners = corners.map(|corner| cloth.points[corner as usize]);
         if let [from, to] = cut(corners)[..] {
@@ -90,13 +90,13 @@ fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::Found, path: &P
     picture.write(path)
 }
 
-/// Where the plane y = 0 cuts a triangle's edges.
+/// Points at which the plane y = 0 cuts a triangle's edges.
 fn cut(corners: [[f64; 3]; 3]) -> Vec<[f64; 3]> {
     let sides = [[0, 1], [1, 2], [2, 0]].map(|ends| ends.map(|end: usize| corners[end]));
     let crossing = |[from, to]: [[f64; 3]; 2]| {
-        let share = from[1] / (from[1] - to[1]);
+        let t = from[1] / (from[1] - to[1]);
         ((from[1] <= 0.0) != (to[1] <= 0.0))
-            .then(|| std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis])))
+            .then(|| std::array::from_fn(|axis| from[axis] + t * (to[axis] - from[axis])))
     };
     sides.into_iter().filter_map(crossing).collect()
 }

@@ -1,3 +1,5 @@
+//! Distances and gradients at points, as CSV or JSON. Of a grid, only the blocks around the points are read.
+
 use std::io::Write;
 
 use anyhow::Result;
@@ -47,7 +49,7 @@ fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: 
         writeln!(out, "x,y,z,distance,gx,gy,gz")?;
         for ([x, y, z], sample) in samples {
             let [gx, gy, gz]: [f64; 3] = sample.gradient.into();
-            // As short as reads back the same, with an exponent where the plain digits would be many.
+            // The shortest text that reads back as the same number.
             writeln!(out, "{x:?},{y:?},{z:?},{:?},{gx:?},{gy:?},{gz:?}", sample.value)?;
         }
         Ok(())

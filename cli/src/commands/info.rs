@@ -1,3 +1,5 @@
+//! Contents of a field file: a grid's header without its samples, or the bounds of shapes.
+
 use anyhow::Result;
 use sdf_core::Sdf;
 use sdf_formats::field_file::{self, OpenField};

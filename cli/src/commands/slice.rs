@@ -1,3 +1,5 @@
+//! Draws a plane through a field. Of a grid, only the samples near the plane are read.
+
 use anyhow::{Result, bail};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::{Aabb, Sdf};
@@ -19,7 +21,7 @@ pub fn run(args: &SliceArgs) -> Result<()> {
             (region.min[plane.axis], region.max[plane.axis]) = (plane.at, plane.at);
             let stored = reader.read_needed([region], f64::INFINITY)?;
             let band = stored.sparse.map(|sparse| sparse.band);
-            let mut picture = Picture::of(&stored.grid, plane, args.pixels, band);
+            let mut picture = Picture::new(&stored.grid, plane, args.pixels, band);
             if band.is_some() {
                 let side = stored.grid.lattice().spacing() * f64::from(BRICK);
                 picture.bricks(bounds.min, side, |slot| stored.grid.storage().brick_at(slot).is_some());
@@ -29,10 +31,10 @@ pub fn run(args: &SliceArgs) -> Result<()> {
         OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
-                bail!("{}: the field has no end: intersect it with a box", args.sdf.display());
+                bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
             }
             let window = bounds.inflate(0.1 * bounds.longest_side());
-            write(args, &Picture::of(&node, plane(args, window), args.pixels, None))
+            write(args, &Picture::new(&node, plane(args, window), args.pixels, None))
         }
     }
 }

@@ -260,7 +260,7 @@ fn info_describes_a_file() {
 #[test]
 fn verify_distinguishes_a_grid_of_the_mesh_from_another() {
     let folder = scene();
-    says(&folder.done("verify ball.sdf.h5 ball.obj --points 500"), &["the very file", "500 asked", "0 wrong signs"]);
+    says(&folder.done("verify ball.sdf.h5 ball.obj --points 500"), &["the very file", "500 sampled", "0 wrong signs"]);
     let json = folder.json("verify ball.sdf.h5 ball.obj --points 500 --all-nodes");
     assert_eq!(json["schema"], "sdftool.verify/1");
     assert_eq!(
@@ -281,7 +281,7 @@ fn verify_distinguishes_a_grid_of_the_mesh_from_another() {
     let said = String::from_utf8_lossy(&wrong.get_output().stderr).into_owned();
     assert_eq!(said.matches('\n').count(), 1);
     says(&said, &["sdftool: ball.sdf.h5 does not match larger.obj: a node is wrong by"]);
-    says(&String::from_utf8_lossy(&wrong.get_output().stdout), &["another file than was baked", "certified"]);
+    says(&String::from_utf8_lossy(&wrong.get_output().stdout), &["not the file that was baked", "certified"]);
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn a_list_replaces_an_old_list_but_not_an_input() {
     assert!(folder.read("list.csv").starts_with(b"element,id,"));
     folder.write("sheet.ply", Model::hills(12).ply());
     let line = folder.refused("contacts sheet.ply body.sdf.toml -o ./sheet.ply");
-    crate::folder::says(&line, &["./sheet.ply", "would replace sheet.ply", "write elsewhere"]);
+    crate::folder::says(&line, &["./sheet.ply", "would replace sheet.ply", "choose another name"]);
     folder.refused("bake sheet.obj --res 8 -o sheet.obj");
     assert_eq!(folder.read("sheet.ply"), Model::hills(12).ply().into_bytes());
 }

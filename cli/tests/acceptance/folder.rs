@@ -1,3 +1,5 @@
+//! A temporary folder in which a test runs the program, and checks of its refusals.
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

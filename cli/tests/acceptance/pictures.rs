@@ -86,7 +86,7 @@ fn a_slice_of_a_grid_shows_its_box_and_reports_its_window() {
     folder.wrong_usage("slice ball.sdf.h5 -o ball.png --pixels 4");
     folder.wrong_usage("slice ball.sdf.h5");
     folder.write("plane.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [1, 0, 0]\noffset = 0\n");
-    says(&folder.refused("slice plane.sdf.toml -o plane.png"), &["plane.sdf.toml", "no end", "intersect"]);
+    says(&folder.refused("slice plane.sdf.toml -o plane.png"), &["plane.sdf.toml", "unbounded", "intersect"]);
 }
 
 #[test]

@@ -58,5 +58,5 @@ fn another_level_and_another_res_give_another_surface() {
     says(&folder.wrong_usage("surface sphere.sdf.toml -o out.txt"), &["out.txt", ".obj, .ply or .stl"]);
     folder.wrong_usage("surface sphere.sdf.toml -o out.obj --res 100000");
     folder.write("plane.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [1, 0, 0]\noffset = 0\n");
-    says(&folder.refused("surface plane.sdf.toml -o plane.obj"), &["plane.sdf.toml", "no end", "intersect"]);
+    says(&folder.refused("surface plane.sdf.toml -o plane.obj"), &["plane.sdf.toml", "unbounded", "intersect"]);
 }

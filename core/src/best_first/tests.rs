@@ -1,3 +1,5 @@
+//! Order of the nodes of a queue, and its lower bound when nodes are fathomed or dropped.
+
 use std::vec;
 use std::vec::Vec;
 

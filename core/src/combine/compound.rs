@@ -1,3 +1,5 @@
+//! The union of a list of fields, [`Compound`]: φ = min_i φ_i, with bounds from the parts that can be the minimum.
+
 use core::ops::Deref;
 
 use nalgebra::Vector3;
@@ -31,6 +33,7 @@ impl<F, S: Deref<Target = [F]>> Compound<S> {
         if parts.is_empty() { None } else { Some(Self { parts }) }
     }
 
+    /// The parts, at least one.
     pub fn parts(&self) -> &[F] {
         &self.parts
     }

@@ -1,3 +1,6 @@
+//! A field with a rigid motion that may be absent at run time, [`Posed`]: one type for both cases, so that searches
+//! compile once.
+
 use nalgebra::Vector3;
 
 use super::{Placed, Placement, Rigid};

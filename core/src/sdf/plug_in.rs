@@ -176,31 +176,31 @@ impl EnclosedSdf for dyn DynSdf + '_ {
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        let (count, held) = hold(corners);
-        let query = (about, held);
+        let (count, padded) = padded(corners);
+        let query = (about, padded);
         try_in! {
-            query: Held<f32> => self.enclosure_in(query.0, first(&query.1, count));
-            query: Held<f64> => self.enclosure_in(query.0, first(&query.1, count));
+            query: Query<f32> => self.enclosure_in(query.0, first(&query.1, count));
+            query: Query<f64> => self.enclosure_in(query.0, first(&query.1, count));
         }
         Enclosure::from_slope(self, about, corners)
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
-        let (count, held) = hold(corners);
+        let (count, padded) = padded(corners);
         try_in! {
-            held: [Vector3<f32>; 4] => self.is_convex_in(first(&held, count));
-            held: [Vector3<f64>; 4] => self.is_convex_in(first(&held, count));
+            padded: [Vector3<f32>; 4] => self.is_convex_in(first(&padded, count));
+            padded: [Vector3<f64>; 4] => self.is_convex_in(first(&padded, count));
         }
         false
     }
 
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        let (count, held) = hold(corners);
+        let (count, padded) = padded(corners);
         try_in! {
-            held: [Vector3<f32>; 4] => self.max_rise_in(first(&held, count));
-            held: [Vector3<f64>; 4] => self.max_rise_in(first(&held, count));
+            padded: [Vector3<f32>; 4] => self.max_rise_in(first(&padded, count));
+            padded: [Vector3<f64>; 4] => self.max_rise_in(first(&padded, count));
         }
-        self.enclosure(Simplex { corners: held }.centroid(), corners).gradients.max_rise_to_corners(corners)
+        self.enclosure(Simplex { corners: padded }.centroid(), corners).gradients.max_rise_to_corners(corners)
     }
 
     fn exact_minimum<R: Float, const N: usize>(
@@ -220,16 +220,16 @@ impl EnclosedSdf for dyn DynSdf + '_ {
 }
 
 /// A point and up to four corners.
-type Held<R> = (Vector3<R>, [Vector3<R>; 4]);
+type Query<R> = (Vector3<R>, [Vector3<R>; 4]);
 
-/// Up to four corners, and how many they are; the first stands in the places beyond.
-fn hold<R: Real>(corners: &[Vector3<R>]) -> (usize, [Vector3<R>; 4]) {
-    let beyond = corners.first().copied().unwrap_or_else(Vector3::zeros);
-    let mut held = [beyond; 4];
-    held.iter_mut().zip(corners).for_each(|(held, corner)| *held = *corner);
-    (corners.len().min(4), held)
+/// The number of corners, at most four, and an array of them padded with the first.
+fn padded<R: Real>(corners: &[Vector3<R>]) -> (usize, [Vector3<R>; 4]) {
+    let padding = corners.first().copied().unwrap_or_else(Vector3::zeros);
+    let mut padded = [padding; 4];
+    padded.iter_mut().zip(corners).for_each(|(padded, corner)| *padded = *corner);
+    (corners.len().min(4), padded)
 }
 
-fn first<R: Real>(held: &[Vector3<R>; 4], count: usize) -> &[Vector3<R>] {
-    held.get(..count).unwrap_or(held)
+fn first<R: Real>(padded: &[Vector3<R>; 4], count: usize) -> &[Vector3<R>] {
+    padded.get(..count).unwrap_or(padded)
 }

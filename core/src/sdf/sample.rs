@@ -1,21 +1,25 @@
+//! The result of an evaluation, [`Sample`]: value, gradient and [`Status`], in one number or in lanes.
+
 use nalgebra::Vector3;
 
 use crate::number::kernel::LaneBundle;
 use crate::number::{Mask, Real};
 use crate::vector::select;
 
-/// What a field answers at a point.
+/// Value, gradient and status of a field at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<R: Real> {
     /// Signed distance: negative inside, zero on the surface, positive outside.
     pub value: R,
     /// The derivative of the value along x, y and z. It points outward and is not normalized.
     pub gradient: Vector3<R>,
+    /// Conditions under which value or gradient are not to be trusted.
     pub status: Status<R::Mask>,
 }
 
 impl<R: Real> Sample<R> {
     #[inline(always)]
+    /// A sample in good status.
     pub fn new(value: R, gradient: Vector3<R>) -> Self {
         Self { value, gradient, status: Status::GOOD }
     }
@@ -27,6 +31,7 @@ impl<R: Real> Sample<R> {
     }
 
     #[inline(always)]
+    /// In each lane `yes` where the mask holds, else `no`.
     pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
         Self {
             value: R::select(mask, yes.value, no.value),
@@ -71,7 +76,7 @@ impl<R: Real> LaneBundle<R> for Sample<R> {
     }
 }
 
-/// What to know of a sample before trusting it. All false for an ordinary one.
+/// Conditions under which a sample needs care. All are false for an ordinary sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status<M> {
     /// φ has no derivative here (a centre, an axis, an edge, a medial surface): the gradient is one of its one-sided
@@ -87,6 +92,7 @@ pub struct Status<M> {
 }
 
 impl<M: Mask> Status<M> {
+    /// No condition holds.
     pub const GOOD: Self =
         Self { degenerate_gradient: M::NONE, outside_grid: M::NONE, beyond_band: M::NONE, not_finite: M::NONE };
 
@@ -101,13 +107,13 @@ impl<M: Mask> Status<M> {
         }
     }
 
-    /// Nothing to know, in any lane.
+    /// No condition holds in any lane.
     #[inline(always)]
     pub(crate) fn is_good(self) -> bool {
         !(self.degenerate_gradient | self.outside_grid | self.beyond_band | self.not_finite).any()
     }
 
-    /// Every doubt of either.
+    /// The conditions of both.
     #[inline(always)]
     pub fn merge(self, other: Self) -> Self {
         Self {

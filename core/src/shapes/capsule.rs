@@ -1,3 +1,5 @@
+//! A capsule: the points within a radius of a segment.
+
 use nalgebra::Vector3;
 
 use super::is_length;

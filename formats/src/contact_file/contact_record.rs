@@ -12,6 +12,7 @@ use super::{OrientedPoint, Record};
 /// A contact as files hold it: `Contact` of the core, and the polygon of a face.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactRecord {
+    /// Vertex, edge or face.
     #[serde(serialize_with = "label::serialize")]
     pub element: ElementKind,
     /// Counts elements of this kind in file order.
@@ -28,20 +29,28 @@ pub struct ContactRecord {
     pub feature_id: Vec<u32>,
     /// Barycentric; one for each vertex of the element.
     pub weights: Vec<f64>,
+    /// The point of the element with the lowest distance that was found.
     pub point: [f64; 3],
+    /// Point near the surface: point − φ ∇φ / |∇φ|², exact for a true distance.
     pub surface_point: [f64; 3],
+    /// Unit vector out of the field, or zero where there is none.
     pub normal: [f64; 3],
     /// Length of the gradient that the normal was made from.
     pub slope: f64,
+    /// Signed distance at [`Self::point`].
     pub distance: f64,
+    /// Lower bound of the signed distance on the whole element.
     pub lower_bound: f64,
     /// Bound of |φ − distance to the baked mesh| at the point; infinite where nothing is known.
     pub error_bound: f64,
     /// Lower bound of the distance to the baked mesh on the element.
     pub shape_lower_bound: f64,
+    /// Number of evaluations of the field.
     pub evaluations: u32,
+    /// How far the numbers can be trusted.
     #[serde(serialize_with = "label::serialize")]
     pub status: ContactStatus,
+    /// `Contact::key` of the core: names element and feature, the same from frame to frame.
     pub key: u64,
 }
 

@@ -9,6 +9,7 @@ pub trait Label: Copy {
     /// Index into [`Self::NAMES`].
     fn code(self) -> u8;
 
+    /// The name of this value.
     fn name(self) -> &'static str {
         Self::NAMES[usize::from(self.code())]
     }

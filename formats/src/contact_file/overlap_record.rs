@@ -32,6 +32,7 @@ impl Label for OverlapKind {
 /// Reliability of an overlap point: the worse of both fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OverlapStatus {
+    /// Neither of the conditions below holds.
     Good,
     /// The point lies outside a grid: its value is a lower bound.
     OutsideGrid,
@@ -57,19 +58,24 @@ impl Label for OverlapStatus {
 /// A point at which two fields overlap, as files hold it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OverlapRecord {
+    /// Why the point is reported.
     #[serde(serialize_with = "label::serialize")]
     pub kind: OverlapKind,
+    /// The point in world coordinates.
     pub point: [f64; 3],
     /// Points out of the second field and into the first.
     pub normal: [f64; 3],
     /// max(φ_A, φ_B).
     pub distance: f64,
+    /// φ_A at the point.
     pub distance_a: f64,
+    /// φ_B at the point.
     pub distance_b: f64,
     /// φ_A + φ_B: for convex bodies the gap, or minus the depth.
     pub separation: f64,
     /// Area of the piece of the patch; 0 for a deepest point.
     pub area: f64,
+    /// Reliability of the numbers.
     #[serde(serialize_with = "label::serialize")]
     pub status: OverlapStatus,
 }

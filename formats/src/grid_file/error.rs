@@ -1,3 +1,5 @@
+//! Errors of grid files: which file, what is wrong, what to do.
+
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -7,24 +9,41 @@ use crate::hdf5::ReadError;
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", path.display())]
 pub struct GridFileError {
+    /// The file, or the name given for its bytes.
     pub path: PathBuf,
+    /// The cause.
     pub fault: GridFault,
 }
 
 /// Cause of a [`GridFileError`].
 #[derive(Debug, thiserror::Error)]
 pub enum GridFault {
+    /// The file cannot be opened, read or written.
     #[error(transparent)]
     Io(#[from] io::Error),
+    /// The HDF5 signature is missing.
     #[error("not an HDF5 file; give a grid that `sdftool bake` wrote")]
     NotHdf5,
     /// Valid HDF5 perhaps, but not a file that docs/format.md describes.
     #[error("an HDF5 file, but not an sdftool grid: {0}; give a grid that `sdftool bake` wrote")]
     NotAGrid(String),
+    /// The format is newer than this program.
     #[error("format version {found}, and this program reads up to {known}; update sdftool")]
-    LaterVersion { found: i128, known: i128 },
+    LaterVersion {
+        /// Version of the file.
+        found: i128,
+        /// Version that this program reads and writes.
+        known: i128,
+    },
+    /// The format is no longer read.
     #[error("format version {found}, and this program reads version {known}; bake it again")]
-    EarlierVersion { found: i128, known: i128 },
+    EarlierVersion {
+        /// Version of the file.
+        found: i128,
+        /// Version that this program reads and writes.
+        known: i128,
+    },
+    /// The file contradicts itself, its length or a checksum.
     #[error("{0}: the file is damaged; bake it again")]
     Damaged(String),
     /// The grid to be written would be refused by [`super::read`].

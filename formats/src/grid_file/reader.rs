@@ -59,18 +59,22 @@ pub struct GridReader<'a> {
 }
 
 impl GridReader<'_> {
+    /// Nodes of the full resolution.
     pub fn lattice(&self) -> &Lattice {
         &self.grid.header.lattice
     }
 
+    /// Metadata.
     pub fn about(&self) -> &About {
         &self.grid.header.about
     }
 
+    /// Band, precision and number of bricks; `None` for a dense grid.
     pub fn sparse(&self) -> Option<SparseInfo> {
         self.grid.header.sparse
     }
 
+    /// Contents of the file without its samples.
     pub fn summary(&self) -> Summary {
         let OpenGrid { file, header, digests, .. } = &self.grid;
         Summary {

@@ -8,19 +8,39 @@ use std::io;
 pub enum MeshError {
     /// The file cannot be opened or read.
     #[error("{}: {source}", printable(.file))]
-    Unreadable { file: String, source: io::Error },
+    Unreadable {
+        /// Name of the file.
+        file: String,
+        /// The system's error.
+        source: io::Error,
+    },
 
-    /// The content has none of the three formats. `hint` says what it is instead and what to do, or is empty.
+    /// The content has none of the three formats.
     #[error("{}: not an OBJ, PLY or STL mesh{}{hint}", printable(.file), if .hint.is_empty() { "" } else { ": " })]
-    NotAMesh { file: String, hint: &'static str },
+    NotAMesh {
+        /// Name of the file.
+        file: String,
+        /// The kind of the content and what to do, or nothing.
+        hint: &'static str,
+    },
 
     /// The file is valid, but contains none of `what`.
     #[error("no {what} in {}", printable(.file))]
-    Empty { file: String, what: &'static str },
+    Empty {
+        /// Name of the file.
+        file: String,
+        /// The missing elements, such as `triangles`.
+        what: &'static str,
+    },
 
     /// The file breaks its format.
     #[error("{}{}: expected {}, found {}", printable(.file), .fault.location_suffix(), .fault.expected, .fault.found)]
-    Malformed { file: String, fault: MeshFault },
+    Malformed {
+        /// Name of the file.
+        file: String,
+        /// Location and fault.
+        fault: MeshFault,
+    },
 }
 
 /// Fault in a mesh file: its location, and what was expected and found there.
@@ -28,6 +48,7 @@ pub enum MeshError {
 pub struct MeshFault {
     /// `None` for the whole file, such as its length.
     pub location: Option<Location>,
+    /// The text or value that the format requires there.
     pub expected: String,
     /// Printable: quoted bytes are escaped and cut short.
     pub found: String,

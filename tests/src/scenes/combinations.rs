@@ -1,3 +1,5 @@
+//! Combinations of shapes, and placements of them.
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Vector3;

@@ -1,3 +1,5 @@
+//! Dense and sparse grids, placed and combined.
+
 use sdf_core::combine::{Difference, Union};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cuboid, Sphere};

@@ -1,3 +1,5 @@
+//! All shapes in closed form, with the membership that each must have.
+
 use nalgebra::Vector3;
 use sdf_core::shapes::{
     Bowl, Capsule, Cone, Cuboid, Cylinder, Ellipsoid, HalfSpace, Horseshoe, Octahedron, RoundedBox, Sphere, Torus,

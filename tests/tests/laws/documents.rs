@@ -1,6 +1,6 @@
-//! Names in the documents exist in the code, and the reverse.
+//! Names in the documents exist in the code, and the reverse. Sources keep the rules of CONTRIBUTING.md that can be counted.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,15 +19,28 @@ fn members() -> Vec<String> {
     list.split('"').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-fn read_sources(folder: &Path, sources: &mut Vec<String>) {
+struct Source {
+    path: PathBuf,
+    text: String,
+}
+
+fn read_sources(folder: &Path, sources: &mut Vec<Source>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() && !path.ends_with("target") {
             read_sources(&path, sources);
         } else if path.extension().is_some_and(|end| end == "rs") {
-            sources.push(fs::read_to_string(path).unwrap());
+            let text = fs::read_to_string(&path).unwrap();
+            sources.push(Source { path, text });
         }
     }
+}
+
+/// Every Rust file of the workspace.
+fn sources() -> Vec<Source> {
+    let mut sources = Vec::new();
+    members().iter().for_each(|folder| read_sources(&root().join(folder), &mut sources));
+    sources
 }
 
 #[test]
@@ -37,10 +50,9 @@ fn every_test_that_a_promise_names_exists() {
     // Test names are sentences of several words.
     let names: BTreeSet<&str> =
         promises.split('`').skip(1).step_by(2).filter(|name| name.matches('_').count() > 2).collect();
-    let mut code = Vec::new();
-    members().iter().for_each(|folder| read_sources(&root().join(folder), &mut code));
-    let missing: Vec<&&str> =
-        names.iter().filter(|name| !code.iter().any(|source| source.contains(&format!("fn {name}(")))).collect();
+    let sources = sources();
+    let is_missing = |name: &&&str| !sources.iter().any(|source| source.text.contains(&format!("fn {name}(")));
+    let missing: Vec<&&str> = names.iter().filter(is_missing).collect();
     assert!(names.len() > 20 && missing.is_empty(), "{} named, missing: {missing:?}", names.len());
 }
 
@@ -57,4 +69,55 @@ fn the_report_on_stability_names_every_case_and_method() {
     let methods = methods(2, BUDGET).iter().map(|method| format!("| {} |", name(method))).collect::<Vec<_>>();
     let missing: Vec<String> = cases.chain(methods).filter(|named| !text.contains(named)).collect();
     assert!(missing.is_empty(), "run cargo run -p sdf-tests --example stability, for {missing:?}");
+}
+
+#[test]
+fn no_source_file_has_more_than_400_lines() {
+    let sources = sources();
+    let is_long = |source: &&Source| source.text.lines().count() > 400;
+    let long: Vec<&PathBuf> = sources.iter().filter(is_long).map(|source| &source.path).collect();
+    assert!(sources.len() > 300 && long.is_empty(), "split these files: {long:#?}");
+}
+
+#[test]
+fn doc_comments_begin_with_a_noun_or_a_verb() {
+    let wrong = ["Of ", "That ", "Those ", "What ", "By ", "More than ", "Less than ", "For which ", "For whom "];
+    let mut found = Vec::new();
+    for Source { path, text } in sources() {
+        let mut is_inside = false;
+        for (number, line) in (1..).zip(text.lines()) {
+            let line = line.trim_start();
+            let comment = line.strip_prefix("///").or(line.strip_prefix("//!"));
+            if !is_inside && comment.is_some_and(|text| wrong.iter().any(|word| text.trim_start().starts_with(word))) {
+                found.push(format!("{}:{number}: {line}", path.display()));
+            }
+            is_inside = comment.is_some();
+        }
+    }
+    assert!(found.is_empty(), "rewrite these comments: {found:#?}");
+}
+
+#[test]
+fn no_two_public_types_of_a_crate_share_a_name() {
+    for member in members() {
+        let mut sources = Vec::new();
+        read_sources(&root().join(&member).join("src"), &mut sources);
+        let mut files = BTreeMap::<&str, Vec<&PathBuf>>::new();
+        for Source { path, text } in &sources {
+            let public = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+            for name in public.lines().filter_map(type_name) {
+                files.entry(name).or_default().push(path);
+            }
+        }
+        assert!(!files.is_empty(), "{member} has no public types");
+        files.retain(|_, files| files.len() > 1);
+        assert!(files.is_empty(), "{member}: rename all but one of these types: {files:#?}");
+    }
+}
+
+/// The name of the public type that a line declares.
+fn type_name(line: &str) -> Option<&str> {
+    let (kind, rest) = line.trim_start().strip_prefix("pub ")?.split_once(' ')?;
+    let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+    ["struct", "enum", "union", "trait", "type"].contains(&kind).then_some(&rest[..end]).filter(|name| !name.is_empty())
 }

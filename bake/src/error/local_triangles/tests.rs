@@ -1,3 +1,5 @@
+//! Candidates of blocks, compared with a search among all triangles one by one.
+
 use super::*;
 use crate::TriangleMesh;
 use crate::error::block::ErrorBlock;

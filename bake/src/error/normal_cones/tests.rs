@@ -1,3 +1,5 @@
+//! Normal cones: lanes equal scalars, cones hold combinations of normals, and error bounds hold.
+
 use super::*;
 use crate::testing::{random, random_vector};
 

@@ -1,3 +1,5 @@
+//! Early rejections, rounded planes and winding changes, compared with exact predicates.
+
 use super::*;
 use crate::testing::{random, random_vector};
 use crate::{MeshDistance, SignMethod};

@@ -1,3 +1,5 @@
+//! Triangles that the cull drops are farther from each octant than it claims.
+
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 

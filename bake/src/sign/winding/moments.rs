@@ -1,4 +1,4 @@
-//! Moments of groups of triangles: how a group looks from afar.
+//! Moments of groups of triangles: the coefficients of a far-field expansion of the winding number.
 //!
 //! A triangle t has a centroid c_t, an area A_t and a unit normal n_t. A group with center c has the dipole Σ A_t n_t,
 //! the quadrupole Q = Σ (c_t − c)(A_t n_t)ᵀ (Barill et al. 2018, §4.1, orders 1 and 2) and, to bound what these

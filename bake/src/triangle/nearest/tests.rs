@@ -1,3 +1,5 @@
+//! Distances from a triangle: lanes equal scalars, and both equal a search branch by branch, bit for bit.
+
 use super::*;
 use crate::testing::{instruction_sets, random, random_vector};
 

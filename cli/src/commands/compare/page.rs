@@ -1,4 +1,4 @@
-//! The comparison as one HTML page: the advice, a plot of error against time, the table. No script, nothing to load.
+//! The comparison as one HTML page: advice, a plot of error against time, a table. No scripts and no external files.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -63,7 +63,7 @@ const RIGHT: f64 = 90.0;
 const TOP: f64 = 20.0;
 const BOTTOM: f64 = 50.0;
 
-/// Decades of a logarithmic axis around the numbers, one at least.
+/// Range of a logarithmic axis around the numbers, in whole decades, at least one.
 fn decades(numbers: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let lowest = numbers.clone().fold(f64::INFINITY, f64::min).log10().floor();
     let highest = numbers.fold(f64::NEG_INFINITY, f64::max).log10().ceil();
@@ -78,8 +78,8 @@ fn plot(comparison: &Comparison) -> String {
     let x =
         |seconds: f64| LEFT + (WIDTH - LEFT - RIGHT) * (seconds.max(1e-9).log10() - low_time) / (high_time - low_time);
     let y = |error: f64| {
-        let share = if error > 0.0 { (error.log10() - low_error) / (high_error - low_error) } else { 0.0 };
-        HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * share
+        let fraction = if error > 0.0 { (error.log10() - low_error) / (high_error - low_error) } else { 0.0 };
+        HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * fraction
     };
     let mut svg = format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" font-size=\"12\" font-family=\"sans-serif\">\n\
@@ -116,7 +116,7 @@ fn plot(comparison: &Comparison) -> String {
     svg + "</svg>"
 }
 
-/// Filled where no contact is missed.
+/// Draws a method as a disk: filled if it misses no contact.
 fn point(svg: &mut String, report: &MethodReport, x: f64, y: f64, is_recommended: bool) {
     let fill = if report.missed == 0 { "#2e7d32" } else { "white" };
     let stroke = if report.missed == 0 { "#2e7d32" } else { "#c62828" };

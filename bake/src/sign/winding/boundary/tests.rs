@@ -1,3 +1,5 @@
+//! The winding number modulo 1 and its slope bound, compared with sums over all triangles.
+
 use super::*;
 use crate::sign::winding::solid_angle;
 use crate::testing::{random, random_vector};

@@ -9,7 +9,7 @@
 //! A step ends at the smallest of the three, and every axis that attains it moves on by one cell. Unlike in the paper
 //! each t is computed anew and not by increments, so that rounding does not accumulate. That of the next cell is
 //! computed one step ahead for all axes: a division has a long latency, and which axis crosses next is unpredictable
-//! to a branch. Cells are counted and not found from the point, which on a face does not tell its side.
+//! to a branch. Cells are counted, because a point on a face does not determine its cell.
 
 use nalgebra::Vector3;
 
@@ -25,11 +25,11 @@ type Axes<R> = [R; 3];
 pub(super) struct VoxelWalk<R: Real> {
     start: Axes<R>,
     direction: Axes<R>,
-    /// ±1: the sense of the walk along each axis.
+    /// ±1: the direction of the walk along each axis.
     sign: Axes<R>,
     /// From a cell to its exit face: 0 or 1.
     face_offset: Axes<R>,
-    /// Last cell inside the box in the sense of the walk. It is never left: only rounding leads through the box's face.
+    /// Last cell inside the box in the direction of the walk. It is never left: only rounding leads through the box's face.
     last_cell: Axes<R>,
     cell: Axes<R>,
     axis_exit_t: Axes<R>,

@@ -1,6 +1,6 @@
 //! Bisection of a cell around stationary points of φ along the triangle.
 //!
-//! For cells that `interior_minimum` does not settle. A box of the cell is dropped if the triangle misses it or φ is
+//! Applied to cells that `interior_minimum` leaves undecided. A box of the cell is dropped if the triangle misses it or φ is
 //! monotonic there, accepted if a stationary point in it cannot be lower than the lowest value by more than `gap`,
 //! and else cut in two.
 //!

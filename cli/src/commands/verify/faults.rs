@@ -1,0 +1,52 @@
+use super::findings::Findings;
+use crate::report::number;
+
+/// Tolerance of a node's error, as a fraction of the mesh's diagonal; the rounding of its precision is added.
+const NODE_TOLERANCE: f64 = 1e-6;
+
+/// Relative tolerance of a gradient's norm above the certified bound.
+const SLOPE_TOLERANCE: f64 = 1e-6;
+
+/// Reasons why the field does not match its mesh; empty if it does.
+pub fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
+    let mut faults = Vec::new();
+    if let Some(nodes) = &findings.nodes {
+        if nodes.beyond_rounding > NODE_TOLERANCE * diagonal {
+            faults.push(format!("a node is wrong by {}", number(nodes.max)));
+        }
+        if nodes.wrong_signs > 0 {
+            faults.push(format!("{} nodes have the wrong sign", nodes.wrong_signs));
+        }
+    }
+    let Some(bound) = findings.bound else { return faults };
+    let points = &findings.points;
+    if points.max > bound {
+        faults.push(format!("a point is wrong by {}, more than the certified {}", number(points.max), number(bound)));
+    }
+    if points.wrong_signs > 0 {
+        faults.push(format!("{} points have the wrong sign", points.wrong_signs));
+    }
+    if let Some(count) = findings.beyond_their_brick.filter(|count| *count > 0) {
+        faults.push(format!("{count} points are wrong by more than their brick certifies"));
+    }
+    if let Some(far) = &findings.far {
+        if far.over > bound {
+            faults.push(format!("a point beyond the band claims {} more than its distance", number(far.over)));
+        }
+        if far.wrong_signs > 0 {
+            faults.push(format!("{} points beyond the band have the wrong sign", far.wrong_signs));
+        }
+    }
+    if let Some(count) = findings.missing_cells.filter(|count| *count > 0) {
+        faults.push(format!("{count} cells of the band are missing"));
+    }
+    if let Some(slope) = findings.slope.as_ref().filter(|slope| slope.steepest > slope.bound * (1.0 + SLOPE_TOLERANCE))
+    {
+        faults.push(format!(
+            "a gradient is {}, more than the certified {}",
+            number(slope.steepest),
+            number(slope.bound)
+        ));
+    }
+    faults
+}

@@ -1,0 +1,185 @@
+//! How far is a field from the exact distance? Statistics over the samples; in a sparse grid within and beyond the band.
+
+use rayon::prelude::*;
+use sdf_bake::MeshDistance;
+use sdf_core::Aabb;
+use sdf_core::grid::sparse::BRICK;
+use sdf_formats::grid_file::StoredGrid;
+use sdf_procedural::random::unit_at;
+use serde::Serialize;
+
+use super::sampling::{PointSample, Surface, cell_at, point_in_box, sample, sample_nodes};
+use crate::args::VerifyArgs;
+
+#[derive(Serialize)]
+pub struct Findings {
+    /// `None` for shapes in closed form.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Errors>,
+    /// Errors in the whole box; in a sparse grid within its band.
+    pub points: Errors,
+    /// Errors beyond the band of a sparse grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub far: Option<FarErrors>,
+    /// Number of points of the surface that were looked up in a sparse grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface_points: Option<usize>,
+    /// Number of points on the surface or in the band whose cell has a corner in no brick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missing_cells: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope: Option<Slope>,
+    /// The error bound that the file certifies.
+    #[serde(skip)]
+    pub bound: Option<f64>,
+    /// Number of points with an error above the bound of their own brick.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beyond_their_brick: Option<usize>,
+}
+
+/// Differences of |field| and |distance| beyond a sparse grid's band, where the field is a lower bound.
+#[derive(Serialize)]
+pub struct FarErrors {
+    #[serde(rename = "asked")]
+    pub sample_count: usize,
+    /// Maximum of |distance| − |field|.
+    pub falls_short: f64,
+    /// Maximum of |field| − |distance|.
+    pub over: f64,
+    pub wrong_signs: usize,
+}
+
+/// The largest norm of a sampled gradient, and the bound that the file certifies.
+#[derive(Serialize)]
+pub struct Slope {
+    pub steepest: f64,
+    pub bound: f64,
+}
+
+/// Statistics of |field − distance|.
+#[derive(Serialize)]
+pub struct Errors {
+    #[serde(rename = "asked")]
+    pub sample_count: usize,
+    pub mean: f64,
+    pub p95: f64,
+    pub p99_9: f64,
+    pub max: f64,
+    /// `[mean, p95, p99_9, max]` in voxels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voxels: Option<[f64; 4]>,
+    /// Maximum of error minus rounding.
+    #[serde(skip)]
+    pub beyond_rounding: f64,
+    /// Number of samples with the wrong sign and a distance above the tolerance.
+    pub wrong_signs: usize,
+}
+
+impl Findings {
+    pub fn from_points(points: Errors) -> Self {
+        Self {
+            nodes: None,
+            points,
+            far: None,
+            surface_points: None,
+            missing_cells: None,
+            slope: None,
+            bound: None,
+            beyond_their_brick: None,
+        }
+    }
+
+    /// The findings for a grid, and the samples at points behind them.
+    pub fn from_grid(
+        args: &VerifyArgs,
+        stored: &StoredGrid,
+        truth: &MeshDistance,
+        surface: &Surface,
+    ) -> (Self, Vec<PointSample>) {
+        let StoredGrid { grid, sparse, about, .. } = stored;
+        let lattice = grid.lattice();
+        let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
+        let bound = about.error_bound;
+        let box_point = |seed: u64| move |index: u64| point_in_box(seed, index, &bounds);
+        let (samples, far, missing, beyond) = match sparse.map(|sparse| sparse.band) {
+            Some(band) => {
+                let brick_errors = grid.storage().brick_errors();
+                let near = |index: u64| {
+                    let offset: [f64; 3] =
+                        std::array::from_fn(|axis| 2.0 * unit_at(!args.seed, 8 * index + 3 + axis as u64) - 1.0);
+                    let point = surface.point(!args.seed, 8 * index);
+                    std::array::from_fn(|axis| point[axis] + band * offset[axis])
+                };
+                let is_inside = |point: [f64; 3]| bounds.encloses(&Aabb { min: point, max: point });
+                let mut samples = sample(args, grid, truth, near);
+                samples.retain(|sample| sample.truth.abs() <= band && is_inside(sample.point));
+                let mut far = sample(args, grid, truth, box_point(args.seed));
+                far.retain(|sample| sample.truth.abs() > band);
+                let own_brick = |point: [f64; 3]| grid.storage().brick_at(cell_at(lattice, point).map(|n| n / BRICK));
+                let is_beyond = |sample: &&PointSample| {
+                    own_brick(sample.point).is_none_or(|brick| sample.error() > f64::from(brick_errors[brick]))
+                };
+                let is_whole = |point: [f64; 3]| {
+                    let cell = cell_at(lattice, point);
+                    let corner = |corner: u32| std::array::from_fn(|axis| (cell[axis] + (corner >> axis & 1)) / BRICK);
+                    (0..8).all(|index| grid.storage().brick_at(corner(index)).is_some())
+                };
+                let on_surface =
+                    (0..u64::from(args.points)).into_par_iter().map(|index| surface.point(args.seed, 8 * index));
+                let missing = on_surface.filter(|point| !is_whole(*point)).count();
+                let missing_near = samples.iter().filter(|sample| !is_whole(sample.point)).count();
+                let beyond = samples.iter().filter(is_beyond).count();
+                (samples, Some(FarErrors::new(&far, bound)), Some(missing + missing_near), Some(beyond))
+            }
+            None => (sample(args, grid, truth, box_point(!args.seed)), None, None, None),
+        };
+        // A sign may be lost only where a distance is rounded to zero.
+        let coarsest = grid.storage().scales().iter().map(|scale| f64::from(scale.step)).fold(0.0, f64::max);
+        let nodes = sample_nodes(args, grid, sparse.map(|sparse| sparse.band), truth);
+        let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
+        let findings = Self {
+            nodes: Some(Errors::new(&nodes, spacing * 1e-6 + coarsest, Some(spacing))),
+            points: Errors::new(&samples, bound, Some(spacing)),
+            far,
+            surface_points: missing.map(|_| args.points as usize),
+            missing_cells: missing,
+            slope: Some(Slope { steepest, bound: about.slope_bound }),
+            bound: Some(bound),
+            beyond_their_brick: beyond,
+        };
+        (findings, samples)
+    }
+}
+
+impl Errors {
+    pub fn new(samples: &[PointSample], sign_tolerance: f64, spacing: Option<f64>) -> Self {
+        let mut errors: Vec<f64> = samples.iter().map(PointSample::error).collect();
+        errors.sort_unstable_by(f64::total_cmp);
+        let last = errors.len().saturating_sub(1);
+        let quantile = |fraction: f64| errors.get((last as f64 * fraction) as usize).copied().unwrap_or(0.0);
+        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+        let [p95, p99_9, max] = [0.95, 0.999, 1.0].map(quantile);
+        Self {
+            sample_count: errors.len(),
+            mean,
+            p95,
+            p99_9,
+            max,
+            voxels: spacing.map(|spacing| [mean, p95, p99_9, max].map(|error| error / spacing)),
+            beyond_rounding: samples.iter().map(|sample| sample.error() - sample.rounding).fold(0.0, f64::max),
+            wrong_signs: samples.iter().filter(|sample| sample.has_wrong_sign(sign_tolerance)).count(),
+        }
+    }
+}
+
+impl FarErrors {
+    fn new(samples: &[PointSample], error_bound: f64) -> Self {
+        let over = |sample: &PointSample| sample.value.abs() - sample.truth.abs();
+        Self {
+            sample_count: samples.len(),
+            falls_short: samples.iter().map(|sample| -over(sample)).fold(0.0, f64::max),
+            over: samples.iter().map(over).fold(0.0, f64::max),
+            wrong_signs: samples.iter().filter(|sample| sample.has_wrong_sign(error_bound)).count(),
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Where is a field compared with its mesh? Random points, evenly in a box or by area on the surface, and nodes of a grid.
+//!
+//! Each sample depends on the seed and its own index alone: the number of threads does not change it.
+
+use rayon::prelude::*;
+use sdf_bake::MeshDistance;
+use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::grid::sparse::BRICK;
+use sdf_core::grid::{Lattice, Storage};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::{Aabb, EnclosedSdf};
+use sdf_procedural::random::unit_at;
+
+use crate::args::VerifyArgs;
+
+/// The field's value and the exact signed distance at a point.
+pub struct PointSample {
+    pub point: [f64; 3],
+    pub value: f64,
+    /// Norm of the field's gradient; zero for a node.
+    pub slope: f64,
+    pub truth: f64,
+    /// Largest error that storing the value with its precision can cause.
+    pub rounding: f64,
+}
+
+impl PointSample {
+    pub fn error(&self) -> f64 {
+        (self.value - self.truth).abs()
+    }
+
+    pub fn has_wrong_sign(&self, tolerance: f64) -> bool {
+        (self.value < 0.0) != (self.truth < 0.0) && self.truth.abs() > tolerance
+    }
+}
+
+/// Samples at `point(index)` for each index below `args.points`.
+pub fn sample<F: EnclosedSdf + Sync>(
+    args: &VerifyArgs,
+    field: &F,
+    truth: &MeshDistance,
+    point: impl Fn(u64) -> [f64; 3] + Sync,
+) -> Vec<PointSample> {
+    let sample = |index: u64| {
+        let point = point(index);
+        let sample = field.sample(Vector3::from(point));
+        let truth = truth.signed_distance(point);
+        PointSample { point, value: sample.value, slope: sample.gradient.norm(), truth, rounding: 0.0 }
+    };
+    (0..u64::from(args.points)).into_par_iter().map(sample).collect()
+}
+
+/// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks, and only those whose sample is exact:
+/// |distance| ≤ band + √3 · spacing.
+pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, truth: &MeshDistance) -> Vec<PointSample> {
+    let lattice = grid.lattice();
+    let count = grid.storage().brick_count().map_or(lattice.node_count(), |bricks| bricks * NODES_PER_BRICK);
+    let check = |index: usize| {
+        let (node, step) = node(grid, index)?;
+        let truth = truth.signed_distance(lattice.node(node));
+        let is_exact = band.is_none_or(|band| truth.abs() <= band + 3.0_f64.sqrt() * lattice.spacing());
+        let rounding = 0.5 * step + truth.abs() * f64::from(f32::EPSILON);
+        let value = stored_at(grid, node);
+        is_exact.then_some(PointSample { point: lattice.node(node), value, slope: 0.0, truth, rounding })
+    };
+    if args.all_nodes {
+        (0..count).into_par_iter().filter_map(check).collect()
+    } else {
+        let draw = |index: u32| (unit_at(args.seed, u64::from(index)) * count as f64) as usize;
+        (0..args.points).into_par_iter().map(draw).filter_map(check).collect()
+    }
+}
+
+const NODES_PER_BRICK: usize = (BRICK * BRICK * BRICK) as usize;
+
+/// The node with an index, and the step between representable values of its sample. `None` for a node of a brick that lies
+/// outside the lattice.
+fn node(grid: &OwnedGrid, index: usize) -> Option<([u32; 3], f64)> {
+    let (lattice, storage) = (grid.lattice(), grid.storage());
+    if storage.brick_count().is_none() {
+        let [row, rows, _] = lattice.nodes().map(|n| n as usize);
+        return Some(([index % row, index / row % rows, index / row / rows].map(|i| i as u32), 0.0));
+    }
+    let (brick, local) = (index / NODES_PER_BRICK, (index % NODES_PER_BRICK) as u32);
+    let local = [local % BRICK, local / BRICK % BRICK, local / BRICK / BRICK];
+    let node: [u32; 3] = std::array::from_fn(|axis| storage.slots()[brick][axis] * BRICK + local[axis]);
+    let is_inside = (0..3).all(|axis| node[axis] < lattice.nodes()[axis]);
+    is_inside.then_some((node, f64::from(storage.scales()[brick].step)))
+}
+
+fn stored_at(grid: &OwnedGrid, node: [u32; 3]) -> f64 {
+    let cell = std::array::from_fn(|axis| node[axis].min(grid.lattice().cells()[axis] - 1));
+    let corner = (0..3).fold(0, |corner, axis| corner | ((node[axis] - cell[axis]) as usize) << axis);
+    f64::from(grid.storage().corners(cell)[corner])
+}
+
+/// The cell that contains a point of the box.
+pub fn cell_at(lattice: &Lattice, point: [f64; 3]) -> [u32; 3] {
+    lattice.nodes_around(&Aabb { min: point, max: point }).map_or([0; 3], |[first, _]| first)
+}
+
+/// A mesh from which points are drawn evenly by area.
+pub struct Surface<'a> {
+    points: &'a [[f64; 3]],
+    triangles: &'a [[u32; 3]],
+    /// Cumulative sums of twice the triangles' areas.
+    areas: Vec<f64>,
+}
+
+impl<'a> Surface<'a> {
+    pub fn new(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> Self {
+        let mut sum = 0.0;
+        let area = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| Vector3::from(points[corner as usize]));
+            sum += (b - a).cross(&(c - a)).norm();
+            sum
+        };
+        Self { points, triangles, areas: triangles.iter().map(area).collect() }
+    }
+
+    /// Uses the random numbers `index`, `index + 1` and `index + 2` of the seed.
+    pub fn point(&self, seed: u64, index: u64) -> [f64; 3] {
+        let area = unit_at(seed, index) * self.areas.last().copied().unwrap_or(0.0);
+        let triangle = self.areas.partition_point(|sum| *sum <= area).min(self.triangles.len() - 1);
+        let [a, b, c] = self.triangles[triangle].map(|corner| Vector3::from(self.points[corner as usize]));
+        let (u, v) = (unit_at(seed, index + 1), unit_at(seed, index + 2));
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        (a + (b - a) * u + (c - a) * v).into()
+    }
+}
+
+/// Uses the random numbers from 3 · `index` on.
+pub fn point_in_box(seed: u64, index: u64, bounds: &Aabb) -> [f64; 3] {
+    std::array::from_fn(|axis| {
+        bounds.min[axis] + unit_at(seed, 3 * index + axis as u64) * (bounds.max[axis] - bounds.min[axis])
+    })
+}
