@@ -1,13 +1,14 @@
 //! How far can a field be from the shape that it was made from?
 
 use crate::number::Float;
-use crate::{Aabb, EnclosedSdf};
+use crate::{Aabb, EnclosedSdf, Status};
 
 /// Bounds of the difference between φ and d in a region, where d is the signed distance to the shape that the field was made from:
 /// for a baked grid, the mesh. A closed form is its own shape, without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorBound {
-    /// |φ − d| ≤ `near` at every point whose d is within the band of a sparse grid; for other fields at every point.
+    /// φ − d ≤ `near` at every point whose |d| is within the band of a sparse grid, for other fields at every point; and d − φ too,
+    /// where the point is not outside a grid.
     pub near: f64,
     /// φ − d ≤ `above` at every point.
     pub above: f64,
@@ -43,9 +44,9 @@ impl ErrorBound {
         Self { near: self.near * scale, above: self.above * scale, below: self.below * scale }
     }
 
-    /// The bound at one point whose φ is known: where it is within the band, `near`.
-    pub(crate) fn at_point<F: EnclosedSdf, R: Float>(field: &F, point: &Aabb, is_beyond_band: bool) -> R {
+    /// Bound of |φ − d| at one point.
+    pub(crate) fn at_point<F: EnclosedSdf, R: Float>(field: &F, point: &Aabb, status: Status<bool>) -> R {
         let Self { near, above, below } = field.error_bound(point);
-        R::from_f64(if is_beyond_band { above.max(below) } else { near })
+        R::from_f64(if status.beyond_band || status.outside_grid { above.max(below) } else { near })
     }
 }

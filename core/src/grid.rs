@@ -163,8 +163,8 @@ impl<S: Storage> Grid<S> {
         self.band
     }
 
-    /// The same grid with another bound of |φ − d|, d being the signed distance to what was sampled, within the band. Infinite unless
-    /// set: nothing is known.
+    /// The same grid with another bound of |φ − d|, where d, the signed distance to the shape that was sampled, is within the band.
+    /// The shape lies inside the box. Infinite unless set: nothing is known.
     pub fn with_error_bound(self, error_bound: f64) -> Self {
         Self { error_bound, ..self }
     }
@@ -232,7 +232,8 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound) }
     }
 
-    /// Outside the box that of its border: φ is at most the distance, which `above` allows.
+    /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,
+    /// and d(x) ≥ √(s² + d(P)²) for a shape inside the box.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         let by_cells = self
             .lattice
@@ -244,12 +245,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         };
         let error = by_cells.unwrap_or(all);
         let is_inside = self.lattice.bounds().encloses(region);
-        match () {
-            () if is_inside => error,
-            // The solid may continue beyond the box.
-            () if self.enclose_box(region).range.lower < 0.0 => ErrorBound::UNKNOWN,
-            () => ErrorBound { below: f64::INFINITY, ..error },
-        }
+        if is_inside { error } else { ErrorBound { below: f64::INFINITY, ..error } }
     }
 
     #[cfg_attr(feature = "std", inline(always))]

@@ -57,7 +57,6 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
 ) -> Option<Contact<R>> {
     let kind = ElementKind::from_corner_count(N).filter(|_| minimum.sample.value.is_finite())?;
     let Sample { value, gradient, status } = minimum.sample;
-    let beyond_band = status.beyond_band;
     // A true distance has slope 1, and no field is steeper than its slope bound.
     let full_slope = R::from_f64(field.slope_bound().min(1.0));
     let smooth = Normal::new(value, field.evaluate_smooth(minimum.point).gradient, full_slope);
@@ -65,7 +64,7 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
     let zero = Normal { normal: Vector3::zeros(), slope: R::zero(), from_surface: Vector3::zeros() };
     let Normal { normal, slope, from_surface } =
         smooth.or_else(|| Normal::new(value, gradient, full_slope)).unwrap_or(zero);
-    let status = match () {
+    let trust = match () {
         () if is_degenerate => ContactStatus::DegenerateGradient,
         () if status.outside_grid => ContactStatus::OutsideGrid,
         () if status.beyond_band => ContactStatus::BeyondBand,
@@ -88,10 +87,10 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
         slope,
         distance: value,
         lower_bound: Real::max(minimum.lower_bound, lower_bound),
-        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), beyond_band),
+        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), status),
         shape_lower_bound: Real::max(minimum.lower_bound, lower_bound)
             - R::from_f64(field.error_bound(&Aabb::from_corners(&element.simplex.corners)).above),
         evaluations: (minimum.evaluations.to_f64() as u32).saturating_add(1),
-        status,
+        status: trust,
     })
 }

@@ -1,5 +1,6 @@
 //! All integration tests of the crate, in one program.
 
+mod complete;
 mod examples;
 mod overlap;
 mod saves;

@@ -1,0 +1,146 @@
+//! A complete search leaves out no face that is near the mesh itself, though the grid is off; and bounds hold for the mesh.
+
+use sdf_bake::{MeshDistance, TriangleMesh};
+use sdf_field::core::contact::ContactStatus;
+use sdf_field::core::grid::owned::Layout;
+use sdf_field::core::placed::Rigid;
+use sdf_field::core::shapes::{HalfSpace, Sphere};
+use sdf_field::{BakeOptions, ContactOptions, Field, GridInfo, GridSize, MeshView, Method, QueryError};
+use sdf_procedural::random::{Random, test_seed};
+use sdf_procedural::{Bowl, Mesh, SpikedBall};
+
+/// Five closed meshes, most of them with features finer than a voxel.
+fn meshes() -> Vec<(&'static str, Mesh)> {
+    let ball = |levels, radius| SpikedBall { levels, radius }.mesh();
+    let stretched = ball(2, 0.9).transformed(|[x, y, z]| [x, 0.4 * y, 0.2 * z]);
+    let mut apart = ball(1, 0.5).transformed(|[x, y, z]| [x - 1.5, y, z]);
+    apart.append(&ball(0, 1.0).transformed(|[x, y, z]| [x + 1.5, y, z]));
+    vec![
+        ("spiked ball", ball(2, 0.6)),
+        ("facets", ball(3, 1.0)),
+        ("stretched", stretched),
+        ("bowl", Bowl { slices: 24, stacks: 24, thickness: 0.06 }.mesh()),
+        ("two bodies", apart),
+    ]
+}
+
+/// Triangles of all sizes, half of them near a point of the surface.
+fn random_faces(mesh: &Mesh, random: &mut Random, count: usize) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let mut points = vec![];
+    for _ in 0..count {
+        let middle = match random.below(2) {
+            0 => random.point_in_cube(1.6),
+            _ => random.pick(&mesh.points),
+        };
+        let size = random.pick(&[0.02, 0.1, 0.4]);
+        for _ in 0..3 {
+            let offset = random.point_in_cube(size);
+            points.push(std::array::from_fn(|axis| middle[axis] + offset[axis]));
+        }
+    }
+    let faces = (0..count as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+    (points, faces)
+}
+
+/// The lowest exact distance of a lattice on a triangle: an upper bound of its minimum.
+fn lowest_on_lattice(exact: &MeshDistance, corners: [[f64; 3]; 3]) -> f64 {
+    const STEPS: u32 = 8;
+    let mut lowest = f64::INFINITY;
+    for i in 0..=STEPS {
+        for j in 0..=STEPS - i {
+            let [u, v] = [i, j].map(|step| f64::from(step) / f64::from(STEPS));
+            let weights = [1.0 - u - v, u, v];
+            let point = std::array::from_fn(|axis| (0..3).map(|corner| weights[corner] * corners[corner][axis]).sum());
+            lowest = lowest.min(exact.signed_distance(point));
+        }
+    }
+    lowest
+}
+
+#[test]
+fn a_complete_search_misses_no_face_that_is_near_the_mesh() {
+    let seed = test_seed(20_201_122);
+    println!("to repeat: SDF_SEED={seed}");
+    let mut random = Random::new(seed);
+    let (mut missed, mut missed_when_complete, mut possible, mut found) = (0, 0, 0, 0);
+    for (name, mesh) in meshes() {
+        let triangles = TriangleMesh::new(&mesh.points, &mesh.triangles).unwrap();
+        let exact = MeshDistance::new(&triangles, None);
+        let (points, faces) = random_faces(&mesh, &mut random, 400);
+        let view = MeshView { points: &points, faces: &faces };
+        let truth: Vec<f64> =
+            faces.iter().map(|face| lowest_on_lattice(&exact, face.map(|vertex| points[vertex as usize]))).collect();
+        for layout in Layout::ALL {
+            let options = BakeOptions { size: GridSize::Cells(32), layout, ..BakeOptions::default() };
+            let field = Field::bake(MeshView { points: &mesh.points, faces: &mesh.triangles }, &options).unwrap().field;
+            for (margin, method) in [(0.0, Method::Auto), (0.02, Method::Auto), (0.0, Method::FrankWolfe)] {
+                let plain = ContactOptions { margin, method, ..ContactOptions::default() };
+                let complete = ContactOptions { complete: true, ..plain };
+                let (few, all) = (field.contacts(view, &plain).unwrap(), field.contacts(view, &complete).unwrap());
+                let has = |contacts: &sdf_field::Contacts, face: usize| {
+                    contacts.contacts.iter().any(|contact| contact.element as usize == face)
+                };
+                for (face, truth) in truth.iter().enumerate().filter(|(_, truth)| **truth <= margin) {
+                    missed += usize::from(!has(&few, face));
+                    let is_missed = !has(&all, face);
+                    assert!(!is_missed, "{name} {layout:?}: face {face} at {truth} is missed by {method:?}");
+                    missed_when_complete += usize::from(is_missed);
+                    found += 1;
+                }
+                assert_eq!(
+                    all.possible_count,
+                    all.contacts.iter().filter(|contact| contact.status == ContactStatus::Possible).count()
+                );
+                possible += all.possible_count;
+                for contact in &all.contacts {
+                    let context = || format!("{name} {layout:?}: {contact:?}");
+                    assert_eq!(contact.status == ContactStatus::Possible, contact.distance > margin, "{}", context());
+                    // Rounding of exact distances and of weights.
+                    let slack = 1e-6;
+                    assert!(contact.shape_lower_bound <= truth[contact.element as usize] + slack, "{}", context());
+                    let off = (exact.signed_distance(contact.point.into()) - contact.distance).abs();
+                    assert!(off <= contact.error_bound + slack, "{off}: {}", context());
+                }
+            }
+        }
+    }
+    println!("{found} faces near: {missed} missed, {missed_when_complete} by a complete search; {possible} possible");
+    assert!(missed > 10, "only {missed} faces were missed by the plain search: the meshes are too easy");
+}
+
+#[test]
+fn a_closed_form_has_nothing_possible_and_a_grid_without_bound_is_refused() {
+    let points = [[0.0, 0.0, 1.001], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]];
+    let mesh = MeshView { points: &points, faces: &[[0, 1, 2]] };
+    let complete = ContactOptions { complete: true, ..ContactOptions::default() };
+    let sphere = Field::new(Sphere::new(1.0).unwrap());
+    assert_eq!(sphere.contacts(mesh, &complete).unwrap().contacts, []);
+    let touching = ContactOptions { pose: Rigid::new([0.0, 0.0, 0.01], [0.0, 0.0, 0.0, 1.0]), ..complete };
+    let found = sphere.contacts(mesh, &touching).unwrap();
+    assert_eq!((found.contacts.len(), found.possible_count, found.contacts[0].error_bound), (1, 0, 0.0));
+
+    let ball = SpikedBall { levels: 1, radius: 0.5 }.mesh();
+    let body = MeshView { points: &ball.points, faces: &ball.triangles };
+    let baked = Field::bake(body, &BakeOptions { size: GridSize::Cells(8), ..BakeOptions::default() }).unwrap().field;
+    let unknown = (**baked.grid().unwrap()).clone().with_error_bound(f64::INFINITY);
+    let unknown = Field::from_grid(unknown, GridInfo::clone(baked.info().unwrap()));
+    assert_eq!(unknown.contacts(mesh, &complete).unwrap_err(), QueryError::ErrorBoundUnknown);
+}
+
+#[test]
+fn one_contact_per_feature_keeps_every_feature() {
+    let ground = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap());
+    let mesh = SpikedBall { levels: 2, radius: 0.6 }.mesh();
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    let all = ContactOptions { margin: -0.2, ..ContactOptions::default() };
+    let few = ContactOptions { one_per_feature: true, ..all };
+    let features = |options| {
+        let found = ground.contacts(view, options).unwrap().contacts;
+        let mut features: Vec<_> = found.iter().map(|contact| contact.feature).collect();
+        features.sort_unstable();
+        (found.len(), features)
+    };
+    let ((count, mut touched), (kept, representatives)) = (features(&all), features(&few));
+    touched.dedup();
+    assert!(kept < count && touched == representatives, "{kept} of {count}");
+}
