@@ -165,14 +165,14 @@ where
 /// [`contact`] with the certified search of `search`, and a contact for every isolated minimum with φ ≤ `margin`. `visit`
 /// gets them from the lowest on; the first is returned.
 ///
-/// `places` and `minima` are scratch buffers and are overwritten. If a buffer or the budget is exhausted, every contact is
+/// `cells` and `minima` are scratch buffers and are overwritten. If a buffer or the budget is exhausted, every contact is
 /// [`BudgetSpent`](ContactStatus::BudgetSpent) and some minima may be missing.
 pub fn all_contacts<R, F, const N: usize>(
     field: &F,
     search: &AllMinima,
     margin: R,
     element: &Element<R, N>,
-    places: &mut [SimplexCell<R, N>],
+    cells: &mut [SimplexCell<R, N>],
     minima: &mut [Minimum<R, N>],
     mut visit: impl FnMut(&Contact<R>),
 ) -> Outcome<R, N>
@@ -184,7 +184,7 @@ where
         Ok(lower_bound) => lower_bound,
         Err(outcome) => return outcome,
     };
-    let found = search.minima(field, &element.simplex, margin, places, minima);
+    let found = search.minima(field, &element.simplex, margin, cells, minima);
     if is_separated(margin, &found.global_minimum) && found.count == 0 {
         return Outcome::Separated(found.global_minimum);
     }

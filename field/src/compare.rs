@@ -52,10 +52,12 @@ pub struct Comparison {
 }
 
 /// The methods that are compared; golden section on edges alone.
-pub const METHODS: [Method; 10] = [
+pub const METHODS: [Method; 12] = [
+    Method::SamplingWithCorners(0),
     Method::Sampling(4),
     Method::Sampling(16),
     Method::Sampling(64),
+    Method::SamplingWithCorners(64),
     Method::FrankWolfe,
     Method::ProjectedGradient,
     Method::LineSearch,
@@ -183,7 +185,8 @@ where
         }
         Method::Newton => Newton { iterations: budget, ..Newton::default() }.minimize(field, simplex),
         Method::LineSearch => LineSearch { iterations: budget, ..LineSearch::default() }.minimize(field, simplex),
-        Method::Sampling(samples) => PointSampling { samples }.minimize(field, simplex),
+        Method::Sampling(samples) => PointSampling { samples, corners: false }.minimize(field, simplex),
+        Method::SamplingWithCorners(samples) => PointSampling { samples, corners: true }.minimize(field, simplex),
         Method::GoldenSection => match simplex.corners.as_slice() {
             &[a, b] => {
                 let edge = sdf_core::Simplex { corners: [a, b] };

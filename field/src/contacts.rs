@@ -116,7 +116,12 @@ where
         Method::LineSearch => {
             find_by(field, points, elements, options, &LineSearch { iterations, ..LineSearch::default() })
         }
-        Method::Sampling(samples) => find_by(field, points, elements, options, &PointSampling { samples }),
+        Method::Sampling(samples) => {
+            find_by(field, points, elements, options, &PointSampling { samples, corners: false })
+        }
+        Method::SamplingWithCorners(samples) => {
+            find_by(field, points, elements, options, &PointSampling { samples, corners: true })
+        }
         Method::GoldenSection => Err(QueryError::GoldenSectionNeedsEdges),
     }
 }

@@ -1,3 +1,5 @@
+//! How does a program hold a field? As [`Field`]: any grid or closed form, with what is known of a baked grid.
+
 use std::sync::Arc;
 
 use sdf_core::grid::owned::OwnedGrid;

@@ -1,3 +1,5 @@
+//! How is a mesh given? As slices: [`MeshView`], with its edges and vertices as elements, each index checked.
+
 use sdf_core::Simplex;
 use sdf_core::contact::Element;
 use sdf_core::nalgebra::Vector3;

@@ -1,3 +1,5 @@
+//! Which elements are searched, by which method, and within which limits: [`ContactOptions`].
+
 use sdf_core::placed::Rigid;
 
 use crate::Threads;
@@ -34,6 +36,8 @@ pub enum Method {
     GoldenSection,
     /// The lowest of so many fixed points (4, 16 or 64 on the command line): a baseline to compare with.
     Sampling(u32),
+    /// The lowest of the element's corners and so many fixed points: with 0 points, vertices alone.
+    SamplingWithCorners(u32),
 }
 
 impl Method {

@@ -22,7 +22,7 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
     let mut methods = vec![
         Method::FrankWolfe(FrankWolfe { iterations: budget, ..FrankWolfe::default() }),
         Method::ProjectedGradient(ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }),
-        Method::PointSampling(PointSampling { samples: budget + 1 }),
+        Method::PointSampling(PointSampling { samples: budget + 1, corners: false }),
         Method::LineSearch(LineSearch { iterations: budget, ..LineSearch::default() }),
         Method::Newton(Newton { iterations: budget, ..Newton::default() }),
         Method::Certified(Certified { evaluations: 4 * budget, ..Certified::default() }),

@@ -21,7 +21,7 @@ pub struct Method {
 /// Every method that is measured, in the order of all pages.
 pub fn methods() -> Vec<Method> {
     vec![
-        both("sampling", "samples", &[4, 16, 64], |samples| PointSampling { samples }),
+        both("sampling", "samples", &[4, 16, 64], |samples| PointSampling { samples, corners: false }),
         both("projected gradient", "steps", &[32], |n| ProjectedGradient { iterations: n, ..Default::default() }),
         both("Frank-Wolfe", "steps", &[32], |n| FrankWolfe { iterations: n, ..Default::default() }),
         edges_only("golden section", "steps", &[32], |n| GoldenSection { iterations: n, ..Default::default() }),

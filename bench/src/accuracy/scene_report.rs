@@ -223,7 +223,7 @@ impl PosedScene<'_> {
     }
 
     fn search_points(&self, points: &[Element<f64, 1>]) {
-        let once = PointSampling { samples: 1 };
+        let once = PointSampling { samples: 1, corners: false };
         for point in points {
             black_box(contact(self.field, &once, self.scene.margin, point));
         }

@@ -174,6 +174,10 @@ pub enum MethodName {
     Sample16,
     /// The lowest of 64 fixed points, a baseline.
     Sample64,
+    /// The lowest of the corners, a baseline.
+    Corners,
+    /// The lowest of the corners and 64 fixed points, a baseline.
+    Corners64,
 }
 
 impl From<MethodName> for sdf_field::Method {
@@ -189,6 +193,8 @@ impl From<MethodName> for sdf_field::Method {
             MethodName::Sample4 => Self::Sampling(4),
             MethodName::Sample16 => Self::Sampling(16),
             MethodName::Sample64 => Self::Sampling(64),
+            MethodName::Corners => Self::SamplingWithCorners(0),
+            MethodName::Corners64 => Self::SamplingWithCorners(64),
         }
     }
 }

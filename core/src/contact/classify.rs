@@ -1,3 +1,6 @@
+//! What becomes of an element whose minimum is known? It is separated if that is above the margin, else a [`Contact`]: normal from the
+//! smooth gradient, surface point by one step along it, feature from the weights, status from all that is in doubt.
+
 use nalgebra::Vector3;
 
 use super::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX, Outcome};

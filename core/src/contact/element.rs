@@ -1,3 +1,6 @@
+//! What is searched, an [`Element`] of a mesh, and which part of it a point lies on: its [`Feature`], by the weights that are at
+//! least [`FEATURE_WEIGHT`].
+
 use crate::Simplex;
 use crate::number::{Float, Real};
 

@@ -16,13 +16,15 @@ use crate::{EnclosedSdf, Simplex};
 /// again and again. On a segment they are the middles of equal parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PointSampling {
-    /// Number of points; 0 counts as 1. The paper takes 4, 16 and 64: powers of 4 cover a triangle evenly.
+    /// Number of points. The paper takes 4, 16 and 64: powers of 4 cover a triangle evenly. 0 counts as 1 without corners.
     pub samples: u32,
+    /// Take the corners, too, before the points. The paper does not; programs that collide vertices take them alone.
+    pub corners: bool,
 }
 
 impl Default for PointSampling {
     fn default() -> Self {
-        Self { samples: 16 }
+        Self { samples: 16, corners: false }
     }
 }
 
@@ -31,7 +33,7 @@ impl Minimizer<3> for PointSampling {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 3>) -> Minimum<R, 3> {
-        lowest_of(field, simplex, self.samples, |number| {
+        lowest_of(field, simplex, self, |number| {
             WEIGHT_TABLE.get(number as usize).copied().unwrap_or_else(|| triangle_weights(number))
         })
     }
@@ -42,7 +44,7 @@ impl Minimizer<2> for PointSampling {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 2>) -> Minimum<R, 2> {
-        lowest_of(field, simplex, self.samples, |number| {
+        lowest_of(field, simplex, self, |number| {
             let t = (f64::from(number) + 0.5) / f64::from(self.samples.max(1));
             [1.0 - t, t]
         })
@@ -54,7 +56,7 @@ impl Minimizer<1> for PointSampling {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, 1>) -> Minimum<R, 1> {
-        lowest_of(field, simplex, 1, |_| [1.0])
+        lowest_of(field, simplex, &Self { samples: 1, corners: false }, |_| [1.0])
     }
 }
 
@@ -63,13 +65,19 @@ impl Minimizer<1> for PointSampling {
 fn lowest_of<R: Real, F: EnclosedSdf, const N: usize>(
     field: &F,
     simplex: &Simplex<R, N>,
-    samples: u32,
-    weights: impl Fn(u32) -> [f64; N],
+    sampling: &PointSampling,
+    point_weights: impl Fn(u32) -> [f64; N],
 ) -> Minimum<R, N> {
+    let corners = if sampling.corners { N as u32 } else { 0 };
+    let count = corners.saturating_add(sampling.samples).max(1);
+    let weights = |number: u32| match number.checked_sub(corners) {
+        Some(number) => point_weights(number),
+        None => core::array::from_fn(|corner| if corner as u32 == number { 1.0 } else { 0.0 }),
+    };
     let mut current = weights(0);
     let mut value = field.value(simplex.point(current.map(R::from_f64)));
     let mut best = (current.map(R::from_f64), [value]);
-    for number in 1..samples {
+    for number in 1..count {
         let next = weights(number);
         let point;
         (best, point) = run(&Step { current, next }, (*simplex, best, [value]));
@@ -77,7 +85,7 @@ fn lowest_of<R: Real, F: EnclosedSdf, const N: usize>(
     }
     (best, _) = run(&Step { current, next: current }, (*simplex, best, [value]));
     let mut state = DescentState::new(field, simplex, best.0);
-    state.evaluations = R::from_f64(f64::from(samples.max(1)));
+    state.evaluations = R::from_f64(f64::from(count));
     state.finish(R::Mask::NONE)
 }
 

@@ -1,3 +1,6 @@
+//! Which point of a simplex is reached by steps against the gradient? Projected gradient descent on barycentric weights (Goldstein
+//! 1964, "Convex programming in Hilbert space"; Macklin et al. 2020, §3.1): w ← P(w − step · ∇_w φ), P the projection onto the simplex.
+
 use core::array::from_fn;
 
 use super::descent_state::DescentState;

@@ -1,3 +1,6 @@
+//! Which elements of many need no search? Step 1 of a batch: bounds in the box of each, then one evaluation at the centroids of those
+//! that are left, side by side in lanes (Macklin et al. 2020, §3.3).
+
 use core::array::from_fn;
 
 use super::queue::Queue;

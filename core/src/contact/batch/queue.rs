@@ -1,3 +1,5 @@
+//! A queue of as many elements as there are lanes: full lanes are worked off, the last of a batch may be part full.
+
 use core::array::from_fn;
 
 use super::Survivor;

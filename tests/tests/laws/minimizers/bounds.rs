@@ -15,7 +15,7 @@ use super::{Case, everywhere_with};
 fn the_lower_bound_holds_where_the_slope_bound_is_met() {
     fn check<R: Float>() {
         let mut random = Random::seeded();
-        let middle = PointSampling { samples: 1 };
+        let middle = PointSampling { samples: 1, corners: false };
         for _ in 0..5000 {
             let normal = random.direction();
             let plane = HalfSpace::new(normal.into(), random.between(-1.0, 1.0)).unwrap();

@@ -28,12 +28,16 @@ impl Sdf for Recorder {
 
 impl EnclosedSdf for Recorder {}
 
-/// Weights of the points where a triangle is sampled.
+/// Weights of the points inside a triangle where it is sampled.
 fn sampled_weights(samples: u32) -> Vec<[f64; 3]> {
+    weights_of(PointSampling { samples, corners: false })
+}
+
+fn weights_of(sampling: PointSampling) -> Vec<[f64; 3]> {
     let recorder = Recorder(RefCell::default());
     // On this triangle the second and third weight are x and y.
     let triangle = Simplex::<f64, 3> { corners: [Vector3::zeros(), Vector3::x(), Vector3::y()] };
-    PointSampling { samples }.minimize(&recorder, &triangle);
+    sampling.minimize(&recorder, &triangle);
     let mut points = recorder.0.into_inner();
     // The lowest point is evaluated a second time, for the gradient.
     let repeated = points.pop().expect("an evaluation");
@@ -91,9 +95,20 @@ fn point_sampling_returns_the_lowest_of_exactly_these_points() {
         for samples in [1, 4, 16, 64] {
             let values = sampled_weights(samples).into_iter().map(|weights| scene.value(simplex.point(weights)));
             let lowest = values.fold(f64::INFINITY, f64::min);
-            let minimum = PointSampling { samples }.minimize(&scene.field, &simplex);
+            let minimum = PointSampling { samples, corners: false }.minimize(&scene.field, &simplex);
             assert_eq!((minimum.sample.value, minimum.evaluations), (lowest, f64::from(samples)), "{}", scene.name);
             assert!(!minimum.converged);
         }
+    }
+}
+
+/// Point sampling as programs have it: the corners before the points, or alone.
+#[test]
+fn with_corners_it_takes_the_corners_before_the_same_points() {
+    let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for samples in [0, 1, 4, 64] {
+        let weights = weights_of(PointSampling { samples, corners: true });
+        assert_eq!(weights[..3], corners);
+        assert_eq!(weights[3..], if samples == 0 { vec![] } else { sampled_weights(samples) });
     }
 }

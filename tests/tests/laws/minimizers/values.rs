@@ -215,5 +215,5 @@ fn a_budget_of_zero_still_returns_a_point() {
     for minimum in minima {
         assert_eq!((minimum.weights, minimum.sample.value, minimum.converged), ([1.0, 0.0], 1.0, false));
     }
-    assert_eq!(PointSampling { samples: 0 }.minimize(&sphere, &edge).sample.value, 1.5);
+    assert_eq!(PointSampling { samples: 0, corners: false }.minimize(&sphere, &edge).sample.value, 1.5);
 }
