@@ -80,18 +80,18 @@ impl<R: Float> AxisTaps<R> {
 
 impl<R: Float> AxisTaps<R> {
     fn new(lattice: &Lattice, axis: usize, x: R) -> Self {
-        let last_cell = lattice.cells()[axis].saturating_sub(1);
+        let last_cell = lattice.cells()[axis].wrapping_sub(1);
         let unclamped = (x - R::from_f64(lattice.origin()[axis])) * R::from_f64(lattice.inv_spacing());
         let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(lattice.cells()[axis])));
         let cell = steps.to_index().min(last_cell);
         let (weights, slopes) = spline_weights(steps - R::from_f64(f64::from(cell)));
 
         // Two nodes before the cell and two after; as many as there are, from the first on.
-        let first = cell.saturating_sub(2).min((last_cell + 2).saturating_sub(TAPS as u32));
-        let fold =
-            |taps: [R; TAPS]| fold_into_lattice(taps, i64::from(cell) - 2 - i64::from(first), last_cell + 1 - first);
-        let (weights, slopes) = (fold(weights), fold(slopes));
-        let cells = core::array::from_fn(|k| (first + 2 * k as u32).min(last_cell));
+        let first = cell.saturating_sub(2).min(last_cell.wrapping_add(2).saturating_sub(TAPS as u32));
+        let shift = (cell as i32).wrapping_sub(2).wrapping_sub(first as i32);
+        let last = last_cell.wrapping_add(1).wrapping_sub(first) as i32;
+        let (weights, slopes) = (fold_into_lattice(weights, shift, last), fold_into_lattice(slopes, shift, last));
+        let cells = core::array::from_fn(|k| first.wrapping_add(2 * k as u32).min(last_cell));
         Self {
             steps,
             is_inside: steps <= unclamped && unclamped <= steps,
@@ -120,22 +120,23 @@ fn spline_weights<R: Float>(u: R) -> ([R; TAPS], [R; TAPS]) {
 
 /// Weights of six nodes in a row, from `shift` on, as weights of the nodes 0 to 5. A node before 0 or beyond `last` is a continuation
 /// along a straight line: f_{−i} = (1 + i) f_0 − i f_1.
-fn fold_into_lattice<R: Float>(weights: [R; TAPS], shift: i64, last: u32) -> [R; TAPS] {
-    if shift == 0 && last >= TAPS as u32 - 1 {
+fn fold_into_lattice<R: Float>(weights: [R; TAPS], shift: i32, last: i32) -> [R; TAPS] {
+    if shift == 0 && last >= TAPS as i32 - 1 {
         return weights;
     }
     let mut folded = [R::zero(); TAPS];
-    let mut add = |node: i64, weight: R| {
-        if let Some(sum) = usize::try_from(node).ok().and_then(|node| folded.get_mut(node)) {
+    let mut add = |node: i32, weight: R| {
+        if let Some(sum) = folded.get_mut(node as usize) {
             *sum += weight;
         }
     };
-    for (weight, node) in weights.into_iter().zip(shift..) {
-        let nearest = node.clamp(0, i64::from(last));
-        let beyond = node - nearest;
-        let excess = weight * R::from_f64(beyond.abs() as f64);
+    for (tap, weight) in weights.into_iter().enumerate() {
+        let node = shift.wrapping_add(tap as i32);
+        let nearest = node.max(0).min(last);
+        let beyond = node.wrapping_sub(nearest);
+        let excess = weight * R::from_f64(f64::from(beyond.wrapping_abs()));
         add(nearest, weight + excess);
-        add(nearest - beyond.signum(), if beyond == 0 { R::zero() } else { -excess });
+        add(nearest.wrapping_sub(beyond.signum()), if beyond == 0 { R::zero() } else { -excess });
     }
     folded
 }
@@ -144,7 +145,7 @@ fn fold_into_lattice<R: Float>(weights: [R; TAPS], shift: i64, last: u32) -> [R;
 fn by_cell<R: Float>(weights: [R; TAPS], first: u32, cells: [u32; TAPS / 2]) -> [R; TAPS] {
     core::array::from_fn(|corner| {
         let wanted = corner as u32 & !1;
-        let node = cells[corner / 2] + (corner as u32 & 1) - first;
+        let node = cells[corner / 2].wrapping_add(corner as u32 & 1).wrapping_sub(first);
         if node < wanted { R::zero() } else { weights.get(node as usize).copied().unwrap_or_else(R::zero) }
     })
 }
