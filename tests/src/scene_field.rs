@@ -7,7 +7,9 @@ use std::any::Any;
 use std::rc::Rc;
 
 use nalgebra::Vector3;
-use sdf_core::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Float, Goal, Lanes, Real, Sample, Sdf};
+use sdf_core::{
+    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Float, Goal, Lanes, Real, Relaxation, Sample, Sdf,
+};
 
 use crate::dual::Dual;
 
@@ -30,6 +32,7 @@ impl<R: Real, F: Sdf> SdfIn<R> for F {
 trait EnclosedSdfIn<R: Float> {
     fn evaluate_smooth_in(&self, point: Vector3<R>) -> Sample<R>;
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R>;
+    fn relaxation_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R>;
     fn is_convex_in(&self, corners: &[Vector3<R>]) -> bool;
     fn max_rise_in(&self, corners: &[Vector3<R>]) -> [R; 4];
     fn minimum_on_segment(&self, ends: [Vector3<R>; 2], goal: Goal<R>) -> Option<ExactMinimum<R, 2>>;
@@ -42,6 +45,9 @@ impl<R: Float, F: EnclosedSdf> EnclosedSdfIn<R> for F {
     }
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.enclosure(about, corners)
+    }
+    fn relaxation_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.relaxation(about, corners)
     }
     fn is_convex_in(&self, corners: &[Vector3<R>]) -> bool {
         self.is_convex_on(corners)
@@ -149,6 +155,15 @@ impl EnclosedSdf for SceneField {
         }
         let (about, corners) = same_type::<_, (Vector3<f64>, [Vector3<f64>; 4])>(query).unwrap();
         same_type(self.0.enclosure_in(about, &corners[..count])).unwrap()
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let (count, query) = (corners.len(), (about, padded(corners)));
+        if let Some((about, corners)) = same_type::<_, (Vector3<f32>, [Vector3<f32>; 4])>(query) {
+            return same_type(self.0.relaxation_in(about, &corners[..count])).unwrap();
+        }
+        let (about, corners) = same_type::<_, (Vector3<f64>, [Vector3<f64>; 4])>(query).unwrap();
+        same_type(self.0.relaxation_in(about, &corners[..count])).unwrap()
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
