@@ -80,7 +80,7 @@ pub struct Contact<R: Float> {
     /// Lower bound of φ on the whole element.
     pub lower_bound: R,
     /// Bound of |φ − d| at the point, with d the signed distance to the shape that the field was made from, such as a baked mesh:
-    /// see [`EnclosedSdf::error_bound`](crate::EnclosedSdf::error_bound). Infinite where nothing is known.
+    /// see [`EnclosedSdf::error_bound`]. Infinite where nothing is known.
     pub error_bound: R,
     /// Lower bound of d on the whole element.
     pub shape_lower_bound: R,

@@ -50,6 +50,13 @@ macro_rules! delegate_sdf {
             ) -> $crate::Enclosure<R> {
                 match self { $(Self::$variant(field) => field.enclosure(about, corners)),+ }
             }
+            fn relaxation<R: $crate::Float>(
+                &self,
+                about: $crate::nalgebra::Vector3<R>,
+                corners: &[$crate::nalgebra::Vector3<R>],
+            ) -> $crate::Relaxation<R> {
+                match self { $(Self::$variant(field) => field.relaxation(about, corners)),+ }
+            }
             fn is_convex_on<R: $crate::Float>(&self, corners: &[$crate::nalgebra::Vector3<R>]) -> bool {
                 match self { $(Self::$variant(field) => field.is_convex_on(corners)),+ }
             }

@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
+use crate::relaxation::{Relaxation, smallest, tangent_planes};
 use crate::rounding::rounding;
 use crate::simplex::{max_distance, mean};
 use crate::{Aabb, ErrorBound, Sdf};
@@ -23,13 +24,23 @@ pub trait EnclosedSdf: Sdf {
         BoxEnclosure { slope_bound: self.slope_bound(), ..BoxEnclosure::ANYTHING }
     }
 
-    /// Bounds of φ and ∇φ on the convex hull of one to four points, from one evaluation at `about`, a point of the hull:
-    /// the nearer that is to the minimum, the tighter.
+    /// Bounds of φ and ∇φ on the convex hull of one to four points, from one or two evaluations, the first at `about`, a point
+    /// of the hull: the nearer that is to the minimum, the tighter.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         if Self::IS_CONVEX {
-            Enclosure::from_tangent_plane(self, about, corners)
+            Enclosure::from_tangent_planes(self, about, corners)
         } else {
             Enclosure::from_slope(self, about, corners)
+        }
+    }
+
+    /// Affine bounds of φ on the convex hull of one to four points, with tangent planes at `about`, a point of the hull. Costs
+    /// up to five evaluations. Combinations of fields are bounded by those of their parts.
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        if Self::IS_CONVEX {
+            Relaxation::from_convex(self, about, corners)
+        } else {
+            Relaxation::from_enclosure(self.enclosure(about, corners), about, corners)
         }
     }
 
@@ -41,7 +52,7 @@ pub trait EnclosedSdf: Sdf {
     /// For each of one to four corners: upper bound of the total rise of φ along any straight path to it from a point of
     /// the hull.
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
-        if Self::IS_CONVEX {
+        if self.is_convex_on(corners) {
             max_rise_of_convex(self, corners)
         } else {
             self.enclosure(mean(corners), corners).gradients.max_rise_to_corners(corners)
@@ -90,6 +101,9 @@ impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
     }
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         (**self).enclosure(about, corners)
+    }
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        (**self).relaxation(about, corners)
     }
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
         (**self).is_convex_on(corners)
@@ -275,20 +289,20 @@ impl<R: Float> Enclosure<R> {
         unrounded.widen(rounding(field.slope_bound(), about, distance, value))
     }
 
-    /// Enclosure of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(about) + ∇φ(about)·(x − about).
-    pub fn from_tangent_plane<F: Sdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
-        let sample = field.evaluate(about);
+    /// Enclosure of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(p) + ∇φ(p)·(x − p) for p = `about` and for
+    /// one of the corners.
+    pub fn from_tangent_planes<F: Sdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
+        let (value, plane) = tangent_planes(field, about, corners);
         let distance = max_distance(about, corners);
-        let falls = corners.iter().map(|corner| sample.gradient.dot(&(corner - about)));
         let unrounded = Self {
-            value: sample.value,
+            value,
             range: Interval {
-                lower: sample.value + falls.fold(R::zero(), Real::min),
-                upper: sample.value + distance * R::from_f64(field.slope_bound()),
+                lower: Real::min(value, smallest(plane)),
+                upper: value + distance * R::from_f64(field.slope_bound()),
             },
             gradients: GradientBox::from_slope(field.slope_bound()),
         };
-        unrounded.widen(rounding(field.slope_bound(), about, distance, sample.value))
+        unrounded.widen(rounding(field.slope_bound(), about, distance, value))
     }
 
     /// Bounds of −φ.

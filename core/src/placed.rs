@@ -33,7 +33,7 @@ pub use stretch::Stretch;
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::simplex::max_distance;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
 
 /// An affine map from the world into a field's local frame.
 pub trait Placement {
@@ -121,6 +121,14 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let scaled = local.pull_back(&here.jacobian, here.scale);
         // World coordinates may be larger than local ones, and so is their rounding.
         scaled.widen(rounding(self.slope_bound(), about, max_distance(about, corners), scaled.value))
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let pulled = self.pull_all(corners);
+        let here = self.placement.pull(about);
+        let local = self.field.relaxation(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
+        let scaled = local.pull_back(&here.jacobian, here.scale);
+        scaled.widen(rounding(self.slope_bound(), about, max_distance(about, corners), scaled.enclosure.value))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -127,6 +127,20 @@ pub fn random_simplex<const N: usize>(random: &mut Random, size: f64) -> Simplex
     Simplex { corners }
 }
 
+/// A random triangle near the surface of a field: its centre within 0.1 `size` of it along each axis, its corners up to 1.5
+/// `size` / √3 away.
+pub fn face_near_surface(field: &impl EnclosedSdf, size: f64, random: &mut Random) -> Simplex<f64, 3> {
+    let mut foot = random.in_cube(1.2 * size);
+    for _ in 0..4 {
+        let sample = field.sample(foot);
+        let slope_sq = sample.gradient.norm_squared();
+        foot -= if slope_sq > 1e-6 { sample.gradient * (sample.value / slope_sq) } else { Vector3::zeros() };
+    }
+    let center = foot + random.in_cube(0.1 * size);
+    let radius = random.between(0.1, 1.5) * size / 3.0_f64.sqrt();
+    Simplex { corners: [(); 3].map(|()| center + random.direction() * radius) }
+}
+
 /// A triangle with a corner at `first`, and the others at most `spread` from it along each axis.
 pub fn random_triangle(first: Vector3<f64>, spread: f64, random: &mut Random) -> [Vector3<f64>; 3] {
     [first, first + random.in_cube(spread), first + random.in_cube(spread)]

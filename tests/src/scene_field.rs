@@ -8,7 +8,8 @@ use std::rc::Rc;
 
 use nalgebra::Vector3;
 use sdf_core::{
-    Aabb, BoxEnclosure, DynSdf, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Float, Goal, Lanes, Real, Sample, Sdf,
+    Aabb, BoxEnclosure, DynSdf, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Float, Goal, Lanes, Real, Relaxation,
+    Sample, Sdf,
 };
 
 use crate::dual::Dual;
@@ -86,6 +87,10 @@ impl EnclosedSdf for SceneField {
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.as_dyn().enclosure(about, corners)
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.as_dyn().relaxation(about, corners)
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::enclosures;
 use crate::enclosure::PartVisitor;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
 
 /// The union: min(a, b).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +55,10 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Union<A, B> {
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.0.enclosure(about, corners).min(self.1.enclosure(about, corners))
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.0.relaxation(about, corners).min(self.1.relaxation(about, corners))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
@@ -127,7 +131,11 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Intersection<A, B> {
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        self.0.enclosure(about, corners).negate().min(self.1.enclosure(about, corners).negate()).negate()
+        self.relaxation(about, corners).enclosure
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.0.relaxation(about, corners).max(self.1.relaxation(about, corners))
     }
 
     /// A maximum of convex functions is convex.
@@ -185,7 +193,11 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Difference<A, B> {
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        self.0.enclosure(about, corners).negate().min(self.1.enclosure(about, corners)).negate()
+        self.relaxation(about, corners).enclosure
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.0.relaxation(about, corners).max(self.1.relaxation(about, corners).negate())
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -8,7 +8,7 @@ use super::boolean::lower;
 use crate::enclosure::PartVisitor;
 use crate::number::{Float, Real};
 use crate::simplex::mean;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
 
 /// The union of any number of fields of one type: min over all parts. `S` holds or lends the slice of them: `&[F]`, `Vec<F>`.
 ///
@@ -82,6 +82,13 @@ impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let parts = self.parts().iter().map(|part| part.enclosure(about, corners));
         parts.reduce(Enclosure::min).unwrap_or_else(|| Enclosure::from_slope(self, about, corners))
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let parts = self.parts().iter().map(|part| part.relaxation(about, corners));
+        parts
+            .reduce(Relaxation::min)
+            .unwrap_or_else(|| Relaxation::from_enclosure(Enclosure::from_slope(self, about, corners), about, corners))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
 
 /// The shape grown by `distance`, or shrunk if that is negative: φ − `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +67,10 @@ impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.field.enclosure(about, corners).shift(R::from_f64(-self.distance))
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.field.relaxation(about, corners).shift(R::from_f64(-self.distance))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -1,7 +1,7 @@
 //! Shell of a field: |φ| − thickness/2.
 //!
-//! Bounds follow from |φ| = max(φ, −φ): \[a, b\] becomes \[max(a, −b, 0), max(b, −a)\]. A path may cross the surface
-//! once or more, so its rise is at most that of φ plus that of −φ.
+//! Bounds follow from |φ| = max(φ, −φ, 0). A path may cross the surface once or more, so its rise is at most that of φ
+//! plus that of −φ.
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ use crate::enclosure::sum;
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::simplex::mean;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Relaxation, Sample, Sdf};
 
 /// A wall with half of `thickness` on either side of the surface: |φ| − thickness/2.
 ///
@@ -84,18 +84,12 @@ impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        let outside = self.field.enclosure(about, corners);
-        let inside = outside.negate();
-        let wall = match () {
-            () if R::zero() < outside.range.lower => outside,
-            () if R::zero() < inside.range.lower => inside,
-            () => Enclosure {
-                value: outside.value.abs(),
-                range: Interval { lower: R::zero(), upper: Real::max(outside.range.upper, inside.range.upper) },
-                gradients: outside.gradients.hull(inside.gradients),
-            },
-        };
-        wall.shift(R::from_f64(-0.5 * self.thickness))
+        self.relaxation(about, corners).enclosure
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let outside = self.field.relaxation(about, corners);
+        outside.max(outside.negate()).raise(R::zero()).shift(R::from_f64(-0.5 * self.thickness))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -7,13 +7,15 @@
 //!
 //! φ increases in a and in b, so intervals of both give an interval of φ. ∇φ is a mean of the parts' gradients.
 
+use core::array::from_fn;
+
 use nalgebra::Vector3;
 
 use super::enclosures;
 use crate::enclosure::sum;
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, Relaxation, Sample, Sdf};
 
 /// A union with filled creases: min(a, b) − h² k/4 with k = `blend` and h = max(1 − |a − b|/k, 0).
 ///
@@ -54,13 +56,18 @@ impl<A, B> SmoothUnion<A, B> {
         a.min(b) - h * h * R::from_f64(0.25 * self.blend)
     }
 
+    /// ∂φ/∂a = 1 − ∂φ/∂b.
+    #[inline]
+    fn a_weight<R: Real>(&self, a: R, b: R) -> R {
+        let higher_weight = self.blend_factor(a, b) * R::from_f64(0.5);
+        R::select(a.lt(b), R::one() - higher_weight, higher_weight)
+    }
+
     /// φ and ∇φ from those of both parts.
     #[inline]
     fn blend_samples<R: Real>(&self, a: Sample<R>, b: Sample<R>) -> Sample<R> {
         let h = self.blend_factor(a.value, b.value);
-        let higher_weight = h * R::from_f64(0.5);
-        let a_weight = R::select(a.value.lt(b.value), R::one() - higher_weight, higher_weight);
-        let gradient = b.gradient + (a.gradient - b.gradient) * a_weight;
+        let gradient = b.gradient + (a.gradient - b.gradient) * self.a_weight(a.value, b.value);
         let blended = Sample { value: self.blended(a.value, b.value, h), gradient, status: a.status.merge(b.status) };
         let is_unblended = h.is_zero();
         let lower = Sample::select(b.value.lt(a.value), b, a);
@@ -107,16 +114,30 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
-        let (a, b) = (self.a.enclosure(about, corners), self.b.enclosure(about, corners));
+        self.relaxation(about, corners).enclosure
+    }
+
+    /// Bounds of φ = S(a, b), which is concave and increases in both: S of the parts' lower bounds at the corners, and the
+    /// tangent plane of S for their upper bounds.
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let (a, b) = (self.a.relaxation(about, corners), self.b.relaxation(about, corners));
         let blended = |a: R, b: R| self.blended(a, b, self.blend_factor(a, b));
-        Enclosure {
-            value: blended(a.value, b.value),
-            range: Interval {
-                lower: blended(a.range.lower, b.range.lower),
-                upper: blended(a.range.upper, b.range.upper),
-            },
-            gradients: a.gradients.hull(b.gradients),
+        let [a_value, b_value] = [a.enclosure.value, b.enclosure.value];
+        let (value, b_weight) = (blended(a_value, b_value), R::one() - self.a_weight(a_value, b_value));
+        let rises = |k: usize| {
+            let [a_rise, b_rise] = [a.upper[k] - a_value, b.upper[k] - b_value];
+            a_rise + (b_rise - a_rise) * b_weight
+        };
+        let [a_range, b_range] = [a.enclosure.range, b.enclosure.range];
+        let range =
+            Interval { lower: blended(a_range.lower, b_range.lower), upper: blended(a_range.upper, b_range.upper) };
+        let gradients = a.enclosure.gradients.hull(b.enclosure.gradients);
+        Relaxation {
+            enclosure: Enclosure { value, range, gradients },
+            lower: from_fn(|k| blended(a.lower[k], b.lower[k])),
+            upper: from_fn(|k| value + rises(k)),
         }
+        .tighten()
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -43,7 +43,7 @@ use crate::{EnclosedSdf, Goal, Simplex};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
     /// Largest number of evaluations. The local steps and the first bound of the whole simplex do not count. The exact
-    /// minimum of a grid on a part counts as one.
+    /// minimum of a grid on a part counts as one, and so does any other bound of a part.
     pub evaluations: u32,
     /// Stops when the minimum is known to within this fraction of longest edge · slope bound.
     pub tolerance: f64,

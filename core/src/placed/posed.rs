@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 
 use super::{Placed, Placement, Rigid};
 use crate::number::{Float, Real};
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, PartVisitor, Sample, Sdf};
+use crate::{
+    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, PartVisitor, Relaxation, Sample, Sdf,
+};
 
 /// A field that a rigid motion may move, known only at run time: the same bits as the field itself without one, and as
 /// [`Placed`] with one. One type for both halves the code of what is compiled for it.
@@ -91,6 +93,13 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
         match self.placed() {
             None => self.field.enclosure(about, corners),
             Some(placed) => placed.enclosure(about, corners),
+        }
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        match self.placed() {
+            None => self.field.relaxation(about, corners),
+            Some(placed) => placed.relaxation(about, corners),
         }
     }
 

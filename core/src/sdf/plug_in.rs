@@ -9,7 +9,7 @@ use crate::enclosure::{BoxEnclosure, EnclosedSdf, Enclosure, ExactMinimum, Goal}
 use crate::number::kernel::LaneBundle;
 use crate::number::lanes::Lanes;
 use crate::number::{Float, Real};
-use crate::{Aabb, ErrorBound, Simplex};
+use crate::{Aabb, ErrorBound, Relaxation, Simplex};
 
 /// The object-safe form of [`EnclosedSdf`], which every such field has. `dyn DynSdf` is a field itself: it answers in `f32`,
 /// `f64` and eight lanes of either through one virtual call, in any other number lane by lane. A dual number loses its
@@ -78,6 +78,7 @@ impl<R: Real, F: Sdf> EvaluateIn<R> for F {
 pub trait EncloseIn<R: Float> {
     fn evaluate_smooth_in(&self, point: Vector3<R>) -> Sample<R>;
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R>;
+    fn relaxation_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R>;
     fn is_convex_in(&self, corners: &[Vector3<R>]) -> bool;
     fn max_rise_in(&self, corners: &[Vector3<R>]) -> [R; 4];
     fn minimum_on_segment(&self, corners: [Vector3<R>; 2], goal: Goal<R>) -> Option<ExactMinimum<R, 2>>;
@@ -90,6 +91,9 @@ impl<R: Float, F: EnclosedSdf> EncloseIn<R> for F {
     }
     fn enclosure_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         self.enclosure(about, corners)
+    }
+    fn relaxation_in(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        self.relaxation(about, corners)
     }
     fn is_convex_in(&self, corners: &[Vector3<R>]) -> bool {
         self.is_convex_on(corners)
@@ -183,6 +187,16 @@ impl EnclosedSdf for dyn DynSdf + '_ {
             query: Query<f64> => self.enclosure_in(query.0, first(&query.1, count));
         }
         Enclosure::from_slope(self, about, corners)
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let (count, padded) = padded(corners);
+        let query = (about, padded);
+        try_in! {
+            query: Query<f32> => self.relaxation_in(query.0, first(&query.1, count));
+            query: Query<f64> => self.relaxation_in(query.0, first(&query.1, count));
+        }
+        Relaxation::from_enclosure(self.enclosure(about, corners), about, corners)
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -12,8 +12,9 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::number::Real;
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::number::{Float, Real};
+use crate::relaxation::AffineBounds;
+use crate::{Aabb, EnclosedSdf, Enclosure, Relaxation, Sample, Sdf};
 
 /// A hollow sphere around the origin, cut open above z = `cut_height`. The wall is rounded at the rim. Exact outside.
 /// Exact inside unless the wall fills the hollow; then a lower bound of the distance there.
@@ -84,4 +85,28 @@ impl Sdf for Bowl {
     }
 }
 
-impl EnclosedSdf for Bowl {}
+/// Bounds from two distances (see `relaxation`): ||x| − r| to the whole sphere is a lower bound of the distance to the arc,
+/// |(ρ − w, z − c)| to its end an upper bound. Each is attained on its side of the ray. On the ray both have the same value
+/// and gradient, so that a hull which meets it is bounded by both with an error of second order.
+impl EnclosedSdf for Bowl {
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.relaxation(about, corners).enclosure
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let (rim_radius, cut_height) = (R::from_f64(self.rim_radius), R::from_f64(self.cut_height));
+        let [x, y, z] = AffineBounds::coordinates(about, corners);
+        let rho = AffineBounds::norm([x, y]);
+        let wall = AffineBounds::norm([x, y, z]).shift(R::from_f64(-self.radius)).abs();
+        let rim = AffineBounds::norm([rho.shift(-rim_radius), z.shift(-cut_height)]);
+        // Negative above the cut.
+        let side = rho.scale(cut_height).add(z.scale(-rim_radius));
+        let middle = match () {
+            () if side.max_value() < R::zero() => rim,
+            () if R::zero() <= side.min_value() => wall,
+            () => AffineBounds { upper: rim.upper, ..wall },
+        };
+        let bowl = middle.shift(R::from_f64(-0.5 * self.thickness));
+        Relaxation::from_affine(self, bowl, self.radius + self.thickness, about, corners)
+    }
+}

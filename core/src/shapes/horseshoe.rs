@@ -14,9 +14,10 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::mirror::reflect_derivative;
-use super::profile::{Profile, corner, extrude};
-use crate::number::Real;
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use super::profile::{Profile, corner, corner_bounds, extrude};
+use crate::number::{Float, Real};
+use crate::relaxation::AffineBounds;
+use crate::{Aabb, EnclosedSdf, Enclosure, Relaxation, Sample, Sdf};
 
 /// A bar bent to an arc around the origin in the plane of x and y, open toward +y, with straight legs, from
 /// −`half_depth` to `half_depth` along z: the shape of Fig. 3 in Macklin et al. 2020, extruded. Exact.
@@ -127,4 +128,47 @@ impl Sdf for Horseshoe {
     }
 }
 
-impl EnclosedSdf for Horseshoe {}
+/// Bounds operation by operation (see `relaxation`). `across` is at least `outward` − r and at most |(x, y)| − r. Each is
+/// attained on its side of the line `along` = 0. There both have the same value and gradient, so that a hull which meets it is
+/// bounded by both with an error of second order.
+impl EnclosedSdf for Horseshoe {
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.relaxation(about, corners).enclosure
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let [x, y, z] = AffineBounds::coordinates(about, corners);
+        let figure = self.figure_bounds(x, y);
+        let bar = corner_bounds([figure, z.abs().shift(R::from_f64(-self.half_depth))]);
+        let size = self.radius + self.thickness + self.leg + self.half_depth;
+        Relaxation::from_affine(self, bar, size, about, corners)
+    }
+}
+
+impl Horseshoe {
+    /// Bounds of φ₂.
+    fn figure_bounds<R: Float>(&self, x: AffineBounds<R>, y: AffineBounds<R>) -> AffineBounds<R> {
+        let (sin, cos, radius) = (R::from_f64(self.sin), R::from_f64(self.cos), R::from_f64(self.radius));
+        let half_thickness = R::from_f64(0.5 * self.thickness);
+        let side = x.abs();
+        let outward = side.scale(sin).add(y.scale(-cos));
+        let along = side.scale(cos).add(y.scale(sin));
+        let center = AffineBounds::norm([x, y]);
+        let is_beside_leg = R::zero() <= along.min_value();
+        let across = match () {
+            () if is_beside_leg => outward,
+            () if along.max_value() < R::zero() => center,
+            () => AffineBounds { upper: center.upper, ..outward },
+        };
+        let end = along.shift(R::from_f64(-self.leg));
+        let may_face_end = R::zero() <= along.max_value() || radius - half_thickness <= outward.max_value();
+        let faces_end = is_beside_leg || radius - half_thickness <= outward.min_value();
+        let ignored = AffineBounds::constant(R::from_f64(-R::MAX_COORDINATE));
+        let end = match () {
+            () if faces_end => end,
+            () if may_face_end => AffineBounds { upper: end.upper, ..ignored },
+            () => ignored,
+        };
+        corner_bounds([across.shift(-radius).abs().shift(-half_thickness), end])
+    }
+}

@@ -14,7 +14,8 @@ use nalgebra::Vector3;
 
 use super::mirror::reflect_derivative;
 use crate::Sample;
-use crate::number::{Mask, Real};
+use crate::number::{Float, Mask, Real};
+use crate::relaxation::{AffineBounds, highest_mean, weighted_lower};
 
 /// A signed distance in the plane.
 #[derive(Clone, Copy)]
@@ -106,5 +107,17 @@ pub(super) fn corner<R: Real, const N: usize>(walls: [R; N]) -> Corner<R, N> {
         value: R::select(is_inside, nearest, outside),
         gradient: from_fn(|k| R::select(is_inside, nearest_gradient[k], legs[k] / divisor)),
         is_degenerate: is_inside & is_tie,
+    }
+}
+
+/// Bounds of [`corner`], which is convex, homogeneous and increases with each wall. Below stand its tangent plane Σ g_k d_k,
+/// g_k ≥ 0, and each wall; above stands the chord.
+pub(super) fn corner_bounds<R: Float, const N: usize>(walls: [AffineBounds<R>; N]) -> AffineBounds<R> {
+    let Corner { value, gradient, .. } = corner(walls.map(|wall| wall.value));
+    let tangent = weighted_lower(&walls, gradient);
+    AffineBounds {
+        value,
+        lower: walls.iter().fold(tangent, |lower, wall| highest_mean(lower, wall.lower)),
+        upper: from_fn(|k| corner(walls.map(|wall| wall.upper[k])).value),
     }
 }

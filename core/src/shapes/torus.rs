@@ -2,8 +2,11 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::number::Real;
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::number::{Float, Real};
+use crate::relaxation::AffineBounds;
+use crate::rounding::EVALUATION;
+use crate::simplex::mean;
+use crate::{Aabb, EnclosedSdf, Enclosure, Relaxation, Sample, Sdf};
 
 /// A ring around z in the plane z = 0: φ = |(ρ − R, z)| − r. Exact.
 ///
@@ -51,4 +54,25 @@ impl Sdf for Torus {
     }
 }
 
-impl EnclosedSdf for Torus {}
+/// Bounds of φ = G(ρ − R, z) − r, where the norm G is convex (see `relaxation`). The bound of ρ is a tangent plane outside
+/// the core circle, where ∂G/∂ρ ≥ 0, and its chord inside. φ ≥ −r.
+impl EnclosedSdf for Torus {
+    fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
+        self.relaxation(about, corners).enclosure
+    }
+
+    fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
+        let [x, y, z] = AffineBounds::coordinates(about, corners);
+        let rho = AffineBounds::norm([x, y]);
+        let core = AffineBounds::norm([rho.shift(R::from_f64(-self.major_radius)), z]);
+        let tube = core.shift(R::from_f64(-self.minor_radius));
+        Relaxation::from_affine(self, tube, self.major_radius + self.minor_radius, about, corners)
+    }
+
+    /// True where ρ > R: there φ increases with ρ, and both G and ρ are convex.
+    fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
+        let [x, y, _] = AffineBounds::coordinates(mean(corners), corners);
+        let min_rho = AffineBounds::norm([x, y]).min_value();
+        R::from_f64(self.major_radius * (1.0 + EVALUATION * R::EPSILON)) < min_rho
+    }
+}

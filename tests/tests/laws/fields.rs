@@ -5,3 +5,4 @@ mod enclosures;
 mod gradients;
 mod not_finite;
 mod plug_ins;
+mod relaxations;

@@ -75,7 +75,11 @@ fn a_contact_reports_the_fields_own_values() {
                     assert!(contact.lower_bound <= contact.distance, "{}", context());
                     let normal = contact.normal.map(Float::to_f64);
                     assert!((normal.norm() - 1.0).abs() < slack || normal.norm() == 0.0, "{}", context());
-                    let gradient = scene.evaluate(contact.point).gradient.map(Float::to_f64);
+                    let smooth = scene.evaluate_smooth(contact.point).gradient.map(Float::to_f64);
+                    // Zero in the middle of a symmetric grid, where the interpolant's own gradient stands in.
+                    let is_flat = smooth.norm() < f64::from(f32::MIN_POSITIVE);
+                    let plain = scene.evaluate(contact.point).gradient.map(Float::to_f64);
+                    let gradient = if is_flat { plain } else { smooth };
                     assert!(
                         (normal * gradient.norm() - gradient).norm() < slack * scene.slope_bound(),
                         "{}",
@@ -93,7 +97,7 @@ fn a_contact_reports_the_fields_own_values() {
                     let minimum = method.minimize(&scene.field, &element.simplex);
                     assert_eq!(contact.evaluations, minimum.evaluations.to_f64() as u32 + 1, "{}", context());
                     let status = minimum.sample.status;
-                    let expected = if status.degenerate_gradient || normal.norm() == 0.0 {
+                    let expected = if status.degenerate_gradient || is_flat || normal.norm() == 0.0 {
                         ContactStatus::DegenerateGradient
                     } else if status.outside_grid {
                         ContactStatus::OutsideGrid

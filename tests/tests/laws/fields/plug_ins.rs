@@ -124,8 +124,9 @@ fn enclosed<R: Float, F: EnclosedSdf>(field: F, corners: &[Vector3<R>; 4], count
     let mut mean = Vector3::zeros();
     corners.iter().for_each(|corner| mean += corner * R::from_f64(1.0 / count as f64));
     format!(
-        "{:?} {} {:?}",
+        "{:?} {:?} {} {:?}",
         field.enclosure(mean, corners),
+        field.relaxation(mean, corners),
         field.is_convex_on(corners),
         &field.max_rise_to_corners(corners)[..count]
     )
