@@ -10,8 +10,8 @@ pub enum MeshError {
     #[error("{}: {source}", printable(.file))]
     Unreadable { file: String, source: io::Error },
 
-    /// The content has none of the three formats. `hint` says what it is instead and what to do, or is empty.
-    #[error("{}: not an OBJ, PLY or STL mesh{}{hint}", printable(.file), if .hint.is_empty() { "" } else { ": " })]
+    /// The content has none of the formats. `hint` says what it is instead and what to do, or is empty.
+    #[error("{}: not an OBJ, PLY, STL or OFF mesh{}{hint}", printable(.file), if .hint.is_empty() { "" } else { ": " })]
     NotAMesh { file: String, hint: &'static str },
 
     /// The file is valid, but contains none of `what`.
