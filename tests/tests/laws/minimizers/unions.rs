@@ -101,7 +101,8 @@ fn check_against_brute_force<R: Float, const N: usize>(
 #[test]
 fn a_union_of_any_parts_is_searched_to_what_brute_force_finds() {
     fn check<R: Float, const N: usize>(grids: &Grids, random: &mut Random, rounds: usize) {
-        let method = Certified { evaluations: 4000, ..Certified::default() };
+        // Shared by the parts.
+        let method = Certified { evaluations: 16_000, ..Certified::default() };
         let mut converged = 0;
         for _ in 0..rounds {
             let parts = random_parts(grids, random);
@@ -126,7 +127,8 @@ fn a_union_of_any_parts_is_searched_to_what_brute_force_finds() {
 #[test]
 fn a_union_of_known_types_is_searched_to_what_brute_force_finds() {
     fn check<R: Float, const N: usize>(field: &impl EnclosedSdf, random: &mut Random) {
-        let method = Certified { evaluations: 4000, ..Certified::default() };
+        // Shared by the parts.
+        let method = Certified { evaluations: 16_000, ..Certified::default() };
         let mut converged = 0;
         for _ in 0..25 {
             let simplex = cast::<R, N>(&random_simplex(random, 1.0));
