@@ -3,7 +3,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-/// Reads lines of x,y,z. The first line may name columns, none of them a number; empty lines are passed over, and
+/// Reads lines of x,y,z; semicolons or blanks may stand for the commas. The first line may name columns, none of them a number; empty lines are passed over, and
 /// columns after the third.
 pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     let shown = path.display();
@@ -19,7 +19,7 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
         if line.is_empty() {
             continue;
         }
-        let words: Vec<&str> = line.split(',').map(str::trim).take(3).collect();
+        let words: Vec<&str> = words(line).take(3).collect();
         let numbers: Result<Vec<f64>, _> = words.iter().map(|word| word.parse::<f64>()).collect();
         match numbers.map(<[f64; 3]>::try_from) {
             Ok(Ok(point)) if point.iter().any(|x| !x.is_finite()) => {
@@ -28,10 +28,19 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
             Ok(Ok(point)) => points.push(point),
             Ok(Err(found)) => bail!("{shown}, line {number}: expected 3 numbers, found {}", found.len()),
             Err(_) if number == 1 && is_header(line) => {}
-            Err(_) => bail!("{shown}, line {number}: expected x,y,z, found {line:.60?}"),
+            Err(_) => bail!("{shown}, line {number}: expected x,y,z with points for decimals, found {line:.60?}"),
         }
     }
     Ok(points)
+}
+
+/// Columns between semicolons, if there are any, else between commas, else between blanks: so a decimal comma is an error and
+/// not a column.
+fn words(line: &str) -> Box<dyn Iterator<Item = &str> + '_> {
+    match [';', ','].into_iter().find(|separator| line.contains(*separator)) {
+        Some(separator) => Box::new(line.split(separator).map(str::trim)),
+        None => Box::new(line.split_whitespace()),
+    }
 }
 
 /// Numbers with the wrong thing between them are no names.

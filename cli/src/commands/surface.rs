@@ -8,7 +8,7 @@ use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf, Sdf};
-use sdf_formats::field_file::{self, Field};
+use sdf_formats::field_file::Field;
 use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
@@ -16,7 +16,7 @@ use serde_json::json;
 use crate::args::SurfaceArgs;
 use crate::mesh_input::at;
 use crate::report::{Report, number};
-use crate::{memory, output};
+use crate::{field_input, memory, output};
 
 /// For shapes in closed form, which have no cells of their own.
 const DEFAULT_RES: u32 = 128;
@@ -24,13 +24,13 @@ const DEFAULT_RES: u32 = 128;
 pub fn run(args: &SurfaceArgs) -> Result<()> {
     let format = MeshFormat::from_extension(&args.output).context("--output has no ending that is known")?;
     output::require(&args.output, &[&args.sdf])?;
-    let surface = match field_file::read(&args.sdf)? {
+    let surface = match field_input::read(&args.sdf)? {
         Field::Grid(StoredGrid { grid, sparse, .. }) => {
             if let Some(band) = sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
                 bail!(
                     "{}: --level {} lies beyond the band of {} in which distances are kept: bake with a larger --band",
                     args.sdf.display(),
-                    args.level,
+                    number(args.level),
                     number(band)
                 );
             }
@@ -50,7 +50,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         }
     };
     if surface.triangles.is_empty() {
-        bail!("{}: the distance is nowhere {}", args.sdf.display(), args.level);
+        bail!("{}: the distance is nowhere {}", args.sdf.display(), number(args.level));
     }
     at(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?;
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
