@@ -54,11 +54,11 @@ pub struct AchievableError {
 /// Reason why no grid is within a budget.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ErrorBudgetError {
-    #[error("the error must be a positive finite length, not {0}")]
+    #[error("the error must be a positive finite length, not {0:?}")]
     InvalidError(f64),
     #[error("no voxel is small enough: the sign of the distance jumps around the holes of the mesh ({sign_reason})")]
     SignJumps { sign_reason: String },
-    #[error("an error of {max_error} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
+    #[error("an error of {max_error:?} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
     TooLarge {
         max_error: f64,
         /// Memory of voxels that suffice for any mesh, extrapolated from larger ones. `None` if no size fits or the
@@ -76,7 +76,7 @@ fn needed(bytes: Option<usize>) -> String {
 
 fn instead(achievable: &Option<AchievableError>) -> String {
     achievable.map_or_else(String::new, |AchievableError { error, spacing, bytes }| {
-        format!(": {bytes} bytes allow an error of {error}, by voxels of {spacing}")
+        format!(": {bytes} bytes allow an error of {error:?}, by voxels of {spacing:?}")
     })
 }
 
