@@ -40,9 +40,9 @@ impl<'a> ByteSource<'a> {
         self.length
     }
 
-    /// Bytes read so far, at most those of the file: what is read again does not make it more.
+    /// Bytes read so far; bytes read twice count twice.
     pub(super) fn bytes_read(&self) -> u64 {
-        self.bytes_read.load(Ordering::Relaxed).min(self.length)
+        self.bytes_read.load(Ordering::Relaxed)
     }
 
     pub(super) fn contains(&self, address: u64, count: u64) -> bool {
