@@ -88,7 +88,7 @@ fn needed(bytes: Option<usize>) -> String {
 
 fn instead(achievable: &Option<AchievableError>) -> String {
     achievable.map_or_else(String::new, |AchievableError { error, spacing, bytes }| {
-        format!(": {bytes} bytes allow an error of {error}, by voxels of {spacing}")
+        format!(": {bytes} bytes allow an error of {error:?}, by voxels of {spacing:?}")
     })
 }
 

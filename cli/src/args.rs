@@ -16,7 +16,7 @@ use sdf_core::grid::owned::{Layout, Precision};
 
 /// Bake meshes into signed distance fields, and find the contacts of other meshes with them.
 ///
-/// MESH is an OBJ, PLY or STL file. SDF is a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml). Distances are
+/// MESH is an OBJ, PLY, STL or OFF file. SDF is a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml). Distances are
 /// negative inside and in the mesh's own unit.
 ///
 /// Exit status: 0 done, 1 the input or the disk is at fault, 2 wrong usage.

@@ -3,7 +3,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
-/// Reads lines of x,y,z. A first line of column names, empty lines and columns after the third are skipped.
+/// Reads lines of x,y,z; semicolons or blanks may stand for the commas. A first line of column names, empty lines and columns after the
+/// third are skipped.
 pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
     let shown = path.display();
     let source: Box<dyn Read> = if path == Path::new("-") {
@@ -18,7 +19,7 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
         if line.is_empty() {
             continue;
         }
-        let words: Vec<&str> = line.split(',').map(str::trim).take(3).collect();
+        let words: Vec<&str> = words(line).take(3).collect();
         let numbers: Result<Vec<f64>, _> = words.iter().map(|word| word.parse::<f64>()).collect();
         match numbers.map(<[f64; 3]>::try_from) {
             Ok(Ok(point)) if point.iter().any(|x| !x.is_finite()) => {
@@ -27,13 +28,22 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
             Ok(Ok(point)) => points.push(point),
             Ok(Err(found)) => bail!("{shown}, line {number}: expected 3 numbers, found {}", found.len()),
             Err(_) if number == 1 && is_header(line) => {}
-            Err(_) => bail!("{shown}, line {number}: expected x,y,z, found {line:.60?}"),
+            Err(_) => bail!("{shown}, line {number}: expected x,y,z with points for decimals, found {line:.60?}"),
         }
     }
     Ok(points)
 }
 
-/// `true` if no word is a number; `1;2;3` is a malformed line, not a header.
+/// Columns between semicolons, if there are any, else between commas, else between blanks: so a decimal comma is an error and
+/// not a column.
+fn words(line: &str) -> Box<dyn Iterator<Item = &str> + '_> {
+    match [';', ','].into_iter().find(|separator| line.contains(*separator)) {
+        Some(separator) => Box::new(line.split(separator).map(str::trim)),
+        None => Box::new(line.split_whitespace()),
+    }
+}
+
+/// `true` if no word is a number: numbers with something else between them are not names.
 fn is_header(line: &str) -> bool {
     line.split(|c: char| c == ',' || c == ';' || c.is_whitespace()).all(|word| word.parse::<f64>().is_err())
 }

@@ -1,5 +1,6 @@
 //! Meshes named on the command line, with a hash of the file; devices are refused.
 
+use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -42,7 +43,7 @@ pub struct MeshFacts {
 
 pub fn read(path: &Path) -> Result<MeshInput> {
     let bytes = bytes(path)?;
-    let shown = path.display().to_string();
+    let shown = shown(path);
     let (mesh, sha256) = rayon::join(|| read_bytes(&bytes, &shown), || Sha256::digest(&bytes).into());
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(MeshInput::new(name, mesh?, sha256))
@@ -51,14 +52,33 @@ pub fn read(path: &Path) -> Result<MeshInput> {
 /// Reads a mesh without hashing its file.
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
     require_end(path)?;
+    if is_standard_input(path) {
+        return Ok(read_bytes(&bytes(path)?, &shown(path))?);
+    }
     match mesh::read(path) {
         Err(MeshError::Unreadable { file, source }) => Err(source).context(file),
         read => Ok(read?),
     }
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>> {
+/// A dash stands for standard input.
+pub fn is_standard_input(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// The name of a file in messages.
+pub fn shown(path: &Path) -> String {
+    if is_standard_input(path) { "standard input".to_owned() } else { path.display().to_string() }
+}
+
+/// The bytes of a file, or of standard input.
+pub fn bytes(path: &Path) -> Result<Vec<u8>> {
     require_end(path)?;
+    if is_standard_input(path) {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).context("standard input")?;
+        return Ok(bytes);
+    }
     std::fs::read(path).with_context(|| path.display().to_string())
 }
 

@@ -14,6 +14,9 @@ pub fn require(output: &Path, inputs: &[&Path]) -> Result<()> {
     match fs::metadata(output) {
         Ok(there) if there.is_dir() => bail!("{shown}: is a folder: give the name of a file in it"),
         Ok(there) if !there.is_file() => bail!("{shown}: is not a regular file: give another name"),
+        Ok(there) if there.permissions().readonly() => {
+            bail!("{shown}: is read-only: make it writable, or choose another name with -o")
+        }
         _ => {}
     }
     let real = |path: &Path| fs::canonicalize(path).ok();

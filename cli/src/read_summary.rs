@@ -31,7 +31,8 @@ impl FromFile {
             Some(_) => Blocks::Sparse { bricks: blocks, of_bricks: total_blocks },
             None => Blocks::Dense { chunks: blocks, of_chunks: total_blocks },
         };
-        Self { file_bytes, bytes, blocks }
+        // What is read a second time, such as a header, does not make it more than the file.
+        Self { file_bytes, bytes: bytes.min(file_bytes), blocks }
     }
 
     pub fn in_words(&self) -> String {

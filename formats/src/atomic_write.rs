@@ -3,9 +3,15 @@
 //! The content goes to a file in a temporary folder beside the target, is flushed to the disk, and takes the target's
 //! name by `rename`, which POSIX makes atomic. The folder makes an interruption final: once it is removed, a writer
 //! that still runs cannot create the file again.
+//!
+//! A process that is killed leaves its folder behind. The next write of the same target removes it. Whether its process
+//! is gone is told by a lock on a file in the folder, which the system releases with the process. A process id would not
+//! tell: it may be in use again, or belong to another machine or container. Where a disk has no locks, or a lock is held,
+//! the folder stays.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions};
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, DefaultHasher, Hash, Hasher, RandomState};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,13 +25,16 @@ static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// `write` receives the path of an empty file, in a temporary folder beside `target`. If it returns `Ok`, that file is
 /// flushed to the disk and takes the name of `target` in one step. If it fails or panics, the file is removed and
 /// `target` keeps its content. A link is followed: its target is replaced. A `target` that exists and is not a regular
-/// file (a folder, a device, a pipe) is refused, because a rename would replace it.
+/// file (a folder, a device, a pipe) is refused, because a rename would replace it; so is one that is read-only.
 ///
-/// A second write of the same target at the same time is refused.
+/// A second write of the same target at the same time is refused. What killed processes left of writes of this target is
+/// removed.
 pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
     let target = replaceable(target)?;
     let folder = folder_of(&target);
-    let temporary = Temporary::create(folder.join(folder_name(hash(&target))))?;
+    let id = id(&target);
+    remove_leftovers(folder, id);
+    let temporary = Temporary::create(folder.join(folder_name(id)))?;
     let written = write(&temporary.path)?;
     // Windows flushes only files that are open for writing.
     OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
@@ -75,11 +84,21 @@ fn active_folders() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 /// The path to rename to, with links followed.
 fn replaceable(target: &Path) -> io::Result<PathBuf> {
     match fs::metadata(target) {
+        Ok(metadata) if metadata.is_file() && is_read_only(target, &metadata) => {
+            let what = "is read-only: make it writable, or write elsewhere";
+            Err(io::Error::new(io::ErrorKind::PermissionDenied, what))
+        }
         Ok(metadata) if metadata.is_file() => fs::canonicalize(target),
         Ok(_) => Err(io::Error::new(io::ErrorKind::InvalidInput, "exists and is not a regular file")),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(target.to_owned()),
         Err(error) => Err(error),
     }
+}
+
+/// A superuser may open a file for writing though nobody has that permission.
+fn is_read_only(target: &Path, metadata: &fs::Metadata) -> bool {
+    let opened = || OpenOptions::new().write(true).open(target);
+    metadata.permissions().readonly() || opened().is_err_and(|error| error.kind() == io::ErrorKind::PermissionDenied)
 }
 
 fn folder_of(target: &Path) -> &Path {
@@ -88,38 +107,87 @@ fn folder_of(target: &Path) -> &Path {
 
 /// Name of a temporary folder; short, however long the target's name is.
 fn folder_name(id: u64) -> String {
-    format!(".sdftool-{}-{id:016x}.tmp", std::process::id())
+    format!("{PREFIX}{}{}", std::process::id(), suffix(id))
 }
 
-fn hash(target: &Path) -> u64 {
+const PREFIX: &str = ".sdftool-";
+
+fn suffix(id: u64) -> String {
+    format!("-{id:016x}.tmp")
+}
+
+/// Tells targets in one folder apart.
+fn id(target: &Path) -> u64 {
     let mut hasher = DefaultHasher::new();
-    target.hash(&mut hasher);
+    target.file_name().hash(&mut hasher);
     hasher.finish()
+}
+
+/// File in a temporary folder that its process holds locked.
+const LOCK: &str = "lock";
+
+/// Removes the temporary folders of a target whose process is gone. Errors are no reason not to write.
+fn remove_leftovers(folder: &Path, id: u64) {
+    let suffix = suffix(id);
+    let is_temporary = |name: &OsStr| name.to_str().is_some_and(|n| n.starts_with(PREFIX) && n.ends_with(&suffix));
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_temporary(&entry.file_name())) {
+        if let Ok(lock) = File::open(entry.path().join(LOCK))
+            && lock.try_lock().is_ok()
+        {
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
 }
 
 /// An empty file in a folder of its own, both removed on drop.
 struct Temporary {
     folder: PathBuf,
     path: PathBuf,
+    /// Held until the folder is removed.
+    _lock: File,
 }
 
 impl Temporary {
     fn create(folder: PathBuf) -> io::Result<Self> {
         let mut active_folders = active_folders();
         if !active_folders.insert(folder.clone()) {
-            return Err(io::Error::new(io::ErrorKind::ResourceBusy, "is being written already"));
+            return Err(busy());
         }
-        // Left by a killed process with the same id.
-        let _ = fs::remove_dir_all(&folder);
-        // Fails if someone else put a link there.
-        if let Err(error) = create_private_folder(&folder) {
+        let locked = create_locked(&folder);
+        if locked.is_err() {
             active_folders.remove(&folder);
-            return Err(error);
         }
         drop(active_folders);
-        let temporary = Self { path: folder.join("file"), folder };
+        let temporary = Self { path: folder.join("file"), folder, _lock: locked? };
         File::create_new(&temporary.path)?;
         Ok(temporary)
+    }
+}
+
+fn busy() -> io::Error {
+    io::Error::new(io::ErrorKind::ResourceBusy, "is being written already")
+}
+
+/// Creates a folder that only this user can open, and in it the lock.
+fn create_locked(folder: &Path) -> io::Result<File> {
+    // Left by a process with the same id, killed before it had a lock.
+    if !folder.join(LOCK).exists() {
+        let _ = fs::remove_dir_all(folder);
+    }
+    // Fails if someone else put a link there.
+    create_private_folder(folder).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => busy(),
+        _ => error,
+    })?;
+    // Gone or locked if another process took the folder for a leftover, just before it was locked.
+    let lock = File::create_new(folder.join(LOCK)).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => busy(),
+        _ => error,
+    })?;
+    match lock.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(busy()),
+        // A disk without locks: the folder stays if the process is killed.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
     }
 }
 

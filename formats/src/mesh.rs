@@ -1,11 +1,11 @@
-//! Triangle meshes from OBJ, PLY and STL files.
+//! Triangle meshes from OBJ, PLY, STL and OFF files.
 //!
 //! Files are untrusted: none makes a reader panic, hang, or take memory out of proportion to the file's size.
 //!
 //! | question | file |
 //! |---|---|
 //! | Which format is it? | `sniff` |
-//! | What do its elements say? | `obj`, `ply_header` and `ply`, `stl` |
+//! | What do its elements say? | `obj`, `ply_header` and `ply`, `stl`, `off` |
 //! | Which tokens and numbers does a text have? | `text`, `number` |
 //! | How does an OBJ file avoid being held whole? | `streamed` |
 //! | How do polygons become triangles? | `polygons`, `triangulate` |
@@ -21,6 +21,7 @@ mod edges;
 mod error;
 mod number;
 mod obj;
+mod off;
 mod ply;
 mod ply_header;
 mod polygons;
@@ -32,6 +33,7 @@ mod triangulate;
 mod write;
 
 pub use error::{Location, MeshError, MeshFault};
+pub use sniff::format_of;
 pub use write::{to_bytes, write};
 
 use std::fmt::{self, Display, Formatter};
@@ -50,7 +52,7 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle, the index of its polygon in the file, counted from 0.
     pub polygons: Vec<u32>,
-    /// Line elements in file order: OBJ's `l`, split into segments, and PLY's `edge`.
+    /// Line elements in file order: OBJ's `l`, split into segments, PLY's `edge`, and OFF's faces of two corners.
     pub segments: Vec<[u32; 2]>,
     /// Number of groups (`o` or `g`) or solids with at least one polygon; at least 1.
     pub objects: usize,
@@ -81,6 +83,7 @@ pub enum MeshFormat {
     Ply,
     /// STL, text or binary.
     Stl,
+    Off,
 }
 
 /// Reads a mesh file. An OBJ file with LF line ends is read in blocks, so that only a little of its text is in memory.
@@ -103,6 +106,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Mesh, MeshError> {
         Ok(sniff::FileKind::Ply) => ply::parse(bytes),
         Ok(sniff::FileKind::StlText) => stl::parse_text(bytes),
         Ok(sniff::FileKind::StlBinary) => stl::parse_binary(bytes),
+        Ok(sniff::FileKind::Off) => off::parse(bytes),
         Err(hint) => return Err(MeshError::NotAMesh { file: name.into(), hint }),
     };
     checked(parsed, name)
@@ -133,6 +137,7 @@ impl Display for MeshFormat {
             Self::Obj => "OBJ",
             Self::Ply => "PLY",
             Self::Stl => "STL",
+            Self::Off => "OFF",
         })
     }
 }

@@ -19,7 +19,7 @@ use serde_json::Value;
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 110)]
 struct Args {
-    /// Meshes to bake: OBJ, PLY or STL.
+    /// Meshes to bake: OBJ, PLY, STL or OFF.
     #[arg(required = true, value_name = "MESH")]
     meshes: Vec<PathBuf>,
 }

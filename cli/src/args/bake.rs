@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Parser, ValueEnum};
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::{BakeOptions, GridSize, SignMethod, Source};
 
-use super::values::{ErrorLimit, layouts, max_error, positive, precisions};
+use super::values::{ErrorLimit, grid_file, layouts, max_error, positive, precisions};
 use super::{Json, Threads};
 
 /// Bake a mesh into a grid of exact signed distances.
@@ -17,10 +18,10 @@ use super::{Json, Threads};
 #[derive(Debug, Parser)]
 #[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size", "max_error"])))]
 pub struct BakeArgs {
-    /// The mesh to bake: OBJ, PLY or STL.
+    /// The mesh to bake: OBJ, PLY, STL or OFF. A dash reads standard input, and needs -o.
     pub mesh: PathBuf,
     /// Where to write the grid [default: the mesh's name with .sdf.h5, in the current folder].
-    #[arg(short, long, value_name = "OUT.sdf.h5")]
+    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
     /// Number of cells along the longest side of the mesh's box, padding not counted.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]

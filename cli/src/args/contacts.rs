@@ -8,7 +8,7 @@ use clap::{Parser, ValueEnum};
 use sdf_core::placed::Rigid;
 use sdf_formats::contact_file::ContactFormat;
 
-use super::values::{Numbers, contact_file, finite, positive, quaternion};
+use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
 use super::{Json, Threads};
 
 /// Find where a mesh touches a field, or where two fields touch.
@@ -21,7 +21,8 @@ use super::{Json, Threads};
 /// which both are equally deep, as points with an area each.
 #[derive(Debug, Parser)]
 pub struct ContactsArgs {
-    /// The mesh, in world coordinates: OBJ, PLY or STL; or a field, moved by --rotate-first, then --translate-first.
+    /// The mesh, in world coordinates: OBJ, PLY, STL or OFF; or a field, moved by --rotate-first, then
+    /// --translate-first. A dash reads a mesh from standard input.
     pub mesh: PathBuf,
     /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
     pub sdf: PathBuf,
@@ -31,7 +32,8 @@ pub struct ContactsArgs {
     /// Search for the lowest distance on an element.
     #[arg(long, value_enum, default_value_t = MethodName::Auto)]
     pub method: MethodName,
-    /// Budget per element: evaluations of auto (256) and certified (1024), iterations of other methods (32).
+    /// Budget per element: evaluations of auto (256) and certified (1024), never exceeded; iterations of other methods (32).
+    /// The cull's evaluation comes on top, and so do those of --all-minima.
     #[arg(long, value_name = "N")]
     pub iterations: Option<u32>,
     /// Auto and certified stop within this fraction of the element's longest edge of the minimum; for two fields, of the
@@ -205,7 +207,7 @@ impl From<MethodName> for sdf_field::Method {
 /// distance minus the reference's. Every method runs --rounds times, in turns; times are medians.
 #[derive(Debug, Parser)]
 pub struct CompareArgs {
-    /// The mesh: OBJ, PLY or STL.
+    /// The mesh: OBJ, PLY, STL or OFF.
     pub mesh: PathBuf,
     /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
     pub sdf: PathBuf,
@@ -224,7 +226,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
     /// Where to write a page with a plot [default: nowhere].
-    #[arg(short, long, value_name = "OUT.html")]
+    #[arg(short, long, value_name = "OUT.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub threads: Threads,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 
-use super::values::{finite, mesh_file};
+use super::values::{finite, histogram_file, mesh_file, picture_file};
 use super::{Json, Threads};
 
 /// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz.
@@ -16,7 +16,8 @@ use super::{Json, Threads};
 pub struct EvalArgs {
     /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Lines of x,y,z; a header line and columns after the third are skipped. A dash reads standard input.
+    /// Lines of three numbers with commas, semicolons or blanks between them; a header line and columns after the third are
+    /// skipped. A dash reads standard input.
     #[arg(long, value_name = "FILE.csv")]
     pub points: PathBuf,
     #[command(flatten)]
@@ -26,7 +27,7 @@ pub struct EvalArgs {
 /// Print what a field file contains.
 #[derive(Debug, Parser)]
 pub struct InfoArgs {
-    /// The field: a baked grid, whose samples are not read, or shapes in TOML.
+    /// The field: a baked grid, whose samples are not read, or shapes in TOML. A dash reads standard input.
     pub sdf: PathBuf,
     #[command(flatten)]
     pub json: Json,
@@ -42,7 +43,7 @@ pub struct InfoArgs {
 pub struct VerifyArgs {
     /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// The mesh: OBJ, PLY or STL.
+    /// The mesh: OBJ, PLY, STL or OFF.
     pub mesh: PathBuf,
     /// Number of random points, and of random nodes of a grid.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
@@ -51,7 +52,7 @@ pub struct VerifyArgs {
     #[arg(long)]
     pub all_nodes: bool,
     /// Where to draw a histogram of the errors, an SVG [default: nowhere].
-    #[arg(long, value_name = "OUT.svg")]
+    #[arg(long, value_name = "OUT.svg", value_parser = PathBufValueParser::new().try_map(histogram_file))]
     pub histogram: Option<PathBuf>,
     /// Seed of the random sample points.
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -70,12 +71,12 @@ pub struct SliceArgs {
     /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
     /// Where to write the picture, a PNG.
-    #[arg(short, long, value_name = "OUT.png")]
+    #[arg(short, long, value_name = "OUT.png", value_parser = PathBufValueParser::new().try_map(picture_file))]
     pub output: PathBuf,
     /// Axis perpendicular to the plane. The other two run right and up.
     #[arg(long, value_enum, default_value_t = Axis::Z)]
     pub axis: Axis,
-    /// Position of the plane on the axis [default: the middle of the field's box].
+    /// Position of the plane on the axis, within the field's box [default: its middle].
     #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
     pub at: Option<f64>,
     /// Pixels along the picture's longer side.
@@ -97,7 +98,7 @@ pub enum Axis {
 pub struct SurfaceArgs {
     /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Where to write the mesh; the extension decides: .obj, .ply or .stl.
+    /// Where to write the mesh; the extension decides: .obj, .ply, .stl or .off.
     #[arg(short, long, value_name = "OUT.obj", value_parser = PathBufValueParser::new().try_map(mesh_file))]
     pub output: PathBuf,
     /// Number of cells along the longest side [default: the grid's own; 128 for shapes in closed form].

@@ -52,8 +52,8 @@ pub struct ErrorLimit(pub MaxError);
 impl fmt::Display for ErrorLimit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            MaxError::Length(length) => write!(f, "{length}"),
-            MaxError::Fraction(fraction) => write!(f, "{}%", fraction * 100.0),
+            MaxError::Length(length) => write!(f, "{length:?}"),
+            MaxError::Fraction(fraction) => write!(f, "{:?}%", fraction * 100.0),
         }
     }
 }
@@ -89,6 +89,27 @@ pub fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     ContactFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .csv, .json, .ply or .h5")
 }
 
+pub fn grid_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    ends_in(path, &["h5", "hdf5"], "use a name that ends in .sdf.h5, .h5 or .hdf5")
+}
+
+pub fn picture_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    ends_in(path, &["png"], "use a name that ends in .png")
+}
+
+pub fn histogram_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    ends_in(path, &["svg"], "use a name that ends in .svg")
+}
+
+pub fn page_file(path: PathBuf) -> Result<PathBuf, &'static str> {
+    ends_in(path, &["html", "htm"], "use a name that ends in .html")
+}
+
+fn ends_in(path: PathBuf, endings: &[&str], refusal: &'static str) -> Result<PathBuf, &'static str> {
+    let is_one = |found: &str| endings.iter().any(|ending| found.eq_ignore_ascii_case(ending));
+    if path.extension().and_then(|found| found.to_str()).is_some_and(is_one) { Ok(path) } else { Err(refusal) }
+}
+
 pub fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    MeshFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .obj, .ply or .stl")
+    MeshFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .obj, .ply, .stl or .off")
 }

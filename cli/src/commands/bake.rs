@@ -16,7 +16,11 @@ use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 
 pub fn run(args: &BakeArgs) -> Result<()> {
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.mesh));
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),
+        None => default_output(&args.mesh),
+    };
     output::require(&output, &[&args.mesh])?;
     progress::on_threads(args.threads, || bake_into(args, &output))?
 }

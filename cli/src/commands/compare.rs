@@ -8,13 +8,13 @@ use anyhow::{Result, bail};
 use clap::ValueEnum;
 use sdf_field::compare::{Comparison, METHODS, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
-use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::field_file::OpenField;
 use serde::Serialize;
 
 use crate::args::{CompareArgs, Elements, MethodName};
 use crate::read_summary::require_distances;
 use crate::report::{Report, number, seconds, to_stdout};
-use crate::{mesh_input, output, progress};
+use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(path) = &args.output {
@@ -58,7 +58,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
 }
 
 fn read_field(args: &CompareArgs) -> Result<Field> {
-    Ok(match field_file::open(&args.sdf)? {
+    Ok(match field_input::open(&args.sdf)? {
         OpenField::Analytic(field) => Field::new(field),
         OpenField::Grid(reader) => {
             require_distances(&args.sdf, args.margin, &reader.summary())?;

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use sdf_core::Simplex;
 use sdf_core::contact::ContactStatus;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
 use sdf_formats::contact_file::{self, ContactRecord, Label};
-use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::{GridReader, StoredGrid};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::args::{ContactsArgs, Elements};
 use crate::read_summary::{FromFile, ROUNDING, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
-use crate::{mesh_input, output, progress};
+use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
@@ -29,6 +29,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if args.elements == Elements::Faces {
         let name = args.mesh.display().to_string();
         mesh.require_triangles(&name).context("use --elements vertices or edges")?;
+    }
+    if args.elements == Elements::Edges && mesh.triangles.is_empty() && mesh.segments.is_empty() {
+        bail!("no edges in {}: take --elements vertices", args.mesh.display());
     }
     let pose = args.pose.rigid()?;
     let (found, from_file, read) = progress::on_threads(args.threads, || {
@@ -112,7 +115,7 @@ fn describe(contact: &ContactRecord) -> String {
 
 /// Reads the field; of a grid only the blocks that the mesh may touch.
 fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<FromFile>)> {
-    match field_file::open(&args.sdf)? {
+    match field_input::open(&args.sdf)? {
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();

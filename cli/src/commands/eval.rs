@@ -2,19 +2,23 @@
 
 use std::io::Write;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf};
-use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::field_file::OpenField;
 use serde_json::json;
 
 use crate::args::EvalArgs;
-use crate::csv_points;
+use crate::mesh_input::is_standard_input;
 use crate::read_summary::FromFile;
 use crate::report::{print_json, to_stdout};
+use crate::{csv_points, field_input};
 
 pub fn run(args: &EvalArgs) -> Result<()> {
-    let field = field_file::open(&args.sdf)?;
+    if is_standard_input(&args.sdf) && is_standard_input(&args.points) {
+        bail!("the field and the points cannot both be standard input: name a file for one");
+    }
+    let field = field_input::open(&args.sdf)?;
     let points = csv_points::read(&args.points)?;
     match field {
         OpenField::Grid(reader) => {

@@ -2,16 +2,17 @@
 
 use anyhow::Result;
 use sdf_core::Sdf;
-use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::{Summary, layout_of};
 use serde_json::json;
 
 use crate::args::InfoArgs;
+use crate::field_input;
 use crate::read_summary::bytes_of;
 use crate::report::{Report, counts, number};
 
 pub fn run(args: &InfoArgs) -> Result<()> {
-    match field_file::open(&args.sdf)? {
+    match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let Summary { lattice, sparse, about, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();

@@ -3,20 +3,20 @@
 use anyhow::{Result, bail};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::{Aabb, Sdf};
-use sdf_formats::field_file::{self, OpenField};
+use sdf_formats::field_file::OpenField;
 use serde_json::json;
 
 use crate::args::{Axis, SliceArgs};
-use crate::output;
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
+use crate::{field_input, output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
     output::require(&args.output, &[&args.sdf])?;
-    match field_file::open(&args.sdf)? {
+    match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let bounds = reader.summary().lattice.bounds();
-            let plane = plane(args, bounds);
+            let plane = plane(args, bounds)?;
             let mut region = bounds;
             (region.min[plane.axis], region.max[plane.axis]) = (plane.at, plane.at);
             let stored = reader.read_needed([region], f64::INFINITY)?;
@@ -34,26 +34,34 @@ pub fn run(args: &SliceArgs) -> Result<()> {
                 bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
             }
             let window = bounds.inflate(0.1 * bounds.longest_side());
-            write(args, &Picture::new(&node, plane(args, window), args.pixels, None))
+            write(args, &Picture::new(&node, plane(args, window)?, args.pixels, None))
         }
     }
 }
 
-fn plane(args: &SliceArgs, window: Aabb) -> Plane {
+const NAMES: [&str; 3] = ["x", "y", "z"];
+
+fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
     let axis = match args.axis {
         Axis::X => 0,
         Axis::Y => 1,
         Axis::Z => 2,
     };
-    let at = args.at.unwrap_or(0.5 * (window.min[axis] + window.max[axis]));
-    Plane { axis, at, window }
+    let (first, last) = (window.min[axis], window.max[axis]);
+    let at = args.at.unwrap_or(0.5 * (first + last));
+    if !(first..=last).contains(&at) {
+        let name = NAMES[axis];
+        let [at, first, last] = [at, first, last].map(number);
+        bail!("{}: --at {at} is outside the field's box: use {name} from {first} to {last}", args.sdf.display());
+    }
+    Ok(Plane { axis, at, window })
 }
 
 fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
     picture.write(&args.output)?;
     let [width, height] = picture.size();
     let Plane { axis, at, window } = *picture.plane();
-    let name = ["x", "y", "z"][axis];
+    let name = NAMES[axis];
     Report {
         rows: vec![
             ("plane", format!("{name} = {}", number(at))),

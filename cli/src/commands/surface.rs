@@ -10,7 +10,7 @@ use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf, Sdf};
-use sdf_formats::field_file::{self, Field};
+use sdf_formats::field_file::Field;
 use sdf_formats::grid_file::StoredGrid;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
@@ -18,7 +18,7 @@ use serde_json::json;
 use crate::args::SurfaceArgs;
 use crate::mesh_input::at;
 use crate::report::{Report, number};
-use crate::{memory, output};
+use crate::{field_input, memory, output};
 
 /// Default of --res for shapes in closed form, which have no cells of their own.
 const DEFAULT_RES: u32 = 128;
@@ -27,13 +27,13 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     let format =
         MeshFormat::from_extension(&args.output).context("--output: use a name that ends in .obj, .ply or .stl")?;
     output::require(&args.output, &[&args.sdf])?;
-    let surface = match field_file::read(&args.sdf)? {
+    let surface = match field_input::read(&args.sdf)? {
         Field::Grid(StoredGrid { grid, sparse, .. }) => {
             if let Some(band) = sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
                 bail!(
                     "{}: --level {} lies beyond the band of {} in which the grid has distances: bake with a larger --band",
                     args.sdf.display(),
-                    args.level,
+                    number(args.level),
                     number(band)
                 );
             }
@@ -56,7 +56,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         bail!(
             "{}: the surface is empty: the distance is nowhere {}, use another --level",
             args.sdf.display(),
-            args.level
+            number(args.level)
         );
     }
     at(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?;

@@ -121,6 +121,8 @@ fn a_list_replaces_an_old_list_but_not_an_input() {
     folder.write("sheet.ply", Model::hills(12).ply());
     let line = folder.refused("contacts sheet.ply body.sdf.toml -o ./sheet.ply");
     crate::folder::says(&line, &["./sheet.ply", "would replace sheet.ply", "choose another name"]);
-    folder.refused("bake sheet.obj --res 8 -o sheet.obj");
+    // The kind of a mesh is known by its content, whatever its name.
+    std::fs::copy(folder.at("sheet.obj"), folder.at("sheet.h5")).unwrap();
+    crate::folder::says(&folder.refused("bake sheet.h5 --res 8 -o sheet.h5"), &["would replace sheet.h5"]);
     assert_eq!(folder.read("sheet.ply"), Model::hills(12).ply().into_bytes());
 }

@@ -182,7 +182,7 @@ fn shapes_work_wherever_a_grid_does() {
     });
     assert!(shapes > 50 && shapes.abs_diff(grid) < 5, "{shapes} {grid}");
     // A mesh is not a field.
-    says(&folder.refused("info ball.obj"), &["ball.obj", "not TOML", "line 1"]);
+    says(&folder.refused("info ball.obj"), &["ball.obj is an OBJ mesh", "bake it first"]);
     says(&folder.done("contacts field.sdf.toml ball.sdf.h5"), &["verdict  contact"]);
 }
 

@@ -10,7 +10,14 @@ fn help_names_every_command_and_what_the_exit_status_means() {
     let help = folder.done("--help");
     says(
         &help,
-        &["OBJ, PLY or STL", ".sdf.h5", ".sdf.toml", "negative inside", "Exit status: 0 done, 1 ", "2 wrong usage"],
+        &[
+            "OBJ, PLY, STL or OFF",
+            ".sdf.h5",
+            ".sdf.toml",
+            "negative inside",
+            "Exit status: 0 done, 1 ",
+            "2 wrong usage",
+        ],
     );
     says(&help, &COMMANDS.map(|command| format!("\n  {command} ")).each_ref().map(String::as_str));
     says(&folder.done("--version"), &["sdftool 0."]);

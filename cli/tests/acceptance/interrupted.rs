@@ -68,9 +68,13 @@ fn a_program_killed_in_the_middle_of_a_write_leaves_the_old_file() {
         let output = with_small_files(&folder, "", words);
         assert!(output.status.signal().is_some(), "{words}: {}", output.status);
         assert!(folder.read(name) == OLD, "{words}");
-        // Leftover files do not disturb the next run.
+        // The next run is not disturbed by leftover files, and removes them.
+        let names = folder.names();
+        assert!(names.iter().any(|name| name.ends_with(".tmp")), "{words}: nothing is left behind");
         folder.done(words);
         assert!(folder.read(name) != OLD, "{words}");
+        let left: Vec<String> = folder.names().into_iter().filter(|name| name.ends_with(".tmp")).collect();
+        assert_eq!(left, [] as [&str; 0], "{words}");
     }
 }
 
@@ -87,7 +91,22 @@ fn a_target_that_cannot_be_replaced_is_refused_before_any_work() {
         says(&folder.refused(&words), &["ball.obj", "folder"]);
     }
     says(&folder.refused("demo -o ball.obj"), &["ball.obj"]);
-    says(&folder.refused("slice small.sdf.h5 -o /dev/null"), &["/dev/null", "not a regular file"]);
+    std::os::unix::fs::symlink("/dev/null", folder.at("null.png")).unwrap();
+    says(&folder.refused("slice small.sdf.h5 -o null.png"), &["null.png", "not a regular file"]);
+}
+
+#[test]
+fn a_read_only_target_is_refused_before_any_work() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = scene();
+    for (words, name) in WRITERS {
+        folder.write(name, OLD);
+        std::fs::set_permissions(folder.at(name), std::fs::Permissions::from_mode(0o444)).unwrap();
+        let line = folder.refused(words);
+        assert_eq!(line, format!("{name}: is read-only: make it writable, or write elsewhere"), "{words}");
+        assert!(folder.read(name) == OLD, "{words}");
+        std::fs::remove_file(folder.at(name)).unwrap();
+    }
 }
 
 /// A running bake that will replace an old file.
@@ -128,10 +147,10 @@ impl Baking {
         (self.child.wait_with_output().unwrap(), self.folder, self.before)
     }
 
-    fn assert_interrupted(self) {
+    fn assert_interrupted(self, status: i32) {
         let (output, folder, before) = self.end();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!((output.status.code(), said.as_str()), (Some(130), ""));
+        assert_eq!((output.status.code(), said.as_str()), (Some(status), ""));
         assert!(output.stdout.is_empty());
         assert!(folder.read("mesh.sdf.h5") == OLD, "the old file is gone");
         assert_eq!(folder.names(), before);
@@ -144,8 +163,8 @@ fn wait_for_handler(child: &Child) {
     let deadline = Instant::now() + Duration::from_secs(60);
     let catches = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).map(str::trim).unwrap_or("0");
-        u64::from_str_radix(caught, 16).unwrap() >> 1 & 1 == 1
+        let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:")).map(str::trim).unwrap_or("0");
+        u64::from_str_radix(blocked, 16).unwrap() >> 1 & 1 == 1
     };
     while !catches() {
         assert!(Instant::now() < deadline);
@@ -159,13 +178,14 @@ fn wait_for_handler(_: &Child) {
 }
 
 #[test]
-fn ctrl_c_during_a_bake_leaves_nothing_behind() {
-    for words in ["--threads 1", "--sign winding"] {
+fn a_signal_to_end_during_a_bake_leaves_nothing_behind_and_is_told_by_the_status() {
+    let cases = [("--threads 1", "INT", 130), ("--sign winding", "INT", 130), ("", "TERM", 143), ("", "HUP", 129)];
+    for (words, signal, status) in cases {
         let baking = Baking::start(&Model::ball([0.0; 3], 1.0, 5), 300, words);
         wait_for_handler(&baking.child);
         sleep(Duration::from_millis(100));
-        baking.signal("INT");
-        baking.assert_interrupted();
+        baking.signal(signal);
+        baking.assert_interrupted(status);
     }
 }
 

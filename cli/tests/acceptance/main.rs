@@ -17,6 +17,7 @@ mod overlap;
 mod pictures;
 mod poses;
 mod progress;
+mod refusals;
 mod repeatable;
 mod shared_meshes;
 mod sparse_grids;

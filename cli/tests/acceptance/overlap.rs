@@ -290,7 +290,7 @@ fn contradictory_arguments_are_refused_in_one_line() {
         ("floor.sdf.toml floor.sdf.toml", &["floor.sdf.toml and floor.sdf.toml", "no end", "intersect"]),
         ("ball.sdf.h5 ball.sdf.toml --margin 1", &["ball.sdf.h5", "--margin", "--padding"]),
         ("ball.sdf.toml sparse.sdf.h5 --margin 0.11", &["sparse.sdf.h5", "--margin", "--band"]),
-        ("ball.sdf.toml sheet.obj", &["sheet.obj", "not TOML"]),
+        ("ball.sdf.toml sheet.obj", &["sheet.obj is an OBJ mesh", "`sdftool contacts sheet.obj ball.sdf.toml`"]),
         ("missing.sdf.toml ball.sdf.toml", &["missing.sdf.toml"]),
         ("ball.sdf.toml missing.sdf.h5", &["missing.sdf.h5"]),
         ("ball.sdf.toml ball.sdf.h5 -o ball.sdf.h5", &["would replace ball.sdf.h5"]),

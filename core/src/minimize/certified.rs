@@ -11,6 +11,9 @@
 //! With v the lowest value found and l the lower bound of all nodes, min(v, l) ≤ min φ ≤ v. A node whose bound is at
 //! least v − gap is fathomed; gap = tolerance · longest edge · slope bound + rounding. The search has converged when no
 //! other is left.
+//!
+//! Every step asks first whether the budget of evaluations allows it, so that none is exceeded. A larger budget goes
+//! the same way further.
 
 mod branch_and_bound;
 mod descent_test;
@@ -19,13 +22,15 @@ mod parts;
 
 use branch_and_bound::{BranchAndBound, SimplexNode};
 use grid_exact::{SampledMinimum, minimum_on_edges, minimum_on_segment, minimum_on_triangle};
-use parts::PartsSearch;
+use parts::minimum_of_parts;
 
+use super::descent_state::DescentState;
 use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
 use crate::rounding::{NESTED_FIELDS, rounding};
+use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Goal, Simplex};
 
 /// Branch and bound: finds the global minimum on the simplex, however many local ones there are, to within the gap
@@ -42,8 +47,9 @@ use crate::{EnclosedSdf, Goal, Simplex};
 /// is at most the level, the answer is the same as without.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
-    /// Largest number of evaluations. The local steps and the first bound of the whole simplex do not count. The exact
-    /// minimum of a grid on a part counts as one, and so does any other bound of a part.
+    /// Largest number of evaluations of an answer, local steps and all parts of a union included; 0 counts as 1. The
+    /// exact minimum of a grid on a simplex or a part of it counts as one. A budget too small for a search takes the
+    /// lowest of as many corners.
     pub evaluations: u32,
     /// Stops when the minimum is known to within this fraction of longest edge · slope bound.
     pub tolerance: f64,
@@ -78,9 +84,7 @@ impl<const N: usize> Minimizer<N> for Certified {
         let mut minimum = Minimum::default();
         for lane in 0..R::LANES {
             let (simplex, level) = (simplex.lane(lane), level.lane(lane));
-            let mut search = PartsSearch::new(self, &simplex, level);
-            field.visit_parts(&mut search);
-            minimum.set_lane(lane, search.finish(field));
+            minimum.set_lane(lane, minimum_of_parts(self, field, &simplex, level));
         }
         minimum
     }
@@ -110,11 +114,30 @@ impl Certified {
         let exact = minimum_on_triangle(field, simplex, goal);
         if let Some(exact) = exact {
             let minimum = exact.with_bound(self.slack(field, simplex, longest_edge, exact.sample.value));
-            if minimum.converged || level < minimum.lower_bound {
+            let is_spent = self.evaluations < BranchAndBound::<R, F, N>::MIN_EXACT_BUDGET;
+            if minimum.converged || level < minimum.lower_bound || is_spent {
                 return minimum;
             }
+        } else if self.evaluations < BranchAndBound::<R, F, N>::MIN_LOCAL_BUDGET {
+            return self.lowest_corner(field, simplex);
         }
         self.search(field, simplex, level, exact)
+    }
+
+    /// The lowest of as many corners as there are evaluations, for budgets that allow no search.
+    #[inline(never)]
+    fn lowest_corner<R: Float, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+    ) -> Minimum<R, N> {
+        let mut state = DescentState::new(field, simplex, corner_weights(0));
+        for corner in 1..N.min(self.evaluations as usize) {
+            state.evaluate(corner_weights(corner), true);
+        }
+        let minimum = state.finish(false);
+        let Slack { gap, .. } = self.slack(field, simplex, simplex.longest_edge(), minimum.sample.value);
+        Minimum { converged: minimum.sample.value - gap <= minimum.lower_bound, ..minimum }
     }
 
     #[inline(always)]
@@ -143,11 +166,16 @@ impl Certified {
         level: R,
         exact: Option<SampledMinimum<R, N>>,
     ) -> Minimum<R, N> {
-        let on_edges = if exact.is_some() { None } else { minimum_on_edges(field, simplex) };
+        let budget = self.evaluations;
+        let has_budget_for_edges = BranchAndBound::<R, F, N>::MIN_EDGE_BUDGET <= budget;
+        let on_edges = match exact {
+            None if has_budget_for_edges => minimum_on_edges(field, simplex),
+            _ => None,
+        };
         let mut search = match (exact, on_edges) {
-            (Some(exact), _) => BranchAndBound::from_exact(field, simplex, &exact),
-            (None, Some(on_edges)) => BranchAndBound::from_edges(field, simplex, on_edges),
-            (None, None) => BranchAndBound::from_local(field, simplex, &self.local),
+            (Some(exact), _) => BranchAndBound::from_exact(field, simplex, &exact, budget),
+            (None, Some(on_edges)) => BranchAndBound::from_edges(field, simplex, on_edges, budget),
+            (None, None) => BranchAndBound::from_local(field, simplex, &self.local, budget),
         };
         let Slack { gap, rounding } = self.slack(field, simplex, simplex.longest_edge(), search.best.value);
         if let Some(on_edges) = on_edges {
@@ -158,11 +186,10 @@ impl Certified {
             Some(exact) => search.enqueue(SimplexNode { lower_bound: exact.lower_bound - rounding, ..root }, gap),
             None => search.bound_node(root, search.best.weights, gap),
         }
-        if on_edges.is_some() && search.queue.count() > 0 {
-            search.descend(&self.local, &SubSimplex::whole());
-        }
+        let needs_descent = on_edges.is_some() && search.queue.count() > 0;
+        let mut is_spent = needs_descent && !search.descend(&self.local, &SubSimplex::whole());
         let mut converged = true;
-        while let Some(node) = search.next_node() {
+        while !is_spent && let Some(node) = search.next_node() {
             if search.best.value - gap <= node.lower_bound {
                 search.queue.fathom(node.lower_bound);
                 continue;
@@ -178,17 +205,17 @@ impl Certified {
                 search.queue.fathom(node.lower_bound);
                 continue;
             };
-            if search.evaluations >= self.evaluations.saturating_add(search.local_evaluations) {
-                converged = false;
-                search.queue.fathom(node.lower_bound);
-                break;
-            }
             let depth = node.depth.saturating_add(1);
             for part in halves {
-                search.bound_node(SimplexNode { part, depth, ..node }, part.centroid(), gap);
+                if search.evaluations_left() > 0 {
+                    search.bound_node(SimplexNode { part, depth, ..node }, part.centroid(), gap);
+                } else {
+                    is_spent = true;
+                    search.queue.fathom(node.lower_bound);
+                }
             }
         }
-        converged &= search.best.value - gap <= search.queue.overflow_bound();
+        converged &= !is_spent && search.best.value - gap <= search.queue.overflow_bound();
         // A search that was stopped is not polished: it might end lower than one that went on.
         if converged && search.needs_polish {
             let part = SubSimplex::shrunk(search.best.weights, R::from_f64(POLISH_FRACTION));

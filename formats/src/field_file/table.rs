@@ -29,7 +29,13 @@ impl<'a> Table<'a> {
     }
 
     fn missing(&self, key: &str, expected: &str) -> FieldError {
-        self.refuse(format!("needs {key}, {expected}"))
+        // Keys that were read are spelled right.
+        let others = self.values.keys().filter(|other| !self.keys_read.contains(&other.as_str()));
+        let nearest = others.map(|other| (edit_distance(other, key), other)).min();
+        match nearest.filter(|(distance, _)| *distance <= key.len().div_ceil(3)) {
+            Some((_, misspelt)) => self.refuse(format!("needs {key}, {expected}; {misspelt:.40?} is misspelt")),
+            None => self.refuse(format!("needs {key}, {expected}")),
+        }
     }
 
     fn wrong(&self, key: &str, expected: &str, found: &Value) -> FieldError {
@@ -107,6 +113,28 @@ impl<'a> Table<'a> {
     fn full_name(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
+}
+
+/// Longest key that is compared.
+const MAX_KEY_CHARS: usize = 40;
+
+/// Number of characters to insert, remove or replace to make one word the other (Levenshtein 1966), by rows of the table.
+/// Swapped neighbours count two.
+fn edit_distance(from: &str, to: &str) -> usize {
+    if from.chars().nth(MAX_KEY_CHARS).is_some() {
+        return usize::MAX;
+    }
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in to.iter().enumerate() {
+            let replaced = diagonal + usize::from(a != *b);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[to.len()]
 }
 
 fn number(value: &Value) -> Option<f64> {

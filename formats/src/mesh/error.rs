@@ -15,8 +15,8 @@ pub enum MeshError {
         source: io::Error,
     },
 
-    /// The content has none of the three formats.
-    #[error("{}: not an OBJ, PLY or STL mesh{}{hint}", printable(.file), if .hint.is_empty() { "" } else { ": " })]
+    /// The content has none of the formats.
+    #[error("{}: not an OBJ, PLY, STL or OFF mesh{}{hint}", printable(.file), if .hint.is_empty() { "" } else { ": " })]
     NotAMesh {
         /// Name of the file.
         file: String,

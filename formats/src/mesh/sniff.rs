@@ -2,14 +2,19 @@
 //!
 //! Binary STL is tested before text: its header may contain anything, but its length must match its triangle count.
 
-use super::stl;
+use super::MeshFormat;
 use super::text::{Text, is_keyword};
+use super::{off, stl};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 
 pub(super) enum FileKind {
     Obj,
     Ply,
     StlText,
     StlBinary,
+    Off,
 }
 
 /// The kind of a file, or a hint what it is instead and what to do; empty if unknown.
@@ -23,6 +28,9 @@ pub(super) fn kind(bytes: &[u8], name: &str) -> Result<FileKind, &'static str> {
     if let Some(hint) = foreign_kind(bytes) {
         return Err(hint);
     }
+    if off::is_off(bytes) {
+        return Ok(FileKind::Off);
+    }
     let is_text = is_text(bytes);
     if is_text && is_stl_text(bytes) {
         return Ok(FileKind::StlText);
@@ -31,11 +39,37 @@ pub(super) fn kind(bytes: &[u8], name: &str) -> Result<FileKind, &'static str> {
         return Ok(FileKind::Obj);
     }
     // A binary file cut short or extended is recognized by its name only.
-    let is_named_stl = name.len() >= 4 && name.as_bytes()[name.len() - 4..].eq_ignore_ascii_case(b".stl");
-    if is_named_stl && !is_text {
+    let is_named =
+        |ending: &[u8]| name.as_bytes().last_chunk::<4>().is_some_and(|end| end.eq_ignore_ascii_case(ending));
+    if is_named(b".stl") && !is_text {
         return Ok(FileKind::StlBinary);
     }
+    if is_named(b".off") && is_text {
+        return Ok(FileKind::Off);
+    }
     Err("")
+}
+
+/// Bytes of a file that [`format_of`] looks at.
+const BEGINNING_BYTES: u64 = 64 << 10;
+
+/// The format of a mesh file, from its beginning; `None` for other files, and for those that cannot be read. TOML that names
+/// a field is not a mesh, though its keys may be the letters of an OBJ file.
+pub fn format_of(path: &Path) -> Option<MeshFormat> {
+    let file = File::open(path).ok().filter(|file| file.metadata().is_ok_and(|metadata| metadata.is_file()))?;
+    let length = file.metadata().ok()?.len();
+    let mut beginning = Vec::new();
+    file.take(BEGINNING_BYTES).read_to_end(&mut beginning).ok()?;
+    if stl::is_binary(&beginning, length) {
+        return Some(MeshFormat::Stl);
+    }
+    match kind(&beginning, "").ok()? {
+        FileKind::Obj if memchr::memmem::find(&beginning, b"[field").is_some() => None,
+        FileKind::Obj => Some(MeshFormat::Obj),
+        FileKind::Ply => Some(MeshFormat::Ply),
+        FileKind::StlText | FileKind::StlBinary => Some(MeshFormat::Stl),
+        FileKind::Off => Some(MeshFormat::Off),
+    }
 }
 
 /// Bytes at the beginning of a text that must not contain NUL. Binary headers are full of it.
@@ -51,7 +85,7 @@ fn foreign_kind(bytes: &[u8]) -> Option<&'static str> {
         (b"version https://git-lfs", "a git-lfs pointer, fetch the file itself with `git lfs pull`"),
         (b"\x89PNG", "a PNG image"),
         (b"\xff\xd8\xff", "a JPEG image"),
-        (b"glTF", "a binary glTF file, export it as OBJ, PLY or STL"),
+        (b"glTF", "a binary glTF file, export it as OBJ, PLY, STL or OFF"),
         (b"\x1f\x8b", "gzip-compressed, unpack it first"),
         (b"PK\x03\x04", "a zip archive, unpack it first"),
         (b"\x89HDF\r\n", "an HDF5 file"),

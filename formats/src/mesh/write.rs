@@ -1,6 +1,6 @@
-//! Meshes written as OBJ, PLY or STL; shortest decimal numbers in text, so that OBJ and PLY keep every bit.
+//! Meshes written as OBJ, PLY, STL or OFF; shortest decimal numbers in text, so that all but STL keep every bit.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::io;
 use std::path::Path;
 
@@ -10,18 +10,19 @@ use super::MeshFormat;
 use crate::atomic_write::atomic_write;
 
 impl MeshFormat {
-    /// The format of a name that ends in obj, ply or stl.
+    /// The format of a name that ends in obj, ply, stl or off.
     pub fn from_extension(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
             "ply" => Some(Self::Ply),
             "stl" => Some(Self::Stl),
+            "off" => Some(Self::Off),
             _ => None,
         }
     }
 }
 
-/// Writes a mesh whole or not at all: OBJ as text, PLY and STL in binary, little-endian. STL rounds to f32.
+/// Writes a mesh whole or not at all: OBJ and OFF as text, PLY and STL in binary, little-endian. STL rounds to f32.
 pub fn write(path: &Path, format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> io::Result<()> {
     let bytes = to_bytes(format, points, triangles)?;
     atomic_write(path, |temporary| std::fs::write(temporary, bytes))
@@ -33,19 +34,42 @@ pub fn to_bytes(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]])
         MeshFormat::Obj => obj(points, triangles).into_bytes(),
         MeshFormat::Ply => ply(points, triangles),
         MeshFormat::Stl => stl(points, triangles)?,
+        MeshFormat::Off => off(points, triangles).into_bytes(),
     })
 }
 
 fn obj(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
-    for [x, y, z] in points {
+    for [x, y, z] in points.iter().map(|point| point.map(Short)) {
         let _ = writeln!(text, "v {x} {y} {z}");
     }
     for [a, b, c] in triangles.iter().map(|corners| corners.map(|index| u64::from(index) + 1)) {
         let _ = writeln!(text, "f {a} {b} {c}");
     }
     text
+}
+
+fn off(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> String {
+    let mut text = format!("OFF\n{} {} 0\n", points.len(), triangles.len());
+    for [x, y, z] in points.iter().map(|point| point.map(Short)) {
+        let _ = writeln!(text, "{x} {y} {z}");
+    }
+    for [a, b, c] in triangles {
+        let _ = writeln!(text, "3 {a} {b} {c}");
+    }
+    text
+}
+
+/// The shortest digits that read back the same; with an exponent where the plain digits would be many zeros.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(x) = self;
+        let is_plain = *x == 0.0 || (1e-5..1e16).contains(&x.abs());
+        if is_plain { write!(f, "{x}") } else { write!(f, "{x:e}") }
+    }
 }
 
 fn ply(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
@@ -89,10 +113,20 @@ mod tests {
     fn a_written_mesh_reads_back_the_same() {
         let points = [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, 2.25, -0.125], [0.5, 0.5, 3.0]];
         let triangles = [[0, 1, 2], [0, 2, 3], [1, 3, 2]];
-        for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl] {
+        for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Off] {
             let bytes = to_bytes(format, &points, &triangles).unwrap();
             let mesh = read_bytes(&bytes, "written").unwrap();
             assert_eq!((mesh.points.as_slice(), mesh.triangles.as_slice()), (&points[..], &triangles[..]));
+        }
+    }
+
+    #[test]
+    fn tiny_and_huge_numbers_are_short_and_read_back_the_same() {
+        let points = [[1e-30, -2.5e-300, 1e300], [1e-5, 123456.75, 5e-324], [-0.0, 1e15, 0.1]];
+        for format in [MeshFormat::Obj, MeshFormat::Off] {
+            let text = String::from_utf8(to_bytes(format, &points, &[[0, 1, 2]]).unwrap()).unwrap();
+            assert!(text.contains("1e-30 -2.5e-300 1e300\n") && text.contains("0.00001 123456.75 5e-324\n"), "{text}");
+            assert_eq!(read_bytes(text.as_bytes(), "written").unwrap().points, points);
         }
     }
 }

@@ -132,9 +132,60 @@ fn a_killed_write_leaves_the_old_file() {
     let old = OldFile::new();
     let this = std::env::current_exe().unwrap();
     let arguments = ["--exact", "atomic_write::victim", "--ignored"];
-    let output = Command::new(this).args(arguments).env(TARGET, &old.path).env("ABORT", "1").output().unwrap();
-    assert!(!output.status.success());
+    let abort = |target: &Path| {
+        let output = Command::new(&this).args(arguments).env(TARGET, target).env("ABORT", "1").output().unwrap();
+        assert!(!output.status.success());
+    };
+    abort(&old.path);
     assert_eq!(fs::read(&old.path).unwrap(), b"old");
+    // The next write of the same target clears up; one of another target does not.
+    abort(&old.path);
+    abort(&old.folder.path().join("new.txt"));
+    assert!(old.file_count() > 2, "nothing to clear up");
+    let write = |path: &Path| -> io::Result<()> { atomic_write(path, |temporary| fs::write(temporary, "new")) };
+    write(&old.path).unwrap();
+    assert_eq!(old.file_count(), 2, "old.txt, and what is left of new.txt");
+    write(&old.folder.path().join("new.txt")).unwrap();
+    assert_eq!(old.file_count(), 2, "old.txt and new.txt");
+}
+
+/// The folder of a process that lives, here or on another machine, stays.
+#[test]
+fn a_write_in_progress_elsewhere_is_left_alone() {
+    let old = OldFile::new();
+    let mut name = String::new();
+    let write = |visit: &mut dyn FnMut(&Path)| -> io::Result<()> {
+        atomic_write(&old.path, |temporary| {
+            visit(temporary);
+            fs::write(temporary, "new")
+        })
+    };
+    let mut note = |path: &Path| name = path.parent().unwrap().file_name().unwrap().to_str().unwrap().to_owned();
+    write(&mut note).unwrap();
+    let other = old.folder.path().join(name.replacen(&std::process::id().to_string(), "1", 1));
+    fs::create_dir(&other).unwrap();
+    fs::write(other.join("file"), "half of the n").unwrap();
+    // Not locked yet: it may be about to be.
+    write(&mut |_| {}).unwrap();
+    assert!(other.join("file").is_file());
+    let lock = fs::File::create_new(other.join("lock")).unwrap();
+    lock.lock().unwrap();
+    write(&mut |_| {}).unwrap();
+    assert!(other.join("file").is_file());
+    lock.unlock().unwrap();
+    write(&mut |_| {}).unwrap();
+    assert!(!other.exists() && old.file_count() == 1);
+}
+
+#[test]
+fn a_read_only_file_is_not_replaced() {
+    let old = OldFile::new();
+    let mut permissions = fs::metadata(&old.path).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&old.path, permissions).unwrap();
+    let answer: io::Result<()> = atomic_write(&old.path, |_| unreachable!());
+    assert_eq!(answer.unwrap_err().to_string(), "is read-only: make it writable, or write elsewhere");
+    assert!(old.is_unchanged());
 }
 
 /// A limit on file sizes acts as a full disk does.

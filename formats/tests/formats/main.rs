@@ -16,6 +16,7 @@ mod mesh_bytes;
 mod mesh_hostile;
 mod mesh_models;
 mod mesh_obj;
+mod mesh_off;
 mod mesh_ply;
 mod mesh_polygons;
 mod mesh_stl;

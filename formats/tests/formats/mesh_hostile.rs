@@ -43,6 +43,8 @@ fn samples() -> Vec<(Vec<u8>, &'static str)> {
         (polygons.ply("binary_little_endian"), "a.ply"),
         (polygons.ply("binary_big_endian"), "a.ply"),
         (strips.into(), "a.ply"),
+        (polygons.off().into_bytes(), "a.off"),
+        (polygons.off().replacen("OFF", "STCNOFF # c", 1).into_bytes(), "a.off"),
         (triangles.stl_text().into_bytes(), "a.stl"),
         (triangles.stl_binary("solid"), "a.stl"),
     ]
@@ -87,6 +89,8 @@ fn damaged_files_are_survived() {
         "#",
         " ",
         "list",
+        "OFF",
+        "4nOFF BINARY",
         "element face 4294967295\n",
         "f 1 1 1 1 1\n",
         "\0",
@@ -116,7 +120,7 @@ fn damaged_files_are_survived() {
 
 #[test]
 fn other_files_get_one_clear_line() {
-    let not = "not an OBJ, PLY or STL mesh";
+    let not = "not an OBJ, PLY, STL or OFF mesh";
     for (bytes, message) in [
         (&b""[..], format!("{not}: an empty file")),
         (b"<!DOCTYPE html>\n<p>\nv 1 2 3\n", format!("{not}: an HTML or XML page")),
@@ -155,6 +159,12 @@ fn counts_without_data_cost_nothing() {
                     assert!(survive(text.as_bytes(), "a.ply").is_err(), "{text}");
                 }
             }
+        }
+    }
+    for count in ["1000000000", "4294967296", "18446744073709551615", "99999999999999999999"] {
+        for counts in [format!("{count} 0 0"), format!("0 {count} 0"), format!("1 1 {count}\n0 0 0\n{count}")] {
+            let text = format!("OFF\n{counts}\n0 0 0\n");
+            assert!(survive(text.as_bytes(), "a.off").is_err(), "{text}");
         }
     }
     let list =

@@ -37,6 +37,19 @@ impl Model {
         text
     }
 
+    pub fn off(&self) -> String {
+        let mut text = format!("OFF\n{} {} 0\n", self.points.len(), self.polygons.len());
+        for [x, y, z] in &self.points {
+            writeln!(text, "{x} {y} {z}").unwrap();
+        }
+        for polygon in &self.polygons {
+            write!(text, "{}", polygon.len()).unwrap();
+            polygon.iter().for_each(|i| write!(text, " {i}").unwrap());
+            text.push('\n');
+        }
+        text
+    }
+
     pub fn ply(&self, encoding: &str) -> Vec<u8> {
         let mut bytes = format!(
             "ply\nformat {encoding} 1.0\ncomment made by a test\nelement vertex {}\nproperty float x\nproperty float y\n\

@@ -92,7 +92,7 @@ fn binary_files_must_have_the_length_that_they_declare() {
         refusal(&bytes),
         "bunny.stl: expected 84 + 50 * 4278190083 = 213909504234 bytes of binary STL, found 235"
     );
-    assert_eq!(read_bytes(&bytes, "bunny").unwrap_err().to_string(), "bunny: not an OBJ, PLY or STL mesh");
+    assert_eq!(read_bytes(&bytes, "bunny").unwrap_err().to_string(), "bunny: not an OBJ, PLY, STL or OFF mesh");
     assert_eq!(refusal(Model::default().stl_binary("")), "no triangles in bunny.stl");
 }
 

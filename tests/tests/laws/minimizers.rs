@@ -1,9 +1,10 @@
 //! Laws of minimizers: promises 3, 4, 8 and 9, checked for every method, field, number type and kind of simplex.
 //!
-//! Laws of all methods are in `lanes`, `values`, `bounds` and `scaling`; `point_sampling`, `certified` and `newton` hold what
+//! Laws of all methods are in `lanes`, `values`, `bounds`, `budgets` and `scaling`; `point_sampling`, `certified` and `newton` hold what
 //! one method promises beyond them.
 
 mod bounds;
+mod budgets;
 mod certified;
 mod lanes;
 mod newton;

@@ -4,7 +4,7 @@
 //! its parent, and the enclosure of φ on the part ([`EnclosedSdf::enclosure`], one evaluation at its centroid).
 
 use super::descent_test::DescentTest;
-use super::grid_exact::{EdgeMinimum, SampledMinimum, minimum_on_triangle};
+use super::grid_exact::{EDGE_EVALUATIONS, EdgeMinimum, SampledMinimum, minimum_on_triangle};
 use crate::best_first::{BestFirstQueue, Node};
 use crate::minimize::sub_simplex::{SubSimplex, WeightedValue};
 use crate::minimize::{Minimizer, Minimum, Newton};
@@ -52,48 +52,65 @@ pub(super) struct BranchAndBound<'a, R: Float, F, const N: usize> {
     pub needs_polish: bool,
     pub queue: BestFirstQueue<SimplexNode<R, N>, [SimplexNode<R, N>; MAX_NODES]>,
     pub evaluations: u32,
-    /// Evaluations of exact minima, which the budget does not count.
-    pub local_evaluations: u32,
+    /// Largest number of evaluations, that of [`finish`](Self::finish) included.
+    budget: u32,
     /// Present if the minimum on the boundary is known, so that only interior minima are searched.
     descent_test: Option<DescentTest<R>>,
 }
 
 impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
-    /// Starts from the end of a local search.
-    pub fn from_local(field: &'a F, simplex: &'a Simplex<R, N>, local: &Newton) -> Self {
-        let minimum = local.minimize(field, simplex);
+    /// Least budget of [`from_local`](Self::from_local): all corners, the first bound, and the sample of the result.
+    pub const MIN_LOCAL_BUDGET: u32 = (N as u32).saturating_add(2);
+    /// Least budget of [`from_exact`](Self::from_exact): that minimum, a bound, and the sample of the result.
+    pub const MIN_EXACT_BUDGET: u32 = 3;
+    /// Least budget of [`from_edges`](Self::from_edges): the edges, their value, the first bound, and the sample of the
+    /// result.
+    pub const MIN_EDGE_BUDGET: u32 = EDGE_EVALUATIONS.saturating_add(3);
+
+    /// Starts from the end of a local search, which leaves room for the first bound.
+    pub fn from_local(field: &'a F, simplex: &'a Simplex<R, N>, local: &Newton, budget: u32) -> Self {
+        let iterations = local.iterations.min(budget.saturating_sub(Self::MIN_LOCAL_BUDGET));
+        let minimum = Newton { iterations, ..*local }.minimize(field, simplex);
         let best = WeightedValue { weights: minimum.weights, value: minimum.sample.value };
-        Self::new(field, simplex, best, minimum.evaluations.to_f64() as u32, None)
+        Self::new(field, simplex, best, [minimum.evaluations.to_f64() as u32, budget], None)
     }
 
     /// Starts from what the field knows of the whole triangle.
-    pub fn from_exact(field: &'a F, simplex: &'a Simplex<R, N>, exact: &SampledMinimum<R, N>) -> Self {
+    pub fn from_exact(field: &'a F, simplex: &'a Simplex<R, N>, exact: &SampledMinimum<R, N>, budget: u32) -> Self {
         let best = WeightedValue { weights: exact.weights, value: exact.sample.value };
-        let search = Self::new(field, simplex, best, exact.evaluations, None);
-        Self { local_evaluations: exact.evaluations, ..search }
+        Self::new(field, simplex, best, [1, budget], None)
     }
 
     /// Starts from the minimum on the boundary of a triangle.
-    pub fn from_edges(field: &'a F, simplex: &'a Simplex<R, N>, on_edges: EdgeMinimum<R, N>) -> Self {
+    pub fn from_edges(field: &'a F, simplex: &'a Simplex<R, N>, on_edges: EdgeMinimum<R, N>, budget: u32) -> Self {
         let best = WeightedValue { weights: on_edges.weights, value: field.value(simplex.point(on_edges.weights)) };
-        let evaluations = on_edges.evaluations.saturating_add(1);
-        let search = Self::new(field, simplex, best, evaluations, Some(DescentTest::new(simplex)));
-        Self { local_evaluations: on_edges.evaluations, ..search }
+        let evaluations = EDGE_EVALUATIONS.saturating_add(1);
+        Self::new(field, simplex, best, [evaluations, budget], Some(DescentTest::new(simplex)))
     }
 
     fn new(
         field: &'a F,
         simplex: &'a Simplex<R, N>,
         best: WeightedValue<R, N>,
-        evaluations: u32,
+        [evaluations, budget]: [u32; 2],
         descent_test: Option<DescentTest<R>>,
     ) -> Self {
         let queue = BestFirstQueue::new([SimplexNode::root(); MAX_NODES]);
-        Self { field, simplex, best, needs_polish: false, queue, evaluations, local_evaluations: 0, descent_test }
+        Self { field, simplex, best, needs_polish: false, queue, evaluations, budget, descent_test }
     }
 
-    /// Runs a local search on a part, and keeps its end if that is lower than the best.
-    pub fn descend(&mut self, local: &Newton, part: &SubSimplex<R, N>) {
+    /// Evaluations that are left before the one of [`finish`](Self::finish).
+    pub fn evaluations_left(&self) -> u32 {
+        self.budget.saturating_sub(self.evaluations).saturating_sub(1)
+    }
+
+    /// Runs a local search on a part, with as many steps as the budget allows, and keeps its end if that is lower than
+    /// the best. `false` if the budget does not allow its corners.
+    pub fn descend(&mut self, local: &Newton, part: &SubSimplex<R, N>) -> bool {
+        // The corners, and the value in the whole simplex.
+        let fixed = (N as u32).saturating_add(1);
+        let Some(steps) = self.evaluations_left().checked_sub(fixed) else { return false };
+        let local = Newton { iterations: local.iterations.min(steps), ..*local };
         let minimum = local.minimize(self.field, &part.embed(self.simplex));
         self.evaluations = self.evaluations.saturating_add(minimum.evaluations.to_f64() as u32);
         // The answer is the value at the point of the weights in the whole simplex: rounding may make that another one.
@@ -104,10 +121,11 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
             self.best = WeightedValue { weights, value };
         }
         self.needs_polish = false;
+        true
     }
 
     /// Bounds a node from an evaluation at the point of `weights` in it, and enqueues it unless that fathoms it. Its
-    /// bound so far is that of its parent.
+    /// bound so far is that of its parent. One evaluation.
     pub fn bound_node(&mut self, node: SimplexNode<R, N>, weights: [R; N], gap: R) {
         let part = node.part.embed(self.simplex);
         self.evaluations = self.evaluations.saturating_add(1);
@@ -129,8 +147,6 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
     }
 
     fn bound_by_exact(&mut self, node: SimplexNode<R, N>, exact: &SampledMinimum<R, N>, gap: R) {
-        self.evaluations = self.evaluations.saturating_add(exact.evaluations);
-        self.local_evaluations = self.local_evaluations.saturating_add(exact.evaluations);
         let weights = node.part.weights(exact.weights);
         let point = self.simplex.point(weights);
         let value = self.field.value(point);

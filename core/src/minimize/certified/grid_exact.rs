@@ -3,6 +3,9 @@
 //!
 //! An exact minimum is a value in exact arithmetic at rounded weights. The answer is the field's own sample at the
 //! point of those weights, so φ ≥ min(exact lower bound, sample) − rounding.
+//!
+//! An exact minimum and the sample there count as one evaluation, however many cells of a grid the element meets. The
+//! grid bounds their number by itself: 256 cells of a segment, 512 of a triangle's box.
 
 use core::array::from_fn;
 
@@ -23,7 +26,6 @@ pub(super) struct SampledMinimum<R: Real, const N: usize> {
     pub sample: Sample<R>,
     /// Lower bound of φ up to rounding.
     pub lower_bound: R,
-    pub evaluations: u32,
 }
 
 impl<R: Float, const N: usize> SampledMinimum<R, N> {
@@ -34,7 +36,7 @@ impl<R: Float, const N: usize> SampledMinimum<R, N> {
             point: self.point,
             sample: self.sample,
             lower_bound,
-            evaluations: R::from_f64(f64::from(self.evaluations)),
+            evaluations: R::one(),
             converged: self.sample.value - gap <= lower_bound,
         }
     }
@@ -54,7 +56,7 @@ pub(super) fn minimum_on_triangle<R: Float, F: EnclosedSdf, const N: usize>(
     let point = simplex.point(weights);
     let sample = field.evaluate(point);
     let lower_bound = Real::min(exact.lower_bound, sample.value);
-    Some(SampledMinimum { weights, point, sample, lower_bound, evaluations: exact.evaluations.saturating_add(1) })
+    Some(SampledMinimum { weights, point, sample, lower_bound })
 }
 
 /// The minimum on the three edges of a triangle.
@@ -62,8 +64,10 @@ pub(super) fn minimum_on_triangle<R: Float, F: EnclosedSdf, const N: usize>(
 pub(super) struct EdgeMinimum<R, const N: usize> {
     pub weights: [R; N],
     pub value: R,
-    pub evaluations: u32,
 }
+
+/// Evaluations of [`minimum_on_edges`]: one for each edge.
+pub(super) const EDGE_EVALUATIONS: u32 = 3;
 
 /// `None` if the field does not know the minimum of an edge, or the simplex is not a triangle.
 pub(super) fn minimum_on_edges<R: Float, F: EnclosedSdf, const N: usize>(
@@ -71,10 +75,9 @@ pub(super) fn minimum_on_edges<R: Float, F: EnclosedSdf, const N: usize>(
     simplex: &Simplex<R, N>,
 ) -> Option<EdgeMinimum<R, N>> {
     let &[a, b, c] = simplex.corners.as_slice() else { return None };
-    let mut lowest = EdgeMinimum { weights: corner_weights(0), value: R::from_f64(f64::INFINITY), evaluations: 0 };
+    let mut lowest = EdgeMinimum { weights: corner_weights(0), value: R::from_f64(f64::INFINITY) };
     for (ends, from, to) in [([a, b], 0, 1), ([b, c], 1, 2), ([c, a], 2, 0)] {
         let edge = field.exact_minimum(ends, Goal::exact())?;
-        lowest.evaluations = lowest.evaluations.saturating_add(edge.evaluations);
         if edge.value < lowest.value {
             let (from, to): ([R; N], [R; N]) = (corner_weights(from), corner_weights(to));
             lowest.weights = from_fn(|k| from[k] * edge.weights[0] + to[k] * edge.weights[1]);
@@ -102,7 +105,7 @@ pub(super) fn minimum_on_segment<R: Float, F: EnclosedSdf, const N: usize>(
         point,
         sample,
         lower_bound: Real::min(exact.value, sample.value) - rounding,
-        evaluations: R::from_f64(f64::from(exact.evaluations.saturating_add(1))),
+        evaluations: R::one(),
         converged: true,
     })
 }

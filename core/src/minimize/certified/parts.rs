@@ -2,29 +2,83 @@
 //!
 //! min_x min_i φ_i(x) = min_i min_x φ_i(x). The lowest value so far is the level of the next search, and a part whose lower
 //! bound is above the level is skipped. The bound of the whole is the lowest of all parts' bounds, searched or skipped.
+//!
+//! The parts share one budget, in their order: each may take half of what is left, the last one all. The last evaluations
+//! are kept for the whole field: one for the sample of the result, and one for each corner if a part was not searched to
+//! its end, because that part may be lowest there.
 
 use super::Certified;
+use super::branch_and_bound::BranchAndBound;
 use crate::enclosure::PartVisitor;
 use crate::minimize::Minimum;
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
+use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Simplex};
 
-pub(super) struct PartsSearch<'a, R: Float, const N: usize> {
+/// The minimum of a field, which may be a union.
+#[cfg_attr(feature = "std", inline(always))]
+pub(super) fn minimum_of_parts<R: Float, F: EnclosedSdf, const N: usize>(
+    method: &Certified,
+    field: &F,
+    simplex: &Simplex<R, N>,
+    level: R,
+) -> Minimum<R, N> {
+    let mut parts = PartCount(0);
+    field.visit_parts(&mut parts);
+    let kept = if parts.0 > 1 { evaluations_of_whole::<N>() } else { 0 };
+    let min_budget = BranchAndBound::<R, F, N>::MIN_LOCAL_BUDGET;
+    if parts.0 > 1 && method.evaluations < min_budget.saturating_add(kept) {
+        return method.lowest_corner(field, simplex);
+    }
+    let mut search = PartsSearch::new(method, simplex, level, method.evaluations.saturating_sub(kept), parts.0);
+    field.visit_parts(&mut search);
+    search.finish(field)
+}
+
+/// Evaluations of the whole field at the end: the corners, and the result.
+const fn evaluations_of_whole<const N: usize>() -> u32 {
+    (N as u32).saturating_add(1)
+}
+
+/// The number of parts.
+struct PartCount(u32);
+
+impl PartVisitor for PartCount {
+    #[inline(always)]
+    fn visit<F: EnclosedSdf>(&mut self, _part: &F) {
+        self.0 = self.0.saturating_add(1);
+    }
+}
+
+struct PartsSearch<'a, R: Float, const N: usize> {
     method: &'a Certified,
     simplex: &'a Simplex<R, N>,
     level: R,
-    /// The part with the lowest value, and the evaluations of all parts.
+    /// The part with the lowest value.
     best: Option<Minimum<R, N>>,
     /// Lower bound of all parts.
     lower_bound: R,
     /// Lower bound of the parts that were skipped or whose search did not converge.
     unconverged_bound: R,
+    /// Evaluations that are left for the parts.
+    evaluations_left: u32,
+    evaluations: u32,
+    /// Parts that were not visited yet.
+    parts_left: u32,
     has_several: bool,
+    /// The budget ended the search of some part.
+    is_spent: bool,
 }
 
 impl<'a, R: Float, const N: usize> PartsSearch<'a, R, N> {
-    pub fn new(method: &'a Certified, simplex: &'a Simplex<R, N>, level: R) -> Self {
+    fn new(
+        method: &'a Certified,
+        simplex: &'a Simplex<R, N>,
+        level: R,
+        evaluations_left: u32,
+        parts_left: u32,
+    ) -> Self {
         let infinity = R::from_f64(f64::INFINITY);
         Self {
             method,
@@ -33,8 +87,17 @@ impl<'a, R: Float, const N: usize> PartsSearch<'a, R, N> {
             best: None,
             lower_bound: infinity,
             unconverged_bound: infinity,
+            evaluations_left,
+            evaluations: 0,
+            parts_left,
             has_several: false,
+            is_spent: false,
         }
+    }
+
+    fn spend(&mut self, evaluations: u32) {
+        self.evaluations = self.evaluations.saturating_add(evaluations);
+        self.evaluations_left = self.evaluations_left.saturating_sub(evaluations);
     }
 
     fn include(&mut self, lower_bound: R, converged: bool) {
@@ -44,38 +107,76 @@ impl<'a, R: Float, const N: usize> PartsSearch<'a, R, N> {
         }
     }
 
-    fn include_minimum(&mut self, minimum: &Minimum<R, N>) {
+    /// The budget of the current part.
+    fn share<F: EnclosedSdf>(&self) -> u32 {
+        if self.parts_left == 0 {
+            return self.evaluations_left;
+        }
+        let half = self.evaluations_left / 2;
+        half.max(BranchAndBound::<R, F, N>::MIN_LOCAL_BUDGET).min(self.evaluations_left)
+    }
+
+    /// Searches a part within its share of the budget.
+    #[cfg_attr(feature = "std", inline(always))]
+    fn search<F: EnclosedSdf>(&mut self, part: &F, level: R) -> Minimum<R, N> {
+        let method = Certified { evaluations: self.share::<F>(), ..*self.method };
+        let minimum = method.minimum(part, self.simplex, level);
         // False where a value is NaN: then nothing is proven.
         let is_proven = minimum.lower_bound <= minimum.sample.value;
         let lower_bound = if is_proven { minimum.lower_bound } else { R::from_f64(f64::NEG_INFINITY) };
         self.include(lower_bound, minimum.converged);
+        self.is_spent |= !(minimum.converged || level < lower_bound);
+        self.spend(minimum.evaluations.to_f64() as u32);
+        minimum
+    }
+
+    /// Bounds a part that the budget does not allow to search.
+    fn leave_out(&mut self, lower_bound: R) {
+        self.include(lower_bound, false);
+        self.is_spent = true;
     }
 
     /// The sample at the minimum is that of the whole field, which has a kink where two parts meet.
     #[inline(always)]
-    pub fn finish<F: EnclosedSdf>(self, field: &F) -> Minimum<R, N> {
-        let Some(best) = self.best else { return Minimum::default() };
+    fn finish<F: EnclosedSdf>(mut self, field: &F) -> Minimum<R, N> {
+        let Some(mut best) = self.best else { return Minimum::default() };
         if !self.has_several {
             return best;
         }
+        if self.is_spent {
+            self.lower_to_corners(field, &mut best);
+        }
         let sample = field.evaluate(best.point);
+        self.spend(1);
         Minimum {
             sample,
             lower_bound: Real::min(self.lower_bound, sample.value),
-            evaluations: best.evaluations + R::one(),
+            evaluations: R::from_f64(f64::from(self.evaluations)),
             converged: sample.value <= self.unconverged_bound,
             ..best
         }
+    }
+
+    /// Moves the best point to a corner where the whole field is lower.
+    fn lower_to_corners<F: EnclosedSdf>(&mut self, field: &F, best: &mut Minimum<R, N>) {
+        let mut lowest = best.sample.value;
+        for weights in (0..N).map(corner_weights) {
+            let point = self.simplex.point(weights);
+            let value = field.value(point);
+            if value < lowest {
+                (lowest, *best) = (value, Minimum { weights, point, ..*best });
+            }
+        }
+        self.spend(N as u32);
     }
 }
 
 impl<R: Float, const N: usize> PartVisitor for PartsSearch<'_, R, N> {
     #[cfg_attr(feature = "std", inline(always))]
     fn visit<F: EnclosedSdf>(&mut self, part: &F) {
+        self.parts_left = self.parts_left.saturating_sub(1);
         let Some(best) = self.best else {
-            let minimum = self.method.minimum(part, self.simplex, self.level);
-            self.include_minimum(&minimum);
-            self.best = Some(minimum);
+            self.best = Some(self.search(part, self.level));
             return;
         };
         self.has_several = true;
@@ -87,16 +188,27 @@ impl<R: Float, const N: usize> PartVisitor for PartsSearch<'_, R, N> {
         if level < by_box {
             return self.include(by_box, false);
         }
+        if self.evaluations_left == 0 {
+            return self.leave_out(by_box);
+        }
         let (centroid, slope_bound) = (self.simplex.centroid(), R::from_f64(enclosure.slope_bound));
         let by_slope = self.simplex.lower_bound(part.slope_bound(), slope_bound, centroid, part.value(centroid));
-        let evaluations = best.evaluations + R::one();
+        self.spend(1);
         if level < by_slope {
-            self.best = Some(Minimum { evaluations, ..best });
             return self.include(by_slope, false);
         }
-        let minimum = self.method.minimum(part, self.simplex, level);
-        self.include_minimum(&minimum);
-        let lowest = if minimum.sample.value < best.sample.value { minimum } else { best };
-        self.best = Some(Minimum { evaluations: evaluations + minimum.evaluations, ..lowest });
+        if self.evaluations_left < BranchAndBound::<R, F, N>::MIN_LOCAL_BUDGET {
+            // A NaN proves nothing.
+            let is_proven = by_slope.is_finite();
+            return self.leave_out(if is_proven {
+                Real::max(by_box, by_slope)
+            } else {
+                R::from_f64(f64::NEG_INFINITY)
+            });
+        }
+        let minimum = self.search(part, level);
+        if minimum.sample.value < best.sample.value {
+            self.best = Some(minimum);
+        }
     }
 }

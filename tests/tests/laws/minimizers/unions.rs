@@ -101,7 +101,8 @@ fn check_against_brute_force<R: Float, const N: usize>(
 #[test]
 fn a_union_of_any_parts_is_searched_to_what_brute_force_finds() {
     fn check<R: Float, const N: usize>(grids: &Grids, random: &mut Random, rounds: usize) {
-        let method = Certified { evaluations: 4000, ..Certified::default() };
+        // Shared by the parts.
+        let method = Certified { evaluations: 16_000, ..Certified::default() };
         let mut converged = 0;
         for _ in 0..rounds {
             let parts = random_parts(grids, random);
@@ -126,7 +127,8 @@ fn a_union_of_any_parts_is_searched_to_what_brute_force_finds() {
 #[test]
 fn a_union_of_known_types_is_searched_to_what_brute_force_finds() {
     fn check<R: Float, const N: usize>(field: &impl EnclosedSdf, random: &mut Random) {
-        let method = Certified { evaluations: 4000, ..Certified::default() };
+        // Shared by the parts.
+        let method = Certified { evaluations: 16_000, ..Certified::default() };
         let mut converged = 0;
         for _ in 0..25 {
             let simplex = cast::<R, N>(&random_simplex(random, 1.0));
@@ -262,12 +264,14 @@ fn a_part_far_away_costs_at_most_one_evaluation() {
     let union = Compound::new(&parts[..]).unwrap();
     for _ in 0..100 {
         let simplex = random_simplex::<3>(&mut random, 1.0);
+        // A part may take half of the budget, but for the corners and the sample of the whole.
+        let method = Certified { evaluations: 2 * Certified::default().evaluations + 4, ..Certified::default() };
         let [alone, minimum] =
-            [Certified::default().minimize(&grids.dense, &simplex), Certified::default().minimize(&union, &simplex)];
+            [Certified::default().minimize(&grids.dense, &simplex), method.minimize(&union, &simplex)];
         assert_eq!((minimum.weights, minimum.sample), (alone.weights, alone.sample), "{simplex:?}");
         assert_eq!((minimum.lower_bound, minimum.converged), (alone.lower_bound, alone.converged), "{simplex:?}");
-        // One more for the sample of the whole.
-        assert!(minimum.evaluations <= alone.evaluations + 11.0, "{minimum:?}, alone {alone:?}");
+        // More for the sample of the whole, and for its corners where the budget ended.
+        assert!(minimum.evaluations <= alone.evaluations + 14.0, "{minimum:?}, alone {alone:?}");
     }
 }
 

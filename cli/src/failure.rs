@@ -1,0 +1,62 @@
+//! How the program says that it failed: one line on standard error; with --json, an object on standard output too.
+
+use std::ffi::OsStr;
+use std::io::ErrorKind;
+
+use clap::error::ErrorKind as Usage;
+use serde_json::json;
+
+use crate::report::print_json;
+
+/// Reports wrong usage and ends the program with status 2; help and version end it with 0.
+pub fn exit_on_usage(error: &clap::Error) -> ! {
+    if !matches!(error.kind(), Usage::DisplayHelp | Usage::DisplayVersion) && is_json_wanted() {
+        let text = error.render().to_string();
+        let sentence = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+        print_object(sentence);
+    }
+    error.exit()
+}
+
+/// Reports what went wrong.
+pub fn report(error: &anyhow::Error) {
+    let sentence = sentence(error);
+    if is_json_wanted() {
+        print_object(&sentence);
+    }
+    eprintln!("sdftool: {sentence}");
+}
+
+/// `true` if the reader of our output has seen enough, as `head` does.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let io = error.chain().find_map(|cause| cause.downcast_ref::<std::io::Error>());
+    io.is_some_and(|io| io.kind() == ErrorKind::BrokenPipe)
+}
+
+/// The error and its causes on one line. Many errors end with their cause, which then is not said again.
+fn sentence(error: &anyhow::Error) -> String {
+    let mut sentence = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if sentence.is_empty() {
+            sentence = cause;
+        } else if !sentence.ends_with(&cause) {
+            sentence = format!("{sentence}: {cause}");
+        }
+    }
+    on_one_line(&sentence)
+}
+
+/// A file's name may hold line feeds, and what a terminal would act on.
+fn on_one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
+/// Whether an argument before `--` is --json: asked before the arguments are known to be right.
+fn is_json_wanted() -> bool {
+    std::env::args_os().take_while(|argument| argument != OsStr::new("--")).any(|argument| argument == "--json")
+}
+
+fn print_object(sentence: &str) {
+    // Where standard output cannot be written to, the line on standard error remains.
+    let _ = print_json(&json!({"schema": "sdftool.error/1", "error": sentence}));
+}

@@ -1,0 +1,224 @@
+//! What the program says when it was given the wrong thing: what was given, what is wanted, and what to type.
+
+use serde_json::Value;
+
+use crate::folder::{Folder, says};
+use crate::meshes::Model;
+
+fn scene() -> Folder {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 2).obj());
+    folder.write("sheet.stl", Model::hills(4).stl());
+    folder.write("sphere.sdf.toml", "[field]\nshape = 'sphere'\nradius = 1\n");
+    folder.done("bake ball.obj --res 8");
+    folder
+}
+
+#[test]
+fn a_mesh_in_the_place_of_a_field_is_told_with_the_command_that_was_meant() {
+    let folder = scene();
+    let order = "contacts takes a mesh, then a field, but ";
+    for (words, given, meant) in [
+        (
+            "contacts ball.sdf.h5 sheet.stl",
+            "is a field and sheet.stl is an STL mesh",
+            "contacts sheet.stl ball.sdf.h5`",
+        ),
+        (
+            "contacts sphere.sdf.toml ball.obj",
+            "a field and ball.obj is an OBJ mesh",
+            "contacts ball.obj sphere.sdf.toml`",
+        ),
+        (
+            "contacts sheet.stl ball.obj",
+            "but ball.obj is an OBJ mesh: bake it first",
+            "`sdftool bake ball.obj --res 128`",
+        ),
+    ] {
+        says(&folder.refused(words), &[order, given, meant]);
+    }
+    for command in ["info", "eval --points points.csv", "slice -o out.png", "surface -o out.obj", "verify sheet.stl"] {
+        let line = folder.refused(&format!("{command} ball.obj"));
+        let first = command.split(' ').next().unwrap();
+        if first == "verify" {
+            says(&line, &["verify takes a field", "sheet.stl is an STL mesh"]);
+        } else {
+            says(&line, &[&format!("{first} takes a field"), "ball.obj is an OBJ mesh", "`sdftool bake ball.obj"]);
+        }
+    }
+    says(&folder.refused("verify ball.obj ball.sdf.h5"), &["`sdftool verify ball.sdf.h5 ball.obj`"]);
+    says(&folder.refused("compare ball.sdf.h5 ball.obj"), &["`sdftool compare ball.obj ball.sdf.h5`"]);
+    says(&folder.refused("compare ball.sdf.h5 sphere.sdf.toml"), &["ball.sdf.h5 is a field: give a mesh first"]);
+    says(&folder.refused("bake ball.sdf.h5 --res 8"), &["ball.sdf.h5 is a field already"]);
+    // The right order, and a text that is neither, are not mistaken.
+    folder.done("contacts sheet.stl sphere.sdf.toml");
+    folder.write("notes.txt", "dear diary\n");
+    says(&folder.refused("info notes.txt"), &["notes.txt", "not TOML from line 1 on"]);
+}
+
+#[test]
+fn a_misspelt_key_is_named() {
+    let folder = Folder::new();
+    for (text, words) in [
+        ("[feild]\nshape = 'sphere'\nradius = 1\n", ["needs field, a table", "\"feild\" is misspelt"]),
+        ("[field]\nshap = 'sphere'\nradius = 1\n", ["field: needs shape, a string", "\"shap\" is misspelt"]),
+        ("[field]\nshape = 'sphere'\nradus = 1\n", ["field: needs radius, a number", "\"radus\" is misspelt"]),
+        (
+            "[field]\nshape = 'torus'\nmajor_radius = 2\nminor_raduis = 1\n",
+            ["minor_radius", "\"minor_raduis\" is misspelt"],
+        ),
+        ("[field]\nshape = 'sphere'\nradius = 1\npose.scael = 2\n", ["field.pose", "unknown key \"scael\""]),
+    ] {
+        folder.write("bad.sdf.toml", text);
+        says(&folder.refused("info bad.sdf.toml"), &words);
+    }
+    // A key of another meaning is not taken for a slip of the pen.
+    folder.write("bad.sdf.toml", "[field]\nshape = 'sphere'\ncolour = 1\n");
+    assert_eq!(folder.refused("info bad.sdf.toml"), "bad.sdf.toml: field: needs radius, a number");
+}
+
+#[test]
+fn no_sentence_is_said_twice() {
+    let folder = scene();
+    for words in [
+        "info missing.sdf.h5",
+        "info missing.sdf.toml",
+        "contacts missing.obj sphere.sdf.toml",
+        "contacts ball.obj missing.sdf.toml",
+        "eval sphere.sdf.toml --points missing.csv",
+        "bake missing.obj --res 8",
+        "surface missing.sdf.toml -o out.obj",
+        "bake ball.obj --res 8 -o missing/out.sdf.h5",
+    ] {
+        let line = folder.refused(words);
+        assert_eq!(line.matches("os error 2").count(), 1, "{words}: {line}");
+        says(&line, &["missing"]);
+    }
+}
+
+#[test]
+fn an_output_is_refused_whose_ending_is_not_what_is_written() {
+    let folder = scene();
+    for (words, endings) in [
+        ("bake ball.obj --res 8 -o ball.obj", ".sdf.h5"),
+        ("bake ball.obj --res 8 -o grid", ".sdf.h5"),
+        ("contacts ball.obj sphere.sdf.toml -o list.txt", ".csv, .json, .ply or .h5"),
+        ("compare ball.obj sphere.sdf.toml -o page.pdf", ".html"),
+        ("slice sphere.sdf.toml -o picture.jpg", ".png"),
+        ("surface sphere.sdf.toml -o surface.gltf", ".obj, .ply, .stl or .off"),
+        ("verify ball.sdf.h5 ball.obj --histogram errors.png", ".svg"),
+    ] {
+        says(&folder.wrong_usage(words), &["use a name that ends in ", endings]);
+    }
+    folder.done("bake ball.obj --res 8 -o grid.H5");
+}
+
+#[test]
+fn with_json_an_error_is_one_object_on_standard_output_too() {
+    let folder = scene();
+    for (words, status) in [
+        ("info missing.sdf.h5 --json", 1),
+        ("contacts --json ball.sdf.h5 ball.obj", 1),
+        ("bake ball.obj --json", 2),
+        ("bake ball.obj --res 0 --json", 2),
+        ("bake ball.obj --res 8 --layout dense --precision u8 --json", 2),
+    ] {
+        let output = folder.sdftool(words).output().unwrap();
+        let [printed, said] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        assert_eq!(
+            (output.status.code(), printed.matches('\n').count()),
+            (Some(status), 1),
+            "{words}: {printed}{said}"
+        );
+        let object: Value = serde_json::from_str(&printed).unwrap();
+        let error = object["error"].as_str().unwrap();
+        assert_eq!((&object["schema"], object.as_object().unwrap().len()), (&"sdftool.error/1".into(), 2), "{printed}");
+        assert!(!error.is_empty() && said.contains(error.lines().next().unwrap()), "{words}: {printed}{said}");
+    }
+    // Without it, and for help, standard output is as before.
+    assert!(!folder.refused("info missing.sdf.h5").is_empty());
+    says(&folder.done("info --json --help"), &["Usage: sdftool info"]);
+}
+
+#[test]
+fn a_plane_outside_the_box_and_an_empty_set_of_elements_are_errors() {
+    let folder = scene();
+    folder.write("points.obj", "v 0 0 0\nv 1 0 0\n");
+    for field in ["ball.sdf.h5", "sphere.sdf.toml"] {
+        for at in ["9", "-9", "1e308"] {
+            let line = folder.refused(&format!("slice {field} --axis y --at {at} -o out.png"));
+            says(&line, &[field, "--at ", "outside the field's box: use y from "]);
+        }
+        folder.done(&format!("slice {field} --axis y --at 0.9 -o out.png --pixels 16"));
+        std::fs::remove_file(folder.at("out.png")).unwrap();
+    }
+    says(
+        &folder.refused("contacts points.obj sphere.sdf.toml"),
+        &["no triangles in points.obj", "--elements vertices"],
+    );
+    let line = folder.refused("contacts points.obj sphere.sdf.toml --elements edges");
+    says(&line, &["no edges in points.obj", "--elements vertices"]);
+    folder.done("contacts points.obj sphere.sdf.toml --elements vertices");
+}
+
+#[test]
+fn points_may_stand_between_commas_semicolons_or_blanks() {
+    let folder = scene();
+    folder.write("commas.csv", "x,y,z\n0.5,-1,2e0\n0,0,3,more\n");
+    folder.write("semicolons.csv", "x;y;z\n0.5; -1 ;2e0\n0;0;3;more\n");
+    folder.write("blanks.csv", "x y z\n0.5 -1\t2e0\n  0 0   3 more\n");
+    folder.write("mixed.csv", "0.5,-1,2e0\n0;0;3\n");
+    let wanted = folder.done("eval sphere.sdf.toml --points commas.csv");
+    assert_eq!(wanted.lines().count(), 3);
+    for name in ["semicolons", "blanks", "mixed"] {
+        assert_eq!(folder.done(&format!("eval sphere.sdf.toml --points {name}.csv")), wanted, "{name}");
+    }
+    // A decimal comma is not a column.
+    folder.write("decimal.csv", "1,5;2,5;3\n");
+    says(&folder.refused("eval sphere.sdf.toml --points decimal.csv"), &["decimal.csv, line 1", "points for decimals"]);
+}
+
+#[test]
+fn a_dash_reads_a_mesh_or_a_field_from_standard_input() {
+    let folder = scene();
+    folder.write("points.csv", "2,0,0\n");
+    let piped = |words: &str, name: &str| {
+        let assert = folder.sdftool(words).write_stdin(folder.read(name)).assert().success().stderr("");
+        String::from_utf8_lossy(&assert.get_output().stdout).into_owned()
+    };
+    for field in ["ball.sdf.h5", "sphere.sdf.toml"] {
+        assert_eq!(piped("info -", field), folder.done(&format!("info {field}")));
+        let words = "eval --points points.csv";
+        assert_eq!(piped(&format!("{words} -"), field), folder.done(&format!("{words} {field}")));
+    }
+    let count = |json: &str| serde_json::from_str::<Value>(json).unwrap()["contacts"].as_array().unwrap().len();
+    let by_name = folder.done("contacts sheet.stl ball.sdf.h5 --json");
+    assert_eq!(count(&piped("contacts - ball.sdf.h5 --json", "sheet.stl")), count(&by_name));
+    assert_eq!(count(&piped("contacts sheet.stl - --json", "ball.sdf.h5")), count(&by_name));
+    piped("bake - --res 8 -o piped.sdf.h5", "ball.obj");
+    folder.done("verify piped.sdf.h5 ball.obj --points 10");
+    says(&folder.refused("bake - --res 8"), &["add -o"]);
+    says(&folder.refused("contacts - -"), &["cannot both be standard input"]);
+    says(&folder.refused("eval - --points -"), &["cannot both be standard input"]);
+    says(&folder.refused("info -"), &["standard input: an empty file"]);
+}
+
+#[test]
+fn no_more_is_read_than_the_file_has_and_tiny_numbers_are_short() {
+    let folder = scene();
+    folder.write("tiny.obj", Model::ball([0.0; 3], 1e-30, 2).obj());
+    folder.done("bake tiny.obj --res 8");
+    folder.done("surface tiny.sdf.h5 -o surface.obj");
+    let text = String::from_utf8(folder.read("surface.obj")).unwrap();
+    assert!(text.contains("e-3") && !text.contains("0000000000000000000"), "{:.200}", text);
+    folder.done("bake ball.obj --res 60");
+    for words in [
+        "contacts ball.obj ball.sdf.h5 --elements vertices",
+        "contacts ball.obj ball.sdf.h5",
+        "eval ball.sdf.h5 --points c.csv",
+    ] {
+        folder.write("c.csv", "0,0,1\n0,1,0\n");
+        let read = &folder.json(words)["read"];
+        assert!(read["bytes"].as_u64() <= read["file_bytes"].as_u64(), "{words}: {read}");
+    }
+}
