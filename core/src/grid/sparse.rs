@@ -94,6 +94,9 @@ impl<B: Bricks> Bricks for &B {
     }
 }
 
+/// 4.5 √3: error bound of the coarse grid inside, in spacings. See [`Sparse::coarse_error`].
+const DEEP_ERROR: f64 = 7.795;
+
 /// Storage of samples in bricks, with a coarse grid in the empty slots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sparse<B> {
@@ -221,8 +224,7 @@ impl<B: Bricks> Sparse<B> {
 }
 
 impl<B: Bricks> Sparse<B> {
-    /// Error bound of the cells whose first corner lies in a slot. Without a brick the coarse grid has at most the distance's
-    /// magnitude, but for a rise of 3 h²/(8 B) between its nodes (h the spacing, B the band): it exceeds d only where d is negative.
+    /// Error bound of the cells whose first corner lies in a slot.
     fn slot_error(&self, slot: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
         if let Some(brick) = self.brick_in_slot(slot) {
             let near = f64::from(*self.bricks.errors().get(brick)?);
@@ -231,18 +233,20 @@ impl<B: Bricks> Sparse<B> {
         Some(self.coarse_error(slot, 0.0, spacing, band))
     }
 
-    /// Error bound beyond the band.
+    /// Error bound beyond the band, with h the spacing and B the band (derived in docs/error-bounds.md).
+    ///
+    /// Outside, the coarse grid is a lower bound of the distance, but for a rise between nodes: φ − d ≤ 3 h²/(8 B).
+    /// Inside, it interpolates distances at nodes 8 h apart: |φ − d| ≤ 4.5 √3 h, by the Lipschitz bound 4 √3 h of a coarse cell and
+    /// √3/2 h of one voxel.
     fn coarse_error(&self, slot: [u32; 3], near: f64, spacing: f64, band: f64) -> ErrorBound {
         let BlockBounds { range, .. } = self.slot_bounds(slot);
         let magnitude = f64::from(range.upper.max(-range.lower));
         let rounding = INTERPOLATION * f64::from(f32::EPSILON) * magnitude;
         let rise = near.max(3.0 / 8.0 * spacing * spacing / band + rounding);
         let band = band as f32;
-        ErrorBound {
-            near: 0.0,
-            above: if -band < range.lower { rise } else { f64::INFINITY },
-            below: if range.upper < band { rise } else { f64::INFINITY },
-        }
+        let is_deep = range.lower <= -band;
+        let error = if is_deep { rise.max(DEEP_ERROR * spacing + rounding) } else { rise };
+        ErrorBound { near: 0.0, above: error, below: if range.upper < band { error } else { f64::INFINITY } }
     }
 }
 
