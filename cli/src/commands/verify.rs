@@ -38,7 +38,10 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         }
         OpenField::Analytic(node) => (Field::Analytic(node), None),
     };
-    let surface = Surface::new(&input.mesh.points, &input.mesh.triangles);
+    // As it was baked: without faces that lie inside of the solid.
+    let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
+    let mesh = if keeps_all { mesh } else { mesh.without_inner_shells() };
+    let surface = Surface::new(&mesh);
     let (findings, errors) = progress::on_threads(args.threads, || {
         // By winding numbers, asked at every point: so a file signed by pseudo-normals is judged by another method, and
         // one signed by winding numbers by what its signs were spread from. The distances come from the baker's own tree;
@@ -122,6 +125,9 @@ struct Far {
     falls_short: f64,
     /// The most by which it is more than the distance in size.
     over: f64,
+    /// The same outside, where it is a lower bound.
+    #[serde(skip)]
+    over_outside: f64,
     wrong_signs: usize,
 }
 
@@ -249,6 +255,7 @@ impl Far {
             asked: asked.len(),
             falls_short: asked.iter().map(|asked| -over(asked)).fold(0.0, f64::max),
             over: asked.iter().map(over).fold(0.0, f64::max),
+            over_outside: asked.iter().filter(|asked| asked.truth > 0.0).map(over).fold(0.0, f64::max),
             wrong_signs: asked.iter().filter(|asked| asked.has_wrong_sign(error_bound)).count(),
         }
     }
@@ -323,27 +330,26 @@ fn cell_at(lattice: &Lattice, point: [f64; 3]) -> [u32; 3] {
 
 /// A mesh to draw points from, evenly by area.
 struct Surface<'a> {
-    points: &'a [[f64; 3]],
-    triangles: &'a [[u32; 3]],
-    /// Of each triangle the area of all up to it.
+    mesh: &'a TriangleMesh,
+    /// For each triangle the area of all up to it.
     areas: Vec<f64>,
 }
 
 impl<'a> Surface<'a> {
-    fn new(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> Self {
+    fn new(mesh: &'a TriangleMesh) -> Self {
         let mut sum = 0.0;
-        let area = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|corner| Vector3::from(points[corner as usize]));
+        let area = |triangle: usize| {
+            let [a, b, c] = mesh.corners(triangle).map(Vector3::from);
             sum += (b - a).cross(&(c - a)).norm();
             sum
         };
-        Self { points, triangles, areas: triangles.iter().map(area).collect() }
+        Self { mesh, areas: (0..mesh.triangle_count()).map(area).collect() }
     }
 
     fn point(&self, seed: u64, number: u64) -> [f64; 3] {
         let share = unit_at(seed, number) * self.areas.last().copied().unwrap_or(0.0);
-        let triangle = self.areas.partition_point(|area| *area <= share).min(self.triangles.len() - 1);
-        let [a, b, c] = self.triangles[triangle].map(|corner| Vector3::from(self.points[corner as usize]));
+        let triangle = self.areas.partition_point(|area| *area <= share).min(self.areas.len() - 1);
+        let [a, b, c] = self.mesh.corners(triangle).map(Vector3::from);
         let (u, v) = (unit_at(seed, number + 1), unit_at(seed, number + 2));
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         (a + (b - a) * u + (c - a) * v).into()
@@ -378,8 +384,9 @@ fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
         faults.push(format!("{count} points are wrong by more than their brick certifies"));
     }
     if let Some(far) = &findings.far {
-        if far.over > bound {
-            faults.push(format!("a point beyond the band claims {} more than its distance", number(far.over)));
+        if far.over_outside > bound {
+            let over = number(far.over_outside);
+            faults.push(format!("a point beyond the band claims {over} more than its distance"));
         }
         if far.wrong_signs > 0 {
             faults.push(format!("{} points beyond the band have the wrong sign", far.wrong_signs));
@@ -428,7 +435,7 @@ fn print(args: &VerifyArgs, findings: &Findings, context: Context) -> Result<()>
         rows.push(("nodes", row(nodes)));
     }
     rows.push((if findings.far.is_some() { "band" } else { "points" }, row(&findings.points)));
-    if let Some(Far { asked, falls_short, over, wrong_signs }) = &findings.far {
+    if let Some(Far { asked, falls_short, over, wrong_signs, .. }) = &findings.far {
         let [falls_short, over] = [falls_short, over].map(|error| length(*error));
         rows.push((
             "beyond",

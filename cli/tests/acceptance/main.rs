@@ -19,5 +19,6 @@ mod poses;
 mod progress;
 mod repeatable;
 mod shared_meshes;
+mod solids;
 mod sparse_grids;
 mod surfaces;
