@@ -2,6 +2,7 @@
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage, Precision};
+use sdf_core::grid::sparse::DEEP_ERROR;
 
 use crate::sparse::{Quantize, SparseBaker};
 use crate::{DenseGrid, SparseGrid};
@@ -42,7 +43,8 @@ impl<C: OwnedCode> SparseGrid<C> {
         let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
         let storage = OwnedStorage::sparse(lattice, bricks).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS);
-        BakedGrid { grid: grid.with_band(band).with_error_bound(error_bound), error_bound }
+        let grid = grid.with_band(band).with_error_bound(error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());
+        BakedGrid { grid, error_bound }
     }
 }
 

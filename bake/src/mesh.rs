@@ -1,27 +1,32 @@
-//! A checked triangle mesh: equal points welded, repeated triangles removed.
+//! A checked triangle mesh: equal points welded, repeated triangles and triangles without area removed.
 //!
-//! `topology` counts what keeps it from bounding one solid and orients its triangles; `intersections` counts crossing
-//! triangles exactly.
+//! `topology` counts what keeps it from bounding one solid and orients its triangles, with the help of `stitches`;
+//! `intersections` counts crossing triangles exactly; `inner_shells` removes shells that lie inside of the solid.
 
+mod inner_shells;
 pub mod intersections;
+mod stitches;
 pub mod topology;
 
 use std::hash::BuildHasher;
 
 use hashbrown::hash_table::Entry;
 use hashbrown::{DefaultHashBuilder, HashTable};
+use robust::{Coord, orient2d};
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 use thiserror::Error;
 
 /// Triangles that can be baked: indices in range, finite coordinates, positive extent.
 ///
-/// Points at one position become one point; a triangle that occurs twice counts once. [`TriangleMesh::report`] has the
-/// counts.
+/// Points at one position become one point; a triangle that occurs twice counts once, one without area not at all.
+/// [`TriangleMesh::report`] has the counts.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     pub(crate) points: Vec<Vector3<f64>>,
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// Collinear triangles of three points. No distance is measured to them, but they can join edges.
+    pub(crate) stitches: Vec<[u32; 3]>,
     bounds: Aabb,
     report: MeshReport,
 }
@@ -33,10 +38,16 @@ pub struct MeshReport {
     pub welded_points: usize,
     /// Points that no triangle uses.
     pub unreferenced_points: usize,
-    /// Triangles without area. They count for distances, not for signs.
+    /// Triangles without area, their corners repeated or collinear by exact predicates, removed.
     pub degenerate_triangles: usize,
     /// Triangles with the corners and winding of an earlier one, removed.
     pub repeated_triangles: usize,
+    /// Closed shells that [`TriangleMesh::without_inner_shells`] removed: both their sides are inside of the solid.
+    pub inner_shells: usize,
+    /// Triangles of [`Self::inner_shells`].
+    pub inner_triangles: usize,
+    /// Closed shells that cross or touch themselves or each other. Their parts inside of the solid are not removed.
+    pub entangled_shells: usize,
 }
 
 /// Reason why a mesh cannot be baked.
@@ -45,6 +56,9 @@ pub enum InvalidMesh {
     /// The list of triangles is empty.
     #[error("the mesh has no triangles")]
     NoTriangles,
+    /// Every triangle has repeated or collinear corners.
+    #[error("no triangle of the mesh has an area: the corners of each are repeated or on one line")]
+    NoArea,
     /// The longest side of the bounding box is below 1e-30.
     #[error("the mesh has no extent: its longest side is {side}, and must be 1e-30 or more")]
     NoExtent {
@@ -90,23 +104,28 @@ impl TriangleMesh {
         triangles.iter().flatten().for_each(|index| is_referenced[*index as usize] = true);
         let unreferenced_points = is_referenced.iter().filter(|is_referenced| !**is_referenced).count();
         let referenced = || points.iter().zip(&is_referenced).filter(|(_, used)| **used).map(|(point, _)| *point);
-        let bounds = Aabb::from_points(referenced()).ok_or(InvalidMesh::NoTriangles)?;
-        let side = bounds.longest_side();
-        if side < MIN_SIDE {
-            return Err(InvalidMesh::NoExtent { side });
-        }
+        let with_extent = |bounds: Aabb| match bounds.longest_side() {
+            side if side < MIN_SIDE => Err(InvalidMesh::NoExtent { side }),
+            _ => Ok(bounds),
+        };
+        with_extent(Aabb::from_points(referenced()).ok_or(InvalidMesh::NoTriangles)?)?;
 
         let points: Vec<Vector3<f64>> = points.iter().map(|point| Vector3::from(*point)).collect();
         let welded = triangles.iter().map(|corners| corners.map(|index| first_at_position[index as usize]));
         let unique = without_repeated(welded);
         let repeated_triangles = triangles.len() - unique.len();
-        let has_area = |corners: &&[u32; 3]| has_area(corners.map(|index| points[index as usize]));
-        let degenerate_triangles = unique.len() - unique.iter().filter(has_area).count();
-        let report = MeshReport { welded_points, unreferenced_points, degenerate_triangles, repeated_triangles };
-        Ok(Self { points, triangles: unique, bounds, report })
+        let has_area = |corners: &[u32; 3]| has_area(corners.map(|index| points[index as usize]));
+        let (triangles, mut stitches): (Vec<_>, Vec<_>) = unique.into_iter().partition(has_area);
+        let degenerate_triangles = stitches.len();
+        stitches.retain(|[a, b, c]| a != b && b != c && c != a);
+        let corners = triangles.iter().flatten().map(|index| points[*index as usize].into());
+        let bounds = with_extent(Aabb::from_points(corners).ok_or(InvalidMesh::NoArea)?)?;
+        let counts = MeshReport { welded_points, unreferenced_points, ..MeshReport::default() };
+        let report = MeshReport { degenerate_triangles, repeated_triangles, ..counts };
+        Ok(Self { points, triangles, stitches, bounds, report })
     }
 
-    /// Box around all points that a triangle uses.
+    /// Box around all points that a triangle with an area uses.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -193,6 +212,10 @@ fn rotated_to_lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-pub(crate) fn has_area([a, b, c]: [Vector3<f64>; 3]) -> bool {
-    (b - a).cross(&(c - a)).iter().any(|x| *x != 0.0)
+/// Is a triangle's area exactly more than zero? A projection along an axis then has an area too.
+fn has_area(corners: [Vector3<f64>; 3]) -> bool {
+    (0..3).any(|axis| {
+        let [a, b, c] = corners.map(|p| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
+        orient2d(a, b, c) != 0.0
+    })
 }

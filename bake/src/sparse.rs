@@ -6,14 +6,19 @@
 //! | nodes | value |
 //! |---|---|
 //! | within W of the surface | exact distance; all corners of a cell that the band enters are such, so it interpolates what a dense grid would |
-//! | beyond, in a brick | the lesser of the distance and the coarse grid's interpolant |
+//! | beyond, in a brick | the lesser of the distance and the coarse grid's interpolant, but no less than W |
 //! | in a slot without a brick, all its nodes beyond K = W + √3/2 h | the coarse grid's interpolant |
 //!
-//! The coarse grid's magnitude at a node is the greater of two values (`brick_map`): a lower bound of the distance in
-//! the slots around it, and a value that rises slowly with the node's distance. It is at most the distance at nodes
-//! without a brick. It is 1-Lipschitz along each axis, as the distance is; so is the lesser of both.
+//! The coarse grid holds the distance d at its nodes inside, but no less than W. Outside, its magnitude is the greater of
+//! two values (`brick_map`): a lower bound of the distance in the slots around the node, and a value that rises slowly
+//! with the node's distance. There it is at most the distance at nodes without a brick. It is 1-Lipschitz along each
+//! axis, as the distance is; so is the lesser of both.
 //!
-//! A point x beyond the band with nearest surface point q, r = |x − q|, gets at most
+//! Inside, a coarse cell is 8 h wide and d is 1-Lipschitz, so its interpolant errs by at most 4√3 h, and with the last
+//! cells of bricks by 4.5√3 h (docs/error-bounds.md). A brick that the jump of an open mesh's sign crosses holds exact
+//! distances throughout.
+//!
+//! A point x outside, beyond the band, with nearest surface point q, r = |x − q|, gets at most
 //!
 //! ```text
 //! Σ wᵢ |xᵢ − q| ≤ Σ wᵢ (|xᵢ − q|² + r²) / (2 r) ≤ r + 3 h² / (8 B).
@@ -60,7 +65,8 @@ pub struct SparseGrid<C> {
     /// signed distance within the band. Proven for closed meshes. The sign of an open mesh also jumps at a surface
     /// that closes its holes; a part of it that cuts no edge of a cell is not found.
     pub errors: Vec<f32>,
-    /// Every eighth node and one more along each axis, x fastest. Zero where all slots around have bricks.
+    /// Every eighth node and one more along each axis, x fastest: distances inside, lower bounds of them outside. Zero
+    /// where all slots around have bricks.
     pub coarse: Vec<f32>,
     /// Lipschitz constant of the interpolant. [`Self::bounds`] has those of single bricks.
     pub slope_bound: f64,
@@ -84,6 +90,9 @@ impl<C: Code> Bricks for SparseGrid<C> {
     }
     fn coarse(&self) -> &[f32] {
         &self.coarse
+    }
+    fn errors(&self) -> &[f32] {
+        &self.errors
     }
 }
 

@@ -63,8 +63,8 @@ pub trait Storage {
     /// Can [`block_bounds`](Self::block_bounds) return `Some`? If not, it is never called.
     const HAS_BLOCK_BOUNDS: bool = false;
 
-    /// Error bounds of the cells between the nodes `first` and `last`, if the storage has them. `spacing` is that of the lattice.
-    fn error_bound(&self, _first: [u32; 3], _last: [u32; 3], _spacing: f64, _band: f64) -> Option<ErrorBound> {
+    /// Error bounds of the cells between the nodes `first` and `last`, if the storage has them.
+    fn error_bound(&self, _first: [u32; 3], _last: [u32; 3], _at: Sampling) -> Option<ErrorBound> {
         None
     }
 
@@ -87,8 +87,8 @@ impl<S: Storage> Storage for &S {
 
     const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
-        (**self).error_bound(first, last, spacing, band)
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
+        (**self).error_bound(first, last, at)
     }
 
     #[inline(always)]
@@ -131,6 +131,18 @@ pub struct Grid<S> {
     slope_bound: f64,
     band: f64,
     error_bound: f64,
+    deep_error: f64,
+}
+
+/// How a storage's samples were taken: what its error bounds follow from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// Distance between neighbouring nodes.
+    pub spacing: f64,
+    /// See [`Grid::with_band`].
+    pub band: f64,
+    /// See [`Grid::with_deep_error`].
+    pub deep_error: f64,
 }
 
 impl<S: Storage> Grid<S> {
@@ -143,13 +155,14 @@ impl<S: Storage> Grid<S> {
             slope_bound,
             band: f64::INFINITY,
             error_bound: f64::INFINITY,
+            deep_error: f64::INFINITY,
         })
     }
 
     /// The same grid with the same samples in a storage of another type, such as one variant of an enum of storages.
     pub fn with_storage<T: Storage>(&self, storage: T) -> Grid<T> {
-        let Self { lattice, slope_bound, band, error_bound, .. } = *self;
-        Grid { lattice, storage, slope_bound, band, error_bound }
+        let Self { lattice, slope_bound, band, error_bound, deep_error, .. } = *self;
+        Grid { lattice, storage, slope_bound, band, error_bound, deep_error }
     }
 
     /// The same grid with another band: samples with |φ| ≥ `band` get the status [`beyond_band`](crate::Status::beyond_band).
@@ -167,6 +180,11 @@ impl<S: Storage> Grid<S> {
     /// The shape lies inside the box. Infinite unless set: nothing is known.
     pub fn with_error_bound(self, error_bound: f64) -> Self {
         Self { error_bound, ..self }
+    }
+
+    /// The same grid with another bound of |φ − d| beyond the band where d is negative. Infinite unless set.
+    pub fn with_deep_error(self, deep_error: f64) -> Self {
+        Self { deep_error, ..self }
     }
 
     /// Positions of the nodes.
@@ -235,10 +253,10 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
     /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,
     /// and d(x) ≥ √(s² + d(P)²) for a shape inside the box.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        let by_cells = self
-            .lattice
-            .nodes_around(region)
-            .and_then(|[first, last]| self.storage.error_bound(first, last, self.lattice.spacing(), self.band));
+        let Self { band, deep_error, .. } = *self;
+        let sampling = Sampling { spacing: self.lattice.spacing(), band, deep_error };
+        let by_cells =
+            self.lattice.nodes_around(region).and_then(|[first, last]| self.storage.error_bound(first, last, sampling));
         let all = match self.band < f64::INFINITY {
             true => ErrorBound { near: self.error_bound, ..ErrorBound::UNKNOWN },
             false => ErrorBound::everywhere(self.error_bound),

@@ -30,6 +30,7 @@ use crate::{Enclosure, GradientBox, Sdf};
 /// give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation<R: Real> {
+    /// Bounds of φ and ∇φ on the hull.
     pub enclosure: Enclosure<R>,
     /// Values at the corners of an affine function that is nowhere above φ. Unused places repeat the first corner.
     pub lower: [R; 4],

@@ -34,6 +34,17 @@ pub enum MaxError {
     Fraction(f64),
 }
 
+/// What becomes of faces that lie inside of the solid, such as those of a cube in a cube that is wound alike.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InnerFaces {
+    /// Closed shells inside of the solid are dropped where winding numbers are certain: in closed meshes, and apart from shells that
+    /// cross or touch. See [`TriangleMesh::without_inner_shells`].
+    #[default]
+    Drop,
+    /// Distances are those to the nearest of all faces.
+    Keep,
+}
+
 /// How a mesh is baked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOptions {
@@ -43,12 +54,14 @@ pub struct BakeOptions {
     pub layout: Layout,
     /// The type of a sparse grid's samples; `None` stands for u16. Dense grids are f32; [`GridSize::MaxError`] picks its own.
     pub precision: Option<Precision>,
-    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it lower bounds.
+    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside.
     pub band: u32,
     /// Cells around the mesh's box on each side.
     pub padding: u32,
     /// How inside and outside are told apart; `None` lets the mesh decide.
     pub sign: Option<SignMethod>,
+    /// What becomes of shells inside of the solid.
+    pub inner_faces: InnerFaces,
     /// How many threads work.
     pub threads: Threads,
     /// Where the mesh comes from, for the record; its count of triangles is filled in.
@@ -65,6 +78,7 @@ impl Default for BakeOptions {
             band: 3,
             padding: 4,
             sign: None,
+            inner_faces: InnerFaces::Drop,
             threads: Threads::ALL,
             source: Source::default(),
         }
@@ -153,6 +167,10 @@ impl Field {
     ) -> Result<Baked, BakeError> {
         options.threads.install(|| {
             let mesh = TriangleMesh::new(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
+            let mesh = match options.inner_faces {
+                InnerFaces::Drop => mesh.without_inner_shells(),
+                InnerFaces::Keep => mesh,
+            };
             bake(&mesh, options, on_progress)
         })
     }
@@ -185,7 +203,7 @@ fn bake(
     let inside = |axis: usize| (bounds.min[axis] - grid_box.min[axis]).min(grid_box.max[axis] - bounds.max[axis]);
     let info = GridInfo {
         sign_method,
-        sign_reason: distance.sign_reason().to_owned(),
+        sign_reason: format!("{}{}", distance.sign_reason(), dropped(&mesh.report())),
         error_bound,
         padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
         band,
@@ -199,6 +217,21 @@ fn bake(
         topology: *distance.topology(),
         is_proven: distance.is_continuous(),
     })
+}
+
+/// What was dropped or could not be, in words to follow the reason of the sign method.
+fn dropped(report: &MeshReport) -> String {
+    let counts = [
+        (report.inner_shells, "shell inside of the solid, dropped", "shells inside of the solid, dropped"),
+        (report.degenerate_triangles, "face without area, dropped", "faces without area, dropped"),
+        (
+            report.entangled_shells,
+            "shell crosses or touches itself: its faces inside of the solid count",
+            "shells cross or touch: their faces inside of the solid count",
+        ),
+    ];
+    let counts = counts.into_iter().filter(|(count, ..)| *count > 0);
+    counts.map(|(count, one, several)| format!("; {count} {}", if count == 1 { one } else { several })).collect()
 }
 
 /// A grid, and the half width of its band.
@@ -302,6 +335,7 @@ impl BakeOptions {
             (GridSize::MaxError(_), ..) | (.., None) => format!(" --layout sparse --band {}", self.band),
             (.., Some(precision)) => format!(" --layout sparse --band {} --precision {}", self.band, precision.name()),
         };
-        format!("{size} --padding {} --sign {sign}{sparse}", self.padding)
+        let inner = if self.inner_faces == InnerFaces::Keep { " --inner-faces keep" } else { "" };
+        format!("{size} --padding {} --sign {sign}{inner}{sparse}", self.padding)
     }
 }

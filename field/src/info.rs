@@ -28,7 +28,7 @@ pub struct GridInfo {
     pub error_bound: f64,
     /// Least distance from the mesh to the faces of the grid's box.
     pub padding: f64,
-    /// Half width of a sparse grid's band: within it values are distances, beyond it lower bounds. `None` of a dense grid.
+    /// Half width of a sparse grid's band: within it values are distances, beyond it coarse ones inside and lower bounds outside. `None` of a dense grid.
     pub band: Option<f64>,
     /// The mesh that was baked.
     pub source: Source,

@@ -83,6 +83,7 @@ pub enum MeshFormat {
     Ply,
     /// STL, text or binary.
     Stl,
+    /// OFF, text.
     Off,
 }
 

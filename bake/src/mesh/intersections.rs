@@ -20,7 +20,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
+use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME, NODE_POSITION_ROUNDING};
 use crate::triangle::area_vector;
 
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
@@ -28,6 +28,37 @@ const GROUP_SIZE: usize = 8;
 
 /// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
+    count_pairs(mesh, tree, orientations, |plane, a, b, _| may_intersect(plane, a, b) && intersect(a, b))
+}
+
+/// Calls `visit` with the triangles of each pair that intersects, or has a point in common although they are not of one
+/// shell. Some coplanar pairs that only come near are among them.
+pub(super) fn for_meeting_pairs(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    are_one_shell: impl Fn(u32, u32) -> bool + Sync,
+    visit: impl Fn(u32, u32) + Sync,
+) {
+    let all = vec![1.0; tree.triangles.len()];
+    count_pairs(mesh, tree, &all, |plane, a, b, slots| {
+        let [first, second] = slots.map(|slot| tree.triangles[slot]);
+        let do_meet = may_intersect(plane, a, b)
+            && if are_one_shell(first, second) { intersect(a, b) } else { have_common_point(a, b) };
+        if do_meet {
+            visit(first, second);
+        }
+        do_meet
+    });
+}
+
+/// Number of pairs of triangles with overlapping boxes that pass a test, which gets the first one's plane, both, and
+/// their slots. Triangles with orientation 0 are ignored.
+fn count_pairs(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    orientations: &[f64],
+    test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
+) -> usize {
     let boxes: Vec<Aabb> = tree.corners.par_iter().map(box_around).collect();
     let count_in_group = |first: usize| {
         let is_counted = |slot: &usize| orientations[*slot] != 0.0;
@@ -43,11 +74,7 @@ pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: 
         let count_with = |slot: usize| {
             let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot]));
             let others = near.iter().filter(|other| slot < **other && boxes_meet(&boxes[slot], &boxes[**other]));
-            others
-                .filter(|other| {
-                    may_intersect(&plane, triangle, corners(**other)) && intersect(triangle, corners(**other))
-                })
-                .count()
+            others.filter(|other| test(&plane, triangle, corners(**other), [slot, **other])).count()
         };
         group.filter(is_counted).map(count_with).sum()
     };
@@ -112,6 +139,15 @@ fn intersect(a: Corners, b: Corners) -> bool {
         return false;
     }
     an_edge_crosses(a, b) || an_edge_crosses(b, a)
+}
+
+/// Does an edge of one triangle meet the other? True for an edge in the other's plane, wherever it is.
+fn have_common_point(a: Corners, b: Corners) -> bool {
+    let meets = |segment: [Vector3<f64>; 2], triangle| crossing(segment, triangle) != Some(0.0);
+    (0..3).any(|corner| {
+        let edge = |corners: &[Vector3<f64>; 3]| [corners[corner], corners[(corner + 1) % 3]];
+        meets(edge(a.1), *b.1) || meets(edge(b.1), *a.1)
+    })
 }
 
 /// Side of the plane of `a` for each corner of `b`; zero for shared corners.
@@ -185,6 +221,33 @@ pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vect
         if change.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     change
+}
+
+/// Triangles that a long segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None`
+/// if it touches an edge or an end lies in a plane.
+pub(super) fn ray_crossings(
+    tree: &Bvh,
+    [from, to]: [Vector3<f64>; 2],
+    is_counted: impl Fn(u32) -> bool,
+) -> Option<Vec<(u32, f64)>> {
+    /// Boxes around so many pieces contain little beside the segment.
+    const PIECES: usize = 64;
+    let at = |piece: usize| from + (to - from) * (piece as f64 / PIECES as f64);
+    let padding = Vector3::repeat(((to - from).norm() + from.amax()) * NODE_POSITION_ROUNDING);
+    let mut near = vec![];
+    for piece in 0..PIECES {
+        let (start, end) = (at(piece), at(piece + 1));
+        tree.visit_overlapping(start.inf(&end) - padding, start.sup(&end) + padding, |slot| {
+            near.extend(Some(slot).filter(|slot| is_counted(tree.triangles[*slot])));
+            ControlFlow::Continue(())
+        });
+    }
+    near.sort_unstable();
+    near.dedup();
+    let crossings =
+        near.into_iter().map(|slot| Some((tree.triangles[slot], crossing([from, to], tree.corners[slot])?)));
+    let crossings: Option<Vec<(u32, f64)>> = crossings.collect();
+    crossings.map(|crossings| crossings.into_iter().filter(|(_, crossing)| *crossing != 0.0).collect())
 }
 
 /// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the

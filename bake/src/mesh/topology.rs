@@ -2,6 +2,7 @@
 //!
 //! 1. Doubled triangles, the same corners with opposite windings, are reduced to one if the rest closes without the other.
 //! 2. Half-edges are sorted by their end points; those of one edge are counted to find boundary and non-manifold edges.
+//!    Collinear triangles take part where they join boundary edges (`stitches`).
 //! 3. Union-find over edges counts shells.
 //! 4. A breadth-first search across edges of two triangles turns each to agree with its neighbour. The majority of a
 //!    connected part keeps its winding.
@@ -11,7 +12,7 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use crate::TriangleMesh;
-use crate::mesh::has_area;
+use crate::mesh::stitches::needed_stitches;
 use crate::triangle::area_vector;
 
 /// Connectivity of the triangles with an area.
@@ -25,6 +26,8 @@ pub struct Topology {
     pub wrongly_wound: usize,
     /// Edges whose triangles disagree however they are turned, as on a Möbius strip.
     pub non_orientable_edges: usize,
+    /// Collinear faces that join the edges at T-junctions. Without them there would be boundary edges.
+    pub stitches: usize,
     /// Parts connected by edges.
     pub shells: usize,
     /// Triangles that occur twice with opposite windings.
@@ -41,9 +44,10 @@ impl Topology {
         self.boundary_edges == 0 && self.non_manifold_edges == 0 && self.non_orientable_edges == 0
     }
 
-    /// Is the mesh one closed shell without self-intersections? Then angle-weighted pseudo-normals give the sign.
+    /// Is the mesh one closed shell without self-intersections and T-junctions? Then angle-weighted pseudo-normals give
+    /// the sign.
     pub fn bounds_one_solid(&self) -> bool {
-        self.is_closed() && self.shells == 1 && self.intersecting_pairs == 0
+        self.is_closed() && self.shells == 1 && self.intersecting_pairs == 0 && self.stitches == 0
     }
 }
 
@@ -53,6 +57,7 @@ impl fmt::Display for Topology {
         let counts = [
             (self.boundary_edges, "boundary edge", "boundary edges"),
             (self.non_manifold_edges, "non-manifold edge", "non-manifold edges"),
+            (self.stitches, "T-junction stitched by a face without area", "T-junctions stitched by faces without area"),
             (self.wrongly_wound, "wrongly wound face", "wrongly wound faces"),
             (self.non_orientable_edges, "edge that no winding suits", "edges that no winding suits"),
             (self.doubled, "face doubled back to back", "faces doubled back to back"),
@@ -89,7 +94,7 @@ pub(crate) struct HalfEdge {
 /// A mesh with consistent orientations.
 pub(crate) struct OrientedMesh {
     pub topology: Topology,
-    /// Per triangle: 1 as it is wound, −1 to be turned, 0 to be ignored.
+    /// Per triangle, and after them per collinear triangle: 1 as it is wound, −1 to be turned, 0 to be ignored.
     pub orientations: Vec<f64>,
     /// Half-edges of all triangles that are not ignored, grouped by edge.
     pub half_edges: Vec<HalfEdge>,
@@ -111,8 +116,7 @@ impl OrientedMesh {
 
 /// Computes all of a mesh's topology but its intersections, for which the caller has a tree.
 pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
-    let mut is_counted: Vec<bool> =
-        mesh.triangles.iter().map(|corners| has_area(mesh.corner_points(*corners))).collect();
+    let mut is_counted = vec![true; mesh.triangles.len()];
     let doubles = back_to_back(mesh, &is_counted);
     doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = false);
     let mut half_edges = half_edges(mesh, &is_counted);
@@ -121,8 +125,18 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
         doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = true);
         half_edges = self::half_edges(mesh, &is_counted);
     }
+    is_counted.resize(mesh.triangles.len() + mesh.stitches.len(), false);
+    if !mesh.stitches.is_empty() && boundary_edges(&half_edges) > 0 {
+        let mut is_stitched = is_counted.clone();
+        is_stitched[mesh.triangles.len()..].copy_from_slice(&needed_stitches(mesh, &is_counted));
+        let stitched = self::half_edges(mesh, &is_stitched);
+        if boundary_edges(&stitched) < boundary_edges(&half_edges) {
+            (is_counted, half_edges) = (is_stitched, stitched);
+        }
+    }
 
-    let mut topology = Topology { doubled: doubles.len(), ..Topology::default() };
+    let stitches = is_counted[mesh.triangles.len()..].iter().filter(|is_counted| **is_counted).count();
+    let mut topology = Topology { doubled: doubles.len(), stitches, ..Topology::default() };
     let mut neighbours: Vec<[Option<Neighbour>; 3]> = vec![[None; 3]; is_counted.len()];
     let mut shells = Shells::new(is_counted.len());
     for edge in half_edges.chunk_by(same_edge) {
@@ -166,8 +180,13 @@ pub(crate) fn same_edge(a: &HalfEdge, b: &HalfEdge) -> bool {
     a.points == b.points
 }
 
+fn boundary_edges(half_edges: &[HalfEdge]) -> usize {
+    half_edges.chunk_by(same_edge).filter(|edge| edge.len() == 1).count()
+}
+
 fn half_edges(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<HalfEdge> {
-    let triangles = (0_u32..).zip(&mesh.triangles).filter(|(triangle, _)| is_counted[*triangle as usize]);
+    let all = mesh.triangles.iter().chain(&mesh.stitches).take(is_counted.len());
+    let triangles = (0_u32..).zip(all).filter(|(triangle, _)| is_counted[*triangle as usize]);
     let mut half_edges: Vec<HalfEdge> = triangles
         .flat_map(|(triangle, corners)| {
             [0_u8, 1, 2].map(|corner| {
@@ -253,14 +272,14 @@ fn volume(mesh: &TriangleMesh, orientations: &[f64]) -> f64 {
 }
 
 /// Union-find over triangles (path halving, the lowest index as root).
-struct Shells(Vec<u32>);
+pub(super) struct Shells(Vec<u32>);
 
 impl Shells {
-    fn new(triangle_count: usize) -> Self {
+    pub(super) fn new(triangle_count: usize) -> Self {
         Self((0..triangle_count as u32).collect())
     }
 
-    fn root(&mut self, mut triangle: u32) -> u32 {
+    pub(super) fn root(&mut self, mut triangle: u32) -> u32 {
         while self.0[triangle as usize] != triangle {
             let parent = self.0[triangle as usize];
             self.0[triangle as usize] = self.0[parent as usize];
@@ -269,7 +288,7 @@ impl Shells {
         triangle
     }
 
-    fn union(&mut self, a: u32, b: u32) {
+    pub(super) fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

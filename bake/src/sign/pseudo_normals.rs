@@ -32,10 +32,15 @@ impl PseudoNormals {
 
         let mut edges = vec![[Vector3::zeros(); 3]; faces.len()];
         for edge in oriented.half_edges.chunk_by(same_edge) {
-            let normals = || edge.iter().map(|half| faces[half.triangle as usize]);
+            // A collinear triangle has no normal.
+            let normals = || edge.iter().map(|half| faces.get(half.triangle as usize).copied().unwrap_or_default());
             let is_known = normals().all(|normal| normal != Vector3::zeros());
             let sum = if is_known { normals().sum() } else { Vector3::zeros() };
-            edge.iter().for_each(|half| edges[half.triangle as usize][usize::from(half.corner)] = sum);
+            for half in edge {
+                if let Some(edges) = edges.get_mut(half.triangle as usize) {
+                    edges[usize::from(half.corner)] = sum;
+                }
+            }
         }
 
         let weighted = |(corners, normal): (&[u32; 3], &Vector3<f64>)| {
@@ -52,7 +57,9 @@ impl PseudoNormals {
         }
         let slivers: Vec<_> =
             mesh.triangles.par_iter().filter(|corners| is_sliver(mesh.corner_points(**corners))).collect();
-        slivers.into_iter().flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
+        let stitches = mesh.stitches.iter().zip(&oriented.orientations[mesh.triangles.len()..]);
+        let counted = stitches.filter(|(_, orientation)| **orientation != 0.0).map(|(corners, _)| corners);
+        slivers.into_iter().chain(counted).flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
         Self { faces, edges, points }
     }
 

@@ -63,10 +63,12 @@ impl SparseBaker<'_> {
 
     fn brick_values(&self, search: &mut PacketSearch, slot: [u32; 3], required: f64) -> Option<BrickValues> {
         let Self { mesh, lattice, map } = self;
-        let coarse = map.corner_magnitudes(slot);
+        // Across a jump of the sign, the coarse grid's values inside and outside have nothing in common.
+        let is_at_jump = required == f64::INFINITY || !(mesh.is_continuous() || map.is_on_one_side(slot));
+        let coarse = (!is_at_jump).then(|| map.corner_magnitudes(slot));
         let exact_within = map.exact_within();
         // Beyond this the coarse grid's value is stored, so a lower bound of the distance will do.
-        let max_distance = coarse.iter().copied().fold(map.kept_within(), f64::max);
+        let max_distance = coarse.map_or(f64::INFINITY, |coarse| coarse.into_iter().fold(map.kept_within(), f64::max));
         let mut distances = [f64::INFINITY; BRICK_SAMPLES];
         let mut values = [0.0_f64; BRICK_SAMPLES];
         let nodes = PacketNodes::new(lattice, slot.map(|n| (n * BRICK) as usize), [SIDE; 3]);
@@ -90,7 +92,7 @@ impl SparseBaker<'_> {
                     distances[index] = nearest.distance;
                     magnitude = nearest.distance;
                 }
-                if magnitude > exact_within {
+                if let Some(coarse) = coarse.filter(|_| magnitude > exact_within) {
                     magnitude = magnitude.min(interpolate(coarse, step).max(exact_within));
                 }
                 values[index] = if last.nearest.is_inside { -magnitude } else { magnitude };

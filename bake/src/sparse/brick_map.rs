@@ -6,10 +6,11 @@
 //! D − R ≤ distance ≤ D + R,
 //! ```
 //!
-//! so a slot with D > K + R has no brick. The coarse grid's magnitude at a node is the greater of
+//! so a slot with D > K + R has no brick. The coarse grid's magnitude at a node inside is max(d, W), d its distance: the
+//! depth of a contact is a distance, up to interpolation. Outside, where culls need a lower bound, it is the greater of
 //!
 //! ```text
-//! min over the slots around of max(D − R, W),      T(d) = W + (d − K) / 16   at the node's own distance d.
+//! min over the slots around of max(D − R, W),      T(d) = W + (d − K) / 16.
 //! ```
 //!
 //! At a node without a brick both interpolate to at most its distance: the first by the slot's bound, the second as
@@ -32,10 +33,6 @@ use crate::{MeshDistance, SignMethod};
 /// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
 
-/// Distance from the surface, in voxels, beyond which neighbouring coarse nodes, 8 voxels apart, have a clear segment
-/// between them.
-const CLEAR_DISTANCE: f64 = 0.51 * BRICK as f64;
-
 /// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
 pub(super) struct BrickMap {
     counts: [u32; 3],
@@ -43,6 +40,8 @@ pub(super) struct BrickMap {
     distances: Vec<f32>,
     /// Magnitude of the coarse grid at each node.
     magnitudes: Vec<f32>,
+    /// For each node of the coarse grid: is it inside?
+    are_nodes_inside: Vec<bool>,
     /// `Some` if winding numbers give the sign.
     windings: Option<Windings>,
     spacing: f64,
@@ -69,26 +68,34 @@ impl BrickMap {
         let (mut distances, triangles): (Vec<f32>, Vec<u32>) = nearest_to_middles(mesh, &middles).into_iter().unzip();
         let is_winding = mesh.sign_method() == SignMethod::Winding;
         let middle_windings = is_winding.then(|| sign_by_slabs(mesh, &middles, &mut distances));
-        let mut map = Self { counts, distances, magnitudes: vec![], windings: None, spacing: lattice.spacing(), band };
+        let spacing = lattice.spacing();
+        let (magnitudes, are_nodes_inside) = (vec![], vec![]);
+        let mut map = Self { counts, distances, magnitudes, are_nodes_inside, windings: None, spacing, band };
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
         let nodes = map
             .coarse_nodes()
             .map(|node| map.measure_coarse_node(mesh, node, position(node.map(|n| n as usize)), &triangles));
-        let (magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.unzip();
-        map.magnitudes = magnitudes;
-        if let Some(middles) = middle_windings {
-            let spacing = lattice.spacing() * f64::from(BRICK);
+        let (mut magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.unzip();
+        let nodes = middle_windings.as_ref().map(|_| {
+            let spacing = spacing * f64::from(BRICK);
             let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing, position };
-            let nodes = sign_by_slabs(mesh, &block, &mut node_distances);
-            map.windings = Some(Windings { middles, nodes, node_distances });
+            sign_by_slabs(mesh, &block, &mut node_distances)
+        });
+        for (magnitude, distance) in magnitudes.iter_mut().zip(&node_distances) {
+            *magnitude = if distance.is_sign_negative() { map.inside_magnitude(distance.abs()) } else { *magnitude };
         }
+        map.magnitudes = magnitudes;
+        map.are_nodes_inside = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
+        map.windings = middle_windings.zip(nodes).map(|(middles, nodes)| Windings { middles, nodes, node_distances });
         map
     }
 
-    /// Magnitude of a coarse node, and its distance or a lower bound of it.
+    /// Magnitude of a coarse node if it is outside, and its distance or a lower bound of it, signed if pseudo-normals
+    /// give the sign.
     ///
     /// The nearest triangle is searched only if it matters. `triangles` are those nearest to the middles of the slots;
-    /// one of a slot around the node gives an upper bound of the distance.
+    /// one of a slot around the node gives an upper bound of the distance. A node that is not searched is on the side
+    /// of the middles around it, outside: the segments to them, of length R, are clear.
     fn measure_coarse_node(
         &self,
         mesh: &MeshDistance,
@@ -102,16 +109,22 @@ impl BrickMap {
         let upper = nearest_on_triangle(position, mesh.tree().corners[guess]).distance_sq.sqrt() as f32;
         let farthest = self.slots_around(node).map(|index| middle_distance(&index)).fold(0.0, f32::max);
         let lower = (f64::from(farthest) - self.half_diagonal()) * (1.0 - COARSE_DISTANCE_ROUNDING);
-        let is_too_near = mesh.sign_method() == SignMethod::Winding && lower < CLEAR_DISTANCE * self.spacing;
+        let may_be_inside = lower < self.half_diagonal() || self.slots_around(node).any(|index| self.is_inside(index));
         let flat = self.magnitude(node, 0.0);
-        if !is_too_near && self.magnitude(node, upper) == flat {
+        if !may_be_inside && self.magnitude(node, upper) == flat {
             return (flat, lower as f32);
         }
-        let distance = mesh.nearest(position, guess).distance as f32;
-        (self.magnitude(node, distance), distance)
+        let nearest = mesh.nearest(position, guess);
+        (self.magnitude(node, nearest.distance as f32), nearest.signed() as f32)
     }
 
-    /// Magnitude of a coarse node at a distance from the surface, with which it grows. Rounded down.
+    /// Magnitude of a coarse node inside: its distance. W takes the place of a lesser one, so that no value without a
+    /// brick is below those at the band's end.
+    fn inside_magnitude(&self, distance: f32) -> f32 {
+        distance.max(self.exact_within() as f32)
+    }
+
+    /// Magnitude of a coarse node outside at a distance from the surface, with which it grows. Rounded down.
     fn magnitude(&self, node: [u32; 3], distance: f32) -> f32 {
         let lower = self.slots_around(node).map(|index| self.lower_bound(index)).fold(f64::INFINITY, f64::min);
         let tilted = self.tilted(f64::from(distance) * (1.0 - COARSE_DISTANCE_ROUNDING));
@@ -128,7 +141,9 @@ impl BrickMap {
             (windings.middles.len() + windings.nodes.len()) * size_of::<Winding>()
                 + size_of_val(&windings.node_distances[..])
         });
-        self.distances.len() * size_of::<(f32, u32, usize)>() + self.magnitudes.len() * size_of::<[f32; 3]>() + windings
+        self.distances.len() * size_of::<(f32, u32, usize)>()
+            + self.magnitudes.len() * size_of::<([f32; 3], bool)>()
+            + windings
     }
 
     pub fn band(&self) -> f64 {
@@ -224,6 +239,12 @@ impl BrickMap {
     /// Magnitudes of the coarse grid at the corners of a slot, x fastest.
     pub fn corner_magnitudes(&self, slot: [u32; 3]) -> [f64; 8] {
         std::array::from_fn(|corner| f64::from(self.magnitudes[corner_node(self.counts, slot, corner as u32)]))
+    }
+
+    /// Are the middle of a slot and its corners all inside, or all outside?
+    pub fn is_on_one_side(&self, slot: [u32; 3]) -> bool {
+        let is_inside = self.is_inside(self.index(slot));
+        (0..8).all(|corner| self.are_nodes_inside[corner_node(self.counts, slot, corner)] == is_inside)
     }
 
     /// Slots without a brick where the sign jumps: around a coarse node, their middles and the node are not all on one

@@ -30,6 +30,12 @@ impl Mesh {
         self.triangles.iter().map(|corners| corners.map(|index| self.points[index as usize])).collect()
     }
 
+    /// Corners of the triangles with an area: no others are measured to.
+    pub fn corners_with_area(&self) -> Vec<[Vector3<f64>; 3]> {
+        let baked = self.baked();
+        (0..baked.triangle_count()).map(|triangle| baked.corners(triangle).map(Vector3::from)).collect()
+    }
+
     /// Both meshes as one.
     pub fn and(mut self, other: Self) -> Self {
         let first = self.points.len() as u32;

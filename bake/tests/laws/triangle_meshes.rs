@@ -47,12 +47,14 @@ fn points_that_no_triangle_uses_are_counted_and_do_not_widen_the_box() {
 }
 
 #[test]
-fn triangles_without_area_are_counted_and_kept() {
+fn triangles_without_area_are_counted_and_left_out() {
     let mut points = CORNERS.to_vec();
     points.push([0.5, 0.0, 0.0]);
     let mesh = TriangleMesh::new(&points, &[[0, 1, 2], [0, 1, 4], [1, 1, 3], [2, 2, 2], [0, 2, 3]]).unwrap();
     assert_eq!(mesh.report(), MeshReport { degenerate_triangles: 3, ..MeshReport::default() });
-    assert_eq!(mesh.triangle_count(), 5);
+    assert_eq!(mesh.triangle_count(), 2);
+    let on_a_line = TriangleMesh::new(&[[0.0; 3], [1.0; 3], [2.0; 3]], &[[0, 1, 2], [0, 0, 1]]);
+    assert_eq!(on_a_line.unwrap_err(), InvalidMesh::NoArea);
 }
 
 #[test]

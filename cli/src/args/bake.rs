@@ -36,7 +36,7 @@ pub struct BakeArgs {
     /// Which nodes have a sample [default: dense; sparse with --max-error].
     #[arg(long, value_parser = layouts())]
     pub layout: Option<Layout>,
-    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it lower bounds [default: 3].
+    /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside [default: 3].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub band: Option<u32>,
     /// Type of a sparse grid's samples [default: u16; --max-error chooses u16 or u8, whichever takes less memory].
@@ -48,6 +48,9 @@ pub struct BakeArgs {
     /// Inside/outside test.
     #[arg(long, value_enum, default_value_t = Sign::Auto)]
     pub sign: Sign,
+    /// What becomes of faces inside of the solid, as of a part that is sunk in another.
+    #[arg(long, value_enum, default_value_t = InnerFaces::Drop)]
+    pub inner_faces: InnerFaces,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
@@ -62,6 +65,14 @@ pub enum Sign {
     PseudoNormal,
     /// Generalized winding numbers: for open, doubled or self-intersecting meshes.
     Winding,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum InnerFaces {
+    /// Leave out closed shells that lie inside of the solid; shells that cross or touch others, and those of open meshes, are kept.
+    Drop,
+    /// Measure distances to all faces.
+    Keep,
 }
 
 impl BakeArgs {
@@ -92,6 +103,10 @@ impl BakeArgs {
                 Sign::Auto => None,
                 Sign::PseudoNormal => Some(SignMethod::PseudoNormal),
                 Sign::Winding => Some(SignMethod::Winding),
+            },
+            inner_faces: match self.inner_faces {
+                InnerFaces::Drop => sdf_field::InnerFaces::Drop,
+                InnerFaces::Keep => sdf_field::InnerFaces::Keep,
             },
             threads: sdf_field::Threads::ALL,
             source,

@@ -152,6 +152,9 @@ fn document(
         "polygons_cut_blindly": input.polygon_counts.unverified,
         "degenerate_triangles": baked.mesh.degenerate_triangles,
         "repeated_triangles": baked.mesh.repeated_triangles,
+        "inner_shells": baked.mesh.inner_shells,
+        "inner_triangles": baked.mesh.inner_triangles,
+        "entangled_shells": baked.mesh.entangled_shells,
         "unreferenced_points": baked.mesh.unreferenced_points,
         "welded_points": baked.mesh.welded_points,
         "boundary_edges": baked.topology.boundary_edges,
@@ -230,8 +233,9 @@ fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
         (objects, "object", "objects"),
         (report.welded_points, "duplicate point", "duplicate points"),
         (report.unreferenced_points, "unused point", "unused points"),
-        (report.degenerate_triangles, "triangle without area", "triangles without area"),
+        (report.degenerate_triangles, "triangle without area dropped", "triangles without area dropped"),
         (report.repeated_triangles, "repeated triangle", "repeated triangles"),
+        (report.inner_triangles, "triangle inside of the solid dropped", "triangles inside of the solid dropped"),
         (mesh.polygon_counts.unverified, "polygon cut unverified", "polygons cut unverified"),
     ];
     for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {

@@ -44,7 +44,10 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         }
         OpenField::Analytic(node) => (Field::Analytic(node), None),
     };
-    let surface = Surface::new(&input.mesh.points, &input.mesh.triangles);
+    // As it was baked: without faces that lie inside of the solid.
+    let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
+    let mesh = if keeps_all { mesh } else { mesh.without_inner_shells() };
+    let surface = Surface::new(&mesh);
     let (findings, samples) = progress::on_threads(args.threads, || {
         // Signs are by winding numbers at every point, whichever method the file was signed by. Distances come from the
         // baker's own tree, which bake's tests compare with brute force and with parry3d.

@@ -20,5 +20,6 @@ mod progress;
 mod refusals;
 mod repeatable;
 mod shared_meshes;
+mod solids;
 mod sparse_grids;
 mod surfaces;

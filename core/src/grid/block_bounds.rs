@@ -4,7 +4,7 @@
 //! grid.
 
 use super::brick::{brick_counts, brick_slot};
-use super::{BlockBounds, Lattice, Storage};
+use super::{BlockBounds, Lattice, Sampling, Storage};
 use crate::ErrorBound;
 use crate::number::Float;
 
@@ -51,8 +51,8 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
         self.storage.corners_in_lanes(cells)
     }
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
-        self.storage.error_bound(first, last, spacing, band)
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
+        self.storage.error_bound(first, last, at)
     }
 
     const HAS_BLOCK_BOUNDS: bool = true;

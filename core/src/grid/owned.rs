@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse};
-use super::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds};
+use super::{BlockBounds, Dense, Grid, Lattice, Sampling, Storage, WithBlockBounds};
 use crate::ErrorBound;
 use crate::number::Float;
 
@@ -179,11 +179,11 @@ impl Storage for OwnedStorage {
 
     const HAS_BLOCK_BOUNDS: bool = true;
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         for_each_storage!(
             self,
-            dense => dense.error_bound(first, last, spacing, band),
-            sparse => sparse.error_bound(first, last, spacing, band)
+            dense => dense.error_bound(first, last, at),
+            sparse => sparse.error_bound(first, last, at)
         )
     }
 

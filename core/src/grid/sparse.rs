@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::block_bounds::{merge_blocks, merge_slots};
 use super::brick::brick_slot;
 pub use super::brick::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
-use super::{BlockBounds, Lattice, Storage, cell_slope, trilinear};
+use super::{BlockBounds, Lattice, Sampling, Storage, cell_slope, trilinear};
 use crate::ErrorBound;
 use crate::number::interval::Interval;
 use crate::rounding::INTERPOLATION;
@@ -93,6 +93,10 @@ impl<B: Bricks> Bricks for &B {
         (**self).errors()
     }
 }
+
+/// 4.5 √3, rounded up: error bound of a coarse grid that holds distances where they are negative, in spacings. See
+/// docs/error-bounds.md.
+pub const DEEP_ERROR: f64 = 7.795;
 
 /// Storage of samples in bricks, with a coarse grid in the empty slots.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -221,34 +225,36 @@ impl<B: Bricks> Sparse<B> {
 }
 
 impl<B: Bricks> Sparse<B> {
-    /// Error bound of the cells whose first corner lies in a slot. Without a brick the coarse grid has at most the distance's
-    /// magnitude, but for a rise of 3 h²/(8 B) between its nodes (h the spacing, B the band): it exceeds d only where d is negative.
-    fn slot_error(&self, slot: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
+    /// Error bound of the cells whose first corner lies in a slot.
+    fn slot_error(&self, slot: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         if let Some(brick) = self.brick_in_slot(slot) {
             let near = f64::from(*self.bricks.errors().get(brick)?);
-            return Some(ErrorBound { near, ..self.coarse_error(slot, near, spacing, band) });
+            return Some(ErrorBound { near, ..self.coarse_error(slot, near, at) });
         }
-        Some(self.coarse_error(slot, 0.0, spacing, band))
+        Some(self.coarse_error(slot, 0.0, at))
     }
 
-    /// Error bound beyond the band.
-    fn coarse_error(&self, slot: [u32; 3], near: f64, spacing: f64, band: f64) -> ErrorBound {
+    /// Error bound beyond the band, with h the spacing and B the band (derived in docs/error-bounds.md).
+    ///
+    /// Outside, the coarse grid is a lower bound of the distance, but for a rise between nodes: φ − d ≤ 3 h²/(8 B).
+    /// Inside, if it interpolates distances at nodes 8 h apart, as a baker that sets `deep_error` does: |φ − d| ≤ 4.5 √3 h, by the Lipschitz bound 4 √3 h of a coarse cell and
+    /// √3/2 h of one voxel.
+    fn coarse_error(&self, slot: [u32; 3], near: f64, at: Sampling) -> ErrorBound {
+        let Sampling { spacing, band, deep_error } = at;
         let BlockBounds { range, .. } = self.slot_bounds(slot);
         let magnitude = f64::from(range.upper.max(-range.lower));
         let rounding = INTERPOLATION * f64::from(f32::EPSILON) * magnitude;
         let rise = near.max(3.0 / 8.0 * spacing * spacing / band + rounding);
         let band = band as f32;
-        ErrorBound {
-            near: 0.0,
-            above: if -band < range.lower { rise } else { f64::INFINITY },
-            below: if range.upper < band { rise } else { f64::INFINITY },
-        }
+        let is_deep = range.lower <= -band;
+        let error = if is_deep { rise.max(deep_error + rounding) } else { rise };
+        ErrorBound { near: 0.0, above: error, below: if range.upper < band { error } else { f64::INFINITY } }
     }
 }
 
 impl<B: Bricks> Storage for Sparse<B> {
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], spacing: f64, band: f64) -> Option<ErrorBound> {
-        merge_slots(first, last, ErrorBound::EXACT, |slot| self.slot_error(slot, spacing, band), ErrorBound::max)
+    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
+        merge_slots(first, last, ErrorBound::EXACT, |slot| self.slot_error(slot, at), ErrorBound::max)
     }
 
     #[inline(always)]

@@ -34,8 +34,10 @@ fn distances_and_magnitudes_are_those_of_every_node_searched_by_itself() {
         for (index, node) in nodes.into_iter().enumerate() {
             let at = Vector3::from(lattice.node(node.map(|n| n * BRICK)));
             let distance = mesh.nearest(at, 0).distance as f32;
-            assert_eq!(map.magnitudes[index], map.magnitude(node, distance), "{node:?}");
-            tilted += usize::from(map.magnitudes[index] > map.magnitude(node, 0.0));
+            let is_inside = mesh.signed_distance(at.into()).is_sign_negative();
+            let wanted = if is_inside { map.inside_magnitude(distance) } else { map.magnitude(node, distance) };
+            assert_eq!(map.magnitudes[index], wanted, "{node:?}");
+            tilted += usize::from(!is_inside && map.magnitudes[index] > map.magnitude(node, 0.0));
             if let Some(windings) = &map.windings {
                 assert!(windings.node_distances[index].abs() <= distance * (1.0 + f32::EPSILON), "{node:?}");
             }

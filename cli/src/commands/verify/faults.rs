@@ -30,8 +30,9 @@ pub fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
         faults.push(format!("{count} points are wrong by more than their brick certifies"));
     }
     if let Some(far) = &findings.far {
-        if far.over > bound {
-            faults.push(format!("a point beyond the band claims {} more than its distance", number(far.over)));
+        if far.over_outside > bound {
+            let over = number(far.over_outside);
+            faults.push(format!("a point beyond the band claims {over} more than its distance"));
         }
         if far.wrong_signs > 0 {
             faults.push(format!("{} points beyond the band have the wrong sign", far.wrong_signs));

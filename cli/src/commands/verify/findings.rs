@@ -46,6 +46,9 @@ pub struct FarErrors {
     pub falls_short: f64,
     /// Maximum of |field| − |distance|.
     pub over: f64,
+    /// The same outside, where the value is a lower bound.
+    #[serde(skip)]
+    pub over_outside: f64,
     pub wrong_signs: usize,
 }
 
@@ -179,6 +182,7 @@ impl FarErrors {
             sample_count: samples.len(),
             falls_short: samples.iter().map(|sample| -over(sample)).fold(0.0, f64::max),
             over: samples.iter().map(over).fold(0.0, f64::max),
+            over_outside: samples.iter().filter(|sample| sample.truth > 0.0).map(over).fold(0.0, f64::max),
             wrong_signs: samples.iter().filter(|sample| sample.has_wrong_sign(error_bound)).count(),
         }
     }

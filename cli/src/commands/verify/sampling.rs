@@ -3,7 +3,7 @@
 //! Each sample depends on the seed and its own index alone: the number of threads does not change it.
 
 use rayon::prelude::*;
-use sdf_bake::MeshDistance;
+use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Lattice, Storage};
@@ -101,28 +101,27 @@ pub fn cell_at(lattice: &Lattice, point: [f64; 3]) -> [u32; 3] {
 
 /// A mesh from which points are drawn evenly by area.
 pub struct Surface<'a> {
-    points: &'a [[f64; 3]],
-    triangles: &'a [[u32; 3]],
+    mesh: &'a TriangleMesh,
     /// Cumulative sums of twice the triangles' areas.
     areas: Vec<f64>,
 }
 
 impl<'a> Surface<'a> {
-    pub fn new(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> Self {
+    pub fn new(mesh: &'a TriangleMesh) -> Self {
         let mut sum = 0.0;
-        let area = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|corner| Vector3::from(points[corner as usize]));
+        let area = |triangle: usize| {
+            let [a, b, c] = mesh.corners(triangle).map(Vector3::from);
             sum += (b - a).cross(&(c - a)).norm();
             sum
         };
-        Self { points, triangles, areas: triangles.iter().map(area).collect() }
+        Self { mesh, areas: (0..mesh.triangle_count()).map(area).collect() }
     }
 
     /// Uses the random numbers `index`, `index + 1` and `index + 2` of the seed.
     pub fn point(&self, seed: u64, index: u64) -> [f64; 3] {
         let area = unit_at(seed, index) * self.areas.last().copied().unwrap_or(0.0);
-        let triangle = self.areas.partition_point(|sum| *sum <= area).min(self.triangles.len() - 1);
-        let [a, b, c] = self.triangles[triangle].map(|corner| Vector3::from(self.points[corner as usize]));
+        let triangle = self.areas.partition_point(|sum| *sum <= area).min(self.areas.len() - 1);
+        let [a, b, c] = self.mesh.corners(triangle).map(Vector3::from);
         let (u, v) = (unit_at(seed, index + 1), unit_at(seed, index + 2));
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         (a + (b - a) * u + (c - a) * v).into()

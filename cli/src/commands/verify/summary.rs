@@ -43,7 +43,7 @@ impl Summary<'_> {
             rows.push(("nodes", self.row(nodes)));
         }
         rows.push((if findings.far.is_some() { "band" } else { "points" }, self.row(&findings.points)));
-        if let Some(FarErrors { sample_count, falls_short, over, wrong_signs }) = &findings.far {
+        if let Some(FarErrors { sample_count, falls_short, over, wrong_signs, .. }) = &findings.far {
             let [falls_short, over] = [falls_short, over].map(|error| self.length(*error));
             rows.push((
                 "beyond",

@@ -12,9 +12,7 @@ fn a_bad_line_of_points_is_named() {
         ("0,0,0\n1,2\n", ["line 2", "found 2"]),
         ("0,0,0\n1,2,nan\n", ["line 2", "finite"]),
         ("1,2,inf\n", ["line 1", "finite"]),
-        ("0,0,0\n1;2;3\n", ["line 2", "1;2;3"]),
         // The first line, but not a header.
-        ("1 2 3\n4 5 6\n", ["line 1", "1 2 3"]),
         ("1,2,three\n", ["line 1", "1,2,three"]),
         ("x,y,z\nx,y,z\n", ["line 2", "expected x,y,z"]),
         ("1,2,3\n\x1b[2J,1,2\n", ["line 2", "expected"]),
@@ -50,8 +48,6 @@ fn extreme_numbers_on_the_command_line_do_no_harm() {
         "contacts cube.obj cube.sdf.h5 --iterations 4294967295 --method pgd",
         "contacts cube.obj cube.sdf.h5 --iterations 4294967295 --method gss --elements edges",
         "contacts cube.obj cube.sdf.h5 --threads 1024",
-        "slice cube.sdf.h5 -o out.png --at 1e308 --pixels 16",
-        "slice cube.sdf.h5 -o out.png --at -1e308 --pixels 16",
         "verify cube.sdf.h5 cube.obj --points 1 --seed 18446744073709551615",
         "surface cube.sdf.h5 -o out.obj --res 6 --level 0.1",
     ] {

@@ -1,0 +1,182 @@
+//! Shells inside of the solid: which closed shells are no part of its surface, because the solid goes on at both sides?
+//!
+//! The solid is where the winding number W is not zero. A shell that meets no other separates W = w from W = w + s; w is
+//! the winding number of all others at the shell, s = ±1 its own orientation. It is inner if neither is zero.
+//!
+//! | step | arithmetic |
+//! |---|---|
+//! | 1. label shells: triangles connected by edges | – |
+//! | 2. set aside *entangled* shells, which cross or touch themselves or others | exact predicates (`intersections`) |
+//! | 3. compute w along a ray from a corner of the shell, by the triangles that it crosses | exact predicates |
+//! | 4. remove inner shells | – |
+//!
+//! Removal leaves the solid as it was. Without entangled shells, W on the solid's side of each shell that is left is ±1,
+//! and keeps its sign as far as the solid goes. So what is left winds once around it. An entangled shell must not lie in
+//! a shell that is removed, nor around it: then the same holds within each removed shell.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+use sdf_core::nalgebra::Vector3;
+
+use super::intersections::{for_meeting_pairs, ray_crossings};
+use super::topology::{Shells, orient, same_edge};
+use crate::TriangleMesh;
+use crate::bvh::Bvh;
+use crate::triangle::area_vector;
+
+/// More shells than this are not examined: each takes a ray.
+const MAX_SHELLS: usize = 10_000;
+
+/// A shell's volume is known to be positive or negative if it is more than this share of the mesh's diagonal cubed.
+const MIN_RELATIVE_VOLUME: f64 = 1e-12;
+
+/// A closed shell.
+struct Shell {
+    /// Does it meet neither itself nor another, and enclose a volume?
+    is_free: bool,
+    /// 1 if wound outward, −1 if inward.
+    orientation: i32,
+    /// Winding number of each shell around a corner of this one, where it is not zero.
+    windings: Vec<(usize, i32)>,
+}
+
+impl TriangleMesh {
+    /// The mesh without closed shells that lie inside of the solid, as a cube in a cube that is wound alike.
+    /// [`report`](Self::report) counts them, and those that are entangled and therefore kept.
+    ///
+    /// Unchanged unless the mesh is closed, without doubled triangles, and has from two to 10,000 shells.
+    pub fn without_inner_shells(mut self) -> Self {
+        let oriented = orient(&self);
+        let topology = oriented.topology;
+        if !topology.is_closed() || topology.doubled > 0 || !(2..=MAX_SHELLS).contains(&topology.shells) {
+            return self;
+        }
+        let mut union = Shells::new(self.triangles.len() + self.stitches.len());
+        for edge in oriented.half_edges.chunk_by(same_edge) {
+            edge.windows(2).for_each(|pair| union.union(pair[0].triangle, pair[1].triangle));
+        }
+        let (labels, count) = labels(&mut union, self.triangles.len());
+        let tree = Bvh::new(&self);
+        let is_entangled = entangled(&self, &tree, &labels, count);
+        let ends = first_and_last_triangles(&labels, count);
+        let volumes = volumes(&self, &oriented.orientations, &labels, count);
+        let min_volume = MIN_RELATIVE_VOLUME * self.bounds.diagonal().powi(3);
+        let is_free = |index: usize| !is_entangled[index] && volumes[index].abs() > min_volume;
+        self.report.entangled_shells = (0..count).filter(|index| !is_free(*index)).count();
+        let shell = |index: usize| {
+            let windings = windings_around(&self, &tree, &oriented.orientations, &labels, ends[index])?;
+            let orientation = if volumes[index] > 0.0 { 1 } else { -1 };
+            Some(Shell { is_free: is_free(index), orientation, windings })
+        };
+        let Some(shells) = (0..count).into_par_iter().map(shell).collect::<Option<Vec<Shell>>>() else { return self };
+        let is_inner = inner(&shells);
+        self.report.inner_shells = is_inner.iter().filter(|is_inner| **is_inner).count();
+        let count_before = self.triangles.len();
+        let mut triangle = 0..;
+        self.triangles.retain(|_| !is_inner[labels[triangle.next().unwrap_or(0)]]);
+        self.report.inner_triangles = count_before - self.triangles.len();
+        self
+    }
+}
+
+/// Is each shell inside of the solid at both sides, and apart from entangled shells?
+fn inner(shells: &[Shell]) -> Vec<bool> {
+    let is_inner = |shell: &Shell| {
+        let winding: i32 = shell.windings.iter().map(|(_, winding)| winding).sum();
+        let is_in_free_shells = shell.windings.iter().all(|(around, _)| shells[*around].is_free);
+        shell.is_free && is_in_free_shells && winding != 0 && winding + shell.orientation != 0
+    };
+    let mut is_inner: Vec<bool> = shells.iter().map(is_inner).collect();
+    for entangled in shells.iter().filter(|shell| !shell.is_free) {
+        entangled.windings.iter().for_each(|(around, _)| is_inner[*around] = false);
+    }
+    is_inner
+}
+
+/// Index of each triangle's shell, and the number of shells.
+fn labels(union: &mut Shells, triangle_count: usize) -> (Vec<usize>, usize) {
+    let mut label_of_root = vec![usize::MAX; triangle_count];
+    let mut count = 0;
+    let labels = (0..triangle_count as u32).map(|triangle| {
+        // The root is the lowest index, so it is no collinear triangle.
+        let label = &mut label_of_root[union.root(triangle) as usize];
+        if *label == usize::MAX {
+            *label = count;
+            count += 1;
+        }
+        *label
+    });
+    let labels = labels.collect();
+    (labels, count)
+}
+
+fn first_and_last_triangles(labels: &[usize], count: usize) -> Vec<[usize; 2]> {
+    let mut ends = vec![[0; 2]; count];
+    labels.iter().enumerate().rev().for_each(|(triangle, label)| ends[*label][0] = triangle);
+    labels.iter().enumerate().for_each(|(triangle, label)| ends[*label][1] = triangle);
+    ends
+}
+
+/// Signed volume of each shell: V = ⅓ Σ area vector · corner, about a corner of the mesh's box.
+fn volumes(mesh: &TriangleMesh, orientations: &[f64], labels: &[usize], count: usize) -> Vec<f64> {
+    let mut volumes = vec![0.0; count];
+    let origin = Vector3::from(mesh.bounds.min);
+    for ((corners, orientation), label) in mesh.triangles.iter().zip(orientations).zip(labels) {
+        let corners = mesh.corner_points(*corners).map(|corner| corner - origin);
+        volumes[*label] += orientation * area_vector(corners).dot(&corners[0]) / 3.0;
+    }
+    volumes
+}
+
+/// Does each shell cross or touch itself or another?
+fn entangled(mesh: &TriangleMesh, tree: &Bvh, labels: &[usize], count: usize) -> Vec<bool> {
+    let is_entangled: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
+    let entangle = |a: usize, b: usize| {
+        is_entangled[a].store(true, Ordering::Relaxed);
+        is_entangled[b].store(true, Ordering::Relaxed);
+    };
+    let mut shell_of_point = vec![usize::MAX; mesh.points.len()];
+    for (corners, label) in mesh.triangles.iter().zip(labels) {
+        for corner in corners {
+            let shell = &mut shell_of_point[*corner as usize];
+            if *shell != usize::MAX && *shell != *label {
+                entangle(*shell, *label);
+            }
+            *shell = *label;
+        }
+    }
+    let are_one_shell = |a: u32, b: u32| labels[a as usize] == labels[b as usize];
+    for_meeting_pairs(mesh, tree, are_one_shell, |a, b| entangle(labels[a as usize], labels[b as usize]));
+    is_entangled.into_iter().map(AtomicBool::into_inner).collect()
+}
+
+/// Winding numbers of all other shells at a corner of one of two triangles, where they are not zero. `None` if every ray
+/// tried touches an edge, or begins on another shell.
+fn windings_around(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    orientations: &[f64],
+    labels: &[usize],
+    ends: [usize; 2],
+) -> Option<Vec<(usize, i32)>> {
+    const RAYS: usize = 12;
+    (0..RAYS).find_map(|ray| {
+        let from = mesh.points[mesh.triangles[ends[ray % 2]][ray % 3] as usize];
+        // Directions with no simple ratio of coordinates, by the fractional parts of multiples of roots.
+        let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
+        let to = from + direction.normalize() * (2.0 * mesh.bounds.diagonal());
+        let mut windings: Vec<(usize, i32)> = vec![];
+        let is_other = |triangle: u32| labels[triangle as usize] != labels[ends[0]];
+        for (triangle, crossing) in ray_crossings(tree, [from, to], is_other)? {
+            let label = labels[triangle as usize];
+            let change = -(crossing * orientations[triangle as usize]) as i32;
+            match windings.iter_mut().find(|(shell, _)| *shell == label) {
+                Some((_, winding)) => *winding += change,
+                None => windings.push((label, change)),
+            }
+        }
+        windings.retain(|(_, winding)| *winding != 0);
+        Some(windings)
+    })
+}
