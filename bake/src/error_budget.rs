@@ -59,7 +59,7 @@ pub struct AchievableError {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ErrorBudgetError {
     /// The error allowed is not positive and finite.
-    #[error("the error must be a positive finite length, not {0}")]
+    #[error("the error must be a positive finite length, not {0:?}")]
     InvalidError(f64),
     /// The mesh is open: its signed distance is not continuous, so that no voxel size bounds the error.
     #[error("no voxel is small enough: the sign of the distance jumps around the holes of the mesh ({sign_reason})")]
@@ -68,7 +68,7 @@ pub enum ErrorBudgetError {
         sign_reason: String,
     },
     /// Every grid within the error needs more memory than is allowed.
-    #[error("an error of {max_error} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
+    #[error("an error of {max_error:?} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
     TooLarge {
         /// The error allowed.
         max_error: f64,

@@ -34,7 +34,7 @@ pub enum MaxError {
     Fraction(f64),
 }
 
-/// What becomes of faces that lie inside of the solid, such as those of a cube in a cube that is wound alike.
+/// Treatment of faces that lie inside of the solid, such as those of a cube in a cube that is wound alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InnerFaces {
     /// Closed shells inside of the solid are dropped where winding numbers are certain: in closed meshes, and apart from shells that

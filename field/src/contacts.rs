@@ -178,7 +178,7 @@ fn find_all_minima<const N: usize>(
     Ok(Contacts::join(elements.len(), chunks, options))
 }
 
-/// What becomes of a searched element: a contact, a possible one, or none.
+/// Turns the outcome of a search into a contact, a possible one, or none.
 struct Report<'a> {
     field: Posed<&'a AnyField>,
     margin: f64,

@@ -105,13 +105,14 @@ fn contacts_finds_where_a_triangle_touches_a_sphere() {
         "v -3 -2 0.9\nv 3 -2 0.9\nv 0 4 0.9\nv 9 9 9\nv 8 9 9\nv 9 8 9\nv -3 -2 1.1\nv 3 -2 1.1\nv 0 4 1.1\n";
     folder.write("three.obj", format!("{triangles}f 1 2 3\nf 4 5 6\nf 7 8 9\n"));
     let json = folder.json("contacts three.obj sphere.sdf.toml --iterations 1000");
-    assert_eq!(json["schema"], "sdftool.contacts/1");
-    assert_eq!(keys(&json), ["contacts", "elements", "not_finite", "passed_cull", "read", "schema", "seconds"]);
+    assert_eq!(json["schema"], "sdftool.contacts/2");
+    let names = "beyond_band contacts elements not_finite passed_cull possible read schema seconds";
+    assert_eq!(keys(&json).join(" "), names);
     assert_eq!(keys(&json["seconds"]), ["query", "read"]);
     assert_eq!([&json["elements"], &json["passed_cull"], &json["not_finite"]], [3, 2, 0]);
     let [contact] = &json["contacts"].as_array().unwrap()[..] else { panic!("{json}") };
-    let documented = "distance element evaluations feature feature_id id key lower_bound normal point polygon status \
-                      surface_point weights";
+    let documented = "distance element error_bound evaluations feature feature_id id key lower_bound normal point polygon \
+                      shape_lower_bound slope status surface_point vertices weights";
     assert_eq!(keys(contact).join(" "), documented);
     assert_eq!((&contact["element"], &contact["id"], &contact["polygon"]), (&"face".into(), &0.into(), &0.into()));
     assert_eq!((&contact["feature"], &contact["feature_id"]), (&"face".into(), &serde_json::json!([0])));
@@ -171,7 +172,9 @@ fn certified_contacts_are_at_least_as_deep_as_all_others_and_have_tight_bounds()
         let certified = contacts("--method certified --tolerance 1e-4");
         let certified = certified.as_array().unwrap();
         let number = |contact: &Value, key: &str| contact[key].as_f64().unwrap();
-        let converged = certified.iter().filter(|contact| contact["status"] == "converged").count();
+        // Deep in the sparse grid the status says that instead.
+        let is_settled = |contact: &&Value| contact["status"] == "converged" || contact["status"] == "beyond_band";
+        let converged = certified.iter().filter(is_settled).count();
         assert!(certified.len() > 50 && converged * 10 > certified.len() * 8, "{converged} of {}", certified.len());
         for contact in certified.iter().filter(|contact| contact["status"] == "converged") {
             // The sheet's longest edge is below 0.5, and the slope bound of a ball's grid below 2.
@@ -209,7 +212,7 @@ fn eval_prints_distance_and_gradient_of_each_point() {
     assert_eq!(printed, wanted);
     let json = folder.json("eval sphere.sdf.toml --points points.csv");
     assert_eq!((keys(&json), &json["schema"]), (vec!["read", "samples", "schema"], &"sdftool.eval/1".into()));
-    let sample = "degenerate_gradient distance gradient not_finite outside_grid point";
+    let sample = "beyond_band degenerate_gradient distance gradient not_finite outside_grid point";
     assert_eq!(keys(&json["samples"][0]).join(" "), sample);
     assert_eq!(json["samples"].as_array().unwrap().len(), 3);
 

@@ -103,7 +103,7 @@ fn a_read_only_target_is_refused_before_any_work() {
         folder.write(name, OLD);
         std::fs::set_permissions(folder.at(name), std::fs::Permissions::from_mode(0o444)).unwrap();
         let line = folder.refused(words);
-        assert_eq!(line, format!("{name}: is read-only: make it writable, or write elsewhere"), "{words}");
+        assert_eq!(line, format!("{name}: is read-only: make it writable, or choose another name with -o"), "{words}");
         assert!(folder.read(name) == OLD, "{words}");
         std::fs::remove_file(folder.at(name)).unwrap();
     }

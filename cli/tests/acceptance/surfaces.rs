@@ -35,7 +35,9 @@ fn the_surface_of_a_baked_ball_is_closed_and_within_a_cell_of_it() {
         assert!(radii.iter().all(|radius| (radius - 1.0).abs() < 0.25 * spacing), "{name}");
         assert_eq!(inward, 0, "{name}");
         let verdict = folder.json(&format!("bake {name} --res 8 -o again.sdf.h5"))["sign_verdict"].clone();
-        assert_eq!(verdict, "pseudo-normal: closed, consistently wound, one shell", "{name}");
+        // The surface has faces without area, where a corner of a cell lies on it.
+        let verdict = verdict.as_str().unwrap();
+        assert!(verdict.starts_with("pseudo-normal: closed, consistently wound, one shell"), "{name}: {verdict}");
     }
     says(&folder.done("surface ball.sdf.h5 -o out.obj"), &["points", "triangles", "out.obj"]);
 }

@@ -1,4 +1,4 @@
-//! What becomes of an element whose minimum is known? It is separated if that is above the margin, else a [`Contact`]: normal from the
+//! Is an element whose minimum is known a contact? It is separated if that is above the margin, else a [`Contact`]: normal from the
 //! smooth gradient, surface point by one step along it, feature from the weights, status from all that is in doubt.
 
 use nalgebra::Vector3;

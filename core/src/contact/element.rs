@@ -1,5 +1,5 @@
-//! What is searched, an [`Element`] of a mesh, and which part of it a point lies on: its [`Feature`], by the weights that are at
-//! least [`FEATURE_WEIGHT`].
+//! Which part of an [`Element`] of a mesh does a point lie on? Its [`Feature`], by the weights that are at least
+//! [`FEATURE_WEIGHT`].
 
 use crate::Simplex;
 use crate::number::{Float, Real};

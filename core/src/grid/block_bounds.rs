@@ -78,7 +78,7 @@ pub(super) fn merge_blocks(
     merge_slots(first, last, BlockBounds::EMPTY, slot_bounds, BlockBounds::union)
 }
 
-/// What `get` returns for all slots that hold a node from `first` to `last`, joined by `union` from `empty` on. `None` if there are
+/// Union, from `empty` on, of the results of `get` for all slots that hold a node from `first` to `last`. `None` if there are
 /// more than [`MAX_BLOCKS`], or where `get` returns it.
 #[inline(always)]
 pub(super) fn merge_slots<T>(

@@ -1,6 +1,6 @@
 //! Blocks of 8 × 8 × 8 nodes whose samples queries in given regions need.
 //!
-//! A region needs the nodes of all cells that it meets, widened by the rounding of points in f32. Each
+//! A region needs the nodes of all cells that it meets, and two more on each side for normals, widened by the rounding of points in f32. Each
 //! region adds 1 to a box of counters through a difference array: ±1 at the eight corners of the box, and prefix sums
 //! along the axes at the end. So a region costs the same whatever its size.
 //!
@@ -17,6 +17,9 @@ use crate::hdf5::Tile;
 /// Error of a query point in f32, relative to the largest coordinate: a minimizer's point and its steps from the origin
 /// are off by three half roundings.
 const POINT_ERROR: f64 = 32.0 * f32::EPSILON as f64;
+
+/// Nodes beyond a point's cell that the normal of a contact depends on: `Sdf::evaluate_smooth` of a grid takes six along each axis.
+const NORMAL_REACH: u32 = 2;
 
 /// Error of a bound on an element's values, relative to the largest number and a slope of one: twice what
 /// [`sdf_core::contact`] allows for in f32.
@@ -129,7 +132,7 @@ fn is_small(first: [usize; 3], last: [usize; 3]) -> bool {
 fn nodes_near(lattice: &Lattice, region: &Aabb, magnitude: f64) -> Option<[[u32; 3]; 2]> {
     let [first, last] = lattice.nodes_around(region)?;
     // The cast saturates.
-    let margin = ((POINT_ERROR * magnitude * lattice.inv_spacing()) as u32).saturating_add(1);
+    let margin = ((POINT_ERROR * magnitude * lattice.inv_spacing()) as u32).saturating_add(1 + NORMAL_REACH);
     let cells = lattice.cells();
     let last = std::array::from_fn(|axis| last[axis].saturating_add(margin).min(cells[axis]));
     Some([first.map(|node| node.saturating_sub(margin)), last])

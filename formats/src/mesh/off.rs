@@ -17,7 +17,7 @@ use super::polygons::Polygons;
 use super::text::Text;
 use super::{Mesh, MeshFormat, point_index};
 
-/// What the word before the counts says of a vertex.
+/// The columns of a vertex, by the word before the counts.
 #[derive(Clone, Copy)]
 struct Header {
     /// Bytes of the word.

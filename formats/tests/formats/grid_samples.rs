@@ -69,7 +69,9 @@ impl Made {
             Content::U16(bricks) => OwnedStorage::SparseU16(Sparse::new(lattice, bricks).unwrap()),
             Content::U8(bricks) => OwnedStorage::SparseU8(Sparse::new(lattice, bricks).unwrap()),
         };
-        OwnedGrid::new(*lattice, samples, about().slope_bound).unwrap()
+        let band = self.sparse().map_or(f64::INFINITY, |sparse| sparse.band);
+        let grid = OwnedGrid::new(*lattice, samples, about().slope_bound).unwrap();
+        grid.with_band(band).with_error_bound(about().error_bound)
     }
 
     pub fn sparse(&self) -> Option<SparseInfo> {

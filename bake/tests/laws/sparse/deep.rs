@@ -2,7 +2,7 @@
 
 use sdf_bake::MeshDistance;
 use sdf_bake::sparse::{self, Quantize};
-use sdf_core::grid::sparse::Sparse;
+use sdf_core::grid::sparse::{DEEP_ERROR, Sparse};
 use sdf_core::grid::{Grid, Lattice};
 use sdf_core::{Aabb, EnclosedSdf, Sdf};
 
@@ -38,8 +38,8 @@ fn worst_error<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Ra
     let band = BAND * lattice.spacing();
     let grid = sparse::bake::<C>(&distance, &lattice, band, &|_| ());
     let storage = Sparse::new(&lattice, &grid).unwrap();
-    let field =
-        Grid::new(lattice, storage, grid.slope_bound).unwrap().with_band(band).with_error_bound(grid.error_bound);
+    let field = Grid::new(lattice, storage, grid.slope_bound).unwrap().with_band(band);
+    let field = field.with_error_bound(grid.error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());
     let (mut worst, mut count) = (0.0_f64, 0);
     for _ in 0..20_000 {
         let point = random.point_in_box(baked.bounds().min, baked.bounds().max);
