@@ -169,6 +169,12 @@ impl<S: Storage> Grid<S> {
         Self { error_bound, ..self }
     }
 
+    /// The bound that [`with_error_bound`](Self::with_error_bound) set; one of a region is
+    /// [`EnclosedSdf::error_bound`](crate::EnclosedSdf::error_bound).
+    pub fn global_error_bound(&self) -> f64 {
+        self.error_bound
+    }
+
     /// Positions of the nodes.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
