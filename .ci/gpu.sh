@@ -62,7 +62,7 @@ ptxas() { echo "$venv"/lib/python3*/site-packages/nvidia/cuda_nvcc/bin/ptxas; }
 versions() { echo "$(/usr/bin/rustc --version | cut -d ' ' -f 2), $ptxas_package"; }
 
 build() {
-    RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 RUSTFLAGS="-C target-cpu=${targets[0]} -C linker=$PWD/gpu/kernels/link" \
+    RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 RUSTFLAGS="-C target-cpu=${targets[0]} -C linker=$PWD/gpu/kernels/link -C llvm-args=-inline-threshold=100000" \
         CARGO_TARGET_DIR=$target_dir /usr/bin/cargo build --quiet --locked --release --manifest-path gpu/kernels/Cargo.toml \
         -Z build-std=core --target nvptx64-nvidia-cuda || fail "the kernels do not build"
     # A fma or an approximation would change bits, ftz the smallest numbers.

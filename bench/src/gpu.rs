@@ -15,7 +15,7 @@ use sdf_core::contact::{Contact, Element, Feature, Outcome, contact};
 use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
 use sdf_core::nalgebra::Vector3;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
-use sdf_gpu::{Elements, Gpu, GpuField, GpuMesh, Method, QueryOptions};
+use sdf_gpu::{Elements, Gpu, GpuError, GpuField, GpuMesh, Method, QueryOptions, Stages};
 use sdf_procedural::Mesh;
 
 use crate::accuracy::{PaperTimes, SceneFile, read_scenes};
@@ -42,83 +42,94 @@ pub struct Options {
 /// Steps of every method, as in the paper's table 1.
 const ITERATIONS: u32 = 32;
 
-const METHODS: [(&str, Method); 4] = [
+const METHODS: [(&str, Method); 5] = [
     ("points", Method::PointSampling),
     ("FW", Method::FrankWolfe),
     ("PGD", Method::ProjectedGradient),
     ("GS", Method::GoldenSection),
+    ("Newton", Method::Newton),
 ];
 
 /// Compares and measures all scenes, and prints a table. Fails if one contact differs.
 pub fn measure(options: &Options) -> Result<()> {
     let gpu = Gpu::new(&options.kernels)?;
     println!("{}", gpu.name()?);
-    let mut table = Table {
-        head: vec![
-            "scene",
-            "elements",
-            "method",
-            "contacts",
-            "equal",
-            "searched",
-            "cull",
-            "search",
-            "report",
-            "launched",
-            "graph",
-            "paper",
-            "CPU 1 thread",
-            "CPU all",
-        ],
-        rows: vec![],
-    };
-    let mut different = 0;
+    let head = vec![
+        "scene",
+        "elements",
+        "method",
+        "stages",
+        "contacts",
+        "equal",
+        "kernels µs",
+        "launched µs",
+        "graph µs",
+        "paper µs",
+        "CPU 1 thread µs",
+        "CPU all µs",
+    ];
+    let mut table = Table { head, rows: vec![] };
     for file in read_scenes(&options.scene)? {
         let scene = Scene::new(&file, options.cells)?;
         let field = GpuField::new(&gpu, &scene.field).with_context(|| scene.name.clone())?;
         for (label, method) in METHODS {
-            let paper = scene.paper(method);
-            let (Some(elements), Some(paper)) = (scene.elements(method), paper) else { continue };
-            let mut mesh = GpuMesh::new(&gpu, &scene.points, elements)?;
-            let query = QueryOptions { method, margin: scene.margin, iterations: ITERATIONS };
-            let found = gpu.contacts(&field, &mut mesh, &query)?;
-            let expected = scene.on_processor(elements, method);
-            let equal = found.contacts.iter().zip(&expected).filter(|(a, b)| bits(a) == bits(b)).count();
-            let is_same = equal == expected.len() && equal == found.contacts.len();
-            if !is_same {
-                different += 1;
-                let place = found.contacts.iter().zip(&expected).position(|(a, b)| bits(a) != bits(b));
-                eprintln!(
-                    "{} by {label}: the first that differs: {:#?}",
-                    scene.name,
-                    place.map(|place| { (&found.contacts[place], &expected[place]) })
-                );
+            if let Some(elements) = scene.elements(method) {
+                let paper = scene.paper(method).map_or("-".to_owned(), |time| format!("{time:.0}"));
+                let expected = scene.on_processor(elements, method);
+                let processor = [1, 0].map(|threads| scene.processor_time(elements, method, threads));
+                let [one, all] = [&processor[0], &processor[1]].map(|time| time.as_deref().unwrap_or("failed"));
+                for stages in [Stages::Separate, Stages::Fused] {
+                    let query = QueryOptions { method, margin: scene.margin, iterations: ITERATIONS, stages };
+                    let Some(mut row) = on_card(&gpu, &field, &scene, elements, &query, &expected, options)? else {
+                        continue;
+                    };
+                    row.splice(
+                        0..0,
+                        [scene.name.clone(), count(elements, scene.points.len()).to_string(), label.to_owned()],
+                    );
+                    row.extend([paper.clone(), one.to_owned(), all.to_owned()]);
+                    eprintln!("{}", row.join(" | "));
+                    table.rows.push(row);
+                }
             }
-            let times = gpu.time(&field, &mut mesh, &query, options.repetitions)?;
-            let text = |times: &[f32]| format!("{:.1}", median(times.iter().map(|time| f64::from(*time)).collect()));
-            let [one, all] = [1, 0].map(|threads| scene.processor_time(elements, method, threads));
-            table.rows.push(vec![
-                scene.name.clone(),
-                count(elements, scene.points.len()).to_string(),
-                label.to_owned(),
-                found.contacts.len().to_string(),
-                format!("{equal} of {}", expected.len()),
-                found.searched_count.to_string(),
-                text(&times.cull),
-                text(&times.search),
-                text(&times.report),
-                text(&times.launched),
-                text(&times.graph),
-                format!("{paper:.0}"),
-                one?,
-                all?,
-            ]);
-            eprintln!("{}", table.rows[table.rows.len() - 1].join(" | "));
         }
     }
     println!("{}", table.markdown());
+    let different = table.rows.iter().filter(|row| row[5] != "all").count();
     ensure!(different == 0, "{different} queries have other contacts than the CPU");
     Ok(())
+}
+
+/// The cells of a table from "stages" to "graph"; `None` if there is no such kernel.
+fn on_card(
+    gpu: &Gpu,
+    field: &GpuField,
+    scene: &Scene,
+    elements: Elements,
+    query: &QueryOptions,
+    expected: &[Contact<f32>],
+    options: &Options,
+) -> Result<Option<Vec<String>>> {
+    let mut mesh = GpuMesh::new(gpu, &scene.points, elements)?;
+    let found = match gpu.contacts(field, &mut mesh, query) {
+        Err(GpuError::Unsupported(_)) => return Ok(None),
+        found => found?.contacts,
+    };
+    let differs = |(a, b): &(&Contact<f32>, &Contact<f32>)| bits(a) != bits(b);
+    let pairs = found.iter().zip(expected);
+    let equal = match pairs.clone().find(differs) {
+        None if found.len() == expected.len() => "all".to_owned(),
+        first => {
+            eprintln!("{}: the first that differs: {first:#?}", scene.name);
+            format!("{} of {}", pairs.filter(|pair| !differs(pair)).count(), expected.len())
+        }
+    };
+    let times = gpu.time(field, &mut mesh, query, options.repetitions)?;
+    let text = |times: &Vec<f32>| format!("{:.1}", median(times.iter().map(|time| f64::from(*time)).collect()));
+    let kernels: Vec<_> = times.kernels.iter().map(text).collect();
+    let stages = format!("{:?}", query.stages).to_lowercase();
+    let [launched, graph] = [text(&times.launched), text(&times.graph)];
+    Ok(Some(vec![stages, found.len().to_string(), equal, kernels.join(" + "), launched, graph]))
 }
 
 struct Scene {
@@ -150,7 +161,7 @@ impl Scene {
     fn elements(&self, method: Method) -> Option<Elements<'_>> {
         match (method, self.mesh.triangles.is_empty()) {
             (Method::PointSampling, _) => Some(Elements::Vertices),
-            (Method::GoldenSection, false) => None,
+            (Method::GoldenSection, false) | (Method::Newton, true) => None,
             (_, true) => Some(Elements::Edges(&self.mesh.segments)),
             (_, false) => Some(Elements::Faces(&self.mesh.triangles)),
         }

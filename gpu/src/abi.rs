@@ -89,7 +89,7 @@ pub struct Frame {
 pub const SURVIVOR_BYTES: usize = 8;
 
 /// Bytes that a search writes for a minimum within the margin.
-pub const HIT_BYTES: usize = 72;
+pub const HIT_BYTES: usize = 80;
 
 /// Knobs of a search. A method ignores those it does not have.
 #[repr(C)]
@@ -105,10 +105,12 @@ pub struct SearchParams {
 }
 
 /// A contact: the fields of `sdf_core::contact::Contact<f32>`, in their order.
-#[repr(C)]
+///
+/// Aligned, so that a thread writes 16 bytes at a time.
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactRecord {
-    /// 0 vertex, 1 edge, 2 face; [`SKIPPED`] where the field's answer is not finite.
+    /// 0 vertex, 1 edge, 2 face; another number where the field's answer is not finite.
     pub kind: u32,
     pub element: u32,
     pub vertices: [u32; 3],
@@ -130,6 +132,3 @@ pub struct ContactRecord {
     /// Index of the status among `sdf_core::contact::ContactStatus`, from the first on.
     pub status: u32,
 }
-
-/// [`ContactRecord::kind`] of an element that was skipped.
-pub const SKIPPED: u32 = u32::MAX;

@@ -1,3 +1,7 @@
+//! The card: is a driver there, do the kernels load, and how are lists copied?
+//!
+//! All work goes to one stream, so that kernels and copies run in the order in which they are started.
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -1,3 +1,8 @@
+//! Fields in the card's memory: how do a grid's arrays and a shape's numbers get there?
+//!
+//! The host sends plain numbers (`abi`). A kernel of one thread makes a field of `sdf-core` of them, in the layout of its own
+//! compiler; the host reads those bytes back and passes them to every other kernel by value, where they stand in constant memory.
+
 use cudarc::driver::{CudaSlice, DevicePtr, DeviceRepr, PushKernelArg};
 use sdf_core::grid::BlockBounds;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};

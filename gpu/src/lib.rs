@@ -30,5 +30,5 @@ mod timing;
 pub use device::{Gpu, GpuError};
 pub use field::GpuField;
 pub use mesh::{Elements, GpuMesh};
-pub use query::{GpuContacts, Method, QueryOptions};
+pub use query::{GpuContacts, Method, QueryOptions, Stages};
 pub use timing::Times;

@@ -1,3 +1,7 @@
+//! Meshes in the card's memory: what is kept from frame to frame?
+//!
+//! Points, elements, and one buffer for each stage of a query, large enough for every element.
+
 use cudarc::driver::CudaSlice;
 
 use crate::abi::{ContactRecord, HIT_BYTES, SURVIVOR_BYTES};

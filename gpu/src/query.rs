@@ -1,3 +1,5 @@
+//! Queries: which kernels find the contacts of a mesh, and how are they read back?
+
 use cudarc::driver::{CudaFunction, DevicePtr, PushKernelArg};
 use sdf_core::contact::Contact;
 
@@ -43,6 +45,17 @@ pub struct QueryOptions {
     pub margin: f32,
     /// Largest number of steps, or the number of samples.
     pub iterations: u32,
+    /// How the work is cut into kernels.
+    pub stages: Stages,
+}
+
+/// How a query is cut into kernels. The contacts are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stages {
+    /// Cull, search and report are a kernel each. What is left after each moves together, so that no thread waits.
+    Separate,
+    /// One kernel. It saves two launches, which on meshes of some ten thousand elements cost more than threads that wait.
+    Fused,
 }
 
 /// The contacts of a frame.
@@ -50,7 +63,7 @@ pub struct QueryOptions {
 pub struct GpuContacts {
     /// By the element's id.
     pub contacts: Vec<Contact<f32>>,
-    /// Elements that were searched.
+    /// Elements that were searched; 0 of a fused query, which does not count them.
     pub searched_count: u32,
     /// Elements with coordinates or answers that are not finite.
     pub skipped_count: u32,
@@ -58,7 +71,9 @@ pub struct GpuContacts {
 
 /// A query whose kernels are looked up.
 pub(crate) struct Query {
-    kernels: [CudaFunction; 3],
+    kernels: Vec<CudaFunction>,
+    /// Index of the kernel that has a method.
+    search_kernel: usize,
     field: FieldBlob,
     frame: Frame,
     search: SearchParams,
@@ -73,7 +88,7 @@ impl Gpu {
         options: &QueryOptions,
     ) -> Result<GpuContacts, GpuError> {
         let query = Query::new(self, field, mesh, options)?;
-        for stage in 0..Query::STAGES {
+        for stage in 0..query.stage_count() {
             query.launch(self, mesh, stage)?;
         }
         self.read_contacts(mesh)
@@ -92,19 +107,22 @@ impl Gpu {
 }
 
 impl Query {
-    /// Counters to zero, cull, search, report.
-    pub const STAGES: usize = 4;
-
     pub fn new(gpu: &Gpu, field: &GpuField, mesh: &GpuMesh, options: &QueryOptions) -> Result<Self, GpuError> {
         let (elements, kind, method) = (mesh.kind, field.kind, options.method.name());
+        let names = match options.stages {
+            Stages::Fused => vec![format!("contact_{elements}_{kind}_{method}")],
+            Stages::Separate => vec![
+                format!("cull_{elements}_{kind}"),
+                format!("search_{elements}_{kind}_{method}"),
+                format!("report_{elements}_{kind}"),
+            ],
+        };
+        let missing = GpuError::Unsupported("this method on this field and kind of element");
+        let kernels: Result<Vec<_>, _> = names.iter().map(|name| gpu.kernel(name)).collect();
         let stream = &gpu.stream;
         Ok(Self {
-            kernels: [
-                gpu.kernel(&format!("cull_{elements}_{kind}"))?,
-                gpu.kernel(&format!("search_{elements}_{kind}_{method}"))
-                    .map_err(|_| GpuError::Unsupported("this method on this field and kind of element"))?,
-                gpu.kernel(&format!("report_{elements}_{kind}"))?,
-            ],
+            search_kernel: names.len() / 2,
+            kernels: kernels.map_err(|_| missing)?,
             field: field.blob,
             frame: Frame {
                 points: mesh.points.device_ptr(stream).0,
@@ -120,6 +138,11 @@ impl Query {
         })
     }
 
+    /// Clearing the counters, and the kernels.
+    pub fn stage_count(&self) -> usize {
+        1 + self.kernels.len()
+    }
+
     /// Starts one of the stages, which waits for those before it.
     pub fn launch(&self, gpu: &Gpu, mesh: &mut GpuMesh, stage: usize) -> Result<(), GpuError> {
         let Some(kernel) = stage.checked_sub(1) else {
@@ -127,7 +150,7 @@ impl Query {
         };
         let mut launch = gpu.stream.launch_builder(&self.kernels[kernel]);
         launch.arg(&self.field).arg(&self.frame);
-        if kernel == 1 {
+        if kernel == self.search_kernel {
             launch.arg(&self.search);
         }
         // SAFETY: the frame has the addresses of the mesh's own buffers, which have room for every element.

@@ -50,3 +50,6 @@ pub fn contact(record: &ContactRecord) -> Option<Contact<f32>> {
         status: *STATUSES.get(record.status as usize)?,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -42,3 +42,6 @@ fn plain_shape(field: &AnyField) -> Result<ShapeParams, GpuError> {
     params.numbers[..numbers.len()].copy_from_slice(numbers);
     Ok(params)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,22 +1,78 @@
 //! Fields as the kernels hold them, and the functions that make them of plain numbers.
 
+use core::arch::asm;
+
 use sdf_core::combine::Compound;
 use sdf_core::delegate_sdf;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Code, Scale, Sparse};
-use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds};
+use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
 
 use crate::abi::{FieldBlob, GridParams, ShapeParams, Slice, shape};
 
 /// Dense samples with block bounds.
-pub type DenseGrid = Grid<WithBlockBounds<Dense<&'static [f32]>, &'static [BlockBounds]>>;
+pub type DenseGrid = Grid<WithBlockBounds<CardDense, &'static [BlockBounds]>>;
 
 /// Bricks of any precision.
 pub type SparseGrid<C> = Grid<Sparse<CardBricks<C>>>;
 
 /// The union of closed forms.
 pub type Shapes = Compound<&'static [Part]>;
+
+/// The samples of all nodes, x fastest, in the card's memory.
+///
+/// [`Dense`](sdf_core::grid::Dense) would do, too. It checks each index against the length in 64 bits, which costs a third of the
+/// registers.
+#[derive(Clone, Copy)]
+pub struct CardDense {
+    samples: *const f32,
+    /// Samples from a node to its neighbour in y.
+    row: u32,
+    /// Samples from a node to its neighbour in z.
+    layer: u32,
+}
+
+impl CardDense {
+    /// `None` unless there are as many samples as nodes, and fewer than 2³².
+    fn new(lattice: &Lattice, samples: &'static [f32]) -> Option<Self> {
+        let [x, y, _] = lattice.nodes();
+        let fits = samples.len() == lattice.node_count() && u32::try_from(samples.len()).is_ok();
+        fits.then_some(Self { samples: samples.as_ptr(), row: x, layer: x.wrapping_mul(y) })
+    }
+}
+
+impl Storage for CardDense {
+    #[inline(always)]
+    fn corners(&self, [x, y, z]: [u32; 3]) -> [f32; 8] {
+        let first = z.wrapping_mul(self.layer).wrapping_add(y.wrapping_mul(self.row)).wrapping_add(x);
+        let pair = |index: u32| {
+            // SAFETY: the cell is one of the lattice, and `new` saw samples at all its nodes.
+            unsafe {
+                let low = self.samples.add(index as usize);
+                [read_only(low), read_only(low.add(1))]
+            }
+        };
+        let above = first.wrapping_add(self.layer);
+        let ([a, b], [c, d]) = (pair(first), pair(first.wrapping_add(self.row)));
+        let ([e, f], [g, h]) = (pair(above), pair(above.wrapping_add(self.row)));
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
+/// A number that no thread writes, read through the cache for such numbers.
+///
+/// # Safety
+/// The address is that of a number in the card's memory.
+#[inline(always)]
+unsafe fn read_only(address: *const f32) -> f32 {
+    let number: f32;
+    // SAFETY: the caller's; the load changes nothing.
+    unsafe {
+        asm!("ld.global.nc.f32 {0}, [{1}];", out(reg32) number, in(reg64) address, options(pure, readonly, nostack));
+    }
+    number
+}
 
 /// The arrays of a sparse grid in the card's memory.
 pub struct CardBricks<C: 'static> {
@@ -100,7 +156,7 @@ fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Optio
 pub unsafe fn dense(params: &GridParams) -> Option<DenseGrid> {
     // SAFETY: the caller's.
     let (samples, bounds) = unsafe { (slice(params.samples), slice(params.bounds)) };
-    grid(params, |lattice| WithBlockBounds::new(lattice, Dense::new(lattice, samples)?, bounds))
+    grid(params, |lattice| WithBlockBounds::new(lattice, CardDense::new(lattice, samples)?, bounds))
 }
 
 /// # Safety

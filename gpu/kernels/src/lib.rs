@@ -10,7 +10,7 @@
 //! contracted to an fma, so that every answer has the bits of the CPU's `f32`.
 
 #![no_std]
-#![feature(abi_ptx, stdarch_nvptx)]
+#![feature(abi_ptx, asm_experimental_arch, stdarch_nvptx)]
 
 #[path = "../../src/abi.rs"]
 mod abi;
@@ -106,12 +106,12 @@ macro_rules! stage {
     )+};
 }
 
-/// Kernels of the search: name, field, corners of an element, method.
-macro_rules! search {
-    ($($name:ident, $field:ty, $n:literal, $method:ident;)+) => {$(
+/// Kernels of a search, or of all stages in one: name, field, corners of an element, method.
+macro_rules! method {
+    ($stage:ident: $($name:ident, $field:ty, $n:literal, $method:ident;)+) => {$(
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(field: FieldBlob, frame: Frame, search: SearchParams) {
-            unsafe { stages::search::<$field, _, $n>(fields::load(&field), &$method(&search), &frame) }
+            unsafe { stages::$stage::<$field, _, $n>(fields::load(&field), &$method(&search), &frame) }
         }
     )+};
 }
@@ -156,7 +156,7 @@ stage! { cull:
     cull_vertices_shapes, Shapes, 1;
 }
 
-search! {
+method! { search:
     search_faces_dense_frank_wolfe, DenseGrid, 3, frank_wolfe;
     search_faces_sparse_u16_frank_wolfe, SparseGrid<u16>, 3, frank_wolfe;
     search_faces_sparse_f32_frank_wolfe, SparseGrid<f32>, 3, frank_wolfe;
@@ -192,4 +192,13 @@ stage! { report:
     report_vertices_sparse_u16, SparseGrid<u16>, 1;
     report_vertices_sparse_f32, SparseGrid<f32>, 1;
     report_vertices_shapes, Shapes, 1;
+}
+
+method! { contact:
+    contact_faces_dense_frank_wolfe, DenseGrid, 3, frank_wolfe;
+    contact_faces_dense_projected_gradient, DenseGrid, 3, projected_gradient;
+    contact_edges_dense_frank_wolfe, DenseGrid, 2, frank_wolfe;
+    contact_vertices_dense_point_sampling, DenseGrid, 1, point_sampling;
+    contact_faces_shapes_frank_wolfe, Shapes, 3, frank_wolfe;
+    contact_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }

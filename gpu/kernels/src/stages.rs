@@ -19,7 +19,7 @@ use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Simplex};
 
-use crate::abi::{ContactRecord, Frame, HIT_BYTES, SKIPPED, SURVIVOR_BYTES};
+use crate::abi::{ContactRecord, Frame, HIT_BYTES, SURVIVOR_BYTES};
 
 /// An element that the cull leaves, and a lower bound of φ on it.
 #[repr(C)]
@@ -30,7 +30,7 @@ struct Survivor {
 }
 
 /// A survivor whose minimum is not above the margin.
-#[repr(C)]
+#[repr(C, align(16))]
 #[derive(Clone, Copy)]
 struct Hit<const N: usize> {
     survivor: Survivor,
@@ -140,10 +140,35 @@ pub unsafe fn report<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
             Some(contact) => record(&contact),
             None => {
                 count_one(frame, Counter::Skipped);
-                ContactRecord { kind: SKIPPED, element: element.id, ..ContactRecord::default() }
+                ContactRecord { kind: u32::MAX, element: element.id, ..ContactRecord::default() }
             }
         };
         *(frame.contacts as *mut ContactRecord).add(index) = record;
+    }
+}
+
+/// All three stages of an element in one thread.
+///
+/// # Safety
+/// As [`cull`].
+#[inline(always)]
+pub unsafe fn contact<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+    let id = thread();
+    if id >= frame.element_count as usize {
+        return;
+    }
+    // SAFETY: the id is below the number of elements; each appends at most once.
+    unsafe {
+        match contact::contact(field, method, frame.margin, &element::<N>(frame, id as u32)) {
+            Outcome::Contact(contact) => {
+                let slot = count_one(frame, Counter::Hits);
+                *(frame.contacts as *mut ContactRecord).add(slot) = record(&contact);
+            }
+            Outcome::NotFinite => {
+                count_one(frame, Counter::Skipped);
+            }
+            Outcome::Culled | Outcome::Separated(_) => {}
+        }
     }
 }
 
