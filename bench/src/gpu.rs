@@ -24,7 +24,7 @@ use crate::table::Table;
 
 /// Command-line options.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Options {
+pub struct GpuOptions {
     /// PTX or machine code of the kernels, made by .ci/gpu.sh.
     #[arg(value_name = "KERNELS")]
     pub kernels: PathBuf,
@@ -51,7 +51,7 @@ const METHODS: [(&str, Method); 5] = [
 ];
 
 /// Compares and measures all scenes, and prints a table. Fails if one contact differs.
-pub fn measure(options: &Options) -> Result<()> {
+pub fn measure(options: &GpuOptions) -> Result<()> {
     let gpu = Gpu::new(&options.kernels)?;
     println!("{}", gpu.name()?);
     let head = vec![
@@ -108,7 +108,7 @@ fn on_card(
     elements: Elements,
     query: &QueryOptions,
     expected: &[Contact<f32>],
-    options: &Options,
+    options: &GpuOptions,
 ) -> Result<Option<Vec<String>>> {
     let mut mesh = GpuMesh::new(gpu, &scene.points, elements)?;
     let found = match gpu.contacts(field, &mut mesh, query) {

@@ -36,7 +36,7 @@ impl Method {
     }
 }
 
-/// What is searched for, and how.
+/// Method, limits and form of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QueryOptions {
     /// The method of the search.
@@ -61,7 +61,7 @@ pub enum Stages {
 /// The contacts of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpuContacts {
-    /// By the element's id.
+    /// In the order of their elements.
     pub contacts: Vec<Contact<f32>>,
     /// Elements that were searched; 0 of a fused query, which does not count them.
     pub searched_count: u32,

@@ -10,7 +10,7 @@ use sdf_bench::{exit_code, gpu};
 #[command(version, max_term_width = 110)]
 struct Args {
     #[command(flatten)]
-    options: gpu::Options,
+    options: gpu::GpuOptions,
 }
 
 fn main() -> ExitCode {
