@@ -169,8 +169,7 @@ impl<S: Storage> Grid<S> {
         Self { error_bound, ..self }
     }
 
-    /// The bound that [`with_error_bound`](Self::with_error_bound) set; one of a region is
-    /// [`EnclosedSdf::error_bound`](crate::EnclosedSdf::error_bound).
+    /// The bound that [`with_error_bound`](Self::with_error_bound) set; one of a region is [`EnclosedSdf::error_bound`].
     pub fn global_error_bound(&self) -> f64 {
         self.error_bound
     }
