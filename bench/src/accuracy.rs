@@ -34,7 +34,7 @@ use sdf_procedural::SpikedBall;
 use serde::Serialize;
 
 pub use pages::{Page, docs, folder};
-pub use scene_file::{SceneFile, read_scenes};
+pub use scene_file::{PaperTimes, SceneFile, read_scenes};
 
 use advice::{Advice, Cost, advise};
 use curves::{SetReport, measure};

@@ -4,11 +4,13 @@
 //! |---|---|---|
 //! | `accuracy` | How far is the minimum that each method finds from the proven one, and which contacts does it miss? | docs/study.md |
 //! | `speed` | How long do bakes, contact searches and reading take, beside other programs and the machine's limits? | docs/performance.md |
+//! | `gpu` | Are contacts on a GPU those of the CPU, and how long do they take? | docs/gpu.md |
 //! | `grids` | How large is a grid file, and how far is the field off? | docs/grids.md |
 
 #![forbid(unsafe_code)]
 
 pub mod accuracy;
+pub mod gpu;
 pub mod program;
 pub mod speed;
 

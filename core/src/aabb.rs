@@ -63,8 +63,7 @@ impl Aabb {
     /// Does the whole of `other` lie in this box?
     #[inline]
     pub fn encloses(&self, other: &Self) -> bool {
-        let mut axes = core::iter::zip(self.min, other.min).chain(core::iter::zip(other.max, self.max));
-        axes.all(|(low, high)| low <= high)
+        (0..3).all(|k| self.min[k] <= other.min[k] && other.max[k] <= self.max[k])
     }
 
     /// The box grown by `distance` on all sides, or shrunk if that is negative.

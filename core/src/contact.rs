@@ -19,8 +19,7 @@ mod features;
 use nalgebra::Vector3;
 
 use classify::{classify, is_separated, report};
-use cull::cull;
-pub use cull::{CentroidBound, centroid_bound};
+pub use cull::{CentroidBound, centroid_bound, cull};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
 pub use features::{FeatureOwners, FeatureUse, one_per_feature};
 

@@ -187,6 +187,11 @@ impl<S: Storage> Grid<S> {
         Self { deep_error, ..self }
     }
 
+    /// The bound that [`with_error_bound`](Self::with_error_bound) set; one of a region is [`EnclosedSdf::error_bound`].
+    pub fn global_error_bound(&self) -> f64 {
+        self.error_bound
+    }
+
     /// Positions of the nodes.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice

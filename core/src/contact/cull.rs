@@ -5,8 +5,10 @@ use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::{Aabb, EnclosedSdf, Sdf, Simplex};
 
-/// A lower bound of φ on an element, or why there is nothing to search.
-pub(super) fn cull<R: Float, F: EnclosedSdf, const N: usize>(
+/// The first half of [`contact`](super::contact): a lower bound of φ on an element, or why there is nothing to search.
+///
+/// With the minimum of a search it makes a contact: see [`contact_at`](super::contact_at).
+pub fn cull<R: Float, F: EnclosedSdf, const N: usize>(
     field: &F,
     margin: R,
     element: &Element<R, N>,

@@ -85,21 +85,26 @@ impl<R: Float> AxisTaps<R> {
         let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(lattice.cells()[axis])));
         let cell = steps.to_index().min(last_cell);
         let (weights, slopes) = spline_weights(steps - R::from_f64(f64::from(cell)));
-
-        // Two nodes before the cell and two after; as many as there are, from the first on.
-        let first = cell.saturating_sub(2).min(last_cell.wrapping_add(2).saturating_sub(TAPS as u32));
-        let shift = (cell as i32).wrapping_sub(2).wrapping_sub(first as i32);
-        let last = last_cell.wrapping_add(1).wrapping_sub(first) as i32;
-        let (weights, slopes) = (fold_into_lattice(weights, shift, last), fold_into_lattice(slopes, shift, last));
-        let cells = core::array::from_fn(|k| first.wrapping_add(2 * k as u32).min(last_cell));
-        Self {
-            steps,
-            is_inside: steps <= unclamped && unclamped <= steps,
-            cells,
-            weights: by_cell(weights, first, cells),
-            slopes: by_cell(slopes, first, cells),
+        let is_inside = steps <= unclamped && unclamped <= steps;
+        // The common case: all six nodes are in the lattice.
+        if cell >= 2 && cell.wrapping_add(2) <= last_cell {
+            let cells = [cell.wrapping_sub(2), cell, cell.wrapping_add(2)];
+            return Self { steps, is_inside, cells, weights, slopes };
         }
+        let (cells, [weights, slopes]) = fit_to_border(cell, last_cell, [weights, slopes]);
+        Self { steps, is_inside, cells, weights, slopes }
     }
+}
+
+/// First corners of three cells, and the weights of their corners, for a cell with fewer than two nodes beyond it on one side.
+#[inline(never)]
+fn fit_to_border<R: Float>(cell: u32, last_cell: u32, taps: [[R; TAPS]; 2]) -> ([u32; TAPS / 2], [[R; TAPS]; 2]) {
+    // Two nodes before the cell and two after; as many as there are, from the first on.
+    let first = cell.saturating_sub(2).min(last_cell.wrapping_add(2).saturating_sub(TAPS as u32));
+    let shift = (cell as i32).wrapping_sub(2).wrapping_sub(first as i32);
+    let last = last_cell.wrapping_add(1).wrapping_sub(first) as i32;
+    let cells = core::array::from_fn(|k| first.wrapping_add(2 * k as u32).min(last_cell));
+    (cells, taps.map(|taps| by_cell(fold_into_lattice(taps, shift, last), first, cells)))
 }
 
 /// w and its derivative at the nodes −2 to 3 about a cell, at the fraction `u` of it.

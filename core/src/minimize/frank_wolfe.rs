@@ -44,8 +44,10 @@ impl<const N: usize> Minimizer<N> for FrankWolfe {
         let [longest_edge] = run(&LongestEdge, *simplex);
         let tolerance = longest_edge * R::from_f64(field.slope_bound() * self.tolerance);
         let (mut current, mut active) = (state.best, R::one());
-        for i in 1..=self.iterations {
-            let step = Step { rate: 2.0 / (f64::from(i) + 2.0) };
+        for taken in 0..self.iterations {
+            // α = 2/(i + 2), i = taken + 1. The sum is exact for fewer than 2²⁴ steps. Where R is f32 the compiler then divides
+            // in f32, whose quotient is that of f64 rounded.
+            let step = Step { rate: 2.0 / f64::from(taken as f32 + 3.0) };
             let (kept, next, point, [goes_on]) =
                 run(&step, (*simplex, current.kernel_sample(), state.best.kernel_sample(), [active, tolerance]));
             state.replace_best(kept, current.sample.status);

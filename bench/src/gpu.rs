@@ -1,0 +1,261 @@
+//! Contacts on a GPU: are they those of the CPU, bit for bit, and how long do they take?
+//!
+//! For every scene and method, the contacts of `sdf_gpu` are compared with `contact::<f32, …>` on this machine. Then the card's own
+//! clock measures each stage with warm buffers, and the processor's searches of the same scene, in f64 as programs call them, are
+//! measured beside it. Times are medians, in microseconds.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use rayon::prelude::*;
+use sdf_core::AnyField;
+use sdf_core::Simplex;
+use sdf_core::contact::{Contact, Element, Feature, Outcome, contact};
+use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
+use sdf_core::nalgebra::Vector3;
+use sdf_field::{ContactOptions, Field, MeshView, Threads};
+use sdf_gpu::{Elements, Gpu, GpuError, GpuField, GpuMesh, Method, QueryOptions, Stages};
+use sdf_procedural::Mesh;
+
+use crate::accuracy::{PaperTimes, SceneFile, read_scenes};
+use crate::statistics::median;
+use crate::table::Table;
+
+/// Command-line options.
+#[derive(Clone, Debug, clap::Args)]
+pub struct GpuOptions {
+    /// PTX or machine code of the kernels, made by .ci/gpu.sh.
+    #[arg(value_name = "KERNELS")]
+    pub kernels: PathBuf,
+    /// Further scenes, as bench/scenes has them.
+    #[arg(long, value_name = "SCENE.toml")]
+    pub scene: Vec<PathBuf>,
+    /// How often each time is taken.
+    #[arg(long, default_value_t = 100)]
+    pub repetitions: usize,
+    /// Largest number of cells along a grid's longest side.
+    #[arg(long, default_value_t = u32::MAX)]
+    pub cells: u32,
+}
+
+/// Steps of every method, as in the paper's table 1.
+const ITERATIONS: u32 = 32;
+
+const METHODS: [(&str, Method); 5] = [
+    ("points", Method::PointSampling),
+    ("FW", Method::FrankWolfe),
+    ("PGD", Method::ProjectedGradient),
+    ("GS", Method::GoldenSection),
+    ("Newton", Method::Newton),
+];
+
+/// Compares and measures all scenes, and prints a table. Fails if one contact differs.
+pub fn measure(options: &GpuOptions) -> Result<()> {
+    let gpu = Gpu::new(&options.kernels)?;
+    println!("{}", gpu.name()?);
+    let head = vec![
+        "scene",
+        "elements",
+        "method",
+        "stages",
+        "contacts",
+        "equal",
+        "kernels µs",
+        "launched µs",
+        "graph µs",
+        "paper µs",
+        "CPU 1 thread µs",
+        "CPU all µs",
+    ];
+    let mut table = Table { head, rows: vec![] };
+    for file in read_scenes(&options.scene)? {
+        let scene = Scene::new(&file, options.cells)?;
+        let field = GpuField::new(&gpu, &scene.field).with_context(|| scene.name.clone())?;
+        for (label, method) in METHODS {
+            if let Some(elements) = scene.elements(method) {
+                let paper = scene.paper(method).map_or("-".to_owned(), |time| format!("{time:.0}"));
+                let expected = scene.on_processor(elements, method);
+                let processor = [1, 0].map(|threads| scene.processor_time(elements, method, threads));
+                let [one, all] = [&processor[0], &processor[1]].map(|time| time.as_deref().unwrap_or("failed"));
+                for stages in [Stages::Separate, Stages::Fused] {
+                    let query = QueryOptions { method, margin: scene.margin, iterations: ITERATIONS, stages };
+                    let Some(mut row) = on_card(&gpu, &field, &scene, elements, &query, &expected, options)? else {
+                        continue;
+                    };
+                    row.splice(
+                        0..0,
+                        [scene.name.clone(), count(elements, scene.points.len()).to_string(), label.to_owned()],
+                    );
+                    row.extend([paper.clone(), one.to_owned(), all.to_owned()]);
+                    eprintln!("{}", row.join(" | "));
+                    table.rows.push(row);
+                }
+            }
+        }
+    }
+    println!("{}", table.markdown());
+    let different = table.rows.iter().filter(|row| row[5] != "all").count();
+    ensure!(different == 0, "{different} queries have other contacts than the CPU");
+    Ok(())
+}
+
+/// The cells of a table from "stages" to "graph"; `None` if there is no such kernel.
+fn on_card(
+    gpu: &Gpu,
+    field: &GpuField,
+    scene: &Scene,
+    elements: Elements,
+    query: &QueryOptions,
+    expected: &[Contact<f32>],
+    options: &GpuOptions,
+) -> Result<Option<Vec<String>>> {
+    let mut mesh = GpuMesh::new(gpu, &scene.points, elements)?;
+    let found = match gpu.contacts(field, &mut mesh, query) {
+        Err(GpuError::Unsupported(_)) => return Ok(None),
+        found => found?.contacts,
+    };
+    let differs = |(a, b): &(&Contact<f32>, &Contact<f32>)| bits(a) != bits(b);
+    let pairs = found.iter().zip(expected);
+    let equal = match pairs.clone().find(differs) {
+        None if found.len() == expected.len() => "all".to_owned(),
+        first => {
+            eprintln!("{}: the first that differs: {first:#?}", scene.name);
+            format!("{} of {}", pairs.filter(|pair| !differs(pair)).count(), expected.len())
+        }
+    };
+    let times = gpu.time(field, &mut mesh, query, options.repetitions)?;
+    let text = |times: &Vec<f32>| format!("{:.1}", median(times.iter().map(|time| f64::from(*time)).collect()));
+    let kernels: Vec<_> = times.kernels.iter().map(text).collect();
+    let stages = format!("{:?}", query.stages).to_lowercase();
+    let [launched, graph] = [text(&times.launched), text(&times.graph)];
+    Ok(Some(vec![stages, found.len().to_string(), equal, kernels.join(" + "), launched, graph]))
+}
+
+struct Scene {
+    name: String,
+    field: AnyField,
+    mesh: Mesh,
+    /// The mesh's points as the card has them.
+    points: Vec<[f32; 3]>,
+    margin: f32,
+    paper: Option<PaperTimes>,
+}
+
+impl Scene {
+    fn new(file: &SceneFile, cells: u32) -> Result<Self> {
+        let mesh = file.mesh()?;
+        let points: Vec<_> = mesh.points.iter().map(|point| point.map(|x| x as f32)).collect();
+        let scene = &file.scene;
+        Ok(Self {
+            name: scene.name.clone(),
+            field: file.field(cells)?,
+            points,
+            mesh,
+            margin: scene.margin as f32,
+            paper: scene.paper,
+        })
+    }
+
+    /// The elements that a method searches; `None` if it does not know their kind.
+    fn elements(&self, method: Method) -> Option<Elements<'_>> {
+        match (method, self.mesh.triangles.is_empty()) {
+            (Method::PointSampling, _) => Some(Elements::Vertices),
+            (Method::GoldenSection, false) | (Method::Newton, true) => None,
+            (_, true) => Some(Elements::Edges(&self.mesh.segments)),
+            (_, false) => Some(Elements::Faces(&self.mesh.triangles)),
+        }
+    }
+
+    /// Microseconds of the paper's table 1.
+    fn paper(&self, method: Method) -> Option<f64> {
+        let paper = self.paper?;
+        match method {
+            Method::PointSampling => Some(paper.simple),
+            Method::FrankWolfe => Some(paper.frank_wolfe),
+            Method::ProjectedGradient => Some(paper.projected_gradient),
+            Method::GoldenSection => paper.golden_section,
+            Method::Newton => None,
+        }
+    }
+
+    /// The contacts by `contact::<f32, …>`.
+    fn on_processor(&self, elements: Elements, method: Method) -> Vec<Contact<f32>> {
+        let gradient = ProjectedGradient { iterations: ITERATIONS, ..ProjectedGradient::default() };
+        let (fw, golden) = (FrankWolfe::default(), GoldenSection::default());
+        match (elements, method) {
+            (Elements::Vertices, _) => {
+                let vertices: Vec<_> = (0..self.points.len() as u32).map(|vertex| [vertex]).collect();
+                self.search(&vertices, &PointSampling { samples: ITERATIONS, corners: false })
+            }
+            (Elements::Edges(edges), Method::GoldenSection) => self.search(edges, &golden),
+            (Elements::Edges(edges), Method::ProjectedGradient) => self.search(edges, &gradient),
+            (Elements::Edges(edges), _) => self.search(edges, &fw),
+            (Elements::Faces(faces), Method::ProjectedGradient) => self.search(faces, &gradient),
+            (Elements::Faces(faces), Method::Newton) => self.search(faces, &Newton::default()),
+            (Elements::Faces(faces), _) => self.search(faces, &fw),
+        }
+    }
+
+    fn search<M: Minimizer<N> + Sync, const N: usize>(&self, elements: &[[u32; N]], method: &M) -> Vec<Contact<f32>> {
+        let found = elements.par_iter().zip(0_u32..elements.len() as u32).filter_map(|(vertices, id)| {
+            let corners = vertices.map(|vertex| Vector3::from(self.points[vertex as usize]));
+            let element = Element { id, vertices: *vertices, simplex: Simplex { corners } };
+            match contact(&self.field, method, self.margin, &element) {
+                Outcome::Contact(contact) => Some(contact),
+                _ => None,
+            }
+        });
+        found.collect()
+    }
+
+    /// Time of the processor's search in f64, with so many threads; 0 stands for all.
+    fn processor_time(&self, elements: Elements, method: Method, threads: usize) -> Result<String> {
+        let method = match method {
+            Method::FrankWolfe => sdf_field::Method::FrankWolfe,
+            Method::ProjectedGradient => sdf_field::Method::ProjectedGradient,
+            Method::Newton => sdf_field::Method::Newton,
+            Method::GoldenSection => sdf_field::Method::GoldenSection,
+            Method::PointSampling => return Ok("-".to_owned()),
+        };
+        let field = Field::new(self.field.clone());
+        let threads = if threads == 1 { Threads::ONE } else { Threads::ALL };
+        let options = ContactOptions { method, margin: f64::from(self.margin), threads, ..ContactOptions::default() };
+        let run = || match elements {
+            Elements::Edges(edges) => field.contacts_of_edges(&self.mesh.points, edges, &options),
+            _ => field.contacts(MeshView { points: &self.mesh.points, faces: &self.mesh.triangles }, &options),
+        };
+        let mut times = vec![];
+        for _ in 0..7 {
+            let start = Instant::now();
+            run()?;
+            times.push(1e6 * start.elapsed().as_secs_f64());
+        }
+        Ok(format!("{:.0}", median(times)))
+    }
+}
+
+fn count(elements: Elements, points: usize) -> usize {
+    match elements {
+        Elements::Vertices => points,
+        Elements::Edges(edges) => edges.len(),
+        Elements::Faces(faces) => faces.len(),
+    }
+}
+
+/// Every number of a contact.
+fn bits(contact: &Contact<f32>) -> Vec<u32> {
+    let feature = match contact.feature {
+        Feature::Vertex(vertex) => [0, vertex, 0],
+        Feature::Edge([a, b]) => [1, a, b],
+        Feature::Face(face) => [2, face, 0],
+    };
+    let mut bits = vec![contact.kind as u32, contact.element, contact.rank, contact.evaluations, contact.status as u32];
+    bits.extend(contact.vertices.iter().chain(&feature));
+    let vectors = [contact.point, contact.surface_point, contact.normal];
+    let numbers =
+        [contact.slope, contact.distance, contact.lower_bound, contact.error_bound, contact.shape_lower_bound];
+    let all = contact.weights.iter().chain(vectors.iter().flatten()).chain(&numbers);
+    bits.extend(all.map(|number| number.to_bits()));
+    bits
+}

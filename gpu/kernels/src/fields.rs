@@ -1,0 +1,229 @@
+//! Fields as the kernels hold them, and the functions that make them of plain numbers.
+
+use core::arch::asm;
+
+use sdf_core::combine::Compound;
+use sdf_core::delegate_sdf;
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Code, Scale, Sparse};
+use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
+use sdf_core::placed::{Placed, Similarity};
+use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
+
+use crate::abi::{FieldBlob, GridParams, ShapeParams, Slice, shape};
+
+/// Dense samples with block bounds.
+pub type DenseGrid = Grid<WithBlockBounds<CardDense, &'static [BlockBounds]>>;
+
+/// Bricks of any precision.
+pub type SparseGrid<C> = Grid<Sparse<CardBricks<C>>>;
+
+/// The union of closed forms.
+pub type Shapes = Compound<&'static [Part]>;
+
+/// The samples of all nodes, x fastest, in the card's memory.
+///
+/// [`Dense`](sdf_core::grid::Dense) would do, too. It checks each index against the length in 64 bits, which costs a third of the
+/// registers.
+#[derive(Clone, Copy)]
+pub struct CardDense {
+    samples: *const f32,
+    /// Samples from a node to its neighbour in y.
+    row: u32,
+    /// Samples from a node to its neighbour in z.
+    layer: u32,
+}
+
+impl CardDense {
+    /// `None` unless there are as many samples as nodes, and fewer than 2³².
+    fn new(lattice: &Lattice, samples: &'static [f32]) -> Option<Self> {
+        let [x, y, _] = lattice.nodes();
+        let fits = samples.len() == lattice.node_count() && u32::try_from(samples.len()).is_ok();
+        fits.then_some(Self { samples: samples.as_ptr(), row: x, layer: x.wrapping_mul(y) })
+    }
+}
+
+impl Storage for CardDense {
+    #[inline(always)]
+    fn corners(&self, [x, y, z]: [u32; 3]) -> [f32; 8] {
+        let first = z.wrapping_mul(self.layer).wrapping_add(y.wrapping_mul(self.row)).wrapping_add(x);
+        let pair = |index: u32| {
+            // SAFETY: the cell is one of the lattice, and `new` saw samples at all its nodes.
+            unsafe {
+                let low = self.samples.add(index as usize);
+                [read_only(low), read_only(low.add(1))]
+            }
+        };
+        let above = first.wrapping_add(self.layer);
+        let ([a, b], [c, d]) = (pair(first), pair(first.wrapping_add(self.row)));
+        let ([e, f], [g, h]) = (pair(above), pair(above.wrapping_add(self.row)));
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
+/// A number that no thread writes, read through the cache for such numbers.
+///
+/// # Safety
+/// The address is that of a number in the card's memory.
+#[inline(always)]
+unsafe fn read_only(address: *const f32) -> f32 {
+    let number: f32;
+    // SAFETY: the caller's; the load changes nothing.
+    unsafe {
+        asm!("ld.global.nc.f32 {0}, [{1}];", out(reg32) number, in(reg64) address, options(pure, readonly, nostack));
+    }
+    number
+}
+
+/// The arrays of a sparse grid in the card's memory.
+pub struct CardBricks<C: 'static> {
+    table: &'static [u32],
+    scales: &'static [Scale],
+    samples: &'static [C],
+    bounds: &'static [BlockBounds],
+    coarse: &'static [f32],
+    errors: &'static [f32],
+}
+
+impl<C: Code> Bricks for CardBricks<C> {
+    type Code = C;
+    #[inline(always)]
+    fn table(&self) -> &[u32] {
+        self.table
+    }
+    #[inline(always)]
+    fn scales(&self) -> &[Scale] {
+        self.scales
+    }
+    #[inline(always)]
+    fn samples(&self) -> &[C] {
+        self.samples
+    }
+    #[inline(always)]
+    fn bounds(&self) -> &[BlockBounds] {
+        self.bounds
+    }
+    #[inline(always)]
+    fn coarse(&self) -> &[f32] {
+        self.coarse
+    }
+    #[inline(always)]
+    fn errors(&self) -> &[f32] {
+        self.errors
+    }
+}
+
+/// A closed form.
+pub enum Shape {
+    Sphere(Sphere),
+    Cuboid(Cuboid),
+    Capsule(Capsule),
+    Cylinder(Cylinder),
+    Cone(Cone),
+    Torus(Torus),
+}
+
+delegate_sdf!(Shape { Sphere, Cuboid, Capsule, Cylinder, Cone, Torus });
+
+type PlacedShape = Placed<Shape, Similarity>;
+
+/// A closed form as it stands, or placed.
+pub enum Part {
+    Shape(Shape),
+    Placed(PlacedShape),
+}
+
+delegate_sdf!(Part { Shape, Placed });
+
+/// # Safety
+/// The slice is that of an array of `T` in the card's memory.
+unsafe fn slice<T>(slice: Slice) -> &'static [T] {
+    // An empty slice needs an address, too.
+    let address = if slice.len == 0 { align_of::<T>() as u64 } else { slice.address };
+    // SAFETY: the caller's.
+    unsafe { core::slice::from_raw_parts(address as *const T, slice.len as usize) }
+}
+
+fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Option<S>) -> Option<Grid<S>> {
+    let [x, y, z, _] = params.nodes;
+    let lattice = Lattice::new(params.origin, params.spacing, [x, y, z])?;
+    let storage = storage(&lattice)?;
+    let grid = Grid::new(lattice, storage, params.slope_bound)?;
+    Some(grid.with_band(params.band).with_error_bound(params.error_bound))
+}
+
+/// # Safety
+/// The slices are those of arrays as [`GridParams`] describes them.
+pub unsafe fn dense(params: &GridParams) -> Option<DenseGrid> {
+    // SAFETY: the caller's.
+    let (samples, bounds) = unsafe { (slice(params.samples), slice(params.bounds)) };
+    grid(params, |lattice| WithBlockBounds::new(lattice, CardDense::new(lattice, samples)?, bounds))
+}
+
+/// # Safety
+/// As [`dense`].
+pub unsafe fn sparse<C: Code>(params: &GridParams) -> Option<SparseGrid<C>> {
+    // SAFETY: the caller's.
+    let bricks = unsafe {
+        CardBricks::<C> {
+            table: slice(params.table),
+            scales: slice(params.scales),
+            samples: slice(Slice { len: params.scales.len * BRICK_SAMPLES as u64, ..params.samples }),
+            bounds: slice(params.bounds),
+            coarse: slice(params.coarse),
+            errors: slice(params.errors),
+        }
+    };
+    grid(params, |lattice| Sparse::new(lattice, bricks))
+}
+
+/// A closed form from the arguments of its constructor.
+pub fn part(params: &ShapeParams) -> Option<Part> {
+    let [a, b, c, d, e, f, g] = params.numbers;
+    let shape = match params.kind {
+        shape::SPHERE => Shape::Sphere(Sphere::new(a)?),
+        shape::CUBOID => Shape::Cuboid(Cuboid::new([a, b, c])?),
+        shape::CAPSULE => Shape::Capsule(Capsule::new([a, b, c], [d, e, f], g)?),
+        shape::CYLINDER => Shape::Cylinder(Cylinder::new(a, b)?),
+        shape::CONE => Shape::Cone(Cone::new(a, b)?),
+        shape::TORUS => Shape::Torus(Torus::new(a, b)?),
+        _ => return None,
+    };
+    if params.is_placed == 0 {
+        return Some(Part::Shape(shape));
+    }
+    let place = Similarity::new(params.translation, params.rotation, params.scale)?;
+    Some(Part::Placed(PlacedShape { field: shape, placement: place }))
+}
+
+/// # Safety
+/// As many parts as `count` stand at the address.
+pub unsafe fn union(parts: u64, count: u32) -> Option<Shapes> {
+    // SAFETY: the caller's.
+    Compound::new(unsafe { slice(Slice { address: parts, len: u64::from(count) }) })
+}
+
+/// Writes a field where the host will read it, or zeros, which no field is, where there is none.
+///
+/// # Safety
+/// `blob` is the address of a [`FieldBlob`].
+pub unsafe fn store<F>(blob: *mut FieldBlob, field: Option<F>) {
+    const { assert!(size_of::<F>() <= size_of::<FieldBlob>() && align_of::<F>() <= align_of::<FieldBlob>()) }
+    // SAFETY: it fits, by the line above.
+    unsafe {
+        *blob = FieldBlob([0; 32]);
+        if let Some(field) = field {
+            (*blob).0[31] = 1;
+            blob.cast::<F>().write(field);
+        }
+    }
+}
+
+/// The field that [`store`] wrote.
+///
+/// # Safety
+/// The blob is that of a field of this type.
+#[inline(always)]
+pub unsafe fn load<F>(blob: &FieldBlob) -> &F {
+    // SAFETY: the caller's.
+    unsafe { &*(&raw const *blob).cast::<F>() }
+}

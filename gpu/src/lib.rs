@@ -1,0 +1,34 @@
+//! Contacts of meshes with signed distance fields on NVIDIA GPUs.
+//!
+//! The kernels are `sdf-core` itself, compiled to PTX (`gpu/kernels`): a contact has the bits that
+//! [`contact::<f32, …>`](sdf_core::contact::contact) has on a CPU. The driver is loaded at run time; without one
+//! [`Gpu::new`] returns [`GpuError::NoDriver`], and everything else of the workspace works as before.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `device` | [`Gpu`]: a card with the kernels loaded |
+//! | `field` | [`GpuField`]: a grid or a union of closed forms in the card's memory |
+//! | `shapes` | closed forms as plain numbers |
+//! | `mesh` | [`GpuMesh`]: points, elements and scratch buffers, kept from frame to frame |
+//! | `query` | [`Gpu::contacts`]: cull, search, report |
+//! | `timing` | [`Gpu::time`]: the same, measured by the card's own clock |
+//! | `record` | a contact as the card writes it |
+//! | `abi` | plain numbers that host and kernels exchange |
+
+#![warn(missing_docs)]
+
+#[allow(missing_docs, reason = "described at the types, for the kernels")]
+mod abi;
+mod device;
+mod field;
+mod mesh;
+mod query;
+mod record;
+mod shapes;
+mod timing;
+
+pub use device::{Gpu, GpuError};
+pub use field::GpuField;
+pub use mesh::{Elements, GpuMesh};
+pub use query::{GpuContacts, Method, QueryOptions, Stages};
+pub use timing::Times;
