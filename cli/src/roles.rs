@@ -72,7 +72,7 @@ fn field(command: &str, sdf: &Path) -> Result<()> {
     )
 }
 
-/// What a mesh is, in words; `None` for fields, and for files that are neither.
+/// The kind of a mesh, in words; `None` for fields, and for files that are neither.
 fn format(path: &Path) -> Option<String> {
     let format = format_of(path).filter(|_| !field_file::is_field(path))?;
     let article = if format == MeshFormat::Ply { "a" } else { "an" };

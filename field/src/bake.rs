@@ -60,7 +60,7 @@ pub struct BakeOptions {
     pub padding: u32,
     /// How inside and outside are told apart; `None` lets the mesh decide.
     pub sign: Option<SignMethod>,
-    /// What becomes of shells inside of the solid.
+    /// Treatment of shells inside of the solid.
     pub inner_faces: InnerFaces,
     /// How many threads work.
     pub threads: Threads,
@@ -219,7 +219,7 @@ fn bake(
     })
 }
 
-/// What was dropped or could not be, in words to follow the reason of the sign method.
+/// Shells and faces that were dropped, or could not be, in words to follow the reason of the sign method.
 fn dropped(report: &MeshReport) -> String {
     let counts = [
         (report.inner_shells, "shell inside of the solid, dropped", "shells inside of the solid, dropped"),

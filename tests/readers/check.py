@@ -198,13 +198,13 @@ def check_contact_list(path, contacts):
         assert group.attrs["count"] == len(contacts)
         assert all(len(column) == len(contacts) for column in group.values())
         table = {name: group[name][:] for name in group}
-    columns = """distance element evaluations feature feature_id id key lower_bound normal point polygon status
-                 surface_point weights"""
+    columns = """distance element error_bound evaluations feature feature_id id key lower_bound normal point polygon
+                 shape_lower_bound slope status surface_point vertices weights"""
     assert sorted(table) == columns.split()
     assert table["point"].shape == table["weights"].shape == (len(contacts), 3)
     assert table["feature_id"].shape == (len(contacts), 2)
     for row, contact in enumerate(contacts):
-        for name in ["id", "evaluations", "distance", "lower_bound", "key"]:
+        for name in ["id", "evaluations", "distance", "lower_bound", "key", "slope"]:
             assert table[name][row] == contact[name], name
         for name in ["point", "surface_point", "normal"]:
             assert table[name][row].tolist() == contact[name], name
@@ -213,6 +213,7 @@ def check_contact_list(path, contacts):
         assert kinds[table["feature"][row]] == contact["feature"]
         assert statuses[table["status"][row]] == contact["status"]
         assert table["feature_id"][row].tolist() == (contact["feature_id"] + [2**32 - 1])[:2]
+        assert table["vertices"][row].tolist() == (contact["vertices"] + 2 * [2**32 - 1])[:3]
         assert table["weights"][row].tolist() == (contact["weights"] + [0, 0])[:3]
 
 

@@ -48,7 +48,7 @@ pub struct BakeArgs {
     /// Inside/outside test.
     #[arg(long, value_enum, default_value_t = Sign::Auto)]
     pub sign: Sign,
-    /// What becomes of faces inside of the solid, as of a part that is sunk in another.
+    /// Treatment of faces inside of the solid, as of a part that is sunk in another.
     #[arg(long, value_enum, default_value_t = InnerFaces::Drop)]
     pub inner_faces: InnerFaces,
     #[command(flatten)]

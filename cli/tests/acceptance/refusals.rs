@@ -1,4 +1,4 @@
-//! What the program says when it was given the wrong thing: what was given, what is wanted, and what to type.
+//! Messages of the program when it was given the wrong thing: they say what was given, what is wanted, and what to type.
 
 use serde_json::Value;
 

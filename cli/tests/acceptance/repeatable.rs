@@ -62,6 +62,7 @@ fn renumbered(contact: &Value, elements: u64, points: u64) -> Value {
     add(&mut contact["key"], elements);
     let offset = if contact["feature"] == "face" { elements } else { points };
     contact["feature_id"].as_array_mut().unwrap().iter_mut().for_each(|id| add(id, offset));
+    contact["vertices"].as_array_mut().unwrap().iter_mut().for_each(|vertex| add(vertex, points));
     if contact["polygon"].is_u64() {
         add(&mut contact["polygon"], elements);
     }

@@ -175,7 +175,7 @@ fn no_chunk_is_read_that_is_not_needed() {
                 regions.iter().any(|region| {
                     let [first, last] = made.lattice.nodes_around(region).unwrap();
                     (0..3).all(|k| {
-                        first[k].saturating_sub(1) / 32 <= chunk[k] && chunk[k] <= (last[k] + 1).min(nodes[k] - 1) / 32
+                        first[k].saturating_sub(3) / 32 <= chunk[k] && chunk[k] <= (last[k] + 3).min(nodes[k] - 1) / 32
                     })
                 })
             };
