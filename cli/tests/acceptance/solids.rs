@@ -1,4 +1,4 @@
-//! What a user means by a mesh: the surface of the solid, without whiskers, without faces inside.
+//! A mesh means the surface of the solid, without whiskers, without faces inside.
 
 use crate::folder::{Folder, says};
 use crate::meshes::Model;

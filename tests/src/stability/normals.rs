@@ -16,7 +16,7 @@ type Point = Vector3<f64>;
 
 const CELLS: u32 = 64;
 
-/// Of a lattice over the cube [−1, 1]³.
+/// Spacing of a lattice over the cube [−1, 1]³.
 const SPACING: f64 = 2.0 / CELLS as f64;
 
 /// The body's translation between two contacts.

@@ -54,7 +54,7 @@ fn shuffle<T>(items: &mut [T], random: &mut Random) {
     }
 }
 
-/// What a contact rests on, and its key.
+/// The feature that each contact rests on, and its key.
 fn names(contacts: &[Contact<f64>]) -> Vec<(Feature, u64)> {
     contacts.iter().map(|contact| (contact.feature, contact.key())).collect()
 }
