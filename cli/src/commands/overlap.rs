@@ -1,6 +1,6 @@
 //! `contacts A B` of two fields: reads what is needed of both files, and prints where they touch.
 //!
-//! Of a grid the blocks at the faces of its box are read first: they tell its bounds. Then the blocks in the box in which
+//! The blocks at the faces of a grid's box are read first: they give its bounds. Then the blocks in the box in which
 //! the fields may touch. The search is that of [`Field::overlap_in`].
 
 use std::path::Path;

@@ -34,7 +34,7 @@ use crate::vector::{from_f64, norm};
 /// Nodes along each axis that a point's value depends on.
 const TAPS: usize = 6;
 
-/// ∇S at the point, continued outside the grid; `value` is φ at the nearest point of the box.
+/// ∇S at the point, continued outside the grid; `value_at_box` returns φ at the nearest point of the box.
 pub(super) fn smooth_gradient<R: Float, S: Storage>(
     lattice: &Lattice,
     storage: &S,
