@@ -6,6 +6,7 @@
 //! | `speed` | How long do bakes, contact searches and reading take, beside other programs and the machine's limits? | docs/performance.md |
 //! | `gpu` | Are contacts on a GPU those of the CPU, and how long do they take? | docs/gpu.md |
 //! | `grids` | How large is a grid file, and how far is the field off? | docs/grids.md |
+//! | `stencils` | How far are normals off by which stencil? | docs/methods.md |
 
 #![forbid(unsafe_code)]
 

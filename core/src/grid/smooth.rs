@@ -126,9 +126,6 @@ fn spline_weights<R: Float>(u: R) -> ([R; TAPS], [R; TAPS]) {
 /// Weights of six nodes in a row, from `shift` on, as weights of the nodes 0 to 5. A node before 0 or beyond `last` is a continuation
 /// along a straight line: f_{−i} = (1 + i) f_0 − i f_1.
 fn fold_into_lattice<R: Float>(weights: [R; TAPS], shift: i32, last: i32) -> [R; TAPS] {
-    if shift == 0 && last >= TAPS as i32 - 1 {
-        return weights;
-    }
     let mut folded = [R::zero(); TAPS];
     let mut add = |node: i32, weight: R| {
         if let Some(sum) = folded.get_mut(node as usize) {

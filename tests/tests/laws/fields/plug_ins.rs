@@ -199,13 +199,13 @@ impl Searches {
     }
 }
 
+/// All that a search asks of a field is compared in f32 and f64 by [`Enclosures`]. So one number type per element is enough here,
+/// and spares the compiler half of the searches.
 impl Law for Searches {
     fn check<F: EnclosedSdf>(&mut self, name: &str, field: &F, behind: &dyn DynSdf) {
-        for _ in 0..20 {
-            self.same_in::<f32, F, 2>(name, field, behind);
+        for _ in 0..40 {
             self.same_in::<f32, F, 3>(name, field, behind);
             self.same_in::<f64, F, 2>(name, field, behind);
-            self.same_in::<f64, F, 3>(name, field, behind);
         }
     }
 }
