@@ -5,7 +5,7 @@ use std::path::Path;
 use sdf_core::AnyField;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
-use sdf_formats::grid_file::{self, About, Samples, SparseSamples, StoredGrid};
+use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid};
 pub use sdf_formats::{
     field_file::FieldError,
     grid_file::{GridFault, GridFileError},
@@ -99,11 +99,11 @@ impl std::fmt::Display for SaveError {
 impl std::error::Error for SaveError {}
 
 fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
-    fn sparse<C>(bricks: &OwnedBricks<C>, band: f64) -> SparseSamples<'_, C> {
+    fn sparse<C>(bricks: &OwnedBricks<C>, (band, deep_values): (f64, DeepValues)) -> SparseSamples<'_, C> {
         let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
-        SparseSamples { band, slots, scales, samples, bounds, errors, coarse }
+        SparseSamples { band, deep_values, slots, scales, samples, bounds, errors, coarse }
     }
-    let band = info.band.unwrap_or(0.0);
+    let band = (info.band.unwrap_or(0.0), DeepValues::of_grid(grid));
     match grid.storage() {
         OwnedStorage::Dense(dense) => Samples::Dense { distances: dense.storage().samples(), bounds: dense.bounds() },
         OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), band).into(),

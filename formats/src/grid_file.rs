@@ -25,7 +25,7 @@ mod write;
 use std::path::Path;
 
 use sdf_core::grid::owned::{Layout, OwnedGrid, Precision};
-use sdf_core::grid::sparse::Scale;
+use sdf_core::grid::sparse::{DEEP_ERROR, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 use serde::Serialize;
 
@@ -67,6 +67,47 @@ pub struct SparseInfo {
     pub precision: Precision,
     /// Number of bricks.
     pub bricks: usize,
+    /// Meaning of the coarse grid's values inside of the solid.
+    pub deep_values: DeepValues,
+}
+
+/// Meaning of a sparse grid's values beyond the band and inside of the solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeepValues {
+    /// Distances, off by at most [`DEEP_ERROR`] spacings: what `sdftool bake` writes.
+    Distances,
+    /// No larger in magnitude than the distance, without a bound of how much smaller: files of version 2.
+    LowerBounds,
+}
+
+impl DeepValues {
+    const ALL: [Self; 2] = [Self::Distances, Self::LowerBounds];
+
+    /// `distances` or `lower bounds`, as files have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Distances => "distances",
+            Self::LowerBounds => "lower bounds",
+        }
+    }
+
+    fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|values| values.name() == name)
+    }
+
+    /// Bound of |φ − d| deep inside: see [`OwnedGrid::with_deep_error`].
+    pub fn deep_error(self, spacing: f64) -> f64 {
+        match self {
+            Self::Distances => DEEP_ERROR * spacing,
+            Self::LowerBounds => f64::INFINITY,
+        }
+    }
+
+    /// What a grid may state: the inverse of [`deep_error`](Self::deep_error).
+    pub fn of_grid(grid: &OwnedGrid) -> Self {
+        let is_proven = grid.deep_error() <= DEEP_ERROR * grid.lattice().spacing();
+        if is_proven { Self::Distances } else { Self::LowerBounds }
+    }
 }
 
 /// The layout and the precision of a grid's samples.
@@ -180,6 +221,8 @@ pub enum Samples<'a> {
 pub struct SparseSamples<'a, C> {
     /// See [`SparseInfo::band`].
     pub band: f64,
+    /// See [`SparseInfo::deep_values`].
+    pub deep_values: DeepValues,
     /// Slot of each brick.
     pub slots: &'a [[u32; 3]],
     /// Decoding of each brick's codes.

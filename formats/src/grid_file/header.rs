@@ -9,7 +9,7 @@ use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sha2::{Digest, Sha256};
 
-use super::{About, GridFault, SignMethod, Source, SparseInfo, layout, layout_of};
+use super::{About, DeepValues, GridFault, SignMethod, Source, SparseInfo, layout, layout_of};
 use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
 
 /// Attributes of both layouts.
@@ -31,7 +31,9 @@ const COMMON: [&str; 15] = [
     "options",
 ];
 /// Attributes of sparse grids, after the common ones.
-const SPARSE_ONLY: [&str; 4] = ["band", "precision", "brick_side", "bricks"];
+const SPARSE_ONLY: [&str; 5] = ["band", "precision", "brick_side", "bricks", DEEP_VALUES];
+/// Attribute that files of version 2 do not have.
+const DEEP_VALUES: &str = "deep_values";
 const DIGESTS: &str = "digests_sha256";
 pub(super) const CHECKSUM: &str = "attributes_sha256";
 
@@ -50,8 +52,8 @@ impl Header {
     pub(super) fn read(file: &Hdf5Reader, sdf: &Object) -> Result<Self, GridFault> {
         let [version] = Attributes::read(file, sdf, ["format_version"])?.integers("format_version")?;
         match version {
-            layout::FORMAT_VERSION => {}
-            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::FORMAT_VERSION }),
+            layout::OLDEST_VERSION..=layout::FORMAT_VERSION => {}
+            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::OLDEST_VERSION }),
             later if later > layout::FORMAT_VERSION => {
                 return Err(GridFault::LaterVersion { found: later, known: layout::FORMAT_VERSION });
             }
@@ -62,7 +64,8 @@ impl Header {
             "sparse" => true,
             _ => return Err(GridFault::not_a_grid("its layout is neither dense nor sparse")),
         };
-        let sparse_only = SPARSE_ONLY.into_iter().filter(|_| is_sparse);
+        let is_known = |name: &&str| version > layout::OLDEST_VERSION || *name != DEEP_VALUES;
+        let sparse_only = SPARSE_ONLY.into_iter().filter(|_| is_sparse).filter(is_known);
         let attributes = Attributes::read(file, sdf, COMMON.into_iter().chain(sparse_only).chain([DIGESTS]))?;
         if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
@@ -104,8 +107,14 @@ impl Header {
             text(&about.options),
         ];
         let mut attributes: Vec<_> = COMMON.into_iter().zip(common).collect();
-        if let Some(SparseInfo { band, precision, bricks }) = self.sparse {
-            let sparse_only = [number(band), text(precision.name()), integer(BRICK.into()), integer(bricks as i128)];
+        if let Some(SparseInfo { band, precision, bricks, deep_values }) = self.sparse {
+            let sparse_only = [
+                number(band),
+                text(precision.name()),
+                integer(BRICK.into()),
+                integer(bricks as i128),
+                text(deep_values.name()),
+            ];
             attributes.extend(SPARSE_ONLY.into_iter().zip(sparse_only));
         }
         attributes.push((DIGESTS, text(&self.digests_sha256)));
@@ -188,7 +197,18 @@ impl Attributes {
             band,
             precision: precision.ok_or_else(|| GridFault::not_a_grid("its precision is not f32, u16 or u8"))?,
             bricks: usize::try_from(bricks).map_err(|_| GridFault::damaged("bricks is not a count"))?,
+            deep_values: self.deep_values()?,
         })
+    }
+
+    /// Files of version 2 do not say.
+    fn deep_values(&self) -> Result<DeepValues, GridFault> {
+        if self.value(DEEP_VALUES).is_err() {
+            return Ok(DeepValues::LowerBounds);
+        }
+        let name = self.text(DEEP_VALUES)?;
+        let unknown = || format!("{DEEP_VALUES} is {name:?}, not one of {:?}", DeepValues::ALL.map(DeepValues::name));
+        DeepValues::from_name(name).ok_or_else(|| GridFault::damaged(unknown()))
     }
 
     fn about(&self) -> Result<About, GridFault> {

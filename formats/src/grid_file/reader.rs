@@ -150,7 +150,8 @@ impl<'a> OpenGrid<'a> {
         let Header { lattice, sparse, about, .. } = header;
         let band = sparse.as_ref().map_or(f64::INFINITY, |sparse| sparse.band);
         let grid = OwnedGrid::new(lattice, samples, about.slope_bound).expect("the header has a valid slope bound");
-        let grid = grid.with_band(band).with_error_bound(about.error_bound);
+        let deep_error = sparse.map_or(f64::INFINITY, |sparse| sparse.deep_values.deep_error(lattice.spacing()));
+        let grid = grid.with_band(band).with_error_bound(about.error_bound).with_deep_error(deep_error);
         Ok(StoredGrid { grid, sparse, about, read })
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rust_hdf5::{H5File, H5Group, LibverBound};
 use sdf_core::grid::owned::Precision;
-use sdf_formats::grid_file::{self};
+use sdf_formats::grid_file::{self, DeepValues, SparseSamples};
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
@@ -52,7 +52,7 @@ impl Forged {
         let count = bricks.slots.len();
         let hex: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
         let attributes = vec![
-            ("format_version", Value::Integers(vec![2])),
+            ("format_version", Value::Integers(vec![3])),
             ("layout", text("sparse")),
             ("origin", Value::Numbers(made.lattice.origin().to_vec())),
             ("spacing", Value::Numbers(vec![made.lattice.spacing()])),
@@ -71,6 +71,7 @@ impl Forged {
             ("precision", text("u16")),
             ("brick_side", Value::Integers(vec![8])),
             ("bricks", Value::Integers(vec![count as u64])),
+            ("deep_values", text("distances")),
         ];
         let table = |name, shape: &[usize], elements| {
             let chunk = shape.iter().map(|side| *side.min(&30)).collect();
@@ -96,6 +97,12 @@ impl Forged {
     fn set(mut self, name: &str, value: Value) -> Self {
         self.attributes.iter_mut().find(|(known, _)| *known == name).unwrap().1 = value;
         self
+    }
+
+    /// The same grid as version 2 has it.
+    fn version_2(mut self) -> Self {
+        self.attributes.retain(|(name, _)| *name != "deep_values");
+        self.set("format_version", Value::Integers(vec![2]))
     }
 
     fn change(mut self, name: &str, change: impl FnOnce(&mut Table)) -> Self {
@@ -246,6 +253,24 @@ fn a_valid_file_of_another_writer_is_read() {
     assert!(grid_file::read(&path).unwrap().grid == made.grid());
 }
 
+/// Files of version 2 do not say what their deep values are, and so state no bound of them.
+#[test]
+fn a_file_of_version_2_is_read_and_claims_nothing_of_its_deep_values() {
+    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let (_folder, path) = Forged::new().version_2().write();
+    let stored = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert!(stored.grid == made.grid().with_deep_error(f64::INFINITY));
+    assert_eq!(stored.sparse.unwrap().deep_values, DeepValues::LowerBounds);
+
+    // Written again in the version of today, it still claims nothing.
+    let lower = SparseSamples { deep_values: DeepValues::LowerBounds, ..made.u16_bricks() };
+    grid_file::write(&path, &made.lattice, lower, &about()).unwrap();
+    assert_eq!(grid_file::read(&path).unwrap().grid.deep_error(), f64::INFINITY);
+    made.write(&path);
+    let deep_error = grid_file::read(&path).unwrap().grid.deep_error();
+    assert!((deep_error / made.lattice.spacing() - 4.5 * 3_f64.sqrt()).abs() < 1e-3, "{deep_error}");
+}
+
 #[test]
 fn numbers_that_do_not_make_a_grid_are_refused() {
     let forged = Forged::new;
@@ -267,6 +292,7 @@ fn numbers_that_do_not_make_a_grid_are_refused() {
         (forged().set("brick_side", Value::Integers(vec![16])), "8 nodes along a side"),
         (forged().set("precision", Value::Text("u8".into())), "its samples is not little-endian u8"),
         (forged().set("precision", Value::Text("f64".into())), "precision is not f32, u16 or u8"),
+        (forged().set("deep_values", Value::Text("guesses".into())), "deep_values is \"guesses\""),
         (forged().set("sign_method", Value::Text("guess".into())), "sign_method is \"guess\""),
         // The checksum of a dense grid covers neither band nor bricks.
         (forged().set("layout", Value::Text("dense".into())), "checksum of the attributes"),
