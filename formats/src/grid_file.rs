@@ -15,6 +15,7 @@ mod delta;
 mod digests;
 mod error;
 mod header;
+mod kept_mesh;
 mod layout;
 mod placeholder;
 mod read_dense;
@@ -43,8 +44,41 @@ pub struct StoredGrid {
     pub sparse: Option<SparseInfo>,
     /// Metadata.
     pub about: About,
+    /// The mesh, where the file keeps it and it was read.
+    pub mesh: Option<StoredMesh>,
     /// Amount of the file that was read.
     pub read: ReadCount,
+}
+
+/// The mesh that a grid was baked from, as the file keeps it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredMesh {
+    /// Positions of the vertices.
+    pub vertices: Vec<[f64; 3]>,
+    /// For each triangle its vertices, counterclockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// See [`MeshInfo::is_sign_continuous`].
+    pub is_sign_continuous: bool,
+}
+
+/// The size of a stored mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshInfo {
+    /// Number of vertices.
+    pub vertices: usize,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Does the sign of the distance change at triangles alone? It jumps elsewhere too at the holes of an open mesh.
+    pub is_sign_continuous: bool,
+}
+
+impl MeshInfo {
+    const KINDS: [(bool, &'static str); 2] = [(true, "closed"), (false, "open")];
+
+    fn kind(mesh: Option<Self>) -> &'static str {
+        let name = |mesh: Self| Self::KINDS.iter().find(|(is_continuous, _)| *is_continuous == mesh.is_sign_continuous);
+        mesh.and_then(name).map_or("none", |(_, name)| name)
+    }
 }
 
 /// Amount of a file that was read.
@@ -124,6 +158,8 @@ pub struct Summary {
     pub sparse: Option<SparseInfo>,
     /// Metadata.
     pub about: About,
+    /// `None` where the file keeps no mesh.
+    pub mesh: Option<MeshInfo>,
     /// Datasets: the samples first, the digests last.
     pub parts: Vec<Part>,
     /// Size of the file.
@@ -265,10 +301,22 @@ pub fn write<'a>(
     samples: impl Into<Samples<'a>>,
     about: &About,
 ) -> Result<(), GridFileError> {
+    write_with_mesh(path, lattice, samples, about, None)
+}
+
+/// [`write()`] of a grid and the mesh that it was baked from.
+pub fn write_with_mesh<'a>(
+    path: &Path,
+    lattice: &Lattice,
+    samples: impl Into<Samples<'a>>,
+    about: &About,
+    mesh: Option<&StoredMesh>,
+) -> Result<(), GridFileError> {
     let samples = samples.into();
-    let header =
-        check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).with_path(path))?;
-    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.with_path(path))
+    let header = check::checked_header(lattice, &samples, about, mesh);
+    let header = header.map_err(|what| GridFault::Refused(what).with_path(path))?;
+    let written = atomic_write(path, |temporary| write::write(temporary, &samples, mesh, header));
+    written.map_err(|fault| fault.with_path(path))
 }
 
 /// The bytes that [`write()`] would write.
@@ -276,7 +324,17 @@ pub fn write<'a>(
 /// rust-hdf5 0.7.9 can write only to a path. So the bytes pass through a file in the system's temporary folder
 /// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns.
 pub fn to_bytes<'a>(lattice: &Lattice, samples: impl Into<Samples<'a>>, about: &About) -> Result<Vec<u8>, GridFault> {
+    to_bytes_with_mesh(lattice, samples, about, None)
+}
+
+/// The bytes that [`write_with_mesh`] would write. See [`to_bytes`].
+pub fn to_bytes_with_mesh<'a>(
+    lattice: &Lattice,
+    samples: impl Into<Samples<'a>>,
+    about: &About,
+    mesh: Option<&StoredMesh>,
+) -> Result<Vec<u8>, GridFault> {
     let samples = samples.into();
-    let header = check::checked_header(lattice, &samples, about).map_err(GridFault::Refused)?;
-    temporary_bytes(|path| write::write(path, &samples, header))
+    let header = check::checked_header(lattice, &samples, about, mesh).map_err(GridFault::Refused)?;
+    temporary_bytes(|path| write::write(path, &samples, mesh, header))
 }

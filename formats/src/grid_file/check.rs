@@ -6,11 +6,16 @@ use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts}
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::header::Header;
-use super::{About, GridFault, Samples, SparseInfo, SparseSamples, layout};
+use super::{About, GridFault, MeshInfo, Samples, SparseInfo, SparseSamples, StoredMesh, kept_mesh, layout};
 use crate::hdf5::Element;
 
 /// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid.
-pub(super) fn checked_header(lattice: &Lattice, samples: &Samples, about: &About) -> Result<Header, String> {
+pub(super) fn checked_header(
+    lattice: &Lattice,
+    samples: &Samples,
+    about: &About,
+    mesh: Option<&StoredMesh>,
+) -> Result<Header, String> {
     fn sparse<C>(samples: &SparseSamples<C>, precision: Precision) -> Option<SparseInfo> {
         let SparseSamples { band, deep_values, slots, .. } = *samples;
         Some(SparseInfo { band, precision, bricks: slots.len(), deep_values })
@@ -21,7 +26,15 @@ pub(super) fn checked_header(lattice: &Lattice, samples: &Samples, about: &About
         Samples::U16(samples) => sparse(samples, Precision::U16),
         Samples::U8(samples) => sparse(samples, Precision::U8),
     };
-    let header = Header { lattice: *lattice, sparse, about: about.clone(), digests_sha256: String::new() };
+    if let Some(violation) = mesh.and_then(kept_mesh::violation) {
+        return Err(violation);
+    }
+    let mesh = mesh.map(|mesh| MeshInfo {
+        vertices: mesh.vertices.len(),
+        triangles: mesh.triangles.len(),
+        is_sign_continuous: mesh.is_sign_continuous,
+    });
+    let header = Header { lattice: *lattice, sparse, about: about.clone(), mesh, digests_sha256: String::new() };
     if let Some(violation) = header.violation() {
         return Err(violation);
     }
