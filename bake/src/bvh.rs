@@ -70,6 +70,34 @@ impl Bvh {
 
     /// Builds a tree with bounding discs on its lowest level and on each level with more than `min_nodes` nodes.
     pub fn with_discs_above(mesh: &TriangleMesh, min_nodes: usize) -> Self {
+        let tree = Self::for_points(mesh);
+        let Self { corners, levels, frame, .. } = &tree;
+        let approx = corners.par_iter().map(|corners| ApproxTriangle::new(*corners, frame)).collect();
+        let mut bounding_discs = vec![];
+        let mut triangles_below = 1;
+        for level in levels.iter().take_while(|level| level.len() > min_nodes || level.len() == levels[0].len()) {
+            triangles_below *= ARITY;
+            let disc = |node: usize| BoundingDisc::enclosing(corners, node * triangles_below, triangles_below, frame);
+            bounding_discs.push((0..level.len()).into_par_iter().map(disc).collect());
+        }
+        Self { approx, bounding_discs, ..tree }
+    }
+
+    /// Builds a tree for queries of single points, which need neither discs nor approximations.
+    pub fn for_points(mesh: &TriangleMesh) -> Self {
+        let triangles = Self::order(mesh);
+        let corners: Vec<_> =
+            triangles.par_iter().map(|triangle| mesh.corner_points(mesh.triangles[*triangle as usize])).collect();
+        let mut levels = vec![group(&corners, box_around)];
+        while levels[levels.len() - 1].len() > 1 {
+            levels.push(group(&levels[levels.len() - 1], ChildBoxes::union));
+        }
+        let frame = UnitFrame::enclosing(&mesh.bounds());
+        Self { corners, triangles, approx: vec![], frame, levels, bounding_discs: vec![], arch: pulp::Arch::new() }
+    }
+
+    /// The triangles in the order of the tree: along a Hilbert curve by their centroids.
+    pub fn order(mesh: &TriangleMesh) -> Vec<u32> {
         let bounds = mesh.bounds();
         let cells_per_length = f64::from((1_u32 << BITS) - 1) / bounds.longest_side();
         let mut order: Vec<(u64, u32)> = (0..mesh.triangle_count() as u32)
@@ -81,24 +109,7 @@ impl Bvh {
             })
             .collect();
         order.par_sort_unstable();
-        let triangles: Vec<u32> = order.into_iter().map(|(_, triangle)| triangle).collect();
-        let corners: Vec<_> =
-            triangles.par_iter().map(|triangle| mesh.corner_points(mesh.triangles[*triangle as usize])).collect();
-
-        let mut levels = vec![group(&corners, box_around)];
-        while levels[levels.len() - 1].len() > 1 {
-            levels.push(group(&levels[levels.len() - 1], ChildBoxes::union));
-        }
-        let frame = UnitFrame::enclosing(&bounds);
-        let approx = corners.par_iter().map(|corners| ApproxTriangle::new(*corners, &frame)).collect();
-        let mut bounding_discs = vec![];
-        let mut triangles_below = 1;
-        for level in levels.iter().take_while(|level| level.len() > min_nodes || level.len() == levels[0].len()) {
-            triangles_below *= ARITY;
-            let disc = |node: usize| BoundingDisc::enclosing(&corners, node * triangles_below, triangles_below, &frame);
-            bounding_discs.push((0..level.len()).into_par_iter().map(disc).collect());
-        }
-        Self { corners, triangles, approx, frame, levels, bounding_discs, arch: pulp::Arch::new() }
+        order.into_iter().map(|(_, triangle)| triangle).collect()
     }
 
     /// Disc around the triangles of a node. Nodes directly above triangles have height 1. Only the levels that

@@ -22,6 +22,7 @@
 //! | Which triangle of the mesh is nearest to a point? | `bvh` |
 //! | Which are nearest to 8 × 8 × 8 nodes at once? | `nearest` |
 //! | Is a point inside? | `sign` |
+//! | What is nearest to a point or a triangle, once a mesh is baked? | `mesh_surface` |
 //! | How far is the interpolant from the distance, between nodes? | `error` |
 //! | What stands in a grid? | [`dense`], [`sparse`] |
 
@@ -35,6 +36,7 @@ mod error;
 pub mod error_budget;
 mod mesh;
 mod mesh_distance;
+mod mesh_surface;
 mod nearest;
 mod rounding;
 mod sign;
@@ -49,4 +51,5 @@ pub use dense::{DenseGrid, lattice_around};
 pub use mesh::topology::Topology;
 pub use mesh::{InvalidMesh, MeshReport, TriangleMesh};
 pub use mesh_distance::{MeshDistance, SignMethod};
+pub use mesh_surface::{ClosestPoints, Deepest, DepthLimits, MeshSurface, Probe, SurfacePoint};
 pub use sparse::SparseGrid;

@@ -105,3 +105,9 @@ pub(crate) const MIN_VOLUME: f64 = 1e-280;
 
 /// Area in a unit frame whose vector can still be normalized in f64: its square is a normal number.
 pub(crate) const MIN_AREA: f64 = 1e-100;
+
+/// Fraction of the distance of a pair by which another may be nearer and yet go unseen: a coplanar neighbour is not measured.
+pub(crate) const PARTING_SLACK: f64 = 1e-12;
+
+/// Below this fraction of the mesh's size, rounding decides the direction from a point to the surface.
+pub(crate) const MIN_OFFSET: f64 = 1e-12;

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `accuracy` | How far is the minimum that each method finds from the proven one, and which contacts does it miss? | docs/study.md |
 //! | `speed` | How long do bakes, contact searches and reading take, beside other programs and the machine's limits? | docs/performance.md |
+//! | `exact` | Which contacts does a grid's error hide, and what does it cost to settle them by triangles? | README.md |
 //! | `gpu` | Are contacts on a GPU those of the CPU, and how long do they take? | docs/gpu.md |
 //! | `grids` | How large is a grid file, and how far is the field off? | docs/grids.md |
 //! | `stencils` | How far are normals off by which stencil? | docs/methods.md |

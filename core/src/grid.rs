@@ -187,6 +187,11 @@ impl<S: Storage> Grid<S> {
         Self { deep_error, ..self }
     }
 
+    /// The bound that [`with_deep_error`](Self::with_deep_error) set.
+    pub fn deep_error(&self) -> f64 {
+        self.deep_error
+    }
+
     /// The bound that [`with_error_bound`](Self::with_error_bound) set; one of a region is [`EnclosedSdf::error_bound`].
     pub fn global_error_bound(&self) -> f64 {
         self.error_bound

@@ -12,7 +12,7 @@ pub use sdf_bake::error_budget::ErrorBudgetError;
 pub use sdf_bake::{InvalidMesh, MeshReport, Topology};
 
 use crate::info::{GridInfo, SignMethod, Source};
-use crate::{Field, MeshView, Threads, memory};
+use crate::{Field, KeptMesh, MeshView, Threads, memory};
 
 /// How fine a grid is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +62,8 @@ pub struct BakeOptions {
     pub sign: Option<SignMethod>,
     /// Treatment of shells inside of the solid.
     pub inner_faces: InnerFaces,
+    /// Keep the mesh beside the grid, for [`ContactOptions::exact`](crate::ContactOptions::exact).
+    pub keep_mesh: bool,
     /// How many threads work.
     pub threads: Threads,
     /// Where the mesh comes from, for the record; its count of triangles is filled in.
@@ -79,6 +81,7 @@ impl Default for BakeOptions {
             padding: 4,
             sign: None,
             inner_faces: InnerFaces::Drop,
+            keep_mesh: false,
             threads: Threads::ALL,
             source: Source::default(),
         }
@@ -182,11 +185,7 @@ fn bake(
     options: &BakeOptions,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Baked, BakeError> {
-    let method = options.sign.map(|sign| match sign {
-        SignMethod::PseudoNormal => sdf_bake::SignMethod::PseudoNormal,
-        SignMethod::Winding => sdf_bake::SignMethod::Winding,
-    });
-    let distance = MeshDistance::new(mesh, method);
+    let distance = MeshDistance::new(mesh, options.sign.map(sdf_bake::SignMethod::from));
     let bounds = mesh.bounds();
     let (BakedGrid { grid, error_bound }, band) = match options.size {
         GridSize::Cells(cells) => {
@@ -211,12 +210,12 @@ fn bake(
         tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options.words(),
     };
-    Ok(Baked {
-        field: Field::from_grid(grid, info),
-        mesh: mesh.report(),
-        topology: *distance.topology(),
-        is_proven: distance.is_continuous(),
-    })
+    let mut field = Field::from_grid(grid, info);
+    if options.keep_mesh {
+        let (points, faces) = mesh.packed();
+        field = field.with_mesh(KeptMesh::new(points, faces, distance.is_continuous()));
+    }
+    Ok(Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_proven: distance.is_continuous() })
 }
 
 /// Shells and faces that were dropped, or could not be, in words to follow the reason of the sign method.
@@ -336,6 +335,7 @@ impl BakeOptions {
             (.., Some(precision)) => format!(" --layout sparse --band {} --precision {}", self.band, precision.name()),
         };
         let inner = if self.inner_faces == InnerFaces::Keep { " --inner-faces keep" } else { "" };
-        format!("{size} --padding {} --sign {sign}{inner}{sparse}", self.padding)
+        let keep = if self.keep_mesh { " --keep-mesh" } else { "" };
+        format!("{size} --padding {} --sign {sign}{inner}{keep}{sparse}", self.padding)
     }
 }

@@ -40,6 +40,12 @@ pub enum QueryError {
     AllMinimaNeedCertified,
     /// A complete search needs a bound of the field's error, and this field has none.
     ErrorBoundUnknown,
+    /// An exact search needs the mesh that the grid was baked from.
+    MeshNotKept,
+    /// The mesh that came with the grid cannot be searched: why.
+    MeshUnusable(String),
+    /// An exact search has its own method, and finds one minimum of each element.
+    ExactHasItsOwnMethod,
 }
 
 impl std::fmt::Display for QueryError {
@@ -50,6 +56,13 @@ impl std::fmt::Display for QueryError {
             Self::ErrorBoundUnknown => {
                 f.write_str("a complete search needs a field whose error bound is known: a baked grid or a closed form")
             }
+            Self::MeshNotKept => f.write_str(
+                "an exact search needs the mesh in the field: bake it again with BakeOptions::keep_mesh, or `bake --keep-mesh`",
+            ),
+            Self::MeshUnusable(why) => write!(f, "the mesh in the field cannot be searched: {why}; bake it again"),
+            Self::ExactHasItsOwnMethod => {
+                f.write_str("an exact search has its own method and finds one minimum of each element: leave out the others")
+            }
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
     }
@@ -58,7 +71,7 @@ impl std::fmt::Display for QueryError {
 impl std::error::Error for QueryError {}
 
 /// Elements that one thread searches at a time: enough to fill all lanes but for the last, few enough to share.
-const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 
 /// Scratch space of the search for all minima of an element: half a megabyte a thread.
 const MAX_PIECES: usize = 4096;
@@ -67,6 +80,7 @@ const MAX_PIECES: usize = 4096;
 const MAX_MINIMA: usize = 256;
 
 pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
+    refuse_exact(options)?;
     match options.elements {
         Elements::Faces => find_by_method(field, mesh.points, mesh.faces, options),
         Elements::Edges => find_edges(field, mesh.points, &mesh.edges(), options),
@@ -75,12 +89,18 @@ pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -
     }
 }
 
+/// A field that was built with the feature `bake` and keeps its mesh has answered an exact query before.
+fn refuse_exact(options: &ContactOptions) -> Result<(), QueryError> {
+    if options.exact { Err(QueryError::MeshNotKept) } else { Ok(()) }
+}
+
 pub(crate) fn find_edges(
     field: &AnyField,
     points: &[[f64; 3]],
     edges: &[[u32; 2]],
     options: &ContactOptions,
 ) -> Result<Contacts, QueryError> {
+    refuse_exact(options)?;
     if options.method == Method::GoldenSection && !options.all_minima {
         let method = GoldenSection { iterations: options.budget(), ..GoldenSection::default() };
         return find_by(field, points, edges, options, &method);
@@ -233,14 +253,14 @@ impl<'a> Report<'a> {
 }
 
 /// The box around points; those that are not finite do not count.
-fn bounds(points: &[[f64; 3]]) -> Aabb {
+pub(crate) fn bounds(points: &[[f64; 3]]) -> Aabb {
     let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
     let around = finite.map(|point| Aabb { min: *point, max: *point }).reduce(|a, b| a.union(&b));
     around.unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] })
 }
 
 impl Contacts {
-    fn count<const N: usize>(&mut self, outcome: &Outcome<f64, N>) {
+    pub(crate) fn count<const N: usize>(&mut self, outcome: &Outcome<f64, N>) {
         match outcome {
             Outcome::NotFinite => self.not_finite_count += 1,
             Outcome::Culled => {}
@@ -248,7 +268,7 @@ impl Contacts {
         }
     }
 
-    fn join(element_count: usize, chunks: Vec<Self>, options: &ContactOptions) -> Self {
+    pub(crate) fn join(element_count: usize, chunks: Vec<Self>, options: &ContactOptions) -> Self {
         let mut all = Self { element_count, ..Self::default() };
         all.contacts.reserve(chunks.iter().map(|chunk| chunk.contacts.len()).sum());
         for chunk in chunks {

@@ -7,7 +7,10 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, AnyField, Sample, Sdf};
 
 use crate::contacts::{self, Contacts, QueryError};
+#[cfg(feature = "bake")]
+use crate::exact::ExactField;
 use crate::info::GridInfo;
+use crate::kept_mesh::KeptMesh;
 use crate::{ContactOptions, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
@@ -28,6 +31,7 @@ use crate::{ContactOptions, MeshView, Threads};
 pub struct Field {
     field: AnyField,
     info: Option<Arc<GridInfo>>,
+    mesh: Option<Arc<KeptMesh>>,
 }
 
 /// Points that one thread samples at a time.
@@ -36,17 +40,27 @@ const CHUNK: usize = 1024;
 impl Field {
     /// A field of the core: a shape, a combination, a grid in memory.
     pub fn new(field: impl Into<AnyField>) -> Self {
-        Self { field: field.into(), info: None }
+        Self { field: field.into(), info: None, mesh: None }
     }
 
     /// A grid, and what is known of it.
     pub fn from_grid(grid: impl Into<Arc<OwnedGrid>>, info: GridInfo) -> Self {
-        Self { field: AnyField::Grid(grid.into()), info: Some(Arc::new(info)) }
+        Self { field: AnyField::Grid(grid.into()), info: Some(Arc::new(info)), mesh: None }
     }
 
     /// Facts about a grid that was baked; `None` of others and of closed forms.
     pub fn info(&self) -> Option<&GridInfo> {
         self.info.as_deref()
+    }
+
+    /// The same grid with the mesh that it was baked from, for [`ContactOptions::exact`].
+    pub fn with_mesh(self, mesh: impl Into<Arc<KeptMesh>>) -> Self {
+        Self { mesh: Some(mesh.into()), ..self }
+    }
+
+    /// The mesh that a grid was baked from, if it was kept.
+    pub fn mesh(&self) -> Option<&KeptMesh> {
+        self.mesh.as_deref()
     }
 
     /// The field as the core has it: a field like any other.
@@ -89,6 +103,11 @@ impl Field {
 
     /// The contacts of a mesh: every element with φ ≤ margin somewhere, and where on it φ is lowest.
     pub fn contacts(&self, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        #[cfg(feature = "bake")]
+        if options.exact {
+            let surface = self.surface()?;
+            return ExactField { grid: &self.field, surface: &surface }.find(mesh, options);
+        }
         contacts::find(&self.field, mesh, options)
     }
 
@@ -99,7 +118,21 @@ impl Field {
         edges: &[[u32; 2]],
         options: &ContactOptions,
     ) -> Result<Contacts, QueryError> {
+        #[cfg(feature = "bake")]
+        if options.exact {
+            let surface = self.surface()?;
+            return ExactField { grid: &self.field, surface: &surface }.find_elements(points, edges, options);
+        }
         contacts::find_edges(&self.field, points, edges, options)
+    }
+
+    /// The kept mesh, ready to be searched.
+    #[cfg(feature = "bake")]
+    fn surface(&self) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
+        match (&self.mesh, self.info()) {
+            (Some(mesh), Some(info)) => mesh.surface(info.sign_method),
+            _ => Err(QueryError::MeshNotKept),
+        }
     }
 }
 

@@ -5,14 +5,14 @@ use std::path::Path;
 use sdf_core::AnyField;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
-use sdf_formats::grid_file::{self, About, Samples, SparseSamples, StoredGrid};
+use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh};
 pub use sdf_formats::{
     field_file::FieldError,
     grid_file::{GridFault, GridFileError},
 };
 
-use crate::Field;
 use crate::info::{GridInfo, SignMethod, Source};
+use crate::{Field, KeptMesh};
 
 impl Field {
     /// Opens a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`), by content: HDF5 has a signature, all else is
@@ -36,7 +36,13 @@ impl Field {
     /// A grid that was read.
     pub fn from_stored(stored: StoredGrid) -> Self {
         let band = stored.sparse.map(|sparse| sparse.band);
-        Self::from_grid(stored.grid, info_from(stored.about, band))
+        let field = Self::from_grid(stored.grid, info_from(stored.about, band));
+        match stored.mesh {
+            Some(StoredMesh { vertices, triangles, is_sign_continuous }) => {
+                field.with_mesh(KeptMesh::new(vertices, triangles, is_sign_continuous))
+            }
+            None => field,
+        }
     }
 
     /// Writes a baked grid as HDF5 (`.sdf.h5`), a closed form as TOML (`.sdf.toml`): whole, or not at all. [`open`](Self::open)
@@ -47,7 +53,9 @@ impl Field {
         }
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
-        grid_file::write(path.as_ref(), grid.lattice(), samples(grid, info), &about).map_err(SaveError::Grid)
+        let mesh = self.stored_mesh();
+        let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info));
+        grid_file::write_with_mesh(path, lattice, samples, &about, mesh.as_ref()).map_err(SaveError::Grid)
     }
 
     /// The bytes that [`save`](Self::save) writes.
@@ -58,7 +66,17 @@ impl Field {
         }
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
-        grid_file::to_bytes(grid.lattice(), samples(grid, info), &about).map_err(SaveError::Fault)
+        let mesh = self.stored_mesh();
+        let bytes = grid_file::to_bytes_with_mesh(grid.lattice(), samples(grid, info), &about, mesh.as_ref());
+        bytes.map_err(SaveError::Fault)
+    }
+
+    fn stored_mesh(&self) -> Option<StoredMesh> {
+        self.mesh().map(|mesh| StoredMesh {
+            vertices: mesh.view().points.to_vec(),
+            triangles: mesh.view().faces.to_vec(),
+            is_sign_continuous: mesh.is_sign_continuous(),
+        })
     }
 
     fn baked_grid(&self) -> Result<(&OwnedGrid, &GridInfo), SaveError> {
@@ -99,11 +117,11 @@ impl std::fmt::Display for SaveError {
 impl std::error::Error for SaveError {}
 
 fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
-    fn sparse<C>(bricks: &OwnedBricks<C>, band: f64) -> SparseSamples<'_, C> {
+    fn sparse<C>(bricks: &OwnedBricks<C>, (band, deep_values): (f64, DeepValues)) -> SparseSamples<'_, C> {
         let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
-        SparseSamples { band, slots, scales, samples, bounds, errors, coarse }
+        SparseSamples { band, deep_values, slots, scales, samples, bounds, errors, coarse }
     }
-    let band = info.band.unwrap_or(0.0);
+    let band = (info.band.unwrap_or(0.0), DeepValues::of_grid(grid));
     match grid.storage() {
         OwnedStorage::Dense(dense) => Samples::Dense { distances: dense.storage().samples(), bounds: dense.bounds() },
         OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), band).into(),

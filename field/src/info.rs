@@ -17,6 +17,16 @@ impl SignMethod {
     }
 }
 
+#[cfg(feature = "bake")]
+impl From<SignMethod> for sdf_bake::SignMethod {
+    fn from(method: SignMethod) -> Self {
+        match method {
+            SignMethod::PseudoNormal => Self::PseudoNormal,
+            SignMethod::Winding => Self::Winding,
+        }
+    }
+}
+
 /// Facts about a baked grid beside its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridInfo {

@@ -16,10 +16,13 @@ mod bake;
 pub mod compare;
 mod contacts;
 mod engine;
+#[cfg(feature = "bake")]
+mod exact;
 mod field;
 #[cfg(feature = "files")]
 pub mod file;
 mod info;
+mod kept_mesh;
 #[cfg(feature = "bake")]
 pub mod memory;
 mod mesh_view;
@@ -35,6 +38,7 @@ pub use bake::{
 pub use contacts::{Contacts, QueryError};
 pub use field::Field;
 pub use info::{GridInfo, SignMethod, Source};
+pub use kept_mesh::KeptMesh;
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};

@@ -73,6 +73,10 @@ pub struct ContactOptions {
     /// field's error bound leaves open is reported with the status [`Possible`](sdf_core::contact::ContactStatus::Possible). Needs a
     /// closed form or a grid whose error bound is known.
     pub complete: bool,
+    /// Measure contacts by the triangles of the mesh that the grid was baked from: distance, normal and surface point are those of the
+    /// mesh, and no element within the margin is left out. Needs a field that keeps its mesh and [`Method::Auto`]; `budget` and
+    /// `tolerance` do not matter.
+    pub exact: bool,
     /// Report one contact for each vertex, edge or face that is touched: see
     /// [`one_per_feature`](sdf_core::contact::one_per_feature).
     pub one_per_feature: bool,
@@ -91,6 +95,7 @@ impl Default for ContactOptions {
             tolerance: 1e-3,
             all_minima: false,
             complete: false,
+            exact: false,
             one_per_feature: false,
             threads: Threads::ALL,
         }

@@ -15,6 +15,7 @@ mod delta;
 mod digests;
 mod error;
 mod header;
+mod kept_mesh;
 mod layout;
 mod placeholder;
 mod read_dense;
@@ -25,7 +26,7 @@ mod write;
 use std::path::Path;
 
 use sdf_core::grid::owned::{Layout, OwnedGrid, Precision};
-use sdf_core::grid::sparse::Scale;
+use sdf_core::grid::sparse::{DEEP_ERROR, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 use serde::Serialize;
 
@@ -43,8 +44,41 @@ pub struct StoredGrid {
     pub sparse: Option<SparseInfo>,
     /// Metadata.
     pub about: About,
+    /// The mesh, where the file keeps it and it was read.
+    pub mesh: Option<StoredMesh>,
     /// Amount of the file that was read.
     pub read: ReadCount,
+}
+
+/// The mesh that a grid was baked from, as the file keeps it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredMesh {
+    /// Positions of the vertices.
+    pub vertices: Vec<[f64; 3]>,
+    /// For each triangle its vertices, counterclockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// See [`MeshInfo::is_sign_continuous`].
+    pub is_sign_continuous: bool,
+}
+
+/// The size of a stored mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshInfo {
+    /// Number of vertices.
+    pub vertices: usize,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Does the sign of the distance change at triangles alone? It jumps elsewhere too at the holes of an open mesh.
+    pub is_sign_continuous: bool,
+}
+
+impl MeshInfo {
+    const KINDS: [(bool, &'static str); 2] = [(true, "closed"), (false, "open")];
+
+    fn kind(mesh: Option<Self>) -> &'static str {
+        let name = |mesh: Self| Self::KINDS.iter().find(|(is_continuous, _)| *is_continuous == mesh.is_sign_continuous);
+        mesh.and_then(name).map_or("none", |(_, name)| name)
+    }
 }
 
 /// Amount of a file that was read.
@@ -67,6 +101,47 @@ pub struct SparseInfo {
     pub precision: Precision,
     /// Number of bricks.
     pub bricks: usize,
+    /// Meaning of the coarse grid's values inside of the solid.
+    pub deep_values: DeepValues,
+}
+
+/// Meaning of a sparse grid's values beyond the band and inside of the solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeepValues {
+    /// Distances, off by at most [`DEEP_ERROR`] spacings: what `sdftool bake` writes.
+    Distances,
+    /// No larger in magnitude than the distance, without a bound of how much smaller: files of version 2.
+    LowerBounds,
+}
+
+impl DeepValues {
+    const ALL: [Self; 2] = [Self::Distances, Self::LowerBounds];
+
+    /// `distances` or `lower bounds`, as files have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Distances => "distances",
+            Self::LowerBounds => "lower bounds",
+        }
+    }
+
+    fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|values| values.name() == name)
+    }
+
+    /// Bound of |φ − d| deep inside: see [`OwnedGrid::with_deep_error`].
+    pub fn deep_error(self, spacing: f64) -> f64 {
+        match self {
+            Self::Distances => DEEP_ERROR * spacing,
+            Self::LowerBounds => f64::INFINITY,
+        }
+    }
+
+    /// What a grid may state: the inverse of [`deep_error`](Self::deep_error).
+    pub fn of_grid(grid: &OwnedGrid) -> Self {
+        let is_proven = grid.deep_error() <= DEEP_ERROR * grid.lattice().spacing();
+        if is_proven { Self::Distances } else { Self::LowerBounds }
+    }
 }
 
 /// The layout and the precision of a grid's samples.
@@ -83,6 +158,8 @@ pub struct Summary {
     pub sparse: Option<SparseInfo>,
     /// Metadata.
     pub about: About,
+    /// `None` where the file keeps no mesh.
+    pub mesh: Option<MeshInfo>,
     /// Datasets: the samples first, the digests last.
     pub parts: Vec<Part>,
     /// Size of the file.
@@ -180,6 +257,8 @@ pub enum Samples<'a> {
 pub struct SparseSamples<'a, C> {
     /// See [`SparseInfo::band`].
     pub band: f64,
+    /// See [`SparseInfo::deep_values`].
+    pub deep_values: DeepValues,
     /// Slot of each brick.
     pub slots: &'a [[u32; 3]],
     /// Decoding of each brick's codes.
@@ -222,10 +301,22 @@ pub fn write<'a>(
     samples: impl Into<Samples<'a>>,
     about: &About,
 ) -> Result<(), GridFileError> {
+    write_with_mesh(path, lattice, samples, about, None)
+}
+
+/// [`write()`] of a grid and the mesh that it was baked from.
+pub fn write_with_mesh<'a>(
+    path: &Path,
+    lattice: &Lattice,
+    samples: impl Into<Samples<'a>>,
+    about: &About,
+    mesh: Option<&StoredMesh>,
+) -> Result<(), GridFileError> {
     let samples = samples.into();
-    let header =
-        check::checked_header(lattice, &samples, about).map_err(|what| GridFault::Refused(what).with_path(path))?;
-    atomic_write(path, |temporary| write::write(temporary, &samples, header)).map_err(|fault| fault.with_path(path))
+    let header = check::checked_header(lattice, &samples, about, mesh);
+    let header = header.map_err(|what| GridFault::Refused(what).with_path(path))?;
+    let written = atomic_write(path, |temporary| write::write(temporary, &samples, mesh, header));
+    written.map_err(|fault| fault.with_path(path))
 }
 
 /// The bytes that [`write()`] would write.
@@ -233,7 +324,17 @@ pub fn write<'a>(
 /// rust-hdf5 0.7.9 can write only to a path. So the bytes pass through a file in the system's temporary folder
 /// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns.
 pub fn to_bytes<'a>(lattice: &Lattice, samples: impl Into<Samples<'a>>, about: &About) -> Result<Vec<u8>, GridFault> {
+    to_bytes_with_mesh(lattice, samples, about, None)
+}
+
+/// The bytes that [`write_with_mesh`] would write. See [`to_bytes`].
+pub fn to_bytes_with_mesh<'a>(
+    lattice: &Lattice,
+    samples: impl Into<Samples<'a>>,
+    about: &About,
+    mesh: Option<&StoredMesh>,
+) -> Result<Vec<u8>, GridFault> {
     let samples = samples.into();
-    let header = check::checked_header(lattice, &samples, about).map_err(GridFault::Refused)?;
-    temporary_bytes(|path| write::write(path, &samples, header))
+    let header = check::checked_header(lattice, &samples, about, mesh).map_err(GridFault::Refused)?;
+    temporary_bytes(|path| write::write(path, &samples, mesh, header))
 }

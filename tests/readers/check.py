@@ -32,12 +32,14 @@ def documented():
 def check_documented_names(path, layout):
     """The file has exactly the names that docs/format.md lists for its layout."""
     lists = re.findall(r"^```text\n(.*?)^```$", FORMAT.read_text(encoding="utf-8"), re.M | re.S)
-    dense, sparse, attributes = lists
+    dense, sparse, kept_mesh, attributes = lists
     vtkhdf, beside = dense.split("\n/sdf")
     only_sparse = set(re.findall(r"^    (\w+) .*sparse only", attributes, re.M))
     attributes = set(re.findall(r"^    (\w+) ", attributes, re.M))
     datasets = re.findall(r"^    (\w+) .*dataset,", beside if layout == "dense" else sparse, re.M)
     with h5py.File(path, "r") as file:
+        if file["sdf"].attrs["kept_mesh"] != "none":
+            datasets += re.findall(r"^    (\w+) .*dataset,", kept_mesh, re.M)
         assert set(file["sdf"].attrs) == (attributes - only_sparse if layout == "dense" else attributes)
         assert list(file["sdf"]) == sorted(datasets) and not file.attrs
         if layout == "sparse":
@@ -248,6 +250,9 @@ def write_by_h5py(path, names, sdf, grid):
             for name in "bounds places scales errors".split():
                 put(group, name, 1000)
             put(group, "coarse", (7, 8, 9))
+        for name in "mesh_vertices mesh_triangles".split():
+            if name in grid:
+                put(group, name, 100)
         rows = np.frombuffer(b"".join(digests), "u1").reshape(-1, 32)
         group.create_dataset("digests", data=rows, chunks=rows.shape, compression="gzip")
         checksum = hashlib.sha256(rows.tobytes()).hexdigest()
@@ -275,7 +280,7 @@ def check_sparse(sdftool, precision, seed):
     with tempfile.TemporaryDirectory() as folder:
         mesh, path, dense_path = (pathlib.Path(folder, name) for name in ["torus.obj", "sparse.h5", "dense.h5"])
         mesh.write_text(torus())
-        bake = [sdftool, "bake", mesh, "--res", "96"]
+        bake = [sdftool, "bake", mesh, "--res", "96", "--keep-mesh"]
         sparse = ["--layout", "sparse", "--precision", precision, "--band", "3"]
         subprocess.run([*bake, *sparse, "-o", path], check=True, capture_output=True)
         subprocess.run([*bake, "-o", dense_path], check=True, capture_output=True)
@@ -288,7 +293,14 @@ def check_sparse(sdftool, precision, seed):
         _, worst = check_eval(printed, sdf, grid, names["interpolate"])
         print(f"sdftool eval: {len(points)} points, error at most {worst:.2g}; {check_nodes(sdftool, names, sdf, grid)} "
               "nodes equal bit for bit; equal for a grid that h5py wrote")
-        check_band(sdf, grid, *names["read_grid"](dense_path), names)
+        dense_sdf, dense_grid = names["read_grid"](dense_path)
+        check_band(sdf, grid, dense_sdf, dense_grid, names)
+        # The mesh beside the grid keeps nobody from opening it.
+        check_documented_names(dense_path, "dense")
+        check_vtk(dense_path, dense_sdf, dense_grid["distance"])
+        for kept in [grid, dense_grid]:
+            assert kept["mesh_vertices"].shape == (1440, 3) and kept["mesh_triangles"].shape == (2880, 3)
+            assert kept["mesh_triangles"].max() == 1439
 
 
 def check_band(sdf, grid, dense_sdf, dense_grid, names):

@@ -81,6 +81,17 @@ impl Bvh {
         best
     }
 
+    /// Number of levels of nodes.
+    pub fn height(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Squared distances of a box to the boxes of a node's children.
+    #[inline(always)]
+    pub fn box_distances_sq(&self, level: usize, node: usize, min: Vector3<f64>, max: Vector3<f64>) -> Lanes<f64> {
+        self.levels[level][node].box_distances_sq(min, max)
+    }
+
     /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a
     /// few more. Their order does not depend on the point.
     pub fn visit_within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {
@@ -129,11 +140,17 @@ impl ChildBoxes {
     /// Squared distance of a point to each child's box: Σ max(min − p, p − max, 0)² over the axes.
     #[inline(always)]
     fn distances_sq(&self, point: Vector3<f64>) -> Lanes<f64> {
+        self.box_distances_sq(point, point)
+    }
+
+    /// Squared distance of a box to each child's box.
+    #[inline(always)]
+    fn box_distances_sq(&self, low: Vector3<f64>, high: Vector3<f64>) -> Lanes<f64> {
         let mut distances_sq = [0.0; ARITY];
         for axis in 0..3 {
             for child in 0..ARITY {
-                let below = self.min[axis][child] - point[axis];
-                let above = point[axis] - self.max[axis][child];
+                let below = self.min[axis][child] - high[axis];
+                let above = low[axis] - self.max[axis][child];
                 let outside = max(max(below, above), 0.0);
                 distances_sq[child] += outside * outside;
             }

@@ -63,6 +63,12 @@ impl PseudoNormals {
         Self { faces, edges, points }
     }
 
+    /// Has every feature a normal?
+    pub fn are_known(&self) -> bool {
+        let mut normals = self.faces.iter().chain(self.edges.as_flattened()).chain(&self.points);
+        normals.all(|normal| *normal != Vector3::zeros())
+    }
+
     /// Unit normal of a face, or zero.
     pub fn face(&self, triangle: u32) -> Vector3<f64> {
         self.faces[triangle as usize]

@@ -51,6 +51,9 @@ pub struct BakeArgs {
     /// Treatment of faces inside of the solid, as of a part that is sunk in another.
     #[arg(long, value_enum, default_value_t = InnerFaces::Drop)]
     pub inner_faces: InnerFaces,
+    /// Keep the mesh in the file, for contacts --exact.
+    #[arg(long)]
+    pub keep_mesh: bool,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
@@ -108,6 +111,7 @@ impl BakeArgs {
                 InnerFaces::Drop => sdf_field::InnerFaces::Drop,
                 InnerFaces::Keep => sdf_field::InnerFaces::Keep,
             },
+            keep_mesh: self.keep_mesh,
             threads: sdf_field::Threads::ALL,
             source,
         })

@@ -48,6 +48,10 @@ pub struct ContactsArgs {
     /// is reported with the status `possible`.
     #[arg(long)]
     pub complete: bool,
+    /// Measure by the triangles of the mesh that the grid was baked from: distances, normals and surface points are the mesh's own, and
+    /// nothing within --margin is left out. Needs a grid of bake --keep-mesh, and no other method.
+    #[arg(long)]
+    pub exact: bool,
     /// Report one contact for each vertex, edge or face that is touched, the deepest: neighbouring faces that touch with the edge or
     /// vertex they share report it each.
     #[arg(long)]
@@ -86,6 +90,7 @@ impl ContactsArgs {
             ("--iterations", self.iterations.is_some()),
             ("--all-minima", self.all_minima),
             ("--complete", self.complete),
+            ("--exact", self.exact),
             ("--one-per-feature", self.one_per_feature),
         ];
         match given.iter().find(|(_, given)| *given) {
@@ -103,6 +108,21 @@ impl ContactsArgs {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => bail!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses options that say how to search, when --exact does.
+    pub fn refuse_methods_of_exact(&self) -> Result<()> {
+        let given = [
+            ("--method", self.method != MethodName::Auto),
+            ("--iterations", self.iterations.is_some()),
+            ("--all-minima", self.all_minima),
+        ];
+        match given.iter().find(|(_, given)| self.exact && *given) {
+            Some((option, _)) => {
+                bail!("--exact has its own method and finds one minimum of each element: remove {option}")
+            }
             None => Ok(()),
         }
     }

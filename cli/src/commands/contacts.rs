@@ -10,7 +10,7 @@ use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
 use sdf_formats::contact_file::{self, ContactRecord, Label};
 use sdf_formats::field_file::OpenField;
-use sdf_formats::grid_file::{GridReader, StoredGrid};
+use sdf_formats::grid_file::{GridReader, StoredGrid, StoredMesh};
 use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
@@ -24,6 +24,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         output::require(path, &[&args.mesh, &args.sdf])?;
     }
     args.refuse_options_of_fields()?;
+    args.refuse_methods_of_exact()?;
     let started = Instant::now();
     let mesh = mesh_input::read_mesh(&args.mesh)?;
     if args.elements == Elements::Faces {
@@ -67,11 +68,14 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(read) = &from_file {
         rows.push(("read", read.in_words()));
     }
-    if args.complete {
+    if args.complete && !args.exact {
         rows.push((
             "possible",
             format!("{} of the contacts: the grid's error leaves open whether they are", found.possible),
         ));
+    }
+    if args.exact {
+        rows.push(("exact", exact_row(&found)));
     }
     if found.beyond_band() > 0 {
         let count = found.beyond_band();
@@ -102,6 +106,15 @@ struct Document<'a> {
     seconds: Seconds,
 }
 
+/// How many contacts of an exact search are certified.
+fn exact_row(found: &ContactList) -> String {
+    let is_open = |contact: &&ContactRecord| contact.status == ContactStatus::BudgetSpent;
+    match found.contacts.iter().filter(is_open).count() {
+        0 => "by the triangles of the kept mesh".to_owned(),
+        open => format!("by the triangles of the kept mesh; the depths of {open} may be more, see lower_bound"),
+    }
+}
+
 #[derive(Serialize)]
 struct Seconds {
     read: f64,
@@ -116,21 +129,34 @@ fn describe(contact: &ContactRecord) -> String {
 /// Reads the field; of a grid only the blocks that the mesh may touch.
 fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<FromFile>)> {
     match field_input::open(&args.sdf)? {
+        OpenField::Analytic(_) if args.exact => {
+            bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display())
+        }
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();
+            let kept = if args.exact { Some(read_kept_mesh(args, &reader)?) } else { None };
             require_distances(&args.sdf, args.margin, &summary)?;
             // A complete search looks as far as the grid can be off.
-            let margin = args.margin + if args.complete { summary.about.error_bound } else { 0.0 };
+            let margin = match (args.exact, args.complete) {
+                (true, _) => args.margin.max(0.0) + summary.about.error_bound,
+                (false, true) => args.margin + summary.about.error_bound,
+                (false, false) => args.margin,
+            };
             let stored = match args.elements {
                 Elements::Faces => read_needed(args, margin, mesh, pose, reader, &mesh.triangles),
                 Elements::Edges => read_needed(args, margin, mesh, pose, reader, &mesh.edges()),
                 Elements::Vertices => read_needed(args, margin, mesh, pose, reader, &vertices(mesh)),
             }?;
             let from_file = FromFile::of(&stored, summary.file_bytes);
-            Ok((Field::from_stored(stored), Some(from_file)))
+            Ok((Field::from_stored(StoredGrid { mesh: kept, ..stored }), Some(from_file)))
         }
     }
+}
+
+fn read_kept_mesh(args: &ContactsArgs, reader: &GridReader) -> Result<StoredMesh> {
+    let advice = || format!("{} keeps no mesh for --exact: bake it again by bake --keep-mesh", args.sdf.display());
+    reader.read_mesh()?.with_context(advice)
 }
 
 fn read_needed<const N: usize>(
@@ -206,6 +232,7 @@ fn options(args: &ContactsArgs) -> Result<ContactOptions> {
         tolerance: args.tolerance,
         all_minima: args.all_minima,
         complete: args.complete,
+        exact: args.exact,
         one_per_feature: args.one_per_feature,
         threads: Threads::ALL,
     })

@@ -14,7 +14,7 @@ use crate::report::{Report, counts, number};
 pub fn run(args: &InfoArgs) -> Result<()> {
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
-            let Summary { lattice, sparse, about, parts, file_bytes } = reader.summary();
+            let Summary { lattice, sparse, about, mesh, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();
             let sha256: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
             let corner = |corner: [f64; 3]| corner.map(number).join(", ");
@@ -27,6 +27,10 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 }
                 _ => format!("{name}, {precision}"),
             };
+            let kept = mesh.map_or("not kept".to_owned(), |mesh| {
+                let jumps = if mesh.is_sign_continuous { "" } else { "; open: the sign jumps at its holes" };
+                format!("{} vertices, {} triangles kept{jumps}", mesh.vertices, mesh.triangles)
+            });
             let stored = parts.iter().map(|part| format!("{} {}", part.name, part.stored_bytes));
             Report {
                 rows: vec![
@@ -41,6 +45,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                         "source",
                         format!("{}, {} triangles, SHA-256 {sha256}", about.source.name, about.source.triangles),
                     ),
+                    ("mesh", kept),
                     ("made by", format!("{} {}", about.tool, about.options)),
                     ("padding", format!("{} around the mesh", number(about.padding))),
                     ("file", format!("{file_bytes} bytes: {}", stored.collect::<Vec<_>>().join(", "))),
@@ -64,6 +69,12 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                         "sha256": sha256,
                         "triangles": about.source.triangles,
                     },
+                    "deep_values": sparse.map(|sparse| sparse.deep_values.name()),
+                    "mesh": mesh.map(|mesh| json!({
+                        "vertices": mesh.vertices,
+                        "triangles": mesh.triangles,
+                        "is_sign_continuous": mesh.is_sign_continuous,
+                    })),
                     "tool": about.tool,
                     "options": about.options,
                     "file_bytes": file_bytes,

@@ -9,6 +9,7 @@ mod compare;
 mod contact_files;
 mod documents;
 mod elements;
+mod exact;
 mod fields;
 mod help;
 mod hostile;

@@ -237,8 +237,8 @@ impl<B: Bricks> Sparse<B> {
     /// Error bound beyond the band, with h the spacing and B the band (derived in docs/error-bounds.md).
     ///
     /// Outside, the coarse grid is a lower bound of the distance, but for a rise between nodes: φ − d ≤ 3 h²/(8 B).
-    /// Inside, if it interpolates distances at nodes 8 h apart, as a baker that sets `deep_error` does: |φ − d| ≤ 4.5 √3 h, by the Lipschitz bound 4 √3 h of a coarse cell and
-    /// √3/2 h of one voxel.
+    /// Inside, if it interpolates distances at nodes 8 h apart, as a baker that sets `deep_error` does: |φ − d| ≤ 4.5 √3 h, by the
+    /// Lipschitz bound 4 √3 h of a coarse cell and √3/2 h of one voxel.
     fn coarse_error(&self, slot: [u32; 3], near: f64, at: Sampling) -> ErrorBound {
         let Sampling { spacing, band, deep_error } = at;
         let BlockBounds { range, .. } = self.slot_bounds(slot);

@@ -10,7 +10,7 @@ use sdf_procedural::random::{Random, test_seed};
 use sdf_procedural::{Bowl, Mesh, SpikedBall};
 
 /// Five closed meshes, most of them with features finer than a voxel.
-fn meshes() -> Vec<(&'static str, Mesh)> {
+pub fn meshes() -> Vec<(&'static str, Mesh)> {
     let ball = |levels, radius| SpikedBall { levels, radius }.mesh();
     let stretched = ball(2, 0.9).transformed(|[x, y, z]| [x, 0.4 * y, 0.2 * z]);
     let mut apart = ball(1, 0.5).transformed(|[x, y, z]| [x - 1.5, y, z]);
@@ -25,7 +25,7 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
 }
 
 /// Triangles of all sizes, half of them near a point of the surface.
-fn random_faces(mesh: &Mesh, random: &mut Random, count: usize) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+pub fn random_faces(mesh: &Mesh, random: &mut Random, count: usize) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let mut points = vec![];
     for _ in 0..count {
         let middle = match random.below(2) {

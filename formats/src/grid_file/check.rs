@@ -6,19 +6,35 @@ use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts}
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::header::Header;
-use super::{About, GridFault, Samples, SparseInfo, SparseSamples, layout};
+use super::{About, GridFault, MeshInfo, Samples, SparseInfo, SparseSamples, StoredMesh, kept_mesh, layout};
 use crate::hdf5::Element;
 
 /// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid.
-pub(super) fn checked_header(lattice: &Lattice, samples: &Samples, about: &About) -> Result<Header, String> {
-    let sparse = |band: f64, precision: Precision, bricks: usize| Some(SparseInfo { band, precision, bricks });
+pub(super) fn checked_header(
+    lattice: &Lattice,
+    samples: &Samples,
+    about: &About,
+    mesh: Option<&StoredMesh>,
+) -> Result<Header, String> {
+    fn sparse<C>(samples: &SparseSamples<C>, precision: Precision) -> Option<SparseInfo> {
+        let SparseSamples { band, deep_values, slots, .. } = *samples;
+        Some(SparseInfo { band, precision, bricks: slots.len(), deep_values })
+    }
     let sparse = match samples {
         Samples::Dense { .. } => None,
-        Samples::F32(samples) => sparse(samples.band, Precision::F32, samples.slots.len()),
-        Samples::U16(samples) => sparse(samples.band, Precision::U16, samples.slots.len()),
-        Samples::U8(samples) => sparse(samples.band, Precision::U8, samples.slots.len()),
+        Samples::F32(samples) => sparse(samples, Precision::F32),
+        Samples::U16(samples) => sparse(samples, Precision::U16),
+        Samples::U8(samples) => sparse(samples, Precision::U8),
     };
-    let header = Header { lattice: *lattice, sparse, about: about.clone(), digests_sha256: String::new() };
+    if let Some(violation) = mesh.and_then(kept_mesh::violation) {
+        return Err(violation);
+    }
+    let mesh = mesh.map(|mesh| MeshInfo {
+        vertices: mesh.vertices.len(),
+        triangles: mesh.triangles.len(),
+        is_sign_continuous: mesh.is_sign_continuous,
+    });
+    let header = Header { lattice: *lattice, sparse, about: about.clone(), mesh, digests_sha256: String::new() };
     if let Some(violation) = header.violation() {
         return Err(violation);
     }

@@ -36,11 +36,11 @@ pub enum GridFault {
         known: i128,
     },
     /// The format is no longer read.
-    #[error("format version {found}, and this program reads version {known}; bake it again")]
+    #[error("format version {found}, and this program reads versions from {known} on; bake it again")]
     EarlierVersion {
         /// Version of the file.
         found: i128,
-        /// Version that this program reads and writes.
+        /// Oldest version that this program reads.
         known: i128,
     },
     /// The file contradicts itself, its length or a checksum.

@@ -9,11 +9,11 @@ use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sha2::{Digest, Sha256};
 
-use super::{About, GridFault, SignMethod, Source, SparseInfo, layout, layout_of};
+use super::{About, DeepValues, GridFault, MeshInfo, SignMethod, Source, SparseInfo, layout, layout_of};
 use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
 
 /// Attributes of both layouts.
-const COMMON: [&str; 15] = [
+const COMMON: [&str; 17] = [
     "format_version",
     "layout",
     "origin",
@@ -29,9 +29,16 @@ const COMMON: [&str; 15] = [
     "source_triangles",
     "tool",
     "options",
+    KEPT_MESH,
+    MESH_COUNTS,
 ];
 /// Attributes of sparse grids, after the common ones.
-const SPARSE_ONLY: [&str; 4] = ["band", "precision", "brick_side", "bricks"];
+const SPARSE_ONLY: [&str; 5] = ["band", "precision", "brick_side", "bricks", DEEP_VALUES];
+/// Attributes that files of version 2 do not have.
+const NEW: [&str; 3] = [KEPT_MESH, MESH_COUNTS, DEEP_VALUES];
+const KEPT_MESH: &str = "kept_mesh";
+const MESH_COUNTS: &str = "mesh_counts";
+const DEEP_VALUES: &str = "deep_values";
 const DIGESTS: &str = "digests_sha256";
 pub(super) const CHECKSUM: &str = "attributes_sha256";
 
@@ -41,6 +48,8 @@ pub(super) struct Header {
     pub lattice: Lattice,
     pub sparse: Option<SparseInfo>,
     pub about: About,
+    /// `None` where the file keeps no mesh.
+    pub mesh: Option<MeshInfo>,
     /// SHA-256 of the dataset `digests`, in the form of [`layout::hex`].
     pub digests_sha256: String,
 }
@@ -50,8 +59,8 @@ impl Header {
     pub(super) fn read(file: &Hdf5Reader, sdf: &Object) -> Result<Self, GridFault> {
         let [version] = Attributes::read(file, sdf, ["format_version"])?.integers("format_version")?;
         match version {
-            layout::FORMAT_VERSION => {}
-            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::FORMAT_VERSION }),
+            layout::OLDEST_VERSION..=layout::FORMAT_VERSION => {}
+            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::OLDEST_VERSION }),
             later if later > layout::FORMAT_VERSION => {
                 return Err(GridFault::LaterVersion { found: later, known: layout::FORMAT_VERSION });
             }
@@ -62,8 +71,10 @@ impl Header {
             "sparse" => true,
             _ => return Err(GridFault::not_a_grid("its layout is neither dense nor sparse")),
         };
+        let is_known = |name: &&str| version > layout::OLDEST_VERSION || !NEW.contains(name);
         let sparse_only = SPARSE_ONLY.into_iter().filter(|_| is_sparse);
-        let attributes = Attributes::read(file, sdf, COMMON.into_iter().chain(sparse_only).chain([DIGESTS]))?;
+        let names = COMMON.into_iter().chain(sparse_only).chain([DIGESTS]).filter(is_known);
+        let attributes = Attributes::read(file, sdf, names)?;
         if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
         }
@@ -71,6 +82,7 @@ impl Header {
             lattice: attributes.lattice()?,
             sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
             about: attributes.about()?,
+            mesh: attributes.mesh()?,
             digests_sha256: attributes.text(DIGESTS)?.to_owned(),
         };
         match header.violation() {
@@ -102,10 +114,18 @@ impl Header {
             integer(about.source.triangles.into()),
             text(&about.tool),
             text(&about.options),
+            text(MeshInfo::kind(self.mesh)),
+            Value::Integers(self.mesh.map_or([0; 2], |mesh| [mesh.vertices as i128, mesh.triangles as i128]).to_vec()),
         ];
         let mut attributes: Vec<_> = COMMON.into_iter().zip(common).collect();
-        if let Some(SparseInfo { band, precision, bricks }) = self.sparse {
-            let sparse_only = [number(band), text(precision.name()), integer(BRICK.into()), integer(bricks as i128)];
+        if let Some(SparseInfo { band, precision, bricks, deep_values }) = self.sparse {
+            let sparse_only = [
+                number(band),
+                text(precision.name()),
+                integer(BRICK.into()),
+                integer(bricks as i128),
+                text(deep_values.name()),
+            ];
             attributes.extend(SPARSE_ONLY.into_iter().zip(sparse_only));
         }
         attributes.push((DIGESTS, text(&self.digests_sha256)));
@@ -188,7 +208,35 @@ impl Attributes {
             band,
             precision: precision.ok_or_else(|| GridFault::not_a_grid("its precision is not f32, u16 or u8"))?,
             bricks: usize::try_from(bricks).map_err(|_| GridFault::damaged("bricks is not a count"))?,
+            deep_values: self.deep_values()?,
         })
+    }
+
+    /// Files of version 2 do not say.
+    fn deep_values(&self) -> Result<DeepValues, GridFault> {
+        if self.value(DEEP_VALUES).is_err() {
+            return Ok(DeepValues::LowerBounds);
+        }
+        let name = self.text(DEEP_VALUES)?;
+        let unknown = || format!("{DEEP_VALUES} is {name:?}, not one of {:?}", DeepValues::ALL.map(DeepValues::name));
+        DeepValues::from_name(name).ok_or_else(|| GridFault::damaged(unknown()))
+    }
+
+    /// Files of version 2 keep none.
+    fn mesh(&self) -> Result<Option<MeshInfo>, GridFault> {
+        if self.value(KEPT_MESH).is_err() {
+            return Ok(None);
+        }
+        let kind = self.text(KEPT_MESH)?;
+        let counts: [i128; 2] = self.integers(MESH_COUNTS)?;
+        let known = MeshInfo::KINDS.into_iter().find(|(_, name)| *name == kind);
+        match (known, counts.map(usize::try_from)) {
+            (Some((is_sign_continuous, _)), [Ok(vertices), Ok(triangles)]) if vertices > 0 && triangles > 0 => {
+                Ok(Some(MeshInfo { vertices, triangles, is_sign_continuous }))
+            }
+            (None, [Ok(0), Ok(0)]) if kind == "none" => Ok(None),
+            _ => Err(GridFault::damaged(format!("{KEPT_MESH} is {kind:?} with {MESH_COUNTS} {counts:?}"))),
+        }
     }
 
     fn about(&self) -> Result<About, GridFault> {

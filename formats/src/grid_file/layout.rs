@@ -3,7 +3,11 @@
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, NO_BRICK, brick_counts};
 
-pub(super) const FORMAT_VERSION: i128 = 2;
+/// The version that is written.
+pub(super) const FORMAT_VERSION: i128 = 3;
+
+/// The oldest version that is read.
+pub(super) const OLDEST_VERSION: i128 = 2;
 
 /// First version in which a dataset can be marked as the scalars. Readers of earlier 2.x read it too, as one array of
 /// several.

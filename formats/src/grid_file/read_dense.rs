@@ -7,6 +7,7 @@ use sdf_core::grid::{BlockBounds, Dense, Lattice, WithBlockBounds};
 use super::block_mask::BlockMask;
 use super::digests::{DatasetList, Digests, WHOLE_CHUNKS, open_dataset};
 use super::header::{Attributes, Header};
+use super::kept_mesh::MeshReader;
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
 use super::{GridFault, ReadCount, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
@@ -21,17 +22,21 @@ pub(super) struct DenseReader {
     bounds: Vec<BlockBounds>,
 }
 
+/// A reader of samples, the digests of all datasets, and a reader of the mesh.
+pub(super) type Opened<T> = (T, Digests, Option<MeshReader>);
+
 impl DenseReader {
-    pub(super) fn open(file: &Hdf5Reader, sdf: &Object, header: &Header) -> Result<(Self, Digests), GridFault> {
+    pub(super) fn open(file: &Hdf5Reader, sdf: &Object, header: &Header) -> Result<Opened<Self>, GridFault> {
         let slots = layout::slot_count(&header.lattice).ok_or_else(|| GridFault::damaged("too many brick slots"))?;
         let samples = open_vtkhdf(file, &header.lattice)?;
         let bounds = open_dataset::<f32>(file, sdf, "bounds", &[slots, 3])?;
         let mut datasets = DatasetList::default();
         datasets.add(&samples);
         let bounds_digest = datasets.add(&bounds);
+        let mesh = MeshReader::open(file, sdf, header, &mut datasets)?;
         let digests = datasets.read_digests(file, sdf, header)?;
         let bounds = check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?;
-        Ok((Self { samples, bounds }, digests))
+        Ok((Self { samples, bounds }, digests, mesh))
     }
 
     /// Blocks needed for queries in `regions` that reach `level`.

@@ -10,7 +10,9 @@ use super::block_mask::BlockMask;
 use super::delta::DeltaCoding;
 use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
+use super::kept_mesh::MeshReader;
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
+use super::read_dense::Opened;
 use super::{GridFault, ReadCount, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
@@ -36,7 +38,7 @@ impl SparseReader {
         header: &Header,
         bricks: usize,
         precision: Precision,
-    ) -> Result<(Self, Digests), GridFault> {
+    ) -> Result<Opened<Self>, GridFault> {
         let mut datasets = DatasetList::default();
         let samples = SampleDataset::open(file, sdf, bricks, precision, &mut datasets)?;
         let bounds = open_dataset::<f32>(file, sdf, "bounds", &[bricks, 3])?;
@@ -49,6 +51,7 @@ impl SparseReader {
         let scales_digest = datasets.add(&scales);
         let errors_digest = datasets.add(&errors);
         let coarse_digest = datasets.add(&coarse);
+        let mesh = MeshReader::open(file, sdf, header, &mut datasets)?;
         let digests = datasets.read_digests(file, sdf, header)?;
         // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the
         // table's memory.
@@ -68,7 +71,7 @@ impl SparseReader {
         };
         check::valid_scales(&tables.scales, precision).map_err(GridFault::damaged)?;
         check::valid_errors(&tables.errors).map_err(GridFault::damaged)?;
-        Ok((Self { samples, tables }, digests))
+        Ok((Self { samples, tables }, digests, mesh))
     }
 
     /// Blocks needed for queries in `regions` that reach `level`.

@@ -20,9 +20,10 @@ use sdf_core::grid::owned::OwnedGrid;
 use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
+use super::kept_mesh::MeshReader;
 use super::read_dense::DenseReader;
 use super::read_sparse::SparseReader;
-use super::{About, GridFault, GridFileError, SparseInfo, StoredGrid, Summary};
+use super::{About, GridFault, GridFileError, MeshInfo, SparseInfo, StoredGrid, StoredMesh, Summary};
 use crate::hdf5::Hdf5Reader;
 
 /// Reads a grid and verifies its checksums. See [`open`].
@@ -81,17 +82,31 @@ impl GridReader<'_> {
             lattice: header.lattice,
             sparse: header.sparse,
             about: header.about.clone(),
+            mesh: header.mesh,
             parts: digests.parts.clone(),
             file_bytes: file.file_bytes(),
         }
     }
 
-    /// Reads all samples.
-    pub fn read(self) -> Result<StoredGrid, GridFileError> {
-        self.grid.read(None).map_err(|fault| fault.with_path(&self.path))
+    /// Size of the mesh that the file keeps.
+    pub fn mesh(&self) -> Option<MeshInfo> {
+        self.grid.header.mesh
     }
 
-    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero.
+    /// Reads the mesh alone; `None` where the file keeps none.
+    pub fn read_mesh(&self) -> Result<Option<StoredMesh>, GridFileError> {
+        self.grid.read_mesh().map_err(|fault| fault.with_path(&self.path))
+    }
+
+    /// Reads all samples, and the mesh.
+    pub fn read(self) -> Result<StoredGrid, GridFileError> {
+        let mesh = self.read_mesh()?;
+        let stored = self.grid.read(None).map_err(|fault| fault.with_path(&self.path))?;
+        Ok(StoredGrid { mesh, ..stored })
+    }
+
+    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero, and the mesh is
+    /// not read.
     /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole
     /// grid would read missing samples.
     ///
@@ -109,6 +124,7 @@ struct OpenGrid<'a> {
     header: Header,
     digests: Digests,
     contents: Contents,
+    mesh: Option<MeshReader>,
 }
 
 enum Contents {
@@ -120,17 +136,21 @@ impl<'a> OpenGrid<'a> {
     fn open(file: Hdf5Reader<'a>) -> Result<Self, GridFault> {
         let sdf = file.member(None, "sdf")?;
         let header = Header::read(&file, &sdf)?;
-        let (contents, digests) = match header.sparse {
+        let (contents, digests, mesh) = match header.sparse {
             None => {
-                let (dense, digests) = DenseReader::open(&file, &sdf, &header)?;
-                (Contents::Dense(dense), digests)
+                let (dense, digests, mesh) = DenseReader::open(&file, &sdf, &header)?;
+                (Contents::Dense(dense), digests, mesh)
             }
             Some(SparseInfo { bricks, precision, .. }) => {
-                let (sparse, digests) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
-                (Contents::Sparse(sparse), digests)
+                let (sparse, digests, mesh) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
+                (Contents::Sparse(sparse), digests, mesh)
             }
         };
-        Ok(Self { file, header, digests, contents })
+        Ok(Self { file, header, digests, contents, mesh })
+    }
+
+    fn read_mesh(&self) -> Result<Option<StoredMesh>, GridFault> {
+        self.mesh.as_ref().map(|mesh| mesh.read(&self.file, &self.digests)).transpose()
     }
 
     fn mask(&self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
@@ -142,7 +162,7 @@ impl<'a> OpenGrid<'a> {
 
     /// Reads all samples, or those of the blocks in `mask`.
     fn read(self, mask: Option<&BlockMask>) -> Result<StoredGrid, GridFault> {
-        let Self { file, header, digests, contents } = self;
+        let Self { file, header, digests, contents, .. } = self;
         let (samples, read) = match contents {
             Contents::Dense(dense) => dense.read(&file, &digests, &header.lattice, mask)?,
             Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
@@ -150,7 +170,8 @@ impl<'a> OpenGrid<'a> {
         let Header { lattice, sparse, about, .. } = header;
         let band = sparse.as_ref().map_or(f64::INFINITY, |sparse| sparse.band);
         let grid = OwnedGrid::new(lattice, samples, about.slope_bound).expect("the header has a valid slope bound");
-        let grid = grid.with_band(band).with_error_bound(about.error_bound);
-        Ok(StoredGrid { grid, sparse, about, read })
+        let deep_error = sparse.map_or(f64::INFINITY, |sparse| sparse.deep_values.deep_error(lattice.spacing()));
+        let grid = grid.with_band(band).with_error_bound(about.error_bound).with_deep_error(deep_error);
+        Ok(StoredGrid { grid, sparse, about, mesh: None, read })
     }
 }

@@ -12,11 +12,16 @@ use sha2::{Digest, Sha256};
 
 use super::delta::DeltaCoding;
 use super::header::{Attributes, CHECKSUM, Header};
-use super::{GridFault, Samples, SparseSamples, layout};
+use super::{GridFault, Samples, SparseSamples, StoredMesh, kept_mesh, layout};
 use crate::hdf5::{self, DIGEST_BYTES, Element, Value};
 
 /// Writes the file at `path`. Fills in the header's checksum of the digests, which is not known before.
-pub(super) fn write(path: &Path, samples: &Samples, mut header: Header) -> Result<(), GridFault> {
+pub(super) fn write(
+    path: &Path,
+    samples: &Samples,
+    mesh: Option<&StoredMesh>,
+    mut header: Header,
+) -> Result<(), GridFault> {
     let written = hdf5::create(path, |file| {
         let mut digests = Vec::new();
         let vtkhdf = match samples {
@@ -34,6 +39,10 @@ pub(super) fn write(path: &Path, samples: &Samples, mut header: Header) -> Resul
             Samples::F32(bricks) => write_sparse(&sdf, &header.lattice, bricks, &mut digests)?,
             Samples::U16(bricks) => write_sparse(&sdf, &header.lattice, bricks, &mut digests)?,
             Samples::U8(bricks) => write_sparse(&sdf, &header.lattice, bricks, &mut digests)?,
+        }
+        if let Some(StoredMesh { vertices, triangles, .. }) = mesh {
+            put(&sdf, kept_mesh::VERTICES, &[vertices.len(), 3], vertices.as_flattened(), &mut digests)?;
+            put(&sdf, kept_mesh::TRIANGLES, &[triangles.len(), 3], triangles.as_flattened(), &mut digests)?;
         }
         let shape = [digests.len() / DIGEST_BYTES, DIGEST_BYTES];
         put(&sdf, "digests", &shape, &digests, &mut Vec::new())?;

@@ -45,3 +45,12 @@ element!(
         f32::is_finite(self)
     }
 );
+element!(
+    f64,
+    1,
+    [0x20, 0x3f, 0, 8, 0, 0, 0, 0, 0, 64, 0, 52, 11, 0, 52, 255, 3, 0, 0],
+    #[inline]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+);

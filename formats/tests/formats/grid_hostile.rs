@@ -1,237 +1,10 @@
 //! Files whose checksums all hold, but whose content breaks docs/format.md, by malice or by mistake.
 
-use std::path::PathBuf;
-
-use rust_hdf5::{H5File, H5Group, LibverBound};
 use sdf_core::grid::owned::Precision;
-use sdf_formats::grid_file::{self};
-use sha2::{Digest, Sha256};
-use tempfile::TempDir;
+use sdf_formats::grid_file::{self, DeepValues, SparseSamples, StoredMesh};
 
-use crate::grid_samples::{BAND, Content, Made, about};
-
-#[derive(Clone)]
-enum Value {
-    Text(String),
-    Numbers(Vec<f64>),
-    Integers(Vec<u64>),
-}
-
-#[derive(Clone)]
-enum Elements {
-    F32(Vec<f32>),
-    U32(Vec<u32>),
-    U16(Vec<u16>),
-    U8(Vec<u8>),
-    /// A dataset of f32 of which only the first chunk is stored, as these compressed bytes.
-    FirstChunkOnly(Vec<u8>),
-}
-
-#[derive(Clone)]
-struct Table {
-    name: &'static str,
-    shape: Vec<usize>,
-    chunk: Vec<usize>,
-    elements: Elements,
-}
-
-/// A sparse u16 grid as docs/format.md describes it, to be falsified.
-#[derive(Clone)]
-struct Forged {
-    attributes: Vec<(&'static str, Value)>,
-    tables: Vec<Table>,
-    /// Replaces the true checksum.
-    digests_sha256: Option<String>,
-}
-
-impl Forged {
-    fn new() -> Self {
-        let made = Made::new([33, 34, 35], Some(Precision::U16));
-        let Content::U16(bricks) = &made.content else { panic!("another layout") };
-        let (text, about) = (|text: &str| Value::Text(text.to_owned()), about());
-        let count = bricks.slots.len();
-        let hex: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
-        let attributes = vec![
-            ("format_version", Value::Integers(vec![2])),
-            ("layout", text("sparse")),
-            ("origin", Value::Numbers(made.lattice.origin().to_vec())),
-            ("spacing", Value::Numbers(vec![made.lattice.spacing()])),
-            ("counts", Value::Integers(made.lattice.nodes().map(u64::from).to_vec())),
-            ("padding", Value::Numbers(vec![about.padding])),
-            ("sign_method", text(about.sign_method.name())),
-            ("sign_verdict", text(&about.sign_reason)),
-            ("slope_bound", Value::Numbers(vec![about.slope_bound])),
-            ("error_bound", Value::Numbers(vec![about.error_bound])),
-            ("source_name", text(&about.source.name)),
-            ("source_sha256", text(&hex)),
-            ("source_triangles", Value::Integers(vec![about.source.triangles])),
-            ("tool", text(&about.tool)),
-            ("options", text(&about.options)),
-            ("band", Value::Numbers(vec![BAND])),
-            ("precision", text("u16")),
-            ("brick_side", Value::Integers(vec![8])),
-            ("bricks", Value::Integers(vec![count as u64])),
-        ];
-        let table = |name, shape: &[usize], elements| {
-            let chunk = shape.iter().map(|side| *side.min(&30)).collect();
-            Table { name, shape: shape.to_vec(), chunk, elements }
-        };
-        let bounds = bricks
-            .bounds
-            .iter()
-            .flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound])
-            .collect();
-        let scales = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
-        let tables = vec![
-            table("samples", &[count, 512], Elements::U16(differences(&bricks.samples))),
-            table("bounds", &[count, 3], Elements::F32(bounds)),
-            table("places", &[count, 3], Elements::U32(bricks.slots.as_flattened().to_vec())),
-            table("scales", &[count, 2], Elements::F32(scales)),
-            table("errors", &[count], Elements::F32(bricks.errors.clone())),
-            table("coarse", &[6, 6, 6], Elements::F32(bricks.coarse.clone())),
-        ];
-        Self { attributes, tables, digests_sha256: None }
-    }
-
-    fn set(mut self, name: &str, value: Value) -> Self {
-        self.attributes.iter_mut().find(|(known, _)| *known == name).unwrap().1 = value;
-        self
-    }
-
-    fn change(mut self, name: &str, change: impl FnOnce(&mut Table)) -> Self {
-        change(self.tables.iter_mut().find(|table| table.name == name).unwrap());
-        self
-    }
-
-    fn set_f32(self, name: &str, at: usize, value: f32) -> Self {
-        self.change(name, |table| match &mut table.elements {
-            Elements::F32(elements) => elements[at] = value,
-            _ => panic!("not f32"),
-        })
-    }
-
-    fn set_u32(self, name: &str, at: usize, value: u32) -> Self {
-        self.change(name, |table| match &mut table.elements {
-            Elements::U32(elements) => elements[at] = value,
-            _ => panic!("not u32"),
-        })
-    }
-
-    fn write(&self) -> (TempDir, PathBuf) {
-        let folder = TempDir::new().unwrap();
-        let path = folder.path().join("forged.sdf.h5");
-        let file = H5File::options().libver(LibverBound::Earliest).create(&path).unwrap();
-        let sdf = file.create_group("sdf").unwrap();
-        let mut digests = Vec::new();
-        for table in &self.tables {
-            table.write(&sdf);
-            digests.extend(table.digests());
-        }
-        let rows = digests.len() / 32;
-        let shape = vec![rows, 32];
-        Table { name: "digests", chunk: shape.clone(), shape, elements: Elements::U8(digests.clone()) }.write(&sdf);
-        let mut attributes = self.attributes.clone();
-        let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
-        let checksum = self.digests_sha256.clone().unwrap_or_else(|| hex(&Sha256::digest(&digests)));
-        attributes.push(("digests_sha256", Value::Text(checksum)));
-        let mut canonical = String::new();
-        for (name, value) in &attributes {
-            let value = match value {
-                Value::Text(text) => {
-                    sdf.set_attr_string(name, text).unwrap();
-                    text.clone()
-                }
-                Value::Numbers(numbers) => {
-                    sdf.set_attr_array_numeric(name, numbers).unwrap();
-                    numbers.iter().map(|number| format!("{:016x}", number.to_bits())).collect::<Vec<_>>().join(" ")
-                }
-                Value::Integers(integers) => {
-                    sdf.set_attr_array_numeric(name, integers).unwrap();
-                    integers.iter().map(u64::to_string).collect::<Vec<_>>().join(" ")
-                }
-            };
-            canonical += &format!("{name}={value}\n");
-        }
-        sdf.set_attr_string("attributes_sha256", &hex(&Sha256::digest(canonical))).unwrap();
-        file.close().unwrap();
-        (folder, path)
-    }
-
-    fn refusal(&self) -> String {
-        let (_folder, path) = self.write();
-        let error = grid_file::read(&path).expect_err("not a grid").to_string();
-        assert_eq!(error.lines().count(), 1, "{error}");
-        error
-    }
-}
-
-impl Table {
-    fn write(&self, group: &H5Group) {
-        macro_rules! write {
-            ($elements:expr, $number:ident) => {{
-                let dataset = group.new_dataset::<$number>().shape(&self.shape).chunk(&self.chunk);
-                dataset.shuffle_deflate(4).create(self.name).unwrap().write_raw($elements).unwrap()
-            }};
-        }
-        match &self.elements {
-            Elements::F32(elements) => write!(elements, f32),
-            Elements::U32(elements) => write!(elements, u32),
-            Elements::U16(elements) => write!(elements, u16),
-            Elements::U8(elements) => write!(elements, u8),
-            Elements::FirstChunkOnly(packed) => {
-                let dataset = group.new_dataset::<f32>().shape(&self.shape).chunk(&self.chunk);
-                dataset.shuffle_deflate(4).create(self.name).unwrap().write_chunk_raw(0, packed, 0).unwrap();
-            }
-        }
-    }
-
-    fn bytes(&self) -> Vec<u8> {
-        match &self.elements {
-            Elements::F32(elements) => elements.iter().flat_map(|x| x.to_le_bytes()).collect(),
-            Elements::U32(elements) => elements.iter().flat_map(|x| x.to_le_bytes()).collect(),
-            Elements::U16(elements) => elements.iter().flat_map(|x| x.to_le_bytes()).collect(),
-            Elements::U8(elements) => elements.clone(),
-            Elements::FirstChunkOnly(packed) => packed.clone(),
-        }
-    }
-
-    /// Digests of the chunks, by sorting each element into its chunk.
-    fn digests(&self) -> Vec<u8> {
-        let bytes = self.bytes();
-        if let Elements::FirstChunkOnly(_) = self.elements {
-            return vec![0; 32];
-        }
-        let count: usize = self.shape.iter().product();
-        let width = bytes.len() / count;
-        let mut chunks = std::collections::BTreeMap::<Vec<usize>, Vec<u8>>::new();
-        for at in 0..count {
-            let mut rest = at;
-            let mut chunk = vec![0; self.shape.len()];
-            for axis in (0..self.shape.len()).rev() {
-                chunk[axis] = rest % self.shape[axis] / self.chunk[axis];
-                rest /= self.shape[axis];
-            }
-            chunks.entry(chunk).or_default().extend(&bytes[at * width..][..width]);
-        }
-        chunks.values().flat_map(|chunk| Sha256::digest(chunk).to_vec()).collect()
-    }
-}
-
-/// Delta coding: for each code, the alternating sum over the corners of the cell that ends at it.
-fn differences(samples: &[u16]) -> Vec<u16> {
-    let difference = |(at, _): (usize, &u16)| {
-        let [x, y, z] = [at % 8, at / 8 % 8, at / 64 % 8];
-        (0..8).fold(0_u16, |sum, corner| {
-            let back = [corner & 1, corner >> 1 & 1, corner >> 2];
-            if x < back[0] || y < back[1] || z < back[2] {
-                return sum;
-            }
-            let code = samples[at - back[0] - 8 * back[1] - 64 * back[2]];
-            if back.iter().sum::<usize>() % 2 == 0 { sum.wrapping_add(code) } else { sum.wrapping_sub(code) }
-        })
-    };
-    samples.iter().enumerate().map(difference).collect()
-}
+use crate::forged::{Elements, Forged, Value};
+use crate::grid_samples::{Made, about};
 
 /// Also with chunks of any shape and shuffled bytes.
 #[test]
@@ -244,6 +17,76 @@ fn a_valid_file_of_another_writer_is_read() {
     let stored = grid_file::open(&path).unwrap().read_needed([], 0.0).unwrap();
     assert_eq!(stored.read.blocks, 0);
     assert!(grid_file::read(&path).unwrap().grid == made.grid());
+}
+
+/// Files of version 2 do not say what their deep values are, and so state no bound of them.
+#[test]
+fn a_file_of_version_2_is_read_and_claims_nothing_of_its_deep_values() {
+    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let (_folder, path) = Forged::new().version_2().write();
+    let stored = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert!(stored.grid == made.grid().with_deep_error(f64::INFINITY));
+    assert_eq!(stored.sparse.unwrap().deep_values, DeepValues::LowerBounds);
+
+    // Written again in the version of today, it still claims nothing.
+    let lower = SparseSamples { deep_values: DeepValues::LowerBounds, ..made.u16_bricks() };
+    grid_file::write(&path, &made.lattice, lower, &about()).unwrap();
+    assert_eq!(grid_file::read(&path).unwrap().grid.deep_error(), f64::INFINITY);
+    made.write(&path);
+    let deep_error = grid_file::read(&path).unwrap().grid.deep_error();
+    assert!((deep_error / made.lattice.spacing() - 4.5 * 3_f64.sqrt()).abs() < 1e-3, "{deep_error}");
+}
+
+#[test]
+fn a_kept_mesh_is_read_and_a_hostile_one_is_refused() {
+    let (_folder, path) = Forged::new().with_mesh().write();
+    let mesh = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}")).mesh.unwrap();
+    assert_eq!((mesh.vertices.len(), mesh.triangles[3], mesh.is_sign_continuous), (4, [1, 2, 3], true));
+    let reader = grid_file::open(&path).unwrap();
+    assert_eq!(reader.read_mesh().unwrap(), Some(mesh));
+    assert_eq!(reader.read_needed([], 0.0).unwrap().mesh, None);
+
+    let forged = || Forged::new().with_mesh();
+    let vertex = |at: usize, value: f64| {
+        forged().change("mesh_vertices", |table| match &mut table.elements {
+            Elements::F64(elements) => elements[at] = value,
+            _ => panic!("not f64"),
+        })
+    };
+    let counts = |counts: [u64; 2]| forged().set("mesh_counts", Value::Integers(counts.to_vec()));
+    let kind = |kind: &str| forged().set("kept_mesh", Value::Text(kind.into()));
+    let refusals = [
+        (vertex(4, f64::NAN), "mesh_vertices is not finite"),
+        (vertex(4, f64::INFINITY), "mesh_vertices is not finite"),
+        (vertex(4, -2e30), "vertex 1 of the mesh is"),
+        (forged().set_u32("mesh_triangles", 11, 4), "triangle 3 of the mesh is [1, 2, 4], of 4 vertices"),
+        (forged().set_u32("mesh_triangles", 0, u32::MAX), "triangle 0 of the mesh is"),
+        (counts([0, 4]), "kept_mesh is"),
+        (counts([4, 0]), "kept_mesh is"),
+        (counts([4, 5]), "mesh_triangles has 4 where 5 are declared"),
+        (counts([1 << 40, 4]), "mesh_vertices has 4 where"),
+        (counts([u64::MAX, 4]), "where"),
+        (kind("none"), "kept_mesh is \"none\""),
+        (kind("torn"), "kept_mesh is \"torn\""),
+    ];
+    for (forged, wanted) in refusals {
+        let refusal = forged.refusal();
+        assert!(refusal.contains(wanted), "{refusal}, not {wanted}");
+    }
+    let mut without = forged();
+    without.tables.pop();
+    assert!(without.refusal().contains("it has no mesh_triangles"));
+    // A gigabyte of vertices from a hundred bytes.
+    let balloon = counts([40_000_000, 4]).change("mesh_vertices", |table| {
+        (table.shape, table.chunk) = (vec![40_000_000, 3], vec![40_000_000, 3]);
+        table.elements = Elements::FirstChunkOnly(vec![0; 100]);
+    });
+    assert!(balloon.refusal().contains("mesh_vertices"));
+
+    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let bad = StoredMesh { vertices: vec![[0.0; 3]; 3], triangles: vec![[0, 1, 3]], is_sign_continuous: true };
+    let refused = grid_file::write_with_mesh(&path, &made.lattice, made.u16_bricks(), &about(), Some(&bad));
+    assert!(refused.unwrap_err().to_string().contains("cannot be written: triangle 0 of the mesh is [0, 1, 3]"));
 }
 
 #[test]
@@ -267,6 +110,7 @@ fn numbers_that_do_not_make_a_grid_are_refused() {
         (forged().set("brick_side", Value::Integers(vec![16])), "8 nodes along a side"),
         (forged().set("precision", Value::Text("u8".into())), "its samples is not little-endian u8"),
         (forged().set("precision", Value::Text("f64".into())), "precision is not f32, u16 or u8"),
+        (forged().set("deep_values", Value::Text("guesses".into())), "deep_values is \"guesses\""),
         (forged().set("sign_method", Value::Text("guess".into())), "sign_method is \"guess\""),
         // The checksum of a dense grid covers neither band nor bricks.
         (forged().set("layout", Value::Text("dense".into())), "checksum of the attributes"),

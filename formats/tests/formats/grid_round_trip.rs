@@ -10,7 +10,7 @@ use sdf_core::grid::{BlockBounds, Lattice, Storage};
 use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 
-use crate::grid_samples::{Content, KINDS, Made, about, lent};
+use crate::grid_samples::{Content, DEEP, KINDS, Made, about, lent};
 use crate::random::Random;
 
 const SHAPES: [[u32; 3]; 8] =
@@ -104,8 +104,16 @@ fn thousands_of_bricks_of_random_codes_come_back() {
     let errors: Vec<f32> = places.iter().map(|_| any(&mut random).abs()).collect();
     let coarse: Vec<f32> = (0..21 * 22 * 22).map(|_| any(&mut random)).collect();
     let (places, scales, samples) = (&places[..], &scales[..], &samples[..]);
-    let sparse =
-        SparseSamples { band: 0.0, slots: places, scales, samples, bounds: &bounds, errors: &errors, coarse: &coarse };
+    let sparse = SparseSamples {
+        band: 0.0,
+        deep_values: DEEP,
+        slots: places,
+        scales,
+        samples,
+        bounds: &bounds,
+        errors: &errors,
+        coarse: &coarse,
+    };
     grid_file::write(&path, &lattice, sparse, &about()).unwrap();
     let stored = grid_file::read(&path).unwrap();
     let OwnedStorage::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };

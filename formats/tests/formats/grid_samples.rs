@@ -6,7 +6,7 @@ use std::path::Path;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
-use sdf_formats::grid_file::{self, About, Samples, SignMethod, Source, SparseInfo, SparseSamples};
+use sdf_formats::grid_file::{self, About, DeepValues, Samples, SignMethod, Source, SparseInfo, SparseSamples};
 
 /// A grid to be written.
 #[derive(Clone)]
@@ -24,6 +24,7 @@ pub enum Content {
 }
 
 pub const BAND: f64 = 0.25;
+pub const DEEP: DeepValues = DeepValues::Distances;
 
 pub const KINDS: [Option<Precision>; 4] = [None, Some(Precision::F32), Some(Precision::U16), Some(Precision::U8)];
 
@@ -71,16 +72,25 @@ impl Made {
         };
         let band = self.sparse().map_or(f64::INFINITY, |sparse| sparse.band);
         let grid = OwnedGrid::new(*lattice, samples, about().slope_bound).unwrap();
-        grid.with_band(band).with_error_bound(about().error_bound)
+        let deep_error = self.sparse().map_or(f64::INFINITY, |sparse| sparse.deep_values.deep_error(lattice.spacing()));
+        grid.with_band(band).with_error_bound(about().error_bound).with_deep_error(deep_error)
     }
 
     pub fn sparse(&self) -> Option<SparseInfo> {
-        let sparse = |precision, bricks| Some(SparseInfo { band: BAND, precision, bricks });
+        let sparse = |precision, bricks| Some(SparseInfo { band: BAND, precision, bricks, deep_values: DEEP });
         match &self.content {
             Content::Dense { .. } => None,
             Content::F32(bricks) => sparse(Precision::F32, bricks.slots.len()),
             Content::U16(bricks) => sparse(Precision::U16, bricks.slots.len()),
             Content::U8(bricks) => sparse(Precision::U8, bricks.slots.len()),
+        }
+    }
+
+    /// The bricks of a grid in u16.
+    pub fn u16_bricks(&self) -> SparseSamples<'_, u16> {
+        match &self.content {
+            Content::U16(bricks) => lent(bricks),
+            _ => panic!("another precision"),
         }
     }
 
@@ -91,7 +101,7 @@ impl Made {
 
 pub fn lent<C>(bricks: &OwnedBricks<C>) -> SparseSamples<'_, C> {
     let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
-    SparseSamples { band: BAND, slots, scales, samples, bounds, errors, coarse }
+    SparseSamples { band: BAND, deep_values: DEEP, slots, scales, samples, bounds, errors, coarse }
 }
 
 fn dense(lattice: &Lattice, distances: Vec<f32>) -> Content {

@@ -4,6 +4,7 @@ mod atomic_write;
 mod contact_files;
 mod field_round_trip;
 mod fields;
+mod forged;
 mod grid_bytes;
 mod grid_damage;
 mod grid_hostile;

@@ -182,6 +182,12 @@ fn unshuffle<T: Element>(shuffled: &[u8], first: usize, row: &mut [u8]) {
                 *element = (a | b << 8).to_le_bytes();
             }
         }
-        _ => row.copy_from_slice(plane()),
+        1 => row.copy_from_slice(plane()),
+        bytes => {
+            for at in 0..bytes {
+                let elements = row.chunks_exact_mut(bytes).zip(plane());
+                elements.for_each(|(element, byte)| element[at] = *byte);
+            }
+        }
     }
 }

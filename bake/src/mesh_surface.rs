@@ -1,0 +1,139 @@
+//! Which point of a mesh is nearest to a point, to a triangle, and on which side? A mesh that owns its tree, for queries at any place.
+//!
+//! [`MeshDistance`](crate::MeshDistance) decides how the sign is found and bakes; this answers with the same signs later, without the
+//! costly part of that decision.
+//!
+//! | question | file |
+//! |---|---|
+//! | Nearest point, signed distance, normal | this file |
+//! | Nearest point to a vertex, an edge or a triangle | `closest`, with the pairs of `element` |
+//! | How near are a corner, edge or face of an element and a triangle? | `element` |
+//! | Deepest point of an edge or a triangle | `deepest`, with the bounds of `game` |
+//! | In which order is a mesh kept? | `packed` |
+
+mod closest;
+mod deepest;
+mod element;
+mod game;
+mod packed;
+
+pub use closest::ClosestPoints;
+pub use deepest::{Deepest, DepthLimits, Probe};
+
+use sdf_core::Aabb;
+use sdf_core::nalgebra::Vector3;
+
+use crate::bvh::Bvh;
+use crate::mesh::topology::{OrientedMesh, orient};
+use crate::rounding::MIN_OFFSET;
+use crate::sign::flood_fill::CLEARANCE;
+use crate::sign::pseudo_normals::PseudoNormals;
+use crate::sign::winding::{MeshBoundary, WindingNumbers};
+use crate::triangle::{TriangleFeature, area_vector, nearest_on_triangle};
+use crate::{SignMethod, TriangleMesh};
+
+/// A mesh that is asked for exact signed distances.
+pub struct MeshSurface {
+    mesh: TriangleMesh,
+    tree: Bvh,
+    /// Orientation of each triangle, in the tree's order.
+    orientations: Vec<f64>,
+    pseudo_normals: Option<PseudoNormals>,
+    winding: Option<WindingNumbers>,
+    is_continuous: bool,
+}
+
+/// The point of a mesh nearest to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The point that was asked for.
+    pub query: Vector3<f64>,
+    /// The nearest point of the mesh.
+    pub point: Vector3<f64>,
+    /// The distance between both, negative inside. Exact up to the rounding of f64.
+    pub distance: f64,
+    /// The triangle that holds the nearest point, in the tree's order.
+    pub slot: usize,
+    feature: TriangleFeature,
+}
+
+impl MeshSurface {
+    /// A mesh whose sign method is known. `is_continuous`: see [`MeshDistance::is_continuous`](crate::MeshDistance::is_continuous).
+    pub fn new(mesh: TriangleMesh, sign: SignMethod, is_continuous: bool) -> Self {
+        let tree = Bvh::for_points(&mesh);
+        let oriented = orient(&mesh);
+        let orientations =
+            tree.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect::<Vec<_>>();
+        let pseudo_normals = (sign == SignMethod::PseudoNormal).then(|| PseudoNormals::new(&mesh, &oriented));
+        let is_complete = pseudo_normals.as_ref().is_some_and(PseudoNormals::are_known);
+        let winding = (!is_complete).then(|| winding_numbers(&mesh, &tree, &oriented, orientations.clone()));
+        Self { mesh, tree, orientations, pseudo_normals, winding, is_continuous }
+    }
+
+    /// Does the sign change at triangles alone? Then the signed distance has slope 1 everywhere.
+    pub fn is_continuous(&self) -> bool {
+        self.is_continuous
+    }
+
+    /// Box around the mesh.
+    pub fn bounds(&self) -> Aabb {
+        self.mesh.bounds()
+    }
+
+    /// Signed distance and nearest point. `guess` is any slot: a near one saves time. A point whose answer is known, `neighbour`, can
+    /// save the search for the sign. Neither changes the answer.
+    pub fn nearest(&self, query: Vector3<f64>, guess: usize, neighbour: Option<&SurfacePoint>) -> SurfacePoint {
+        let nearest = self.tree.nearest(query, guess.min(self.tree.corners.len() - 1));
+        let (slot, on_triangle) = (nearest.slot, nearest.on_triangle);
+        let distance = on_triangle.distance_sq.sqrt();
+        let found = SurfacePoint { query, point: on_triangle.point, distance, slot, feature: on_triangle.feature };
+        let is_inside = self.is_inside(&found, neighbour);
+        SurfacePoint { distance: if is_inside { -distance } else { distance }, ..found }
+    }
+
+    /// Distance to one triangle, which is convex as a function of the point.
+    pub fn distance_to_triangle(&self, query: Vector3<f64>, slot: usize) -> f64 {
+        nearest_on_triangle(query, self.tree.corners[slot]).distance_sq.sqrt()
+    }
+
+    /// Unit vector from the surface to its outside at a nearest point: along the way to the query, or where that is too short the
+    /// normal of the face, edge or corner that holds the point. Zero only at slivers.
+    pub fn normal(&self, at: &SurfacePoint) -> Vector3<f64> {
+        let offset = at.query - at.point;
+        let shortest = MIN_OFFSET * self.bounds().diagonal().max(at.query.amax());
+        if at.distance.abs() > shortest {
+            return offset / at.distance;
+        }
+        let feature = self
+            .pseudo_normals
+            .as_ref()
+            .map_or(Vector3::zeros(), |normals| normals.feature(&self.mesh, self.tree.triangles[at.slot], at.feature));
+        let face = area_vector(self.tree.corners[at.slot]) * self.orientations[at.slot];
+        feature.try_normalize(0.0).or_else(|| face.try_normalize(0.0)).unwrap_or_default()
+    }
+
+    fn is_inside(&self, found: &SurfacePoint, neighbour: Option<&SurfacePoint>) -> bool {
+        if let Some(normals) = &self.pseudo_normals {
+            let normal = normals.feature(&self.mesh, self.tree.triangles[found.slot], found.feature);
+            if normal != Vector3::zeros() {
+                return normal.dot(&(found.query - found.point)) < 0.0;
+            }
+        }
+        // D(p) + D(q) > |p − q|: the surface does not cross the segment.
+        let is_clear = |other: &&SurfacePoint| {
+            let between = (found.query - other.query).norm() * CLEARANCE;
+            self.is_continuous && found.distance + other.distance.abs() > between
+        };
+        if let Some(other) = neighbour.filter(is_clear) {
+            return other.distance < 0.0;
+        }
+        let number = |winding: &WindingNumbers| winding.evaluate(&self.tree, found.query, f64::INFINITY).value;
+        self.winding.as_ref().map_or(0.0, number).abs() >= 0.5
+    }
+}
+
+fn winding_numbers(mesh: &TriangleMesh, tree: &Bvh, oriented: &OrientedMesh, orientations: Vec<f64>) -> WindingNumbers {
+    let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
+    let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));
+    WindingNumbers::new(tree, orientations, MeshBoundary::new(edges))
+}

@@ -1,0 +1,200 @@
+//! Contacts with the mesh that a grid was baked from, not with the grid: distance, normal and surface point of its triangles.
+//!
+//! 1. The grid tells which elements can be near at all: φ exceeds the distance by no more than its error bound. A short search in it
+//!    tells where to begin.
+//! 2. Where that point is outside, the nearest points of element and mesh are those of two triangles: [`MeshSurface::closest`].
+//! 3. Where it is inside, or both cross: [`MeshSurface::deepest`].
+
+use sdf_bake::{ClosestPoints, DepthLimits, MeshSurface, Probe, SurfacePoint};
+use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX, Outcome};
+use sdf_core::minimize::FrankWolfe;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placement, Posed, Rigid};
+use sdf_core::{AnyField, EnclosedSdf};
+
+use crate::MeshView;
+use crate::contacts::{CHUNK, Contacts, QueryError, bounds};
+use crate::engine::Query;
+use crate::mesh_view::{check, element};
+use crate::options::{ContactOptions, Elements, Method};
+
+/// Steps of the search in the grid that tells where to begin.
+const START_STEPS: u32 = 8;
+
+/// Depths are certified to this fraction of the diagonal of the mesh's box.
+const TOLERANCE: f64 = 2e-7;
+
+/// Points measured in the search for the deepest point of one element, at most.
+const MAX_EVALUATIONS: u32 = 2048;
+
+/// Rounding of a distance, as a fraction of the largest coordinate: some forty operations on coordinates.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// A grid, and the mesh that it was baked from.
+#[derive(Clone, Copy)]
+pub(crate) struct ExactField<'a> {
+    pub grid: &'a AnyField,
+    pub surface: &'a MeshSurface,
+}
+
+impl ExactField<'_> {
+    /// The contacts of a mesh.
+    pub fn find(&self, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        match options.elements {
+            Elements::Faces => self.find_elements(mesh.points, mesh.faces, options),
+            Elements::Edges => self.find_elements(mesh.points, &mesh.edges(), options),
+            Elements::Vertices => self.find_elements(mesh.points, &mesh.vertices(), options),
+        }
+    }
+
+    /// The contacts of elements that are given.
+    pub fn find_elements<const N: usize>(
+        &self,
+        points: &[[f64; 3]],
+        elements: &[[u32; N]],
+        options: &ContactOptions,
+    ) -> Result<Contacts, QueryError> {
+        check(points, elements).map_err(QueryError::VertexOutOfRange)?;
+        if options.method != Method::Auto || options.all_minima {
+            return Err(QueryError::ExactHasItsOwnMethod);
+        }
+        let ContactOptions { margin, pose, .. } = *options;
+        let error = Posed { field: self.grid, pose }.error_bound(&bounds(points)).near;
+        if !error.is_finite() {
+            return Err(QueryError::ErrorBoundUnknown);
+        }
+        // Every point deep inside is below this too, though its value in a sparse grid is coarse.
+        let search_margin = margin.max(0.0) + error;
+        let search = ExactSearch { surface: self.surface, pose, margin };
+        let start = FrankWolfe { iterations: START_STEPS, ..FrankWolfe::default() };
+        let search_chunk = |first: usize, vertices: &[[u32; N]]| {
+            let elements: Vec<_> =
+                (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
+            let query = Query { field: self.grid, pose, margin: search_margin, elements: &elements };
+            let (mut found, mut guess) = (Contacts::default(), 0);
+            for (index, outcome) in query.outcomes(&start) {
+                found.count(&outcome);
+                let (weights, evaluations) = match &outcome {
+                    Outcome::Contact(contact) => {
+                        (std::array::from_fn(|corner| contact.weights[corner]), contact.evaluations)
+                    }
+                    Outcome::Separated(minimum) => (minimum.weights, minimum.evaluations as u32),
+                    Outcome::Culled | Outcome::NotFinite => continue,
+                };
+                found.contacts.extend(search.contact(&elements[index], weights, evaluations, &mut guess));
+            }
+            found
+        };
+        let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
+        Ok(Contacts::join(elements.len(), chunks, options))
+    }
+}
+
+/// The search of one element after the other in one mesh.
+struct ExactSearch<'a> {
+    surface: &'a MeshSurface,
+    pose: Option<Rigid>,
+    margin: f64,
+}
+
+/// The point of an element that is nearest to the mesh or deepest in it.
+struct Settled {
+    weights: [f64; 3],
+    at: SurfacePoint,
+    lower_bound: f64,
+    is_settled: bool,
+    evaluations: u32,
+}
+
+impl ExactSearch<'_> {
+    /// The contact of an element, if it has a point within the margin. `start` are the weights of a point near the lowest one. `guess`
+    /// is a triangle near the last element: it saves time and changes nothing.
+    fn contact<const N: usize>(
+        &self,
+        element: &Element<f64, N>,
+        start: [f64; N],
+        evaluations: u32,
+        guess: &mut usize,
+    ) -> Option<Contact<f64>> {
+        let world = element.simplex.corners;
+        let corners = world.map(|corner| self.pose.map_or(corner, |pose| pose.pull(corner).point));
+        let mut weights = [0.0; 3];
+        weights.iter_mut().zip(start).for_each(|(weight, known)| *weight = known);
+        let found = self.settle(&corners, weights, guess)?;
+        (found.at.distance <= self.margin).then(|| self.report(element, &found, evaluations))
+    }
+
+    /// `None` where no point is within the margin; not always then.
+    fn settle(&self, corners: &[Vector3<f64>], weights: [f64; 3], guess: &mut usize) -> Option<Settled> {
+        let query = corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum();
+        let start = Probe { weights, at: self.surface.nearest(query, *guess, None) };
+        *guess = start.at.slot;
+        let (mut known, mut count) = ([start; 2], 1);
+        if start.at.distance > 0.0 {
+            let ClosestPoints { weights, on_element, distance, slot, .. } =
+                self.surface.closest(corners, &start.at, weights);
+            let is_outside = distance > 0.0 && self.surface.is_continuous();
+            if is_outside && distance > self.margin {
+                return None;
+            }
+            let at = self.surface.nearest(on_element, slot, Some(&start.at));
+            if is_outside {
+                let lower_bound = distance.min(at.distance);
+                return Some(Settled { weights, at, lower_bound, is_settled: true, evaluations: 2 });
+            }
+            (known[1], count) = (Probe { weights, at }, 2);
+        }
+        let limits = DepthLimits {
+            tolerance: TOLERANCE * self.surface.bounds().diagonal(),
+            least_depth: if self.margin < 0.0 { -self.margin } else { f64::NEG_INFINITY },
+            evaluations: MAX_EVALUATIONS,
+        };
+        let found = self.surface.deepest(corners, &known[..count], limits);
+        Some(Settled {
+            weights: found.probe.weights,
+            at: found.probe.at,
+            lower_bound: found.lower_bound,
+            is_settled: found.is_settled,
+            evaluations: found.evaluations.saturating_add(count as u32),
+        })
+    }
+
+    fn report<const N: usize>(&self, element: &Element<f64, N>, found: &Settled, evaluations: u32) -> Contact<f64> {
+        let Settled { weights, at, lower_bound, is_settled, evaluations: measured } = *found;
+        let push = |point: Vector3<f64>| self.pose.map_or(point, |pose| pose.push(point));
+        let own: [f64; N] = std::array::from_fn(|corner| weights[corner]);
+        let mut vertices = [NO_VERTEX; 3];
+        vertices.iter_mut().zip(element.vertices).for_each(|(vertex, known)| *vertex = known);
+        let point = element.simplex.corners.iter().zip(own).map(|(corner, weight)| corner * weight).sum();
+        let normal = self.surface.normal(&at);
+        let normal = push(normal) - push(Vector3::zeros());
+        let rounding = ROUNDING * at.query.amax().max(at.point.amax()).max(at.distance.abs());
+        let status = match () {
+            () if normal == Vector3::zeros() => ContactStatus::DegenerateGradient,
+            () if !is_settled => ContactStatus::BudgetSpent,
+            () => ContactStatus::Converged,
+        };
+        Contact {
+            kind: match N {
+                1 => ElementKind::Vertex,
+                2 => ElementKind::Edge,
+                _ => ElementKind::Face,
+            },
+            element: element.id,
+            vertices,
+            rank: 0,
+            feature: element.feature(own),
+            weights,
+            point,
+            surface_point: push(at.point),
+            normal,
+            slope: 1.0,
+            distance: at.distance,
+            lower_bound: lower_bound - rounding,
+            error_bound: rounding,
+            shape_lower_bound: lower_bound - rounding,
+            evaluations: evaluations.saturating_add(measured),
+            status,
+        }
+    }
+}
