@@ -5,14 +5,17 @@ pub enum SignMethod {
     PseudoNormal,
     /// Generalized winding numbers: also for open, doubled and self-intersecting meshes.
     Winding,
+    /// Taken over from another program: see [`Field::import`](crate::Field::import).
+    Given,
 }
 
 impl SignMethod {
-    /// `pseudo-normal` or `winding`, as files and the command line have it.
+    /// `pseudo-normal`, `winding` or `given`, as files and the command line have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::PseudoNormal => "pseudo-normal",
             Self::Winding => "winding",
+            Self::Given => "given",
         }
     }
 }
@@ -25,6 +28,7 @@ pub struct GridInfo {
     /// Why that method, in words.
     pub sign_reason: String,
     /// Certified bound on |interpolated value − true distance|: in the whole box of a dense grid, in the band of a sparse one.
+    /// Infinite of imported grids: nothing is certified.
     pub error_bound: f64,
     /// Least distance from the mesh to the faces of the grid's box.
     pub padding: f64,

@@ -2,5 +2,7 @@
 
 mod complete;
 mod examples;
+#[cfg(feature = "exchange")]
+mod exchange;
 mod overlap;
 mod saves;
