@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Bakes the demo's body, reads the file with h5py and VTK, and compares their values with those of `sdftool eval`.
+# Bakes the demo's body, reads the file with h5py and VTK, and compares their values with those of `sdftool eval`; then the same
+# with the files that `sdftool export` writes.
 # Needs Python 3.11 or newer with venv, and PyPI; as root on Debian it installs a missing Python.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -14,3 +15,14 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$sdftool" demo -o "$folder/demo"
 sh tests/readers/run.sh "$folder/demo/body.sdf.h5" "$(realpath "$sdftool")"
+
+# What `export` writes, read by NanoVDB's own tools, numpy, pynrrd, VTK and trimesh.
+if ! command -v nanovdb_validate >/dev/null && [ "$(id -u)" = 0 ]; then
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get update && apt-get install --yes --no-install-recommends libnanovdb-tools libopenvdb-tools; } >/dev/null
+fi
+"$sdftool" bake "$folder/demo/body.obj" --res 64 --layout sparse -o "$folder/sparse.sdf.h5" >/dev/null
+python=${CARGO_TARGET_DIR:-target}/readers-venv/bin/python
+for grid in "$folder/demo/body.sdf.h5" "$folder/sparse.sdf.h5"; do
+    "$python" tests/readers/exports.py "$(realpath "$sdftool")" "$grid"
+done

@@ -27,6 +27,27 @@ pub struct DenseGrid {
     pub error_bound: f64,
 }
 
+impl DenseGrid {
+    /// Samples that were not baked here, one for each node, x fastest: their bounds and slope are measured, nothing is certified of
+    /// their error. `None` unless there is a finite sample for every node.
+    pub fn from_samples(lattice: &Lattice, distances: Vec<f32>) -> Option<Self> {
+        if distances.len() != lattice.node_count() || !distances.par_iter().all(|distance| distance.is_finite()) {
+            return None;
+        }
+        let (bounds, slope_bound) = measured(lattice, &distances);
+        slope_bound.is_finite().then_some(Self { distances, bounds, slope_bound, error_bound: f64::INFINITY })
+    }
+}
+
+/// Bounds of each block, and a Lipschitz constant of all.
+fn measured(lattice: &Lattice, distances: &[f32]) -> (Vec<BlockBounds>, f64) {
+    let bounds = block_bounds(lattice, distances);
+    let max_slope = bounds.iter().map(|block| block.slope_bound).fold(0.0, f32::max);
+    let value = |node: [u32; 3]| distances[lattice.index(node)];
+    let slope_bound = slope_bound_with_outside(max_slope.into(), inside_reaches_box(lattice, value));
+    (bounds, slope_bound)
+}
+
 /// Grid of cubic cells of side `spacing` centered on a box, at least `padding` cells wider on each side. `None` if
 /// that is not a valid [`Lattice`].
 pub fn lattice_around(bounds: &Aabb, spacing: f64, padding: u32) -> Option<Lattice> {
@@ -58,10 +79,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
             NodeBlock { counts, spacing: lattice.spacing(), position }.sign_rows(mesh, &[], &mut rows);
         });
     }
-    let bounds = block_bounds(lattice, &distances);
-    let max_slope = bounds.iter().map(|block| block.slope_bound).fold(0.0, f32::max);
-    let value = |node: [u32; 3]| distances[lattice.index(node)];
-    let slope_bound = slope_bound_with_outside(max_slope.into(), inside_reaches_box(lattice, value));
+    let (bounds, slope_bound) = measured(lattice, &distances);
     let error_bound = error_bound(mesh, lattice, &distances);
     DenseGrid { distances, bounds, slope_bound, error_bound }
 }

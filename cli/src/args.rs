@@ -2,11 +2,13 @@
 
 mod bake;
 mod contacts;
+mod exchange;
 mod fields;
 mod values;
 
 pub use bake::BakeArgs;
 pub use contacts::{CompareArgs, ContactsArgs, Elements, MethodName, rigid};
+pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
 
 use std::path::PathBuf;
@@ -19,7 +21,7 @@ use sdf_core::grid::owned::{Layout, Precision};
 /// MESH is an OBJ, PLY, STL or OFF file. SDF is a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml). Distances are
 /// negative inside and in the mesh's own unit.
 ///
-/// Exit status: 0 done, 1 the input or the disk is at fault, 2 wrong usage.
+/// Exit status: 0 done, 1 the input or the disk is at fault, 2 wrong usage, 3 some of several meshes were baked.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 110)]
 pub struct Args {
@@ -37,6 +39,9 @@ pub enum Command {
     Verify(VerifyArgs),
     Slice(SliceArgs),
     Surface(SurfaceArgs),
+    Export(ExportArgs),
+    Import(ImportArgs),
+    View(ViewArgs),
     Demo(DemoArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -46,6 +51,9 @@ impl Command {
     /// Refuses combinations of options that contradict each other.
     pub fn check(&self) -> Result<(), &'static str> {
         match self {
+            Self::Bake(args) if args.mesh.as_os_str().is_empty() && args.fleet.list.is_none() => {
+                Err("a mesh is needed, or --list with the names of some")
+            }
             Self::Bake(args)
                 if args.layout() == Layout::Dense && args.precision.is_some_and(|kept| kept != Precision::F32) =>
             {

@@ -1,11 +1,15 @@
 pub mod bake;
+pub mod bake_many;
 pub mod compare;
 pub mod contacts;
 pub mod demo;
 pub mod eval;
+pub mod export;
+pub mod import;
 pub mod info;
 pub mod overlap;
 pub mod shell;
 pub mod slice;
 pub mod surface;
 pub mod verify;
+pub mod view;

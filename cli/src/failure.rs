@@ -21,10 +21,32 @@ pub fn exit_on_usage(error: &clap::Error) -> ! {
 /// Reports what went wrong.
 pub fn report(error: &anyhow::Error) {
     let sentence = sentence(error);
-    if is_json_wanted() {
+    // Of several meshes each has had its object.
+    if is_json_wanted() && !error.is::<FleetFailure>() {
         print_object(&sentence);
     }
     eprintln!("sdftool: {sentence}");
+}
+
+/// Some of several meshes were not baked.
+#[derive(Debug)]
+pub struct FleetFailure {
+    pub failed: usize,
+    pub all: usize,
+}
+
+impl std::fmt::Display for FleetFailure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} of {} meshes were not baked", self.failed, self.all)
+    }
+}
+
+impl std::error::Error for FleetFailure {}
+
+/// Exit status: 3 where some of several meshes were baked and others not.
+pub fn status(error: &anyhow::Error) -> u8 {
+    let some = error.downcast_ref::<FleetFailure>().is_some_and(|fleet| fleet.failed < fleet.all);
+    if some { 3 } else { 1 }
 }
 
 /// `true` if the reader of our output has seen enough, as `head` does.
@@ -34,7 +56,7 @@ pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
 }
 
 /// The error and its causes on one line. Many errors end with their cause, which then is not said again.
-fn sentence(error: &anyhow::Error) -> String {
+pub fn sentence(error: &anyhow::Error) -> String {
     let mut sentence = String::new();
     for cause in error.chain().map(ToString::to_string) {
         if sentence.is_empty() {

@@ -12,6 +12,7 @@ mod histogram;
 mod memory;
 mod mesh_input;
 mod output;
+mod page;
 mod pictures;
 mod progress;
 mod read_summary;
@@ -44,7 +45,7 @@ fn main() -> ExitCode {
         Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             failure::report(&error);
-            ExitCode::FAILURE
+            ExitCode::from(failure::status(&error))
         }
     }
 }
@@ -60,6 +61,9 @@ fn run(command: &Command) -> anyhow::Result<()> {
         Command::Verify(args) => commands::verify::run(args),
         Command::Slice(args) => commands::slice::run(args),
         Command::Surface(args) => commands::surface::run(args),
+        Command::Export(args) => commands::export::run(args),
+        Command::Import(args) => commands::import::run(args),
+        Command::View(args) => commands::view::run(args),
         Command::Demo(args) => commands::demo::run(args),
         Command::Completions(args) => commands::shell::completions(args),
         Command::Man(args) => commands::shell::man(args),

@@ -35,6 +35,8 @@ pub fn check(command: &Command) -> Result<()> {
         Command::Info(args) => field("info", &args.sdf),
         Command::Slice(args) => field("slice", &args.sdf),
         Command::Surface(args) => field("surface", &args.sdf),
+        Command::View(args) => field("view", &args.sdf),
+        Command::Export(args) => field("export", &args.sdf),
         _ => Ok(()),
     }
 }

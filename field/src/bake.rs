@@ -58,7 +58,7 @@ pub struct BakeOptions {
     pub band: u32,
     /// Cells around the mesh's box on each side.
     pub padding: u32,
-    /// How inside and outside are told apart; `None` lets the mesh decide.
+    /// How inside and outside are told apart; `None` lets the mesh decide, and so does [`SignMethod::Given`].
     pub sign: Option<SignMethod>,
     /// Treatment of shells inside of the solid.
     pub inner_faces: InnerFaces,
@@ -185,7 +185,7 @@ fn bake(
     options: &BakeOptions,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Baked, BakeError> {
-    let distance = MeshDistance::new(mesh, options.sign.map(sdf_bake::SignMethod::from));
+    let distance = MeshDistance::new(mesh, options.sign.and_then(SignMethod::for_mesh));
     let bounds = mesh.bounds();
     let (BakedGrid { grid, error_bound }, band) = match options.size {
         GridSize::Cells(cells) => {
@@ -316,8 +316,8 @@ fn require_memory(nodes: [f64; 3], bricks: Option<usize>, bytes: f64) -> Result<
 }
 
 impl BakeOptions {
-    /// The options that shape the result, as the command line has them.
-    fn words(&self) -> String {
+    /// The options that shape the result, as the command line has them: [`GridInfo::options`].
+    pub fn words(&self) -> String {
         let size = match self.size {
             GridSize::Cells(cells) => format!("--res {cells}"),
             GridSize::VoxelSize(size) => format!("--voxel-size {size}"),
@@ -325,7 +325,7 @@ impl BakeOptions {
             GridSize::MaxError(MaxError::Length(length)) => format!("--max-error {length}"),
         };
         let sign = match self.sign {
-            None => "auto",
+            None | Some(SignMethod::Given) => "auto",
             Some(SignMethod::PseudoNormal) => "pseudo-normal",
             Some(SignMethod::Winding) => "winding",
         };

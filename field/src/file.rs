@@ -136,6 +136,7 @@ fn info_from(about: About, band: Option<f64>) -> GridInfo {
         sign_method: match sign_method {
             grid_file::SignMethod::PseudoNormal => SignMethod::PseudoNormal,
             grid_file::SignMethod::Winding => SignMethod::Winding,
+            grid_file::SignMethod::Given => SignMethod::Given,
         },
         sign_reason,
         error_bound,
@@ -153,6 +154,7 @@ fn about_from(grid: &OwnedGrid, info: &GridInfo) -> About {
         sign_method: match sign_method {
             SignMethod::PseudoNormal => grid_file::SignMethod::PseudoNormal,
             SignMethod::Winding => grid_file::SignMethod::Winding,
+            SignMethod::Given => grid_file::SignMethod::Given,
         },
         sign_reason,
         slope_bound: sdf_core::Sdf::slope_bound(grid),

@@ -5,24 +5,29 @@ pub enum SignMethod {
     PseudoNormal,
     /// Generalized winding numbers: also for open, doubled and self-intersecting meshes.
     Winding,
+    /// Taken over from another program: see [`Field::import`](crate::Field::import).
+    Given,
 }
 
 impl SignMethod {
-    /// `pseudo-normal` or `winding`, as files and the command line have it.
+    /// `pseudo-normal`, `winding` or `given`, as files and the command line have it.
     pub fn name(self) -> &'static str {
         match self {
             Self::PseudoNormal => "pseudo-normal",
             Self::Winding => "winding",
+            Self::Given => "given",
         }
     }
 }
 
 #[cfg(feature = "bake")]
-impl From<SignMethod> for sdf_bake::SignMethod {
-    fn from(method: SignMethod) -> Self {
-        match method {
-            SignMethod::PseudoNormal => Self::PseudoNormal,
-            SignMethod::Winding => Self::Winding,
+impl SignMethod {
+    /// The baker's name of it; `None` of signs that were given.
+    pub(crate) fn for_mesh(self) -> Option<sdf_bake::SignMethod> {
+        match self {
+            Self::PseudoNormal => Some(sdf_bake::SignMethod::PseudoNormal),
+            Self::Winding => Some(sdf_bake::SignMethod::Winding),
+            Self::Given => None,
         }
     }
 }
@@ -35,6 +40,7 @@ pub struct GridInfo {
     /// Why that method, in words.
     pub sign_reason: String,
     /// Certified bound on |interpolated value − true distance|: in the whole box of a dense grid, in the band of a sparse one.
+    /// Infinite of imported grids: nothing is certified.
     pub error_bound: f64,
     /// Least distance from the mesh to the faces of the grid's box.
     pub padding: f64,

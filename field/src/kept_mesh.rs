@@ -48,7 +48,9 @@ impl KeptMesh {
         }
         let mesh = sdf_bake::TriangleMesh::new(&self.points, &self.faces);
         let mesh = mesh.map_err(|error| QueryError::MeshUnusable(error.to_string()))?;
-        let surface = Arc::new(sdf_bake::MeshSurface::new(mesh, sign.into(), self.is_sign_continuous));
+        // Winding numbers sign any mesh.
+        let sign = sign.for_mesh().unwrap_or(sdf_bake::SignMethod::Winding);
+        let surface = Arc::new(sdf_bake::MeshSurface::new(mesh, sign, self.is_sign_continuous));
         // Two threads may both make it. Waiting for one in a thread pool, whose threads help each other out, could wait forever.
         Ok(self.surface.get_or_init(|| surface).clone())
     }

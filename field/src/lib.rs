@@ -5,7 +5,7 @@
 //! another field, on as many threads as asked, in the widest vectors that the
 //! processor has. It is all that a program depends on; [`core`] is there for what it does not cover.
 //!
-//! Features: `bake` (fields from meshes), `files` (files and bytes), `threads`. Without them it depends on the core and two
+//! Features: `bake` (fields from meshes), `files` (files and bytes), `exchange` (files of other programs, surfaces), `threads`. Without them it depends on the core and two
 //! crates more, and knows no file format.
 
 #![forbid(unsafe_code)]
@@ -18,9 +18,13 @@ mod contacts;
 mod engine;
 #[cfg(feature = "bake")]
 mod exact;
+#[cfg(feature = "exchange")]
+pub mod export;
 mod field;
 #[cfg(feature = "files")]
 pub mod file;
+#[cfg(feature = "exchange")]
+pub mod import;
 mod info;
 mod kept_mesh;
 #[cfg(feature = "bake")]
@@ -28,6 +32,8 @@ pub mod memory;
 mod mesh_view;
 mod options;
 mod overlap;
+#[cfg(feature = "exchange")]
+mod surface;
 mod threads;
 
 #[cfg(feature = "bake")]
@@ -43,4 +49,6 @@ pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 pub use sdf_core as core;
+#[cfg(feature = "exchange")]
+pub use surface::SurfaceMesh;
 pub use threads::Threads;

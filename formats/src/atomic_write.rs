@@ -45,6 +45,13 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     Ok(written)
 }
 
+/// Removes what killed processes left of writes of a target, as the next [`atomic_write`] of it would.
+pub fn clear_leftovers(target: &Path) {
+    if let Ok(target) = replaceable(target) {
+        remove_leftovers(folder_of(&target), id(&target));
+    }
+}
+
 /// The bytes of a file that `write` writes, for writers that need a path. The file is temporary, in a folder that only
 /// this user can open.
 pub(crate) fn temporary_bytes<E: From<io::Error>>(write: impl FnOnce(&Path) -> Result<(), E>) -> Result<Vec<u8>, E> {

@@ -32,6 +32,7 @@ use serde::Serialize;
 
 pub use error::{GridFault, GridFileError};
 pub use reader::{GridReader, open, open_bytes, read, read_bytes};
+pub(crate) use write::write_vtkhdf;
 
 use crate::atomic_write::{atomic_write, temporary_bytes};
 
@@ -185,7 +186,7 @@ pub struct About {
     /// A Lipschitz constant of the interpolated value.
     pub slope_bound: f64,
     /// Certified bound on |interpolated value − true distance|, in the unit of the mesh: anywhere in the box of a dense
-    /// grid, anywhere in the band of a sparse one.
+    /// grid, anywhere in the band of a sparse one. Infinite of imported samples: nothing is certified.
     pub error_bound: f64,
     /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.
     pub padding: f64,
@@ -205,16 +206,19 @@ pub enum SignMethod {
     PseudoNormal,
     /// Generalized winding numbers.
     Winding,
+    /// The samples were imported with their signs.
+    Given,
 }
 
 impl SignMethod {
-    const ALL: [Self; 2] = [Self::PseudoNormal, Self::Winding];
+    const ALL: [Self; 3] = [Self::PseudoNormal, Self::Winding, Self::Given];
 
-    /// `pseudo-normal` or `winding`.
+    /// `pseudo-normal`, `winding` or `given`.
     pub fn name(self) -> &'static str {
         match self {
             Self::PseudoNormal => "pseudo-normal",
             Self::Winding => "winding",
+            Self::Given => "given",
         }
     }
 

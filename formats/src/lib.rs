@@ -5,9 +5,11 @@
 
 mod atomic_write;
 pub mod contact_file;
+pub mod export;
 pub mod field_file;
 pub mod grid_file;
 mod hdf5;
+pub mod import;
 pub mod mesh;
 
-pub use atomic_write::{WriteLock, atomic_write, remove_temporaries};
+pub use atomic_write::{WriteLock, atomic_write, clear_leftovers, remove_temporaries};

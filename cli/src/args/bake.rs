@@ -3,23 +3,27 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::builder::{OsStringValueParser, PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Parser, ValueEnum};
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::{BakeOptions, GridSize, SignMethod, Source};
 
-use super::values::{ErrorLimit, grid_file, layouts, max_error, positive, precisions};
+use super::values::{ErrorLimit, Shard, grid_file, layouts, max_error, page_file, positive, precisions};
 use super::{Json, Threads};
 
 /// Bake a mesh into a grid of exact signed distances.
 ///
 /// The grid's size is given by --res, by --voxel-size, or by --max-error, which chooses voxel size and precision by the
 /// certified error. Prints which inside/outside test was used and why, and a certified bound on the interpolation error.
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(group(ArgGroup::new("size").required(true).args(["res", "voxel_size", "max_error"])))]
 pub struct BakeArgs {
     /// The mesh to bake: OBJ, PLY, STL or OFF. A dash reads standard input, and needs -o.
+    // Empty where --list names the meshes.
+    #[arg(default_value = "", hide_default_value = true, value_parser = OsStringValueParser::new().map(PathBuf::from))]
     pub mesh: PathBuf,
+    #[command(flatten)]
+    pub fleet: FleetArgs,
     /// Where to write the grid [default: the mesh's name with .sdf.h5, in the current folder].
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
@@ -54,10 +58,46 @@ pub struct BakeArgs {
     /// Keep the mesh in the file, for contacts --exact.
     #[arg(long)]
     pub keep_mesh: bool,
+    /// Where to write a page to look at the field, as `view` does [default: nowhere].
+    #[arg(long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
+    pub view: Option<PathBuf>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
+}
+
+/// Several meshes.
+#[derive(Clone, Debug, Parser)]
+pub struct FleetArgs {
+    /// More meshes. Each grid has its mesh's name, and a failure does not stop the others.
+    #[arg(value_name = "MORE")]
+    pub more: Vec<PathBuf>,
+    /// Bake the meshes that this text file names, one on each line; a dash reads standard input.
+    #[arg(long, value_name = "FILE", help_heading = MANY)]
+    pub list: Option<PathBuf>,
+    /// The folder for the grids of several meshes; it is made if missing [default: the current folder].
+    #[arg(long, value_name = "FOLDER", help_heading = MANY)]
+    pub out_dir: Option<PathBuf>,
+    /// Number of meshes to bake at a time; the threads are shared out among them.
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = MANY, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: u16,
+    /// Bake only every n-th mesh, from the i-th on, counted from 0: with 0/3, 1/3 and 2/3 three machines share the work.
+    #[arg(long, value_name = "I/N", help_heading = MANY)]
+    pub shard: Option<Shard>,
+    /// Keep grids that are there already, of the same mesh by its SHA-256, with the same options and version.
+    #[arg(long, help_heading = MANY)]
+    pub resume: bool,
+}
+
+const MANY: &str = "Several meshes";
+
+impl FleetArgs {
+    /// Is this about several meshes?
+    pub fn is_wanted(&self) -> bool {
+        let Self { more, list, out_dir, jobs, shard, resume } = self;
+        !more.is_empty() || list.is_some() || out_dir.is_some() || *jobs > 1 || shard.is_some() || *resume
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -75,6 +75,9 @@ pub struct ContactsArgs {
     /// Where to write the contacts; the extension decides: .csv, .json, .ply or .h5 [default: nowhere].
     #[arg(short, long, value_name = "OUT", value_parser = PathBufValueParser::new().try_map(contact_file))]
     pub output: Option<PathBuf>,
+    /// Where to write a page to look at field, mesh and contacts, as `view` does [default: nowhere].
+    #[arg(long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
+    pub view: Option<PathBuf>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
@@ -92,6 +95,7 @@ impl ContactsArgs {
             ("--complete", self.complete),
             ("--exact", self.exact),
             ("--one-per-feature", self.one_per_feature),
+            ("--view", self.view.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => bail!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),

@@ -113,3 +113,22 @@ fn ends_in(path: PathBuf, endings: &[&str], refusal: &'static str) -> Result<Pat
 pub fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     MeshFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .obj, .ply, .stl or .off")
 }
+
+/// A part of a list: elements `index`, `index + count`, …
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    pub index: u32,
+    pub count: u32,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(index, count)| Some([index.parse().ok()?, count.parse().ok()?]));
+        match numbers {
+            Some([index, count]) if index < count => Ok(Self { index, count }),
+            _ => Err("use I/N with I from 0 to N - 1, such as 0/4".to_owned()),
+        }
+    }
+}

@@ -11,34 +11,57 @@ use sdf_field::{BakeError, Baked, ErrorBudgetError, Field, GridInfo, MeshReport,
 use serde_json::json;
 
 use crate::args::BakeArgs;
+use crate::commands::bake_many;
+use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
+use crate::page::{self, Scene};
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 
+/// The program and its version, as a grid that it baked states them.
+pub const TOOL: &str = concat!("sdftool ", env!("CARGO_PKG_VERSION"));
+
 pub fn run(args: &BakeArgs) -> Result<()> {
+    if args.fleet.is_wanted() {
+        return bake_many::run(args);
+    }
     let output = match &args.output {
         Some(output) => output.clone(),
         None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),
         None => default_output(&args.mesh),
     };
     output::require(&output, &[&args.mesh])?;
+    if let Some(page) = &args.view {
+        output::require(page, &[&args.mesh, &output])?;
+    }
     progress::on_threads(args.threads, || bake_into(args, &output))?
 }
 
 fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
     let started = Instant::now();
     let input = mesh_input::read(&args.mesh)?;
+    bake_read(args, input, output, started)?.print(args.json)
+}
+
+/// Bakes a mesh that was read into a file.
+pub fn bake_file(args: &BakeArgs, input: MeshInput, output: &Path) -> Result<Report<serde_json::Value>> {
+    bake_read(args, input, output, Instant::now())
+}
+
+fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant) -> Result<Report<serde_json::Value>> {
     let read = started.elapsed().as_secs_f64();
     let (baked, input) = bake(args, input)?;
     let bake = started.elapsed().as_secs_f64() - read;
     baked.field.save(output)?;
+    if let Some(path) = &args.view {
+        page::write(path, &Scene::of_field(stem(output), &baked.field))?;
+    }
     let write = started.elapsed().as_secs_f64() - read - bake;
     let file = std::fs::metadata(output).map(|file| file.len()).unwrap_or(0);
-    Report {
+    Ok(Report {
         rows: rows(args, &baked, &input, [read, bake, write], &format!("{}, {file} bytes", output.display()))?,
         json: document(&baked, &input, [read, bake, write], output, file)?,
-    }
-    .print(args.json)
+    })
 }
 
 /// Bakes `input` and frees its points and triangles.

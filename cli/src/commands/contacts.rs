@@ -15,6 +15,9 @@ use sdf_formats::mesh::Mesh;
 use serde::Serialize;
 
 use crate::args::{ContactsArgs, Elements};
+use crate::commands::export::stem;
+use crate::commands::view;
+use crate::page::{self, Scene};
 use crate::read_summary::{FromFile, ROUNDING, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{field_input, mesh_input, output, progress};
@@ -22,6 +25,9 @@ use crate::{field_input, mesh_input, output, progress};
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::require(path, &[&args.mesh, &args.sdf])?;
+    }
+    if let Some(page) = &args.view {
+        output::require(page, &[&args.mesh, &args.sdf])?;
     }
     args.refuse_options_of_fields()?;
     args.refuse_methods_of_exact()?;
@@ -55,6 +61,13 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
         mesh_input::at(path, contact_file::write(path, format, &found.contacts, || line_of_json(&document)))?;
+    }
+    if let Some(path) = &args.view {
+        // The page shows the whole field, of which only a part was read.
+        let field = view::read(&args.sdf)?;
+        let name = format!("{} on {}", stem(&args.mesh), stem(&args.sdf));
+        let pose = args.pose.motion()?;
+        page::write(path, &Scene { name, field: &field, pose, mesh: Some(&mesh), contacts: &found.contacts })?;
     }
     let deepest = found.contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![

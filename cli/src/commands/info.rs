@@ -11,6 +11,14 @@ use crate::field_input;
 use crate::read_summary::bytes_of;
 use crate::report::{Report, counts, number};
 
+fn error_row(bound: f64) -> String {
+    if bound.is_finite() {
+        format!("at most {}", number(bound))
+    } else {
+        "unknown: the samples were imported".to_owned()
+    }
+}
+
 pub fn run(args: &InfoArgs) -> Result<()> {
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
@@ -40,7 +48,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
                     ("sign", about.sign_reason.clone()),
                     ("slope", format!("at most {}", number(about.slope_bound))),
-                    ("error", format!("at most {}", number(about.error_bound))),
+                    ("error", error_row(about.error_bound)),
                     (
                         "source",
                         format!("{}, {} triangles, SHA-256 {sha256}", about.source.name, about.source.triangles),

@@ -2,7 +2,8 @@
 
 use crate::folder::{Folder, says};
 
-const COMMANDS: [&str; 9] = ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "demo"];
+const COMMANDS: [&str; 12] =
+    ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view", "demo"];
 
 #[test]
 fn help_names_every_command_and_what_the_exit_status_means() {
@@ -58,7 +59,8 @@ fn a_wrong_command_line_has_another_exit_status_than_a_wrong_file() {
         "",
         "bakes",
         "bake",
-        "bake a.obj b.obj --res 8",
+        "bake a.obj b.obj --res 8 --shard 2/2",
+        "bake a.obj b.obj --res 8 --jobs 0",
         "bake a.obj --res many",
         "bake a.obj --res 0",
         "bake a.obj --res -1",
@@ -83,6 +85,10 @@ fn a_wrong_command_line_has_another_exit_status_than_a_wrong_file() {
         "slice b.toml -o c.png --at nan",
         "slice b.toml -o c.png --pixels 1000000000",
         "surface b.toml",
+        "export b.toml",
+        "export b.toml --format vdb",
+        "import a.npy --spacing 0",
+        "view",
     ] {
         let output = folder.sdftool(words).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{words}: {}", String::from_utf8_lossy(&output.stderr));

@@ -3,5 +3,7 @@
 mod complete;
 mod exact;
 mod examples;
+#[cfg(feature = "exchange")]
+mod exchange;
 mod overlap;
 mod saves;

@@ -136,14 +136,13 @@ impl Header {
     pub(super) fn violation(&self) -> Option<String> {
         let about = &self.about;
         let band = self.sparse.map_or(0.0, |sparse| sparse.band);
-        let lengths = [
-            ("slope_bound", about.slope_bound),
-            ("error_bound", about.error_bound),
-            ("padding", about.padding),
-            ("band", band),
-        ];
+        let lengths = [("slope_bound", about.slope_bound), ("padding", about.padding), ("band", band)];
         if let Some((name, bad)) = lengths.into_iter().find(|(_, length)| !(length.is_finite() && *length >= 0.0)) {
             return Some(format!("{name} is {bad}"));
+        }
+        // Infinite where nothing is certified.
+        if about.error_bound.is_nan() || about.error_bound < 0.0 {
+            return Some(format!("error_bound is {}", about.error_bound));
         }
         if let Some(SparseInfo { bricks, .. }) = self.sparse {
             let slots = brick_counts(&self.lattice).iter().map(|slots| u128::from(*slots)).product::<u128>();

@@ -54,7 +54,13 @@ pub(super) fn write(
     written.map_err(GridFault::Io)
 }
 
-fn write_vtkhdf(group: &H5Group, lattice: &Lattice, distances: &[f32], digests: &mut Vec<u8>) -> Result<(), Hdf5Error> {
+/// Fills the group VTKHDF with image data: the point data `distance`.
+pub(crate) fn write_vtkhdf(
+    group: &H5Group,
+    lattice: &Lattice,
+    distances: &[f32],
+    digests: &mut Vec<u8>,
+) -> Result<(), Hdf5Error> {
     group.set_attr_array_numeric("Version", &layout::VTKHDF_VERSION)?;
     hdf5::set_fixed_ascii(group, "Type", "ImageData")?;
     group.set_attr_array_numeric("WholeExtent", &layout::whole_extent(lattice))?;

@@ -1,0 +1,96 @@
+#!/usr/bin/env bash
+# Opens a page of `sdftool view` in headless Chromium: it must be drawn without an error of WebGL, in the colours of the surface, the
+# mesh and the contacts, and a contact that is picked must have the numbers of the contact list.
+# As root on Debian it installs Chromium if it is missing. Pictures are left in the folder named by OUT, if it is set.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+fail() { echo "view: $*" >&2; exit 1; }
+
+if ! command -v chromium >/dev/null; then
+    [ "$(id -u)" = 0 ] || fail "needs chromium"
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get update && apt-get install --yes --no-install-recommends chromium; } >/dev/null || fail "apt-get cannot install chromium"
+fi
+if [ -z "${SDFTOOL:-}" ]; then
+    cargo build --release --locked --quiet -p sdftool
+    SDFTOOL=${CARGO_TARGET_DIR:-target}/release/sdftool
+fi
+SDFTOOL=$(realpath "$SDFTOOL")
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+out=$(realpath "${OUT:-$folder}")
+
+open() {
+    timeout 120 chromium --headless --no-sandbox --disable-quic --no-first-run --disable-background-networking \
+        --disable-component-update --disable-sync --user-data-dir="$folder/profile" --use-angle=swiftshader \
+        --enable-unsafe-swiftshader --window-size=1000,700 --virtual-time-budget=20000 "$@" 2>"$folder/chromium.txt"
+}
+
+cd "$folder"
+"$SDFTOOL" demo -o demo >/dev/null
+"$SDFTOOL" view demo/body.sdf.h5 demo/cloth.obj --margin 0.02 -o page.html
+"$SDFTOOL" contacts demo/cloth.obj demo/body.sdf.h5 --margin 0.02 -o list.csv >/dev/null
+page="file://$folder/page.html#up=z&pick=7"
+open --dump-dom "$page" >page.txt || fail "chromium ended with status $?: $(tail -n 1 chromium.txt)"
+open --screenshot="$out/view.png" "$page" || fail "chromium ended with status $?"
+open --screenshot="$out/slice.png" "file://$folder/page.html#up=z&show=slice,normals,bricks&hide=mesh" || fail "chromium ended with status $?"
+python3 - page.txt list.csv "$out/view.png" "$out/slice.png" <<'PYTHON'
+import csv, re, struct, sys, zlib
+
+dom, table, *pictures = sys.argv[1:]
+text = open(dom).read()
+title = re.search("<title>(.*?)</title>", text)[1]
+assert title == "ready 0", title
+picked = dict(re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td></tr>", re.search(r'id="picked">(.*?)</table>', text, re.S)[1]))
+[row] = [row for row in csv.DictReader(open(table)) if row["id"] == picked["face"]]
+numbers = [float(x) for key in ["distance", "lower bound", "point", "normal", "evaluations"] for x in picked[key].split(", ")]
+names = ["distance", "lower_bound", "x", "y", "z", "normal_x", "normal_y", "normal_z", "evaluations"]
+for name, number in zip(names, numbers, strict=True):
+    expected = float(row[name])
+    assert abs(number - expected) <= 2e-6 * max(abs(expected), 0.1), (name, number, expected)
+assert picked["status"] == row["status"]
+
+
+def colours(path):
+    """Colours of a PNG of 8-bit RGB or RGBA, in steps of 32, with their numbers of pixels."""
+    data, at, packed = open(path, "rb").read(), 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", data[at + 8:at + 18])
+        packed += data[at + 8:at + 8 + length] if kind == b"IDAT" else b""
+        at += 12 + length
+    size, found = {2: 3, 6: 4}[colour], {}
+    raw, stride, last = zlib.decompress(packed), width * size, bytes(width * size)
+    for y in range(height):
+        method, line = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for x in range(stride):
+            left, up, corner = line[x - size] if x >= size else 0, last[x], last[x - size] if x >= size else 0
+            p = left + up - corner
+            paeth = min((abs(p - left), 0, left), (abs(p - up), 1, up), (abs(p - corner), 2, corner))[2]
+            line[x] = (line[x] + [0, left, up, (left + up) // 2, paeth][method]) & 255
+        last = bytes(line)
+        for x in range(320 * size, stride, size):
+            key = tuple(c // 32 for c in line[x:x + 3])
+            found[key] = found.get(key, 0) + 1
+    return found
+
+
+def is_there(found, what, holds):
+    count = sum(n for key, n in found.items() if holds(*key))
+    assert count > 30, f"{what}: {count} pixels"
+    return f"{what} {count}"
+
+
+view, slice_ = map(colours, pictures)
+print("view: pixels:", ", ".join([
+    is_there(view, "grey surface", lambda r, g, b: r == g == b and 1 < r < 6),
+    is_there(view, "green mesh", lambda r, g, b: g > r and g > b),
+    is_there(view, "red contacts", lambda r, g, b: r > 4 and g < 4 and b < 4),
+    is_there(slice_, "orange slice", lambda r, g, b: r > 5 and r > b + 1),
+    is_there(slice_, "blue slice", lambda r, g, b: b > 4 and b > r + 1),
+]))
+print(f"view: {title}; contact of face {picked['face']} as in the list")
+PYTHON
+echo "view: $(stat -c %s page.html) bytes of page"

@@ -1,0 +1,95 @@
+//! Arguments of `export`, `import` and `view`.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+use sdf_field::export::ExportFormat;
+
+use super::contacts::PoseArgs;
+use super::values::{Numbers, finite, grid_file, page_file, positive};
+use super::{Json, Threads};
+
+/// Write a field as a file of another program.
+///
+/// NanoVDB is for Warp, Newton, Omniverse and Houdini, and holds a level set: distances within a band. The arrays hold a sample for
+/// every node, f32, x fastest. Values are negative inside and stay as they are.
+#[derive(Debug, Parser)]
+pub struct ExportArgs {
+    /// The field: a baked grid or shapes in TOML.
+    pub sdf: PathBuf,
+    /// Format of the file [default: by the ending of --output].
+    #[arg(long, value_parser = formats(), required_unless_present = "output")]
+    pub format: Option<ExportFormat>,
+    /// Where to write the file [default: the field's name with the format's ending, in the current folder].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Number of cells along the longest side [default: the grid's own nodes; 128 for shapes in closed form].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub res: Option<u32>,
+    /// Half width of a NanoVDB level set's band, in cells [default: the band of a sparse grid; 4].
+    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub band: Option<u32>,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+fn formats() -> impl TypedValueParser<Value = ExportFormat> {
+    let help = |format| match format {
+        ExportFormat::Nvdb => "NanoVDB level set",
+        ExportFormat::Raw => "Samples alone, and FILE.json that describes them",
+        ExportFormat::Npy => "NumPy array of shape (z, y, x)",
+        ExportFormat::Nrrd => "NRRD, for 3D Slicer and ITK",
+        ExportFormat::VtkHdf => "VTKHDF image data, for ParaView and VTK",
+        ExportFormat::Glb => "The surface as binary glTF",
+    };
+    let values = ExportFormat::ALL.map(|format| PossibleValue::new(format.name()).help(help(format)));
+    PossibleValuesParser::new(values).map(|name| ExportFormat::from_name(&name).expect("clap has checked the name"))
+}
+
+/// Make a grid of a field of another program: a NanoVDB level set or a NumPy array.
+///
+/// Values must be distances, negative inside. Their slope is measured. No error is certified, and signs are taken as they are: the file
+/// and `info` say so.
+#[derive(Debug, Parser)]
+pub struct ImportArgs {
+    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x).
+    pub file: PathBuf,
+    /// Where to write the grid [default: the file's name with .sdf.h5, in the current folder].
+    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
+    pub output: Option<PathBuf>,
+    /// Distance between neighbouring nodes of a NumPy array.
+    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
+    pub spacing: Option<f64>,
+    /// Position of the first node of a NumPy array [default: 0,0,0].
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub origin: Option<Numbers<3>>,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Write a field, a mesh and their contacts as a page to look at.
+///
+/// One HTML file for any browser with WebGL2, without a network: the surface, the mesh, contacts coloured by depth with their normals, a
+/// slice along any axis with contour lines, bricks. Drag to turn, pinch or scroll to zoom, tap a contact for its numbers.
+#[derive(Debug, Parser)]
+pub struct ViewArgs {
+    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
+    pub sdf: PathBuf,
+    /// A mesh whose contacts with the field are found: OBJ, PLY, STL or OFF.
+    pub mesh: Option<PathBuf>,
+    /// Where to write the page [default: the field's name with .html, in the current folder].
+    #[arg(short, long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
+    pub output: Option<PathBuf>,
+    /// Show faces that come within this distance of the surface, in the mesh's unit.
+    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
+    pub margin: f64,
+    #[command(flatten)]
+    pub pose: PoseArgs,
+    #[command(flatten)]
+    pub threads: Threads,
+    #[command(flatten)]
+    pub json: Json,
+}

@@ -1,0 +1,161 @@
+//! Bakes many meshes, some at a time: each into a file of its own in one folder, each with a line of its own on standard output.
+//!
+//! A mesh that fails does not stop the others. Writes are atomic and a file states its mesh's SHA-256 and its options, so that a run
+//! that was killed is resumed by running it again with --resume, on this machine or another.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use anyhow::{Context, Result, anyhow, bail};
+use sdf_field::Source;
+use sdf_formats::{clear_leftovers, grid_file};
+use serde_json::{Value, json};
+
+use crate::args::BakeArgs;
+use crate::commands::bake::{TOOL, bake_file};
+use crate::commands::export::named_after;
+use crate::failure::{FleetFailure, sentence};
+use crate::mesh_input;
+use crate::report::{print_json, to_stdout};
+
+/// Fate of a mesh.
+enum Fate {
+    Done(Value),
+    /// The file is there, of this mesh and with these options.
+    Kept,
+    Failed(String),
+}
+
+pub fn run(args: &BakeArgs) -> Result<()> {
+    let folder = args.fleet.out_dir.clone().unwrap_or_else(|| PathBuf::from("."));
+    let meshes = meshes(args)?;
+    let outputs = outputs(&meshes, &folder)?;
+    if args.output.is_some() || args.view.is_some() {
+        bail!("-o and --view are for one mesh: give --out-dir, a folder for the grids of all");
+    }
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let (shard, shards) = args.fleet.shard.map_or((0, 1), |shard| (shard.index, shard.count));
+    let work: Vec<(&PathBuf, &PathBuf)> =
+        meshes.iter().zip(&outputs).skip(shard as usize).step_by(shards as usize).collect();
+    let jobs = usize::from(args.fleet.jobs).min(work.len()).max(1);
+    let threads = args.threads.count.map_or_else(rayon::current_num_threads, usize::from);
+    let next = AtomicUsize::new(0);
+    // Baked, kept, failed.
+    let counts = Mutex::new([0_usize; 3]);
+    std::thread::scope(|scope| {
+        let worker = || -> Result<()> {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads((threads / jobs).max(1)).build()?;
+            while let Some((mesh, output)) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let fate = pool.install(|| fate_of(args, mesh, output));
+                let index = match &fate {
+                    Fate::Done(_) => 0,
+                    Fate::Kept => 1,
+                    Fate::Failed(_) => 2,
+                };
+                // Held while the line is printed, so that lines do not mix.
+                let mut counts = counts.lock().map_err(|_| anyhow!("a worker panicked"))?;
+                counts[index] += 1;
+                print(args, mesh, output, fate)?;
+            }
+            Ok(())
+        };
+        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| anyhow!("a worker panicked"))?)
+    })?;
+    let [done, kept, failed] = counts.into_inner().unwrap_or_default();
+    if !args.json.wanted {
+        to_stdout(|out| writeln!(out, "{done} baked, {kept} kept, {failed} failed"))?;
+    }
+    if failed > 0 { Err(FleetFailure { failed, all: done + kept + failed }.into()) } else { Ok(()) }
+}
+
+/// The meshes of the command line, then those of the list.
+fn meshes(args: &BakeArgs) -> Result<Vec<PathBuf>> {
+    let mut meshes: Vec<PathBuf> = [&args.mesh].into_iter().chain(&args.fleet.more).cloned().collect();
+    meshes.retain(|mesh| !mesh.as_os_str().is_empty());
+    if let Some(list) = &args.fleet.list {
+        let shown = mesh_input::shown(list);
+        let text = String::from_utf8(mesh_input::bytes(list)?).with_context(|| shown.clone())?;
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+        meshes.extend(lines.map(PathBuf::from));
+        if meshes.is_empty() {
+            bail!("{shown}: no meshes: write the name of one on each line");
+        }
+    }
+    match meshes.iter().any(|mesh| mesh_input::is_standard_input(mesh)) {
+        true => bail!("a mesh from standard input cannot be one of several: name its file"),
+        false => Ok(meshes),
+    }
+}
+
+/// For each mesh its grid, in the order of the meshes; two must not be the same.
+fn outputs(meshes: &[PathBuf], folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut of = BTreeMap::new();
+    let mut outputs = Vec::new();
+    for mesh in meshes {
+        let output = folder.join(named_after(mesh, "sdf.h5"));
+        if let Some(other) = of.insert(output.clone(), mesh) {
+            let [other, mesh, output] = [other, mesh, &output].map(|path| path.display());
+            bail!("{other} and {mesh} would both be written to {output}: bake them into two folders");
+        }
+        outputs.push(output);
+    }
+    Ok(outputs)
+}
+
+fn fate_of(args: &BakeArgs, mesh: &Path, output: &Path) -> Fate {
+    let args = BakeArgs { mesh: mesh.to_owned(), ..args.clone() };
+    let bake = || -> Result<Fate> {
+        let input = mesh_input::read(mesh)?;
+        let options = args.options(Source::default())?;
+        if args.fleet.resume && is_there(output, input.facts.sha256, &options.words()) {
+            // A worker may have been killed between the last two steps of a write.
+            clear_leftovers(output);
+            return Ok(Fate::Kept);
+        }
+        crate::output::require(output, &[mesh])?;
+        Ok(Fate::Done(bake_file(&args, input, output)?.json))
+    };
+    match catch_unwind(AssertUnwindSafe(bake)) {
+        Ok(Ok(fate)) => fate,
+        Ok(Err(error)) => Fate::Failed(sentence(&error)),
+        Err(_) => Fate::Failed(format!("{}: the bake panicked: please report this", mesh.display())),
+    }
+}
+
+/// Is the grid there, of a mesh with this hash, by these options and this version?
+fn is_there(output: &Path, sha256: [u8; 32], options: &str) -> bool {
+    grid_file::open(output).is_ok_and(|reader| {
+        let about = reader.summary().about;
+        about.source.sha256 == sha256 && about.options == options && about.tool == TOOL
+    })
+}
+
+fn print(args: &BakeArgs, mesh: &Path, output: &Path, fate: Fate) -> Result<()> {
+    let (shown, output) = (mesh.display().to_string(), output.display().to_string());
+    if args.json.wanted {
+        return print_json(&match fate {
+            Fate::Done(mut document) => {
+                document["mesh"] = shown.into();
+                document["status"] = "baked".into();
+                document
+            }
+            Fate::Kept => json!({"schema": "sdftool.bake/1", "mesh": shown, "status": "kept", "output": output}),
+            Fate::Failed(error) => {
+                json!({"schema": "sdftool.error/1", "mesh": shown, "status": "failed", "error": error})
+            }
+        });
+    }
+    match fate {
+        Fate::Done(document) => to_stdout(|out| writeln!(out, "{output}: {} bytes", document["file_bytes"])),
+        Fate::Kept => to_stdout(|out| writeln!(out, "{output}: kept")),
+        Fate::Failed(error) => {
+            eprintln!("sdftool: {error}");
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Writes a field as a file of another program.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Written, description_path};
+use serde_json::json;
+
+use crate::args::ExportArgs;
+use crate::commands::view;
+use crate::mesh_input::is_standard_input;
+use crate::report::{Report, counts, number};
+use crate::{output, progress};
+
+pub fn run(args: &ExportArgs) -> Result<()> {
+    let format = format(args)?;
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None if is_standard_input(&args.sdf) => bail!("a field from standard input has no name: add -o"),
+        None => named_after(&args.sdf, format.extension()),
+    };
+    if args.band.is_some() && format != ExportFormat::Nvdb {
+        bail!("--band is for --format nvdb: remove it");
+    }
+    output::require(&output, &[&args.sdf])?;
+    if format == ExportFormat::Raw {
+        output::require(&description_path(&output), &[&args.sdf])?;
+    }
+    let field = view::read(&args.sdf)?;
+    let options = ExportOptions { cells: args.res, band: args.band, name: stem(&args.sdf), ..ExportOptions::default() };
+    let written = progress::on_threads(args.threads, || field.export_to(&output, format, &options))?;
+    let Written { lattice, files } = written.map_err(|error| match error {
+        ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),
+        error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
+    })?;
+    let bytes: Vec<u64> = files.iter().map(|file| std::fs::metadata(file).map_or(0, |file| file.len())).collect();
+    let row = |(file, bytes): (&PathBuf, &u64)| ("file", format!("{}, {bytes} bytes", file.display()));
+    let mut rows = vec![
+        ("format", format.name().to_owned()),
+        ("nodes", format!("{}, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
+    ];
+    rows.extend(files.iter().zip(&bytes).map(row));
+    Report {
+        rows,
+        json: json!({
+            "schema": "sdftool.export/1",
+            "format": format.name(),
+            "counts": lattice.nodes(),
+            "origin": lattice.origin(),
+            "spacing": lattice.spacing(),
+            "files": files.iter().zip(&bytes).map(|(file, bytes)| json!({"path": file.display().to_string(), "bytes": bytes})).collect::<Vec<_>>(),
+        }),
+    }
+    .print(args.json)
+}
+
+fn format(args: &ExportArgs) -> Result<ExportFormat> {
+    let by_ending = args.output.as_deref().and_then(ExportFormat::from_extension);
+    let endings = || ExportFormat::ALL.map(|format| format!(".{}", format.extension())).join(", ");
+    args.format
+        .or(by_ending)
+        .with_context(|| format!("--output: use a name that ends in one of {}, or add --format", endings()))
+}
+
+/// The file's name without .sdf.h5 or .sdf.toml.
+pub fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    stem.strip_suffix(".sdf").map_or(stem.clone(), str::to_owned)
+}
+
+/// The file's stem with another ending, in the current folder.
+pub fn named_after(path: &Path, ending: &str) -> PathBuf {
+    format!("{}.{ending}", stem(path)).into()
+}

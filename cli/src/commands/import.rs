@@ -1,0 +1,58 @@
+//! Makes a grid of a field of another program.
+
+use anyhow::{Context, Result, bail};
+use sdf_core::Sdf;
+use sdf_field::import::ImportFormat;
+use sdf_field::{Field, Source};
+use serde_json::json;
+use sha2::{Digest, Sha256};
+
+use crate::args::ImportArgs;
+use crate::commands::export::named_after;
+use crate::mesh_input::bytes;
+use crate::output;
+use crate::report::{Report, counts, number};
+
+pub fn run(args: &ImportArgs) -> Result<()> {
+    let shown = args.file.display();
+    let output = args.output.clone().unwrap_or_else(|| named_after(&args.file, "sdf.h5"));
+    output::require(&output, &[&args.file])?;
+    let format = match (ImportFormat::is_npy(&args.file), args.spacing) {
+        (true, Some(spacing)) => ImportFormat::Npy { origin: args.origin.map_or([0.0; 3], |origin| origin.0), spacing },
+        (true, None) => bail!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
+        (false, None) if args.origin.is_none() => ImportFormat::Nvdb,
+        (false, _) => bail!("{shown}: a NanoVDB file has its own place: remove --spacing and --origin"),
+    };
+    let bytes = bytes(&args.file)?;
+    let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let source = Source { name, sha256: Sha256::digest(&bytes).into(), triangles: 0 };
+    let field = Field::import(&bytes, format, source).with_context(|| shown.to_string())?;
+    drop(bytes);
+    field.save(&output)?;
+    let (Some(grid), Some(info)) = (field.grid(), field.info()) else {
+        bail!("{shown}: made no grid: please report this")
+    };
+    let lattice = grid.lattice();
+    let file = std::fs::metadata(&output).map_or(0, |file| file.len());
+    Report {
+        rows: vec![
+            ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
+            ("slope", format!("at most {}, as measured", number(grid.slope_bound()))),
+            ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
+            ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
+            ("file", format!("{}, {file} bytes", output.display())),
+        ],
+        json: json!({
+            "schema": "sdftool.import/1",
+            "output": output.display().to_string(),
+            "counts": lattice.nodes(),
+            "origin": lattice.origin(),
+            "spacing": lattice.spacing(),
+            "slope_bound": grid.slope_bound(),
+            "error_bound": null,
+            "padding": info.padding,
+            "file_bytes": file,
+        }),
+    }
+    .print(args.json)
+}

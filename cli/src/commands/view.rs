@@ -1,0 +1,53 @@
+//! Writes a page of a field, of a mesh and their contacts.
+
+use std::path::Path;
+
+use anyhow::Result;
+use sdf_field::{ContactOptions, Field, MeshView};
+use sdf_formats::contact_file::ContactRecord;
+use sdf_formats::field_file::Field as FileField;
+use serde_json::json;
+
+use crate::args::ViewArgs;
+use crate::commands::export::{named_after, stem};
+use crate::page::{self, Scene};
+use crate::report::Report;
+use crate::{field_input, mesh_input, output, progress};
+
+pub fn run(args: &ViewArgs) -> Result<()> {
+    let output = args.output.clone().unwrap_or_else(|| named_after(&args.sdf, "html"));
+    let inputs: Vec<&Path> =
+        [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
+    output::require(&output, &inputs)?;
+    let pose = args.pose.motion()?;
+    let (contacts, bytes) = progress::on_threads(args.threads, || {
+        let field = read(&args.sdf)?;
+        let mesh = args.mesh.as_deref().map(mesh_input::read_mesh).transpose()?;
+        let mut contacts = Vec::new();
+        let mut name = stem(&args.sdf);
+        if let (Some(mesh), Some(path)) = (&mesh, &args.mesh) {
+            let options = ContactOptions { margin: args.margin, pose, ..ContactOptions::default() };
+            let found = field.contacts(MeshView { points: &mesh.points, faces: &mesh.triangles }, &options)?;
+            contacts = found.contacts.iter().map(ContactRecord::from).collect();
+            name = format!("{} on {name}", stem(path));
+        }
+        let scene = Scene { name, field: &field, pose, mesh: mesh.as_ref(), contacts: &contacts };
+        let bytes = page::write(&output, &scene)?;
+        anyhow::Ok((contacts.len(), bytes))
+    })??;
+    let mut rows = vec![("page", format!("{}, {bytes} bytes", output.display()))];
+    if args.mesh.is_some() {
+        rows.insert(0, ("contacts", contacts.to_string()));
+    }
+    let output = output.display().to_string();
+    let json = json!({"schema": "sdftool.view/1", "output": output, "bytes": bytes, "contacts": contacts});
+    Report { rows, json }.print(args.json)
+}
+
+/// A field with all of its samples.
+pub fn read(path: &Path) -> Result<Field> {
+    Ok(match field_input::read(path)? {
+        FileField::Grid(stored) => Field::from_stored(stored),
+        FileField::Analytic(field) => Field::new(field),
+    })
+}

@@ -1,0 +1,100 @@
+//! `export`, `import` and `view`: files, refusals, and what the page is made of. `.ci/readers.sh` and `.ci/view.sh` let other
+//! programs read them.
+
+use crate::folder::{Folder, says};
+use crate::meshes::Model;
+
+fn scene() -> Folder {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    folder.done("bake ball.obj --res 16 --layout sparse");
+    folder
+}
+
+#[test]
+fn each_format_is_written_under_the_name_of_the_field() {
+    let folder = scene();
+    let starts: [(&str, &[u8]); 6] = [
+        ("nvdb", b"NanoVDB0"),
+        ("raw", b""),
+        ("npy", b"\x93NUMPY"),
+        ("nrrd", b"NRRD0004\n"),
+        ("vtkhdf", b"\x89HDF\r\n"),
+        ("glb", b"glTF"),
+    ];
+    for (format, start) in starts {
+        let json = folder.json(&format!("export ball.sdf.h5 --format {format}"));
+        let name = format!("ball.{format}");
+        assert_eq!((&json["files"][0]["path"], &json["format"]), (&name.clone().into(), &format.into()));
+        let bytes = folder.read(&name);
+        assert!(bytes.starts_with(start), "{format}");
+        assert_eq!(json["files"][0]["bytes"], bytes.len());
+        // The ending names the format as well, and the bytes are the same on any number of threads.
+        folder.done(&format!("export ball.sdf.h5 -o again.{format} --threads 3"));
+        assert!(folder.read(&format!("again.{format}")) == bytes, "{format}");
+    }
+    says(&String::from_utf8(folder.read("ball.raw.json")).unwrap(), &["\"file\": \"ball.raw\"", "\"band\": 0."]);
+}
+
+#[test]
+fn an_export_that_cannot_be_says_why() {
+    let folder = scene();
+    says(&folder.wrong_usage("export ball.sdf.h5"), &["--format"]);
+    says(&folder.refused("export ball.sdf.h5 -o ball.vdb"), &["--output", ".nvdb", "--format"]);
+    says(&folder.refused("export ball.sdf.h5 --format npy --band 3"), &["--band is for --format nvdb"]);
+    says(&folder.refused("export ball.obj --format npy"), &["export takes a field", "OBJ"]);
+    folder.write("half.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [0, 0, 1]\noffset = 0\n");
+    says(&folder.refused("export half.sdf.toml --format npy"), &["half.sdf.toml", "unbounded"]);
+}
+
+#[test]
+fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified() {
+    let folder = scene();
+    folder.write("sheet.obj", Model::ball([0.0, 0.0, 1.5], 0.6, 2).obj());
+    let contacts = |field: &str| folder.json(&format!("contacts sheet.obj {field}"))["contacts"].clone();
+    let ours = contacts("ball.sdf.h5");
+    assert!(ours.as_array().unwrap().len() > 5);
+    folder.done("export ball.sdf.h5 --format nvdb");
+    folder.done("import ball.nvdb -o theirs.sdf.h5");
+    let theirs = contacts("theirs.sdf.h5");
+    assert_eq!(ours.as_array().unwrap().len(), theirs.as_array().unwrap().len());
+    for (ours, theirs) in ours.as_array().unwrap().iter().zip(theirs.as_array().unwrap()) {
+        let difference = ours["distance"].as_f64().unwrap() - theirs["distance"].as_f64().unwrap();
+        assert!(ours["id"] == theirs["id"] && difference.abs() < 2e-3, "{ours} {theirs}");
+    }
+    let info = folder.json("info theirs.sdf.h5");
+    assert_eq!((&info["error_bound"], &info["sign_method"]), (&serde_json::Value::Null, &"given".into()));
+    says(&folder.done("info theirs.sdf.h5"), &["unknown: the samples were imported", "ball.nvdb", "import"]);
+    says(&folder.refused("contacts sheet.obj theirs.sdf.h5 --complete"), &["error"]);
+
+    folder.done("export ball.sdf.h5 --format npy");
+    let spacing = info["spacing"].as_f64().unwrap();
+    folder.done(&format!("import ball.npy --spacing {spacing} --origin -1,-1,-1 -o array.sdf.h5"));
+    assert_eq!(folder.json("info array.sdf.h5")["origin"], serde_json::json!([-1.0, -1.0, -1.0]));
+    says(&folder.refused("import ball.npy"), &["ball.npy", "add --spacing"]);
+    says(&folder.refused("import ball.nvdb --spacing 1 -o x.sdf.h5"), &["remove --spacing"]);
+    says(&folder.refused("import ball.obj -o x.sdf.h5"), &["ball.obj", "not a NanoVDB file"]);
+}
+
+#[test]
+fn a_page_needs_no_network_and_is_written_by_three_commands() {
+    let folder = scene();
+    folder.write("sheet.obj", Model::ball([0.0, 0.0, 1.5], 0.6, 2).obj());
+    let json = folder.json("view ball.sdf.h5 sheet.obj");
+    let page = String::from_utf8(folder.read("ball.html")).unwrap();
+    assert_eq!(json["bytes"], page.len());
+    assert!(json["contacts"].as_u64().unwrap() > 5);
+    says(&page, &["\"certified error\",\"at most 0.", "sheet on ball", "contact_points"]);
+    assert!(!page.contains("://") && !page.contains("{{"), "the page loads something, or has a gap");
+    folder.done("contacts sheet.obj ball.sdf.h5 --view same.html");
+    assert!(folder.read("same.html") == page.as_bytes());
+    folder.done("bake ball.obj --res 16 --layout sparse -o again.sdf.h5 --view again.html");
+    folder.done("view again.sdf.h5 -o other.html");
+    assert!(folder.read("again.html") == folder.read("other.html"));
+    // A name cannot end the script that it stands in.
+    std::fs::copy(folder.at("ball.sdf.h5"), folder.at("<!--<script>.sdf.h5")).unwrap();
+    let mut view = folder.sdftool("view -o named.html --");
+    view.arg("<!--<script>.sdf.h5").assert().success();
+    assert_eq!(String::from_utf8(folder.read("named.html")).unwrap().matches("<script>").count(), 1);
+    says(&folder.wrong_usage("view ball.sdf.h5 -o page.png"), &[".html"]);
+}

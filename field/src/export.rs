@@ -1,0 +1,252 @@
+//! How does a field get into other programs? As a file of theirs: NanoVDB, plain arrays, VTKHDF, glTF. docs/exports.md says who reads
+//! which.
+//!
+//! A sparse grid's bricks become NanoVDB leaves as they are; the other formats hold a sample for every node. Closed forms are sampled
+//! first.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use sdf_bake::{DenseGrid, lattice_around};
+use sdf_core::Sdf;
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::nalgebra::Vector3;
+use sdf_formats::atomic_write;
+pub use sdf_formats::export::ExportFormat;
+use sdf_formats::export::{self, RawFacts};
+
+use crate::{Field, SurfaceMesh, Threads, memory};
+
+/// How a field is exported.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ExportOptions {
+    /// Cells along the longest side of what is sampled; `None` stands for the grid's own nodes, and for 128 of a closed form.
+    pub cells: Option<u32>,
+    /// Half width of a NanoVDB level set's band, in cells; `None` stands for the band of a sparse grid, and for 4 of others. Never
+    /// more than the band of a sparse grid.
+    pub band: Option<u32>,
+    /// The name of a NanoVDB grid; `distance` where it is empty.
+    pub name: String,
+    /// How many threads work.
+    pub threads: Threads,
+}
+
+/// A file of another program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exported {
+    /// The bytes of the file.
+    pub bytes: Vec<u8>,
+    /// The lattice of its samples, or on which its surface was extracted.
+    pub lattice: Lattice,
+    /// Facts for the file that describes a raw one.
+    facts: Option<RawFacts>,
+}
+
+impl Exported {
+    /// The text of the JSON file that describes a raw file of this name; `None` of other formats, which describe themselves.
+    pub fn description(&self, name: &str) -> Option<String> {
+        self.facts.as_ref().map(|facts| export::raw_description(name, &self.lattice, facts))
+    }
+}
+
+/// Files that were written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// See [`Exported::lattice`].
+    pub lattice: Lattice,
+    /// The file, then its description if it has one.
+    pub files: Vec<PathBuf>,
+}
+
+/// Why a field cannot be exported.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The closed form has no box to sample.
+    Unbounded,
+    /// The box cannot be cut into so many cells.
+    NoLattice,
+    /// A value of the field is not finite, or too large for f32.
+    NotFinite,
+    /// There is not so much memory.
+    TooLarge {
+        /// Nodes along each axis.
+        nodes: [u32; 3],
+        /// Memory that is needed, in bytes.
+        bytes: f64,
+        /// Memory that is free, in bytes.
+        free: f64,
+    },
+    /// φ is nowhere 0, or nowhere within the band.
+    NoSurface,
+    /// The file could not be written.
+    Unwritable(PathBuf, std::io::Error),
+}
+
+impl fmt::Display for ExportError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unbounded => f.write_str("the field is unbounded: intersect it with a box"),
+            Self::NoLattice => f.write_str("its box cannot be cut into so many cells: use fewer"),
+            Self::NotFinite => f.write_str("the field is not finite everywhere in its box"),
+            Self::TooLarge { nodes: [x, y, z], bytes, free } => {
+                write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
+            }
+            Self::NoSurface => f.write_str("the surface is empty: the distance is nowhere 0"),
+            Self::Unwritable(path, _) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for ExportError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Unwritable(_, error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+/// Cells along the longest side of a closed form.
+const DEFAULT_CELLS: u32 = 128;
+
+/// Cells around the box of a closed form, and half width of a band that nobody chose.
+const PADDING: u32 = 4;
+
+impl Field {
+    /// The bytes of a file of another program.
+    pub fn export(&self, format: ExportFormat, options: &ExportOptions) -> Result<Exported, ExportError> {
+        options.threads.install(|| self.exported(format, options))
+    }
+
+    /// Writes [`export`](Self::export) to a file, whole or not at all, and the description of a raw file beside it, as
+    /// `NAME.json`.
+    pub fn export_to(
+        &self,
+        path: impl AsRef<Path>,
+        format: ExportFormat,
+        options: &ExportOptions,
+    ) -> Result<Written, ExportError> {
+        let path = path.as_ref();
+        let exported = self.export(format, options)?;
+        let mut files = vec![path.to_owned()];
+        write(path, &exported.bytes)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(text) = exported.description(&name) {
+            let beside = description_path(path);
+            write(&beside, text.as_bytes())?;
+            files.push(beside);
+        }
+        Ok(Written { lattice: exported.lattice, files })
+    }
+
+    /// The grid itself, or samples of the field on a lattice of so many cells.
+    pub(crate) fn sampled(&self, cells: Option<u32>) -> Result<Cow<'_, OwnedGrid>, ExportError> {
+        match (self.grid(), cells) {
+            (Some(grid), None) => Ok(Cow::Borrowed(grid)),
+            _ => self.sample_on(self.lattice(cells)?).map(Cow::Owned),
+        }
+    }
+
+    /// The grid's own lattice, or one of so many cells around the field.
+    fn lattice(&self, cells: Option<u32>) -> Result<Lattice, ExportError> {
+        let (bounds, padding) = match (self.grid(), cells) {
+            (Some(grid), None) => return Ok(*grid.lattice()),
+            (Some(grid), Some(_)) => (grid.lattice().bounds(), 0),
+            (None, _) => (self.bounds(0.0), PADDING),
+        };
+        if !bounds.extents().iter().all(|extent| extent.is_finite()) {
+            return Err(ExportError::Unbounded);
+        }
+        let spacing = bounds.longest_side() / f64::from(cells.unwrap_or(DEFAULT_CELLS));
+        lattice_around(&bounds, spacing, padding).ok_or(ExportError::NoLattice)
+    }
+
+    fn sample_on(&self, lattice: Lattice) -> Result<OwnedGrid, ExportError> {
+        // A sample, and the bounds of a block for 512 of them.
+        require(&lattice, 4.1)?;
+        let [nx, ny, _] = lattice.nodes();
+        let row = |row: usize| {
+            let [y, z] = [row as u32 % ny, row as u32 / ny];
+            (0..nx).map(move |x| self.as_any().value(Vector3::from(lattice.node([x, y, z]))) as f32)
+        };
+        let rows: Vec<usize> = (0..lattice.node_count() / nx as usize).collect();
+        let samples = Threads::ALL.map_chunks(&rows, 64, |_, rows| rows.iter().flat_map(|index| row(*index)).collect());
+        let samples: Vec<Vec<f32>> = samples;
+        let dense = DenseGrid::from_samples(&lattice, samples.concat()).ok_or(ExportError::NotFinite)?;
+        Ok(dense.into_grid(&lattice).grid)
+    }
+
+    fn exported(&self, format: ExportFormat, options: &ExportOptions) -> Result<Exported, ExportError> {
+        if format == ExportFormat::Glb {
+            let lattice = self.lattice(options.cells)?;
+            return Ok(Exported { bytes: self.glb(&lattice)?, lattice, facts: None });
+        }
+        let grid = self.sampled(options.cells)?;
+        let lattice = *grid.lattice();
+        if format == ExportFormat::Nvdb {
+            let cells = options.band.map_or(f64::from(PADDING), f64::from);
+            let wanted = cells * lattice.spacing();
+            let band =
+                if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
+            let name = if options.name.is_empty() { "distance" } else { &options.name };
+            let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface)?;
+            return Ok(Exported { bytes, lattice, facts: None });
+        }
+        // Decoded samples, and the bytes of the file.
+        require(&lattice, 8.0)?;
+        let samples = export::dense_samples(&grid);
+        let bytes = match format {
+            ExportFormat::Npy => export::npy(&lattice, &samples),
+            ExportFormat::Nrrd => export::nrrd(&lattice, &samples),
+            ExportFormat::VtkHdf => export::vtkhdf(&lattice, &samples)
+                .map_err(|error| ExportError::Unwritable(std::env::temp_dir(), error))?,
+            _ => export::raw(&samples),
+        };
+        let facts = (format == ExportFormat::Raw).then(|| self.facts(&grid, options));
+        Ok(Exported { bytes, lattice, facts })
+    }
+
+    fn facts(&self, grid: &OwnedGrid, options: &ExportOptions) -> RawFacts {
+        let info = self.info().filter(|_| options.cells.is_none());
+        RawFacts {
+            error_bound: info.map(|info| info.error_bound).filter(|bound| bound.is_finite()),
+            slope_bound: grid.slope_bound(),
+            band: info.and_then(|info| info.band),
+            source: self.info().map(|info| info.source.name.clone()).filter(|name| !name.is_empty()),
+        }
+    }
+
+    fn glb(&self, lattice: &Lattice) -> Result<Vec<u8>, ExportError> {
+        let SurfaceMesh { points, triangles } = self.surface(0.0, lattice, Threads::ALL);
+        if triangles.is_empty() {
+            return Err(ExportError::NoSurface);
+        }
+        let normal = |sample: &sdf_core::Sample<f64>| -> [f64; 3] {
+            // glTF wants unit normals, also where there is none.
+            sample.gradient.try_normalize(0.0).unwrap_or(Vector3::z()).into()
+        };
+        let normals: Vec<_> = self.sample(&points, Threads::ALL).iter().map(normal).collect();
+        Ok(export::glb(&points, &normals, &triangles))
+    }
+}
+
+/// The path of the file that describes a raw one: its name with `.json` behind it.
+pub fn description_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    name.into()
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
+    let written = atomic_write(path, |temporary| std::fs::write(temporary, bytes));
+    written.map_err(|error| ExportError::Unwritable(path.to_owned(), error))
+}
+
+fn require(lattice: &Lattice, bytes_per_node: f64) -> Result<(), ExportError> {
+    let bytes = bytes_per_node * lattice.node_count() as f64;
+    let free = memory::free_bytes().unwrap_or(memory::ASSUMED_BYTES);
+    if bytes > free { Err(ExportError::TooLarge { nodes: lattice.nodes(), bytes, free }) } else { Ok(()) }
+}

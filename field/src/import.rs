@@ -1,0 +1,90 @@
+//! Fields of other programs: NanoVDB level sets and NumPy arrays, as grids whose slope is measured and whose error nobody certifies.
+
+use std::fmt;
+use std::path::Path;
+
+use sdf_bake::DenseGrid;
+use sdf_core::grid::Lattice;
+pub use sdf_formats::import::ImportError;
+use sdf_formats::import::{self, Volume};
+
+use crate::info::{GridInfo, SignMethod, Source};
+use crate::{Field, memory};
+
+/// A file format that can be imported.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ImportFormat {
+    /// A NanoVDB level set of f32, which knows its own place.
+    Nvdb,
+    /// A NumPy array of shape (z, y, x).
+    Npy {
+        /// Position of node (0, 0, 0).
+        origin: [f64; 3],
+        /// Distance between neighbouring nodes.
+        spacing: f64,
+    },
+}
+
+impl fmt::Display for ImportFormat {
+    /// The options of the command line that say the same.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nvdb => f.write_str("import"),
+            Self::Npy { origin: [x, y, z], spacing } => {
+                write!(f, "import --spacing {spacing:?} --origin {x:?},{y:?},{z:?}")
+            }
+        }
+    }
+}
+
+impl ImportFormat {
+    /// `true` of a name that ends in npy.
+    pub fn is_npy(path: &Path) -> bool {
+        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
+    }
+}
+
+impl Field {
+    /// A dense grid of the samples in the bytes of a file, negative inside. Its slope bound is measured. Nothing is known of its error:
+    /// [`GridInfo::error_bound`] is infinite, and the sign method [`SignMethod::Given`].
+    ///
+    /// Beyond the band of a level set values are its background. [`GridInfo::padding`] is such that all margins up to it see distances:
+    /// the lowest sample on the faces of the box, and no more than the background.
+    pub fn import(bytes: &[u8], format: ImportFormat, source: Source) -> Result<Self, ImportError> {
+        let free = memory::free_bytes().unwrap_or(memory::ASSUMED_BYTES);
+        let Volume { lattice, samples, background } = match format {
+            ImportFormat::Nvdb => import::nvdb(bytes, free)?,
+            ImportFormat::Npy { origin, spacing } => import::npy(bytes, origin, spacing, free)?,
+        };
+        let on_faces = lowest_on_faces(&lattice, &samples);
+        let padding = f64::from(background.map_or(on_faces, |background| background.min(on_faces)).max(0.0));
+        let steep = "its values change too fast from node to node for a slope to be told".to_owned();
+        let dense = DenseGrid::from_samples(&lattice, samples).ok_or_else(|| ImportError::new(steep))?;
+        let info = GridInfo {
+            sign_method: SignMethod::Given,
+            sign_reason: "given: samples of another program, with their signs; no error is certified".to_owned(),
+            error_bound: f64::INFINITY,
+            padding,
+            band: None,
+            source,
+            tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
+            options: format.to_string(),
+        };
+        Ok(Self::from_grid(dense.into_grid(&lattice).grid, info))
+    }
+}
+
+fn lowest_on_faces(lattice: &Lattice, samples: &[f32]) -> f32 {
+    let [nx, ny, nz] = lattice.nodes().map(|n| n as usize);
+    let mut lowest = f32::INFINITY;
+    for z in 0..nz {
+        for y in 0..ny {
+            let row = &samples[(z * ny + y) * nx..][..nx];
+            let is_on_face = [0, nz - 1].contains(&z) || [0, ny - 1].contains(&y);
+            let on_face =
+                if is_on_face { row.iter().copied().fold(f32::INFINITY, f32::min) } else { row[0].min(row[nx - 1]) };
+            lowest = lowest.min(on_face);
+        }
+    }
+    lowest
+}

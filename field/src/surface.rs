@@ -1,0 +1,112 @@
+//! The level set of a field as a mesh, by naive surface nets (Gibson 1998), block by block on all threads.
+
+use std::collections::HashMap;
+
+use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
+use ndshape::{RuntimeShape, Shape};
+use rayon::prelude::*;
+use sdf_core::grid::Lattice;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::{Aabb, AnyField, EnclosedSdf, Sdf};
+
+use crate::{Field, Threads};
+
+/// A surface that was extracted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceMesh {
+    /// Coordinates of the vertices.
+    pub points: Vec<[f64; 3]>,
+    /// For each triangle its vertices, counterclockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Field {
+    /// The surface φ = level within the box of a lattice, of whose cells each has one vertex at most. Blocks of cells whose
+    /// enclosure excludes the level are not sampled.
+    pub fn surface(&self, level: f64, lattice: &Lattice, threads: Threads) -> SurfaceMesh {
+        threads.install(|| extract(self.as_any(), level, lattice))
+    }
+}
+
+/// Cells along the side of a block. Smaller blocks sample more nodes twice; larger ones sample more nodes far from the surface.
+const BLOCK: u32 = 16;
+
+/// Naive surface nets over the lattice. Only the samples of the current blocks are in memory.
+fn extract(field: &AnyField, level: f64, lattice: &Lattice) -> SurfaceMesh {
+    let counts = lattice.cells().map(|cells| cells.div_ceil(BLOCK) as usize);
+    let [along_x, along_y, along_z] = counts;
+    let pieces: Vec<Piece> = (0..along_x * along_y * along_z)
+        .into_par_iter()
+        .filter_map(|index| {
+            let block = [index % along_x, index / along_x % along_y, index / along_x / along_y];
+            Piece::extract(field, level, lattice, block.map(|n| n as u32 * BLOCK))
+        })
+        .collect();
+    let mut surface = SurfaceMesh::default();
+    // Each cell has one point at most; blocks share cells at their borders.
+    let mut point_of_cell = HashMap::new();
+    for piece in pieces {
+        let numbers: Vec<u32> = std::iter::zip(piece.cells, piece.points)
+            .map(|(cell, point)| {
+                *point_of_cell.entry(cell).or_insert_with(|| {
+                    surface.points.push(point);
+                    surface.points.len() as u32 - 1
+                })
+            })
+            .collect();
+        surface.triangles.extend(piece.triangles.iter().map(|corners| corners.map(|corner| numbers[corner as usize])));
+    }
+    surface
+}
+
+/// The surface in a block of cells and in the layer of cells before it, which shares edges with the block.
+struct Piece {
+    /// Cell of each point.
+    cells: Vec<[u32; 3]>,
+    points: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Piece {
+    fn extract(field: &AnyField, level: f64, lattice: &Lattice, block: [u32; 3]) -> Option<Self> {
+        let first = block.map(|n| n.saturating_sub(1));
+        let last: [u32; 3] = std::array::from_fn(|axis| (block[axis] + BLOCK).min(lattice.cells()[axis]));
+        if !may_contain_level(field, level, &Aabb { min: lattice.node(first), max: lattice.node(last) }) {
+            return None;
+        }
+        let nodes: [u32; 3] = std::array::from_fn(|axis| last[axis] - first[axis] + 1);
+        let shape = RuntimeShape::<u32, 3>::new(nodes);
+        let sample = |index: u32| {
+            let offset = shape.delinearize(index);
+            let node = std::array::from_fn(|axis| first[axis] + offset[axis]);
+            let value: f64 = field.value(Vector3::from(lattice.node(node)));
+            (value - level) as f32
+        };
+        let samples: Vec<f32> = (0..shape.size()).map(sample).collect();
+        let mut net = SurfaceNetsBuffer::default();
+        surface_nets(&samples, &shape, [0; 3], nodes.map(|n| n - 1), &mut net);
+        let position = |steps: &[f32; 3]| {
+            let from = lattice.node(first);
+            std::array::from_fn(|axis| from[axis] + lattice.spacing() * f64::from(steps[axis]))
+        };
+        Some(Self {
+            cells: net.surface_points.iter().map(|cell| std::array::from_fn(|axis| first[axis] + cell[axis])).collect(),
+            points: net.positions.iter().map(position).collect(),
+            triangles: net.indices.as_chunks::<3>().0.to_vec(),
+        })
+    }
+}
+
+/// May φ = level somewhere in the box? By the enclosure, and by |φ(x) − φ(m)| ≤ slope bound · half the diagonal.
+fn may_contain_level(field: &AnyField, level: f64, region: &Aabb) -> bool {
+    let enclosure = field.enclose_box(region);
+    let center = std::array::from_fn(|axis| 0.5 * (region.min[axis] + region.max[axis]));
+    let value: f64 = field.value(Vector3::from(center));
+    let radius = 0.5 * region.diagonal() * enclosure.slope_bound;
+    let rounding = ROUNDING * (radius + level.abs());
+    enclosure.range.lower.max(value - radius) - rounding <= level
+        && level <= enclosure.range.upper.min(value + radius) + rounding
+}
+
+/// Relative rounding of samples and bounds: above that of f32, far below a cell.
+const ROUNDING: f64 = 1e-6;

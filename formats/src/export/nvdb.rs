@@ -1,0 +1,101 @@
+//! NanoVDB (Museth 2021) level sets in f32, version 32.6: written from a grid, a leaf for each brick; and the sizes that the reader
+//! in [`import`](crate::import) shares.
+//!
+//! A leaf is 8 × 8 × 8 nodes, as our bricks are: a sparse grid's bricks become leaves one by one. A dense grid keeps the leaves that
+//! its band needs. Nodes with |φ| < band are active. Leaves hold the samples as they are, also of nodes that are not active, so that
+//! a reader that interpolates finds our values everywhere in the band. Blocks without a leaf have the value ± band.
+
+mod bytes;
+mod tree;
+
+use sdf_core::Sdf;
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
+use sdf_core::grid::sparse::{BRICK, Bricks, Sparse};
+
+use bytes::Writer;
+use tree::{Slot, Tree};
+
+/// Bytes of the parts of a file.
+pub(crate) mod size {
+    pub const FILE: usize = 16;
+    pub const META: usize = 176;
+    pub const GRID: usize = 672;
+    pub const TREE: usize = 64;
+    pub const ROOT: usize = 64;
+    pub const TILE: usize = 32;
+    pub const UPPER: usize = 8256 + 8 * 32768;
+    pub const LOWER: usize = 1088 + 8 * 4096;
+    pub const LEAF: usize = 96 + 4 * 512;
+}
+
+/// "NanoVDB0", little-endian.
+pub(crate) const MAGIC: [u8; 8] = *b"NanoVDB0";
+
+/// NanoVDB's number of the type `float`.
+pub(crate) const FLOAT: u32 = 1;
+
+/// A NanoVDB file of one level set. Values are distances where |φ| < `band`, which should not exceed the grid's own. `None` if no
+/// node is within the band, or there are more leaves than can be numbered.
+pub fn nvdb(grid: &OwnedGrid, name: &str, band: f64) -> Option<Vec<u8>> {
+    let lattice = grid.lattice();
+    match grid.storage() {
+        OwnedStorage::Dense(dense) => {
+            let samples = dense.storage().samples();
+            // All corners of a cell in which |φ| < band somewhere: no further than the cell's diagonal.
+            let reach = band + 3_f64.sqrt() * lattice.spacing() * grid.slope_bound();
+            let counts = sdf_core::grid::sparse::brick_counts(lattice).map(|count| count as usize);
+            let slot = |slot: [u32; 3]| {
+                let [x, y, z] = slot.map(|index| index as usize);
+                let range = dense.bounds()[(z * counts[1] + y) * counts[0] + x].range;
+                match (f64::from(range.lower), f64::from(range.upper)) {
+                    (lower, upper) if lower < reach && upper > -reach => Slot::Leaf,
+                    (_, upper) if upper < 0.0 => Slot::Inside,
+                    _ => Slot::Outside,
+                }
+            };
+            write(lattice, name, band, slot, |node| samples[lattice.index(node)])
+        }
+        OwnedStorage::SparseF32(sparse) => write_sparse(lattice, name, band, sparse),
+        OwnedStorage::SparseU16(sparse) => write_sparse(lattice, name, band, sparse),
+        OwnedStorage::SparseU8(sparse) => write_sparse(lattice, name, band, sparse),
+    }
+}
+
+fn write_sparse<B: Bricks + Sync>(lattice: &Lattice, name: &str, band: f64, sparse: &Sparse<B>) -> Option<Vec<u8>> {
+    let slot = |slot| {
+        if sparse.brick_at(slot).is_some() {
+            Slot::Leaf
+        } else if sparse.coarse_corners(slot).iter().all(|corner| *corner < 0.0) {
+            Slot::Inside
+        } else {
+            Slot::Outside
+        }
+    };
+    write(lattice, name, band, slot, |node| sparse.node(node))
+}
+
+fn write(
+    lattice: &Lattice,
+    name: &str,
+    band: f64,
+    slot: impl Fn([u32; 3]) -> Slot,
+    value: impl Fn([u32; 3]) -> f32 + Sync,
+) -> Option<Vec<u8>> {
+    let tree = Tree::new(sdf_core::grid::sparse::brick_counts(lattice), slot);
+    let last = lattice.cells();
+    // Nodes beyond the lattice have the value of the nearest in it; they are not active.
+    let leaf = |slot: [u32; 3]| {
+        let first = slot.map(|index| index * BRICK);
+        let mut values = [0.0_f32; 512];
+        let mut is_inside = [false; 512];
+        for (index, (value_at, inside)) in (0_u32..).zip(values.iter_mut().zip(&mut is_inside)) {
+            // z runs fastest in a leaf.
+            let node = [first[0] + (index >> 6), first[1] + (index >> 3 & 7), first[2] + (index & 7)];
+            *inside = (0..3).all(|axis| node[axis] <= last[axis]);
+            *value_at = value(std::array::from_fn(|axis| node[axis].min(last[axis])));
+        }
+        (values, is_inside)
+    };
+    Writer { lattice, name, band: band as f32, tree: &tree }.write(leaf)
+}

@@ -1,0 +1,62 @@
+//! Volumes of other programs: NanoVDB level sets and NumPy arrays, read as samples on a lattice.
+//!
+//! Nothing is known of how they were made: no error is certified, and signs are taken as they are.
+
+mod npy;
+mod nvdb;
+
+use sdf_core::grid::Lattice;
+use thiserror::Error;
+
+pub use npy::npy;
+pub use nvdb::nvdb;
+
+/// Samples on a lattice, x fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// Positions of the nodes.
+    pub lattice: Lattice,
+    /// A sample for every node, finite.
+    pub samples: Vec<f32>,
+    /// Value that stands for all greater distances, such as a level set's background.
+    pub background: Option<f32>,
+}
+
+/// Why bytes are not a volume, in words: what is wrong, and what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{0}")]
+pub struct ImportError(pub(crate) String);
+
+impl ImportError {
+    /// An error of these words.
+    pub fn new(what: impl Into<String>) -> Self {
+        Self(what.into())
+    }
+}
+
+/// A refusal.
+fn refused<T>(what: impl Into<String>) -> Result<T, ImportError> {
+    Err(ImportError(what.into()))
+}
+
+/// The lattice, and memory for its samples, if so many bytes are allowed.
+fn room(origin: [f64; 3], spacing: f64, counts: [u64; 3], max_bytes: f64) -> Result<Lattice, ImportError> {
+    let nodes = counts.map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+    let bytes = counts.iter().map(|count| *count as f64).product::<f64>() * size_of::<f32>() as f64;
+    let [x, y, z] = counts;
+    if bytes > max_bytes {
+        return refused(format!("{x} × {y} × {z} nodes need {bytes:.0} bytes, and {max_bytes:.0} are free"));
+    }
+    match Lattice::new(origin, spacing, nodes) {
+        Some(lattice) => Ok(lattice),
+        None => refused(format!("{x} × {y} × {z} nodes {spacing} apart from {origin:?} are not a grid")),
+    }
+}
+
+/// Refuses NaN and infinities.
+fn require_finite(samples: &[f32]) -> Result<(), ImportError> {
+    match samples.iter().position(|sample| !sample.is_finite()) {
+        Some(index) => refused(format!("sample {index} is {}: only finite distances make a field", samples[index])),
+        None => Ok(()),
+    }
+}
