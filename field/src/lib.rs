@@ -13,7 +13,10 @@
 
 #[cfg(feature = "bake")]
 mod bake;
+mod combine;
 pub mod compare;
+#[cfg(feature = "files")]
+mod contact_row;
 mod contacts;
 mod engine;
 mod field;
@@ -22,19 +25,25 @@ pub mod file;
 mod info;
 #[cfg(feature = "bake")]
 pub mod memory;
+#[cfg(feature = "bake")]
+mod mesh_sdf;
 mod mesh_view;
 mod options;
 mod overlap;
 mod threads;
+mod visit;
 
 #[cfg(feature = "bake")]
 pub use bake::{
     BakeError, BakeOptions, Baked, ErrorBudgetError, GridSize, InnerFaces, InvalidMesh, MaxError, MeshReport, Progress,
     Topology,
 };
+pub use combine::CombineError;
+#[cfg(feature = "files")]
+pub use contact_row::ContactRow;
 pub use contacts::{Contacts, QueryError};
 pub use field::Field;
-pub use info::{GridInfo, SignMethod, Source};
+pub use info::{GridInfo, MarginTooLarge, SignMethod, Source};
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};
