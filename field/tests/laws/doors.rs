@@ -198,3 +198,17 @@ fn a_margin_beyond_the_grid_is_refused() {
     let error = info.check_margin(limit * 1.001).unwrap_err().to_string();
     assert!(error.contains("more padding") && error.contains(&limit.to_string()), "{error}");
 }
+
+#[test]
+fn edges_are_those_that_the_program_finds_in_a_file() {
+    let mesh = BALL.mesh();
+    let points = mesh.points.iter().map(|[x, y, z]| format!("v {x:?} {y:?} {z:?}\n"));
+    let faces = mesh.triangles.iter().map(|corners| {
+        let [a, b, c] = corners.map(|corner| corner + 1);
+        format!("f {a} {b} {c}\n")
+    });
+    let text: String = points.chain(faces).collect();
+    let file = sdf_formats::mesh::read_bytes(text.as_bytes(), "ball.obj").unwrap();
+    assert_eq!(view(&mesh).edges(), file.edges());
+    assert_eq!(view(&mesh).edges().len(), mesh.triangles.len() * 3 / 2);
+}
