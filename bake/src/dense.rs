@@ -74,6 +74,9 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     measure(mesh, lattice, &mut distances, on_nodes_done);
     if mesh.sign_method() == SignMethod::Winding {
         packet_rows(&mut distances, counts).into_par_iter().for_each(|([y, z], mut rows)| {
+            if mesh.is_cancelled() {
+                return;
+            }
             let position = |[x, above, behind]: [usize; 3]| node(lattice, [x, y + above, z + behind]);
             let counts = [counts[0], (counts[1] - y).min(SIDE), (counts[2] - z).min(SIDE)];
             NodeBlock { counts, spacing: lattice.spacing(), position }.sign_rows(mesh, &[], &mut rows);
@@ -92,6 +95,9 @@ fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nod
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut search = PacketSearch::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {
+            if mesh.is_cancelled() {
+                return;
+            }
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
             let nodes = PacketNodes::new(lattice, [x, y, z], counts);
             search.find(&nodes, f64::INFINITY, f64::INFINITY);

@@ -2,6 +2,7 @@
 //! (`sign`).
 
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
@@ -42,6 +43,7 @@ pub struct MeshDistance<'a> {
     winding: WindingNumbers,
     pseudo_normals: Option<PseudoNormals>,
     sign_reason: String,
+    cancel: Option<&'a AtomicBool>,
 }
 
 /// Unsigned distance at a point, and its sign if pseudo-normals give it.
@@ -88,7 +90,19 @@ impl<'a> MeshDistance<'a> {
                 .map(|(points, multiplicity)| (points.map(|point| mesh.points[point as usize]), multiplicity)),
         );
         let winding = WindingNumbers::new(&tree, orientations, boundary);
-        Self { mesh, tree, topology, winding, pseudo_normals, sign_reason }
+        Self { mesh, tree, topology, winding, pseudo_normals, sign_reason, cancel: None }
+    }
+
+    /// The same, in bakes that another thread can end: once the flag is set they skip what is left, and what they return is
+    /// meaningless.
+    #[must_use]
+    pub fn with_cancel(self, cancel: &'a AtomicBool) -> Self {
+        Self { cancel: Some(cancel), ..self }
+    }
+
+    /// Has the flag of [`with_cancel`](Self::with_cancel) been set?
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     /// Box around the mesh.

@@ -160,6 +160,9 @@ impl<'a> SparseBaker<'a> {
             return None;
         }
         let slot_error = |index: usize| {
+            if self.mesh.is_cancelled() {
+                return None;
+            }
             let slot = self.map.slot(index);
             let mut guess = 0;
             let error = self.slot_error(slot, |step| {

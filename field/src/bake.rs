@@ -1,5 +1,7 @@
 //! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use sdf_bake::error_budget::ErrorBudget;
 use sdf_bake::sparse::SparseBaker;
 use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
@@ -125,6 +127,8 @@ pub enum BakeError {
     },
     /// No voxels are certified to keep within the error.
     ErrorBudget(ErrorBudgetError),
+    /// The flag of [`Field::bake_cancellable`] was set.
+    Cancelled,
 }
 
 impl std::fmt::Display for BakeError {
@@ -141,6 +145,7 @@ impl std::fmt::Display for BakeError {
                 write!(f, "a grid of {x} × {y} × {z} nodes is too large: take larger voxels")
             }
             Self::ErrorBudget(error) => error.fmt(f),
+            Self::Cancelled => f.write_str("the bake was cancelled"),
         }
     }
 }
@@ -168,14 +173,27 @@ impl Field {
         options: &BakeOptions,
         on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Baked, BakeError> {
-        options.threads.install(|| {
+        Self::bake_cancellable(mesh, options, on_progress, &AtomicBool::new(false))
+    }
+
+    /// [`bake_with_progress`](Self::bake_with_progress), until another thread sets `cancel`. Then what is left is skipped, and the
+    /// result is [`BakeError::Cancelled`]: at once while nodes are measured, within the time of reading the mesh before.
+    pub fn bake_cancellable(
+        mesh: MeshView,
+        options: &BakeOptions,
+        on_progress: &(dyn Fn(Progress) + Sync),
+        cancel: &AtomicBool,
+    ) -> Result<Baked, BakeError> {
+        let baked = options.threads.install(|| {
             let mesh = TriangleMesh::new(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
             let mesh = match options.inner_faces {
                 InnerFaces::Drop => mesh.without_inner_shells(),
                 InnerFaces::Keep => mesh,
             };
-            bake(&mesh, options, on_progress)
-        })
+            bake(&mesh, options, on_progress, cancel)
+        });
+        // What was skipped may look like any other error.
+        if cancel.load(Ordering::Relaxed) { Err(BakeError::Cancelled) } else { baked }
     }
 }
 
@@ -184,8 +202,10 @@ fn bake(
     mesh: &TriangleMesh,
     options: &BakeOptions,
     on_progress: &(dyn Fn(Progress) + Sync),
+    cancel: &AtomicBool,
 ) -> Result<Baked, BakeError> {
-    let distance = MeshDistance::new(mesh, options.sign.and_then(SignMethod::for_mesh));
+    let method = options.sign.and_then(SignMethod::for_mesh);
+    let distance = MeshDistance::new(mesh, method).with_cancel(cancel);
     let bounds = mesh.bounds();
     let (BakedGrid { grid, error_bound }, band) = match options.size {
         GridSize::Cells(cells) => {

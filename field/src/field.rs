@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, AnyField, Sample, Sdf};
+use sdf_core::{Aabb, AnyField, Real, Sample, Sdf};
 
 use crate::contacts::{self, Contacts, QueryError};
 #[cfg(feature = "bake")]
@@ -99,6 +99,16 @@ impl Field {
             samples.collect::<Vec<_>>()
         };
         threads.map_chunks(points, CHUNK, sample_chunk).concat()
+    }
+
+    /// φ at points, in their order: the values of [`sample`](Self::sample), in less time. NaN at points that are NaN, infinite or
+    /// too large.
+    pub fn values(&self, points: &[[f64; 3]], threads: Threads) -> Vec<f64> {
+        let value = |point: &[f64; 3]| {
+            let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
+            if is_valid { self.field.value(Vector3::from(*point)) } else { f64::NAN }
+        };
+        threads.map_chunks(points, CHUNK, |_, points| points.iter().map(value).collect::<Vec<_>>()).concat()
     }
 
     /// The contacts of a mesh: every element with φ ≤ margin somewhere, and where on it φ is lowest.

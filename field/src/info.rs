@@ -59,7 +59,38 @@ impl GridInfo {
     pub fn max_margin(&self) -> f64 {
         self.band.map_or(self.padding, |band| band.min(self.padding))
     }
+
+    /// Refuses a margin above [`max_margin`](Self::max_margin), up to rounding: contacts beyond would be false.
+    pub fn check_margin(&self, margin: f64) -> Result<(), MarginTooLarge> {
+        let max_margin = self.max_margin();
+        if margin > max_margin * (1.0 + MARGIN_ROUNDING) { Err(MarginTooLarge { margin, max_margin }) } else { Ok(()) }
+    }
 }
+
+/// Relative rounding of band and padding, which are multiples of the spacing.
+const MARGIN_ROUNDING: f64 = 1e-12;
+
+/// A margin so large that the grid has only lower bounds of distances there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarginTooLarge {
+    /// The margin asked for.
+    pub margin: f64,
+    /// The largest one that the grid answers.
+    pub max_margin: f64,
+}
+
+impl std::fmt::Display for MarginTooLarge {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { margin, max_margin } = self;
+        write!(
+            f,
+            "a margin of {margin} is more than the {max_margin} around the surface in which the grid has distances: bake it with \
+             more padding, a sparse grid with a wider band, too"
+        )
+    }
+}
+
+impl std::error::Error for MarginTooLarge {}
 
 /// The mesh that a grid was baked from.
 #[derive(Clone, Debug, Default, PartialEq)]

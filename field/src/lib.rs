@@ -13,7 +13,10 @@
 
 #[cfg(feature = "bake")]
 mod bake;
+mod combine;
 pub mod compare;
+#[cfg(feature = "files")]
+mod contact_row;
 mod contacts;
 mod engine;
 #[cfg(feature = "bake")]
@@ -29,21 +32,27 @@ mod info;
 mod kept_mesh;
 #[cfg(feature = "bake")]
 pub mod memory;
+#[cfg(feature = "bake")]
+mod mesh_sdf;
 mod mesh_view;
 mod options;
 mod overlap;
 #[cfg(feature = "exchange")]
 mod surface;
 mod threads;
+mod visit;
 
 #[cfg(feature = "bake")]
 pub use bake::{
     BakeError, BakeOptions, Baked, ErrorBudgetError, GridSize, InnerFaces, InvalidMesh, MaxError, MeshReport, Progress,
     Topology,
 };
+pub use combine::CombineError;
+#[cfg(feature = "files")]
+pub use contact_row::ContactRow;
 pub use contacts::{Contacts, QueryError};
 pub use field::Field;
-pub use info::{GridInfo, SignMethod, Source};
+pub use info::{GridInfo, MarginTooLarge, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};

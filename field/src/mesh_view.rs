@@ -1,5 +1,7 @@
 //! How is a mesh given? As slices: [`MeshView`], with its edges and vertices as elements, each index checked.
 
+use std::collections::HashSet;
+
 use sdf_core::Simplex;
 use sdf_core::contact::Element;
 use sdf_core::nalgebra::Vector3;
@@ -34,14 +36,12 @@ impl std::fmt::Display for VertexOutOfRange {
 impl std::error::Error for VertexOutOfRange {}
 
 impl<'a> MeshView<'a> {
-    /// The edges of the faces, each once, its lower vertex first, in ascending order.
+    /// The edges of the faces, each once, in the order and the direction in which they appear first: those that the program
+    /// finds in a mesh file, with the same indices.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let sides =
-            |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]].map(|[from, to]| [from.min(to), from.max(to)]);
-        let mut edges: Vec<_> = self.faces.iter().flat_map(sides).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        edges
+        let mut known = HashSet::with_capacity(2 * self.faces.len());
+        let sides = self.faces.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+        sides.filter(|[from, to]| known.insert([*from.min(to), *from.max(to)])).collect()
     }
 
     /// Every vertex as an element.

@@ -66,6 +66,9 @@ impl SparseBaker<'_> {
         let mut columns = BrickColumns::with_capacity(self.max_bricks());
         for indices in near_surface.chunks(SLOTS_AT_A_TIME) {
             columns.extend(mesh, indices, |search, index| {
+                if mesh.is_cancelled() {
+                    return None;
+                }
                 on_slots_done(1);
                 self.brick(search, map.slot(index), map.kept_within())
             });
@@ -73,7 +76,9 @@ impl SparseBaker<'_> {
         let mut at_jumps: Vec<usize> = map.slots_at_sign_jumps(&columns.table(map)).into_iter().collect();
         at_jumps.sort_unstable_by_key(|index| hilbert_index(map.slot(*index)));
         for indices in at_jumps.chunks(SLOTS_AT_A_TIME) {
-            columns.extend(mesh, indices, |search, index| self.brick(search, map.slot(index), f64::INFINITY));
+            columns.extend(mesh, indices, |search, index| {
+                if mesh.is_cancelled() { None } else { self.brick(search, map.slot(index), f64::INFINITY) }
+            });
         }
         columns.samples.shrink_to_fit();
         columns

@@ -103,6 +103,9 @@ impl BrickMap {
         position: Vector3<f64>,
         triangles: &[u32],
     ) -> (f32, f32) {
+        if mesh.is_cancelled() {
+            return (0.0, 0.0);
+        }
         let middle_distance = |index: &usize| self.distances[*index].abs();
         let nearest_slot = self.slots_around(node).min_by(|a, b| middle_distance(a).total_cmp(&middle_distance(b)));
         let guess = nearest_slot.map_or(0, |index| triangles[index] as usize);
@@ -341,6 +344,9 @@ where
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut search = PacketSearch::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {
+            if mesh.is_cancelled() {
+                return;
+            }
             let coordinates =
                 |axis: usize| std::array::from_fn(|step| (middles.position)([x + step, y + step, z + step])[axis]);
             let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];

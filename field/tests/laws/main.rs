@@ -2,6 +2,7 @@
 
 mod complete;
 mod exact;
+mod doors;
 mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;

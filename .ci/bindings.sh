@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# Builds the doors for Python and C by the commands of their chapters in the README, to the letter, and tests them: the wheel
+# against the program, the library by each way of linking it, under valgrind, and against its header. The program is that of SDFTOOL,
+# else the project's release, which another step has built as a rule.
+#
+# Needs PyPI (maturin, numpy, pytest, trimesh). As root it installs missing Debian packages.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages=(cmake g++ pkg-config python3 python3-venv valgrind)
+if ! { command -v cmake g++ pkg-config valgrind && python3 -c 'import ensurepip, venv'; } >/dev/null 2>&1; then
+    [ "$(id -u)" = 0 ] || { echo "bindings: needs ${packages[*]}" >&2; exit 1; }
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get update && apt-get install --yes --no-install-recommends "${packages[@]}"; } >/dev/null
+fi
+# One target folder for all: what the doors and the program share is built once.
+CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+export CARGO_TARGET_DIR
+folder=$(mktemp -d)
+trap 'rm -rf "$folder" sdftool-c' EXIT
+
+# The blocks of one language in a chapter of the README.
+chapter() { awk -v title="### $1" -v fence="\`\`\`$2" '/^#/ { on = $0 == title } on && $0 == "```" { block = 0 } block { print } on && $0 == fence { block = 1 }' README.md; }
+
+for file in bindings/Cargo.toml bindings/python/Cargo.toml bindings/c/Cargo.toml; do
+    version=$(sed -n '/^\[workspace.package\]/,/^$/s/^version = "\(.*\)"/\1/p' Cargo.toml)
+    grep -qE "^version(\.workspace = true| = \"$version\")" "$file" || { echo "$file: the version is not $version" >&2; exit 1; }
+done
+cargo fmt --manifest-path bindings/Cargo.toml --all --check
+if [ -z "${SDFTOOL:-}" ]; then
+    cargo build --release --locked --quiet -p sdftool
+    SDFTOOL=$CARGO_TARGET_DIR/release/sdftool
+fi
+export SDFTOOL
+
+python3 -m venv "$folder/venv"
+# shellcheck disable=SC1091
+. "$folder/venv/bin/activate"
+chapter Python sh > "$folder/python.sh"
+grep -q 'pip install ./bindings/python' "$folder/python.sh"
+PIP_QUIET=1 bash -e "$folder/python.sh"
+wheel=$(find "$CARGO_TARGET_DIR/wheels" -name 'sdftool-*.whl' -newer "$folder/python.sh" | head -n 1)
+[ -n "$wheel" ] && [ "$(stat -c %s "$wheel")" -le 4000000 ] || { echo "the wheel has more than 4 MB, or is missing: $wheel" >&2; exit 1; }
+pip install --quiet mypy pytest trimesh
+# The stub against the module. Reflected operators exist beside the others, and overloads have no defaults.
+printf '%s\n' 'sdftool\.Sdf\.__r(and|or|sub)__' 'sdftool\.signed_distance' > "$folder/allowlist"
+(cd "$folder" && python -m mypy.stubtest sdftool --allowlist allowlist >/dev/null || python -m mypy.stubtest sdftool --allowlist allowlist)
+python -m pytest --quiet --no-header -p no:cacheprovider bindings/python/tests
+chapter Python python > "$folder/chapter.py"
+grep -q sdftool "$folder/chapter.py"
+(cd "$folder" && python chapter.py && python "$OLDPWD/bindings/python/examples/gallery.py" gallery)
+
+chapter "C and C++" sh > "$folder/c.sh"
+grep -q 'bindings/c/install.sh' "$folder/c.sh"
+bash -e "$folder/c.sh"
+cmake -S bindings/c/examples -B "$folder/cmake" -DCMAKE_PREFIX_PATH="$PWD/sdftool-c" >/dev/null
+cmake --build "$folder/cmake" >/dev/null
+for program in "$folder/cmake/contacts_static" "$folder/cmake/contacts_shared" sdftool-c/contacts; do
+    "$program" "$folder/octahedron.sdf.h5" > "$folder/$(basename "$program").txt"
+done
+cmp "$folder/contacts_static.txt" "$folder/contacts_shared.txt"
+cmp "$folder/contacts_static.txt" "$folder/contacts.txt"
+valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite,possible \
+    "$folder/cmake/contacts_static" "$folder/octahedron.sdf.h5" > "$folder/valgrind.txt"
+cmp "$folder/contacts_static.txt" "$folder/valgrind.txt"
+exported=$(nm --dynamic --defined-only --extern-only sdftool-c/lib/libsdftool.so | awk '{ print $3 }' | grep -cv '^sdf_' || true)
+[ "$exported" = 0 ] || { echo "libsdftool.so shows symbols beside sdf_*" >&2; exit 1; }
+cargo test --release --locked --quiet --manifest-path bindings/Cargo.toml -p sdftool-c

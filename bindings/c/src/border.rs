@@ -1,0 +1,169 @@
+//! How do pointers become slices, and answers memory of the caller? The only `unsafe` code.
+//!
+//! A C function cannot say how long its pointers are valid or how much lies behind them: the header does, and every block below
+//! relies on that alone. What can be checked is checked first: NULL, alignment, and that a length fits into memory.
+
+#![expect(unsafe_code, reason = "memory of another language")]
+
+use std::ffi::{CStr, c_char, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use sdf_field::Field;
+
+use crate::types::{Failure, SdfError, SdfField, SdfResult, thread_count};
+
+/// Runs `work`; a failure and a panic become a result and a text.
+pub fn guard(error: *mut SdfError, work: impl FnOnce() -> Result<(), Failure>) -> SdfResult {
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    let (result, text) = match outcome {
+        Ok(Ok(())) => (SdfResult::Ok, String::new()),
+        Ok(Err(failure)) => (failure.result, failure.text),
+        Err(_) => (SdfResult::Bug, "sdftool ran into a bug: please report it".to_owned()),
+    };
+    if !error.is_null() {
+        // SAFETY: not NULL, so by the header an `SdfError`, whose bytes may have any value and need no alignment.
+        unsafe { error.write(SdfError { text: ended_by_zero(&text) }) };
+    }
+    result
+}
+
+/// The text, cut at a whole character.
+fn ended_by_zero(text: &str) -> [u8; 512] {
+    let mut bytes = [0; 512];
+    let length = text.floor_char_boundary(bytes.len() - 1);
+    bytes[..length].copy_from_slice(&text.as_bytes()[..length]);
+    bytes
+}
+
+/// `count` values that the caller lends. NULL will do for none.
+pub fn slice<'a, T>(pointer: *const T, count: usize, what: &str) -> Result<&'a [T], Failure> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    check(pointer, count, what)?;
+    // SAFETY: not NULL, aligned, of a length that fits into memory; by the header the values are there during the call.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
+}
+
+/// `count` rows of three values that the caller lends.
+pub fn rows<'a, T>(pointer: *const T, count: usize, what: &str) -> Result<&'a [[T; 3]], Failure> {
+    slice(pointer.cast(), count, what)
+}
+
+/// A plain struct that the caller lends.
+pub fn value<T: Copy>(pointer: *const T, what: &str) -> Result<T, Failure> {
+    check(pointer, 1, what)?;
+    // SAFETY: not NULL and aligned; by the header a value is there. Structs that come in hold numbers alone.
+    Ok(unsafe { pointer.read() })
+}
+
+/// A handle that this library gave.
+pub fn reference<'a>(field: *const SdfField, what: &str) -> Result<&'a SdfField, Failure> {
+    check(field, 1, what)?;
+    // SAFETY: not NULL; by the header it came from `Out::give` and is not freed during the call.
+    Ok(unsafe { &*field })
+}
+
+/// A path or another text.
+pub fn text<'a>(pointer: *const c_char, what: &str) -> Result<&'a str, Failure> {
+    check(pointer, 1, what)?;
+    // SAFETY: not NULL; by the header it is ended by a zero and stays during the call.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str().map_err(|_| Failure::invalid(format!("{what} is not UTF-8")))
+}
+
+/// Frees a handle. NULL is fine.
+pub fn free(field: *mut SdfField) {
+    if !field.is_null() {
+        // SAFETY: by the header it came from `Out::give` and is not used again. No panic passes: dropping memory has none.
+        drop(unsafe { Box::from_raw(field) });
+    }
+}
+
+fn check<T>(pointer: *const T, count: usize, what: &str) -> Result<(), Failure> {
+    if pointer.is_null() {
+        return Err(Failure::invalid(format!("{what} is NULL")));
+    }
+    if !pointer.is_aligned() {
+        return Err(Failure::invalid(format!("{what} is not aligned")));
+    }
+    let is_possible = count.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize);
+    if is_possible { Ok(()) } else { Err(Failure::invalid(format!("{what}: {count} are more than memory holds"))) }
+}
+
+/// The place of the handle that a call makes: NULL until it succeeds.
+pub struct Out(*mut *mut SdfField);
+
+impl Out {
+    pub fn new(out: *mut *mut SdfField) -> Result<Self, Failure> {
+        check(out, 1, "out")?;
+        // SAFETY: not NULL and aligned; by the header a pointer may be written there.
+        unsafe { out.write(std::ptr::null_mut()) };
+        Ok(Self(out))
+    }
+
+    pub fn give(self, field: Field) {
+        let handle = Box::into_raw(Box::new(SdfField(field)));
+        // SAFETY: as in `new`.
+        unsafe { self.0.write(handle) };
+    }
+}
+
+/// Memory of the caller that answers are written to, one after the other. It may be uninitialized: it is never read.
+pub struct Writer<T> {
+    next: *mut T,
+    left: usize,
+}
+
+impl<T: Copy> Writer<T> {
+    /// Room for `count` values.
+    pub fn new(pointer: *mut T, count: usize, what: &str) -> Result<Self, Failure> {
+        if count > 0 {
+            check(pointer, count, what)?;
+        }
+        Ok(Self { next: pointer, left: count })
+    }
+
+    /// Writes the next value, if there is room.
+    pub fn push(&mut self, value: T) {
+        if self.left > 0 {
+            // SAFETY: aligned, within the room that by the header is there, and no slice of Rust covers it.
+            unsafe {
+                self.next.write(value);
+                self.next = self.next.add(1);
+            }
+            self.left -= 1;
+        }
+    }
+}
+
+/// A function of the caller and its argument.
+pub struct Callback<F> {
+    pub function: F,
+    pub user: *mut c_void,
+}
+
+// SAFETY: the header says that any working thread may call it with this argument, one at a time.
+unsafe impl<F: Send> Send for Callback<F> {}
+// SAFETY: as above; calls are made under a lock.
+unsafe impl<F: Sync> Sync for Callback<F> {}
+
+/// Runs `work` where rayon's iterators use so many threads.
+///
+/// One thread is the caller's: rayon takes it for its pool and remembers that until the thread ends, so that a pool is made once for
+/// each thread of the caller. More are started and have ended when this returns.
+pub fn on_threads<T: Send>(threads: u32, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
+    let failure = |error: rayon::ThreadPoolBuildError| Failure::invalid(format!("threads {threads}: {error}"));
+    let count = thread_count(threads);
+    if count == 1 {
+        if rayon::current_thread_index().is_none() {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+            // Its one thread is the caller's: it has nothing to end.
+            std::mem::forget(pool.map_err(failure)?);
+        }
+        return work();
+    }
+    // A scope waits for the threads of its pool.
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(count);
+    builder.build_scoped(rayon::ThreadBuilder::run, |pool| pool.install(work)).map_err(failure)?
+}

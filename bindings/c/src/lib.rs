@@ -1,0 +1,256 @@
+//! sdftool for C: the functions of `include/sdftool.h`, on the crate `sdf-field`.
+//!
+//! | question | file |
+//! |---|---|
+//! | How do pointers become slices and back? The only `unsafe` code | `border` |
+//! | Which Rust types are the structs of the header? | `types` |
+//! | What does each function do? | here |
+
+mod border;
+mod types;
+
+use std::ffi::{c_char, c_void};
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use sdf_field::core::Sample;
+use sdf_field::file::{FieldError, GridFault, SaveError};
+use sdf_field::{BakeError, BakeOptions, ContactRow, Field, MeshView, Progress, QueryError, Threads};
+
+use border::{Callback, Out, guard};
+pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfQuery, SdfResult};
+
+/// The version of the library, such as `0.2.0`.
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_version() -> *const c_char {
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
+}
+
+/// A dense grid of 64 cells, on the caller's thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_bake_options() -> SdfBakeOptions {
+    SdfBakeOptions::default()
+}
+
+/// All contacts of faces with a distance of at most 0, by the certified search, on the caller's thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_query() -> SdfQuery {
+    SdfQuery::default()
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_bake(
+    vertices: *const f64,
+    vertex_count: usize,
+    faces: *const u32,
+    face_count: usize,
+    options: *const SdfBakeOptions,
+    progress: Option<extern "C" fn(*mut c_void, u64, u64) -> i32>,
+    user: *mut c_void,
+    out: *mut *mut SdfField,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let out = Out::new(out)?;
+        let points = border::rows(vertices, vertex_count, "vertices")?;
+        let faces = border::rows(faces, face_count, "faces")?;
+        let options = border::value(options, "options")?;
+        let progress = progress.map(|function| Callback { function, user });
+        let mesh = MeshView { points, faces };
+        let baked = border::on_threads(options.threads, || bake(mesh, &options.to_rust()?, progress))?;
+        out.give(baked);
+        Ok(())
+    })
+}
+
+fn bake(
+    mesh: MeshView,
+    options: &BakeOptions,
+    progress: Option<Callback<extern "C" fn(*mut c_void, u64, u64) -> i32>>,
+) -> Result<Field, Failure> {
+    let cancel = AtomicBool::new(false);
+    let steps = Mutex::new((0, 0));
+    let on_progress = |step| {
+        let Some(progress) = &progress else { return };
+        // Held during the call, so that steps come one at a time and in order.
+        let Ok(mut steps) = steps.lock() else { return };
+        match step {
+            Progress::Total(count) => steps.1 += count,
+            Progress::Done(count) => steps.0 += count,
+        }
+        if !cancel.load(Ordering::Relaxed) && (progress.function)(progress.user, steps.0, steps.1) != 0 {
+            cancel.store(true, Ordering::Relaxed);
+        }
+    };
+    match Field::bake_cancellable(mesh, options, &on_progress, &cancel) {
+        Ok(baked) => Ok(baked.field),
+        Err(error @ BakeError::Cancelled) => Err(Failure::new(SdfResult::Stopped, error)),
+        Err(error) => Err(Failure::invalid(error)),
+    }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_load(path: *const c_char, out: *mut *mut SdfField, error: *mut SdfError) -> SdfResult {
+    guard(error, || {
+        let out = Out::new(out)?;
+        let path = border::text(path, "path")?;
+        out.give(Field::open(path).map_err(file_failure)?);
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_read(
+    bytes: *const c_void,
+    count: usize,
+    out: *mut *mut SdfField,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let out = Out::new(out)?;
+        let bytes = border::slice(bytes.cast::<u8>(), count, "bytes")?;
+        out.give(Field::from_bytes(bytes, "bytes").map_err(file_failure)?);
+        Ok(())
+    })
+}
+
+fn file_failure(error: FieldError) -> Failure {
+    Failure::new(SdfResult::File, error)
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_save(field: *const SdfField, path: *const c_char, error: *mut SdfError) -> SdfResult {
+    guard(error, || {
+        let field = &border::reference(field, "field")?.0;
+        field.save(border::text(path, "path")?).map_err(|error| {
+            let is_refused = match &error {
+                SaveError::ClosedForm(FieldError::Refused { .. }) => true,
+                SaveError::Grid(error) => matches!(error.fault, GridFault::Refused(_)),
+                _ => false,
+            };
+            Failure::new(if is_refused { SdfResult::InvalidArgument } else { SdfResult::File }, error)
+        })
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_free(field: *mut SdfField) {
+    border::free(field);
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_error_bound(field: *const SdfField) -> f64 {
+    let field = border::reference(field, "field").ok();
+    field.and_then(|field| field.0.info()).map_or(f64::INFINITY, |info| info.error_bound)
+}
+
+/// Points that are sampled before their answers are written, so that memory does not grow with them.
+const BLOCK: usize = 1 << 12;
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_sample(
+    field: *const SdfField,
+    points: *const f64,
+    count: usize,
+    distances: *mut f64,
+    gradients: *mut f64,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let field = &border::reference(field, "field")?.0;
+        let points = border::rows(points, count, "points")?;
+        let mut distances = border::Writer::new(distances, count, "distances")?;
+        let mut gradients = match gradients.is_null() {
+            true => None,
+            false => Some(border::Writer::<[f64; 3]>::new(gradients.cast(), count, "gradients")?),
+        };
+        for block in points.chunks(BLOCK) {
+            let Some(gradients) = &mut gradients else {
+                field.values(block, Threads::ONE).into_iter().for_each(|value| distances.push(value));
+                continue;
+            };
+            for Sample { value, gradient, status } in field.sample(block, Threads::ONE) {
+                distances.push(if status.not_finite { f64::NAN } else { value });
+                gradients.push(gradient.into());
+            }
+        }
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_contacts(
+    field: *const SdfField,
+    vertices: *const f64,
+    vertex_count: usize,
+    faces: *const u32,
+    face_count: usize,
+    query: *const SdfQuery,
+    contacts: *mut ContactRow,
+    capacity: usize,
+    count: *mut usize,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let mut counter = border::Writer::<usize>::new(count, 1, "count")?;
+        let mut room = border::Writer::new(contacts, capacity, "contacts")?;
+        let mut found = 0;
+        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, |row| {
+            if found < capacity {
+                room.push(row);
+            }
+            found += 1;
+            ControlFlow::Continue(())
+        });
+        counter.push(found);
+        let _: ControlFlow<()> = visited?;
+        if found > capacity {
+            return Err(Failure::new(SdfResult::TooSmall, format!("{found} contacts, but room for {capacity}")));
+        }
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_visit_contacts(
+    field: *const SdfField,
+    vertices: *const f64,
+    vertex_count: usize,
+    faces: *const u32,
+    face_count: usize,
+    query: *const SdfQuery,
+    callback: Option<extern "C" fn(*mut c_void, *const ContactRow) -> i32>,
+    user: *mut c_void,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let callback = callback.ok_or_else(|| Failure::invalid("visit is NULL"))?;
+        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, |row| {
+            if callback(user, &row) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        })?;
+        match flow {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Failure::new(SdfResult::Stopped, "visit returned non-zero")),
+        }
+    })
+}
+
+fn visit(
+    field: *const SdfField,
+    vertices: (*const f64, usize),
+    faces: (*const u32, usize),
+    query: *const SdfQuery,
+    mut on_row: impl FnMut(ContactRow) -> ControlFlow<()>,
+) -> Result<ControlFlow<()>, Failure> {
+    let field = &border::reference(field, "field")?.0;
+    let points = border::rows(vertices.0, vertices.1, "vertices")?;
+    let faces = border::rows(faces.0, faces.1, "faces")?;
+    let options = border::value(query, "query")?.to_rust()?;
+    if let Some(info) = field.info() {
+        info.check_margin(options.margin).map_err(Failure::invalid)?;
+    }
+    let mesh = MeshView { points, faces };
+    let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));
+    visited.map_err(|error: QueryError| Failure::invalid(error))
+}

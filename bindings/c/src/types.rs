@@ -1,0 +1,164 @@
+//! Which Rust types are the structs of the header? Plain numbers, so that no pattern of bits that C hands over is invalid.
+
+use std::fmt::Display;
+use std::num::NonZeroUsize;
+
+use sdf_field::core::grid::owned::{Layout, Precision};
+use sdf_field::core::placed::Rigid;
+use sdf_field::{BakeOptions, ContactOptions, Elements, Field, GridSize, Method, SignMethod, Threads};
+
+/// A field behind the header's opaque handle.
+pub struct SdfField(pub Field);
+
+/// The header's `SdfResult`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub enum SdfResult {
+    Ok,
+    InvalidArgument,
+    File,
+    TooSmall,
+    Stopped,
+    Bug,
+}
+
+/// The header's `SdfError`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct SdfError {
+    pub text: [u8; 512],
+}
+
+/// The header's `SdfBakeOptions`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct SdfBakeOptions {
+    pub voxel_size: f64,
+    pub resolution: u32,
+    pub layout: u32,
+    pub precision: u32,
+    pub sign: u32,
+    pub band: u32,
+    pub padding: u32,
+    pub threads: u32,
+}
+
+/// The header's `SdfQuery`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct SdfQuery {
+    pub margin: f64,
+    pub translation: [f64; 3],
+    pub rotation: [f64; 4],
+    pub elements: u32,
+    pub method: u32,
+    pub all_minima: u32,
+    pub budget: u32,
+    pub threads: u32,
+}
+
+/// A result other than `Ok`, and why.
+#[derive(Debug)]
+pub struct Failure {
+    pub result: SdfResult,
+    pub text: String,
+}
+
+impl Failure {
+    pub fn new(result: SdfResult, text: impl Display) -> Self {
+        Self { result, text: text.to_string() }
+    }
+
+    pub fn invalid(text: impl Display) -> Self {
+        Self::new(SdfResult::InvalidArgument, text)
+    }
+}
+
+impl Default for SdfBakeOptions {
+    fn default() -> Self {
+        let BakeOptions { band, padding, .. } = BakeOptions::default();
+        Self { voxel_size: 0.0, resolution: 64, layout: 0, precision: 0, sign: 0, band, padding, threads: 1 }
+    }
+}
+
+impl SdfBakeOptions {
+    /// The options of the library. Threads are taken from the pool that the caller installs.
+    pub fn to_rust(self) -> Result<BakeOptions, Failure> {
+        let size = match (self.voxel_size, self.resolution) {
+            (size, _) if size > 0.0 && size.is_finite() => GridSize::VoxelSize(size),
+            (0.0, 0) => {
+                return Err(Failure::invalid("resolution is 0: give cells along the longest side, or voxel_size"));
+            }
+            (0.0, cells) => GridSize::Cells(cells),
+            (size, _) => return Err(Failure::invalid(format!("voxel_size {size} is not a positive length"))),
+        };
+        let layout = choice("layout", self.layout, &[Layout::Dense, Layout::Sparse])?;
+        let precision = choice("precision", self.precision, &[Precision::U16, Precision::F32, Precision::U8])?;
+        let signs = [None, Some(SignMethod::PseudoNormal), Some(SignMethod::Winding)];
+        Ok(BakeOptions {
+            size,
+            layout,
+            precision: (layout == Layout::Sparse && precision != Precision::U16).then_some(precision),
+            band: self.band,
+            padding: self.padding,
+            sign: choice("sign", self.sign, &signs)?,
+            threads: Threads::ALL,
+            ..BakeOptions::default()
+        })
+    }
+}
+
+impl Default for SdfQuery {
+    fn default() -> Self {
+        Self {
+            margin: 0.0,
+            translation: [0.0; 3],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            elements: 0,
+            method: 0,
+            all_minima: 0,
+            budget: 0,
+            threads: 1,
+        }
+    }
+}
+
+impl SdfQuery {
+    /// The options of the library.
+    pub fn to_rust(self) -> Result<ContactOptions, Failure> {
+        if !self.margin.is_finite() {
+            return Err(Failure::invalid(format!("margin {} is not a finite length", self.margin)));
+        }
+        let (translation, rotation) = (self.translation, self.rotation);
+        let is_moved = translation != [0.0; 3] || rotation != [0.0, 0.0, 0.0, 1.0];
+        let pose = Rigid::new(translation, rotation).ok_or_else(|| {
+            Failure::invalid(
+                "pose: a zero quaternion is not a rotation, and numbers must be finite; start from sdf_query()",
+            )
+        })?;
+        let methods = [Method::Auto, Method::Certified, Method::FrankWolfe, Method::ProjectedGradient, Method::Newton];
+        Ok(ContactOptions {
+            elements: choice("elements", self.elements, &[Elements::Faces, Elements::Edges, Elements::Vertices])?,
+            method: choice("method", self.method, &methods)?,
+            margin: self.margin,
+            pose: is_moved.then_some(pose),
+            budget: (self.budget > 0).then_some(self.budget),
+            all_minima: self.all_minima != 0,
+            threads: Threads::new(thread_count(self.threads)),
+            ..ContactOptions::default()
+        })
+    }
+}
+
+/// As many threads as asked for; 0 stands for all cores. Never the pool of the whole process, whose threads would not end.
+pub fn thread_count(threads: u32) -> usize {
+    match threads {
+        0 => std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
+        threads => threads as usize,
+    }
+}
+
+fn choice<T: Copy>(what: &str, code: u32, choices: &[T]) -> Result<T, Failure> {
+    let known = || Failure::invalid(format!("{what} {code} is unknown: give 0 to {}", choices.len() - 1));
+    choices.get(code as usize).copied().ok_or_else(known)
+}

@@ -1,0 +1,216 @@
+"""Signed distance fields of meshes, negative inside, and contacts of meshes with them."""
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, Protocol, final, overload
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "ELEMENT_NAMES",
+    "STATUS_NAMES",
+    "Overlap",
+    "Sdf",
+    "__version__",
+    "bake",
+    "bowl",
+    "capsule",
+    "cone",
+    "contact_dtype",
+    "cuboid",
+    "cylinder",
+    "ellipsoid",
+    "from_bytes",
+    "half_space",
+    "horseshoe",
+    "load",
+    "octahedron",
+    "rounded_box",
+    "signed_distance",
+    "sphere",
+    "torus",
+    "union",
+]
+
+__version__: str
+STATUS_NAMES: list[str]
+ELEMENT_NAMES: list[str]
+contact_dtype: np.dtype[np.void]
+
+class _TriMesh(Protocol):
+    """trimesh.Trimesh and alike."""
+
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+class _Open3dMesh(Protocol):
+    """open3d.geometry.TriangleMesh and alike."""
+
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def triangles(self) -> Any: ...
+
+_Mesh = _TriMesh | _Open3dMesh
+_Floats = npt.NDArray[np.float64]
+_Vector = Sequence[float] | npt.NDArray[Any]
+_Pose = npt.ArrayLike | tuple[_Vector, _Vector]
+_Sign = Literal["auto", "pseudo-normal", "winding"]
+_Method = Literal["auto", "certified", "fw", "pgd", "newton", "ls", "gss"]
+
+@final
+class Sdf:
+    """A signed distance field, negative inside: a baked grid or a closed form."""
+
+    def __call__(self, points: npt.ArrayLike, *, threads: int | None = None) -> _Floats: ...
+    @overload
+    def sample(
+        self, points: npt.ArrayLike, *, status: Literal[False] = False, threads: int | None = None
+    ) -> tuple[_Floats, _Floats]: ...
+    @overload
+    def sample(
+        self, points: npt.ArrayLike, *, status: Literal[True], threads: int | None = None
+    ) -> tuple[_Floats, _Floats, npt.NDArray[np.uint8]]: ...
+    def contacts(
+        self,
+        mesh: _Mesh | npt.ArrayLike,
+        faces: npt.ArrayLike | None = None,
+        *,
+        margin: float = 0.0,
+        method: _Method = "auto",
+        elements: Literal["faces", "edges", "vertices"] = "faces",
+        pose: _Pose | None = None,
+        all_minima: bool = False,
+        complete: bool = False,
+        one_per_feature: bool = False,
+        budget: int | None = None,
+        tolerance: float = 1e-3,
+        threads: int | None = None,
+    ) -> npt.NDArray[np.void]: ...
+    def overlap(
+        self,
+        other: Sdf,
+        *,
+        pose: _Pose | None = None,
+        other_pose: _Pose | None = None,
+        margin: float = 0.0,
+        tolerance: float = 1e-3,
+        resolution: float | None = None,
+    ) -> Overlap: ...
+    def __or__(self, value: Sdf, /) -> Sdf: ...
+    def __and__(self, value: Sdf, /) -> Sdf: ...
+    def __sub__(self, value: Sdf, /) -> Sdf: ...
+    def smooth_union(self, other: Sdf, blend: float) -> Sdf: ...
+    def offset(self, distance: float) -> Sdf: ...
+    def shell(self, thickness: float) -> Sdf: ...
+    def moved(
+        self,
+        translation: Sequence[float] = ...,
+        rotation: Sequence[float] = ...,
+        scale: float = 1.0,
+    ) -> Sdf: ...
+    def save(self, path: str | os.PathLike[str]) -> None: ...
+    def to_bytes(self) -> bytes: ...
+    def __copy__(self) -> Sdf: ...
+    def __deepcopy__(self, _memo: Any) -> Sdf: ...
+    @property
+    def layout(self) -> Literal["dense", "sparse", "closed form"]: ...
+    @property
+    def precision(self) -> Literal["f32", "u16", "u8"] | None: ...
+    @property
+    def spacing(self) -> float | None: ...
+    @property
+    def shape(self) -> tuple[int, int, int] | None: ...
+    @property
+    def bounds(self) -> tuple[list[float], list[float]]: ...
+    @property
+    def error_bound(self) -> float | None: ...
+    @property
+    def slope_bound(self) -> float: ...
+    @property
+    def band(self) -> float | None: ...
+    @property
+    def max_margin(self) -> float | None: ...
+    @property
+    def sign_method(self) -> Literal["pseudo-normal", "winding"] | None: ...
+    @property
+    def sign_reason(self) -> str | None: ...
+    @property
+    def values(self) -> npt.NDArray[np.float32] | None: ...
+
+@final
+class Overlap:
+    """Where two fields touch; distances are negative inside."""
+
+    @property
+    def verdict(self) -> Literal["contact", "separated", "undecided"]: ...
+    @property
+    def lower_bound(self) -> float | None: ...
+    @property
+    def points(self) -> _Floats: ...
+    @property
+    def normals(self) -> _Floats: ...
+    @property
+    def distances(self) -> _Floats: ...
+    @property
+    def area(self) -> float: ...
+    @property
+    def patch_points(self) -> _Floats: ...
+    @property
+    def patch_normals(self) -> _Floats: ...
+    @property
+    def patch_distances(self) -> _Floats: ...
+    @property
+    def patch_areas(self) -> _Floats: ...
+
+def bake(
+    mesh: _Mesh | npt.ArrayLike,
+    faces: npt.ArrayLike | None = None,
+    *,
+    res: int | None = None,
+    voxel_size: float | None = None,
+    max_error: float | str | None = None,
+    layout: Literal["dense", "sparse"] | None = None,
+    sign: _Sign = "auto",
+    band: int = 3,
+    padding: int = 4,
+    precision: Literal["f32", "u16", "u8"] | None = None,
+    inner_faces: Literal["drop", "keep"] = "drop",
+    threads: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Sdf: ...
+@overload
+def signed_distance(
+    mesh: _Mesh, points: npt.ArrayLike, /, *, sign: _Sign = "auto", threads: int | None = None
+) -> _Floats: ...
+@overload
+def signed_distance(
+    mesh: _Mesh, *, points: npt.ArrayLike, sign: _Sign = "auto", threads: int | None = None
+) -> _Floats: ...
+@overload
+def signed_distance(
+    mesh: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    points: npt.ArrayLike,
+    *,
+    sign: _Sign = "auto",
+    threads: int | None = None,
+) -> _Floats: ...
+def load(path: str | os.PathLike[str]) -> Sdf: ...
+def from_bytes(data: bytes) -> Sdf: ...
+def sphere(radius: float) -> Sdf: ...
+def half_space(normal: Sequence[float] = ..., offset: float = 0.0) -> Sdf: ...
+def cuboid(half_extents: Sequence[float]) -> Sdf: ...
+def rounded_box(half_extents: Sequence[float], radius: float) -> Sdf: ...
+def capsule(a: Sequence[float], b: Sequence[float], radius: float) -> Sdf: ...
+def cylinder(radius: float, half_height: float) -> Sdf: ...
+def cone(half_angle: float, height: float) -> Sdf: ...
+def torus(major_radius: float, minor_radius: float) -> Sdf: ...
+def octahedron(size: float) -> Sdf: ...
+def ellipsoid(radii: Sequence[float]) -> Sdf: ...
+def bowl(radius: float, cut_height: float, thickness: float) -> Sdf: ...
+def horseshoe(radius: float, thickness: float, bend: float, leg: float, half_depth: float) -> Sdf: ...
+def union(fields: Sequence[Sdf]) -> Sdf: ...

@@ -1,0 +1,133 @@
+//! How do arrays become slices of rows? Contiguous float64 points and uint32 faces are lent, all else is converted in one pass.
+
+use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::{type_error, value_error};
+
+/// Rows of three numbers, lent by numpy or converted.
+pub enum Rows<'py, T: Element> {
+    Lent(PyReadonlyArray2<'py, T>),
+    Owned(Vec<[T; 3]>),
+}
+
+impl<T: Element> Rows<'_, T> {
+    pub fn as_slice(&self) -> &[[T; 3]] {
+        match self {
+            Self::Owned(rows) => rows,
+            // Checked when it was lent.
+            Self::Lent(array) => array.as_slice().map_or(&[], |numbers| numbers.as_chunks::<3>().0),
+        }
+    }
+}
+
+/// Points of shape (n, 3), of any integer or float type.
+pub fn points<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Rows<'py, f64>> {
+    let array = rows_of_three(given, what, "(n, 3)", "biuf", "numbers")?;
+    if let Some(lent) = lend::<f64>(&array) {
+        return Ok(Rows::Lent(lent));
+    }
+    if let Some(single) = lend::<f32>(&array) {
+        let rows = single.as_slice().map_or(&[][..], |numbers| numbers.as_chunks::<3>().0);
+        return Ok(Rows::Owned(rows.iter().map(|row| row.map(f64::from)).collect()));
+    }
+    let converted = contiguous(&array, "float64")?;
+    lend(&converted).map(Rows::Lent).ok_or_else(|| type_error(format!("{what}: not an array of shape (n, 3)")))
+}
+
+/// Faces of shape (m, 3), of any integer type; each index is one of `vertex_count` vertices.
+pub fn faces<'py>(given: &Bound<'py, PyAny>, vertex_count: usize) -> PyResult<Rows<'py, u32>> {
+    let array = rows_of_three(given, "faces", "(m, 3): triangulate first", "iu", "integers")?;
+    if let Some(lent) = lend::<u32>(&array) {
+        let indices = lent.as_slice().unwrap_or(&[]);
+        check_indices(indices, vertex_count, |index| i64::from(*index))?;
+        return Ok(Rows::Lent(lent));
+    }
+    if let Some(narrow) = lend::<i32>(&array) {
+        return converted_faces(narrow.as_slice().unwrap_or(&[]), vertex_count, |index| i64::from(*index));
+    }
+    let wide = contiguous(&array, "int64")?;
+    let wide = lend::<i64>(&wide).ok_or_else(|| type_error("faces: not an array of shape (m, 3)"))?;
+    converted_faces(wide.as_slice().unwrap_or(&[]), vertex_count, |index| *index)
+}
+
+fn converted_faces<'py, T>(indices: &[T], vertex_count: usize, wide: impl Fn(&T) -> i64) -> PyResult<Rows<'py, u32>> {
+    check_indices(indices, vertex_count, &wide)?;
+    Ok(Rows::Owned(
+        indices.as_chunks::<3>().0.iter().map(|face| face.each_ref().map(|index| wide(index) as u32)).collect(),
+    ))
+}
+
+fn check_indices<T>(indices: &[T], vertex_count: usize, wide: impl Fn(&T) -> i64) -> PyResult<()> {
+    let is_valid = |index: i64| (0..=i64::from(u32::MAX)).contains(&index) && (index as usize) < vertex_count;
+    match indices.iter().position(|index| !is_valid(wide(index))) {
+        None => Ok(()),
+        Some(at) => {
+            let (face, vertex) = (at / 3, wide(&indices[at]));
+            Err(value_error(format!(
+                "faces: face {face} refers to vertex {vertex}, but there are {vertex_count} vertices"
+            )))
+        }
+    }
+}
+
+/// Numbers of a fixed count, such as a vector or a quaternion.
+pub fn numbers<const N: usize>(given: &Bound<PyAny>, what: &str) -> PyResult<[f64; N]> {
+    let wanted = || type_error(format!("{what}: {N} numbers are needed"));
+    let array = as_array(given, what)?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if array.shape() != [N] || !"iuf".contains(&kind) {
+        return Err(wanted());
+    }
+    let list: Vec<f64> = array.call_method0("tolist")?.extract().map_err(|_| wanted())?;
+    list.try_into().map_err(|_| wanted())
+}
+
+/// The numpy array of anything that numpy takes for one.
+pub fn as_array<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    if let Ok(array) = given.cast::<PyUntypedArray>() {
+        return Ok(array.clone());
+    }
+    let array = given.py().import("numpy")?.call_method1("asarray", (given,));
+    let array = array.map_err(|error| type_error(format!("{what}: not an array ({error})")))?;
+    array.cast_into::<PyUntypedArray>().map_err(|_| type_error(format!("{what}: not an array")))
+}
+
+fn rows_of_three<'py>(
+    given: &Bound<'py, PyAny>,
+    what: &str,
+    wanted: &str,
+    kinds: &str,
+    numbers: &str,
+) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let array = as_array(given, what)?;
+    let dtype = array.getattr("dtype")?;
+    let kind: String = dtype.getattr("kind")?.extract()?;
+    let shape = array.shape().to_vec();
+    // An empty list has floats, whatever it stands for.
+    if shape == [0] {
+        let numpy = array.py().import("numpy")?;
+        return Ok(numpy.call_method1("zeros", ((0, 3), "int64"))?.cast_into::<PyUntypedArray>()?);
+    }
+    if !kinds.contains(&kind) {
+        return Err(type_error(format!("{what}: an array of {dtype}, not of {numbers}")));
+    }
+    match shape[..] {
+        [_, 3] => Ok(array),
+        _ => {
+            let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+            Err(type_error(format!("{what}: an array of shape ({}), not {wanted}", shape.join(", "))))
+        }
+    }
+}
+
+/// The array itself, if it is of this type and its rows lie one after the other.
+fn lend<'py, T: Element>(array: &Bound<'py, PyUntypedArray>) -> Option<PyReadonlyArray2<'py, T>> {
+    let array = array.cast::<numpy::PyArray2<T>>().ok()?.try_readonly().ok()?;
+    array.is_c_contiguous().then_some(array)
+}
+
+fn contiguous<'py>(array: &Bound<'py, PyUntypedArray>, dtype: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let numpy = array.py().import("numpy")?;
+    Ok(numpy.call_method1("ascontiguousarray", (array, dtype))?.cast_into::<PyUntypedArray>()?)
+}

@@ -1,0 +1,69 @@
+//! How do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
+
+use numpy::{Element, PyArrayDescr};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use sdf_field::core::contact::Contact;
+use sdf_field::{ContactRow, Elements, Method};
+
+pub const ELEMENTS: [(&str, Elements); 3] =
+    [("faces", Elements::Faces), ("edges", Elements::Edges), ("vertices", Elements::Vertices)];
+
+/// Names as the program's `--method` has them, without its baselines.
+pub const METHODS: [(&str, Method); 7] = [
+    ("auto", Method::Auto),
+    ("certified", Method::Certified),
+    ("fw", Method::FrankWolfe),
+    ("pgd", Method::ProjectedGradient),
+    ("newton", Method::Newton),
+    ("ls", Method::LineSearch),
+    ("gss", Method::GoldenSection),
+];
+
+/// A record of a structured array.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct Record(ContactRow);
+
+pub fn records(contacts: &[Contact<f64>]) -> Vec<Record> {
+    contacts.iter().map(|contact| Record(ContactRow::from(contact))).collect()
+}
+
+/// Name, type and offset of each column of a record.
+macro_rules! columns {
+    ($($name:ident: $format:literal),+ $(,)?) => {
+        [$((stringify!($name), $format, std::mem::offset_of!(ContactRow, $name))),+]
+    };
+}
+
+/// The type of contacts: see docs/contacts.md for the columns, of which this has all but the polygon.
+pub fn contact_dtype(py: Python<'_>) -> Bound<'_, PyArrayDescr> {
+    let columns = columns!(
+        element: "u1", id: "u4", vertices: "(3,)u4", feature: "u1", feature_id: "(2,)u4", weights: "(3,)f8", point: "(3,)f8",
+        surface_point: "(3,)f8", normal: "(3,)f8", slope: "f8", distance: "f8", lower_bound: "f8", error_bound: "f8",
+        shape_lower_bound: "f8", evaluations: "u4", status: "u1", key: "u8",
+    );
+    let describe = || -> PyResult<Bound<'_, PyArrayDescr>> {
+        let fields = PyDict::new(py);
+        fields.set_item("names", PyList::new(py, columns.map(|(name, ..)| name))?)?;
+        fields.set_item("formats", PyList::new(py, columns.map(|(_, format, _)| format))?)?;
+        fields.set_item("offsets", PyList::new(py, columns.map(|(.., offset)| offset))?)?;
+        fields.set_item("itemsize", size_of::<ContactRow>())?;
+        Ok(py.import("numpy")?.call_method1("dtype", (fields,))?.cast_into::<PyArrayDescr>()?)
+    };
+    describe().expect("numpy takes a list of columns")
+}
+
+// SAFETY: the type says where each column lies in a `ContactRow`, by `offset_of`, and how large it is. Every pattern of bits is a
+// value of each column, and no column is an object of Python.
+unsafe impl Element for Record {
+    const IS_COPY: bool = true;
+
+    fn get_dtype(py: Python<'_>) -> Bound<'_, PyArrayDescr> {
+        contact_dtype(py)
+    }
+
+    fn clone_ref(&self, _py: Python<'_>) -> Self {
+        *self
+    }
+}

@@ -1,0 +1,51 @@
+//! Which exception has an error? Arguments of a wrong kind: TypeError. Of a wrong value: ValueError. Files: OSError.
+
+use std::fmt::Display;
+use std::io;
+
+use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyPermissionError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use sdf_field::file::{FieldError, GridFault, GridFileError};
+
+pub fn value_error(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+pub fn type_error(error: impl Display) -> PyErr {
+    PyTypeError::new_err(error.to_string())
+}
+
+/// OSError where the system refused, else ValueError: the file is not what it should be.
+pub fn file_error(error: &FieldError) -> PyErr {
+    match error {
+        FieldError::Unreadable { source, .. } | FieldError::Unwritable { source, .. } => io_error(source, error),
+        FieldError::Grid(grid) => grid_error(grid),
+        FieldError::Refused { .. } => value_error(error),
+    }
+}
+
+/// The same of a grid file.
+pub fn grid_error(error: &GridFileError) -> PyErr {
+    match &error.fault {
+        GridFault::Io(cause) => io_error(cause, error),
+        _ => value_error(error),
+    }
+}
+
+fn io_error(cause: &io::Error, error: &dyn Display) -> PyErr {
+    let text = error.to_string();
+    match cause.kind() {
+        io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
+        io::ErrorKind::PermissionDenied => PyPermissionError::new_err(text),
+        _ => PyOSError::new_err(text),
+    }
+}
+
+/// The choice with this name, or a ValueError that lists all.
+pub fn choice<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    let found = choices.iter().find(|(known, _)| *known == name).map(|(_, choice)| *choice);
+    found.ok_or_else(|| {
+        let known: Vec<&str> = choices.iter().map(|(known, _)| *known).collect();
+        value_error(format!("{what}={name:?}: give one of {}", known.join(", ")))
+    })
+}

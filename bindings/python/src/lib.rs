@@ -1,0 +1,39 @@
+//! sdftool for Python. Every function stands on the crate `sdf-field`; here are only its arguments, arrays and exceptions.
+//!
+//! | question | file |
+//! |---|---|
+//! | How do arrays and meshes of other packages become slices? | `arrays`, `mesh` |
+//! | How does Ctrl-C end a bake? | `bake` |
+//! | What can be asked of a field? | `sdf`, `contacts`, `overlap` |
+//! | Which closed forms are there? | `shapes` |
+//! | On which threads does it run, also after a fork? | `pools` |
+//! | Which exception has an error? | `errors` |
+
+mod arrays;
+mod bake;
+mod contacts;
+mod errors;
+mod mesh;
+mod overlap;
+mod pools;
+mod pose;
+mod sdf;
+mod shapes;
+
+use pyo3::prelude::*;
+use sdf_field::ContactRow;
+
+#[pymodule]
+fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("contact_dtype", contacts::contact_dtype(module.py()))?;
+    module.add("STATUS_NAMES", ContactRow::STATUS_NAMES.to_vec())?;
+    module.add("ELEMENT_NAMES", ContactRow::ELEMENT_NAMES.to_vec())?;
+    module.add_class::<sdf::Sdf>()?;
+    module.add_class::<overlap::Overlap>()?;
+    module.add_function(wrap_pyfunction!(bake::bake, module)?)?;
+    module.add_function(wrap_pyfunction!(mesh::signed_distance, module)?)?;
+    module.add_function(wrap_pyfunction!(sdf::load, module)?)?;
+    module.add_function(wrap_pyfunction!(sdf::from_bytes, module)?)?;
+    shapes::add(module)
+}

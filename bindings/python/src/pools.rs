@@ -1,0 +1,43 @@
+//! On which threads does a call run? On pools that are kept between calls, one for each count of threads.
+//!
+//! A process that was forked has the memory of its parent's pools but none of their threads, and would wait for them forever. So
+//! a pool belongs to the process that started it.
+
+use std::collections::BTreeMap;
+use std::process;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::PyResult;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::errors::value_error;
+
+/// Pools by process and count of threads; a count of 0 stands for all cores.
+static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+
+/// More threads than any machine has cores.
+const MAX_THREADS: usize = 4096;
+
+/// Runs `work` on so many threads; `None` stands for all cores.
+pub fn run<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    Ok(pool(threads)?.install(work))
+}
+
+fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
+    let count = match threads {
+        None => 0,
+        Some(count) if (1..=MAX_THREADS).contains(&count) => count,
+        Some(count) => {
+            return Err(value_error(format!("threads={count}: give 1 to {MAX_THREADS}, or None for all cores")));
+        }
+    };
+    let key = (process::id(), count);
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = pools.get(&key) {
+        return Ok(pool.clone());
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(count).build();
+    let pool = Arc::new(pool.map_err(|error| value_error(format!("threads={count}: {error}")))?);
+    pools.insert(key, pool.clone());
+    Ok(pool)
+}

@@ -1,0 +1,358 @@
+//! What can be asked of a field? The class `Sdf`.
+
+use std::path::PathBuf;
+
+use numpy::ndarray::{Array2, ArrayView3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use sdf_field::core::Sample;
+use sdf_field::core::grid::owned::OwnedStorage;
+use sdf_field::core::placed::Similarity;
+use sdf_field::file::SaveError;
+use sdf_field::{ContactOptions, Field, Threads};
+
+use crate::errors::{choice, file_error, grid_error, type_error, value_error};
+use crate::overlap::{self, Overlap};
+use crate::{arrays, contacts, mesh::Mesh, pools, pose};
+
+/// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
+///
+/// (trimesh and pysdf are positive inside.) Lengths are in the unit of the mesh. A field never changes: any number of threads may
+/// ask it. It pickles, and shares its samples with its copies and with combinations made of it.
+#[pyclass(frozen, module = "sdftool")]
+pub struct Sdf(pub Field);
+
+#[pymethods]
+impl Sdf {
+    /// Values at points, negative inside: float64 (n,) of points (n, 3). NaN at points that are not finite.
+    ///
+    /// Outside of a grid's box, and outside beyond a sparse grid's band, values are lower bounds of the distance: see sample.
+    #[pyo3(signature = (points, *, threads=None))]
+    fn __call__<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let points = arrays::points(points, "points")?;
+        let rows = points.as_slice();
+        let values = on_threads(py, threads, rows.len(), |threads| self.0.values(rows, threads))?;
+        Ok(values.into_pyarray(py))
+    }
+
+    /// Values and gradients at points, negative inside: (float64 (n,), float64 (n, 3)) of points (n, 3).
+    ///
+    /// A gradient is the derivative of the value, points outward and is not normalized. status=True adds uint8 (n,), a sum of 1: no
+    /// derivative here, 2: outside of the grid, the value is a lower bound, 4: beyond the band, 8: not finite, with NaN for value.
+    #[pyo3(signature = (points, *, status=false, threads=None))]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        status: bool,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = arrays::points(points, "points")?;
+        let rows = points.as_slice();
+        let (values, gradients, flags) = on_threads(py, threads, rows.len(), |threads| {
+            let samples = self.0.sample(rows, threads);
+            let values: Vec<f64> = samples.iter().map(value_or_nan).collect();
+            let gradients: Vec<f64> = samples.iter().flat_map(|sample| <[f64; 3]>::from(sample.gradient)).collect();
+            let flags: Vec<u8> = if status { samples.iter().map(flags_of).collect() } else { vec![] };
+            (values, gradients, flags)
+        })?;
+        let gradients = Array2::from_shape_vec((rows.len(), 3), gradients).map_err(value_error)?;
+        let gradients: Bound<PyArray2<f64>> = gradients.into_pyarray(py);
+        let values = values.into_pyarray(py);
+        if status {
+            return Ok((values, gradients, flags.into_pyarray(py)).into_pyobject(py)?.into_any());
+        }
+        Ok((values, gradients).into_pyobject(py)?.into_any())
+    }
+
+    /// Contacts of a mesh: a structured array (k,) of contact_dtype, one record for each element with a distance of at most
+    /// margin somewhere, at the point where it is lowest. Negative distances are inside.
+    ///
+    /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
+    /// margin: a length; negative: only contacts at least so deep.
+    /// method: "auto", "certified", "fw", "pgd", "newton", "ls", or "gss" (edges only).
+    /// elements: "faces", "edges" or "vertices".
+    /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
+    /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
+    /// complete: leave out no element that the baked mesh has within the margin; what the grid's error leaves open has the
+    /// status "possible".
+    /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). threads: None for all cores.
+    #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
+        complete=false, one_per_feature=false, budget=None, tolerance=1e-3, threads=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn contacts<'py>(
+        &self,
+        py: Python<'py>,
+        mesh: &Bound<'py, PyAny>,
+        faces: Option<&Bound<'py, PyAny>>,
+        margin: f64,
+        method: &str,
+        elements: &str,
+        pose: Option<&Bound<'py, PyAny>>,
+        all_minima: bool,
+        complete: bool,
+        one_per_feature: bool,
+        budget: Option<u32>,
+        tolerance: f64,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mesh = Mesh::new(mesh, faces)?;
+        if !margin.is_finite() {
+            return Err(value_error(format!("margin={margin}: give a finite length")));
+        }
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(value_error(format!("tolerance={tolerance}: give a positive number")));
+        }
+        if let Some(info) = self.0.info() {
+            info.check_margin(margin).map_err(value_error)?;
+        }
+        let options = ContactOptions {
+            elements: choice("elements", elements, &contacts::ELEMENTS)?,
+            method: choice("method", method, &contacts::METHODS)?,
+            margin,
+            pose: pose.map(pose::rigid).transpose()?,
+            budget,
+            tolerance,
+            all_minima,
+            complete,
+            one_per_feature,
+            threads: Threads::ALL,
+        };
+        let view = mesh.view();
+        let found = on_threads(py, threads, view.faces.len(), |threads| {
+            let found = self.0.contacts(view, &ContactOptions { threads, ..options });
+            found.map(|found| contacts::records(&found.contacts))
+        })?;
+        Ok(found.map_err(value_error)?.into_pyarray(py).into_any())
+    }
+
+    /// Where this field and another touch, negative distances inside, without a mesh: an Overlap.
+    ///
+    /// pose, other_pose: where either stands in the world. margin: both fields are at most so far.
+    /// tolerance: of the proven deepest point, as a fraction of the box in which they may touch.
+    /// resolution: edge of the cubes into which the contact patch is cut.
+    #[pyo3(signature = (other, *, pose=None, other_pose=None, margin=0.0, tolerance=1e-3, resolution=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn overlap(
+        &self,
+        py: Python,
+        other: &Bound<Self>,
+        pose: Option<&Bound<PyAny>>,
+        other_pose: Option<&Bound<PyAny>>,
+        margin: f64,
+        tolerance: f64,
+        resolution: Option<f64>,
+    ) -> PyResult<Overlap> {
+        overlap::find(py, [&self.0, &other.get().0], [pose, other_pose], margin, tolerance, resolution)
+    }
+
+    /// The points of either field: min(a, b), negative inside.
+    fn __or__(&self, other: &Bound<Self>) -> PyResult<Self> {
+        Field::union(&[self.0.clone(), other.get().0.clone()]).map(Self).map_err(value_error)
+    }
+
+    /// The points of both fields: max(a, b), negative inside.
+    fn __and__(&self, other: &Bound<Self>) -> PyResult<Self> {
+        self.0.intersection(&other.get().0).map(Self).map_err(value_error)
+    }
+
+    /// The points of this field that are not of the other: max(a, -b), negative inside.
+    fn __sub__(&self, other: &Bound<Self>) -> PyResult<Self> {
+        self.0.difference(&other.get().0).map(Self).map_err(value_error)
+    }
+
+    /// The union with its seam filled over a width of blend, a length.
+    fn smooth_union(&self, other: &Bound<Self>, blend: f64) -> PyResult<Self> {
+        self.0.smooth_union(&other.get().0, blend).map(Self).map_err(value_error)
+    }
+
+    /// The body grown by a length, shrunk where that is negative.
+    fn offset(&self, distance: f64) -> PyResult<Self> {
+        self.0.offset(distance).map(Self).map_err(value_error)
+    }
+
+    /// The points about the surface, in a layer of this thickness.
+    fn shell(&self, thickness: f64) -> PyResult<Self> {
+        self.0.shell(thickness).map(Self).map_err(value_error)
+    }
+
+    /// The field scaled, then turned by a quaternion (x, y, z, w), then moved.
+    #[pyo3(signature = (translation=[0.0; 3], rotation=[0.0, 0.0, 0.0, 1.0], scale=1.0))]
+    fn moved(&self, translation: [f64; 3], rotation: [f64; 4], scale: f64) -> PyResult<Self> {
+        let placement = Similarity::new(translation, rotation, scale);
+        let placement = placement
+            .ok_or_else(|| value_error("moved: rotation must not be zero, scale positive, and all numbers finite"))?;
+        self.0.placed(placement).map(Self).map_err(value_error)
+    }
+
+    /// Writes a grid as .sdf.h5, a closed form as .sdf.toml: whole, or not at all. load reads the same field, bit for bit.
+    fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
+        py.detach(|| self.0.save(path)).map_err(|error| match &error {
+            SaveError::ClosedForm(cause) => file_error(cause),
+            SaveError::Grid(cause) => grid_error(cause),
+            _ => value_error(&error),
+        })
+    }
+
+    /// The bytes that save writes; from_bytes reads them.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| self.0.to_bytes()).map_err(value_error)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let bytes = self.to_bytes(py).map_err(|error| type_error(format!("this field cannot be pickled: {error}")))?;
+        Ok((py.import("sdftool")?.getattr("from_bytes")?, (bytes,)))
+    }
+
+    fn __copy__(&self) -> Self {
+        Self(self.0.clone())
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<PyAny>) -> Self {
+        Self(self.0.clone())
+    }
+
+    /// "dense", "sparse" or "closed form".
+    #[getter]
+    fn layout(&self) -> &'static str {
+        self.0.grid().map_or("closed form", |grid| grid.storage().layout().name())
+    }
+
+    /// Type of a grid's samples: "f32", "u16" or "u8"; None of a closed form.
+    #[getter]
+    fn precision(&self) -> Option<&'static str> {
+        self.0.grid().map(|grid| grid.storage().precision().name())
+    }
+
+    /// Side of a grid's cells, in the unit of the mesh; None of a closed form.
+    #[getter]
+    fn spacing(&self) -> Option<f64> {
+        self.0.grid().map(|grid| grid.lattice().spacing())
+    }
+
+    /// Nodes of a grid along z, y and x, as the shape of values; None of a closed form.
+    #[getter]
+    fn shape(&self) -> Option<(u32, u32, u32)> {
+        self.0.grid().map(|grid| {
+            let [x, y, z] = grid.lattice().nodes();
+            (z, y, x)
+        })
+    }
+
+    /// A grid's box, or a box around the inside of a closed form: ((x, y, z), (x, y, z)), lowest corner first.
+    #[getter]
+    fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let bounds = self.0.grid().map_or_else(|| self.0.bounds(0.0), |grid| grid.lattice().bounds());
+        (bounds.min, bounds.max)
+    }
+
+    /// Certified bound on |value - true distance|, a length: in the box of a dense grid, in the band of a sparse one; else None.
+    #[getter]
+    fn error_bound(&self) -> Option<f64> {
+        self.0.info().map(|info| info.error_bound)
+    }
+
+    /// Lipschitz constant: values of two points differ by at most so many times their distance.
+    #[getter]
+    fn slope_bound(&self) -> f64 {
+        self.0.slope_bound()
+    }
+
+    /// Half width of a sparse grid's band, a length; else None.
+    #[getter]
+    fn band(&self) -> Option<f64> {
+        self.0.info().and_then(|info| info.band)
+    }
+
+    /// Largest margin of contacts that a grid answers, a length; None of a closed form, which answers any.
+    #[getter]
+    fn max_margin(&self) -> Option<f64> {
+        self.0.info().map(|info| info.max_margin())
+    }
+
+    /// How inside was told from outside: "pseudo-normal" or "winding"; None of a closed form.
+    #[getter]
+    fn sign_method(&self) -> Option<&'static str> {
+        self.0.info().map(|info| info.sign_method.name())
+    }
+
+    /// Why that method, in words; None of a closed form.
+    #[getter]
+    fn sign_reason(&self) -> Option<&str> {
+        self.0.info().map(|info| info.sign_reason.as_str())
+    }
+
+    /// Samples of a dense grid, float32 [z, y, x], read-only and without a copy: node [k, j, i] is bounds[0] + spacing * (i, j, k).
+    /// None of a sparse grid or a closed form.
+    #[getter]
+    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArray3<f32>>>> {
+        let Some(grid) = slf.get().0.grid() else { return Ok(None) };
+        let OwnedStorage::Dense(dense) = grid.storage() else { return Ok(None) };
+        let [x, y, z] = grid.lattice().nodes().map(|count| count as usize);
+        let view = ArrayView3::from_shape((z, y, x), dense.storage().samples()).map_err(value_error)?;
+        // SAFETY: the samples live as long as this object, which the array keeps alive. They never move, for the class is frozen
+        // and the grid shared. Nobody writes: the flag is cleared before Python sees the array.
+        let array = unsafe { PyArray3::borrow_from_array(&view, slf.clone().into_any()) };
+        array.call_method1("setflags", (false,))?;
+        Ok(Some(array))
+    }
+
+    fn __repr__(&self) -> String {
+        match (self.0.grid(), self.error_bound()) {
+            (Some(grid), Some(error)) => {
+                let [x, y, z] = grid.lattice().nodes();
+                let (layout, spacing) = (self.layout(), grid.lattice().spacing());
+                format!(
+                    "<sdftool.Sdf: {layout} grid of {x} x {y} x {z} nodes, spacing {spacing}, error at most {error}>"
+                )
+            }
+            (Some(_), None) => format!("<sdftool.Sdf: {} grid>", self.layout()),
+            _ => "<sdftool.Sdf: closed form>".to_owned(),
+        }
+    }
+}
+
+/// Elements below which a call stays on the caller's thread: to wake others takes longer.
+const FEW: usize = 512;
+
+/// Runs `work` without the interpreter's lock, on the caller's thread where one is asked for or there is little to do.
+pub fn on_threads<T: Send>(
+    py: Python,
+    threads: Option<usize>,
+    count: usize,
+    work: impl FnOnce(Threads) -> T + Send,
+) -> PyResult<T> {
+    if threads == Some(1) || (threads.is_none() && count <= FEW) {
+        return Ok(py.detach(|| work(Threads::ONE)));
+    }
+    py.detach(|| pools::run(threads, || work(Threads::ALL)))
+}
+
+fn value_or_nan(sample: &Sample<f64>) -> f64 {
+    if sample.status.not_finite { f64::NAN } else { sample.value }
+}
+
+fn flags_of(sample: &Sample<f64>) -> u8 {
+    let status = sample.status;
+    let flags = [status.degenerate_gradient, status.outside_grid, status.beyond_band, status.not_finite];
+    flags.into_iter().zip(0..).map(|(flag, bit)| u8::from(flag) << bit).sum()
+}
+
+/// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
+#[pyfunction]
+pub fn load(py: Python, path: PathBuf) -> PyResult<Sdf> {
+    py.detach(|| Field::open(path)).map(Sdf).map_err(|error| file_error(&error))
+}
+
+/// The field of the bytes of a file, as to_bytes gives them. Negative inside.
+#[pyfunction]
+pub fn from_bytes(py: Python, data: &[u8]) -> PyResult<Sdf> {
+    py.detach(|| Field::from_bytes(data, "data")).map(Sdf).map_err(|error| file_error(&error))
+}

@@ -1,0 +1,257 @@
+"""Fields, meshes of other packages, pickles, threads and signals."""
+
+import copy
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import sdftool
+from conftest import ball, dented_ball, sheet
+
+POINTS = np.random.default_rng(4).uniform(-1.3, 1.3, (500, 3))
+
+
+@pytest.fixture(scope="module")
+def body():
+    return sdftool.bake(*dented_ball(16), res=32)
+
+
+@pytest.fixture(scope="module")
+def fields(body):
+    sparse = sdftool.bake(*dented_ball(16), res=48, layout="sparse")
+    return [body, sparse, sdftool.sphere(1.0).shell(0.1)]
+
+
+def test_negative_is_inside():
+    sphere = sdftool.sphere(1.0)
+    assert np.array_equal(sphere([[0, 0, 0], [3, 0, 0]]), [-1.0, 2.0])
+    values, gradients = sphere.sample([[3.0, 0.0, 0.0]])
+    assert values[0] == 2.0 and np.array_equal(gradients, [[1.0, 0.0, 0.0]])
+    assert sdftool.bake(*ball(12), res=16)([[0.0, 0.0, 0.0]])[0] < -0.9
+    assert sdftool.signed_distance(*ball(12), [[0.0, 0.0, 2.0], [0.0, 0.0, 0.5]]).tolist()[0] == 1.0
+    for function in [sdftool.bake, sdftool.signed_distance, sdftool.load, sdftool.Sdf, sdftool.Sdf.sample]:
+        assert "egative inside" in function.__doc__ or "negative inside" in function.__doc__
+
+
+def test_distances_of_a_grid_keep_within_its_error_bound(body):
+    low, high = body.bounds
+    inside = POINTS[((POINTS > low) & (POINTS < high)).all(axis=1)]
+    assert len(inside) > 100
+    exact = sdftool.signed_distance(*dented_ball(16), inside)
+    assert np.abs(body(inside) - exact).max() <= body.error_bound
+
+
+def test_every_kind_of_array_gives_the_same(body):
+    vertices, faces = sheet(12)
+    single = vertices.astype(np.float32)
+    expected = body.contacts(single.astype(np.float64), faces.astype(np.uint32))
+    assert len(expected) > 10
+    wide = np.zeros((len(single), 6))
+    wide[:, ::2] = single
+    for points in [single, wide[:, ::2], np.asfortranarray(single), single.tolist(), single.astype(">f4")]:
+        for indices in [faces, faces.astype(np.int32), faces.astype(np.uint64), faces[:, ::-1][:, ::-1], faces.tolist()]:
+            assert np.array_equal(body.contacts(points, indices), expected)
+    assert np.array_equal(body(POINTS.astype(np.float32)), body(POINTS.astype(np.float32).astype(np.float64)))
+    assert body.contacts(vertices, []).shape == (0,) and body([]).shape == (0,)
+
+
+def test_meshes_of_other_packages_are_taken_as_they_are(body):
+    vertices, faces = sheet(12)
+    expected = body.contacts(vertices, faces)
+    numpy = lambda array: SimpleNamespace(numpy=lambda: array)
+    tensor = SimpleNamespace(vertex=SimpleNamespace(positions=numpy(vertices)), triangle=SimpleNamespace(indices=numpy(faces)))
+    for mesh in [SimpleNamespace(vertices=vertices, faces=faces), SimpleNamespace(vertices=vertices, triangles=faces), tensor]:
+        assert np.array_equal(body.contacts(mesh), expected)
+    mesh = SimpleNamespace(vertices=ball(8)[0], faces=ball(8)[1])
+    assert np.array_equal(sdftool.signed_distance(mesh, POINTS), sdftool.signed_distance(*ball(8), POINTS))
+    assert np.array_equal(sdftool.signed_distance(mesh, points=POINTS), sdftool.signed_distance(*ball(8), POINTS))
+
+
+def test_trimesh_and_its_scenes(body):
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces = sheet(12)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    assert np.array_equal(body.contacts(mesh), body.contacts(vertices, faces))
+    scene = trimesh.Scene([mesh])
+    with pytest.raises(TypeError, match="to_mesh"):
+        body.contacts(scene)
+    assert len(body.contacts(scene.to_mesh())) == len(body.contacts(mesh))
+
+
+def test_open3d(body):
+    open3d = pytest.importorskip("open3d")
+    vertices, faces = sheet(12)
+    mesh = open3d.geometry.TriangleMesh(open3d.utility.Vector3dVector(vertices), open3d.utility.Vector3iVector(faces))
+    assert np.array_equal(body.contacts(mesh), body.contacts(vertices, faces))
+
+
+def test_a_matrix_and_a_quaternion_are_one_pose(body):
+    turn = np.deg2rad(40.0)
+    pose = np.eye(4)
+    pose[:3, :3] = [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    pose[:3, 3] = [0.1, -0.2, 0.05]
+    quaternion = [0.0, 0.0, np.sin(turn / 2), np.cos(turn / 2)]
+    by_matrix = body.contacts(*sheet(12), pose=pose)
+    by_quaternion = body.contacts(*sheet(12), pose=(pose[:3, 3], quaternion))
+    assert len(by_matrix) == len(by_quaternion) > 10
+    assert np.allclose(by_matrix["distance"], by_quaternion["distance"], atol=1e-12)
+    # The field moves with the pose: the mesh moved back has the same distances.
+    vertices, faces = sheet(12)
+    moved_back = body.contacts((vertices - pose[:3, 3]) @ pose[:3, :3], faces)
+    assert np.allclose(by_matrix["distance"], moved_back["distance"], atol=1e-9)
+
+
+def test_fields_survive_files_bytes_and_pickles(fields, tmp_path):
+    for field, ending in zip(fields, ["sdf.h5", "sdf.h5", "sdf.toml"]):
+        path = tmp_path / f"field.{ending}"
+        field.save(path)
+        data = field.to_bytes()
+        assert path.read_bytes() == data
+        again = [sdftool.load(path), sdftool.load(str(path)), sdftool.from_bytes(data), pickle.loads(pickle.dumps(field))]
+        for other in again + [copy.copy(field), copy.deepcopy(field)]:
+            assert np.array_equal(other(POINTS), field(POINTS))
+
+
+def test_results_do_not_depend_on_threads(fields):
+    vertices, faces = sheet(40)
+    for field in fields:
+        expected = field.contacts(vertices, faces, threads=1)
+        for threads in [None, 2, 3]:
+            assert np.array_equal(field.contacts(vertices, faces, threads=threads), expected)
+        assert np.array_equal(field(np.tile(POINTS, (20, 1)), threads=2), field(np.tile(POINTS, (20, 1)), threads=1))
+    assert sdftool.bake(*ball(8), res=16, threads=1).to_bytes() == sdftool.bake(*ball(8), res=16, threads=2).to_bytes()
+
+
+def test_other_threads_run_during_a_call(body):
+    count, is_done = [0], threading.Event()
+
+    def work():
+        while not is_done.is_set():
+            count[0] += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    before = count[0]
+    sdftool.signed_distance(*dented_ball(40), np.tile(POINTS, (40, 1)), threads=1)
+    after = count[0]
+    is_done.set()
+    thread.join()
+    assert after - before > 100
+
+
+def call_in_child(field, result):
+    result.put(field.contacts(*sheet(40), threads=2)["distance"].sum())
+
+
+def test_a_forked_process_has_threads_of_its_own(body):
+    expected = body.contacts(*sheet(40), threads=2)["distance"].sum()
+    for method in ["fork", "spawn"]:
+        context = multiprocessing.get_context(method)
+        result = context.Queue()
+        child = context.Process(target=call_in_child, args=(body, result))
+        child.start()
+        assert result.get(timeout=60) == expected
+        child.join()
+
+
+LONG_BAKE = """
+import sys, time, numpy as np, sdftool
+sys.path.insert(0, {folder!r})
+from conftest import dented_ball
+mesh = dented_ball(200)
+print("begins", flush=True)
+try:
+    sdftool.bake(*mesh, res=700, layout={layout!r}, threads=2)
+except KeyboardInterrupt:
+    print("interrupted", time.time(), flush=True)
+"""
+
+
+@pytest.mark.parametrize("layout", ["dense", "sparse"])
+def test_ctrl_c_ends_a_bake_within_half_a_second(layout):
+    code = LONG_BAKE.format(folder=os.path.dirname(__file__), layout=layout)
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "begins\n"
+    time.sleep(0.7)
+    sent = time.time()
+    child.send_signal(signal.SIGINT)
+    word, moment = child.stdout.readline().split()
+    assert word == "interrupted" and float(moment) - sent < 0.5
+    assert child.wait(timeout=20) == 0
+
+
+def test_progress_is_told_and_its_exception_ends_the_bake():
+    told = []
+    sdftool.bake(*dented_ball(60), res=160, threads=1, progress=lambda done, total: told.append((done, total)))
+    assert told and all(done <= total for done, total in told) and told == sorted(told)
+
+    def refuse(done, total):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        sdftool.bake(*dented_ball(60), res=400, layout="sparse", progress=refuse)
+
+
+def test_samples_of_a_dense_grid_are_lent_and_outlive_the_field():
+    field = sdftool.bake(*ball(8), res=16)
+    values, low = field.values, np.array(field.bounds[0])
+    assert values.dtype == np.float32 and values.shape == field.shape and not values.flags.writeable
+    with pytest.raises(ValueError):
+        values[0, 0, 0] = 1.0
+    node = low + field.spacing * np.array([3, 5, 7])
+    assert abs(field([node])[0] - values[7, 5, 3]) < 1e-6
+    assert np.shares_memory(values, field.values)
+    del field
+    assert values[8, 8, 8] < 0.0
+    assert sdftool.sphere(1.0).values is None
+
+
+def test_combinations(body):
+    sphere, box = sdftool.sphere(1.0), sdftool.cuboid((0.5, 0.6, 0.7))
+    a, b = sphere(POINTS), box(POINTS)
+    assert np.array_equal((sphere | box)(POINTS), np.minimum(a, b))
+    assert np.array_equal((sphere & box)(POINTS), np.maximum(a, b))
+    assert np.array_equal((sphere - box)(POINTS), np.maximum(a, -b))
+    assert np.array_equal(sphere.offset(0.25)(POINTS), a - 0.25)
+    assert np.array_equal(sphere.shell(0.5)(POINTS), np.abs(a) - 0.25)
+    assert np.array_equal(sdftool.union([sphere, box, body])(POINTS), np.minimum(np.minimum(a, b), body(POINTS)))
+    assert (sphere.smooth_union(box, 0.1)(POINTS) <= np.minimum(a, b)).all()
+    assert np.allclose(sphere.moved([1, 2, 3], scale=2.0)([[1, 2, 8]]), 3.0)
+    shapes = [
+        sdftool.half_space(),
+        sdftool.rounded_box([1, 1, 1], 0.1),
+        sdftool.capsule([0, 0, 0], [0, 0, 1], 0.2),
+        sdftool.cylinder(1, 1),
+        sdftool.cone(0.4, 1),
+        sdftool.octahedron(1),
+        sdftool.ellipsoid([1, 2, 3]),
+        sdftool.bowl(1, 0.2, 0.1),
+        sdftool.horseshoe(1, 0.3, 1.2, 0.5, 0.2),
+    ]
+    for shape in shapes:
+        assert shape.layout == "closed form" and np.isfinite(shape(POINTS)).all()
+
+
+def test_overlap_of_two_fields(body):
+    found = sdftool.sphere(1.0).overlap(sdftool.sphere(1.0), pose=([0, 0, 1.5], [0, 0, 0, 1]))
+    assert found.verdict == "contact" and len(found.points) == 1 and found.normals[0][2] > 0.99
+    assert abs(found.distances[0].sum() + 0.5) < 1e-2 and abs(found.area / (np.pi * (1 - 0.75**2)) - 1) < 0.05
+    assert found.patch_points.shape == found.patch_normals.shape == (len(found.patch_areas), 3)
+    apart = body.overlap(sdftool.sphere(0.1), other_pose=([0, 0, 1.5], [0, 0, 0, 1]))
+    assert apart.verdict == "separated" and apart.area == 0.0 and apart.points.shape == (0, 3)
+
+
+def test_statuses_say_where_a_value_is_only_a_bound(fields):
+    far = [[9.0, 9.0, 9.0], [np.nan, 0, 0], [0.0, 0.0, 0.0]]
+    values, _, status = fields[1].sample(far, status=True)
+    assert status.dtype == np.uint8 and status[0] & 2 and status[1] == 8 and np.isnan(values[1]) and status[2] & 4
+    assert 0.0 < values[0] <= np.linalg.norm(far[0])

@@ -1,0 +1,71 @@
+"""Wrong input is a TypeError, ValueError or OSError that says what."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+import sdftool
+from conftest import ball, sheet
+
+VERTICES, FACES = ball(6)
+NAN = VERTICES.copy()
+NAN[3, 1] = math.nan
+GRID = sdftool.bake(VERTICES, FACES, res=8)
+
+CASES = [
+    (lambda: sdftool.bake("dragon.obj"), TypeError, "a str is not a mesh"),
+    (lambda: sdftool.bake(VERTICES), TypeError, "give vertices and faces"),
+    (lambda: sdftool.bake(VERTICES[:, :2], FACES), TypeError, r"vertices: an array of shape \(62, 2\), not \(n, 3\)"),
+    (lambda: sdftool.bake(VERTICES, FACES[:, :2]), TypeError, "triangulate"),
+    (lambda: sdftool.bake(VERTICES, FACES.astype(float)), TypeError, "faces: an array of float64, not of integers"),
+    (lambda: sdftool.bake(VERTICES.astype(str), FACES), TypeError, "vertices: an array of <U32, not of numbers"),
+    (lambda: sdftool.bake(VERTICES, FACES + 60), ValueError, "refers to vertex 6[0-9], but there are 62 vertices"),
+    (lambda: sdftool.bake(VERTICES, FACES - 1), ValueError, "refers to vertex -1"),
+    (lambda: sdftool.bake(VERTICES, FACES.astype(np.uint64) + 2**63), ValueError, "refers to vertex -"),
+    (lambda: sdftool.bake(NAN, FACES), ValueError, "NaN|finite"),
+    (lambda: sdftool.bake([], []), ValueError, "no |empty|triangle"),
+    (lambda: sdftool.bake(VERTICES, FACES, res=0), ValueError, "res=0"),
+    (lambda: sdftool.bake(VERTICES, FACES, res=-1), (OverflowError, ValueError), "negative|res"),
+    (lambda: sdftool.bake(VERTICES, FACES, res=4_000_000), ValueError, "grid of"),
+    (lambda: sdftool.bake(VERTICES, FACES, res=8, voxel_size=1.0), TypeError, "give one of them"),
+    (lambda: sdftool.bake(VERTICES, FACES, voxel_size=-1.0), ValueError, "voxel_size=-1"),
+    (lambda: sdftool.bake(VERTICES, FACES, max_error="tiny"), ValueError, "0.1%"),
+    (lambda: sdftool.bake(VERTICES, FACES, layout="octree"), ValueError, "give one of dense, sparse"),
+    (lambda: sdftool.bake(VERTICES, FACES, sign="inside"), ValueError, "auto, pseudo-normal, winding"),
+    (lambda: sdftool.bake(VERTICES, FACES, precision="u8"), ValueError, 'layout="sparse"'),
+    (lambda: sdftool.bake(VERTICES, FACES, threads=0), ValueError, "threads=0"),
+    (lambda: sdftool.load("/nowhere/x.sdf.h5"), FileNotFoundError, "/nowhere/x.sdf.h5"),
+    (lambda: sdftool.from_bytes(b"neither"), ValueError, "data: not TOML"),
+    (lambda: GRID.save("/nowhere/x.sdf.h5"), OSError, "nowhere"),
+    (lambda: GRID([1.0, 2.0, 3.0]), TypeError, r"shape \(3\), not \(n, 3\)"),
+    (lambda: GRID.contacts(*sheet(4), margin=math.nan), ValueError, "margin=NaN"),
+    (lambda: GRID.contacts(*sheet(4), margin=100.0), ValueError, "bake it with more padding"),
+    (lambda: GRID.contacts(*sheet(4), method="magic"), ValueError, "auto, certified, fw"),
+    (lambda: GRID.contacts(*sheet(4), method="gss"), ValueError, "edges only"),
+    (lambda: GRID.contacts(*sheet(4), method="fw", all_minima=True), ValueError, "auto and certified only"),
+    (lambda: GRID.contacts(*sheet(4), pose=2.0 * np.eye(4)), ValueError, "not a rigid motion"),
+    (lambda: GRID.contacts(*sheet(4), pose=np.eye(3)), TypeError, r"\(4, 4\)"),
+    (lambda: GRID.contacts(*sheet(4), pose=([0, 0, 0], [0, 0, 0, 0])), ValueError, "quaternion is zero"),
+    (lambda: GRID | 1, TypeError, "unsupported operand"),
+    (lambda: GRID.overlap(None), TypeError, "Sdf"),
+    (lambda: sdftool.sphere(-1.0), ValueError, "radius must be positive"),
+    (lambda: sdftool.union([]), ValueError, "one field"),
+    (lambda: sdftool.half_space().overlap(sdftool.half_space()), ValueError, "unbounded"),
+    (lambda: pickle.dumps(GRID | sdftool.sphere(1.0)), TypeError, "cannot be pickled"),
+    (lambda: sdftool.signed_distance(VERTICES, FACES, [[0.0, 0.0]]), TypeError, "points"),
+]
+
+
+@pytest.mark.parametrize("call, error, words", CASES)
+def test_wrong_input_says_what_is_wrong(call, error, words):
+    with pytest.raises(error, match=words):
+        call()
+
+
+def test_combinations_nest_no_deeper_than_files_may():
+    field = sdftool.sphere(1.0)
+    with pytest.raises(ValueError, match="more than 64"):
+        for _ in range(100):
+            field = field.offset(0.01)
+    assert np.isfinite(field([[0.0, 0.0, 0.0]])).all()
