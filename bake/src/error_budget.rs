@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BOUND_ROUNDING, DEQUANTIZED_ROUNDING};
-use crate::sparse::SparseBaker;
+use crate::sparse::{Certify, SparseBaker};
 use crate::{BakedGrid, MeshDistance, lattice_around};
 
 /// Requirements of a sparse grid.
@@ -240,7 +240,8 @@ impl ErrorBudget {
         let lattice = lattice_around(&mesh.bounds(), spacing, self.padding)?;
         let slots = brick_counts(&lattice).iter().try_fold(1, |n: usize, count| n.checked_mul(*count as usize + 1))?;
         let table = slots.checked_mul(size_of::<[f32; 4]>())?;
-        (table <= self.max_bytes).then(|| SparseBaker::new(mesh, &lattice, self.band * spacing))
+        (table <= self.max_bytes)
+            .then(|| SparseBaker::new(mesh, &lattice, self.band * spacing).certified(Certify::Tight))
     }
 
     /// Extrapolates from the memory of a known size: the number of bricks grows with the inverse square of the size.
