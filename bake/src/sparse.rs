@@ -167,6 +167,7 @@ impl<'a> SparseBaker<'a> {
         let in_progress =
             self.slot_count().min(SLOTS_AT_A_TIME) * (BRICK_SAMPLES * size_of::<C>() + size_of::<Brick<C>>());
         let bricks = self.max_bricks().saturating_mul(per_brick);
+        let in_progress = in_progress + splat::max_bytes(self.mesh);
         bricks.saturating_add(in_progress).saturating_add(self.map.bytes())
     }
 

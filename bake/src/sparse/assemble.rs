@@ -43,7 +43,15 @@ impl SparseBaker<'_> {
             BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
         let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table refers to bricks that exist") };
         let brick_bounds = |(brick, slot): (usize, &[u32; 3])| {
-            let halo = HaloBlock::new(lattice, *slot, |node, row| read_row(&storage, node, row));
+            // Neighbours by their offset from −1 to 1 along each axis, x fastest.
+            let neighbours: [Option<usize>; 27] = std::array::from_fn(|index| {
+                let offset = [index % 3, index / 3 % 3, index / 9].map(|n| n as u32);
+                storage.brick_at(std::array::from_fn(|axis| (slot[axis] + offset[axis]).wrapping_sub(1)))
+            });
+            let halo = HaloBlock::new(lattice, *slot, |node, row| {
+                let [x, y, z] = [0, 1, 2].map(|axis: usize| (node[axis] / BRICK + 1 - slot[axis]) as usize);
+                read_row(&storage, neighbours[9 * z + 3 * y + x], node, row);
+            });
             // The brick's cells have corners in the bricks above along each axis too.
             let upper_slots = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
             let roundings = upper_slots.filter_map(|slot| storage.brick_at(slot)).map(|brick| roundings[brick]);
@@ -77,11 +85,7 @@ impl SparseBaker<'_> {
 
     /// Computes the bricks of slots in Hilbert order, block by block. Samples are written where they stay, and the gaps of
     /// slots without a brick are closed at the end.
-    fn near_bricks<C: Quantize>(
-        &self,
-        slots: &[[u32; 3]],
-        on_slots_done: &(dyn Fn(usize) + Sync),
-    ) -> BrickColumns<C> {
+    fn near_bricks<C: Quantize>(&self, slots: &[[u32; 3]], on_slots_done: &(dyn Fn(usize) + Sync)) -> BrickColumns<C> {
         let mut samples = vec![C::default(); slots.len() * BRICK_SAMPLES];
         let block = |slot: &[u32; 3]| slot.map(|n| n / BLOCK);
         let mut free = &mut samples[..];
@@ -149,9 +153,10 @@ impl SparseBaker<'_> {
     }
 }
 
-/// Reads nodes of one slot from the given one on, along x.
-fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, node: [u32; 3], row: &mut [f32]) {
-    let Some(brick) = storage.brick_at(node.map(|n| n / BRICK)) else {
+/// Reads nodes of one slot, which may have a brick, from the given one on along x.
+#[inline(always)]
+fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, brick: Option<usize>, node: [u32; 3], row: &mut [f32]) {
+    let Some(brick) = brick else {
         for (x, value) in (node[0]..).zip(row) {
             *value = storage.node([x, node[1], node[2]]);
         }
@@ -160,8 +165,9 @@ fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, node: [u32; 3], row: 
     let [x, y, z] = node.map(|n| (n % BRICK) as usize);
     let first = brick * BRICK_SAMPLES + (z * BRICK as usize + y) * BRICK as usize + x;
     let bricks = storage.bricks();
+    let scale = bricks.scales[brick];
     for (value, code) in row.iter_mut().zip(&bricks.samples[first..]) {
-        *value = code.decode(bricks.scales[brick]);
+        *value = code.decode(scale);
     }
 }
 

@@ -247,11 +247,6 @@ impl BrickMap {
         (0..8).all(|corner| self.are_nodes_inside[corner_node(self.counts, slot, corner)] == is_inside)
     }
 
-    /// Are all corners of a slot outside?
-    pub fn is_outside(&self, slot: [u32; 3]) -> bool {
-        (0..8).all(|corner| !self.are_nodes_inside[corner_node(self.counts, slot, corner)])
-    }
-
     /// Distance at the middle of a slot.
     pub fn middle_distance(&self, slot: [u32; 3]) -> f64 {
         self.distances[self.index(slot)].abs().into()

@@ -9,7 +9,7 @@
 //! | step | file |
 //! |---|---|
 //! | 1. which triangles are near which brick? | `lists` |
-//! | 2. how far is each node from them, in f32 around the brick's middle, and how do their normals turn? | `distances`, `packed`, `frame` |
+//! | 2. how far is each node from them, in f32 around the brick's middle, and how do their normals turn? | `distances`, `nearest_test`, `packed`, `frame` |
 //! | 3. which nodes are inside? Sides flood along clear edges of the grid from a few exact ones | `sides`; winding numbers: `sign::flood_fill` |
 //! | 4. what is stored | `values` |
 //!
@@ -22,6 +22,7 @@
 mod distances;
 mod frame;
 mod lists;
+mod nearest_test;
 mod packed;
 mod sides;
 mod values;
@@ -30,12 +31,13 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
 use sdf_core::nalgebra::Vector3;
 
 use super::{Certify, Quantize, SparseBaker};
-use crate::SignMethod;
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{NODE_POSITION_ROUNDING, SINGLE_SLACK};
 use crate::sign::flood_fill::NodeBlock;
 use crate::triangle::nearest_on_triangle;
+use crate::{MeshDistance, SignMethod};
 use distances::{BrickDistances, BrickQuery, NODES};
+use frame::TriangleFrame;
 use lists::{SlotLists, WantedSlot};
 use sides::NodeBits;
 use values::SignedBrick;
@@ -115,10 +117,12 @@ impl SparseBaker<'_> {
         let Self { mesh, lattice, map, .. } = self;
         let inv_spacing = 1.0 / lattice.spacing();
         let is_at_jump = !(mesh.is_continuous() || map.is_on_one_side(slot));
-        let mut reach = map.kept_within() * inv_spacing;
+        // No distance beyond the coarse grid's magnitudes is stored; inside they can exceed K.
+        let mut length = map.corner_magnitudes(slot).into_iter().fold(map.kept_within(), f64::max);
         if is_at_jump {
-            reach = reach.max(map.middle_distance(slot) * inv_spacing * (1.0 + SINGLE_SLACK) + FARTHEST_NODE);
+            length = length.max(map.middle_distance(slot) + FARTHEST_NODE * lattice.spacing());
         }
+        let reach = length * inv_spacing * (1.0 + SINGLE_SLACK);
         SlotPlan { wanted: WantedSlot { slot, reach: (reach as f32).next_up() }, is_at_jump }
     }
 
@@ -143,16 +147,17 @@ impl SparseBaker<'_> {
         let middle = Vector3::from_fn(|axis, _| {
             lattice.origin()[axis] + spacing * (f64::from(slot[axis] * BRICK) + 0.5 * (SIDE - 1) as f64)
         });
-        brick.measure(arch, BrickQuery {
-            triangles: &lists.triangles,
-            list,
-            middle,
-            inv_spacing,
-            reach,
-            // Only inside does the coarse grid exceed K.
-            needs_all: is_at_jump || !map.is_outside(slot),
-            certified_band: is_certified.then(|| in_voxels(map.band())),
-        });
+        brick.measure(
+            arch,
+            BrickQuery {
+                triangles: &lists.triangles,
+                list,
+                middle,
+                inv_spacing,
+                reach,
+                certified_band: is_certified.then(|| in_voxels(map.band())),
+            },
+        );
         let rounding = brick.rounding + self.position_rounding() as f32;
         let kept_within = in_voxels(map.kept_within()) + rounding;
         if !brick.distances.iter().any(|distance| *distance <= kept_within) {
@@ -161,10 +166,20 @@ impl SparseBaker<'_> {
         for (bound, distance) in signed.iter_mut().zip(brick.distances.iter()) {
             *bound = (distance.min(reach) - rounding).max(0.0);
         }
-        let triangle = |node: usize| lists.triangles[list[(brick.nearest[node] as usize).min(list.len() - 1)] as usize].slot as usize;
+        let triangle = |index: u32| lists.triangles[list[(index as usize).min(list.len() - 1)] as usize].slot as usize;
         let inside = if is_solid {
-            let is_inside = |node: usize| mesh.nearest(self.node(slot, step_of(node)), triangle(node)).is_inside;
-            sides::nodes_inside(arch, signed, CLEARANCE + rounding, is_inside)
+            let is_inside = |node: usize| {
+                let (step, position) = (step_of(node), self.node(slot, step_of(node)));
+                if signed[node] >= reach - 2.0 * rounding {
+                    // Its nearest triangle may not be in the list.
+                    return mesh.nearest(position, triangle(brick.nearest[node])).is_inside;
+                }
+                let offset = step.map(|n| n as f32 - 0.5 * (SIDE - 1) as f32);
+                let candidates = brick.nearest_to(arch, offset, list.len(), rounding);
+                let slots = candidates.iter().map(|index| triangle(*index));
+                mesh.is_inside_by_nearest_of(position, slots)
+            };
+            sides::nodes_inside(arch, signed, reach - 2.0 * rounding, CLEARANCE + rounding, is_inside)
         } else {
             self.inside_by_winding(slot, signed)
         };
@@ -180,9 +195,9 @@ impl SparseBaker<'_> {
             Certify::Fast if is_solid => f64::from(brick.interpolation).min(MAX_ERROR) * spacing,
             Certify::Fast => MAX_ERROR * spacing,
             Certify::Tight => self.slot_error(slot, |[x, y, z]| {
-                let node = (z * SIDE + y) * SIDE + x;
-                let nearest = nearest_on_triangle(self.node(slot, [x, y, z]), mesh.tree().corners[triangle(node)]);
-                (nearest.distance_sq.sqrt(), triangle(node))
+                let triangle = triangle(brick.nearest[(z * SIDE + y) * SIDE + x]);
+                let nearest = nearest_on_triangle(self.node(slot, [x, y, z]), mesh.tree().corners[triangle]);
+                (nearest.distance_sq.sqrt(), triangle)
             }),
         };
         let rounding = f64::from(code_rounding) + f64::from(rounding) * spacing;
@@ -204,9 +219,15 @@ impl SparseBaker<'_> {
         let position = |step: [usize; 3]| self.node(slot, step);
         let block = NodeBlock { counts: [SIDE; 3], spacing, position };
         block.sign(self.mesh, &self.map.seeds(&self.lattice, slot), bounds);
-        let layer = |z: usize| (0..64).fold(0, |bits, node| bits | u64::from(bounds[64 * z + node].is_sign_negative()) << node);
+        let layer =
+            |z: usize| (0..64).fold(0, |bits, node| bits | u64::from(bounds[64 * z + node].is_sign_negative()) << node);
         std::array::from_fn(layer)
     }
+}
+
+/// Memory of the triangles around one block.
+pub(super) fn max_bytes(mesh: &MeshDistance) -> usize {
+    mesh.tree().corners.len().min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
 }
 
 fn step_of(node: usize) -> [usize; 3] {

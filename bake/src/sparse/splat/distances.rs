@@ -1,21 +1,13 @@
 //! Distances of a brick's 8³ nodes to the triangles of its list, in f32 around its middle, in voxels.
 //!
-//! Octants of 4³ nodes, then groups of 4 × 2 × 2, keep only the triangles that can be nearest to one of their points. With
-//! distance d and offset d·f of the group's middle from a triangle, e and D those of the nearest, and R the farthest
-//! point of the box, a triangle can be nearest to a point middle + v of the box only if (docs/error-bounds.md, "Which
-//! triangles can be nearest")
-//!
-//! ```text
-//! d − A ≤ max over v of v·(k e − f),   A = √(D² + R²),   k = D / A.
-//! ```
-//!
-//! The same test over the cells of a group gives the normals that bound its error: all lie in a cap of half angle θ, so
-//! the interpolant errs by at most (√3/2) sin θ.
+//! Octants of 4³ nodes, then groups of 4 × 2 × 2, keep only the triangles that can be nearest to one of their points
+//! (`nearest_test`). Sixteen triangles are looked at from one middle, then sixteen nodes are measured to one triangle.
 
 use sdf_core::nalgebra::Vector3;
 
 use super::frame::{TriangleFrame, greater, lesser};
-use super::packed::{PackedTriangles, View, WIDTH, Wide};
+use super::nearest_test::{NearestTest, Region, largest_sine};
+use super::packed::{PackedTriangles, View, WIDTH};
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BRICK_DISTANCE_ROUNDING, CHAIN_SLACK_F32};
 
@@ -25,8 +17,7 @@ pub(super) const NODES: usize = 512;
 /// Lists of more packs than this are copied for each octant; shorter ones are masked.
 const MAX_MASKED_PACKS: usize = 6;
 
-/// Half diagonal of the 4³ nodes of an octant and of the 4 × 2 × 2 nodes of a group, in voxels, rounded up.
-const OCTANT_RADIUS: f32 = 2.5981;
+/// Half diagonal of the 4 × 2 × 2 nodes of a group, in voxels, rounded up.
 const GROUP_RADIUS: f32 = 1.6584;
 
 /// What is asked of a brick.
@@ -40,8 +31,6 @@ pub(super) struct BrickQuery<'a> {
     pub inv_spacing: f64,
     /// Nodes farther than this from the surface need no distance.
     pub reach: f32,
-    /// Must nodes beyond `reach` have the distance to the nearest triangle of the list?
-    pub needs_all: bool,
     /// Half width of the band if the error is wanted.
     pub certified_band: Option<f32>,
 }
@@ -64,68 +53,11 @@ pub(super) struct BrickDistances {
     picked: Vec<u32>,
 }
 
-/// A box of points around the middle of some nodes, from `lower` to `upper`, in voxels.
-#[derive(Clone, Copy)]
-struct Region {
-    lower: [f32; 3],
-    upper: [f32; 3],
-}
-
-impl Region {
-    const fn symmetric([x, y, z]: [f32; 3]) -> Self {
-        Self { lower: [-x, -y, -z], upper: [x, y, z] }
-    }
-
-    #[inline(always)]
-    fn radius_sq(&self) -> f32 {
-        let farthest = [0, 1, 2].map(|axis: usize| greater(-self.lower[axis], self.upper[axis]));
-        farthest[0] * farthest[0] + farthest[1] * farthest[1] + farthest[2] * farthest[2]
-    }
-}
-
 /// Nodes and cells of an octant, around the middle of its cells.
 const OCTANT: Region = Region::symmetric([2.0; 3]);
 const GROUP_NODES: Region = Region::symmetric([1.5, 0.5, 0.5]);
 /// The cells whose first corners are the nodes of a group.
 const GROUP_CELLS: Region = Region { lower: [-1.5, -0.5, -0.5], upper: [2.5, 1.5, 1.5] };
-
-/// Test of which triangles can be nearest to a point of a region.
-struct NearestTest {
-    region: Region,
-    /// A, the largest distance in the region along the tangent.
-    distance: f32,
-    /// k e.
-    slope: [f32; 3],
-    margin: f32,
-}
-
-impl NearestTest {
-    #[inline(always)]
-    fn new(region: Region, nearest_sq: f32, offset: [f32; 3], rounding: f32) -> Self {
-        let distance = (nearest_sq + region.radius_sq()).sqrt();
-        let slope = offset.map(|x| x / distance);
-        // An error of each distance and offset by `rounding` moves the test by at most this.
-        let margin = 8.0 * rounding * (distance + 8.0);
-        Self { region, distance, slope, margin }
-    }
-
-    /// Bits of the triangles that pass.
-    #[inline(always)]
-    fn pass(&self, view: &View) -> u32 {
-        let mut bits = [0_u32; WIDTH];
-        for lane in 0..WIDTH {
-            let distance = view.distances_sq[lane].sqrt();
-            let mut most = self.distance * distance;
-            for axis in 0..3 {
-                let difference = self.slope[axis].mul_add(distance, -view.offsets[axis][lane]);
-                most += greater(self.region.lower[axis] * difference, self.region.upper[axis] * difference);
-            }
-            let margin = CHAIN_SLACK_F32.mul_add(most.abs() + view.distances_sq[lane], self.margin);
-            bits[lane] = u32::from(view.distances_sq[lane] <= most + margin) << lane;
-        }
-        bits.iter().fold(0, |all, bit| all | bit)
-    }
-}
 
 impl BrickDistances {
     pub fn new() -> Self {
@@ -146,6 +78,14 @@ impl BrickDistances {
     /// Measures all nodes of a brick. The list is not empty.
     pub fn measure(&mut self, arch: pulp::Arch, query: BrickQuery) {
         arch.dispatch(Measure { brick: self, query });
+    }
+
+    /// Indices in the list of the triangles whose distances from a point exceed the least by no more than twice
+    /// `rounding`. `offset` is the point's from the middle, in voxels. To be asked after [`Self::measure`].
+    pub fn nearest_to(&mut self, arch: pulp::Arch, offset: [f32; 3], list_length: usize, rounding: f32) -> &[u32] {
+        let packs = list_length.div_ceil(WIDTH);
+        let count = arch.dispatch(FindNearest { brick: self, packs, offset, rounding });
+        &self.picked[..count]
     }
 
     #[inline(always)]
@@ -185,7 +125,7 @@ impl BrickDistances {
         let (nearest_sq, offset) = lane_of(&self.views[pack], lane);
         // The nodes are in the cells.
         let farthest = query.reach + 2.0 * 3.0_f32.sqrt() + 4.0 * self.rounding;
-        if nearest_sq.sqrt() > farthest * 1.0001 && !query.needs_all {
+        if nearest_sq.sqrt() > farthest * 1.0001 {
             let base = node_index(first);
             let nearest = (pack * WIDTH + lane) as u32;
             self.fill_beyond(base, [4, 4, 4], query.reach, nearest);
@@ -252,7 +192,7 @@ impl BrickDistances {
             nearest <= (band + radius + 4.0 * self.rounding) * 1.0001
         });
         let base = node_index(first);
-        if !is_in_reach && !query.needs_all {
+        if !is_in_reach {
             let index = if IS_COPIED { self.octant_list[pack * WIDTH + lane] } else { (pack * WIDTH + lane) as u32 };
             self.fill_beyond(base, [4, 2, 2], query.reach, index);
             return;
@@ -335,6 +275,40 @@ impl pulp::NullaryFnOnce for Measure<'_, '_> {
     }
 }
 
+struct FindNearest<'a> {
+    brick: &'a mut BrickDistances,
+    packs: usize,
+    offset: [f32; 3],
+    rounding: f32,
+}
+
+impl pulp::NullaryFnOnce for FindNearest<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        let Self { brick: BrickDistances { packed, views, picked, .. }, packs, offset, rounding } = self;
+        let mut least = [f32::INFINITY; WIDTH];
+        for (pack, view) in packed[..packs].iter().zip(views.iter_mut()) {
+            view.distances_sq = pack.distances_sq_from(offset);
+            let before = least;
+            for lane in 0..WIDTH {
+                least[lane] = lesser(view.distances_sq[lane], before[lane]);
+            }
+        }
+        let most = least.into_iter().fold(f32::INFINITY, lesser).sqrt() + 2.0 * rounding;
+        let most_sq = most * most * (1.0 + CHAIN_SLACK_F32);
+        let mut count = 0;
+        for (pack, view) in views[..packs].iter().enumerate() {
+            for lane in 0..WIDTH {
+                picked[count.min(WIDTH * packs - 1)] = (WIDTH * pack + lane) as u32;
+                count += usize::from(view.distances_sq[lane] <= most_sq);
+            }
+        }
+        count
+    }
+}
+
 fn node_index([x, y, z]: [usize; 3]) -> usize {
     x + 8 * (y + 8 * z)
 }
@@ -364,54 +338,4 @@ fn nearest_of(views: &[View], masks: Option<&[u32]>) -> (usize, usize) {
 #[inline(always)]
 fn lane_of(view: &View, lane: usize) -> (f32, [f32; 3]) {
     (view.distances_sq[lane], [view.offsets[0][lane], view.offsets[1][lane], view.offsets[2][lane]])
-}
-
-/// Largest sine of the angles between the mean of the normals that pass a test and each of them; 1 if one is unknown or
-/// at a right angle or more.
-#[inline(always)]
-fn largest_sine(packed: &[PackedTriangles], masks: &[u32], views: &[View], test: &NearestTest) -> f32 {
-    let mut passed = [0_u32; 64];
-    if packed.len() > passed.len() {
-        return 1.0;
-    }
-    let mut sums = [[0.0_f32; WIDTH]; 3];
-    for pack in 0..packed.len() {
-        passed[pack] = if masks[pack] == 0 { 0 } else { masks[pack] & test.pass(&views[pack]) };
-        if passed[pack] == 0 {
-            continue;
-        }
-        for lane in 0..WIDTH {
-            let share = (passed[pack] >> lane & 1) as f32;
-            let normal = packed[pack].normal(lane);
-            for axis in 0..3 {
-                sums[axis][lane] = share.mul_add(normal[axis], sums[axis][lane]);
-            }
-        }
-    }
-    let sum = sums.map(|lanes: Wide| lanes.iter().sum::<f32>());
-    let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
-    let axis = sum.map(|x| x / greater(length, 1e-6));
-    let (mut cosines, mut sines_sq) = ([1.0_f32; WIDTH], [0.0_f32; WIDTH]);
-    for pack in 0..packed.len() {
-        if passed[pack] == 0 {
-            continue;
-        }
-        let (before, before_sq) = (cosines, sines_sq);
-        for lane in 0..WIDTH {
-            let normal = packed[pack].normal(lane);
-            let cosine = normal[0].mul_add(axis[0], normal[1].mul_add(axis[1], normal[2] * axis[2]));
-            let mut sine_sq = 0.0;
-            for k in 0..3 {
-                let across = (-cosine).mul_add(axis[k], normal[k]);
-                sine_sq += across * across;
-            }
-            let is_passed = passed[pack] >> lane & 1 == 1;
-            cosines[lane] = if is_passed { lesser(cosine, before[lane]) } else { before[lane] };
-            sines_sq[lane] = if is_passed { greater(sine_sq, before_sq[lane]) } else { before_sq[lane] };
-        }
-    }
-    let cosine = cosines.into_iter().fold(1.0, lesser);
-    let sine = sines_sq.into_iter().fold(0.0, greater).sqrt();
-    // An axis off its length by a rounding, and normals rounded to f32.
-    if cosine > CHAIN_SLACK_F32 { lesser(sine + CHAIN_SLACK_F32, 1.0) } else { 1.0 }
 }

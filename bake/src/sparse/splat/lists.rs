@@ -128,8 +128,10 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
             let [u, v, w] = triangle.coordinates(middle, inv_spacing).map(|x| x as f32);
             let rounding = BRICK_DISTANCE_ROUNDING * (u.abs() + v.abs() + w.abs() + shape.b + 32.0);
             let margin = MARGIN + 2.0 * rounding;
-            let rows = slots_near_box(&mesh.tree().corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
-            let [u_axis, v_axis, n_axis] = [u_axis, v_axis, n_axis].map(|axis| [axis.x, axis.y, axis.z].map(|x| x as f32));
+            let rows =
+                slots_near_box(&mesh.tree().corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
+            let [u_axis, v_axis, n_axis] =
+                [u_axis, v_axis, n_axis].map(|axis| [axis.x, axis.y, axis.z].map(|x| x as f32));
             let plane_reach = half_side * (n_axis[0].abs() + n_axis[1].abs() + n_axis[2].abs()) + margin;
             for layer in 0..BLOCK as usize {
                 let in_layer = (rows >> (WIDTH * layer)) as u32 & 0xffff;
@@ -141,7 +143,8 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
                 for lane in 0..WIDTH {
                     let x = half_side * (2 * (lane % 4) as i32 - 3) as f32;
                     let y = half_side * (2 * (lane / 4) as i32 - 3) as f32;
-                    let along = |axis: [f32; 3], from: f32| x.mul_add(axis[0], y.mul_add(axis[1], z.mul_add(axis[2], from)));
+                    let along =
+                        |axis: [f32; 3], from: f32| x.mul_add(axis[0], y.mul_add(axis[1], z.mul_add(axis[2], from)));
                     let (u, v, w) = (along(u_axis, u), along(v_axis, v), along(n_axis, w));
                     let distance_sq = w.mul_add(w, planar_distance_sq(u, v, shape));
                     let reach = reaches[WIDTH * layer + lane];

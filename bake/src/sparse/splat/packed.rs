@@ -95,7 +95,8 @@ impl PackedTriangles {
     pub fn view(&self, from: [f32; 3], view: &mut View) {
         let mut now = View::default();
         for lane in 0..WIDTH {
-            let [u, v, w] = [0, 1, 2].map(|axis: usize| self.coordinate(axis, lane, from));
+            let (u, v) = (self.coordinate(0, lane, from), self.coordinate(1, lane, from));
+            let w = self.coordinate(2, lane, from);
             let [in_plane, du, dv] = planar_offset(u, v, &self.shape(lane));
             now.distances_sq[lane] = w.mul_add(w, in_plane);
             let (axis_u, axis_v, axis_n) = (self.axis(0, lane), self.axis(1, lane), self.axis(2, lane));
@@ -106,6 +107,18 @@ impl PackedTriangles {
         *view = now;
     }
 
+    /// Squared distances of all sixteen from a point relative to the brick's middle.
+    #[inline(always)]
+    pub fn distances_sq_from(&self, from: [f32; 3]) -> Wide {
+        let mut distances_sq = [0.0; WIDTH];
+        for lane in 0..WIDTH {
+            let (u, v) = (self.coordinate(0, lane, from), self.coordinate(1, lane, from));
+            let w = self.coordinate(2, lane, from);
+            distances_sq[lane] = w.mul_add(w, planar_distance_sq(u, v, &self.shape(lane)));
+        }
+        distances_sq
+    }
+
     /// Squared distances of sixteen points to the triangle of one lane.
     #[inline(always)]
     pub fn distances_sq(&self, lane: usize, points: &[Wide; 3]) -> Wide {
@@ -113,7 +126,8 @@ impl PackedTriangles {
         let mut distances_sq = [0.0; WIDTH];
         for point in 0..WIDTH {
             let at = [points[0][point], points[1][point], points[2][point]];
-            let [u, v, w] = [0, 1, 2].map(|axis: usize| self.coordinate(axis, lane, at));
+            let (u, v) = (self.coordinate(0, lane, at), self.coordinate(1, lane, at));
+            let w = self.coordinate(2, lane, at);
             distances_sq[point] = w.mul_add(w, planar_distance_sq(u, v, &shape));
         }
         distances_sq

@@ -15,11 +15,12 @@ struct ClearEdges([NodeBits; 3]);
 /// Distances, in voxels, above which nodes are seeds, one round after the other.
 const SEED_DISTANCES: [f32; 3] = [1.0, 0.5, f32::NEG_INFINITY];
 
-/// Nodes inside. `distances` are lower bounds; an edge is clear if its ends' sum to more than `clearance`.
-/// `is_inside(node)` tells the side of one.
+/// Nodes inside. `distances` are lower bounds, and those of `reach` or more are not exact; an edge is clear if its ends'
+/// sum to more than `clearance`. `is_inside(node)` tells the side of one, and takes longest where distances are not exact.
 pub(super) fn nodes_inside(
     arch: pulp::Arch,
     distances: &[f32; NODES],
+    reach: f32,
     clearance: f32,
     mut is_inside: impl FnMut(usize) -> bool,
 ) -> NodeBits {
@@ -32,7 +33,8 @@ pub(super) fn nodes_inside(
                 let bit = unknown.trailing_zeros() as usize;
                 unknown &= unknown - 1;
                 let node = 64 * layer + bit;
-                if distances[node] > min_distance {
+                let is_last_round = min_distance == f32::NEG_INFINITY;
+                if is_last_round || min_distance < distances[node] && distances[node] < reach {
                     known[layer] |= 1 << bit;
                     inside[layer] |= u64::from(is_inside(node)) << bit;
                     edges.flood(&mut known, &mut inside);

@@ -32,19 +32,23 @@ impl SignedBrick<'_> {
         for half in 0..2 {
             let row = 2 * pair + half;
             let (y, z) = ((row % 8) as f32 / 8.0, (row / 8) as f32 / 8.0);
-            let at_end = |end: usize| {
-                let near = (coarse[end + 2] - coarse[end]).mul_add(y, coarse[end]);
-                let far = (coarse[end + 6] - coarse[end + 4]).mul_add(y, coarse[end + 4]);
-                (far - near).mul_add(z, near)
-            };
-            let (start, end) = (at_end(0), at_end(1));
+            let mut ends = [0.0; 2];
+            for (end, value) in ends.iter_mut().enumerate() {
+                let near = mix(coarse[end], coarse[end + 2], y);
+                let far = mix(coarse[end + 4], coarse[end + 6], y);
+                *value = mix(near, far, z);
+            }
             for x in 0..8 {
-                let value = (end - start).mul_add(x as f32 / 8.0, start);
-                values[8 * half + x] = greater(value, self.exact_within);
+                values[8 * half + x] = greater(mix(ends[0], ends[1], x as f32 / 8.0), self.exact_within);
             }
         }
         values
     }
+}
+
+#[inline(always)]
+fn mix(a: f32, b: f32, t: f32) -> f32 {
+    (b - a).mul_add(t, a)
 }
 
 struct Encode<'a, 'b, C> {
@@ -64,7 +68,10 @@ impl<C: Quantize> pulp::NullaryFnOnce for Encode<'_, '_, C> {
         let limit = if brick.coarse.is_some() { brick.exact_within } else { f32::INFINITY };
         for pair in 0..NODES / WIDTH {
             let sides = (brick.inside[pair / 4] >> (WIDTH * (pair % 4))) as u32;
-            let most = coarse.as_ref().map_or([limit; WIDTH], |coarse| brick.coarse_rows(coarse, pair));
+            let most = match &coarse {
+                Some(coarse) => brick.coarse_rows(coarse, pair),
+                None => [limit; WIDTH],
+            };
             let mut now = [0.0_f32; WIDTH];
             for lane in 0..WIDTH {
                 let magnitude = lesser(brick.distances[WIDTH * pair + lane], most[lane]) * brick.spacing;
