@@ -70,7 +70,7 @@ impl<'a> BrickErrors<'a> {
         local_triangles.find_candidates(queries);
         let found = &local_triangles.candidates;
         normals.clear();
-        normals.extend(local_triangles.picked.iter().map(|slot| mesh.normal(*slot)));
+        normals.extend(local_triangles.picked.iter().map(|slot| mesh.outward_normal(*slot)));
         let error_bounds = cone_error_bounds_x8(mesh.tree().arch, normals, found.lists(), found.memberships());
         (0..queries.len()).map(|index| self.bounded_block(index, queries[index].block, error_bounds[index])).collect()
     }
@@ -86,7 +86,7 @@ impl<'a> BrickErrors<'a> {
     pub fn block_error(&mut self, bounded: &BoundedBlock) -> f64 {
         let Self { mesh, cone_normals, candidates, .. } = self;
         cone_normals.clear();
-        candidates[bounded.candidates.clone()].iter().for_each(|slot| cone_normals.push(mesh.normal(*slot)));
+        candidates[bounded.candidates.clone()].iter().for_each(|slot| cone_normals.push(mesh.outward_normal(*slot)));
         cone_error_bound(std::slice::from_ref(cone_normals))
     }
 
@@ -102,7 +102,7 @@ impl<'a> BrickErrors<'a> {
         let Self { mesh, cell_candidates, normals, cone_normals, candidates, .. } = self;
         let candidates = &candidates[bounded.candidates.clone()];
         normals.clear();
-        normals.extend(candidates.iter().map(|slot| mesh.normal(*slot)));
+        normals.extend(candidates.iter().map(|slot| mesh.outward_normal(*slot)));
         let half_side = 0.5 * bounded.block.half_side;
         let cell = |cell: usize| {
             let offset = Vector3::from_fn(|axis, _| if cell >> axis & 1 == 0 { -half_side } else { half_side });
@@ -134,7 +134,7 @@ impl<'a> BrickErrors<'a> {
 
 impl MeshDistance<'_> {
     /// Outward unit normal of a triangle of the tree; zero if unknown.
-    fn normal(&self, slot: u32) -> Vector3<f64> {
+    pub(crate) fn outward_normal(&self, slot: u32) -> Vector3<f64> {
         let normals = self.solid_normals();
         normals.map_or_else(Vector3::zeros, |normals| normals.face(self.tree().triangles[slot as usize]))
     }
@@ -143,7 +143,7 @@ impl MeshDistance<'_> {
     ///
     /// The faces that meet at a nearest point share a corner, so each gradient lies in one of these cones.
     fn normals_by_corner(&self, candidates: &[u32]) -> Vec<Normals> {
-        let corners = |slot: &u32| self.corner_indices(*slot as usize).map(|point| (point, self.normal(*slot)));
+        let corners = |slot: &u32| self.corner_indices(*slot as usize).map(|point| (point, self.outward_normal(*slot)));
         let mut by_corner: Vec<(u32, Vector3<f64>)> = candidates.iter().flat_map(corners).collect();
         by_corner.sort_by_key(|(corner, _)| *corner);
         let cone = |around_corner: &[(u32, Vector3<f64>)]| {

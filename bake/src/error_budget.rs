@@ -15,8 +15,8 @@ use sdf_core::grid::sparse::brick_counts;
 use thiserror::Error;
 
 use crate::error::normal_cones::MAX_ERROR;
-use crate::rounding::{BOUND_ROUNDING, DEQUANTIZED_ROUNDING};
-use crate::sparse::SparseBaker;
+use crate::rounding::{BOUND_ROUNDING, BRICK_DISTANCE_ROUNDING, DEQUANTIZED_ROUNDING};
+use crate::sparse::{Certify, SparseBaker};
 use crate::{BakedGrid, MeshDistance, lattice_around};
 
 /// Requirements of a sparse grid.
@@ -116,7 +116,15 @@ fn rounding(precision: Precision, band: f64) -> f64 {
     0.5 * RANGE / steps + DEQUANTIZED_ROUNDING * (band + 2.0 * RANGE)
 }
 
-/// A size of voxels and its certified error of interpolation, a length.
+/// Largest rounding of a distance in a brick, a length: relative to a point's coordinates in a triangle's frame and the
+/// triangle's length, which are together at most 2.5 diagonals of the mesh, and a brick's size.
+fn distance_rounding(mesh: &MeshDistance, spacing: f64) -> f64 {
+    const DIAGONALS: f64 = 2.5;
+    const VOXELS: f64 = 60.0;
+    f64::from(BRICK_DISTANCE_ROUNDING) * (DIAGONALS * mesh.bounds().diagonal() + VOXELS * spacing)
+}
+
+/// A size of voxels and its certified error of exact distances, interpolated and rounded: a length.
 #[derive(Clone, Copy)]
 struct CertifiedSize {
     spacing: f64,
@@ -179,13 +187,17 @@ impl ErrorBudget {
 
     /// Size that suffices for any mesh.
     fn sufficient_size(&self, mesh: &MeshDistance, precision: Precision) -> CertifiedSize {
+        // An error that rounding alone exceeds suffices for nothing, and is found to do so.
+        let rounding_of_distances = distance_rounding(mesh, 0.0);
+        let rest = (self.max_error - rounding_of_distances).max(0.5 * self.max_error);
+        let per_voxel = distance_rounding(mesh, 1.0) - rounding_of_distances;
         // Once for `error`, once for this division.
-        let spacing = self.max_error
-            / (MAX_ERROR + rounding(precision, self.band))
+        let spacing = rest
+            / (MAX_ERROR + rounding(precision, self.band) + per_voxel)
             / (1.0 + BOUND_ROUNDING)
             / (1.0 + BOUND_ROUNDING);
         let spacing = spacing.min(mesh.bounds().longest_side() / MIN_CELLS);
-        CertifiedSize { spacing, interpolation: MAX_ERROR * spacing }
+        CertifiedSize { spacing, interpolation: MAX_ERROR * spacing + distance_rounding(mesh, spacing) }
     }
 
     /// Sizes above [`Self::sufficient_size`] that are certified to suffice, the last the largest, and the last size
@@ -240,7 +252,8 @@ impl ErrorBudget {
         let lattice = lattice_around(&mesh.bounds(), spacing, self.padding)?;
         let slots = brick_counts(&lattice).iter().try_fold(1, |n: usize, count| n.checked_mul(*count as usize + 1))?;
         let table = slots.checked_mul(size_of::<[f32; 4]>())?;
-        (table <= self.max_bytes).then(|| SparseBaker::new(mesh, &lattice, self.band * spacing))
+        (table <= self.max_bytes)
+            .then(|| SparseBaker::new(mesh, &lattice, self.band * spacing).certified(Certify::Tight))
     }
 
     /// Extrapolates from the memory of a known size: the number of bricks grows with the inverse square of the size.
@@ -260,5 +273,6 @@ impl ErrorBudget {
 /// `None` if the error exceeds `max_error` or the mesh does not bound one solid.
 fn certify(mesh: &MeshDistance, baker: &SparseBaker, spacing: f64, max_error: f64) -> Option<CertifiedSize> {
     mesh.solid_normals()?;
-    Some(CertifiedSize { spacing, interpolation: baker.interpolation_error(max_error)? })
+    let interpolation = baker.interpolation_error(max_error)? + distance_rounding(mesh, spacing);
+    Some(CertifiedSize { spacing, interpolation })
 }

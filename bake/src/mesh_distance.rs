@@ -195,6 +195,14 @@ impl<'a> MeshDistance<'a> {
             && neighbour.nearest.distance + distance > (point - neighbour.point).norm() * CLEARANCE
     }
 
+    /// Sign at a point by pseudo-normals, if its nearest triangle is one of the given slots.
+    pub(crate) fn is_inside_by_nearest_of(&self, point: Vector3<f64>, slots: impl Iterator<Item = usize>) -> bool {
+        let candidates = slots.map(|slot| (slot, nearest_on_triangle(point, self.tree.corners[slot])));
+        let nearest =
+            candidates.min_by(|(a, on_a), (b, on_b)| on_a.distance_sq.total_cmp(&on_b.distance_sq).then(a.cmp(b)));
+        nearest.is_some_and(|(slot, on_triangle)| self.is_inside_by_normal(point, slot, || on_triangle))
+    }
+
     /// Sign by the pseudo-normal of the nearest feature of a triangle. False without pseudo-normals.
     fn is_inside_by_normal(
         &self,

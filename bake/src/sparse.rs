@@ -37,6 +37,7 @@ mod brick;
 mod brick_map;
 mod interpolation_error;
 mod quantize;
+mod splat;
 
 use rayon::prelude::*;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
@@ -111,6 +112,17 @@ pub struct SparseBaker<'a> {
     mesh: &'a MeshDistance<'a>,
     lattice: Lattice,
     map: BrickMap,
+    certify: Certify,
+}
+
+/// How the error of each brick is bounded. Both bounds are proven; neither is stated where nothing is known of the normals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Certify {
+    /// By the cap of the normals that can matter to 4 × 2 × 2 cells: (√3/2) sin θ, at no cost.
+    #[default]
+    Fast,
+    /// By the normals of single cells and of single corners of the mesh where that is smaller: half the time of a bake.
+    Tight,
 }
 
 /// Slots whose bricks are computed in parallel before they are joined: so many that threads seldom wait, so few that
@@ -120,7 +132,12 @@ const SLOTS_AT_A_TIME: usize = 1024;
 impl<'a> SparseBaker<'a> {
     /// Measures the distance at the middle of each slot. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
-        Self { mesh, lattice: *lattice, map: BrickMap::new(mesh, lattice, band) }
+        Self { mesh, lattice: *lattice, map: BrickMap::new(mesh, lattice, band), certify: Certify::default() }
+    }
+
+    /// The same grid with other error bounds.
+    pub fn certified(self, certify: Certify) -> Self {
+        Self { certify, ..self }
     }
 
     /// The band, a length.
@@ -150,6 +167,7 @@ impl<'a> SparseBaker<'a> {
         let in_progress =
             self.slot_count().min(SLOTS_AT_A_TIME) * (BRICK_SAMPLES * size_of::<C>() + size_of::<Brick<C>>());
         let bricks = self.max_bricks().saturating_mul(per_brick);
+        let in_progress = in_progress + splat::max_bytes(self.mesh);
         bricks.saturating_add(in_progress).saturating_add(self.map.bytes())
     }
 

@@ -11,6 +11,7 @@ use sdf_core::grid::owned::{Layout, Precision};
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 
 pub use sdf_bake::error_budget::ErrorBudgetError;
+pub use sdf_bake::sparse::Certify;
 pub use sdf_bake::{InvalidMesh, MeshReport, Topology};
 
 use crate::info::{GridInfo, SignMethod, Source};
@@ -60,6 +61,8 @@ pub struct BakeOptions {
     pub band: u32,
     /// Cells around the mesh's box on each side.
     pub padding: u32,
+    /// How the error of a sparse grid's bricks is bounded; [`GridSize::MaxError`] takes the tight bound in any case.
+    pub certify: Certify,
     /// How inside and outside are told apart; `None` lets the mesh decide, and so does [`SignMethod::Given`].
     pub sign: Option<SignMethod>,
     /// Treatment of shells inside of the solid.
@@ -81,6 +84,7 @@ impl Default for BakeOptions {
             precision: None,
             band: 3,
             padding: 4,
+            certify: Certify::Fast,
             sign: None,
             inner_faces: InnerFaces::Drop,
             keep_mesh: false,
@@ -270,7 +274,7 @@ fn bake_size(
         return Ok((dense.into_grid(&lattice), None));
     }
     let band = f64::from(options.band) * lattice.spacing();
-    let baker = SparseBaker::new(distance, &lattice, band);
+    let baker = SparseBaker::new(distance, &lattice, band).certified(options.certify);
     let precision = options.precision.unwrap_or(Precision::U16);
     let bytes = baker.max_bytes_as(precision);
     let nodes = lattice.nodes().map(f64::from);
@@ -354,8 +358,10 @@ impl BakeOptions {
             (GridSize::MaxError(_), ..) | (.., None) => format!(" --layout sparse --band {}", self.band),
             (.., Some(precision)) => format!(" --layout sparse --band {} --precision {}", self.band, precision.name()),
         };
+        let is_tight = self.layout == Layout::Sparse && self.certify == Certify::Tight;
+        let certify = if is_tight && !matches!(self.size, GridSize::MaxError(_)) { " --certify tight" } else { "" };
         let inner = if self.inner_faces == InnerFaces::Keep { " --inner-faces keep" } else { "" };
         let keep = if self.keep_mesh { " --keep-mesh" } else { "" };
-        format!("{size} --padding {} --sign {sign}{inner}{keep}{sparse}", self.padding)
+        format!("{size} --padding {} --sign {sign}{inner}{keep}{sparse}{certify}", self.padding)
     }
 }

@@ -11,7 +11,7 @@ use sdf_core::Interval;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
 
-use crate::simd::max;
+use crate::simd::{max, min};
 
 /// Nodes of a brick along each axis, with a halo of one: cells have corners in several bricks.
 const SIDE: usize = BRICK as usize + 2;
@@ -28,6 +28,7 @@ pub(crate) struct HaloBlock {
 impl HaloBlock {
     /// Reads the samples of the brick at `brick`, counted in bricks. `read_row` fills a row of nodes along x from the
     /// given one on, all in one brick.
+    #[inline(always)]
     pub fn new(lattice: &Lattice, brick: [u32; 3], read_row: impl Fn([u32; 3], &mut [f32])) -> Self {
         let mut values = [[[f32::NAN; SIDE]; SIDE]; SIDE];
         let own = brick.map(|n| n * BRICK);
@@ -53,9 +54,15 @@ impl HaloBlock {
 
     /// Range of the brick's samples, and slope bound of all cells with a corner in it.
     pub fn bounds(&self) -> BlockBounds {
-        let own = || (1..SIDE - 1).flat_map(|z| (1..SIDE - 1).flat_map(move |y| &self.values[z][y][1..SIDE - 1]));
-        let lower = own().copied().fold(f32::INFINITY, f32::min);
-        let upper = own().copied().fold(f32::NEG_INFINITY, f32::max);
+        let (mut lowers, mut uppers) = ([f32::INFINITY; BRICK as usize], [f32::NEG_INFINITY; BRICK as usize]);
+        for row in self.values[1..SIDE - 1].iter().flat_map(|layer| &layer[1..SIDE - 1]) {
+            for x in 0..BRICK as usize {
+                lowers[x] = min(row[x + 1], lowers[x]);
+                uppers[x] = max(row[x + 1], uppers[x]);
+            }
+        }
+        let lower = lowers.into_iter().fold(f32::INFINITY, f32::min);
+        let upper = uppers.into_iter().fold(f32::NEG_INFINITY, f32::max);
         let slope_bound = pulp::Arch::new().dispatch(MaxSlopeSq(self)).sqrt() / self.spacing;
         BlockBounds { range: Interval { lower, upper }, slope_bound: round_up(slope_bound) }
     }

@@ -7,6 +7,7 @@ use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside}
 
 use super::brick::Brick;
 use super::brick_map::BrickMap;
+use super::splat::{BLOCK, BrickRecord, Splatter};
 use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker, SparseGrid};
 use crate::MeshDistance;
 use crate::bvh::hilbert::hilbert_index;
@@ -30,7 +31,7 @@ impl SparseBaker<'_> {
     /// Calls `on_slots_done` with the number of slots just finished, out of [`Self::slot_count`], from any thread. The
     /// result does not depend on the number of threads.
     pub fn bake<C: Quantize>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> SparseGrid<C> {
-        let Self { mesh, lattice, map } = self;
+        let Self { mesh, lattice, map, .. } = self;
         let columns = self.all_bricks(on_slots_done);
         let table = columns.table(map);
         let coarse = map.coarse_values(&table);
@@ -42,7 +43,15 @@ impl SparseBaker<'_> {
             BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
         let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table refers to bricks that exist") };
         let brick_bounds = |(brick, slot): (usize, &[u32; 3])| {
-            let halo = HaloBlock::new(lattice, *slot, |node, row| read_row(&storage, node, row));
+            // Neighbours by their offset from −1 to 1 along each axis, x fastest.
+            let neighbours: [Option<usize>; 27] = std::array::from_fn(|index| {
+                let offset = [index % 3, index / 3 % 3, index / 9].map(|n| n as u32);
+                storage.brick_at(std::array::from_fn(|axis| (slot[axis] + offset[axis]).wrapping_sub(1)))
+            });
+            let halo = HaloBlock::new(lattice, *slot, |node, row| {
+                let [x, y, z] = [0, 1, 2].map(|axis: usize| (node[axis] / BRICK + 1 - slot[axis]) as usize);
+                read_row(&storage, neighbours[9 * z + 3 * y + x], node, row);
+            });
             // The brick's cells have corners in the bricks above along each axis too.
             let upper_slots = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
             let roundings = upper_slots.filter_map(|slot| storage.brick_at(slot)).map(|brick| roundings[brick]);
@@ -63,16 +72,8 @@ impl SparseBaker<'_> {
         let mut near_surface: Vec<usize> = (0..map.slot_count()).filter(|index| map.may_need_brick(*index)).collect();
         near_surface.par_sort_by_cached_key(|index| hilbert_index(map.slot(*index)));
         on_slots_done(map.slot_count() - near_surface.len());
-        let mut columns = BrickColumns::with_capacity(self.max_bricks());
-        for indices in near_surface.chunks(SLOTS_AT_A_TIME) {
-            columns.extend(mesh, indices, |search, index| {
-                if mesh.is_cancelled() {
-                    return None;
-                }
-                on_slots_done(1);
-                self.brick(search, map.slot(index), map.kept_within())
-            });
-        }
+        let slots: Vec<[u32; 3]> = near_surface.into_iter().map(|index| map.slot(index)).collect();
+        let mut columns = self.near_bricks(&slots, on_slots_done);
         let mut at_jumps: Vec<usize> = map.slots_at_sign_jumps(&columns.table(map)).into_iter().collect();
         at_jumps.sort_unstable_by_key(|index| hilbert_index(map.slot(*index)));
         for indices in at_jumps.chunks(SLOTS_AT_A_TIME) {
@@ -84,6 +85,70 @@ impl SparseBaker<'_> {
         columns
     }
 
+    /// Computes the bricks of slots in Hilbert order, block by block. Samples are written where they stay, and the gaps of
+    /// slots without a brick are closed at the end.
+    fn near_bricks<C: Quantize>(&self, slots: &[[u32; 3]], on_slots_done: &(dyn Fn(usize) + Sync)) -> BrickColumns<C> {
+        let mut samples = vec![C::default(); slots.len() * BRICK_SAMPLES];
+        let block = |slot: &[u32; 3]| slot.map(|n| n / BLOCK);
+        let mut free = &mut samples[..];
+        let blocks: Vec<(&[[u32; 3]], &mut [C])> = slots
+            .chunk_by(|a, b| block(a) == block(b))
+            .map(|slots| {
+                let (own, rest) = std::mem::take(&mut free).split_at_mut(slots.len() * BRICK_SAMPLES);
+                free = rest;
+                (slots, own)
+            })
+            .collect();
+        let can_splat = self.can_splat();
+        let records: Vec<(usize, Vec<BrickRecord>)> = blocks
+            .into_par_iter()
+            .with_max_len(1)
+            .map_init(
+                || (Splatter::new(), None),
+                |(splatter, search), (slots, codes)| {
+                    if self.mesh.is_cancelled() {
+                        return (slots.len(), vec![]);
+                    }
+                    let splatted = if can_splat { self.splat(splatter, slots, codes) } else { None };
+                    let records = splatted.unwrap_or_else(|| {
+                        let search = search.get_or_insert_with(|| PacketSearch::new(self.mesh.tree()));
+                        self.search_bricks(search, slots, codes)
+                    });
+                    on_slots_done(slots.len());
+                    (slots.len(), records)
+                },
+            )
+            .collect();
+        let mut columns = BrickColumns::with_capacity(records.iter().map(|(_, records)| records.len()).sum());
+        let (mut from, mut to) = (0, 0);
+        for (slots, records) in records {
+            let length = records.len() * BRICK_SAMPLES;
+            if from != to {
+                samples.copy_within(from..from + length, to);
+            }
+            (from, to) = (from + slots * BRICK_SAMPLES, to + length);
+            records.into_iter().for_each(|record| columns.push(record));
+        }
+        samples.truncate(to);
+        columns.samples = samples;
+        columns
+    }
+
+    /// Computes the bricks of some slots node by node, where they cannot be splatted.
+    fn search_bricks<C: Quantize>(
+        &self,
+        search: &mut PacketSearch,
+        slots: &[[u32; 3]],
+        codes: &mut [C],
+    ) -> Vec<BrickRecord> {
+        let mut records = vec![];
+        for brick in slots.iter().filter_map(|slot| self.brick::<C>(search, *slot, self.map.kept_within())) {
+            codes[records.len() * BRICK_SAMPLES..][..BRICK_SAMPLES].copy_from_slice(&brick.samples);
+            records.push(brick.record);
+        }
+        records
+    }
+
     /// Largest magnitude at a corner of a cell of the slot that the band can enter and whose corners can have both
     /// signs. Samples are off by `rounding` at most.
     fn largest_at_sign_change(&self, halo: &HaloBlock, rounding: f64) -> f64 {
@@ -93,9 +158,10 @@ impl SparseBaker<'_> {
     }
 }
 
-/// Reads nodes of one slot from the given one on, along x.
-fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, node: [u32; 3], row: &mut [f32]) {
-    let Some(brick) = storage.brick_at(node.map(|n| n / BRICK)) else {
+/// Reads nodes of one slot, which may have a brick, from the given one on along x.
+#[inline(always)]
+fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, brick: Option<usize>, node: [u32; 3], row: &mut [f32]) {
+    let Some(brick) = brick else {
         for (x, value) in (node[0]..).zip(row) {
             *value = storage.node([x, node[1], node[2]]);
         }
@@ -104,8 +170,9 @@ fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, node: [u32; 3], row: 
     let [x, y, z] = node.map(|n| (n % BRICK) as usize);
     let first = brick * BRICK_SAMPLES + (z * BRICK as usize + y) * BRICK as usize + x;
     let bricks = storage.bricks();
+    let scale = bricks.scales[brick];
     for (value, code) in row.iter_mut().zip(&bricks.samples[first..]) {
-        *value = code.decode(bricks.scales[brick]);
+        *value = code.decode(scale);
     }
 }
 
@@ -114,10 +181,17 @@ impl<C: Quantize> BrickColumns<C> {
         Self {
             slots: Vec::with_capacity(bricks),
             scales: Vec::with_capacity(bricks),
-            samples: Vec::with_capacity(bricks * BRICK_SAMPLES),
+            samples: vec![],
             roundings: Vec::with_capacity(bricks),
             interpolations: Vec::with_capacity(bricks),
         }
+    }
+
+    fn push(&mut self, record: BrickRecord) {
+        self.slots.push(record.slot);
+        self.scales.push(record.scale);
+        self.roundings.push(record.rounding);
+        self.interpolations.push(record.interpolation);
     }
 
     fn extend(
@@ -130,11 +204,8 @@ impl<C: Quantize> BrickColumns<C> {
             indices.par_iter().map_init(|| PacketSearch::new(mesh.tree()), |search, index| brick(search, *index));
         let bricks: Vec<Brick<C>> = bricks.flatten().collect();
         for brick in bricks {
-            self.slots.push(brick.slot);
-            self.scales.push(brick.scale);
             self.samples.extend(brick.samples);
-            self.roundings.push(brick.rounding);
-            self.interpolations.push(brick.interpolation);
+            self.push(brick.record);
         }
     }
 

@@ -1,9 +1,10 @@
 //! Samples of one brick.
 
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES};
 use sdf_core::nalgebra::Vector3;
 
 use super::brick_map::middle;
+use super::splat::BrickRecord;
 use super::{Quantize, SparseBaker};
 use crate::SignMethod;
 use crate::mesh_distance::MeasuredPoint;
@@ -14,13 +15,8 @@ const SIDE: usize = BRICK as usize;
 
 /// One brick, before it joins the others.
 pub(super) struct Brick<C> {
-    pub slot: [u32; 3],
-    pub scale: Scale,
+    pub record: BrickRecord,
     pub samples: Vec<C>,
-    /// Largest difference of a decoded sample from the value it stands for.
-    pub rounding: f64,
-    /// Error of interpolating exact distances within the band, jumps of the sign not included.
-    pub interpolation: f64,
 }
 
 /// Values of a brick's nodes before they are rounded, x fastest.
@@ -58,11 +54,11 @@ impl SparseBaker<'_> {
             let triangle = search.nearest([x, y, z]).slot.map_or(search.guess(), |triangle| triangle as usize);
             (distances[(z * SIDE + y) * SIDE + x], triangle)
         });
-        Some(Brick { slot, scale, samples, rounding, interpolation })
+        Some(Brick { record: BrickRecord { slot, scale, rounding, interpolation }, samples })
     }
 
     fn brick_values(&self, search: &mut PacketSearch, slot: [u32; 3], required: f64) -> Option<BrickValues> {
-        let Self { mesh, lattice, map } = self;
+        let Self { mesh, lattice, map, .. } = self;
         // Across a jump of the sign, the coarse grid's values inside and outside have nothing in common.
         let is_at_jump = required == f64::INFINITY || !(mesh.is_continuous() || map.is_on_one_side(slot));
         let coarse = (!is_at_jump).then(|| map.corner_magnitudes(slot));
@@ -102,7 +98,7 @@ impl SparseBaker<'_> {
         (required == f64::INFINITY || has_near_node()).then_some(BrickValues { distances, values })
     }
 
-    fn node(&self, slot: [u32; 3], step: [usize; 3]) -> Vector3<f64> {
+    pub(super) fn node(&self, slot: [u32; 3], step: [usize; 3]) -> Vector3<f64> {
         self.lattice.node(std::array::from_fn(|axis| slot[axis] * BRICK + step[axis] as u32)).into()
     }
 }

@@ -250,6 +250,11 @@ impl BrickMap {
         (0..8).all(|corner| self.are_nodes_inside[corner_node(self.counts, slot, corner)] == is_inside)
     }
 
+    /// Distance at the middle of a slot.
+    pub fn middle_distance(&self, slot: [u32; 3]) -> f64 {
+        self.distances[self.index(slot)].abs().into()
+    }
+
     /// Slots without a brick where the sign jumps: around a coarse node, their middles and the node are not all on one
     /// side.
     ///

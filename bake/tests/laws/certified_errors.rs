@@ -1,6 +1,6 @@
 //! Error bounds of a sparse grid's bricks, compared with the baker's own distances (tested elsewhere).
 
-use sdf_bake::sparse::{self, Quantize, SparseGrid};
+use sdf_bake::sparse::{Certify, Quantize, SparseBaker, SparseGrid};
 use sdf_bake::{MeshDistance, lattice_around};
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, Sparse, brick_counts};
@@ -39,12 +39,20 @@ fn solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
 }
 
 /// Largest error over its brick's bound, which must be at most 1, and the bounds of all bricks in voxels.
-fn check<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, band: f64, random: &mut Random) -> (f64, Vec<f64>) {
+fn check<C: Quantize>(
+    name: &str,
+    mesh: &Mesh,
+    cells: u32,
+    band: f64,
+    certify: Certify,
+    random: &mut Random,
+) -> (f64, Vec<f64>) {
     let triangles = mesh.baked();
     let distance = MeshDistance::new(&triangles, None);
     let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 2).unwrap();
     let spacing = lattice.spacing();
-    let grid: SparseGrid<C> = sparse::bake(&distance, &lattice, band * spacing, &|_| ());
+    let baker = SparseBaker::new(&distance, &lattice, band * spacing).certified(certify);
+    let grid: SparseGrid<C> = baker.bake(&|_| ());
     assert_eq!(grid.errors.len(), grid.slots.len());
     assert_eq!(grid.error_bound, f64::from(grid.errors.iter().copied().fold(0.0, f32::max)), "{name}");
     let field = Grid::new(lattice, Sparse::new(&lattice, &grid).unwrap(), grid.slope_bound).unwrap();
@@ -109,9 +117,9 @@ fn no_point_of_the_band_is_off_by_more_than_its_bricks_error_bound() {
     let mut random = Random::from_env();
     for (name, mesh) in solids(&mut random) {
         for cells in [5, 17, 40] {
-            let (worst, _) = check::<f32>(name, &mesh, cells, 3.0, &mut random);
-            let (wide, _) = check::<u16>(name, &mesh, cells, 6.0, &mut random);
-            let (coarse, _) = check::<u8>(name, &mesh, cells, 1.5, &mut random);
+            let (worst, _) = check::<f32>(name, &mesh, cells, 3.0, Certify::Tight, &mut random);
+            let (wide, _) = check::<u16>(name, &mesh, cells, 6.0, Certify::Fast, &mut random);
+            let (coarse, _) = check::<u8>(name, &mesh, cells, 1.5, Certify::Fast, &mut random);
             println!("{name} of {cells} cells: {worst:.2}, {wide:.2}, {coarse:.2} of the bound");
         }
     }
@@ -125,13 +133,18 @@ fn smooth_parts_of_a_mesh_have_small_error_bounds() {
         errors[(fraction * (errors.len() - 1) as f64) as usize]
     };
     let sphere = meshes::icosphere(5).turned(&random.rotation());
-    let (_, errors) = check::<f32>("sphere", &sphere, 100, 3.0, &mut random);
-    assert!(quantile(errors.clone(), 0.5) < 0.15, "sphere: {} in the middle", quantile(errors, 0.5));
+    for (certify, middle) in [(Certify::Tight, 0.15), (Certify::Fast, 0.3)] {
+        let (_, errors) = check::<f32>("sphere", &sphere, 100, 3.0, certify, &mut random);
+        assert!(quantile(errors.clone(), 0.5) < middle, "sphere: {} in the middle", quantile(errors, 0.5));
+    }
     let cube = meshes::cube().turned(&random.rotation());
-    let (_, errors) = check::<f32>("cube", &cube, 80, 3.0, &mut random);
+    let (_, fast) = check::<f32>("cube", &cube, 80, 3.0, Certify::Fast, &mut random);
+    let (_, errors) = check::<f32>("cube", &cube, 80, 3.0, Certify::Tight, &mut random);
     // At an edge of 90° between flat faces the bound is (0.707 + 0.146)/2 = 0.43 voxels (docs/error-bounds.md).
-    let flat = errors.iter().filter(|error| **error < 1e-4).count();
-    assert!(flat * 2 > errors.len(), "cube: {flat} of {} bricks are flat", errors.len());
+    // Between them nothing but the rounding of distances to triangles of 80 voxels is left.
+    let flat = |errors: &[f64]| errors.iter().filter(|error| **error < 1e-3).count();
+    assert!(flat(&errors) * 2 > errors.len(), "cube: {} of {} bricks are flat", flat(&errors), errors.len());
+    assert!(flat(&fast) * 3 > fast.len(), "cube: {} of {} bricks are flat", flat(&fast), fast.len());
     assert!(quantile(errors.clone(), 0.9) < 0.43, "cube: {} at its edges", quantile(errors, 0.9));
 }
 
@@ -140,6 +153,6 @@ fn smooth_parts_of_a_mesh_have_small_error_bounds() {
 fn a_mesh_that_does_not_bound_one_solid_has_the_error_bound_of_any_distance() {
     let mut random = Random::from_env();
     let two = meshes::cube().and(meshes::cube().scaled(0.3).moved(3.0, 0.0, 0.0));
-    let (_, errors) = check::<f32>("two cubes", &two, 30, 3.0, &mut random);
-    assert!(errors.iter().all(|error| (0.866..0.8661).contains(error)));
+    let (_, errors) = check::<f32>("two cubes", &two, 30, 3.0, Certify::Fast, &mut random);
+    assert!(errors.iter().all(|error| (0.866..0.867).contains(error)));
 }

@@ -2,8 +2,9 @@
 
 mod bounds;
 mod deep;
+mod splat;
 
-use sdf_bake::sparse::{self, Quantize, SparseGrid};
+use sdf_bake::sparse::{self, Certify, Quantize, SparseGrid};
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Dense, Grid, Lattice, Storage, measure_slope_bound};
@@ -66,8 +67,13 @@ fn cell_at(lattice: &Lattice, point: Vector3<f64>) -> [u32; 3] {
     std::array::from_fn(|axis| (steps[axis] as u32).min(lattice.cells()[axis] - 1))
 }
 
+/// The baker's promise of exactness: bricks are measured in f32 around their middles.
+fn rounding(lattice: &Lattice) -> f32 {
+    (1e-6 * lattice.bounds().diagonal()) as f32
+}
+
 #[test]
-fn within_the_band_it_has_the_dense_grids_samples_bit_for_bit() {
+fn within_the_band_it_has_the_dense_grids_samples_and_signs() {
     let mut random = Random::from_env();
     for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
         let dense = Baked::from_mesh(&mesh, None, 40);
@@ -107,7 +113,10 @@ fn within_the_band_it_has_the_dense_grids_samples_bit_for_bit() {
                     "{name}: node {node:?} of the band has no brick"
                 );
             }
-            assert_eq!(storage.corners(cell), dense_storage.corners(cell), "{name}: cell {cell:?}");
+            for (found, wanted) in std::iter::zip(storage.corners(cell), dense_storage.corners(cell)) {
+                assert!((found - wanted).abs() <= rounding(&dense.lattice), "{name}: cell {cell:?}: {found}, {wanted}");
+                assert_eq!(found.is_sign_negative(), wanted.is_sign_negative(), "{name}: cell {cell:?}");
+            }
         }
         assert!(count > 500, "{name}: {count} points in the band");
     }
@@ -177,8 +186,9 @@ fn it_is_within_its_error_bound_in_the_band_and_at_most_the_distance_beyond() {
             check::<u16>(name, &mesh, &mut random),
             check::<u8>(name, &mesh, &mut random),
         ];
-        // √3/2 voxels for any distance, and rounding to codes: at most half a step of a range of 14 voxels.
-        assert!(bounds[0] < 0.8661 && bounds[1] < 0.8664 && bounds[2] < 0.8661 + 0.031, "{name}: {bounds:?}");
+        // √3/2 voxels for any distance, the rounding of distances, and rounding to codes: at most half a step of a range of
+        // 14 voxels.
+        assert!(bounds[0] < 0.867 && bounds[1] < 0.867 && bounds[2] < 0.867 + 0.031, "{name}: {bounds:?}");
     }
 }
 
@@ -192,11 +202,11 @@ fn it_is_no_steeper_than_an_interpolated_distance() {
     let mut random = Random::from_env();
     // Codes divide the range of a brick's samples, at most its diagonal of 7√3 voxels; each of two samples is off by
     // half a step.
-    let rounded = |codes: f64| 3.0_f64.sqrt() * (1.0 + 7.0 * 3.0_f64.sqrt() / codes) * 1.000_01;
+    let rounded = |codes: f64| 3.0_f64.sqrt() * (1.0 + 7.0 * 3.0_f64.sqrt() / codes) * 1.000_1;
     for (name, mesh) in closed_meshes(&mut random) {
         for cells in [24, 100] {
             let slopes = [steepest::<f32>(&mesh, cells), steepest::<u16>(&mesh, cells), steepest::<u8>(&mesh, cells)];
-            let limits = [3.0_f64.sqrt() * 1.000_01, rounded(65535.0), rounded(255.0)];
+            let limits = [3.0_f64.sqrt() * 1.000_1, rounded(65535.0), rounded(255.0)];
             assert!((0..3).all(|precision| slopes[precision] <= limits[precision]), "{name}: {slopes:?} > {limits:?}");
         }
     }
@@ -226,7 +236,8 @@ fn no_sample_outside_is_more_than_the_distance() {
             // The coarse grid is interpolated in f32. Inside it holds distances, and is off by as much as they bend.
             let exact =
                 if *exact < 0.0 { exact - 4.5 * 3.0_f32.sqrt() * dense.lattice.spacing() as f32 } else { *exact };
-            assert!(value.abs() <= exact.abs() * (1.0 + 8.0 * f32::EPSILON), "{name}: {value} where {exact} is true");
+            let most = exact.abs() * (1.0 + 8.0 * f32::EPSILON) + rounding(&dense.lattice);
+            assert!(value.abs() <= most, "{name}: {value} where {exact} is true");
         }
     }
 }
@@ -238,7 +249,7 @@ fn a_plan_predicts_the_grid() {
         let lattice = Baked::from_mesh(&mesh, None, 50).lattice;
         let mesh = mesh.baked();
         let distance = sdf_bake::MeshDistance::new(&mesh, None);
-        let baker = sparse::SparseBaker::new(&distance, &lattice, BAND * lattice.spacing());
+        let baker = sparse::SparseBaker::new(&distance, &lattice, BAND * lattice.spacing()).certified(Certify::Tight);
         let done = std::sync::atomic::AtomicUsize::new(0);
         let count = |places| {
             done.fetch_add(places, std::sync::atomic::Ordering::Relaxed);
@@ -252,9 +263,9 @@ fn a_plan_predicts_the_grid() {
             assert!(!distance.is_continuous(), "{name}");
             continue;
         };
-        // Samples in f32 have little rounding.
+        // Samples in f32 have little rounding beside that of distances, 2e-6 of the triangles' coordinates.
         let rounding = grid.error_bound - interpolation;
-        assert!(0.0 <= rounding && rounding <= 1e-5 * lattice.spacing(), "{name}: {rounding} is not all rounding");
+        assert!(0.0 <= rounding && rounding <= 1e-3 * lattice.spacing(), "{name}: {rounding} is not all rounding");
         assert_eq!(baker.interpolation_error(0.5 * interpolation), None, "{name}");
     }
 }

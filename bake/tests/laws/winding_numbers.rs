@@ -131,7 +131,8 @@ fn assert_sides(mesh: &Mesh, name: &str, samples: impl Iterator<Item = (Vector3<
             continue;
         }
         let winding = oracle::winding_number(&corners, node).abs();
-        if (winding - 0.5).abs() > ROUNDING {
+        // On the surface, to which a sample in f32 can have a distance, rounding decides.
+        if (winding - 0.5).abs() > ROUNDING && oracle::distance(&corners, node) > 1e-9 {
             assert_eq!(signed < 0.0, winding >= 0.5, "{name} at {node:?}: {signed}, {winding}");
         }
     }

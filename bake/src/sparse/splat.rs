@@ -1,0 +1,235 @@
+//! Bricks by splatting: each triangle is written into the lists of the bricks that it can matter to, and each brick is
+//! measured against its list alone.
+//!
+//! Splatting is the scan conversion of distance fields (Mauch 2000, "A fast algorithm for computing the closest point and
+//! distance transform"); that triangles search for voxels, in narrow bands, is how OpenVDB's mesh converter works too
+//! (Museth 2013, "VDB: High-resolution sparse volumes with dynamic topology"). Ours adds proofs: what is left out
+//! cannot be nearest, and the rounding of f32 is bounded and certified with each brick.
+//!
+//! | step | file |
+//! |---|---|
+//! | 1. which triangles are near which brick? | `lists` |
+//! | 2. how far is each node from them, in f32 around the brick's middle, and how do their normals turn? | `distances`, `nearest_test`, `packed`, `frame` |
+//! | 3. which nodes are inside? Sides flood along clear edges of the grid from a few exact ones | `sides`; winding numbers: `sign::flood_fill` |
+//! | 4. what is stored | `values` |
+//!
+//! Distances are off by a bound that grows with the triangles ([`BRICK_DISTANCE_ROUNDING`]): 4e-5 voxels where triangles
+//! span some voxels. It counts as rounding of the samples. Signs are those of exact f64 searches, carried only along
+//! edges that no triangle can meet with that error granted.
+//!
+//! [`BRICK_DISTANCE_ROUNDING`]: crate::rounding::BRICK_DISTANCE_ROUNDING
+
+mod distances;
+mod frame;
+mod lists;
+mod nearest_test;
+mod packed;
+mod sides;
+mod values;
+
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
+use sdf_core::nalgebra::Vector3;
+
+use super::{Certify, Quantize, SparseBaker};
+use crate::error::normal_cones::MAX_ERROR;
+use crate::rounding::{NODE_POSITION_ROUNDING, SINGLE_SLACK};
+use crate::sign::flood_fill::NodeBlock;
+use crate::triangle::nearest_on_triangle;
+use crate::{MeshDistance, SignMethod};
+use distances::{BrickDistances, BrickQuery, NODES};
+use frame::TriangleFrame;
+use lists::{SlotLists, WantedSlot};
+use sides::NodeBits;
+use values::SignedBrick;
+
+const SIDE: usize = BRICK as usize;
+
+/// Slots along a side of the blocks that are splatted together.
+pub(super) const BLOCK: u32 = lists::BLOCK;
+
+/// A block near which there are more triangles is measured node by node: its lists would be long, and its frames large.
+const MAX_TRIANGLES: usize = 1 << 18;
+
+/// An edge is clear if the distances at its ends sum to this many of its lengths.
+const CLEARANCE: f32 = 1.0001;
+
+/// Farthest node of a slot from its middle, in voxels, rounded up.
+const FARTHEST_NODE: f64 = 6.9283;
+
+/// What is known of a brick beside its samples.
+pub(super) struct BrickRecord {
+    pub slot: [u32; 3],
+    pub scale: Scale,
+    /// Largest difference of a decoded sample from the value it stands for.
+    pub rounding: f64,
+    /// Error of interpolating exact distances within the band, jumps of the sign not included.
+    pub interpolation: f64,
+}
+
+/// Scratch buffers of one thread.
+pub(super) struct Splatter {
+    lists: SlotLists,
+    brick: BrickDistances,
+    signed: Box<[f32; NODES]>,
+}
+
+/// How one slot is measured.
+struct SlotPlan {
+    wanted: WantedSlot,
+    /// Does the brick hold distances throughout, for the sign of an open mesh may jump in it?
+    is_at_jump: bool,
+}
+
+impl Splatter {
+    pub fn new() -> Self {
+        Self { lists: SlotLists::new(), brick: BrickDistances::new(), signed: Box::new([0.0; NODES]) }
+    }
+}
+
+impl SparseBaker<'_> {
+    /// Can signs be carried along clear edges? Not if pseudo-normals were asked for where they contradict each other.
+    pub(super) fn can_splat(&self) -> bool {
+        self.mesh.solid_normals().is_some() || self.mesh.sign_method() == SignMethod::Winding
+    }
+
+    /// Bakes some slots of one block, whose codes follow each other in `codes`. `None` if too many triangles are near.
+    pub(super) fn splat<C: Quantize>(
+        &self,
+        splatter: &mut Splatter,
+        slots: &[[u32; 3]],
+        codes: &mut [C],
+    ) -> Option<Vec<BrickRecord>> {
+        let plans: Vec<SlotPlan> = slots.iter().map(|slot| self.slot_plan(*slot)).collect();
+        let wanted: Vec<WantedSlot> = plans.iter().map(|plan| plan.wanted).collect();
+        if !splatter.lists.fill(self.mesh, &self.lattice, &wanted, MAX_TRIANGLES) {
+            return None;
+        }
+        let mut records = vec![];
+        for plan in &plans {
+            // A slot without a brick leaves its place to the next.
+            let start = records.len() * BRICK_SAMPLES;
+            records.extend(self.splat_brick(splatter, plan, &mut codes[start..start + BRICK_SAMPLES]));
+        }
+        Some(records)
+    }
+
+    fn slot_plan(&self, slot: [u32; 3]) -> SlotPlan {
+        let Self { mesh, lattice, map, .. } = self;
+        let inv_spacing = 1.0 / lattice.spacing();
+        let is_at_jump = !(mesh.is_continuous() || map.is_on_one_side(slot));
+        // No distance beyond the coarse grid's magnitudes is stored; inside they can exceed K.
+        let mut length = map.corner_magnitudes(slot).into_iter().fold(map.kept_within(), f64::max);
+        if is_at_jump {
+            length = length.max(map.middle_distance(slot) + FARTHEST_NODE * lattice.spacing());
+        }
+        let reach = length * inv_spacing * (1.0 + SINGLE_SLACK);
+        SlotPlan { wanted: WantedSlot { slot, reach: (reach as f32).next_up() }, is_at_jump }
+    }
+
+    /// Bakes the brick of a slot. `None` if none of its nodes lies within K of the surface.
+    fn splat_brick<C: Quantize>(
+        &self,
+        splatter: &mut Splatter,
+        plan: &SlotPlan,
+        codes: &mut [C],
+    ) -> Option<BrickRecord> {
+        let Self { mesh, lattice, map, .. } = self;
+        let SlotPlan { wanted: WantedSlot { slot, reach }, is_at_jump } = *plan;
+        let Splatter { lists, brick, signed } = splatter;
+        let list = lists.list(slot);
+        if list.is_empty() {
+            return None;
+        }
+        let (spacing, inv_spacing, arch) = (lattice.spacing(), 1.0 / lattice.spacing(), mesh.tree().arch);
+        let in_voxels = |length: f64| (length * inv_spacing) as f32;
+        let is_solid = mesh.solid_normals().is_some();
+        let is_certified = is_solid && self.certify == Certify::Fast;
+        let middle = Vector3::from_fn(|axis, _| {
+            lattice.origin()[axis] + spacing * (f64::from(slot[axis] * BRICK) + 0.5 * (SIDE - 1) as f64)
+        });
+        brick.measure(
+            arch,
+            BrickQuery {
+                triangles: &lists.triangles,
+                list,
+                middle,
+                inv_spacing,
+                reach,
+                certified_band: is_certified.then(|| in_voxels(map.band())),
+            },
+        );
+        let rounding = brick.rounding + self.position_rounding() as f32;
+        let kept_within = in_voxels(map.kept_within()) + rounding;
+        if !brick.distances.iter().any(|distance| *distance <= kept_within) {
+            return None;
+        }
+        for (bound, distance) in signed.iter_mut().zip(brick.distances.iter()) {
+            *bound = (distance.min(reach) - rounding).max(0.0);
+        }
+        let triangle = |index: u32| lists.triangles[list[(index as usize).min(list.len() - 1)] as usize].slot as usize;
+        let inside = if is_solid {
+            let is_inside = |node: usize| {
+                let (step, position) = (step_of(node), self.node(slot, step_of(node)));
+                if signed[node] >= reach - 2.0 * rounding {
+                    // Its nearest triangle may not be in the list.
+                    return mesh.nearest(position, triangle(brick.nearest[node])).is_inside;
+                }
+                let offset = step.map(|n| n as f32 - 0.5 * (SIDE - 1) as f32);
+                let candidates = brick.nearest_to(arch, offset, list.len(), rounding);
+                let slots = candidates.iter().map(|index| triangle(*index));
+                mesh.is_inside_by_nearest_of(position, slots)
+            };
+            sides::nodes_inside(arch, signed, reach - 2.0 * rounding, CLEARANCE + rounding, is_inside)
+        } else {
+            self.inside_by_winding(slot, signed)
+        };
+        let signed_brick = SignedBrick {
+            distances: &brick.distances,
+            inside: &inside,
+            coarse: (!is_at_jump).then(|| map.corner_magnitudes(slot).map(in_voxels)),
+            exact_within: in_voxels(map.exact_within()),
+            spacing: spacing as f32,
+        };
+        let (scale, code_rounding) = signed_brick.encode(arch, codes);
+        let interpolation = match self.certify {
+            Certify::Fast if is_solid => f64::from(brick.interpolation).min(MAX_ERROR) * spacing,
+            Certify::Fast => MAX_ERROR * spacing,
+            Certify::Tight => self.slot_error(slot, |[x, y, z]| {
+                let triangle = triangle(brick.nearest[(z * SIDE + y) * SIDE + x]);
+                let nearest = nearest_on_triangle(self.node(slot, [x, y, z]), mesh.tree().corners[triangle]);
+                (nearest.distance_sq.sqrt(), triangle)
+            }),
+        };
+        let rounding = f64::from(code_rounding) + f64::from(rounding) * spacing;
+        Some(BrickRecord { slot, scale, rounding, interpolation })
+    }
+
+    /// Error of the positions of nodes, in voxels: their coordinates can be large.
+    fn position_rounding(&self) -> f64 {
+        let bounds = self.lattice.bounds();
+        let ends = bounds.min.iter().chain(&bounds.max);
+        let max_coordinate = ends.fold(0.0_f64, |max, end| max.max(end.abs()));
+        NODE_POSITION_ROUNDING * max_coordinate / self.lattice.spacing()
+    }
+
+    /// Sides by winding numbers. `bounds` are lower bounds of the distances, in voxels.
+    fn inside_by_winding(&self, slot: [u32; 3], bounds: &mut [f32; NODES]) -> NodeBits {
+        let spacing = self.lattice.spacing();
+        bounds.iter_mut().for_each(|bound| *bound *= spacing as f32);
+        let position = |step: [usize; 3]| self.node(slot, step);
+        let block = NodeBlock { counts: [SIDE; 3], spacing, position };
+        block.sign(self.mesh, &self.map.seeds(&self.lattice, slot), bounds);
+        let layer =
+            |z: usize| (0..64).fold(0, |bits, node| bits | u64::from(bounds[64 * z + node].is_sign_negative()) << node);
+        std::array::from_fn(layer)
+    }
+}
+
+/// Memory of the triangles around one block.
+pub(super) fn max_bytes(mesh: &MeshDistance) -> usize {
+    mesh.tree().corners.len().min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
+}
+
+fn step_of(node: usize) -> [usize; 3] {
+    [node % SIDE, node / SIDE % SIDE, node / (SIDE * SIDE)]
+}

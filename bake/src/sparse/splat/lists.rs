@@ -1,0 +1,181 @@
+//! Which triangles matter to which brick: triangles are written into the lists of the bricks that they come near.
+//!
+//! Bricks are worked on in blocks of 4³ slots, contiguous along the Hilbert curve. The tree gives the triangles around a
+//! block; each is tested against 16 slots at a time, by its box, its plane and its distance from the slot's middle. So
+//! lists are never in memory for more than one block a thread.
+
+use std::ops::ControlFlow;
+
+use sdf_core::grid::Lattice;
+use sdf_core::nalgebra::Vector3;
+
+use super::frame::{TriangleFrame, planar_distance_sq};
+use super::packed::WIDTH;
+use crate::MeshDistance;
+use crate::rounding::BRICK_DISTANCE_ROUNDING;
+
+/// Slots along a side of a block.
+pub(super) const BLOCK: u32 = 4;
+const BLOCK_SLOTS: usize = (BLOCK * BLOCK * BLOCK) as usize;
+
+/// Nodes along a side of a slot, and distance of its middle from its corners, rounded up.
+const SLOT_SIDE: f64 = 8.0;
+const SLOT_RADIUS: f32 = 6.9283;
+
+/// Added to the reach of each slot, in voxels, beside what rounding asks.
+const MARGIN: f32 = 0.01;
+
+/// Triangles around one block of slots, and their lists.
+pub(super) struct SlotLists {
+    pub triangles: Vec<TriangleFrame>,
+    lists: Vec<Vec<u32>>,
+    base: [u32; 3],
+}
+
+/// A slot that is to be measured.
+#[derive(Clone, Copy)]
+pub(super) struct WantedSlot {
+    pub slot: [u32; 3],
+    /// Distance from the cells of the slot up to which triangles matter, in voxels.
+    pub reach: f32,
+}
+
+impl SlotLists {
+    pub fn new() -> Self {
+        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3] }
+    }
+
+    /// Fills the lists of some slots of one block. Returns false, and fills nothing, if more than `max_triangles` are
+    /// near them.
+    pub fn fill(
+        &mut self,
+        mesh: &MeshDistance,
+        lattice: &Lattice,
+        wanted: &[WantedSlot],
+        max_triangles: usize,
+    ) -> bool {
+        let (spacing, inv_spacing) = (lattice.spacing(), 1.0 / lattice.spacing());
+        self.base = wanted[0].slot.map(|n| n / BLOCK * BLOCK);
+        let mut reaches = [f32::NEG_INFINITY; BLOCK_SLOTS];
+        let mut max_reach = 0.0_f32;
+        let (mut lower, mut upper) = ([u32::MAX; 3], [0; 3]);
+        for WantedSlot { slot, reach } in wanted {
+            reaches[self.index(*slot)] = *reach;
+            max_reach = max_reach.max(*reach);
+            lower = std::array::from_fn(|axis| lower[axis].min(slot[axis]));
+            upper = std::array::from_fn(|axis| upper[axis].max(slot[axis] + 1));
+        }
+        let corner = |slot: [u32; 3]| {
+            Vector3::from_fn(|axis, _| lattice.origin()[axis] + f64::from(slot[axis]) * SLOT_SIDE * spacing)
+        };
+        let around = Vector3::repeat(f64::from(max_reach + MARGIN) * spacing);
+        let tree = mesh.tree();
+        self.triangles.clear();
+        let mut is_too_many = false;
+        tree.visit_overlapping(corner(lower) - around, corner(upper) + around, |slot| {
+            is_too_many = self.triangles.len() == max_triangles;
+            if is_too_many {
+                return ControlFlow::Break(());
+            }
+            let frame =
+                TriangleFrame::new(slot as u32, &tree.corners[slot], mesh.outward_normal(slot as u32), inv_spacing);
+            self.triangles.push(frame);
+            ControlFlow::Continue(())
+        });
+        if is_too_many {
+            return false;
+        }
+        self.lists.iter_mut().for_each(Vec::clear);
+        let base = corner(self.base);
+        let splat = Splat { lists: self, mesh, reaches: &reaches, max_reach, base, inv_spacing };
+        tree.arch.dispatch(splat);
+        true
+    }
+
+    /// Indices of the triangles near a slot of the block.
+    pub fn list(&self, slot: [u32; 3]) -> &[u32] {
+        &self.lists[self.index(slot)]
+    }
+
+    fn index(&self, slot: [u32; 3]) -> usize {
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| slot[axis] - self.base[axis]);
+        ((z * BLOCK + y) * BLOCK + x) as usize
+    }
+}
+
+/// Writes all triangles into lists.
+struct Splat<'a, 'b> {
+    lists: &'a mut SlotLists,
+    mesh: &'a MeshDistance<'b>,
+    reaches: &'a [f32; BLOCK_SLOTS],
+    max_reach: f32,
+    /// First node of the block.
+    base: Vector3<f64>,
+    inv_spacing: f64,
+}
+
+impl pulp::NullaryFnOnce for Splat<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { lists, mesh, reaches, max_reach, base, inv_spacing } = self;
+        let half_side = 0.5 * SLOT_SIDE as f32;
+        let middle = base + Vector3::repeat(0.5 * f64::from(BLOCK) * SLOT_SIDE / inv_spacing);
+        let SlotLists { triangles, lists, .. } = lists;
+        for (index, triangle) in (0..).zip(triangles.iter()) {
+            let TriangleFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = triangle;
+            let [u, v, w] = triangle.coordinates(middle, inv_spacing).map(|x| x as f32);
+            let rounding = BRICK_DISTANCE_ROUNDING * (u.abs() + v.abs() + w.abs() + shape.b + 32.0);
+            let margin = MARGIN + 2.0 * rounding;
+            let rows =
+                slots_near_box(&mesh.tree().corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
+            let [u_axis, v_axis, n_axis] =
+                [u_axis, v_axis, n_axis].map(|axis| [axis.x, axis.y, axis.z].map(|x| x as f32));
+            let plane_reach = half_side * (n_axis[0].abs() + n_axis[1].abs() + n_axis[2].abs()) + margin;
+            for layer in 0..BLOCK as usize {
+                let in_layer = (rows >> (WIDTH * layer)) as u32 & 0xffff;
+                if in_layer == 0 {
+                    continue;
+                }
+                let z = half_side * (2 * layer as i32 - 3) as f32;
+                let mut bits = [0_u32; WIDTH];
+                for lane in 0..WIDTH {
+                    let x = half_side * (2 * (lane % 4) as i32 - 3) as f32;
+                    let y = half_side * (2 * (lane / 4) as i32 - 3) as f32;
+                    let along =
+                        |axis: [f32; 3], from: f32| x.mul_add(axis[0], y.mul_add(axis[1], z.mul_add(axis[2], from)));
+                    let (u, v, w) = (along(u_axis, u), along(v_axis, v), along(n_axis, w));
+                    let distance_sq = w.mul_add(w, planar_distance_sq(u, v, shape));
+                    let reach = reaches[WIDTH * layer + lane];
+                    let ball = reach + SLOT_RADIUS + margin;
+                    let is_near = (w.abs() <= reach + plane_reach) & (distance_sq <= ball * ball) & (reach >= 0.0);
+                    bits[lane] = u32::from(is_near) << lane;
+                }
+                let mut mask = bits.iter().fold(0, |all, bit| all | bit) & in_layer;
+                while mask != 0 {
+                    lists[WIDTH * layer + mask.trailing_zeros() as usize].push(index);
+                    mask &= mask - 1;
+                }
+            }
+        }
+    }
+}
+
+/// Bits of the slots of a block that a triangle's box comes within `reach` of.
+#[inline(always)]
+fn slots_near_box(corners: &[Vector3<f64>; 3], base: Vector3<f64>, inv_spacing: f64, reach: f32) -> u64 {
+    let [a, b, c] = corners;
+    let [lower, upper] = [a.inf(b).inf(c), a.sup(b).sup(c)].map(|end| (end - base) * inv_spacing);
+    let along = |axis: usize| {
+        let (lower, upper) = (lower[axis] - f64::from(reach), upper[axis] + f64::from(reach));
+        (0..BLOCK as usize).fold(0_u64, |bits, slot| {
+            let start = slot as f64 * SLOT_SIDE;
+            bits | u64::from((lower <= start + SLOT_SIDE) & (upper >= start)) << slot
+        })
+    };
+    // A bit for each row of four slots, then for each layer of four rows.
+    let spread = |bits: u64, by: usize| (0..4).fold(0, |all, slot| all | (bits >> slot & 1) << (by * slot));
+    let (x, y, z) = (along(0), spread(along(1), 4), spread(along(2), 16));
+    (x * y) * z
+}
