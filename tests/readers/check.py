@@ -1,7 +1,6 @@
 """Reads grids with the example of docs/format.md and with VTK, and compares both with sdftool. See run.sh."""
 
 import csv
-import hashlib
 import json
 import pathlib
 import re
@@ -17,6 +16,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkProbeFilter
 from vtkmodules.vtkIOHDF import vtkHDFReader
+from write_grid import write_by_h5py
 
 FORMAT = pathlib.Path(__file__).parents[2] / "docs" / "format.md"
 
@@ -217,49 +217,6 @@ def check_contact_list(path, contacts):
         assert table["feature_id"][row].tolist() == (contact["feature_id"] + [2**32 - 1])[:2]
         assert table["vertices"][row].tolist() == (contact["vertices"] + 2 * [2**32 - 1])[:3]
         assert table["weights"][row].tolist() == (contact["weights"] + [0, 0])[:3]
-
-
-def write_by_h5py(path, names, sdf, grid):
-    """Writes the same grid by h5py, as described at the end of docs/format.md."""
-    with h5py.File(path, "w") as file:
-        group = file.create_group("sdf")
-        digests = []
-
-        def put(group, name, side):
-            data = grid[name]
-            chunks = tuple(np.minimum(data.shape, side))
-            dataset = group.create_dataset(name, data=data, chunks=chunks, shuffle=True, compression="gzip")
-            digests.extend(hashlib.sha256(data[chunk].tobytes()).digest() for chunk in dataset.iter_chunks())
-            return dataset
-
-        if sdf["layout"] == "dense":
-            vtkhdf = file.create_group("VTKHDF")
-            vtkhdf.attrs["Version"] = [2, 6]
-            vtkhdf.attrs["Type"] = np.bytes_("ImageData")
-            vtkhdf.attrs["WholeExtent"] = np.column_stack([np.zeros(3, int), sdf["counts"].astype(int) - 1]).ravel()
-            vtkhdf.attrs["Origin"] = sdf["origin"]
-            vtkhdf.attrs["Spacing"] = np.full(3, sdf["spacing"])
-            vtkhdf.attrs["Direction"] = np.eye(3).ravel()
-            points = vtkhdf.create_group("PointData")
-            points.attrs["Scalars"] = np.bytes_("distance")
-            put(points, "distance", 32).attrs["Attribute"] = np.bytes_("Scalars")
-            put(group, "bounds", 1000)
-        else:
-            # Chunks that differ from sdftool's.
-            put(group, "samples", (48, 512))
-            for name in "bounds places scales errors".split():
-                put(group, name, 1000)
-            put(group, "coarse", (7, 8, 9))
-        for name in "mesh_vertices mesh_triangles".split():
-            if name in grid:
-                put(group, name, 100)
-        rows = np.frombuffer(b"".join(digests), "u1").reshape(-1, 32)
-        group.create_dataset("digests", data=rows, chunks=rows.shape, compression="gzip")
-        checksum = hashlib.sha256(rows.tobytes()).hexdigest()
-        for name, value in (sdf | {"tool": "h5py", "digests_sha256": checksum}).items():
-            group.attrs[name] = value
-        checksum = hashlib.sha256(names["canonical"](dict(group.attrs)).encode()).hexdigest()
-        group.attrs["attributes_sha256"] = checksum
 
 
 def torus():
