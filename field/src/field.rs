@@ -115,7 +115,7 @@ impl Field {
     pub fn contacts(&self, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
         #[cfg(feature = "bake")]
         if options.exact {
-            let surface = self.surface()?;
+            let surface = self.mesh_surface()?;
             return ExactField { grid: &self.field, surface: &surface }.find(mesh, options);
         }
         contacts::find(&self.field, mesh, options)
@@ -130,7 +130,7 @@ impl Field {
     ) -> Result<Contacts, QueryError> {
         #[cfg(feature = "bake")]
         if options.exact {
-            let surface = self.surface()?;
+            let surface = self.mesh_surface()?;
             return ExactField { grid: &self.field, surface: &surface }.find_elements(points, edges, options);
         }
         contacts::find_edges(&self.field, points, edges, options)
@@ -138,7 +138,7 @@ impl Field {
 
     /// The kept mesh, ready to be searched.
     #[cfg(feature = "bake")]
-    fn surface(&self) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
+    fn mesh_surface(&self) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
         match (&self.mesh, self.info()) {
             (Some(mesh), Some(info)) => mesh.surface(info.sign_method),
             _ => Err(QueryError::MeshNotKept),

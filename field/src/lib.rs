@@ -44,8 +44,8 @@ mod visit;
 
 #[cfg(feature = "bake")]
 pub use bake::{
-    BakeError, BakeOptions, Baked, ErrorBudgetError, GridSize, InnerFaces, InvalidMesh, MaxError, MeshReport, Progress,
-    Topology,
+    BakeError, BakeOptions, Baked, Certify, ErrorBudgetError, GridSize, InnerFaces, InvalidMesh, MaxError, MeshReport,
+    Progress, Topology,
 };
 pub use combine::CombineError;
 #[cfg(feature = "files")]

@@ -1,8 +1,8 @@
 //! All integration tests of the crate, in one program.
 
 mod complete;
-mod exact;
 mod doors;
+mod exact;
 mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;
