@@ -164,7 +164,9 @@ def test_a_forked_process_has_threads_of_its_own(body):
 
 
 LONG_BAKE = """
-import sys, time, numpy as np, sdftool
+import signal, sys, time, numpy as np, sdftool
+# A shell's background jobs ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, {folder!r})
 from conftest import dented_ball
 mesh = dented_ball(200)
