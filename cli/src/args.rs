@@ -3,11 +3,13 @@
 mod bake;
 mod contacts;
 mod fields;
+mod simulate;
 mod values;
 
 pub use bake::BakeArgs;
 pub use contacts::{CompareArgs, ContactsArgs, Elements, MethodName, rigid};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
+pub use simulate::{MethodWord, SimulateArgs};
 
 use std::path::PathBuf;
 
@@ -37,6 +39,7 @@ pub enum Command {
     Verify(VerifyArgs),
     Slice(SliceArgs),
     Surface(SurfaceArgs),
+    Simulate(SimulateArgs),
     Demo(DemoArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -67,6 +70,12 @@ impl Command {
             }
             Self::Contacts(args) if args.method == MethodName::Gss && args.elements != Elements::Edges => {
                 Err("--method gss works on edges only: add --elements edges, or use another method")
+            }
+            Self::Simulate(args) if args.suite && args.frames.is_some() => {
+                Err("--suite runs the frames that each scene asks for: remove --frames")
+            }
+            Self::Simulate(args) if !args.suite && args.methods.len() > 1 => {
+                Err("several methods are for --suite: give one, or add --suite")
             }
             _ => Ok(()),
         }

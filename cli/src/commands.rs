@@ -6,6 +6,7 @@ pub mod eval;
 pub mod info;
 pub mod overlap;
 pub mod shell;
+pub mod simulate;
 pub mod slice;
 pub mod surface;
 pub mod verify;

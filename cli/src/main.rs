@@ -1,5 +1,5 @@
-//! `sdftool`: arguments, progress, tables and pictures. The algorithms are in sdf-core, sdf-bake, sdf-formats and
-//! sdf-field.
+//! `sdftool`: arguments, progress, tables and pictures. The algorithms are in sdf-core, sdf-bake, sdf-formats,
+//! sdf-field and sdf-sim.
 
 #![forbid(unsafe_code)]
 
@@ -60,6 +60,7 @@ fn run(command: &Command) -> anyhow::Result<()> {
         Command::Verify(args) => commands::verify::run(args),
         Command::Slice(args) => commands::slice::run(args),
         Command::Surface(args) => commands::surface::run(args),
+        Command::Simulate(args) => commands::simulate::run(args),
         Command::Demo(args) => commands::demo::run(args),
         Command::Completions(args) => commands::shell::completions(args),
         Command::Man(args) => commands::shell::man(args),

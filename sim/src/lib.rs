@@ -47,8 +47,10 @@
 pub mod cloth;
 mod obstacle;
 mod query;
+pub mod record;
 mod rigid;
 mod row;
+pub mod scene;
 pub mod soft;
 mod surface;
 mod world;

@@ -172,6 +172,21 @@ impl World {
             + bodies.map(|body| body.velocity / body.inv_mass).sum::<V3>()
     }
 
+    /// Kinetic energy of everything that has a mass.
+    pub fn kinetic_energy(&self) -> f64 {
+        let particles = self.v.iter().zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);
+        particles.map(|(v, inv_mass)| 0.5 * v.norm_squared() / inv_mass).sum::<f64>()
+            + self.bodies.iter().map(Body::kinetic_energy).sum::<f64>()
+    }
+
+    /// Sum of |m v| of everything that has a mass.
+    pub(crate) fn momentum_scale(&self) -> f64 {
+        let particles = self.v.iter().zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);
+        let bodies = self.bodies.iter().filter(|body| body.inv_mass > 0.0);
+        particles.map(|(v, inv_mass)| v.norm() / inv_mass).sum::<f64>()
+            + bodies.map(|body| body.velocity.norm() / body.inv_mass).sum::<f64>()
+    }
+
     /// Is every coordinate finite?
     pub fn is_finite(&self) -> bool {
         let is_finite = |v: &V3| v.iter().all(|x| x.is_finite());

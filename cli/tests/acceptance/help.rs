@@ -2,7 +2,8 @@
 
 use crate::folder::{Folder, says};
 
-const COMMANDS: [&str; 9] = ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "demo"];
+const COMMANDS: [&str; 10] =
+    ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "simulate", "demo"];
 
 #[test]
 fn help_names_every_command_and_what_the_exit_status_means() {
