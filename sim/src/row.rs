@@ -34,7 +34,7 @@ pub struct Row {
     pub b: Side,
     /// Unit vector out of b.
     pub normal: V3,
-    /// What is to be added to n · (a − b): the distance found less n · (a − b) then, and less the thickness.
+    /// The distance found, less n · (a − b) at that time, and less the thickness.
     pub offset: f64,
     /// Coulomb's coefficient.
     pub friction: f64,

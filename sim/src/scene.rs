@@ -40,7 +40,7 @@ pub enum SceneError {
     Invalid {
         /// The file.
         name: String,
-        /// What is wrong, where, and what to do.
+        /// The fault, its place, and a remedy.
         message: String,
     },
 }

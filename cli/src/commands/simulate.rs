@@ -78,7 +78,7 @@ struct Target {
 const BETWEEN_WRITES: Duration = Duration::from_secs(10);
 
 /// Frames of a PNG, and their side in pixels.
-const SHEET: [usize; 2] = [8, 320];
+const SHEET: [usize; 2] = [4, 320];
 
 /// Cells of the lattice by which obstacles are drawn.
 const OUTLINE_CELLS: u32 = 72;

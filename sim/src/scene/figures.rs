@@ -1,4 +1,4 @@
-//! What is measured of a run, and whether it is reached.
+//! Figures of a run, and whether they reach what the scene asks for.
 
 use std::collections::BTreeMap;
 
