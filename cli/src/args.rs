@@ -4,12 +4,14 @@ mod bake;
 mod contacts;
 mod exchange;
 mod fields;
+mod simulate;
 mod values;
 
 pub use bake::BakeArgs;
 pub use contacts::{CompareArgs, ContactsArgs, Elements, MethodName, rigid};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
+pub use simulate::{MethodWord, SimulateArgs};
 
 use std::path::PathBuf;
 
@@ -42,6 +44,7 @@ pub enum Command {
     Export(ExportArgs),
     Import(ImportArgs),
     View(ViewArgs),
+    Simulate(SimulateArgs),
     Demo(DemoArgs),
     Completions(CompletionsArgs),
     Man(ManArgs),
@@ -75,6 +78,12 @@ impl Command {
             }
             Self::Contacts(args) if args.method == MethodName::Gss && args.elements != Elements::Edges => {
                 Err("--method gss works on edges only: add --elements edges, or use another method")
+            }
+            Self::Simulate(args) if args.suite && args.frames.is_some() => {
+                Err("--suite runs the frames that each scene asks for: remove --frames")
+            }
+            Self::Simulate(args) if !args.suite && args.methods.len() > 1 => {
+                Err("several methods are for --suite: give one, or add --suite")
             }
             _ => Ok(()),
         }

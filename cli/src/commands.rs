@@ -9,6 +9,7 @@ pub mod import;
 pub mod info;
 pub mod overlap;
 pub mod shell;
+pub mod simulate;
 pub mod slice;
 pub mod surface;
 pub mod verify;

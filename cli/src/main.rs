@@ -1,5 +1,5 @@
-//! `sdftool`: arguments, progress, tables and pictures. The algorithms are in sdf-core, sdf-bake, sdf-formats and
-//! sdf-field.
+//! `sdftool`: arguments, progress, tables and pictures. The algorithms are in sdf-core, sdf-bake, sdf-formats,
+//! sdf-field and sdf-sim.
 
 #![forbid(unsafe_code)]
 
@@ -64,6 +64,7 @@ fn run(command: &Command) -> anyhow::Result<()> {
         Command::Export(args) => commands::export::run(args),
         Command::Import(args) => commands::import::run(args),
         Command::View(args) => commands::view::run(args),
+        Command::Simulate(args) => commands::simulate::run(args),
         Command::Demo(args) => commands::demo::run(args),
         Command::Completions(args) => commands::shell::completions(args),
         Command::Man(args) => commands::shell::man(args),

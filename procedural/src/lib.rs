@@ -3,6 +3,8 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | `serpent` | [`Serpent`]: a long winding body with thin spines |
+//! | `cuboid` | [`Cuboid`]: a box |
 //! | `spiked_ball` | [`SpikedBall`]: a closed body with thin spikes |
 //! | `revolution` | [`Bowl`] and [`Pot`]: solids of revolution, the pot of two shells that intersect |
 //! | `sheet` | [`Sheet`]: a cloth or a net that hangs over the origin |
@@ -13,13 +15,17 @@
 
 pub mod random;
 
+mod cuboid;
 mod revolution;
 mod rope;
+mod serpent;
 mod sheet;
 mod spiked_ball;
 
+pub use cuboid::Cuboid;
 pub use revolution::{Bowl, Pot};
 pub use rope::Rope;
+pub use serpent::Serpent;
 pub use sheet::{Holes, Sheet};
 pub use spiked_ball::SpikedBall;
 

@@ -48,7 +48,7 @@ fn every_option_in_the_documents_is_in_the_help_of_a_command() {
     let folder = Folder::new();
     let commands = [
         "bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view",
-        "demo", "man",
+        "simulate", "demo", "man",
     ];
     let help: String = commands.iter().map(|command| folder.done(&format!("help {command}"))).collect();
     let known: BTreeSet<&str> = help.split(|c: char| !c.is_ascii_alphanumeric() && c != '-').collect();

@@ -2,8 +2,10 @@
 
 use crate::folder::{Folder, says};
 
-const COMMANDS: [&str; 12] =
-    ["bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view", "demo"];
+const COMMANDS: [&str; 13] = [
+    "bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view", "simulate",
+    "demo",
+];
 
 #[test]
 fn help_names_every_command_and_what_the_exit_status_means() {

@@ -23,6 +23,7 @@ mod progress;
 mod refusals;
 mod repeatable;
 mod shared_meshes;
+mod simulate;
 mod solids;
 mod sparse_grids;
 mod surfaces;

@@ -1,0 +1,238 @@
+//! Runs a scene, or all scenes of a folder, and prints what was measured.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use sdf_formats::atomic_write;
+use sdf_sim::record::{self, Recording};
+use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
+use serde_json::{Value, json};
+
+use crate::args::{MethodWord, SimulateArgs};
+use crate::mesh_input::at;
+use crate::report::{Report, number, print_json};
+use crate::{output, progress};
+
+pub fn run(args: &SimulateArgs) -> Result<()> {
+    if args.suite {
+        return suite(args);
+    }
+    let (Some(path), [method]) = (&args.scene, &args.methods[..]) else { bail!("give a scene and one method") };
+    let mut spec = scene::read(path)?;
+    spec.frames = args.frames.unwrap_or(spec.frames);
+    let mut target = args.output.as_deref().map(|output| Target::new(output, path)).transpose()?;
+    let outcome = run_one(args, &spec, path, method, target.as_mut())?;
+    let json = object(path, &spec, method, &outcome);
+    Report { rows: rows(&spec, &outcome), json }.print(args.json)
+}
+
+fn run_one(
+    args: &SimulateArgs,
+    spec: &SceneSpec,
+    path: &Path,
+    method: &MethodWord,
+    mut target: Option<&mut Target>,
+) -> Result<Outcome> {
+    let mut spec = spec.clone();
+    if args.small {
+        spec.shrink();
+    }
+    let stride = if args.small { 8 } else { 1 };
+    let runs = scene::variants(&spec);
+    let total = runs.iter().step_by(stride).map(|spec| u64::from(spec.frames)).sum();
+    let bar = progress::bar("simulating", total);
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let threads = sdf_field::Threads::new(args.threads.count.map_or(0, usize::from));
+    let mut failure = None;
+    let outcome = scene::run_all(&spec, folder, method.method, threads, stride, |run, frame, stage| {
+        bar.inc(u64::from(frame > 0));
+        let recorded = match target.as_deref_mut().filter(|_| run == 0) {
+            Some(target) => target.add(&spec.title, frame, stage),
+            None => Ok(()),
+        };
+        match recorded {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                failure = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    })?;
+    bar.finish_and_clear();
+    match failure {
+        Some(error) => Err(error),
+        None => target.map_or(Ok(()), Target::write).map(|()| outcome),
+    }
+}
+
+/// Where a recording is written to, and the frames so far.
+struct Target {
+    path: PathBuf,
+    recording: Recording,
+    written: Instant,
+}
+
+/// While it runs, the file is written again after so long: what ends the program leaves a recording that opens.
+const BETWEEN_WRITES: Duration = Duration::from_secs(10);
+
+/// Frames of a PNG, and their side in pixels.
+const SHEET: [usize; 2] = [4, 320];
+
+/// Cells of the lattice by which obstacles are drawn.
+const OUTLINE_CELLS: u32 = 72;
+
+impl Target {
+    fn new(path: &Path, scene: &Path) -> Result<Self> {
+        match kind(path) {
+            Some("html" | "png") => output::require(path, &[scene])?,
+            Some(other) => bail!(
+                "{}: a recording is OUT.html, OUT.png or a folder of OBJ files, not .{other}: take one of these",
+                path.display()
+            ),
+            None => std::fs::create_dir_all(path).with_context(|| path.display().to_string())?,
+        }
+        Ok(Self { path: path.to_owned(), recording: Recording::default(), written: Instant::now() })
+    }
+
+    fn add(&mut self, title: &str, frame: u32, stage: &Stage) -> Result<()> {
+        if frame == 0 {
+            let mut window = record::window(stage);
+            window = window.inflate(0.1 * window.longest_side());
+            let outlines: Vec<_> =
+                stage.obstacles.iter().map(|field| record::outline(field, &window, OUTLINE_CELLS)).collect();
+            self.recording = Recording::new(title, stage, &outlines);
+        }
+        self.recording.push(stage);
+        if self.written.elapsed() > BETWEEN_WRITES {
+            self.write()?;
+            self.written = Instant::now();
+        }
+        Ok(())
+    }
+
+    fn write(&mut self) -> Result<()> {
+        let written = match kind(&self.path) {
+            None => record::write_folder(&self.recording, &self.path),
+            Some("html") => write(&self.path, record::page(&self.recording).as_bytes()),
+            Some(_) => write(&self.path, &record::contact_sheet(&self.recording, SHEET[0], SHEET[1])),
+        };
+        at(&self.path, written)
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    atomic_write(path, |temporary| std::fs::write(temporary, bytes))
+}
+
+/// The ending; `None` of a folder.
+fn kind(path: &Path) -> Option<&str> {
+    let is_folder = path.is_dir() || path.to_string_lossy().ends_with('/');
+    path.extension().and_then(|ending| ending.to_str()).filter(|_| !is_folder)
+}
+
+fn name(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn object(path: &Path, spec: &SceneSpec, method: &MethodWord, outcome: &Outcome) -> Value {
+    let mut object = json!({
+        "schema": "sdftool.simulate/1",
+        "scene": name(path),
+        "title": spec.title,
+        "method": method.word,
+        "runs": outcome.runs,
+        "freed": outcome.freed,
+        "calm": outcome.calm,
+        "missed": outcome.missed,
+    });
+    if let (Value::Object(all), Ok(Value::Object(figures))) = (&mut object, serde_json::to_value(&outcome.worst)) {
+        all.extend(figures);
+    }
+    object
+}
+
+fn rows(spec: &SceneSpec, outcome: &Outcome) -> Vec<(&'static str, String)> {
+    let figures = &outcome.worst;
+    let missed = outcome
+        .missed
+        .iter()
+        .map(|(name, [value, limit])| format!("{name}: {} and not {}", number(*value), number(*limit)));
+    let missed: Vec<String> = missed.collect();
+    let mut rows = vec![
+        ("scene", spec.title.clone()),
+        ("frames", format!("{}{}", figures.frames, if figures.finite { "" } else { ", then not finite" })),
+        ("deep faces", format!("{}, deepest {}", figures.deep_faces, number(figures.deepest))),
+        ("stretch", number(figures.stretch)),
+        ("at rest", format!("speed {}, moved by {}", number(figures.jitter), number(figures.drift))),
+        ("energy gain", number(figures.energy_gain)),
+        (
+            "contacts",
+            format!("{} of {} elements, {} searched", figures.contacts, figures.elements[0], figures.elements[1]),
+        ),
+        ("seconds", format!("search {}, steps {}", number(figures.seconds.detect), number(figures.seconds.solve))),
+    ];
+    if outcome.runs > 1 {
+        rows.insert(1, ("runs", format!("{}: {} free at the end, {} calm", outcome.runs, outcome.freed, outcome.calm)));
+    }
+    rows.push(("missed", if missed.is_empty() { "nothing".to_owned() } else { missed.join("; ") }));
+    rows
+}
+
+/// All scenes of a folder, by name.
+fn suite(args: &SimulateArgs) -> Result<()> {
+    let folder = args.scene.clone().unwrap_or_else(|| PathBuf::from("scenes"));
+    let entries =
+        std::fs::read_dir(&folder).with_context(|| format!("{}: give a folder of scenes", folder.display()))?;
+    let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut scenes: Vec<PathBuf> = files.filter(|path| kind(path) == Some("toml")).collect();
+    scenes.sort();
+    if scenes.is_empty() {
+        bail!("{}: has no scenes: give a folder with TOML files", folder.display());
+    }
+    if let Some(output) = &args.output {
+        std::fs::create_dir_all(output).with_context(|| output.display().to_string())?;
+    }
+    let mut report = String::from(
+        "# Scenes\n\n| scene | method | missed | deep faces | deepest | stretch | seconds |\n|---|---|---|---|---|---|---|\n",
+    );
+    let mut pictures = String::new();
+    for path in &scenes {
+        let spec = scene::read(path)?;
+        for (index, method) in args.methods.iter().enumerate() {
+            let picture =
+                args.output.as_ref().filter(|_| index == 0).map(|folder| folder.join(format!("{}.png", name(path))));
+            let mut target = picture.as_deref().map(|picture| Target::new(picture, path)).transpose()?;
+            let outcome = run_one(args, &spec, path, method, target.as_mut())?;
+            if args.json.wanted {
+                print_json(&object(path, &spec, method, &outcome))?;
+            } else {
+                Report { rows: rows(&spec, &outcome), json: Value::Null }.print(args.json)?;
+                println!();
+            }
+            let figures = &outcome.worst;
+            let missed: Vec<&str> = outcome.missed.keys().copied().collect();
+            report += &format!(
+                "| {} | {} | {} | {} | {} | {} | {} |\n",
+                name(path),
+                method.word,
+                missed.join(", "),
+                figures.deep_faces,
+                number(figures.deepest),
+                number(figures.stretch),
+                number(figures.seconds.detect + figures.seconds.solve)
+            );
+            if index == 0 {
+                pictures +=
+                    &format!("\n## {}\n\n{}\n\n![{}]({}.png)\n", name(path), spec.title, name(path), name(path));
+            }
+        }
+    }
+    match &args.output {
+        Some(output) => {
+            at(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))
+        }
+        None => Ok(()),
+    }
+}

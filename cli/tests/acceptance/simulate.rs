@@ -1,0 +1,72 @@
+//! `simulate`: what it prints and writes, and how it refuses.
+
+use crate::folder::{Folder, says};
+
+const SCENE: &str = r#"
+title = "A small cloth on a ball"
+frames = 8
+substeps = 4
+thickness = 0.01
+reach = { deep_faces = 0, stretch = 1.0 }
+
+[[cloth]]
+mesh.sheet = { cells = [6, 6], size = [1.0, 1.0], height = 0.52, bend = 0.0, floor = 0.0 }
+
+[[obstacle]]
+file = "ball.sdf.toml"
+"#;
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("small.toml", SCENE);
+    folder.write("ball.sdf.toml", "[field]\nshape = 'sphere'\nradius = 0.5\n");
+    folder
+}
+
+#[test]
+fn a_scene_is_measured_and_recorded() {
+    let folder = folder();
+    says(&folder.done("simulate small.toml"), &["A small cloth on a ball", "deep faces", "stretch: 1.0"]);
+    let object = folder.json("simulate small.toml -o run.html --threads 1");
+    assert_eq!((&object["schema"], &object["scene"]), (&"sdftool.simulate/1".into(), &"small".into()));
+    assert_eq!((&object["frames"], &object["finite"], &object["deep_faces"]), (&8.into(), &true.into(), &0.into()));
+    // What is asked for and not reached: a stiff sheet stretches a little.
+    assert_eq!(object["missed"]["stretch"][1], 1.0);
+    let page = String::from_utf8(folder.read("run.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.contains("A small cloth on a ball"));
+    folder.done("simulate small.toml -o run.png --frames 3 --method vertices");
+    assert!(folder.read("run.png").starts_with(b"\x89PNG"));
+    folder.done("simulate small.toml -o frames/ --frames 2");
+    assert!(folder.at("frames/frame_0002.obj").is_file() && folder.at("frames/still.obj").is_file());
+}
+
+#[test]
+fn the_same_scene_is_recorded_in_the_same_bytes_on_any_number_of_threads() {
+    let folder = folder();
+    folder.done("simulate small.toml -o one.html --threads 1");
+    folder.done("simulate small.toml -o three.html --threads 3");
+    assert_eq!(folder.read("one.html"), folder.read("three.html"));
+}
+
+#[test]
+fn all_scenes_of_a_folder_make_a_report() {
+    let folder = folder();
+    std::fs::create_dir(folder.at("mine")).unwrap();
+    folder.write("mine/a.toml", SCENE.replace("file = \"ball.sdf.toml\"", "file = \"../ball.sdf.toml\""));
+    let lines = folder.done("simulate mine --suite --small --methods auto,vertices --json -o report");
+    assert_eq!(lines.lines().filter(|line| line.contains("\"schema\":\"sdftool.simulate/1\"")).count(), 2, "{lines}");
+    let report = String::from_utf8(folder.read("report/report.md")).unwrap();
+    assert!(report.contains("| a | vertices |") && folder.at("report/a.png").is_file());
+}
+
+#[test]
+fn wrong_scenes_and_outputs_are_refused_in_one_line() {
+    let folder = folder();
+    folder.write("wrong.toml", SCENE.replace("thickness", "thicknes"));
+    let unknown = folder.refused("simulate wrong.toml");
+    assert!(unknown.contains("wrong.toml: line 5: ") && unknown.contains("thickness"), "{unknown}");
+    folder.write("lost.toml", SCENE.replace("ball.sdf", "bell.sdf"));
+    assert!(folder.refused("simulate lost.toml").contains("bell.sdf.toml"));
+    assert!(folder.refused("simulate no.toml").contains("no.toml"));
+    assert!(folder.refused("simulate small.toml -o run.gif").contains("OUT.html"));
+}

@@ -1,0 +1,69 @@
+//! One HTML page with a slider: plain WebGL2, nothing from outside. Points are u16 within the recording's box, in base64.
+
+use super::Recording;
+
+/// Most frames of a page; more are thinned out evenly.
+const MAX_FRAMES: usize = 150;
+
+/// The page of a recording.
+pub fn page(recording: &Recording) -> String {
+    let bounds = recording.bounds();
+    let extents = bounds.extents().map(|extent| extent.max(1e-9));
+    let pack = |points: &[[f32; 3]]| {
+        let pack = |point: &[f32; 3]| -> [u16; 3] {
+            std::array::from_fn(|axis| {
+                let share = (f64::from(point[axis]) - bounds.min[axis]) / extents[axis];
+                (share.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16
+            })
+        };
+        points.iter().flat_map(pack).flat_map(u16::to_le_bytes).collect::<Vec<u8>>()
+    };
+    let stride = recording.frames.len().div_ceil(MAX_FRAMES).max(1);
+    let frames: Vec<&Vec<[f32; 3]>> = recording.frames.iter().step_by(stride).collect();
+    let moving: Vec<u8> = frames.iter().flat_map(|points| pack(points)).collect();
+    let indices = |indices: &[u32]| base64(&indices.iter().flat_map(|index| index.to_le_bytes()).collect::<Vec<u8>>());
+    let head = serde_json::json!({
+        "title": recording.title,
+        "frames": frames.len(),
+        "points": recording.frames.first().map_or(0, Vec::len),
+        "min": bounds.min,
+        "extents": extents,
+    });
+    // A title may hold what ends a script.
+    let head = head.to_string().replace('<', "\\u003c");
+    let title = recording.title.replace('&', "&amp;").replace('<', "&lt;");
+    PAGE.replace("%TITLE%", &title)
+        .replace("%HEAD%", &head)
+        .replace("%MOVING%", &base64(&moving))
+        .replace("%FACES%", &indices(recording.faces.as_flattened()))
+        .replace("%EDGES%", &indices(recording.edges.as_flattened()))
+        .replace("%STILL%", &base64(&pack(&recording.still_points)))
+        .replace("%STILLFACES%", &indices(recording.still_faces.as_flattened()))
+}
+
+const PAGE: &str = include_str!("page.html");
+
+/// RFC 4648.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let bits = (0..3).fold(0, |bits, index| bits << 8 | u32::from(group.get(index).copied().unwrap_or(0)));
+        for digit in 0..4 {
+            let digit_of = DIGITS[(bits >> (18 - 6 * digit) & 63) as usize];
+            text.push(if digit <= group.len() { char::from(digit_of) } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        let pairs = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg==")];
+        for (plain, coded) in pairs {
+            assert_eq!(super::base64(plain.as_bytes()), coded);
+        }
+    }
+}

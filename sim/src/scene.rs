@@ -1,0 +1,72 @@
+//! Scenes: what a TOML file describes, how it is built and run, and what is measured of it. docs/scenes.md lists every key.
+//!
+//! | question | file |
+//! |---|---|
+//! | Which keys does a file have? | `scene/spec` |
+//! | How does it become a world and obstacles? | `scene/build` |
+//! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
+//! | What is measured, and is it reached? | `scene/figures` |
+//! | Which side does an entangled patch leave on? | `scene/entangled` |
+
+mod build;
+mod entangled;
+mod figures;
+mod run;
+mod spec;
+mod vary;
+
+pub use build::Stage;
+pub use figures::{Figures, Seconds};
+pub use run::{ElementMethod, UnknownMethod, run};
+pub use spec::{Beyond, ClothSpec, MeshSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Vary};
+pub use vary::{Outcome, run_all, variants};
+
+use std::path::{Path, PathBuf};
+
+/// Why a scene cannot be run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The text is not a scene.
+    #[error("{name}: {message}")]
+    Invalid {
+        /// The file.
+        name: String,
+        /// The fault, its place, and a remedy.
+        message: String,
+    },
+}
+
+pub(crate) fn invalid(name: &str, message: impl ToString) -> SceneError {
+    SceneError::Invalid { name: name.to_owned(), message: message.to_string() }
+}
+
+/// Largest scene file that is read, in bytes.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Reads a scene file.
+pub fn read(path: &Path) -> Result<SceneSpec, SceneError> {
+    use std::io::Read;
+    let unreadable = |source| SceneError::Unreadable { path: path.to_owned(), source };
+    let mut text = String::new();
+    std::fs::File::open(path).and_then(|file| file.take(MAX_BYTES).read_to_string(&mut text)).map_err(unreadable)?;
+    parse(&text, &path.display().to_string())
+}
+
+/// Reads a scene from its text. Errors show `name` in place of a path.
+pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
+    let spec: SceneSpec = toml::from_str(text).map_err(|error| {
+        let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        invalid(name, format!("line {line}: {}", error.message().replace('\n', " ")))
+    })?;
+    spec.check().map_err(|message| invalid(name, message))?;
+    Ok(spec)
+}

@@ -1,0 +1,192 @@
+//! From a scene's description to a world, surfaces and obstacles.
+
+use std::path::Path;
+
+use sdf_core::AnyField;
+use sdf_core::nalgebra::UnitQuaternion;
+use sdf_core::placed::Similarity;
+use sdf_field::{BakeOptions, Field, GridSize, MeshView, Threads};
+use sdf_procedural::{Mesh, random::Random};
+
+use super::spec::{MeshSpec, ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
+use super::{SceneError, invalid};
+use crate::surface::{Carrier, Surface};
+use crate::world::{Passes, World};
+use crate::{Body, V3, cloth, soft};
+
+/// A scene that is ready to run.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Everything that moves.
+    pub world: World,
+    /// Skins of what moves.
+    pub surfaces: Vec<Surface>,
+    /// Fields that nothing moves.
+    pub obstacles: Vec<Field>,
+    /// For each rigid body its field.
+    pub fields: Vec<Field>,
+}
+
+impl Stage {
+    /// Builds a scene; files are looked for in `folder`.
+    pub fn build(spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<Self, SceneError> {
+        let obstacles = Self::obstacles(spec, folder, threads)?;
+        Self::with_obstacles(spec, folder, threads, obstacles)
+    }
+
+    /// The fields that nothing moves: what takes longest, and variants of a scene share it.
+    pub fn obstacles(spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<Vec<Field>, SceneError> {
+        let obstacle = |obstacle: &ObstacleSpec| {
+            obstacle_field(obstacle, folder, threads).map_err(|message| invalid(&spec.title, message))
+        };
+        spec.obstacle.iter().map(obstacle).collect()
+    }
+
+    /// Builds a scene with obstacles that are there already.
+    pub fn with_obstacles(
+        spec: &SceneSpec,
+        folder: &Path,
+        threads: Threads,
+        obstacles: Vec<Field>,
+    ) -> Result<Self, SceneError> {
+        let mut world = World::new(spec.gravity);
+        world.drag = spec.drag;
+        world.recovery_speed = spec.recovery;
+        world.passes = if spec.one_way { Passes::OneWay } else { Passes::ThereAndBack };
+        let mut stage = Self { world, surfaces: vec![], obstacles, fields: vec![] };
+        stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.title, message))?;
+        Ok(stage)
+    }
+
+    fn fill(&mut self, spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<(), String> {
+        let mut random = Random::new(spec.seed);
+        for (index, cloth) in spec.cloth.iter().enumerate() {
+            let mesh = cloth.mesh.mesh(folder)?;
+            if mesh.points.is_empty() {
+                return Err("a cloth without points: give its mesh more cells".to_owned());
+            }
+            let pose = Pose::of(&cloth.start, &mut random);
+            let points: Vec<_> = mesh.points.iter().map(|point| pose.apply(point)).collect();
+            let fabric = cloth::Fabric { mass: cloth.mass, stretch: cloth.stretch, bend: cloth.bend };
+            let first = self.world.x.len();
+            let surface = match mesh.triangles.is_empty() {
+                true => cloth::add_strings(&mut self.world, &points, &mesh.segments, &fabric),
+                false => cloth::add(&mut self.world, &points, &mesh.triangles, &fabric),
+            };
+            self.world.v[first..].fill(V3::from(cloth.start.velocity));
+            for pin in &cloth.pins {
+                let held = self.world.inv_mass[first..].get_mut(*pin as usize);
+                *held.ok_or_else(|| format!("cloth {index} has no vertex {pin} to pin: it has {}", points.len()))? =
+                    0.0;
+                self.world.v[first + *pin as usize] = V3::zeros();
+            }
+            self.surfaces.push(surface);
+        }
+        spec.rigid.iter().try_for_each(|rigid| self.add_rigid(rigid, folder, threads, &mut random))?;
+        spec.soft.iter().try_for_each(|soft| self.add_soft(soft, folder, threads))
+    }
+
+    fn add_rigid(
+        &mut self,
+        spec: &RigidSpec,
+        folder: &Path,
+        threads: Threads,
+        random: &mut Random,
+    ) -> Result<(), String> {
+        let mesh = spec.mesh.mesh(folder)?;
+        let (body, points) = Body::of_mesh(&mesh.points, &mesh.triangles, spec.mass)
+            .ok_or("a rigid body needs a closed mesh whose faces point outward")?;
+        let field = match &spec.mesh {
+            MeshSpec::Cuboid(cuboid) => {
+                Field::new(sdf_core::shapes::Cuboid::new(cuboid.half).ok_or("a box without sides")?)
+            }
+            _ => bake(&Mesh { points: points.clone(), ..mesh.clone() }, spec.cells, threads)?,
+        };
+        let [columns, rows, layers] = spec.count;
+        for (layer, row, column) in (0..layers)
+            .flat_map(|layer| (0..rows).flat_map(move |row| (0..columns).map(move |column| (layer, row, column))))
+        {
+            let pose = Pose::of(&spec.start, random);
+            let steps = [column, row, layer].map(f64::from);
+            let shift = V3::new(steps[0] * spec.apart[0], steps[1] * spec.apart[1], steps[2] * spec.apart[2]);
+            let mut body = body.clone();
+            body.position = V3::from(pose.apply(&body.position.into())) + shift;
+            body.rotation = pose.rotation;
+            body.velocity = V3::from(spec.start.velocity);
+            body.set_angular_velocity(&V3::from(spec.start.spin));
+            let id = self.world.add_body(body);
+            let carrier = Carrier::Body { id, points: points.clone() };
+            self.surfaces.push(Surface::of_faces(mesh.triangles.clone(), points.len(), carrier));
+            self.fields.push(field.clone());
+        }
+        Ok(())
+    }
+
+    fn add_soft(&mut self, spec: &SoftSpec, folder: &Path, threads: Threads) -> Result<(), String> {
+        let mesh = spec.mesh.mesh(folder)?;
+        let field = bake(&mesh, 48, threads)?;
+        let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
+        let is_inside = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < 0.0;
+        let first = self.world.x.len();
+        let surface = soft::add(&mut self.world, &mesh.points, &mesh.triangles, spec.cell, &matter, is_inside);
+        let pose = Pose::of(&spec.start, &mut Random::new(0));
+        for x in &mut self.world.x[first..] {
+            *x = V3::from(pose.apply(&(*x).into()));
+        }
+        self.world.v[first..].fill(V3::from(spec.start.velocity));
+        self.surfaces.push(surface);
+        Ok(())
+    }
+}
+
+/// A pose at the start.
+struct Pose {
+    rotation: UnitQuaternion<f64>,
+    translation: V3,
+}
+
+impl Pose {
+    fn of(start: &Start, random: &mut Random) -> Self {
+        let about = |axis: V3, degrees: f64| UnitQuaternion::from_scaled_axis(axis * degrees.to_radians());
+        let [x, y, z] = start.turn;
+        let mut rotation = about(V3::z(), z) * about(V3::y(), y) * about(V3::x(), x);
+        let mut translation = V3::from(start.translate);
+        if let Some(half) = start.random {
+            let axis = V3::from(random.point_in_cube(1.0));
+            rotation = about(axis.normalize(), random.between(0.0, 360.0)) * rotation;
+            translation += V3::from(random.point_in_cube(half));
+        }
+        Self { rotation, translation }
+    }
+
+    fn apply(&self, point: &[f64; 3]) -> [f64; 3] {
+        (self.rotation * V3::from(*point) + self.translation).into()
+    }
+}
+
+fn bake(mesh: &Mesh, cells: u32, threads: Threads) -> Result<Field, String> {
+    let options = BakeOptions { size: GridSize::Cells(cells), threads, ..BakeOptions::default() };
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    Ok(Field::bake(view, &options).map_err(|error| error.to_string())?.field)
+}
+
+fn obstacle_field(spec: &ObstacleSpec, folder: &Path, threads: Threads) -> Result<Field, String> {
+    let field = match (&spec.mesh, &spec.shape, &spec.file) {
+        (Some(mesh), _, _) => {
+            let [x, y, z] = spec.translate;
+            let mesh = mesh.mesh(folder)?.transformed(|point| [point[0] + x, point[1] + y, point[2] + z]);
+            return bake(&mesh, spec.cells, threads);
+        }
+        (_, Some(text), _) => {
+            let shape = sdf_formats::field_file::read_text(text, "the obstacle's shape");
+            Field::new(shape.map_err(|error| error.to_string())?)
+        }
+        (_, _, Some(file)) => Field::open(folder.join(file)).map_err(|error| error.to_string())?,
+        _ => return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned()),
+    };
+    if spec.translate == [0.0; 3] {
+        return Ok(field);
+    }
+    let moved = Similarity::new(spec.translate, [0.0, 0.0, 0.0, 1.0], 1.0).ok_or("translate: give finite numbers")?;
+    Ok(Field::new(AnyField::placed(field.into_any(), moved)))
+}

@@ -1,0 +1,102 @@
+//! Figures of a run, and whether they reach what the scene asks for.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::spec::Reach;
+
+/// Figures of a run. Lengths and speeds are in the scene's units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Figures {
+    /// Frames that were run.
+    pub frames: u32,
+    /// Is every coordinate finite?
+    pub finite: bool,
+    /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, by the certified search.
+    pub deep_faces: usize,
+    /// Depth of the deepest of them; 0 if nothing is inside.
+    pub deepest: f64,
+    /// Longest distance at the end over its length at rest.
+    pub stretch: f64,
+    /// Root mean square of displacement · rate of all vertices in the last half unit of time.
+    pub jitter: f64,
+    /// Largest displacement of a vertex in the last half unit of time.
+    pub drift: f64,
+    /// Most that the energy exceeds the start, over the largest loss of energy.
+    pub energy_gain: f64,
+    /// Change of momentum over the sum of all |m v| at the start; `None` with gravity or obstacles.
+    pub momentum_error: Option<f64>,
+    /// The first frame since which nothing is deep; `None` if something is at the end.
+    pub recovered_frame: Option<u32>,
+    /// Vertices that end in the region where none may.
+    pub beyond: usize,
+    /// The smallest det F of all frames; 1 without soft bodies.
+    pub volume: f64,
+    /// The largest speed of all frames.
+    pub max_speed: f64,
+    /// Contacts of the last frame.
+    pub contacts: usize,
+    /// Elements of the last frame, and those that passed the cull.
+    pub elements: [usize; 2],
+    /// Time that was spent.
+    pub seconds: Seconds,
+}
+
+/// Processor time, or the wall's: it depends on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Search for contacts.
+    pub detect: f64,
+    /// Steps.
+    pub solve: f64,
+}
+
+impl Figures {
+    /// Figures that are wanted and missed: name, value and limit.
+    pub fn missed(&self, reach: &Reach) -> BTreeMap<&'static str, [f64; 2]> {
+        let at_most = [
+            ("deep_faces", self.deep_faces as f64, reach.deep_faces.map(|count| count as f64)),
+            ("deepest", self.deepest, reach.deepest),
+            ("stretch", self.stretch, reach.stretch),
+            ("jitter", self.jitter, reach.jitter),
+            ("drift", self.drift, reach.drift),
+            ("energy_gain", self.energy_gain, reach.energy_gain),
+            ("momentum_error", self.momentum_error.unwrap_or(0.0), reach.momentum_error),
+            ("beyond", self.beyond as f64, reach.beyond.map(|count| count as f64)),
+            // At least so much.
+            ("volume", -self.volume, reach.volume.map(|least| -least)),
+            ("finite", if self.finite { 0.0 } else { 1.0 }, Some(0.0)),
+        ];
+        let missed = at_most.into_iter().filter_map(|(name, value, limit)| {
+            limit.filter(|limit| value.is_nan() || value > *limit).map(|limit| (name, [value.abs(), limit.abs()]))
+        });
+        missed.collect()
+    }
+
+    /// The worse of each figure.
+    pub fn worst(&self, other: &Self) -> Self {
+        let max = f64::max;
+        Self {
+            frames: self.frames + other.frames,
+            finite: self.finite && other.finite,
+            deep_faces: self.deep_faces.max(other.deep_faces),
+            deepest: max(self.deepest, other.deepest),
+            stretch: max(self.stretch, other.stretch),
+            jitter: max(self.jitter, other.jitter),
+            drift: max(self.drift, other.drift),
+            energy_gain: max(self.energy_gain, other.energy_gain),
+            momentum_error: self.momentum_error.zip(other.momentum_error).map(|(a, b)| max(a, b)),
+            recovered_frame: self.recovered_frame.zip(other.recovered_frame).map(|(a, b)| a.max(b)),
+            beyond: self.beyond.max(other.beyond),
+            volume: self.volume.min(other.volume),
+            max_speed: max(self.max_speed, other.max_speed),
+            contacts: self.contacts.max(other.contacts),
+            elements: [0, 1].map(|k| self.elements[k].max(other.elements[k])),
+            seconds: Seconds {
+                detect: self.seconds.detect + other.seconds.detect,
+                solve: self.seconds.solve + other.seconds.solve,
+            },
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! Runs a scene frame by frame, and measures it.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use sdf_core::Aabb;
+use sdf_field::{Method, QueryError, Threads};
+
+use super::build::Stage;
+use super::figures::Figures;
+use super::spec::SceneSpec;
+use crate::obstacle::{Carried, Obstacle};
+use crate::query::{Contacts, Elements, Motion, Query};
+use crate::surface::{Carrier, Surface};
+use crate::{V3, World, scene::entangled::choose_sides};
+
+/// Which elements are searched, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElementMethod {
+    /// `false`: vertices alone.
+    pub faces: bool,
+    /// How faces and edges are searched.
+    pub method: Method,
+}
+
+/// A word that names no method.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16 or samples64")]
+pub struct UnknownMethod(String);
+
+impl std::str::FromStr for ElementMethod {
+    type Err = UnknownMethod;
+
+    fn from_str(word: &str) -> Result<Self, UnknownMethod> {
+        let method = match word {
+            "auto" | "vertices" => Method::Auto,
+            "certified" => Method::Certified,
+            "fw" => Method::FrankWolfe,
+            "pgd" => Method::ProjectedGradient,
+            "newton" => Method::Newton,
+            "samples4" => Method::Sampling(4),
+            "samples16" => Method::Sampling(16),
+            "samples64" => Method::Sampling(64),
+            _ => return Err(UnknownMethod(word.to_owned())),
+        };
+        Ok(Self { faces: word != "vertices", method })
+    }
+}
+
+/// Runs a scene. `on_frame` gets the stage at the start and after each frame, and may end the run.
+pub fn run(
+    spec: &SceneSpec,
+    stage: &mut Stage,
+    method: ElementMethod,
+    threads: Threads,
+    mut on_frame: impl FnMut(u32, &Stage) -> ControlFlow<()>,
+) -> Result<Figures, QueryError> {
+    let mut run = Run::new(spec, stage, method, threads);
+    if on_frame(0, stage).is_continue() {
+        for frame in 1..=spec.frames {
+            run.frame(stage)?;
+            run.measure(stage, frame)?;
+            if on_frame(frame, stage).is_break() || !run.figures.finite {
+                break;
+            }
+        }
+    }
+    run.finish(stage)
+}
+
+struct Run<'a> {
+    spec: &'a SceneSpec,
+    query: Query,
+    only_vertices: bool,
+    contacts: Contacts,
+    figures: Figures,
+    start: World,
+    energy: [f64; 3],
+    /// Positions half a unit of time before the end.
+    settled: Vec<[f64; 3]>,
+    before: Vec<[f64; 3]>,
+    squares: (f64, usize),
+    sides: Vec<BTreeMap<u32, V3>>,
+}
+
+impl<'a> Run<'a> {
+    fn new(spec: &'a SceneSpec, stage: &Stage, method: ElementMethod, threads: Threads) -> Self {
+        let query = Query {
+            method: method.method,
+            thickness: spec.thickness,
+            friction: spec.friction,
+            threads,
+            ..Query::default()
+        };
+        let energy = stage.world.energy();
+        Self {
+            spec,
+            query,
+            only_vertices: !method.faces,
+            contacts: Contacts::default(),
+            figures: Figures {
+                finite: true,
+                volume: stage.world.min_volume_ratio(),
+                stretch: 1.0,
+                ..Figures::default()
+            },
+            start: stage.world.clone(),
+            energy: [energy; 3],
+            settled: vec![],
+            before: vec![],
+            squares: (0.0, 0),
+            sides: vec![BTreeMap::new(); stage.surfaces.len()],
+        }
+    }
+
+    /// Elements of a surface: rigid bodies need their vertices too, as of a level face any point is the lowest.
+    fn elements(&self, surface: &Surface) -> Elements {
+        let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
+        let strings = surface.faces.is_empty();
+        if self.only_vertices {
+            return Elements::VERTICES;
+        }
+        Elements { faces: !strings, edges: strings, vertices: is_rigid && self.query.method != Method::Sampling(4) }
+    }
+
+    fn frame(&mut self, stage: &mut Stage) -> Result<(), QueryError> {
+        let clock = Instant::now();
+        let dt = 1.0 / (self.spec.rate * f64::from(self.spec.substeps));
+        let motion = match self.spec.no_margin {
+            true => Motion::NONE,
+            false => Motion::of(&stage.world, 1.0 / self.spec.rate),
+        };
+        self.contacts.clear();
+        let Stage { world, surfaces, obstacles, fields } = stage;
+        let boxes: Vec<Option<Aabb>> =
+            surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
+        for (index, surface) in surfaces.iter().enumerate() {
+            let query = Query { elements: self.elements(surface), ..self.query };
+            for obstacle in obstacles.iter() {
+                let sides = &mut self.sides[index];
+                query.find_guided(obstacle, surface, world, &motion, &mut self.contacts, |found| {
+                    if self.spec.choose_side {
+                        choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
+                    }
+                })?;
+            }
+            let mine = body_of(surface);
+            for (other, other_box) in surfaces.iter().zip(&boxes) {
+                let Some(id) = body_of(other).filter(|id| Some(*id) != mine) else { continue };
+                let (Some(a), Some(b)) = (&boxes[index], other_box) else { continue };
+                if (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]) {
+                    let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
+                    query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
+                }
+            }
+        }
+        if !fields.is_empty() {
+            self.contacts.sort_by_place();
+        }
+        self.figures.seconds.detect += clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        for _ in 0..self.spec.substeps {
+            world.step(dt, self.contacts.rows());
+        }
+        self.figures.seconds.solve += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn measure(&mut self, stage: &Stage, frame: u32) -> Result<(), QueryError> {
+        let Stage { world, surfaces, .. } = stage;
+        let figures = &mut self.figures;
+        figures.frames = frame;
+        figures.finite = world.is_finite();
+        figures.volume = figures.volume.min(world.min_volume_ratio());
+        figures.max_speed = figures.max_speed.max(world.max_speed());
+        let energy = world.energy();
+        self.energy = [self.energy[0], self.energy[1].max(energy), self.energy[2].min(energy)];
+        // Half a unit of time before the end, and from then on.
+        if f64::from(self.spec.frames - frame) <= 0.5 * self.spec.rate {
+            let points: Vec<_> = surfaces.iter().flat_map(|surface| surface.points(world)).collect();
+            if self.settled.is_empty() {
+                self.settled.clone_from(&points);
+            } else {
+                self.squares.0 += points.iter().zip(&self.before).map(|(a, b)| distance_sq(a, b)).sum::<f64>();
+                self.squares.1 += points.len();
+            }
+            self.before = points;
+        }
+        if self.spec.choose_side || self.spec.vary.seeds > 0 {
+            let deep = self.deep(stage)?.0;
+            let recovered = self.figures.recovered_frame.unwrap_or(frame);
+            self.figures.recovered_frame = (deep == 0).then_some(recovered);
+        }
+        Ok(())
+    }
+
+    /// Faces that are deep, and how deep the deepest is, by the certified search.
+    fn deep(&self, stage: &Stage) -> Result<(usize, f64), QueryError> {
+        let Stage { world, surfaces, obstacles, fields } = stage;
+        let mut found = Contacts::default();
+        for surface in surfaces {
+            let elements = if surface.faces.is_empty() { Elements::EDGES } else { Elements::FACES };
+            let query =
+                Query { elements, method: Method::Certified, one_per_feature: false, thickness: 0.0, ..self.query };
+            for obstacle in obstacles {
+                query.find(obstacle as &dyn Obstacle, surface, world, &Motion::NONE, &mut found)?;
+            }
+            for (id, field) in (0..).zip(fields).filter(|(id, _)| body_of(surface) != Some(*id)) {
+                let obstacle = Carried { field, id, body: &world.bodies[id as usize] };
+                query.find(&obstacle, surface, world, &Motion::NONE, &mut found)?;
+            }
+        }
+        let depths = found.contacts.iter().map(|contact| -contact.distance);
+        Ok((depths.clone().filter(|depth| *depth > 0.25 * self.spec.thickness).count(), depths.fold(0.0, f64::max)))
+    }
+
+    fn finish(mut self, stage: &Stage) -> Result<Figures, QueryError> {
+        let world = &stage.world;
+        if self.figures.finite {
+            (self.figures.deep_faces, self.figures.deepest) = self.deep(stage)?;
+        }
+        let points: Vec<_> = stage.surfaces.iter().flat_map(|surface| surface.points(world)).collect();
+        let figures = &mut self.figures;
+        figures.stretch = world.max_stretch();
+        figures.jitter = self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt();
+        figures.drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
+        let [start, highest, lowest] = self.energy;
+        // Without a loss, as in free flight, the kinetic energy at the start is the measure.
+        let scale = (start - lowest).max(self.start.kinetic_energy()).max(f64::MIN_POSITIVE);
+        figures.energy_gain = (highest - start) / scale;
+        let is_closed = self.spec.gravity == [0.0; 3] && stage.obstacles.is_empty();
+        let all = self.start.momentum_scale();
+        figures.momentum_error =
+            is_closed.then(|| (world.momentum() - self.start.momentum()).norm() / all.max(f64::MIN_POSITIVE));
+        if let Some(beyond) = self.spec.beyond {
+            let is_beyond = |point: &&[f64; 3]| {
+                beyond.below.is_some_and(|z| point[2] < z)
+                    || beyond.nearer.is_some_and(|radius| V3::from(**point).norm() < radius)
+            };
+            figures.beyond = points.iter().filter(is_beyond).count();
+        }
+        figures.contacts = self.contacts.contacts.len();
+        figures.elements = [self.contacts.element_count, self.contacts.searched_count];
+        Ok(self.figures)
+    }
+}
+
+fn body_of(surface: &Surface) -> Option<u32> {
+    match surface.carrier {
+        Carrier::Body { id, .. } => Some(id),
+        _ => None,
+    }
+}
+
+/// The box that a surface may reach until the next search.
+fn reached_box(surface: &Surface, world: &World, motion: &Motion, thickness: f64) -> Option<Aabb> {
+    let speed = surface.speeds(world).into_iter().fold(0.0, f64::max);
+    let reach = thickness + speed * motion.time + motion.fall;
+    Aabb::from_points(surface.points(world)).map(|bounds| bounds.inflate(reach))
+}
+
+fn distance_sq(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (V3::from(*a) - V3::from(*b)).norm_squared()
+}

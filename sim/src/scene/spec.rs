@@ -1,0 +1,387 @@
+//! Keys of a scene file. Unknown ones are errors. Lengths, times and masses are in units of the scene's own.
+
+use std::path::PathBuf;
+
+use sdf_procedural::{Bowl, Cuboid, Mesh, Pot, Rope, Serpent, Sheet, SpikedBall};
+use serde::Deserialize;
+
+/// A scene.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSpec {
+    /// One line that says what happens.
+    pub title: String,
+    /// How many frames are shown.
+    pub frames: u32,
+    /// Frames per unit of time.
+    #[serde(default = "sixty")]
+    pub rate: f64,
+    /// Steps per frame.
+    #[serde(default = "ten")]
+    pub substeps: u32,
+    /// Acceleration of everything.
+    #[serde(default = "down")]
+    pub gravity: [f64; 3],
+    /// Distance that is kept.
+    #[serde(default)]
+    pub thickness: f64,
+    /// Coulomb's coefficient.
+    #[serde(default = "third")]
+    pub friction: f64,
+    /// Speed at which overlaps are undone.
+    #[serde(default = "one")]
+    pub recovery: f64,
+    /// Share of its speed that a particle loses per unit of time.
+    #[serde(default)]
+    pub drag: f64,
+    /// Passes go one way only: stiff sheets explode.
+    #[serde(default)]
+    pub one_way: bool,
+    /// Contacts are searched without a margin for what moves.
+    #[serde(default)]
+    pub no_margin: bool,
+    /// Each connected patch of deep contacts leaves on one side.
+    #[serde(default)]
+    pub choose_side: bool,
+    /// Number to begin random poses from.
+    #[serde(default)]
+    pub seed: u64,
+    /// Sheets, nets and strings.
+    #[serde(default)]
+    pub cloth: Vec<ClothSpec>,
+    /// Rigid bodies.
+    #[serde(default)]
+    pub rigid: Vec<RigidSpec>,
+    /// Soft bodies.
+    #[serde(default)]
+    pub soft: Vec<SoftSpec>,
+    /// Fields that nothing moves.
+    #[serde(default)]
+    pub obstacle: Vec<ObstacleSpec>,
+    /// A region that no vertex may end in.
+    pub beyond: Option<Beyond>,
+    /// Largest values of the figures that count as reached.
+    #[serde(default)]
+    pub reach: Reach,
+    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond, or of runs not freed.
+    #[serde(default)]
+    pub fails: std::collections::BTreeMap<String, usize>,
+    /// Lists of values: the scene is run with each combination.
+    #[serde(default)]
+    pub vary: Vary,
+}
+
+fn sixty() -> f64 {
+    60.0
+}
+fn ten() -> u32 {
+    10
+}
+fn down() -> [f64; 3] {
+    [0.0, 0.0, -9.81]
+}
+fn third() -> f64 {
+    0.3
+}
+fn one() -> f64 {
+    1.0
+}
+fn cells() -> u32 {
+    64
+}
+fn weak() -> f64 {
+    1e-3
+}
+
+/// A mesh by formula, or a file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MeshSpec {
+    /// A cloth or net over the origin.
+    Sheet(Sheet),
+    /// A ball with spikes.
+    SpikedBall(SpikedBall),
+    /// A long winding body with spines.
+    Serpent(Serpent),
+    /// Half of a hollow ball.
+    Bowl(Bowl),
+    /// A pot with a spout.
+    Pot(Pot),
+    /// A box.
+    Cuboid(Cuboid),
+    /// Strings.
+    Rope(Rope),
+    /// An OBJ, PLY, STL or OFF file, beside the scene's own.
+    File(PathBuf),
+}
+
+/// Where and how something begins.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Start {
+    /// Moved so far, after it is turned.
+    pub translate: [f64; 3],
+    /// Turned by so many degrees about x, then y, then z.
+    pub turn: [f64; 3],
+    /// Velocity.
+    pub velocity: [f64; 3],
+    /// Rigid bodies: angular velocity.
+    pub spin: [f64; 3],
+    /// Turned and moved at random, by the scene's seed; moved by so much along each axis.
+    pub random: Option<f64>,
+}
+
+/// A sheet, a net or strings.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClothSpec {
+    /// The mesh; its lengths are those at rest.
+    pub mesh: MeshSpec,
+    /// Pose and velocity.
+    #[serde(default)]
+    pub start: Start,
+    /// Mass of all of it.
+    #[serde(default = "one")]
+    pub mass: f64,
+    /// Compliance along edges.
+    #[serde(default)]
+    pub stretch: f64,
+    /// Compliance across edges.
+    #[serde(default = "weak")]
+    pub bend: f64,
+    /// Vertices that are held.
+    #[serde(default)]
+    pub pins: Vec<u32>,
+}
+
+/// A rigid body, or several alike.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigidSpec {
+    /// The mesh, closed.
+    pub mesh: MeshSpec,
+    /// Pose and velocity of the first.
+    #[serde(default)]
+    pub start: Start,
+    /// Mass of each.
+    #[serde(default = "one")]
+    pub mass: f64,
+    /// Cells of the grid that is baked from the mesh.
+    #[serde(default = "cells")]
+    pub cells: u32,
+    /// How many along x, y and z.
+    #[serde(default = "single")]
+    pub count: [u32; 3],
+    /// Distance from one to the next.
+    #[serde(default)]
+    pub apart: [f64; 3],
+}
+
+fn single() -> [u32; 3] {
+    [1; 3]
+}
+
+/// A soft body.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoftSpec {
+    /// The mesh, closed.
+    pub mesh: MeshSpec,
+    /// Pose and velocity.
+    #[serde(default)]
+    pub start: Start,
+    /// Side of the cubes that are cut into tetrahedra.
+    pub cell: f64,
+    /// Mass per volume.
+    pub density: f64,
+    /// Young's modulus.
+    pub young: f64,
+    /// Poisson's ratio, below ½.
+    pub poisson: f64,
+}
+
+/// A field that nothing moves: from a mesh, from a file, or the text of a closed form.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleSpec {
+    /// A mesh to bake.
+    pub mesh: Option<MeshSpec>,
+    /// Cells of the grid along the mesh's longest side.
+    #[serde(default = "cells")]
+    pub cells: u32,
+    /// The text of a closed form, as in a `.sdf.toml`.
+    pub shape: Option<String>,
+    /// A grid or closed form beside the scene's file.
+    pub file: Option<PathBuf>,
+    /// Where it stands.
+    #[serde(default)]
+    pub translate: [f64; 3],
+}
+
+/// A region that no vertex may end in.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Beyond {
+    /// Below this z.
+    pub below: Option<f64>,
+    /// Nearer to the origin than this.
+    pub nearer: Option<f64>,
+}
+
+/// Largest values of figures; those not given are not asked for.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Reach {
+    /// Faces deeper than a quarter of the thickness.
+    pub deep_faces: Option<usize>,
+    /// Depth of the deepest.
+    pub deepest: Option<f64>,
+    /// Longest length over its length at rest.
+    pub stretch: Option<f64>,
+    /// Speed at rest.
+    pub jitter: Option<f64>,
+    /// Way of a vertex in the last half unit of time.
+    pub drift: Option<f64>,
+    /// Energy above the start.
+    pub energy_gain: Option<f64>,
+    /// Change of momentum.
+    pub momentum_error: Option<f64>,
+    /// Vertices where none may be.
+    pub beyond: Option<usize>,
+    /// Smallest det F.
+    pub volume: Option<f64>,
+    /// Smallest share of runs that end without deep faces.
+    pub freed: Option<f64>,
+    /// Smallest share of runs without a speed above `calm_speed`.
+    pub calm: Option<f64>,
+    /// Speed above which a run is not calm.
+    pub calm_speed: Option<f64>,
+}
+
+/// Values to combine; an empty list keeps the scene's own.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Vary {
+    /// Frames per unit of time.
+    pub rate: Vec<f64>,
+    /// Steps per frame.
+    pub substeps: Vec<u32>,
+    /// Coulomb's coefficients.
+    pub friction: Vec<f64>,
+    /// Distances to keep.
+    pub thickness: Vec<f64>,
+    /// Speeds at which overlaps are undone.
+    pub recovery: Vec<f64>,
+    /// Factors of the mass of every other vertex of all sheets.
+    pub mass_ratio: Vec<f64>,
+    /// Factors of all velocities.
+    pub speed: Vec<f64>,
+    /// So many runs, seeds counted from the scene's.
+    pub seeds: u32,
+}
+
+/// Most frames, substeps and bodies of a scene, so that a mistyped number ends in a message.
+const MAX_COUNT: u32 = 1_000_000;
+
+/// Most points of a mesh by formula.
+const MAX_POINTS: f64 = 1e7;
+
+impl SceneSpec {
+    pub(super) fn check(&self) -> Result<(), String> {
+        let is_positive = |name: &str, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                Ok(())
+            } else {
+                Err(format!("{name} = {value}: give a positive number"))
+            }
+        };
+        let is_count = |name: &str, value: u32| match value {
+            1..=MAX_COUNT => Ok(()),
+            _ => Err(format!("{name} = {value}: give a number from 1 to {MAX_COUNT}")),
+        };
+        is_positive("rate", self.rate)?;
+        is_count("frames", self.frames)?;
+        is_count("substeps", self.substeps)?;
+        let others = [
+            ("thickness", self.thickness),
+            ("friction", self.friction),
+            ("recovery", self.recovery),
+            ("drag", self.drag),
+        ];
+        if let Some((name, value)) = others.iter().find(|(_, value)| !(0.0..1e9).contains(value)) {
+            return Err(format!("{name} = {value}: give a number that is not negative"));
+        }
+        self.cloth.iter().try_for_each(|cloth| is_positive("mass", cloth.mass))?;
+        for rigid in &self.rigid {
+            is_positive("mass", rigid.mass)?;
+            let [x, y, z] = rigid.count.map(u64::from);
+            is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
+            is_count("cells", rigid.cells)?;
+        }
+        for soft in &self.soft {
+            is_positive("cell", soft.cell)?;
+            is_positive("density", soft.density)?;
+            is_positive("young", soft.young)?;
+            if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
+                return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
+            }
+        }
+        for ObstacleSpec { mesh, shape, file, cells, .. } in &self.obstacle {
+            is_count("cells", *cells)?;
+            if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
+                return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    /// An eighth of the work: half of the frames and half of the cells of every mesh along each side.
+    pub fn shrink(&mut self) {
+        self.frames = self.frames.div_ceil(2);
+        let meshes = self
+            .cloth
+            .iter_mut()
+            .map(|cloth| &mut cloth.mesh)
+            .chain(self.rigid.iter_mut().map(|rigid| &mut rigid.mesh));
+        for mesh in meshes {
+            match mesh {
+                MeshSpec::Sheet(sheet) => sheet.cells = sheet.cells.map(|cells| cells.div_ceil(2)),
+                MeshSpec::Bowl(bowl) => (bowl.slices, bowl.stacks) = (bowl.slices.div_ceil(2), bowl.stacks.div_ceil(2)),
+                MeshSpec::Rope(rope) => (rope.strands, rope.edges) = (rope.strands.div_ceil(2), rope.edges.div_ceil(2)),
+                _ => {}
+            }
+        }
+        self.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.cells.div_ceil(2));
+    }
+}
+
+impl MeshSpec {
+    /// The mesh; files are looked for in `folder`.
+    pub(super) fn mesh(&self, folder: &std::path::Path) -> Result<Mesh, String> {
+        let points = match self {
+            Self::Sheet(sheet) => f64::from(sheet.cells[0]) * f64::from(sheet.cells[1]),
+            Self::SpikedBall(ball) => 4_f64.powf(f64::from(ball.levels)),
+            Self::Serpent(serpent) => f64::from(serpent.rings) * f64::from(serpent.slices),
+            Self::Bowl(bowl) => f64::from(bowl.slices) * f64::from(bowl.stacks),
+            Self::Pot(pot) => f64::from(pot.slices) * f64::from(pot.stacks),
+            Self::Rope(rope) => f64::from(rope.strands) * f64::from(rope.edges),
+            Self::Cuboid(_) | Self::File(_) => 0.0,
+        };
+        if points > MAX_POINTS {
+            return Err(format!("a mesh of about {points:.0} points: take less than {MAX_POINTS:.0}"));
+        }
+        Ok(match self {
+            Self::Sheet(sheet) => sheet.mesh(),
+            Self::SpikedBall(ball) => ball.mesh(),
+            Self::Serpent(serpent) => serpent.mesh(),
+            Self::Bowl(bowl) => bowl.mesh(),
+            Self::Pot(pot) => pot.mesh(),
+            Self::Cuboid(cuboid) => cuboid.mesh(),
+            Self::Rope(rope) => rope.mesh(),
+            Self::File(path) => {
+                let mesh = sdf_formats::mesh::read(&folder.join(path)).map_err(|error| error.to_string())?;
+                Mesh { points: mesh.points, triangles: mesh.triangles, segments: mesh.segments }
+            }
+        })
+    }
+}

@@ -1,0 +1,109 @@
+//! Soft bodies: a lattice of tetrahedra around a mesh, and the mesh embedded in it (Macklin et al. 2020, §5.3).
+//!
+//! Each cube of the lattice is cut into six tetrahedra around its diagonal, one for each order of the axes (Kuhn 1960). A point with
+//! the shares s₁ ≥ s₂ ≥ s₃ of the sides along these axes has the weights 1 − s₁, s₁ − s₂, s₂ − s₃, s₃.
+
+use std::collections::BTreeMap;
+
+use sdf_core::nalgebra::Matrix3;
+
+use crate::V3;
+use crate::surface::{Carrier, Surface};
+use crate::world::{Tet, World};
+
+const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+
+/// Matter of a soft body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Matter {
+    /// Mass per volume.
+    pub density: f64,
+    /// Young's modulus, a pressure.
+    pub young: f64,
+    /// Poisson's ratio, below ½.
+    pub poisson: f64,
+}
+
+/// Adds a soft body: cubes with this side wherever `is_wanted` takes their center or the mesh has a point.
+pub fn add(
+    world: &mut World,
+    points: &[[f64; 3]],
+    faces: &[[u32; 3]],
+    side: f64,
+    matter: &Matter,
+    is_wanted: impl Fn(V3) -> bool,
+) -> Surface {
+    let cell_of = |point: &[f64; 3]| point.map(|x| (x / side).floor() as i32);
+    let mut cells: BTreeMap<[i32; 3], ()> = points.iter().map(|point| (cell_of(point), ())).collect();
+    let ends = |axis: usize| {
+        let all = cells.keys().map(|cell| cell[axis]);
+        (all.clone().min().unwrap_or(0), all.max().unwrap_or(0))
+    };
+    let [x, y, z] = [0, 1, 2].map(ends);
+    for cell in (z.0..=z.1).flat_map(|z| (y.0..=y.1).flat_map(move |y| (x.0..=x.1).map(move |x| [x, y, z]))) {
+        if is_wanted(V3::from(cell.map(|steps| (f64::from(steps) + 0.5) * side))) {
+            cells.insert(cell, ());
+        }
+    }
+    let mut nodes = BTreeMap::new();
+    let first_tet = world.tets.len();
+    for cell in cells.keys() {
+        for order in ORDERS {
+            let corners = corner_steps(cell, &order).map(|node| {
+                *nodes.entry(node).or_insert_with(|| world.add_particle(V3::from(node.map(f64::from)) * side, 0.0))
+            });
+            add_tet(world, corners, matter);
+        }
+    }
+    share_mass(world, first_tet, matter.density);
+    let embed = |point: &[f64; 3]| {
+        let cell = cell_of(point);
+        let share: [f64; 3] = std::array::from_fn(|axis| point[axis] / side - f64::from(cell[axis]));
+        let mut order = [0, 1, 2];
+        order.sort_by(|a, b| share[*b].total_cmp(&share[*a]));
+        let [a, b, c] = order.map(|axis| share[axis]);
+        let mut weights = [1.0 - a, a - b, b - c, c].into_iter();
+        corner_steps(&cell, &order).map(|node| (nodes[&node], weights.next().unwrap_or(0.0)))
+    };
+    Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().map(embed).collect()))
+}
+
+/// The nodes on the way along a cube's diagonal, one axis after the other.
+fn corner_steps(cell: &[i32; 3], order: &[usize; 3]) -> [[i32; 3]; 4] {
+    let mut nodes = [*cell; 4];
+    for (step, axis) in order.iter().enumerate() {
+        nodes[step + 1] = nodes[step];
+        nodes[step + 1][*axis] += 1;
+    }
+    nodes
+}
+
+fn add_tet(world: &mut World, mut corners: [u32; 4], matter: &Matter) {
+    let basis = |world: &World, corners: [u32; 4]| {
+        let [o, a, b, c] = corners.map(|corner| world.x[corner as usize]);
+        Matrix3::from_columns(&[a - o, b - o, c - o])
+    };
+    // Every other order of the axes is mirrored.
+    if basis(world, corners).determinant() < 0.0 {
+        corners.swap(2, 3);
+    }
+    let rest = basis(world, corners);
+    let Some(inv_rest) = rest.try_inverse() else { return };
+    let Matter { young, poisson, .. } = matter;
+    world.tets.push(Tet {
+        corners,
+        inv_rest,
+        volume: rest.determinant() / 6.0,
+        lambda: young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
+        mu: young / (2.0 * (1.0 + poisson)),
+    });
+}
+
+/// A quarter of each tetrahedron's mass for each of its corners.
+fn share_mass(world: &mut World, first_tet: usize, density: f64) {
+    let mut masses = BTreeMap::new();
+    for tet in &world.tets[first_tet..] {
+        tet.corners.iter().for_each(|corner| *masses.entry(*corner).or_insert(0.0) += 0.25 * density * tet.volume);
+    }
+    masses.iter().for_each(|(corner, mass)| world.inv_mass[*corner as usize] = 1.0 / mass);
+}

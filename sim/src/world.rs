@@ -1,0 +1,201 @@
+//! How does everything move? XPBD (Macklin et al. 2016) in small steps (Macklin et al. 2019): predict, one pass over all
+//! constraints, velocities from positions.
+//!
+//! | constraint | file |
+//! |---|---|
+//! | distance between two particles: stretch and bending | `stretch` |
+//! | neo-Hookean tetrahedra (Macklin and Müller 2021) | `tets` |
+//! | contacts with Coulomb friction, both ways | `touch` |
+//!
+//! A pass goes there and back: contacts, stretch, tetrahedra, then all of it in reverse. docs/simulation.md derives why a pass one
+//! way explodes.
+
+mod stretch;
+mod tets;
+mod touch;
+
+use sdf_core::nalgebra::UnitQuaternion;
+
+use crate::row::Rows;
+use crate::{Body, V3};
+
+pub use stretch::Stretch;
+pub use tets::Tet;
+
+/// Order of the constraints in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Passes {
+    /// Forwards, then in reverse: never gains energy.
+    #[default]
+    ThereAndBack,
+    /// Forwards only. Stiff sheets explode.
+    OneWay,
+}
+
+/// Particles, bodies and constraints.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// Positions of the particles.
+    pub x: Vec<V3>,
+    /// Their velocities.
+    pub v: Vec<V3>,
+    /// 1 / mass; 0 for a particle that nothing moves: it keeps its velocity.
+    pub inv_mass: Vec<f64>,
+    /// Distances to keep.
+    pub stretches: Vec<Stretch>,
+    /// Tetrahedra.
+    pub tets: Vec<Tet>,
+    /// Rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Acceleration of everything that has a mass.
+    pub gravity: V3,
+    /// Share of its speed that a particle loses per unit of time: v ← v / (1 + drag · dt).
+    pub drag: f64,
+    /// Speed at which sides that are too near are parted. A push never makes two sides part faster: contacts that share a vertex
+    /// push it once, not each.
+    pub recovery_speed: f64,
+    /// Order of a pass.
+    pub passes: Passes,
+    previous: Vec<V3>,
+    previous_poses: Vec<(V3, UnitQuaternion<f64>)>,
+    stretch_multipliers: Vec<f64>,
+    tet_multipliers: Vec<[f64; 2]>,
+}
+
+impl Default for World {
+    fn default() -> Self {
+        Self {
+            x: vec![],
+            v: vec![],
+            inv_mass: vec![],
+            stretches: vec![],
+            tets: vec![],
+            bodies: vec![],
+            gravity: V3::zeros(),
+            drag: 0.0,
+            recovery_speed: 1.0,
+            passes: Passes::ThereAndBack,
+            previous: vec![],
+            previous_poses: vec![],
+            stretch_multipliers: vec![],
+            tet_multipliers: vec![],
+        }
+    }
+}
+
+impl World {
+    /// An empty world.
+    pub fn new(gravity: [f64; 3]) -> Self {
+        Self { gravity: V3::from(gravity), ..Self::default() }
+    }
+
+    /// Adds a particle at rest and returns its index.
+    pub fn add_particle(&mut self, x: V3, inv_mass: f64) -> u32 {
+        self.x.push(x);
+        self.v.push(V3::zeros());
+        self.inv_mass.push(inv_mass);
+        self.x.len() as u32 - 1
+    }
+
+    /// Adds a body and returns its index.
+    pub fn add_body(&mut self, body: Body) -> u32 {
+        self.bodies.push(body);
+        self.bodies.len() as u32 - 1
+    }
+
+    /// Moves everything on by `dt`.
+    pub fn step(&mut self, dt: f64, rows: &mut Rows) {
+        rows.age += dt;
+        self.predict(dt);
+        let soft = 1.0 / (dt * dt);
+        self.stretch_multipliers.clear();
+        self.stretch_multipliers.resize(self.stretches.len(), 0.0);
+        self.tet_multipliers.clear();
+        self.tet_multipliers.resize(self.tets.len(), [0.0; 2]);
+        rows.pushes.clear();
+        rows.pushes.resize(rows.rows.len(), (0.0, V3::zeros()));
+        let (stretches, tets) = (self.stretches.len(), self.tets.len());
+        let there_and_back = self.passes == Passes::ThereAndBack;
+        if there_and_back {
+            (0..rows.rows.len()).for_each(|row| self.touch(rows, row, dt));
+        }
+        (0..stretches).for_each(|index| self.stretch(index, soft));
+        (0..tets).for_each(|index| self.deform(index, soft, false));
+        if there_and_back {
+            (0..tets).rev().for_each(|index| self.deform(index, soft, true));
+            (0..stretches).rev().for_each(|index| self.stretch(index, soft));
+            (0..rows.rows.len()).rev().for_each(|row| self.touch(rows, row, dt));
+        } else {
+            (0..rows.rows.len()).for_each(|row| self.touch(rows, row, dt));
+        }
+        for ((v, x), previous) in self.v.iter_mut().zip(&self.x).zip(&self.previous) {
+            *v = (x - previous) / dt;
+        }
+    }
+
+    fn predict(&mut self, dt: f64) {
+        self.previous.clone_from(&self.x);
+        self.previous_poses.clear();
+        self.previous_poses.extend(self.bodies.iter().map(|body| (body.position, body.rotation)));
+        let slower = 1.0 / (1.0 + self.drag * dt);
+        for ((x, v), inv_mass) in self.x.iter_mut().zip(&mut self.v).zip(&self.inv_mass) {
+            if *inv_mass > 0.0 {
+                *v = (*v + self.gravity * dt) * slower;
+            }
+            *x += *v * dt;
+        }
+        let gravity = self.gravity;
+        self.bodies.iter_mut().for_each(|body| body.advance(dt, &gravity));
+    }
+
+    /// The weighted mean of particles.
+    pub fn mean(&self, terms: &[(u32, f64)]) -> V3 {
+        terms.iter().map(|(id, weight)| self.x[*id as usize] * *weight).sum()
+    }
+
+    /// Kinetic energy, and potential energy in the field of gravity.
+    pub fn energy(&self) -> f64 {
+        let particles = self.x.iter().zip(&self.v).zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);
+        let of_particles: f64 =
+            particles.map(|((x, v), inv_mass)| (0.5 * v.norm_squared() - self.gravity.dot(x)) / inv_mass).sum();
+        let bodies = self.bodies.iter().filter(|body| body.inv_mass > 0.0);
+        let of_bodies: f64 =
+            bodies.map(|body| body.kinetic_energy() - self.gravity.dot(&body.position) / body.inv_mass).sum();
+        of_particles + of_bodies + self.elastic_energy()
+    }
+
+    /// Momentum of everything that has a mass.
+    pub fn momentum(&self) -> V3 {
+        let particles = self.v.iter().zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);
+        let bodies = self.bodies.iter().filter(|body| body.inv_mass > 0.0);
+        particles.map(|(v, inv_mass)| v / *inv_mass).sum::<V3>()
+            + bodies.map(|body| body.velocity / body.inv_mass).sum::<V3>()
+    }
+
+    /// Kinetic energy of everything that has a mass.
+    pub fn kinetic_energy(&self) -> f64 {
+        let particles = self.v.iter().zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);
+        particles.map(|(v, inv_mass)| 0.5 * v.norm_squared() / inv_mass).sum::<f64>()
+            + self.bodies.iter().map(Body::kinetic_energy).sum::<f64>()
+    }
+
+    /// Sum of |m v| of everything that has a mass.
+    pub(crate) fn momentum_scale(&self) -> f64 {
+        let particles = self.v.iter().zip(&self.inv_mass).filter(|(_, inv_mass)| **inv_mass > 0.0);
+        let bodies = self.bodies.iter().filter(|body| body.inv_mass > 0.0);
+        particles.map(|(v, inv_mass)| v.norm() / inv_mass).sum::<f64>()
+            + bodies.map(|body| body.velocity.norm() / body.inv_mass).sum::<f64>()
+    }
+
+    /// Is every coordinate finite?
+    pub fn is_finite(&self) -> bool {
+        let is_finite = |v: &V3| v.iter().all(|x| x.is_finite());
+        self.x.iter().all(is_finite) && self.bodies.iter().all(|body| is_finite(&body.position))
+    }
+
+    /// The largest speed of a particle or body.
+    pub fn max_speed(&self) -> f64 {
+        let speeds = self.v.iter().chain(self.bodies.iter().map(|body| &body.velocity)).map(|v| v.norm());
+        speeds.fold(0.0, f64::max)
+    }
+}

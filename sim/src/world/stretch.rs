@@ -1,0 +1,46 @@
+use super::World;
+
+/// Keeps two particles at a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The particles.
+    pub ends: [u32; 2],
+    /// The distance.
+    pub rest: f64,
+    /// Inverse stiffness, length / force; 0 is rigid.
+    pub compliance: f64,
+}
+
+impl World {
+    /// One constraint C = |b − a| − rest: Δλ = −(C + α̃λ) / (w_a + w_b + α̃), with α̃ = compliance / dt².
+    pub(super) fn stretch(&mut self, index: usize, inv_dt_sq: f64) {
+        let Stretch { ends, rest, compliance } = self.stretches[index];
+        let [a, b] = ends.map(|end| end as usize);
+        let (weight_a, weight_b) = (self.inv_mass[a], self.inv_mass[b]);
+        let between = self.x[b] - self.x[a];
+        let length = between.norm_squared().sqrt();
+        let softness = compliance * inv_dt_sq;
+        let weight = weight_a + weight_b + softness;
+        if length <= 0.0 || weight <= 0.0 {
+            return;
+        }
+        let multiplier = &mut self.stretch_multipliers[index];
+        let step = (length - rest - softness * *multiplier) / weight;
+        *multiplier += step;
+        let push = between * (step / length);
+        self.x[a] += push * weight_a;
+        self.x[b] -= push * weight_b;
+    }
+
+    /// The most that a distance exceeds its rest length, as a ratio, of those that are as stiff as the stiffest: the edges of a sheet, not
+    /// what resists bending. 1 where there is none.
+    pub fn max_stretch(&self) -> f64 {
+        let stiffest = self.stretches.iter().map(|stretch| stretch.compliance).fold(f64::INFINITY, f64::min);
+        let stiff = self.stretches.iter().filter(|stretch| stretch.rest > 0.0 && stretch.compliance <= stiffest);
+        let ratios = stiff.map(|stretch| {
+            let [a, b] = stretch.ends.map(|end| self.x[end as usize]);
+            (b - a).norm() / stretch.rest
+        });
+        ratios.fold(1.0, f64::max)
+    }
+}

@@ -1,0 +1,123 @@
+//! Sheets: at rest on a grid, and stiff ones by passes one way and there and back.
+
+use sdf_core::shapes::Torus;
+use sdf_field::{BakeOptions, Field, GridSize, MeshView, Method, Threads};
+use sdf_procedural::{Sheet, SpikedBall};
+use sdf_sim::{Contacts, Elements, Motion, Passes, Query, Surface, World, cloth};
+
+use crate::{V3, falling};
+
+fn sheet(cells: u32, size: f64, height: f64) -> sdf_procedural::Mesh {
+    Sheet { cells: [cells; 2], size: [size; 2], height, bend: 0.0, floor: -9.0, holes: None, faces: None }.mesh()
+}
+
+struct Run {
+    world: World,
+    surface: Surface,
+    contacts: Contacts,
+    substeps: u32,
+}
+
+impl Run {
+    fn new(mesh: &sdf_procedural::Mesh, substeps: u32) -> Self {
+        let mut world = falling();
+        let surface = cloth::add(&mut world, &mesh.points, &mesh.triangles, &cloth::Fabric::default());
+        Self { world, surface, contacts: Contacts::default(), substeps }
+    }
+
+    fn frame(&mut self, field: &Field, query: &Query) {
+        let dt = 1.0 / (60.0 * f64::from(self.substeps));
+        let motion = Motion::of(&self.world, 1.0 / 60.0);
+        self.contacts.clear();
+        query.find(field, &self.surface, &self.world, &motion, &mut self.contacts).unwrap();
+        for _ in 0..self.substeps {
+            self.world.step(dt, self.contacts.rows());
+        }
+    }
+}
+
+fn spiked_ball() -> Field {
+    let mesh = SpikedBall { levels: 1, radius: 0.6 }.mesh();
+    let options = BakeOptions { size: GridSize::Cells(48), ..BakeOptions::default() };
+    Field::bake(MeshView { points: &mesh.points, faces: &mesh.triangles }, &options).unwrap().field
+}
+
+/// Root mean square of what the points of a sheet at rest move within a frame, times 60.
+fn jitter(field: &Field, method: Method, thickness: f64) -> f64 {
+    let mut run = Run::new(&sheet(24, 1.6, 1.05), 10);
+    run.world.drag = 0.5;
+    let query = Query { method, thickness, friction: 0.5, ..Query::default() };
+    (0..240).for_each(|_| run.frame(field, &query));
+    let mut sum = 0.0;
+    for _ in 0..30 {
+        let before = run.world.x.clone();
+        run.frame(field, &query);
+        sum += run.world.x.iter().zip(&before).map(|(now, before)| (now - before).norm_squared()).sum::<f64>();
+    }
+    assert!(run.contacts.contacts.len() > 20, "it rests on {} contacts", run.contacts.contacts.len());
+    60.0 * (sum / (30 * run.world.x.len()) as f64).sqrt()
+}
+
+#[test]
+fn a_sheet_at_rest_jitters_no_more_with_auto_than_with_frank_wolfe() {
+    let field = spiked_ball();
+    let mean =
+        |method| [0.0078, 0.008, 0.0082].map(|thickness| jitter(&field, method, thickness)).iter().sum::<f64>() / 3.0;
+    let (auto, frank_wolfe) = (mean(Method::Auto), mean(Method::FrankWolfe));
+    println!("auto {auto}, Frank-Wolfe {frank_wolfe}");
+    assert!(auto <= frank_wolfe.max(0.005) * 1.25, "auto {auto}, Frank-Wolfe {frank_wolfe}");
+}
+
+#[test]
+fn a_stiff_sheet_explodes_one_way_and_not_there_and_back() {
+    let field = Field::new(Torus::new(0.6, 0.2).unwrap());
+    let gain = |passes| {
+        let mut run = Run::new(&sheet(24, 1.6, 0.3), 10);
+        run.world.stretches.iter_mut().for_each(|stretch| stretch.compliance = 0.0);
+        run.world.passes = passes;
+        let query = Query { thickness: 0.01, friction: 0.0, method: Method::FrankWolfe, ..Query::default() };
+        let start = run.world.energy();
+        let gains = (0..90).map(|_| {
+            run.frame(&field, &query);
+            run.world.energy() - start
+        });
+        gains.fold(0.0, f64::max) / start
+    };
+    let (there_and_back, one_way) = (gain(Passes::ThereAndBack), gain(Passes::OneWay));
+    println!("there and back {there_and_back}, one way {one_way}");
+    assert!(there_and_back < 1e-3, "{there_and_back}");
+    assert!(one_way > 10.0, "{one_way}");
+}
+
+#[test]
+fn faces_keep_a_coarse_sheet_off_thin_spikes_and_vertices_do_not() {
+    let field = spiked_ball();
+    let deep = |elements| {
+        let mut run = Run::new(&sheet(10, 1.6, 1.05), 20);
+        let query = Query { elements, thickness: 0.01, ..Query::default() };
+        (0..60).for_each(|_| run.frame(&field, &query));
+        let truth = Query { one_per_feature: false, method: Method::Certified, ..Query::default() };
+        let mut found = Contacts::default();
+        truth.find(&field, &run.surface, &run.world, &Motion::NONE, &mut found).unwrap();
+        found.contacts.iter().filter(|contact| contact.distance < -0.0025).count()
+    };
+    let (faces, vertices) = (deep(Elements::FACES), deep(Elements::VERTICES));
+    println!("deep: faces {faces}, vertices {vertices}");
+    assert_eq!(faces, 0);
+    assert!(vertices > 5, "{vertices}");
+}
+
+#[test]
+fn any_number_of_threads_moves_everything_to_the_same_bits() {
+    let field = spiked_ball();
+    let run = |threads| {
+        let mut run = Run::new(&sheet(30, 1.6, 1.02), 4);
+        let query = Query { threads: Threads::new(threads), thickness: 0.01, ..Query::default() };
+        (0..20).for_each(|_| run.frame(&field, &query));
+        assert!(!run.contacts.contacts.is_empty());
+        run.world.x
+    };
+    let one: Vec<V3> = run(1);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(5));
+}

@@ -1,0 +1,109 @@
+//! Scene files and recordings: every scene of the folder is read and built small, wrong ones get a message, recordings hold all frames.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use sdf_field::Threads;
+use sdf_sim::record::{self, Recording};
+use sdf_sim::scene::{self, ElementMethod, Stage};
+
+const SCENE: &str = r#"
+title = "A small <cloth>"
+frames = 6
+substeps = 4
+thickness = 0.01
+reach = { deep_faces = 0, stretch = 1.2 }
+
+[[cloth]]
+mesh.sheet = { cells = [6, 6], size = [1.0, 1.0], height = 0.52, bend = 0.0, floor = 0.0 }
+
+[[obstacle]]
+shape = 'field = { shape = "sphere", radius = 0.5 }'
+"#;
+
+fn message(change: impl Fn(String) -> String) -> String {
+    scene::parse(&change(SCENE.to_owned()), "my.toml").map(|_| ()).unwrap_err().to_string()
+}
+
+#[test]
+fn every_scene_of_the_folder_is_one() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        let mut spec = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        spec.shrink();
+        spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = 8);
+        spec.rigid.iter_mut().for_each(|rigid| rigid.cells = 8);
+        let stage =
+            Stage::build(&spec, &folder, Threads::ONE).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        assert!(!stage.surfaces.is_empty(), "{}: nothing moves", path.display());
+        count += 1;
+    }
+    assert!(count > 10, "{count}");
+}
+
+#[test]
+fn a_wrong_scene_is_told_with_its_line_and_what_is_known() {
+    let unknown = message(|text| text.replace("substeps", "substep"));
+    assert!(unknown.starts_with("my.toml: line 4: ") && unknown.contains("substeps"), "{unknown}");
+    let negative = message(|text| text.replace("thickness = 0.01", "thickness = -0.01"));
+    assert_eq!(negative, "my.toml: thickness = -0.01: give a number that is not negative");
+    let both = message(|text| text + "file = \"a.sdf.h5\"\n");
+    assert!(both.contains("give one of them"), "{both}");
+    assert!(message(|text| text.replace("frames = 6", "frames = 0")).contains("from 1 to"));
+    let huge = scene::parse(&SCENE.replace("[6, 6]", "[60000, 60000]"), "huge").unwrap();
+    let refused = Stage::build(&huge, Path::new("."), Threads::ONE).unwrap_err().to_string();
+    assert!(refused.contains("take less than"), "{refused}");
+    assert!("vertex".parse::<ElementMethod>().unwrap_err().to_string().contains("samples64"));
+}
+
+/// The recording of the scene above, and what was measured.
+fn recorded(threads: usize) -> (Recording, scene::Outcome) {
+    let spec = scene::parse(SCENE, "my.toml").unwrap();
+    let mut recording = Recording::default();
+    let method = "auto".parse().unwrap();
+    let outcome = scene::run_all(&spec, Path::new("."), method, Threads::new(threads), 1, |_, frame, stage| {
+        if frame == 0 {
+            let window = record::window(stage);
+            let outlines: Vec<_> = stage.obstacles.iter().map(|field| record::outline(field, &window, 24)).collect();
+            recording = Recording::new(&spec.title, stage, &outlines);
+        }
+        recording.push(stage);
+        ControlFlow::Continue(())
+    });
+    (recording, outcome.unwrap())
+}
+
+#[test]
+fn a_recording_holds_every_frame_and_the_obstacle() {
+    let (recording, outcome) = recorded(1);
+    assert!(outcome.is_reached() && outcome.worst.frames == 6, "{outcome:?}");
+    assert_eq!((recording.frames.len(), recording.frames[0].len()), (7, 49));
+    // Marching tetrahedra: on the ball, and closed.
+    assert!(recording.still_faces.len() > 1000);
+    let off = |[x, y, z]: &[f32; 3]| ((x * x + y * y + z * z).sqrt() - 0.5).abs();
+    assert!(recording.still_points.iter().all(|point| off(point) < 0.005));
+    let sides = recording.still_faces.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+    let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    edges.sort_unstable();
+    assert!(edges.chunk_by(|a, b| a == b).all(|same| same.len() == 2));
+
+    let page = record::page(&recording);
+    assert!(page.contains("<title>A small &lt;cloth></title>") && !page.contains("%MOVING%"));
+    assert!(!page.contains("http"), "it needs nothing from outside");
+    let picture = record::contact_sheet(&recording, 4, 64);
+    let reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
+    assert_eq!((reader.info().width, reader.info().height), (256, 64));
+
+    let folder = std::env::temp_dir().join(format!("sdf-sim-{}", std::process::id()));
+    record::write_folder(&recording, &folder).unwrap();
+    let last = sdf_formats::mesh::read(&folder.join("frame_0006.obj")).unwrap();
+    assert_eq!((last.points.len(), last.triangles), (49, recording.faces.clone()));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_recording_does_not_depend_on_the_number_of_threads() {
+    assert_eq!(recorded(1).0.frames, recorded(3).0.frames);
+}
