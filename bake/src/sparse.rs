@@ -5,7 +5,7 @@
 //!
 //! | nodes | value |
 //! |---|---|
-//! | within W of the surface | exact distance; all corners of a cell that the band enters are such, so it interpolates what a dense grid would |
+//! | within W of the surface | exact distance, but for rounding in f32; all corners of a cell that the band enters are such, so it interpolates what a dense grid would |
 //! | beyond, in a brick | the lesser of the distance and the coarse grid's interpolant, but no less than W |
 //! | in a slot without a brick, all its nodes beyond K = W + √3/2 h | the coarse grid's interpolant |
 //!
@@ -27,8 +27,9 @@
 //! | step | file |
 //! |---|---|
 //! | 1. measure the middle of each slot; which slots may need bricks, and what is the coarse grid? | `brick_map` |
-//! | 2. compute the samples of one brick | `brick` |
-//! | 3. certify its error of interpolation | `interpolation_error` |
+//! | 2. compute the samples of bricks by writing triangles into their lists, and certify a fast error bound | `splat` |
+//! | or, where signs cannot be carried along edges and at the jumps of an open mesh, node by node | `brick` |
+//! | 3. certify a tight error of interpolation | `interpolation_error` |
 //! | 4. encode samples | `quantize` |
 //! | 5. join bricks, add those that close an open mesh, and bound values, slopes and errors | `assemble` |
 

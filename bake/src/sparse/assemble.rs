@@ -25,7 +25,7 @@ struct BrickColumns<C> {
 }
 
 impl SparseBaker<'_> {
-    /// Bakes the grid. In all cells that the band enters, it interpolates the same samples as a dense grid of the
+    /// Bakes the grid. In all cells that the band enters, it interpolates the samples, but for rounding, of a dense grid of the
     /// lattice, which is never allocated.
     ///
     /// Calls `on_slots_done` with the number of slots just finished, out of [`Self::slot_count`], from any thread. The

@@ -1,5 +1,6 @@
 //! All integration tests of the crate, in one program.
 
+mod certify;
 mod complete;
 mod doors;
 mod exact;
