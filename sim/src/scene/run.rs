@@ -140,7 +140,7 @@ impl<'a> Run<'a> {
             for obstacle in obstacles.iter() {
                 let sides = &mut self.sides[index];
                 query.find_guided(obstacle, surface, world, &motion, &mut self.contacts, |found| {
-                    if self.spec.choose_side {
+                    if self.spec.choose_side && !self.only_vertices {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
                     }
                 })?;
