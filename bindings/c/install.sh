@@ -2,12 +2,12 @@
 # Builds the library and installs header, static and shared library, CMake package and pkg-config file: sh install.sh PREFIX
 set -eu
 [ $# = 1 ] || { echo "usage: install.sh PREFIX" >&2; exit 2; }
+mkdir -p "$1"
+prefix=$(cd "$1" && pwd)
 cd "$(dirname "$0")"
 target=${CARGO_TARGET_DIR:-$PWD/../target}
 cargo build --release --locked --quiet --manifest-path ../Cargo.toml --target-dir "$target" -p sdftool-c
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' ../Cargo.toml | head -n 1)
-mkdir -p "$1"
-prefix=$(cd "$1" && pwd)
 install -Dm644 include/sdftool.h "$prefix/include/sdftool.h"
 install -Dm644 "$target/release/libsdftool.a" "$prefix/lib/libsdftool.a"
 install -Dm755 -s "$target/release/libsdftool.so" "$prefix/lib/libsdftool.so"
