@@ -6,6 +6,7 @@
 //! | 2 | Where on the element is φ least? | [`minimize`](crate::minimize) |
 //! | 3 | Is that within the margin, and on which feature does it lie? | `classify` |
 //! | 4 | Which contact stands for a feature that several elements share? | `features` |
+//! | 5 | What does a solver make of it? A constraint between two sides | `row` |
 //!
 //! [`contact`] does so for one element, [`all_contacts`] reports every isolated minimum of one, [`batch`] takes many elements
 //! at a time. Macklin et al. 2020, §3.3 (the cull) and §5.1 (the features).
@@ -15,6 +16,7 @@ mod classify;
 mod cull;
 mod element;
 mod features;
+mod row;
 
 use nalgebra::Vector3;
 
@@ -22,6 +24,7 @@ use classify::{classify, is_separated, report};
 pub use cull::{CentroidBound, centroid_bound, cull};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
 pub use features::{FeatureOwners, FeatureUse, one_per_feature};
+pub use row::{Row, RowSide, TetPoint};
 
 use crate::EnclosedSdf;
 use crate::minimize::{AllMinima, Minimizer, Minimum, SimplexCell};
