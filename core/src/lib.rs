@@ -28,6 +28,7 @@ mod enclosure;
 mod error_bound;
 pub mod grid;
 pub mod minimize;
+pub mod moving;
 mod number;
 pub mod overlap;
 pub mod placed;
