@@ -50,6 +50,9 @@ pub trait MovingSdf {
     /// Upper bound of −∂φ/∂t at the points of a box from one time to another, at least 0: how fast φ can fall there.
     fn fall_bound(&self, region: &Aabb, from: f64, until: f64) -> f64;
 
+    /// Lipschitz constant of φ between points of a box, from one time to another.
+    fn slope_bound_in(&self, region: &Aabb, from: f64, until: f64) -> f64;
+
     /// Upper bound of −dφ/dt at the points of an element that moves linearly, at least 0. `path` has for each corner where it is at
     /// the times 0 and 1.
     ///
@@ -57,8 +60,7 @@ pub trait MovingSdf {
     fn approach_bound(&self, path: &[[Vector3<f64>; 2]], from: f64, until: f64) -> f64 {
         let region = swept_bounds(path, from, until);
         let speed = path.iter().fold(0.0_f64, |speed, [start, end]| speed.max(norm(end - start)));
-        let slope_bound = self.at(from).slope_bound().max(self.at(until).slope_bound());
-        product(slope_bound, speed) + self.fall_bound(&region, from, until)
+        product(self.slope_bound_in(&region, from, until), speed) + self.fall_bound(&region, from, until)
     }
 
     /// The velocity of the surface through a point: along the normal v_n ∇φ/|∇φ| = −(∂φ/∂t) ∇φ/|∇φ|², and where a motion is known
@@ -87,6 +89,9 @@ impl<F: EnclosedSdf> MovingSdf for F {
     fn fall_bound(&self, _region: &Aabb, _from: f64, _until: f64) -> f64 {
         0.0
     }
+    fn slope_bound_in(&self, region: &Aabb, _from: f64, _until: f64) -> f64 {
+        self.enclose_box(region).slope_bound.min(self.slope_bound())
+    }
     fn surface_velocity<R: Float>(&self, _point: Vector3<R>, _time: f64) -> Vector3<R> {
         Vector3::zeros()
     }
@@ -107,6 +112,6 @@ pub(crate) fn position<R: Float>([start, end]: &[Vector3<R>; 2], time: f64) -> V
 }
 
 /// a · b of two numbers that are not negative, where 0 · ∞ = 0.
-fn product(a: f64, b: f64) -> f64 {
+pub(crate) fn product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }

@@ -55,7 +55,7 @@ pub(super) fn spanned_corners<R: Float, const N: usize>(weights: [R; N]) -> [boo
 
 impl<R: Float, const N: usize> Element<R, N> {
     /// The vertex, edge or face that the point of these weights lies on.
-    pub(super) fn feature(&self, weights: [R; N]) -> Feature {
+    pub(crate) fn feature(&self, weights: [R; N]) -> Feature {
         let spanned = spanned_corners(weights);
         let mut vertices = self.vertices.iter().zip(spanned).filter(|(_, spanned)| *spanned).map(|(vertex, _)| *vertex);
         match (vertices.next(), vertices.next(), vertices.next()) {

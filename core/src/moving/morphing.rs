@@ -59,6 +59,11 @@ impl<A: EnclosedSdf, B: EnclosedSdf> MovingSdf for Morphing<A, B> {
         self.later.value(point) - self.now.value(point)
     }
 
+    /// A mean of the two is no steeper than the steeper one.
+    fn slope_bound_in(&self, region: &Aabb, from: f64, until: f64) -> f64 {
+        self.now.slope_bound_in(region, from, until).max(self.later.slope_bound_in(region, from, until))
+    }
+
     /// The smallest of three bounds of φ_now − φ_later: that of the parameters; by the ranges in the box; and by the difference at
     /// the box's centre c, d(c) + (L_now + L_later) · half of the diagonal.
     fn fall_bound(&self, region: &Aabb, _from: f64, _until: f64) -> f64 {

@@ -133,8 +133,13 @@ impl<M: MovingSdf> MovingSdf for Travelling<M> {
     }
 
     fn fall_bound(&self, region: &Aabb, from: f64, until: f64) -> f64 {
-        let carried = product(slope_bound(&self.field, from, until), self.motion.max_speed(region, from, until));
+        let speed = self.motion.max_speed(region, from, until);
+        let carried = product(self.slope_bound_in(region, from, until), speed);
         carried + self.field.fall_bound(&self.motion.pull_bounds(region, from, until), from, until)
+    }
+
+    fn slope_bound_in(&self, region: &Aabb, from: f64, until: f64) -> f64 {
+        self.field.slope_bound_in(&self.motion.pull_bounds(region, from, until), from, until)
     }
 
     fn approach_bound(&self, path: &[[Vector3<f64>; 2]], from: f64, until: f64) -> f64 {
@@ -143,7 +148,8 @@ impl<M: MovingSdf> MovingSdf for Travelling<M> {
             speed.max(at(from)).max(at(until))
         });
         let region = self.motion.pull_bounds(&swept_bounds(path, from, until), from, until);
-        product(slope_bound(&self.field, from, until), relative_speed) + self.field.fall_bound(&region, from, until)
+        let slope_bound = self.field.slope_bound_in(&region, from, until);
+        product(slope_bound, relative_speed) + self.field.fall_bound(&region, from, until)
     }
 
     /// u, and beside it the velocity of the field's own surface.
@@ -152,9 +158,4 @@ impl<M: MovingSdf> MovingSdf for Travelling<M> {
         let own = self.field.surface_velocity(pulled.point, time);
         self.motion.velocity_at(point, time) + pulled.jacobian.tr_mul(&own)
     }
-}
-
-/// A mean of two fields is no steeper than the steeper one.
-fn slope_bound<M: MovingSdf>(field: &M, from: f64, until: f64) -> f64 {
-    field.at(from).slope_bound().max(field.at(until).slope_bound())
 }

@@ -8,11 +8,9 @@ use sdf_core::{Aabb, EnclosedSdf, Sdf};
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{cube_lattice, measured_grid, noise, scenes, with_block_bounds};
 
-type Point = Vector3<f64>;
+use crate::random_pose as pose;
 
-fn pose(random: &mut Random, half: f64) -> Rigid {
-    Rigid::new(random.point_in_cube(half), [0; 4].map(|_| random.between(-1.0, 1.0))).unwrap()
-}
+type Point = Vector3<f64>;
 
 /// −∂φ/∂t and −dφ/dt along paths, all over a box: does no difference of values exceed the bounds?
 fn check_bounds(name: &str, field: &impl MovingSdf, size: f64, random: &mut Random) {
