@@ -5,12 +5,14 @@
 //! | `accuracy` | How far is the minimum that each method finds from the proven one, and which contacts does it miss? | docs/study.md |
 //! | `speed` | How long do bakes, contact searches and reading take, beside other programs and the machine's limits? | docs/performance.md |
 //! | `gpu` | Are contacts on a GPU those of the CPU, and how long do they take? | docs/gpu.md |
+//! | `motion` | What do clusters save for rigid bodies, and how long does a first touch take? | docs/motion.md |
 //! | `grids` | How large is a grid file, and how far is the field off? | docs/grids.md |
 
 #![forbid(unsafe_code)]
 
 pub mod accuracy;
 pub mod gpu;
+pub mod motion;
 pub mod program;
 pub mod speed;
 

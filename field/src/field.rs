@@ -8,7 +8,7 @@ use sdf_core::{Aabb, AnyField, Sample, Sdf};
 
 use crate::contacts::{self, Contacts, QueryError};
 use crate::info::GridInfo;
-use crate::{ContactOptions, MeshView, Threads};
+use crate::{ContactOptions, MeshInMotion, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
 ///
@@ -90,6 +90,13 @@ impl Field {
     /// The contacts of a mesh: every element with φ ≤ margin somewhere, and where on it φ is lowest.
     pub fn contacts(&self, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
         contacts::find(&self.field, mesh, options)
+    }
+
+    /// The contacts of a mesh's faces, for who asks frame after frame: the same as of [`contacts`](Self::contacts), bit for bit, but
+    /// clusters of faces that are far off are not looked at, the mesh may stand anywhere, and each face may have a margin of its own.
+    /// [`ContactOptions::elements`] does not count.
+    pub fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        contacts::find_in_motion(&self.field, mesh, options)
     }
 
     /// [`contacts`](Self::contacts) of edges that are given, such as the line elements of a file.

@@ -22,6 +22,7 @@ pub mod file;
 mod info;
 #[cfg(feature = "bake")]
 pub mod memory;
+mod mesh_in_motion;
 mod mesh_view;
 mod options;
 mod overlap;
@@ -35,6 +36,7 @@ pub use bake::{
 pub use contacts::{Contacts, QueryError};
 pub use field::Field;
 pub use info::{GridInfo, SignMethod, Source};
+pub use mesh_in_motion::{MeshClusters, MeshInMotion};
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};

@@ -47,6 +47,7 @@ impl CageContact {
 
 /// What became of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "without an allocator a contact cannot be boxed")]
 pub enum CageOutcome {
     /// A corner, the margin or the field's answer is NaN or infinite.
     NotFinite,
@@ -114,7 +115,7 @@ impl Cage<'_> {
         let (mut best, mut is_finite) = (None, true);
         let (mut covered, mut bad_tets) = (0.0, 0_u32);
         let mut search = |tet: u32, part: [[f64; N]; N]| {
-            let Some(material) = self.to_material(tet, element, &part) else { return };
+            let Some(material) = self.material_part(tet, element, &part) else { return };
             let minimum = minimizer.minimize_below(field, &material.simplex, margin);
             is_finite &= minimum.sample.value.is_finite();
             let lowest = best.as_ref().map_or(f64::INFINITY, |best: &Best<N>| best.minimum.sample.value);
@@ -167,7 +168,7 @@ impl Cage<'_> {
     }
 
     /// A part of an element, as it is in material space.
-    fn to_material<const N: usize>(
+    fn material_part<const N: usize>(
         &self,
         tet: u32,
         element: &Element<f64, N>,

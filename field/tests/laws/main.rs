@@ -2,5 +2,6 @@
 
 mod complete;
 mod examples;
+mod in_motion;
 mod overlap;
 mod saves;
