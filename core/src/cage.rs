@@ -55,7 +55,7 @@ impl<'a> Cage<'a> {
         &self.now
     }
 
-    /// Whether a tetrahedron maps the world to material space.
+    /// Status of a tetrahedron: can it map the world to material space?
     pub fn status(&self, tet: u32) -> TetStatus {
         let [Some(rest), Some(now)] = [self.rest.frame(tet), self.now.frame(tet)] else {
             return TetStatus::IllConditioned;

@@ -103,7 +103,7 @@ pub(crate) fn swept_bounds(path: &[[Vector3<f64>; 2]], from: f64, until: f64) ->
     Aabb::from_points(ends.map(Into::into)).unwrap_or(Aabb::EVERYWHERE)
 }
 
-/// Where a corner is at a time, exact at 0 and 1.
+/// Position of a corner at a time, exact at 0 and 1.
 pub(crate) fn position<R: Float>([start, end]: &[Vector3<R>; 2], time: f64) -> Vector3<R> {
     match time {
         1.0 => *end,

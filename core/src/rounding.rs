@@ -49,8 +49,8 @@ pub(crate) const SPECTRAL_NORM: f64 = 64.0;
 /// Largest ‖A J − 1‖ of a matrix A and its computed inverse J: A is then invertible, its condition below about 1e9.
 pub(crate) const INVERSE_RESIDUAL: f64 = 1e-6;
 
-/// How far outside of a tetrahedron, as a barycentric weight, a point or a part of an element still counts as inside: so that none
-/// falls between two tetrahedra. It exceeds the error of weights in every tetrahedron whose inverse is accepted.
+/// Barycentric weight by which a point or a part of an element may be outside of a tetrahedron and still counts as inside: so that
+/// none falls between two. It exceeds the error of weights in every tetrahedron whose inverse is accepted.
 pub(crate) const BARYCENTRIC: f64 = 1e-9;
 
 /// Multiple of [`rounding`] in a lower bound: one per nested field (each [`Placed`](crate::placed::Placed) or

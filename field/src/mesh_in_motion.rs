@@ -35,7 +35,7 @@ impl MeshClusters {
         if is_fitted { Ok(()) } else { Err(QueryError::FaceCountDiffers) }
     }
 
-    /// As the core takes them.
+    /// The clusters as the core takes them.
     pub fn as_core(&self) -> Clusters<'_> {
         Clusters::from_parts(&self.order, &self.boxes).expect("as many boxes as clusters")
     }
@@ -46,7 +46,7 @@ impl MeshClusters {
 pub struct MeshInMotion<'a> {
     /// The mesh; of a rigid body, in its own frame.
     pub mesh: MeshView<'a>,
-    /// Where its frame stands in the world; `None` where its points are the world's.
+    /// Pose of its frame in the world; `None` where its points are the world's.
     pub pose: Option<Rigid>,
     /// Its clusters, fitted to its points; `None` looks at every face.
     pub clusters: Option<&'a MeshClusters>,
@@ -66,7 +66,7 @@ impl<'a> MeshInMotion<'a> {
 pub(crate) struct Selection<'a, const N: usize> {
     points: &'a [[f64; 3]],
     elements: &'a [[u32; N]],
-    /// Which of them, in ascending order; `None` of all.
+    /// The indices of those to search, in ascending order; `None` of all.
     ids: Option<Vec<u32>>,
     pose: Option<Rigid>,
     margins: Option<&'a [f64]>,

@@ -1,3 +1,8 @@
+//! One tetrahedron's affine map as a placement of the whole world (Macklin et al. 2020, §5.3): what a search with [`CageMap::Frozen`]
+//! takes, and what any minimizer can be run on.
+//!
+//! [`CageMap::Frozen`]: super::CageMap::Frozen
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Cage, TetStatus};

@@ -11,7 +11,7 @@ use crate::number::Real;
 use crate::placed::affine::inverse;
 use crate::rounding::{BARYCENTRIC, INVERSE_RESIDUAL};
 
-/// Whether a tetrahedron has a map to material space that can be used.
+/// Says if a tetrahedron has a map to material space that can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TetStatus {
     /// It has.
@@ -69,7 +69,7 @@ pub struct TetTable<'a> {
     /// Cells per length along each axis.
     density: [f64; 3],
     shape: [u32; 3],
-    /// Where the tetrahedra of each cell begin in `entries`, x fastest; at last their number.
+    /// Beginning of each cell's tetrahedra in `entries`, x fastest; at last their number.
     starts: &'a [u32],
     entries: &'a [u32],
 }

@@ -17,11 +17,11 @@ use crate::simplex::{max_distance, mean};
 use crate::vector::norm;
 use crate::{Aabb, EnclosedSdf, Simplex};
 
-/// Which map an element is searched with.
+/// The map that an element is searched with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum CageMap {
-    /// That of the tetrahedron which holds its centroid, for all of it (§5.3 of the paper): one search. An element whose centroid is
-    /// outside of the cage is searched piece by piece; the paper drops it.
+    /// One map for all of it, that of the tetrahedron which holds its centroid (§5.3 of the paper): one search. An element whose
+    /// centroid is outside of the cage is searched piece by piece; the paper drops it.
     Frozen,
     /// Piece by piece, each by its own tetrahedron.
     #[default]
@@ -31,10 +31,10 @@ pub enum CageMap {
 /// A contact with a field in a cage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CageContact {
-    /// In the world, but for `distance`, `lower_bound` and the error's bounds, which are those of material space. `slope` is
+    /// The contact in the world, but for `distance`, `lower_bound` and the error's bounds, which are those of material space. `slope` is
     /// |Gᵀ ∇φ_m|: distance / slope is the way in the world, to first order.
     pub contact: Contact<f64>,
-    /// Who carries the contact's surface point.
+    /// The point of the cage that carries the contact's surface point.
     pub surface: TetPoint<f64>,
 }
 
@@ -45,13 +45,13 @@ impl CageContact {
     }
 }
 
-/// What became of an element.
+/// The result for an element in a cage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "without an allocator a contact cannot be boxed")]
 pub enum CageOutcome {
     /// A corner, the margin or the field's answer is NaN or infinite.
     NotFinite,
-    /// Where the element is in the cage, no value of at most the margin was found.
+    /// No value of at most the margin was found, as far as the element is in the cage.
     Separated,
     /// The lowest value found is within the margin.
     Contact(CageContact),
@@ -60,7 +60,7 @@ pub enum CageOutcome {
 /// The answer for an element, and how much of it was searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CageSearch {
-    /// What was found in good tetrahedra.
+    /// The result in good tetrahedra.
     pub outcome: CageOutcome,
     /// Part of the element lies in no good tetrahedron: outside of the cage, where the field is not defined, or in one of
     /// `bad_tets`.
@@ -214,7 +214,7 @@ impl Cage<'_> {
         Some(CageContact { contact, surface })
     }
 
-    /// Where the world has a point of material space, and who carries it. Outside of the cage at rest the map of `tet` goes on.
+    /// The world's point of a point of material space, and who carries it. Outside of the cage at rest the map of `tet` goes on.
     fn surface(&self, tet: u32, material: Vector3<f64>) -> Option<(Vector3<f64>, TetPoint<f64>)> {
         let inside = self.push(material).filter(|(_, at)| self.status(at.tet) == TetStatus::Good);
         inside.or_else(|| {

@@ -29,7 +29,7 @@ pub struct MovingElement<R: Real, const N: usize> {
     pub id: u32,
     /// The mesh's vertices at the corners.
     pub vertices: [u32; N],
-    /// For each corner, where it is at time 0 and at time 1.
+    /// Positions of each corner at the times 0 and 1.
     pub path: [[Vector3<R>; 2]; N],
 }
 

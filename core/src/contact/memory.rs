@@ -1,4 +1,4 @@
-//! What is known of an element from the frame before: how far it was from the field, and where it was nearest.
+//! Knowledge of an element from the frame before: how far was it from the field, and where was it nearest?
 //!
 //! If φ ≥ l on an element, and since then φ at its points has fallen by no more than m, then φ ≥ l − m. So an element whose l − m is
 //! above the margin need not be asked again. m is slope bound · the longest way of a corner, plus what the field itself has fallen:
@@ -18,7 +18,7 @@ use crate::moving::MovingSdf;
 use crate::number::{Float, Real};
 use crate::rounding::NESTED_FIELDS;
 
-/// What the last query of an element has left.
+/// The bound and the weights that the last query of an element has left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementMemory<R: Real, const N: usize> {
     /// Lower bound of φ on the element as it is now; −∞ where nothing is known.
@@ -40,7 +40,7 @@ impl<R: Float, const N: usize> ElementMemory<R, N> {
         self.lower_bound
     }
 
-    /// Where on the element φ was lowest, if it was searched.
+    /// Weights of the lowest point that the last search found, if there was one.
     pub fn weights(&self) -> Option<[R; N]> {
         self.weights.iter().all(|weight| weight.is_finite()).then_some(self.weights)
     }

@@ -26,7 +26,7 @@ pub struct TetPoint<R> {
     pub weights: [R; 4],
 }
 
-/// Who carries a point of a contact, and so takes the impulse at it.
+/// The carrier of a contact's point, which takes the impulse at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RowSide<R: Real> {
     /// Nobody: the point has infinite mass.
@@ -42,7 +42,7 @@ pub enum RowSide<R: Real> {
     Body {
         /// The body.
         body: u32,
-        /// From the body's centre to the point, in world axes.
+        /// Vector from the body's centre to the point, in world axes.
         arm: Vector3<R>,
     },
     /// A tetrahedron: its four corners are the particles.
@@ -128,9 +128,9 @@ pub struct Row<R: Float> {
     pub surface_velocity: Vector3<R>,
     /// The contact's thickness: how far from the surface the element is kept.
     pub thickness: R,
-    /// Who carries the element's point; pushed along the normal.
+    /// Carrier of the element's point; pushed along the normal.
     pub element: RowSide<R>,
-    /// Who carries the surface's point; pushed against the normal.
+    /// Carrier of the surface's point; pushed against the normal.
     pub field: RowSide<R>,
     /// The contact's [`key`](Contact::key): the same from frame to frame, to warm-start a solver's impulses.
     pub key: u64,

@@ -154,7 +154,7 @@ impl<A: Sdf, B: Sdf> Sdf for Blend<A, B> {
         self.mean(self.first.value(point), self.second.value(point))
     }
 
-    /// Where a mean is at most the level, one of the two is.
+    /// The union of both: where a mean is at most the level, one of the two is.
     fn bounds(&self, level: f64) -> Aabb {
         self.first.bounds(level).union(&self.second.bounds(level))
     }
@@ -178,7 +178,7 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {
         }
     }
 
-    /// Against the mean of the two shapes' distances.
+    /// The error against the mean of the two shapes' distances.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         let (first, second) = (self.first.error_bound(region), self.second.error_bound(region));
         ErrorBound {

@@ -112,7 +112,7 @@ fn pose(now: &Rigid, velocity: &Vector3<f64>, spin: &Vector3<f64>, time: f64) ->
 pub struct Travelling<M> {
     /// The field, in its own frame.
     pub field: M,
-    /// Where the frame moves.
+    /// The frame's motion.
     pub motion: RigidMotion,
 }
 

@@ -1,4 +1,4 @@
-//! What elements remember from the frame before: nothing within the margin is skipped, and starts are never lost.
+//! Elements remember the frame before: nothing within the margin is skipped, and starts are never lost.
 
 use nalgebra::Vector3;
 use sdf_core::contact::{
