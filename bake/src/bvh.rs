@@ -7,22 +7,21 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | Where does a cell lie on the curve? | `hilbert` |
+//! | Where does a cell lie on the curve? | `sdf_core::hilbert` |
 //! | Which triangle is nearest to a point? Which triangles are near a point or meet a box? | `query` |
 //! | Which triangles can be nearest to some point of a box? | `prune` |
 //! | Which disc encloses a node's triangles? It is much thinner than the box on a smooth mesh | `bounding_disc` |
 
 pub mod bounding_disc;
-pub mod hilbert;
 mod prune;
 mod query;
 
 use rayon::prelude::*;
+use sdf_core::hilbert::{BITS, hilbert_index};
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::bounding_disc::BoundingDisc;
-use crate::bvh::hilbert::{BITS, hilbert_index};
 use crate::simd::{LANES, Lanes, VectorX8};
 use crate::triangle::approx::{ApproxTriangle, UnitFrame};
 pub(crate) use prune::PruneBound;

@@ -6,6 +6,7 @@
 //! | `speed` | How long do bakes, contact searches and reading take, beside other programs and the machine's limits? | docs/performance.md |
 //! | `exact` | Which contacts does a grid's error hide, and what does it cost to settle them by triangles? | README.md |
 //! | `gpu` | Are contacts on a GPU those of the CPU, and how long do they take? | docs/gpu.md |
+//! | `motion` | What do clusters save for rigid bodies, and how long does a first touch take? | docs/motion.md |
 //! | `grids` | How large is a grid file, and how far is the field off? | docs/grids.md |
 //! | `stencils` | How far are normals off by which stencil? | docs/methods.md |
 
@@ -13,6 +14,7 @@
 
 pub mod accuracy;
 pub mod gpu;
+pub mod motion;
 pub mod program;
 pub mod speed;
 

@@ -6,22 +6,34 @@
 //! | 2 | Where on the element is φ least? | [`minimize`](crate::minimize) |
 //! | 3 | Is that within the margin, and on which feature does it lie? | `classify` |
 //! | 4 | Which contact stands for a feature that several elements share? | `features` |
+//! | | Which elements of a mesh need no look? Clusters of neighbours, culled together | `cluster` |
+//! | | Which were so far off in the last frame that they need none in this? | `memory` |
+//! | | When does a moving element first touch? | `first_touch` |
+//! | 5 | What does a solver make of it? A constraint between two sides | `row` |
 //!
 //! [`contact`] does so for one element, [`all_contacts`] reports every isolated minimum of one, [`batch`] takes many elements
 //! at a time. Macklin et al. 2020, §3.3 (the cull) and §5.1 (the features).
 
 pub mod batch;
 mod classify;
+mod cluster;
 mod cull;
 mod element;
 mod features;
+mod first_touch;
+mod memory;
+mod row;
 
 use nalgebra::Vector3;
 
 use classify::{classify, is_separated, report};
+pub use cluster::{CLUSTER_SIZE, ClusterKey, Clusters, cluster_count, refit};
 pub use cull::{CentroidBound, centroid_bound, cull};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
 pub use features::{FeatureOwners, FeatureUse, one_per_feature};
+pub use first_touch::{FirstTouch, MovingElement, Touch};
+pub use memory::{ElementMemory, contact_again, speculative_margin};
+pub use row::{Row, RowSide, TetPoint};
 
 use crate::EnclosedSdf;
 use crate::minimize::{AllMinima, Minimizer, Minimum, SimplexCell};

@@ -1,7 +1,7 @@
 //! Signed distance fields, and the contacts of points, segments and triangles with them.
 //!
 //! A field ([`Sdf`]) answers φ and ∇φ at a point: a [shape](shapes), a [combination](combine) of fields, a
-//! [grid] of samples, or one of them [put into the world](placed). A [minimizer](minimize) finds where on a
+//! [grid] of samples, or one of them [put into the world](placed), [moving] or in a deformed [cage]. A [minimizer](minimize) finds where on a
 //! simplex φ is least, and [`contact`](contact::contact) makes that a contact.
 //!
 //! Distances are negative inside and in the unit of the points; gradients are the derivative of the value and point
@@ -21,13 +21,16 @@ mod aabb;
 #[cfg(feature = "alloc")]
 mod any_field;
 mod best_first;
+pub mod cage;
 pub mod combine;
 pub mod contact;
 mod delegate;
 mod enclosure;
 mod error_bound;
 pub mod grid;
+pub mod hilbert;
 pub mod minimize;
+pub mod moving;
 mod number;
 pub mod overlap;
 pub mod placed;

@@ -14,10 +14,12 @@
 //! | [`Rigid`] | Rᵀ(x − t) | 1 | `rigid` |
 //! | [`Similarity`] | Rᵀ(x − t) / s | any s > 0 | `similarity` |
 //! | [`Stretch`] | (x / f_x, y / f_y, z / f_z) | smallest \|f\| | `stretch` |
+//! | [`Affine`] | A⁻¹(x − t) | smallest singular value of A | `affine` |
 //!
 //! s ‖J‖ ≤ 1 for each of them, so that a placed field is never steeper than the field. All are affine: they map a
 //! hull to the hull of the mapped corners, and barycentric weights stay the same.
 
+pub(crate) mod affine;
 mod posed;
 mod rigid;
 mod similarity;
@@ -25,6 +27,7 @@ mod stretch;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use affine::Affine;
 pub use posed::Posed;
 pub use rigid::Rigid;
 pub use similarity::Similarity;

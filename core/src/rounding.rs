@@ -43,6 +43,16 @@ pub(crate) const SIDE_WEIGHT: f64 = 8.0;
 /// Difference of two computed barycentric weights of one point. L = 1.
 pub(crate) const SAME_WEIGHT: f64 = 16.0;
 
+/// Largest singular value of a 3 × 3 matrix by six sweeps of Jacobi's rotations. L: that value.
+pub(crate) const SPECTRAL_NORM: f64 = 64.0;
+
+/// Largest ‖A J − 1‖ of a matrix A and its computed inverse J: A is then invertible, its condition below about 1e9.
+pub(crate) const INVERSE_RESIDUAL: f64 = 1e-6;
+
+/// Barycentric weight by which a point or a part of an element may be outside of a tetrahedron and still counts as inside: so that
+/// none falls between two. It exceeds the error of weights in every tetrahedron whose inverse is accepted.
+pub(crate) const BARYCENTRIC: f64 = 1e-9;
+
 /// Multiple of [`rounding`] in a lower bound: one per nested field (each [`Placed`](crate::placed::Placed) or
 /// combination widens the bound again), seven at most, and one of the value that it is compared with.
 pub(crate) const NESTED_FIELDS: f64 = 8.0;

@@ -6,10 +6,11 @@ use sdf_core::minimize::{
     ProjectedGradient, SimplexCell,
 };
 use sdf_core::placed::Posed;
-use sdf_core::{Aabb, AnyField, EnclosedSdf};
+use sdf_core::{AnyField, EnclosedSdf};
 
 use crate::engine::Query;
-use crate::mesh_view::{MeshView, VertexOutOfRange, check, element};
+use crate::mesh_in_motion::{MeshInMotion, Selection};
+use crate::mesh_view::{MeshView, VertexOutOfRange};
 use crate::options::{ContactOptions, Elements, Method};
 
 /// The contacts of a mesh, in the order of its elements, and what became of the other elements.
@@ -46,6 +47,10 @@ pub enum QueryError {
     MeshUnusable(String),
     /// An exact search has its own method, and finds one minimum of each element.
     ExactHasItsOwnMethod,
+    /// An exact search has no clusters and no margins of single faces.
+    ExactNotInMotion,
+    /// Clusters or margins are not those of the mesh: they have another number of faces.
+    FaceCountDiffers,
 }
 
 impl std::fmt::Display for QueryError {
@@ -62,6 +67,12 @@ impl std::fmt::Display for QueryError {
             Self::MeshUnusable(why) => write!(f, "the mesh in the field cannot be searched: {why}; bake it again"),
             Self::ExactHasItsOwnMethod => {
                 f.write_str("an exact search has its own method and finds one minimum of each element: leave out the others")
+            }
+            Self::ExactNotInMotion => {
+                f.write_str("an exact search has no clusters and no margins of single faces: ask for contacts of the mesh alone")
+            }
+            Self::FaceCountDiffers => {
+                f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
@@ -82,16 +93,29 @@ const MAX_MINIMA: usize = 256;
 pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
     refuse_exact(options)?;
     match options.elements {
-        Elements::Faces => find_by_method(field, mesh.points, mesh.faces, options),
+        Elements::Faces => find_by_method(field, &Selection::all(mesh.points, mesh.faces)?, options),
         Elements::Edges => find_edges(field, mesh.points, &mesh.edges(), options),
         // A point has one minimum, and every method finds it by one evaluation.
-        Elements::Vertices => find_by(field, mesh.points, &mesh.vertices(), options, &FrankWolfe::default()),
+        Elements::Vertices => {
+            find_by(field, &Selection::all(mesh.points, &mesh.vertices())?, options, &FrankWolfe::default())
+        }
     }
 }
 
 /// A field that was built with the feature `bake` and keeps its mesh has answered an exact query before.
 fn refuse_exact(options: &ContactOptions) -> Result<(), QueryError> {
     if options.exact { Err(QueryError::MeshNotKept) } else { Ok(()) }
+}
+
+pub(crate) fn find_in_motion(
+    field: &AnyField,
+    mesh: &MeshInMotion,
+    options: &ContactOptions,
+) -> Result<Contacts, QueryError> {
+    if options.exact {
+        return Err(QueryError::ExactNotInMotion);
+    }
+    find_by_method(field, &Selection::near(field, mesh, options)?, options)
 }
 
 pub(crate) fn find_edges(
@@ -101,17 +125,17 @@ pub(crate) fn find_edges(
     options: &ContactOptions,
 ) -> Result<Contacts, QueryError> {
     refuse_exact(options)?;
+    let edges = Selection::all(points, edges)?;
     if options.method == Method::GoldenSection && !options.all_minima {
         let method = GoldenSection { iterations: options.budget(), ..GoldenSection::default() };
-        return find_by(field, points, edges, options, &method);
+        return find_by(field, &edges, options, &method);
     }
-    find_by_method(field, points, edges, options)
+    find_by_method(field, &edges, options)
 }
 
 fn find_by_method<const N: usize>(
     field: &AnyField,
-    points: &[[f64; 3]],
-    elements: &[[u32; N]],
+    elements: &Selection<N>,
     options: &ContactOptions,
 ) -> Result<Contacts, QueryError>
 where
@@ -121,26 +145,20 @@ where
     let certified = Certified { evaluations: iterations, tolerance: options.tolerance, ..Certified::default() };
     match options.method {
         Method::Auto | Method::Certified if options.all_minima => {
-            find_all_minima(field, points, elements, options, &AllMinima { search: certified, ..AllMinima::default() })
+            find_all_minima(field, elements, options, &AllMinima { search: certified, ..AllMinima::default() })
         }
         _ if options.all_minima => Err(QueryError::AllMinimaNeedCertified),
-        Method::Auto | Method::Certified => find_by(field, points, elements, options, &certified),
-        Method::FrankWolfe => {
-            find_by(field, points, elements, options, &FrankWolfe { iterations, ..FrankWolfe::default() })
-        }
+        Method::Auto | Method::Certified => find_by(field, elements, options, &certified),
+        Method::FrankWolfe => find_by(field, elements, options, &FrankWolfe { iterations, ..FrankWolfe::default() }),
         Method::ProjectedGradient => {
             let method = ProjectedGradient { iterations, ..ProjectedGradient::default() };
-            find_by(field, points, elements, options, &method)
+            find_by(field, elements, options, &method)
         }
-        Method::Newton => find_by(field, points, elements, options, &Newton { iterations, ..Newton::default() }),
-        Method::LineSearch => {
-            find_by(field, points, elements, options, &LineSearch { iterations, ..LineSearch::default() })
-        }
-        Method::Sampling(samples) => {
-            find_by(field, points, elements, options, &PointSampling { samples, corners: false })
-        }
+        Method::Newton => find_by(field, elements, options, &Newton { iterations, ..Newton::default() }),
+        Method::LineSearch => find_by(field, elements, options, &LineSearch { iterations, ..LineSearch::default() }),
+        Method::Sampling(samples) => find_by(field, elements, options, &PointSampling { samples, corners: false }),
         Method::SamplingWithCorners(samples) => {
-            find_by(field, points, elements, options, &PointSampling { samples, corners: true })
+            find_by(field, elements, options, &PointSampling { samples, corners: true })
         }
         Method::GoldenSection => Err(QueryError::GoldenSectionNeedsEdges),
     }
@@ -148,16 +166,13 @@ where
 
 fn find_by<M: Minimizer<N> + Sync, const N: usize>(
     field: &AnyField,
-    points: &[[f64; 3]],
-    elements: &[[u32; N]],
+    selection: &Selection<N>,
     options: &ContactOptions,
     minimizer: &M,
 ) -> Result<Contacts, QueryError> {
-    check(points, elements).map_err(QueryError::VertexOutOfRange)?;
-    let report = Report::new(field, points, options)?;
-    let search_chunk = |first: usize, vertices: &[[u32; N]]| {
-        let elements: Vec<_> = (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
-        let query = Query { field, pose: options.pose, margin: report.search_margin, elements: &elements };
+    let report = Report::new(field, selection, options)?;
+    let search_chunk = |elements: Vec<Element<f64, N>>| {
+        let query = Query { field, pose: options.pose, margin: report.search_margin(&elements), elements: &elements };
         let mut found = Contacts::default();
         for (index, outcome) in query.outcomes(minimizer) {
             found.count(&outcome);
@@ -165,28 +180,25 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
         }
         found
     };
-    let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
-    Ok(Contacts::join(elements.len(), chunks, options))
+    let chunks = selection.map_chunks(options.threads, CHUNK, search_chunk);
+    Ok(Contacts::join(selection.element_count(), chunks, options))
 }
 
 fn find_all_minima<const N: usize>(
     field: &AnyField,
-    points: &[[f64; 3]],
-    elements: &[[u32; N]],
+    selection: &Selection<N>,
     options: &ContactOptions,
     search: &AllMinima,
 ) -> Result<Contacts, QueryError> {
-    check(points, elements).map_err(QueryError::VertexOutOfRange)?;
-    let report = Report::new(field, points, options)?;
+    let report = Report::new(field, selection, options)?;
     let field = report.field;
-    let search_chunk = |first: usize, vertices: &[[u32; N]]| {
+    let search_chunk = |elements: Vec<Element<f64, N>>| {
         let (mut pieces, mut minima) = (vec![SimplexCell::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
         let mut found = Contacts::default();
-        for (id, vertices) in (first..).zip(vertices) {
-            let element = element(points, id, *vertices);
+        let margin = report.search_margin(&elements);
+        for element in elements {
             let mut contacts = vec![];
             let visit = |contact: &Contact<f64>| contacts.push(*contact);
-            let margin = report.search_margin;
             let outcome = all_contacts(&field, search, margin, &element, &mut pieces, &mut minima, visit);
             found.count(&outcome);
             contacts.extend(report.of_separated(&element, &outcome));
@@ -194,28 +206,47 @@ fn find_all_minima<const N: usize>(
         }
         found
     };
-    let chunks = options.threads.map_chunks(elements, CHUNK, search_chunk);
-    Ok(Contacts::join(elements.len(), chunks, options))
+    let chunks = selection.map_chunks(options.threads, CHUNK, search_chunk);
+    Ok(Contacts::join(selection.element_count(), chunks, options))
 }
 
 /// Turns the outcome of a search into a contact, a possible one, or none.
 struct Report<'a> {
     field: Posed<&'a AnyField>,
     margin: f64,
+    /// The margin of each element, in place of the one for all.
+    margins: Option<&'a [f64]>,
     complete: bool,
-    /// No point of the shape is within the margin where φ is above this.
-    search_margin: f64,
+    /// No point of the shape is within the margin where φ is above it by more than this.
+    error: f64,
 }
 
 impl<'a> Report<'a> {
-    fn new(field: &'a AnyField, points: &[[f64; 3]], options: &ContactOptions) -> Result<Self, QueryError> {
+    fn new<const N: usize>(
+        field: &'a AnyField,
+        selection: &Selection<'a, N>,
+        options: &ContactOptions,
+    ) -> Result<Self, QueryError> {
         let ContactOptions { margin, complete, pose, .. } = *options;
         let field = Posed { field, pose };
-        let error = if complete { field.error_bound(&bounds(points)).near } else { 0.0 };
+        let error = if complete { field.error_bound(&selection.bounds()).near } else { 0.0 };
         match error.is_finite() {
-            true => Ok(Self { field, margin, complete, search_margin: margin + error }),
+            true => Ok(Self { field, margin, margins: selection.margins(), complete, error }),
             false => Err(QueryError::ErrorBoundUnknown),
         }
+    }
+
+    fn margin_of(&self, element: u32) -> f64 {
+        self.margins.map_or(self.margin, |margins| margins[element as usize])
+    }
+
+    /// The largest margin of the elements: those with a smaller one are settled after their search.
+    fn search_margin<const N: usize>(&self, elements: &[Element<f64, N>]) -> f64 {
+        let largest = match self.margins {
+            None => self.margin,
+            Some(_) => elements.iter().fold(f64::NEG_INFINITY, |most, element| most.max(self.margin_of(element.id))),
+        };
+        largest + self.error
     }
 
     fn contact<const N: usize>(&self, element: &Element<f64, N>, outcome: Outcome<f64, N>) -> Option<Contact<f64>> {
@@ -243,20 +274,14 @@ impl<'a> Report<'a> {
     /// The contact where φ is within the margin; a possible one where the shape may be: some point of the element may have a φ of
     /// `lower_bound`, and be nearer by the field's error.
     fn settle<const N: usize>(&self, element: &Element<f64, N>, contact: Contact<f64>) -> Option<Contact<f64>> {
-        if contact.distance <= self.margin {
+        let margin = self.margin_of(element.id);
+        if contact.distance <= margin {
             return Some(contact);
         }
         let error = self.field.error_bound(&element.simplex.bounds()).near;
-        let is_possible = self.complete && contact.lower_bound - error <= self.margin;
+        let is_possible = self.complete && contact.lower_bound - error <= margin;
         is_possible.then_some(Contact { status: ContactStatus::Possible, ..contact })
     }
-}
-
-/// The box around points; those that are not finite do not count.
-pub(crate) fn bounds(points: &[[f64; 3]]) -> Aabb {
-    let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
-    let around = finite.map(|point| Aabb { min: *point, max: *point }).reduce(|a, b| a.union(&b));
-    around.unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] })
 }
 
 impl Contacts {

@@ -11,7 +11,7 @@ use crate::contacts::{self, Contacts, QueryError};
 use crate::exact::ExactField;
 use crate::info::GridInfo;
 use crate::kept_mesh::KeptMesh;
-use crate::{ContactOptions, MeshView, Threads};
+use crate::{ContactOptions, MeshInMotion, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.
 ///
@@ -119,6 +119,13 @@ impl Field {
             return ExactField { grid: &self.field, surface: &surface }.find(mesh, options);
         }
         contacts::find(&self.field, mesh, options)
+    }
+
+    /// The contacts of a mesh's faces, for who asks frame after frame: the same as of [`contacts`](Self::contacts), bit for bit, but
+    /// clusters of faces that are far off are not looked at, the mesh may stand anywhere, and each face may have a margin of its own.
+    /// [`ContactOptions::elements`] does not count.
+    pub fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        contacts::find_in_motion(&self.field, mesh, options)
     }
 
     /// [`contacts`](Self::contacts) of edges that are given, such as the line elements of a file.

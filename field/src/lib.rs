@@ -34,6 +34,7 @@ mod kept_mesh;
 pub mod memory;
 #[cfg(feature = "bake")]
 mod mesh_sdf;
+mod mesh_in_motion;
 mod mesh_view;
 mod options;
 mod overlap;
@@ -54,6 +55,7 @@ pub use contacts::{Contacts, QueryError};
 pub use field::Field;
 pub use info::{GridInfo, MarginTooLarge, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
+pub use mesh_in_motion::{MeshClusters, MeshInMotion};
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use options::{ContactOptions, Elements, Method};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};

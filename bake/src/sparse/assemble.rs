@@ -10,10 +10,10 @@ use super::brick_map::BrickMap;
 use super::splat::{BLOCK, BrickRecord, Splatter};
 use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker, SparseGrid};
 use crate::MeshDistance;
-use crate::bvh::hilbert::hilbert_index;
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::nearest::PacketSearch;
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
+use sdf_core::hilbert::hilbert_index;
 
 /// The bricks so far, as a structure of arrays.
 struct BrickColumns<C> {

@@ -28,12 +28,14 @@
 //! ```
 
 mod cull;
+mod margins;
 mod queue;
 mod search;
 
 use nalgebra::Vector3;
 
 use cull::Culling;
+pub use margins::Margins;
 use queue::Queue;
 use search::Search;
 
@@ -42,14 +44,15 @@ use crate::minimize::Minimizer;
 use crate::number::Float;
 use crate::{EnclosedSdf, Lanes, Simplex};
 
-/// The outcomes of [`contact`](super::contact), bit for bit, in `L` ≥ 1 lanes.
+/// The outcomes of [`contact`](super::contact), bit for bit, in `L` ≥ 1 lanes. `margin` is one for all, or a slice with one for each
+/// element.
 ///
 /// Calls `visit(index, outcome)` once per element, in unspecified order.
 #[inline(always)]
 pub fn contacts<R, F, M, V, const N: usize, const L: usize>(
     field: &F,
     minimizer: &M,
-    margin: R,
+    margin: impl Margins<R>,
     elements: &[Element<R, N>],
     mut visit: V,
 ) where
@@ -60,7 +63,7 @@ pub fn contacts<R, F, M, V, const N: usize, const L: usize>(
 {
     let search = Search { field, margin, elements };
     let mut waiting = Queue::<_, L>::empty();
-    let culling = Culling::<_, _, N, L> { field, margin, elements };
+    let culling = Culling::<_, _, _, N, L> { field, margin, elements };
     culling.run(|culled| {
         let is_full = match culled {
             Some((index, Ok(lower_bound))) => waiting.push((index, Survivor { index, lower_bound })),
@@ -82,13 +85,17 @@ pub fn contacts<R, F, M, V, const N: usize, const L: usize>(
 ///
 /// Calls `visit(index, result)` once per element, in unspecified order.
 #[inline(always)]
-pub fn cull<R, F, V, const N: usize, const L: usize>(field: &F, margin: R, elements: &[Element<R, N>], mut visit: V)
-where
+pub fn cull<R, F, V, const N: usize, const L: usize>(
+    field: &F,
+    margin: impl Margins<R>,
+    elements: &[Element<R, N>],
+    mut visit: V,
+) where
     R: Float,
     F: EnclosedSdf,
     V: FnMut(usize, Result<R, CullReason>),
 {
-    Culling::<_, _, N, L> { field, margin, elements }.run(|culled| {
+    Culling::<_, _, _, N, L> { field, margin, elements }.run(|culled| {
         if let Some((index, result)) = culled {
             visit(index, result);
         }
@@ -103,7 +110,7 @@ where
 pub fn search<R, F, M, V, const N: usize, const L: usize>(
     field: &F,
     minimizer: &M,
-    margin: R,
+    margin: impl Margins<R>,
     elements: &[Element<R, N>],
     survivors: &[Survivor<R>],
     mut visit: V,

@@ -13,23 +13,34 @@ pub fn cull<R: Float, F: EnclosedSdf, const N: usize>(
     margin: R,
     element: &Element<R, N>,
 ) -> Result<R, Outcome<R, N>> {
+    match bound(field, margin, element) {
+        None => Err(Outcome::NotFinite),
+        Some(lower_bound) if margin < lower_bound => Err(Outcome::Culled),
+        Some(lower_bound) => Ok(lower_bound),
+    }
+}
+
+/// A lower bound of φ on an element, the first that is above the margin if one is. `None` where something is not finite.
+#[inline(always)]
+pub(super) fn bound<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    margin: R,
+    element: &Element<R, N>,
+) -> Option<R> {
     let simplex = &element.simplex;
     if ElementKind::from_corner_count(N).is_none() || !simplex.is_representable() {
-        return Err(Outcome::NotFinite);
+        return None;
     }
     let rounding = box_rounding(field.slope_bound(), margin, simplex);
     let in_box = BoxBound::new(field, &simplex.bounds(), rounding);
     if margin < in_box.lower {
-        return Err(Outcome::Culled);
+        return Some(in_box.lower);
     }
     let centroid = simplex.centroid();
     let from_slope = simplex.lower_bound(field.slope_bound(), in_box.slope_bound, centroid, field.value(centroid));
     let lower_bound = Real::max(from_slope, in_box.lower);
-    if margin.lt(from_slope) {
-        return Err(Outcome::Culled);
-    }
     // Neither above nor within: one of the two is NaN.
-    if lower_bound.le(margin) { Ok(lower_bound) } else { Err(Outcome::NotFinite) }
+    (margin.lt(from_slope) || lower_bound.le(margin)).then_some(lower_bound)
 }
 
 /// Bounds of φ in an element's box.

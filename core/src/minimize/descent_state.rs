@@ -113,6 +113,14 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
         state
     }
 
+    /// Starts from the lowest corner, or from other weights if they are lower.
+    #[inline(always)]
+    pub fn from_corners_and(field: &'a F, simplex: &'a Simplex<R, N>, start: [R; N]) -> Self {
+        let mut state = Self::from_corners(field, simplex);
+        state.evaluate(start, !R::Mask::NONE);
+        state
+    }
+
     /// Evaluates the field at the given weights. Lanes that are not `active` neither count nor keep it.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn evaluate(&mut self, weights: [R; N], active: R::Mask) -> WeightedSample<R, N> {

@@ -40,7 +40,29 @@ impl<const N: usize> Minimizer<N> for FrankWolfe {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        let mut state = DescentState::from_corners(field, simplex);
+        self.descend(field, simplex, DescentState::from_corners(field, simplex))
+    }
+
+    #[inline(always)]
+    fn minimize_from<R: Real, F: EnclosedSdf>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        _level: R,
+        start: [R; N],
+    ) -> Minimum<R, N> {
+        self.descend(field, simplex, DescentState::from_corners_and(field, simplex, start))
+    }
+}
+
+impl FrankWolfe {
+    #[inline(always)]
+    fn descend<R: Real, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        mut state: DescentState<R, F, N>,
+    ) -> Minimum<R, N> {
         let [longest_edge] = run(&LongestEdge, *simplex);
         let tolerance = longest_edge * R::from_f64(field.slope_bound() * self.tolerance);
         let (mut current, mut active) = (state.best, R::one());

@@ -42,7 +42,29 @@ impl<const N: usize> Minimizer<N> for ProjectedGradient {
 
     #[inline(always)]
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
-        let mut state = DescentState::from_corners(field, simplex);
+        self.descend(field, simplex, DescentState::from_corners(field, simplex))
+    }
+
+    #[inline(always)]
+    fn minimize_from<R: Real, F: EnclosedSdf>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        _level: R,
+        start: [R; N],
+    ) -> Minimum<R, N> {
+        self.descend(field, simplex, DescentState::from_corners_and(field, simplex, start))
+    }
+}
+
+impl ProjectedGradient {
+    #[inline(always)]
+    fn descend<R: Real, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        mut state: DescentState<R, F, N>,
+    ) -> Minimum<R, N> {
         let max_slope = simplex.longest_edge() * R::from_f64(field.slope_bound());
         let is_flat = max_slope.is_zero();
         let rate = R::select(is_flat, R::zero(), R::from_f64(self.step) / R::select(is_flat, R::one(), max_slope));

@@ -1,4 +1,4 @@
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, Vector3};
 
 use super::{LocalPoint, Placement, Similarity};
 use crate::Aabb;
@@ -12,6 +12,21 @@ impl Rigid {
     /// `rotation` is a quaternion x, y, z, w; it is normalized. `None` if it is zero or anything is not finite.
     pub fn new(translation: [f64; 3], rotation: [f64; 4]) -> Option<Self> {
         Similarity::new(translation, rotation, 1.0).map(Self)
+    }
+
+    /// t.
+    pub fn translation(&self) -> [f64; 3] {
+        self.0.translation()
+    }
+
+    /// The quaternion x, y, z, w as it was given, of any length.
+    pub fn rotation(&self) -> [f64; 4] {
+        self.0.rotation()
+    }
+
+    /// The rotation as a quaternion of length 1.
+    pub(crate) fn unit_quaternion(&self) -> Quaternion<f64> {
+        self.0.unit_quaternion()
     }
 
     /// World point of a local point.

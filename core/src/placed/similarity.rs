@@ -24,20 +24,15 @@ impl Similarity {
     /// `rotation` is a quaternion x, y, z, w; it is normalized. `None` if it is zero, `scale` is not positive, or
     /// anything is not finite.
     pub fn new(translation: [f64; 3], rotation: [f64; 4], scale: f64) -> Option<Self> {
-        let largest = rotation.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
         let is_valid = rotation.iter().chain(&translation).all(|x| x.is_finite())
-            && largest > 0.0
+            && rotation.iter().any(|x| *x != 0.0)
             && scale.is_finite()
             && scale > 0.0;
         let inv_scale = 1.0 / scale;
         if !is_valid || !inv_scale.is_finite() {
             return None;
         }
-        // Divided by the largest component first, so that no square underflows or overflows.
-        let [x, y, z, w] = rotation.map(|x| x / largest);
-        let length = libm::sqrt(x * x + y * y + z * z + w * w);
-        let unit = Quaternion::new(w / length, x / length, y / length, z / length);
-        let matrix = UnitQuaternion::new_unchecked(unit).to_rotation_matrix().into_inner();
+        let matrix = UnitQuaternion::new_unchecked(normalize(rotation)).to_rotation_matrix().into_inner();
         Some(Self {
             world_from_local: matrix * scale,
             local_from_world: matrix.transpose() * inv_scale,
@@ -55,6 +50,11 @@ impl Similarity {
     /// The quaternion x, y, z, w as it was given, of any length.
     pub fn rotation(&self) -> [f64; 4] {
         self.rotation
+    }
+
+    /// The rotation as a quaternion of length 1.
+    pub(crate) fn unit_quaternion(&self) -> Quaternion<f64> {
+        normalize(self.rotation)
     }
 
     /// World point of a local point.
@@ -88,10 +88,18 @@ impl Placement for Similarity {
     }
 }
 
+/// A quaternion x, y, z, w of length 1. Divided by the largest component first, so that no square underflows or overflows.
+fn normalize(rotation: [f64; 4]) -> Quaternion<f64> {
+    let largest = rotation.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let [x, y, z, w] = rotation.map(|x| x / largest);
+    let length = libm::sqrt(x * x + y * y + z * z + w * w);
+    Quaternion::new(w / length, x / length, y / length, z / length)
+}
+
 /// The box around the image of `bounds` by the affine `map`, whose linear part is A: its centre is the image of the
 /// centre, its half extents are |A| h (Arvo 1990, "Transforming Axis-Aligned Bounding Boxes"). [`Aabb::EVERYWHERE`]
 /// if that is not finite.
-fn map_bounds(bounds: Aabb, linear: &Matrix3<f64>, map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Aabb {
+pub(super) fn map_bounds(bounds: Aabb, linear: &Matrix3<f64>, map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Aabb {
     let [min, max] = [bounds.min, bounds.max].map(Vector3::from);
     let center = map((min + max) * 0.5);
     let half_extents = linear.abs() * ((max - min) * 0.5);

@@ -7,5 +7,6 @@ mod exact;
 mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;
+mod in_motion;
 mod overlap;
 mod saves;

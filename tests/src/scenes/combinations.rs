@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Vector3;
 use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion, Union};
-use sdf_core::placed::{Placed, Rigid, Similarity, Stretch};
+use sdf_core::placed::{Affine, Placed, Rigid, Similarity, Stretch};
 use sdf_core::shapes::{Cone, Cuboid, Ellipsoid, Horseshoe, Sphere};
 
 use super::membership::{distance_to_box, is_in_horseshoe, rotate_back};
@@ -81,6 +81,8 @@ pub fn placements(s: f64) -> Vec<Scene> {
     let rigid = Rigid::new(shift.into(), rotation);
     let half = Similarity::new(shift.into(), rotation, 0.5).unwrap();
     let big = Similarity::new([0.0; 3], [0.3, 0.1, 0.0, -0.9], 3.0).unwrap();
+    // Its inverse is exact: (x, y, z) = A⁻¹ (p - t) = (u - w, v/2, -w) of p - t = (u, v, w).
+    let sheared = Affine::new(shift.into(), [[1.0, 0.0, -1.0], [0.0, 2.0, 0.0], [0.0, 0.0, -1.0]]);
     vec![
         Scene::new("turned cuboid", s, Exact, rigid.map(|placement| Placed { field: cuboid.clone(), placement }))
             .convex()
@@ -115,5 +117,17 @@ pub fn placements(s: f64) -> Vec<Scene> {
         .convex()
         .inside(move |p| in_cone(p.component_div(&Vector3::new(0.5, -2.0, -1.0))))
         .creases(&[2.0 * s]),
+        Scene::new(
+            "sheared and mirrored cuboid",
+            1.5 * s,
+            Meaning::Bound,
+            sheared.map(|placement| Placed { field: cuboid, placement }),
+        )
+        .convex()
+        .inside(move |p| {
+            let q = p - shift;
+            in_cuboid(Vector3::new(q.x - q.z, 0.5 * q.y, -q.z))
+        })
+        .creases(&[0.25 * s, 0.375 * s]),
     ]
 }

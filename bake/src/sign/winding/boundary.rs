@@ -17,9 +17,9 @@ use sdf_core::nalgebra::Vector3;
 
 use super::boundary_cone::BoundaryCone;
 use super::{Estimate, MAX_CONGRUENT_ERROR, nearest_congruent};
-use crate::bvh::hilbert::{BITS, hilbert_index};
 use crate::rounding::SUM_SLACK;
 use crate::simd::{LANES, Lanes, VectorX8, max, min};
+use sdf_core::hilbert::{BITS, hilbert_index};
 
 /// Boundary edges of an oriented mesh.
 pub(crate) struct MeshBoundary {

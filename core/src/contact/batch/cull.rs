@@ -4,7 +4,7 @@
 use core::array::from_fn;
 
 use super::queue::Queue;
-use super::{CullReason, simplices_in_lanes};
+use super::{CullReason, Margins, simplices_in_lanes};
 use crate::contact::cull::{BoxBound, box_rounding};
 use crate::contact::{Element, ElementKind};
 use crate::number::kernel::run;
@@ -41,13 +41,13 @@ struct CullSurvivor<R> {
     in_box: BoxBound<R>,
 }
 
-pub(super) struct Culling<'a, R: Float, F, const N: usize, const L: usize> {
+pub(super) struct Culling<'a, R: Float, F, M, const N: usize, const L: usize> {
     pub field: &'a F,
-    pub margin: R,
+    pub margin: M,
     pub elements: &'a [Element<R, N>],
 }
 
-impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F, N, L> {
+impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Culling<'_, R, F, M, N, L> {
     /// Visits each element once, then `None` at the end.
     #[inline(always)]
     pub fn run(&self, mut visit: impl FnMut(Option<(usize, Result<R, CullReason>)>)) {
@@ -62,7 +62,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F,
                 boxes = self.boxes(index);
             }
             let is_last = index == self.elements.len();
-            let bounded = if is_last { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, lane) };
+            let bounded = if is_last { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, index, lane) };
             let is_full = match bounded {
                 Ok(in_box) => near.push(CullSurvivor { index, in_box }),
                 Err(reason) => {
@@ -91,7 +91,8 @@ impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F,
         let slope_bound = self.field.slope_bound();
         // Numbers alone, and no branch, in a loop over the lanes: that is what compilers turn into vectors.
         for lane in 0..L {
-            let Some(element) = self.elements.get(first.saturating_add(lane).min(last)) else { continue };
+            let index = first.saturating_add(lane).min(last);
+            let Some(element) = self.elements.get(index) else { continue };
             let corners = &element.simplex.corners;
             for axis in 0..3 {
                 let coordinate = |corner: usize| corners[corner].as_slice()[axis];
@@ -101,7 +102,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F,
                 }
                 (boxes.min[axis][lane], boxes.max[axis][lane]) = (min, max);
             }
-            boxes.rounding[lane] = box_rounding(slope_bound, self.margin, &element.simplex);
+            boxes.rounding[lane] = box_rounding(slope_bound, self.margin.margin(index), &element.simplex);
             boxes.is_representable[lane] = R::select(element.simplex.is_representable(), R::one(), R::zero());
         }
         boxes
@@ -109,14 +110,14 @@ impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F,
 
     /// The first half of [`contact`](crate::contact::contact)'s cull.
     #[inline(always)]
-    fn bound_in_box(&self, boxes: &Boxes<R, L>, lane: usize) -> Result<BoxBound<R>, CullReason> {
+    fn bound_in_box(&self, boxes: &Boxes<R, L>, index: usize, lane: usize) -> Result<BoxBound<R>, CullReason> {
         if ElementKind::from_corner_count(N).is_none() || boxes.is_representable[lane] <= R::zero() {
             return Err(CullReason::NotFinite);
         }
         let corner = |bounds: &[[R; L]; 3]| from_fn(|axis| bounds[axis][lane].to_f64());
         let region = Aabb { min: corner(&boxes.min), max: corner(&boxes.max) };
         let in_box = BoxBound::new(self.field, &region, boxes.rounding[lane]);
-        if self.margin < in_box.lower { Err(CullReason::Culled) } else { Ok(in_box) }
+        if self.margin.margin(index) < in_box.lower { Err(CullReason::Culled) } else { Ok(in_box) }
     }
 
     /// The second half of it: a lower bound on each survivor.
@@ -128,7 +129,7 @@ impl<R: Float, F: EnclosedSdf, const N: usize, const L: usize> Culling<'_, R, F,
         let slope_bound = Lanes(near.map(|near| near.in_box.slope_bound));
         let [from_slope] = run(&kernel, (simplex, [slope_bound], centroid, [self.field.value(centroid)]));
         let lower_bound = Real::max(from_slope, Lanes(near.map(|near| near.in_box.lower)));
-        let margin = Lanes([self.margin; L]);
+        let margin = Lanes(near.map(|near| self.margin.margin(near.index)));
         let (is_above, is_within) = (margin.lt(from_slope), lower_bound.le(margin));
         from_fn(|lane| match () {
             () if is_above.0[lane] => Err(CullReason::Culled),

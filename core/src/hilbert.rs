@@ -1,11 +1,12 @@
-//! Order of cells along the Hilbert curve, on which near indices are near in space (Skilling 2004, "Programming the
+//! The order of cells along the Hilbert curve, on which near indices are near in space (Skilling 2004, "Programming the
 //! Hilbert curve").
 
 /// Bits of each coordinate in a Hilbert index.
-pub(crate) const BITS: u32 = 20;
+pub const BITS: u32 = 20;
 
 /// Index of a cell along the Hilbert curve. Coordinates are below 2^[`BITS`].
-pub(crate) fn hilbert_index(cell: [u32; 3]) -> u64 {
+#[inline]
+pub fn hilbert_index(cell: [u32; 3]) -> u64 {
     let mut x = cell;
     // Branch-free: the bits are unpredictable.
     let bit_mask = |number: u32, bit: u32| 0_u32.wrapping_sub(number >> bit & 1);
@@ -39,6 +40,8 @@ fn spread_bits(bits: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::vec::Vec;
+
     use super::*;
 
     #[test]
