@@ -58,7 +58,7 @@ impl std::fmt::Display for QueryError {
 impl std::error::Error for QueryError {}
 
 /// Elements that one thread searches at a time: enough to fill all lanes but for the last, few enough to share.
-const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 
 /// Scratch space of the search for all minima of an element: half a megabyte a thread.
 const MAX_PIECES: usize = 4096;
@@ -70,9 +70,18 @@ pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -
     match options.elements {
         Elements::Faces => find_by_method(field, mesh.points, mesh.faces, options),
         Elements::Edges => find_edges(field, mesh.points, &mesh.edges(), options),
-        // A point has one minimum, and every method finds it by one evaluation.
-        Elements::Vertices => find_by(field, mesh.points, &mesh.vertices(), options, &FrankWolfe::default()),
+        Elements::Vertices => find_vertices(field, mesh.points, &mesh.vertices(), options),
     }
+}
+
+pub(crate) fn find_vertices(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    vertices: &[[u32; 1]],
+    options: &ContactOptions,
+) -> Result<Contacts, QueryError> {
+    // A point has one minimum, and every method finds it by one evaluation.
+    find_by(field, points, vertices, options, &FrankWolfe::default())
 }
 
 pub(crate) fn find_edges(

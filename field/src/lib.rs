@@ -14,6 +14,7 @@
 #[cfg(feature = "bake")]
 mod bake;
 pub mod compare;
+mod contact_batches;
 mod contacts;
 mod engine;
 mod field;

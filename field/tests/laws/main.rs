@@ -2,5 +2,10 @@
 
 mod complete;
 mod examples;
+// Only its count of memory is needed here.
+#[allow(dead_code)]
+#[path = "../../../formats/tests/formats/memory.rs"]
+mod memory;
 mod overlap;
 mod saves;
+mod visited_contacts;
