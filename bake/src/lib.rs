@@ -18,6 +18,7 @@
 //! | question | room |
 //! |---|---|
 //! | Is the mesh valid, closed, oriented, free of intersections? | `mesh` |
+//! | How are its cracks and holes closed? | `repair` |
 //! | How far is a point from one triangle? | `triangle` |
 //! | Which triangle of the mesh is nearest to a point? | `bvh` |
 //! | Which are nearest to 8 × 8 × 8 nodes at once? | `nearest` |
@@ -36,6 +37,7 @@ pub mod error_budget;
 mod mesh;
 mod mesh_distance;
 mod nearest;
+mod repair;
 mod rounding;
 mod sign;
 mod simd;
@@ -46,7 +48,9 @@ mod triangle;
 
 pub use baked_grid::BakedGrid;
 pub use dense::{DenseGrid, lattice_around};
+pub use error::regions::{ErrorRegion, ErrorRegions, MAX_REGIONS};
 pub use mesh::topology::Topology;
 pub use mesh::{InvalidMesh, MeshReport, TriangleMesh};
 pub use mesh_distance::{MeshDistance, SignMethod};
+pub use repair::Repairs;
 pub use sparse::SparseGrid;

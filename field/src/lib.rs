@@ -30,8 +30,8 @@ mod threads;
 
 #[cfg(feature = "bake")]
 pub use bake::{
-    BakeError, BakeOptions, Baked, ErrorBudgetError, GridSize, InnerFaces, InvalidMesh, MaxError, MeshReport, Progress,
-    Topology,
+    BakeError, BakeOptions, Baked, ErrorBudgetError, ErrorRegion, ErrorRegions, GridSize, InnerFaces, InvalidMesh,
+    MaxError, MeshReport, Progress, Topology,
 };
 pub use contacts::{Contacts, QueryError};
 pub use field::Field;

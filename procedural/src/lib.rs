@@ -6,6 +6,7 @@
 //! | `spiked_ball` | [`SpikedBall`]: a closed body with thin spikes |
 //! | `revolution` | [`Bowl`] and [`Pot`]: solids of revolution, the pot of two shells that intersect |
 //! | `sheet` | [`Sheet`]: a cloth or a net that hangs over the origin |
+//! | `nut` | [`CrackedNut`]: a hex nut whose faces are not joined along part of two edges |
 //! | `rope` | [`Rope`]: strands of line elements |
 //! | `random` | [`random::Random`]: the generator SplitMix64 |
 
@@ -13,11 +14,13 @@
 
 pub mod random;
 
+mod nut;
 mod revolution;
 mod rope;
 mod sheet;
 mod spiked_ball;
 
+pub use nut::CrackedNut;
 pub use revolution::{Bowl, Pot};
 pub use rope::Rope;
 pub use sheet::{Holes, Sheet};

@@ -51,6 +51,13 @@ pub struct BakeArgs {
     /// Treatment of faces inside of the solid, as of a part that is sunk in another.
     #[arg(long, value_enum, default_value_t = InnerFaces::Drop)]
     pub inner_faces: InnerFaces,
+    /// Merge vertices at most this far from each other, in the mesh's unit: closes cracks. Choose less than the shortest edge that
+    /// shall stay.
+    #[arg(long, value_name = "DISTANCE", value_parser = positive, allow_negative_numbers = true)]
+    pub weld: Option<f64>,
+    /// Cap boundary loops up to this size, the diagonal of the loop's bounding box in the mesh's unit: closes holes, after welding.
+    #[arg(long, value_name = "SIZE", value_parser = positive, allow_negative_numbers = true)]
+    pub close: Option<f64>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
@@ -108,6 +115,8 @@ impl BakeArgs {
                 InnerFaces::Drop => sdf_field::InnerFaces::Drop,
                 InnerFaces::Keep => sdf_field::InnerFaces::Keep,
             },
+            weld: self.weld,
+            close: self.close,
             threads: sdf_field::Threads::ALL,
             source,
         })
