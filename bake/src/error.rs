@@ -9,6 +9,7 @@
 //! | 2 | Which of them can be nearest to a point of a block? | `candidates` | "Which triangles can be nearest" |
 //! | 3 | How far do gradients that combine their normals differ, and so how large is the error? | `normal_cones` | "Where the gradient …", "Gradients are …" |
 //! | 4 | What do rounding and jumps of the sign add? | `node_bounds` | "What is added" |
+//! | 5 | Where may the sign of an open mesh jump? | `regions` | – |
 //!
 //! Errors are in voxels. Blocks are of 2 × 2 × 2 cells; only the worst are searched again cell by cell.
 
@@ -17,6 +18,7 @@ pub mod candidates;
 pub mod local_triangles;
 pub mod node_bounds;
 pub mod normal_cones;
+pub mod regions;
 
 use std::ops::Range;
 

@@ -18,6 +18,7 @@
 //! | question | room |
 //! |---|---|
 //! | Is the mesh valid, closed, oriented, free of intersections? | `mesh` |
+//! | How are its cracks and holes closed? | `repair` |
 //! | How far is a point from one triangle? | `triangle` |
 //! | Which triangle of the mesh is nearest to a point? | `bvh` |
 //! | Which are nearest to 8 × 8 × 8 nodes at once? | `nearest` |
@@ -38,6 +39,7 @@ mod mesh;
 mod mesh_distance;
 mod mesh_surface;
 mod nearest;
+mod repair;
 mod rounding;
 mod sign;
 mod simd;
@@ -48,8 +50,10 @@ mod triangle;
 
 pub use baked_grid::BakedGrid;
 pub use dense::{DenseGrid, lattice_around};
+pub use error::regions::{ErrorRegion, ErrorRegions, MAX_REGIONS};
 pub use mesh::topology::Topology;
 pub use mesh::{InvalidMesh, MeshReport, TriangleMesh};
 pub use mesh_distance::{MeshDistance, SignMethod};
 pub use mesh_surface::{ClosestPoints, Deepest, DepthLimits, MeshSurface, Probe, SurfacePoint};
+pub use repair::Repairs;
 pub use sparse::SparseGrid;

@@ -27,8 +27,8 @@ pub struct TriangleMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Collinear triangles of three points. No distance is measured to them, but they can join edges.
     pub(crate) stitches: Vec<[u32; 3]>,
-    bounds: Aabb,
-    report: MeshReport,
+    pub(crate) bounds: Aabb,
+    pub(crate) report: MeshReport,
 }
 
 /// Redundancies of the input. None is an error.
@@ -48,6 +48,14 @@ pub struct MeshReport {
     pub inner_triangles: usize,
     /// Closed shells that cross or touch themselves or each other. Their parts inside of the solid are not removed.
     pub entangled_shells: usize,
+    /// Vertices that [`Repairs::weld`](crate::Repairs::weld) moved onto another one.
+    pub merged_points: usize,
+    /// Boundary loops that [`Repairs::close`](crate::Repairs::close) capped.
+    pub capped_loops: usize,
+    /// Triangles of the caps.
+    pub cap_triangles: usize,
+    /// Boundary loops that were too large for it.
+    pub open_loops: usize,
 }
 
 /// Reason why a mesh cannot be baked.
@@ -96,7 +104,7 @@ const MIN_SIDE: f64 = 1e-30;
 impl TriangleMesh {
     /// Checks the indices and coordinates, welds equal points and removes repeated triangles.
     pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, InvalidMesh> {
-        check(points, triangles)?;
+        Self::check(points, triangles)?;
         let first_at_position = weld(points);
         let welded_points = (0..).zip(&first_at_position).filter(|(point, first)| *point != **first).count();
 
@@ -125,6 +133,27 @@ impl TriangleMesh {
         Ok(Self { points, triangles, stitches, bounds, report })
     }
 
+    /// Are all coordinates finite and in range, and all indices those of points?
+    pub(crate) fn check(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), InvalidMesh> {
+        if triangles.is_empty() {
+            return Err(InvalidMesh::NoTriangles);
+        }
+        for (point, coordinates) in points.iter().enumerate() {
+            if coordinates.iter().any(|x| !x.is_finite()) {
+                return Err(InvalidMesh::NotFinite { point });
+            }
+            if coordinates.iter().any(|x| x.abs() > MAX_COORDINATE) {
+                return Err(InvalidMesh::TooFarOut { point });
+            }
+        }
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|index| **index as usize >= points.len()) {
+                return Err(InvalidMesh::IndexOutOfRange { triangle, index, points: points.len() });
+            }
+        }
+        Ok(())
+    }
+
     /// Box around all points that a triangle with an area uses.
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -148,26 +177,6 @@ impl TriangleMesh {
     pub(crate) fn corner_points(&self, corners: [u32; 3]) -> [Vector3<f64>; 3] {
         corners.map(|index| self.points[index as usize])
     }
-}
-
-fn check(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(), InvalidMesh> {
-    if triangles.is_empty() {
-        return Err(InvalidMesh::NoTriangles);
-    }
-    for (point, coordinates) in points.iter().enumerate() {
-        if coordinates.iter().any(|x| !x.is_finite()) {
-            return Err(InvalidMesh::NotFinite { point });
-        }
-        if coordinates.iter().any(|x| x.abs() > MAX_COORDINATE) {
-            return Err(InvalidMesh::TooFarOut { point });
-        }
-    }
-    for (triangle, corners) in triangles.iter().enumerate() {
-        if let Some(&index) = corners.iter().find(|index| **index as usize >= points.len()) {
-            return Err(InvalidMesh::IndexOutOfRange { triangle, index, points: points.len() });
-        }
-    }
-    Ok(())
 }
 
 /// For each point, the index of the first at its position.

@@ -3,15 +3,18 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
+/// The points of a file, or of standard input.
+pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
+    let shown = path.display().to_string();
+    if path == Path::new("-") {
+        return read_from(std::io::stdin(), &shown);
+    }
+    read_from(std::fs::File::open(path).with_context(|| shown.clone())?, &shown)
+}
+
 /// Reads lines of x,y,z; semicolons or blanks may stand for the commas. A first line of column names, empty lines and columns after the
 /// third are skipped.
-pub fn read(path: &Path) -> Result<Vec<[f64; 3]>> {
-    let shown = path.display();
-    let source: Box<dyn Read> = if path == Path::new("-") {
-        Box::new(std::io::stdin())
-    } else {
-        Box::new(std::fs::File::open(path).with_context(|| shown.to_string())?)
-    };
+pub fn read_from(source: impl Read, shown: &str) -> Result<Vec<[f64; 3]>> {
     let mut points = Vec::new();
     for (number, line) in (1..).zip(BufReader::new(source).lines()) {
         let line = line.with_context(|| format!("{shown}, line {number}"))?;

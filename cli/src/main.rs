@@ -2,6 +2,8 @@
 //! sdf-field and sdf-sim.
 
 #![forbid(unsafe_code)]
+// The document of a bake is one large object in `json!`.
+#![recursion_limit = "256"]
 
 mod args;
 mod commands;

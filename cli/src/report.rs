@@ -42,18 +42,14 @@ pub fn many(count: f64) -> String {
 
 /// Prints one object on one line.
 pub fn print_json(json: &impl Serialize) -> Result<()> {
-    to_stdout(|out| {
-        // An io::Error keeps the kind, which tells main about a broken pipe.
-        serde_json::to_writer(&mut *out, json).map_err(io::Error::from)?;
-        writeln!(out)
-    })
+    to_stdout(|out| line_of_json(json, out))
 }
 
-/// One object on one line, as the bytes of a file.
-pub fn line_of_json(json: &impl Serialize) -> Vec<u8> {
-    let mut text = serde_json::to_vec(json).unwrap_or_default();
-    text.push(b'\n');
-    text
+/// One object on one line.
+pub fn line_of_json(json: &impl Serialize, out: &mut dyn Write) -> io::Result<()> {
+    // An io::Error keeps the kind, which tells main about a broken pipe.
+    serde_json::to_writer(&mut *out, json).map_err(io::Error::from)?;
+    writeln!(out)
 }
 
 pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Result<()>) -> Result<()> {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_bake::error_budget::ErrorBudget;
 use sdf_bake::sparse::SparseBaker;
-use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
+use sdf_bake::{BakedGrid, MeshDistance, Repairs, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, Precision};
@@ -12,7 +12,7 @@ use sdf_core::grid::sparse::BRICK_SAMPLES;
 
 pub use sdf_bake::error_budget::ErrorBudgetError;
 pub use sdf_bake::sparse::Certify;
-pub use sdf_bake::{InvalidMesh, MeshReport, Topology};
+pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Topology};
 
 use crate::info::{GridInfo, SignMethod, Source};
 use crate::{Field, KeptMesh, MeshView, Threads, memory};
@@ -69,6 +69,10 @@ pub struct BakeOptions {
     pub inner_faces: InnerFaces,
     /// Keep the mesh beside the grid, for [`ContactOptions::exact`](crate::ContactOptions::exact).
     pub keep_mesh: bool,
+    /// Vertices at most this far from each other become one: closes cracks. `None` leaves all as they are. See [`Repairs`].
+    pub weld: Option<f64>,
+    /// Boundary loops are capped whose bounding box has a diagonal of at most this: closes holes. `None` caps none.
+    pub close: Option<f64>,
     /// How many threads work.
     pub threads: Threads,
     /// Where the mesh comes from, for the record; its count of triangles is filled in.
@@ -88,6 +92,8 @@ impl Default for BakeOptions {
             sign: None,
             inner_faces: InnerFaces::Drop,
             keep_mesh: false,
+            weld: None,
+            close: None,
             threads: Threads::ALL,
             source: Source::default(),
         }
@@ -105,6 +111,8 @@ pub struct Baked {
     pub topology: Topology,
     /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
     pub is_proven: bool,
+    /// The error by region, where the sign may change away from triangles.
+    pub regions: Option<ErrorRegions>,
 }
 
 /// Why a mesh cannot be baked.
@@ -113,6 +121,11 @@ pub struct Baked {
 pub enum BakeError {
     /// See [`InvalidMesh`].
     InvalidMesh(InvalidMesh),
+    /// [`BakeOptions::weld`] or [`BakeOptions::close`] is not a positive finite length.
+    InvalidRepair {
+        /// The length that was asked.
+        length: f64,
+    },
     /// The voxels are larger than a thousand times the mesh.
     VoxelTooLarge {
         /// The longest side of the mesh.
@@ -139,6 +152,9 @@ impl std::fmt::Display for BakeError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::InvalidMesh(error) => error.fmt(f),
+            Self::InvalidRepair { length } => {
+                write!(f, "welding and closing need a positive finite length, not {length:?}")
+            }
             Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side} long: take smaller voxels"),
             Self::TooLarge { nodes: [x, y, z], bytes: Some(bytes), free, .. } => {
                 write!(f, "a grid of {x} × {y} × {z} nodes needs {bytes:.0} bytes")?;
@@ -189,7 +205,7 @@ impl Field {
         cancel: &AtomicBool,
     ) -> Result<Baked, BakeError> {
         let baked = options.threads.install(|| {
-            let mesh = TriangleMesh::new(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
+            let mesh = options.repairs()?.apply(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
             let mesh = match options.inner_faces {
                 InnerFaces::Drop => mesh.without_inner_shells(),
                 InnerFaces::Keep => mesh,
@@ -234,19 +250,29 @@ fn bake(
         tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options.words(),
     };
+    let regions = distance.error_regions(&grid, band);
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();
         field = field.with_mesh(KeptMesh::new(points, faces, distance.is_continuous()));
     }
-    Ok(Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_proven: distance.is_continuous() })
+    Ok(Baked {
+        field,
+        mesh: mesh.report(),
+        topology: *distance.topology(),
+        is_proven: distance.is_continuous(),
+        regions,
+    })
 }
 
-/// Shells and faces that were dropped, or could not be, in words to follow the reason of the sign method.
+/// Shells and faces that were dropped, or could not be, and what was closed, in words to follow the reason of the sign method.
 fn dropped(report: &MeshReport) -> String {
     let counts = [
         (report.inner_shells, "shell inside of the solid, dropped", "shells inside of the solid, dropped"),
         (report.degenerate_triangles, "face without area, dropped", "faces without area, dropped"),
+        (report.merged_points, "vertex welded to another", "vertices welded to others"),
+        (report.capped_loops, "boundary loop capped", "boundary loops capped"),
+        (report.open_loops, "boundary loop too large to cap", "boundary loops too large to cap"),
         (
             report.entangled_shells,
             "shell crosses or touches itself: its faces inside of the solid count",
@@ -340,6 +366,14 @@ fn require_memory(nodes: [f64; 3], bricks: Option<usize>, bytes: f64) -> Result<
 }
 
 impl BakeOptions {
+    fn repairs(&self) -> Result<Repairs, BakeError> {
+        let is_valid = |length: &f64| *length > 0.0 && length.is_finite();
+        match self.weld.iter().chain(&self.close).find(|length| !is_valid(length)) {
+            Some(length) => Err(BakeError::InvalidRepair { length: *length }),
+            None => Ok(Repairs { weld: self.weld, close: self.close }),
+        }
+    }
+
     /// The options that shape the result, as the command line has them: [`GridInfo::options`].
     pub fn words(&self) -> String {
         let size = match self.size {
@@ -362,6 +396,7 @@ impl BakeOptions {
         let certify = if is_tight && !matches!(self.size, GridSize::MaxError(_)) { " --certify tight" } else { "" };
         let inner = if self.inner_faces == InnerFaces::Keep { " --inner-faces keep" } else { "" };
         let keep = if self.keep_mesh { " --keep-mesh" } else { "" };
-        format!("{size} --padding {} --sign {sign}{inner}{keep}{sparse}{certify}", self.padding)
+        let repairs = Repairs { weld: self.weld, close: self.close }.words();
+        format!("{size} --padding {} --sign {sign}{inner}{repairs}{keep}{sparse}{certify}", self.padding)
     }
 }

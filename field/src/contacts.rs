@@ -95,11 +95,19 @@ pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -
     match options.elements {
         Elements::Faces => find_by_method(field, &Selection::all(mesh.points, mesh.faces)?, options),
         Elements::Edges => find_edges(field, mesh.points, &mesh.edges(), options),
-        // A point has one minimum, and every method finds it by one evaluation.
-        Elements::Vertices => {
-            find_by(field, &Selection::all(mesh.points, &mesh.vertices())?, options, &FrankWolfe::default())
-        }
+        Elements::Vertices => find_vertices(field, mesh.points, &mesh.vertices(), options),
     }
+}
+
+pub(crate) fn find_vertices(
+    field: &AnyField,
+    points: &[[f64; 3]],
+    vertices: &[[u32; 1]],
+    options: &ContactOptions,
+) -> Result<Contacts, QueryError> {
+    refuse_exact(options)?;
+    // A point has one minimum, and every method finds it by one evaluation.
+    find_by(field, &Selection::all(points, vertices)?, options, &FrankWolfe::default())
 }
 
 /// A field that was built with the feature `bake` and keeps its mesh has answered an exact query before.

@@ -13,8 +13,9 @@ use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf};
 
 use crate::MeshView;
-use crate::contacts::{CHUNK, Contacts, QueryError, bounds};
+use crate::contacts::{CHUNK, Contacts, QueryError};
 use crate::engine::Query;
+use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::{check, element};
 use crate::options::{ContactOptions, Elements, Method};
 
@@ -59,7 +60,7 @@ impl ExactField<'_> {
             return Err(QueryError::ExactHasItsOwnMethod);
         }
         let ContactOptions { margin, pose, .. } = *options;
-        let error = Posed { field: self.grid, pose }.error_bound(&bounds(points)).near;
+        let error = Posed { field: self.grid, pose }.error_bound(&finite_bounds(points)).near;
         if !error.is_finite() {
             return Err(QueryError::ErrorBoundUnknown);
         }

@@ -15,6 +15,7 @@
 mod bake;
 mod combine;
 pub mod compare;
+mod contact_batches;
 #[cfg(feature = "files")]
 mod contact_row;
 mod contacts;
@@ -32,21 +33,20 @@ mod info;
 mod kept_mesh;
 #[cfg(feature = "bake")]
 pub mod memory;
+mod mesh_in_motion;
 #[cfg(feature = "bake")]
 mod mesh_sdf;
-mod mesh_in_motion;
 mod mesh_view;
 mod options;
 mod overlap;
 #[cfg(feature = "exchange")]
 mod surface;
 mod threads;
-mod visit;
 
 #[cfg(feature = "bake")]
 pub use bake::{
-    BakeError, BakeOptions, Baked, Certify, ErrorBudgetError, GridSize, InnerFaces, InvalidMesh, MaxError, MeshReport,
-    Progress, Topology,
+    BakeError, BakeOptions, Baked, Certify, ErrorBudgetError, ErrorRegion, ErrorRegions, GridSize, InnerFaces,
+    InvalidMesh, MaxError, MeshReport, Progress, Topology,
 };
 pub use combine::CombineError;
 #[cfg(feature = "files")]

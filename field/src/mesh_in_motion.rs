@@ -72,6 +72,12 @@ pub(crate) struct Selection<'a, const N: usize> {
     margins: Option<&'a [f64]>,
 }
 
+/// The box around points; those that are not finite do not count.
+pub(crate) fn finite_bounds(points: &[[f64; 3]]) -> Aabb {
+    let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
+    Aabb::from_points(finite.copied()).unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] })
+}
+
 impl<'a, const N: usize> Selection<'a, N> {
     pub fn all(points: &'a [[f64; 3]], elements: &'a [[u32; N]]) -> Result<Self, QueryError> {
         check(points, elements).map_err(QueryError::VertexOutOfRange)?;
@@ -88,8 +94,7 @@ impl<'a, const N: usize> Selection<'a, N> {
 
     /// The box around all points, in the world; those that are not finite do not count.
     pub fn bounds(&self) -> Aabb {
-        let finite = self.points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
-        let local = Aabb::from_points(finite.copied()).unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
+        let local = finite_bounds(self.points);
         self.pose.map_or(local, |pose| pose.push_bounds(local))
     }
 

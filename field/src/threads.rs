@@ -19,6 +19,15 @@ impl Threads {
         Self { count: NonZeroUsize::new(count) }
     }
 
+    /// How many work, at least one.
+    pub(crate) fn count(self) -> usize {
+        #[cfg(feature = "threads")]
+        let all = rayon::current_num_threads();
+        #[cfg(not(feature = "threads"))]
+        let all = 1;
+        self.count.map_or(all, NonZeroUsize::get)
+    }
+
     /// Runs `work` where rayon's parallel iterators use so many threads.
     #[cfg(feature = "threads")]
     pub(crate) fn install<T: Send>(self, work: impl FnOnce() -> T + Send) -> T {

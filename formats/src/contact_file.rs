@@ -5,17 +5,21 @@
 
 mod columns;
 mod contact_record;
+mod contact_rows;
 mod csv;
 mod label;
 mod overlap_record;
 mod ply;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use rust_hdf5::{H5File, Hdf5Error};
+use rust_hdf5::{H5File, H5Group, Hdf5Error};
 
+pub use columns::Column;
 pub use contact_record::ContactRecord;
+pub use contact_rows::{ContactRows, ContactRowsIter};
 pub use label::Label;
 pub use overlap_record::{OverlapKind, OverlapRecord, OverlapStatus};
 
@@ -66,8 +70,14 @@ pub trait Record: Sized {
     /// Little-endian value of [`Self::PLY_PROPERTY`].
     fn ply_property(&self) -> Vec<u8>;
 
-    /// Writes a group with a dataset for each column.
-    fn write_hdf5(file: &H5File, records: &[Self]) -> Result<(), Hdf5Error>;
+    /// Name of the group of an HDF5 file.
+    const GROUP: &'static str;
+
+    /// Writes the group's attributes.
+    fn write_attributes(group: &H5Group, count: usize) -> Result<(), Hdf5Error>;
+
+    /// The group's datasets.
+    fn columns() -> Vec<Column<Self>>;
 }
 
 /// Position, normal and distance, which every entry has.
@@ -81,29 +91,54 @@ pub struct OrientedPoint {
     pub distance: f64,
 }
 
-/// Writes the file whole or not at all. `json` returns the document of a JSON file.
+/// Writes the file whole or not at all. `json` writes the document of a JSON file.
+///
+/// Entries are written as they come: they need not be in memory at once, and nothing of the file's size is.
 pub fn write<T: Record>(
     path: &Path,
     format: ContactFormat,
-    records: &[T],
-    json: impl FnOnce() -> Vec<u8>,
+    records: impl ExactSizeIterator<Item = T>,
+    json: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     atomic_write(path, |temporary| match format {
-        ContactFormat::Hdf5 => hdf5::create(temporary, |file| T::write_hdf5(file, records)),
-        _ => std::fs::write(temporary, to_bytes(format, records, json)?),
+        ContactFormat::Hdf5 => hdf5::create(temporary, |file| write_hdf5(file, records)),
+        _ => {
+            let mut out = BufWriter::new(File::create(temporary)?);
+            write_to(&mut out, format, records, json)?;
+            out.flush()
+        }
     })
 }
 
 /// The bytes that [`write()`] would write. HDF5 passes through a temporary file, as in [`crate::grid_file::to_bytes`].
 pub fn to_bytes<T: Record>(
     format: ContactFormat,
-    records: &[T],
-    json: impl FnOnce() -> Vec<u8>,
+    records: impl ExactSizeIterator<Item = T>,
+    json: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<Vec<u8>> {
-    Ok(match format {
-        ContactFormat::Csv => csv::text(records).into_bytes(),
-        ContactFormat::Json => json(),
-        ContactFormat::Ply => ply::bytes(records),
-        ContactFormat::Hdf5 => temporary_bytes(|path| hdf5::create(path, |file| T::write_hdf5(file, records)))?,
-    })
+    if format == ContactFormat::Hdf5 {
+        return temporary_bytes(|path| hdf5::create(path, |file| write_hdf5(file, records)));
+    }
+    let mut bytes = Vec::new();
+    write_to(&mut bytes, format, records, json)?;
+    Ok(bytes)
+}
+
+fn write_to<T: Record>(
+    out: &mut dyn Write,
+    format: ContactFormat,
+    records: impl ExactSizeIterator<Item = T>,
+    json: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    match format {
+        ContactFormat::Json => json(out),
+        ContactFormat::Ply => ply::write(records, out),
+        ContactFormat::Csv | ContactFormat::Hdf5 => csv::write(records, out),
+    }
+}
+
+fn write_hdf5<T: Record>(file: &H5File, records: impl ExactSizeIterator<Item = T>) -> Result<(), Hdf5Error> {
+    let group = file.create_group(T::GROUP)?;
+    T::write_attributes(&group, records.len())?;
+    columns::write(&group, &T::columns(), records)
 }

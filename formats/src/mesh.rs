@@ -8,7 +8,7 @@
 //! | What do its elements say? | `obj`, `ply_header` and `ply`, `stl`, `off` |
 //! | Which tokens and numbers does a text have? | `text`, `number` |
 //! | How does an OBJ file avoid being held whole? | `streamed` |
-//! | How do polygons become triangles? | `polygons`, `triangulate` |
+//! | How do polygons become triangles? | `polygons`, `triangulate`, `reflex_grid` |
 //!
 //! ```
 //! let text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
@@ -25,6 +25,7 @@ mod off;
 mod ply;
 mod ply_header;
 mod polygons;
+mod reflex_grid;
 mod sniff;
 mod stl;
 mod streamed;
@@ -69,8 +70,8 @@ pub struct PolygonCounts {
     pub larger: usize,
     /// Larger polygons cut ear by ear, because a fan from the first corner does not fill them.
     pub ear_clipped: usize,
-    /// Larger polygons cut into a fan that may overlap: without area, with crossing edges, or concave with more than
-    /// 10,000 corners.
+    /// Larger polygons cut into a fan that may overlap: without area, with crossing edges, or one of those that hide so much
+    /// from each other that cutting them takes more than half a second.
     pub unverified: usize,
 }
 

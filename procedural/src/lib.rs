@@ -8,6 +8,7 @@
 //! | `spiked_ball` | [`SpikedBall`]: a closed body with thin spikes |
 //! | `revolution` | [`Bowl`] and [`Pot`]: solids of revolution, the pot of two shells that intersect |
 //! | `sheet` | [`Sheet`]: a cloth or a net that hangs over the origin |
+//! | `nut` | [`CrackedNut`]: a hex nut whose faces are not joined along part of two edges |
 //! | `rope` | [`Rope`]: strands of line elements |
 //! | `random` | [`random::Random`]: the generator SplitMix64 |
 
@@ -16,6 +17,7 @@
 pub mod random;
 
 mod cuboid;
+mod nut;
 mod revolution;
 mod rope;
 mod serpent;
@@ -23,6 +25,7 @@ mod sheet;
 mod spiked_ball;
 
 pub use cuboid::Cuboid;
+pub use nut::CrackedNut;
 pub use revolution::{Bowl, Pot};
 pub use rope::Rope;
 pub use serpent::Serpent;

@@ -252,5 +252,5 @@ fn visit(
     }
     let mesh = MeshView { points, faces };
     let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));
-    visited.map_err(|error: QueryError| Failure::invalid(error))
+    visited.map(|flow| flow.map_continue(drop)).map_err(|error: QueryError| Failure::invalid(error))
 }

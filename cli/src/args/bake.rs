@@ -64,6 +64,13 @@ pub struct BakeArgs {
     /// Where to write a page to look at the field, as `view` does [default: nowhere].
     #[arg(long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub view: Option<PathBuf>,
+    /// Merge vertices at most this far from each other, in the mesh's unit: closes cracks. Choose less than the shortest edge that
+    /// shall stay.
+    #[arg(long, value_name = "DISTANCE", value_parser = positive, allow_negative_numbers = true)]
+    pub weld: Option<f64>,
+    /// Cap boundary loops up to this size, the diagonal of the loop's bounding box in the mesh's unit: closes holes, after welding.
+    #[arg(long, value_name = "SIZE", value_parser = positive, allow_negative_numbers = true)]
+    pub close: Option<f64>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
@@ -167,6 +174,8 @@ impl BakeArgs {
                 InnerFaces::Keep => sdf_field::InnerFaces::Keep,
             },
             keep_mesh: self.keep_mesh,
+            weld: self.weld,
+            close: self.close,
             threads: sdf_field::Threads::ALL,
             source,
         })

@@ -7,7 +7,9 @@ use anyhow::{Result, anyhow, bail};
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
-use sdf_field::{BakeError, Baked, ErrorBudgetError, Field, GridInfo, MeshReport, MeshView, Progress, Source};
+use sdf_field::{
+    BakeError, Baked, ErrorBudgetError, ErrorRegions, Field, GridInfo, MeshReport, MeshView, Progress, Source,
+};
 use serde_json::json;
 
 use crate::args::BakeArgs;
@@ -97,7 +99,7 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
             anyhow!("{size}: the whole mesh is {} long: use a smaller --voxel-size", number(side))
         }
         BakeError::ErrorBudget(ErrorBudgetError::SignJumps { .. }) => {
-            anyhow!("{shown}: {size}: {error}: use --res or --voxel-size, or close the mesh")
+            anyhow!("{shown}: {size}: {error}: use --res or --voxel-size, or close the mesh by --weld or --close")
         }
         BakeError::ErrorBudget(_) => anyhow!("{shown}: {size}: {error}: {smaller}"),
         BakeError::TooLarge { bricks: Some(bricks), bytes, free, .. } => {
@@ -148,11 +150,9 @@ fn rows(args: &BakeArgs, baked: &Baked, input: &MeshFacts, times: [f64; 3], file
         let precision = grid.storage().precision().name();
         rows.push(("bricks", format!("{bricks} in {precision}, with distances within {}", number(band))));
     }
-    rows.extend([
-        ("error", format!("at most {}{median}, {proof}", number(info.error_bound))),
-        ("time", format!("{read} to read, {bake} to bake, {write} to write")),
-        ("file", file.to_owned()),
-    ]);
+    rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
+    rows.extend(baked.regions.as_ref().map(|regions| ("regions", regions_row(regions))));
+    rows.extend([("time", format!("{read} to read, {bake} to bake, {write} to write")), ("file", file.to_owned())]);
     Ok(rows)
 }
 
@@ -178,6 +178,10 @@ fn document(
         "inner_shells": baked.mesh.inner_shells,
         "inner_triangles": baked.mesh.inner_triangles,
         "entangled_shells": baked.mesh.entangled_shells,
+        "merged_points": baked.mesh.merged_points,
+        "capped_loops": baked.mesh.capped_loops,
+        "cap_triangles": baked.mesh.cap_triangles,
+        "open_loops": baked.mesh.open_loops,
         "unreferenced_points": baked.mesh.unreferenced_points,
         "welded_points": baked.mesh.welded_points,
         "boundary_edges": baked.topology.boundary_edges,
@@ -201,10 +205,43 @@ fn document(
         "slope_bound": baked.field.slope_bound(),
         "error_bound": info.error_bound,
         "median_error_bound": median_error(grid),
+        "error_regions": baked.regions.as_ref().map(regions_document),
         "file_bytes": file,
         "peak_memory_bytes": memory::peak(),
         "seconds": {"read": read, "bake": bake, "write": write},
     }))
+}
+
+/// The share of cells with the error of a closed mesh, and where the others are.
+fn regions_row(found: &ErrorRegions) -> String {
+    let share = found.cells_within as f64 / found.cells.max(1) as f64;
+    let within = format!("{:.2} % of {} cells are within {}", 100.0 * share, found.cells, number(found.error_bound));
+    let Some(largest) = found.regions.first() else { return within };
+    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
+    let (from, to, cells) = (corner(largest.bounds.min), corner(largest.bounds.max), largest.cells);
+    let count = match found.region_count {
+        1 => "the others are".to_owned(),
+        count => format!("the others are in {count} regions, the largest of {cells} cells"),
+    };
+    format!("{within}; {count} from ({from}) to ({to}), within {}", number(largest.error_bound))
+}
+
+fn regions_document(found: &ErrorRegions) -> serde_json::Value {
+    let region = |region: &sdf_field::ErrorRegion| {
+        json!({
+            "min": region.bounds.min,
+            "max": region.bounds.max,
+            "cells": region.cells,
+            "error_bound": region.error_bound,
+        })
+    };
+    json!({
+        "cells": found.cells,
+        "cells_within": found.cells_within,
+        "error_bound_within": found.error_bound,
+        "region_count": found.region_count,
+        "largest_regions": found.regions.iter().map(region).collect::<Vec<_>>(),
+    })
 }
 
 /// Median of the bricks' error bounds; `None` for a dense grid.
@@ -255,6 +292,8 @@ fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
     let rest = [
         (objects, "object", "objects"),
         (report.welded_points, "duplicate point", "duplicate points"),
+        (report.merged_points, "point welded", "points welded"),
+        (report.cap_triangles, "triangle added by caps", "triangles added by caps"),
         (report.unreferenced_points, "unused point", "unused points"),
         (report.degenerate_triangles, "triangle without area dropped", "triangles without area dropped"),
         (report.repeated_triangles, "repeated triangle", "repeated triangles"),

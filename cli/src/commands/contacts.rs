@@ -1,18 +1,19 @@
 //! Finds the contacts of a mesh with a field. Of a grid, only the blocks that the mesh may touch are read.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use sdf_core::Simplex;
-use sdf_core::contact::ContactStatus;
+use sdf_core::contact::{Contact, ContactStatus};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
-use sdf_formats::contact_file::{self, ContactRecord, Label};
+use sdf_formats::contact_file::{self, ContactRecord, ContactRows, Label};
 use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::{GridReader, StoredGrid, StoredMesh};
 use sdf_formats::mesh::Mesh;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
@@ -54,28 +55,29 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         passed_cull: found.passed_cull,
         not_finite: found.not_finite,
         possible: found.possible,
-        beyond_band: found.beyond_band(),
-        contacts: &found.contacts,
+        beyond_band: found.beyond_band,
+        contacts: &found,
         read: from_file,
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::at(path, contact_file::write(path, format, &found.contacts, || line_of_json(&document)))?;
+        mesh_input::at(path, contact_file::write(path, format, found.records(), |out| line_of_json(&document, out)))?;
     }
     if let Some(path) = &args.view {
         // The page shows the whole field, of which only a part was read.
         let field = view::read(&args.sdf)?;
         let name = format!("{} on {}", stem(&args.mesh), stem(&args.sdf));
         let pose = args.pose.motion()?;
-        page::write(path, &Scene { name, field: &field, pose, mesh: Some(&mesh), contacts: &found.contacts })?;
+        let contacts: Vec<ContactRecord> = found.records().collect();
+        page::write(path, &Scene { name, field: &field, pose, mesh: Some(&mesh), contacts: &contacts })?;
     }
-    let deepest = found.contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
+    let deepest = found.records().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![
         ("elements", found.elements.to_string()),
         ("passed the cull", found.passed_cull.to_string()),
-        ("contacts", found.contacts.len().to_string()),
-        ("inside", found.contacts.iter().filter(|contact| contact.distance < 0.0).count().to_string()),
-        ("deepest", deepest.map_or("none".to_owned(), describe)),
+        ("contacts", found.rows.len().to_string()),
+        ("inside", found.inside.to_string()),
+        ("deepest", deepest.as_ref().map_or("none".to_owned(), describe)),
         ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
     ];
     if let Some(read) = &from_file {
@@ -90,8 +92,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if args.exact {
         rows.push(("exact", exact_row(&found)));
     }
-    if found.beyond_band() > 0 {
-        let count = found.beyond_band();
+    if found.beyond_band > 0 {
+        let count = found.beyond_band;
         let advice = "their distances are coarse; bake with a larger --band, or --layout dense";
         rows.push(("beyond the band", format!("{count} contacts: {advice}")));
     }
@@ -113,7 +115,8 @@ struct Document<'a> {
     not_finite: usize,
     possible: usize,
     beyond_band: usize,
-    contacts: &'a [ContactRecord],
+    #[serde(serialize_with = "serialize_records")]
+    contacts: &'a ContactList<'a>,
     /// `None` for shapes in closed form.
     read: Option<FromFile>,
     seconds: Seconds,
@@ -121,8 +124,8 @@ struct Document<'a> {
 
 /// How many contacts of an exact search are certified.
 fn exact_row(found: &ContactList) -> String {
-    let is_open = |contact: &&ContactRecord| contact.status == ContactStatus::BudgetSpent;
-    match found.contacts.iter().filter(is_open).count() {
+    let is_open = |contact: &ContactRecord| contact.status == ContactStatus::BudgetSpent;
+    match found.records().filter(is_open).count() {
         0 => "by the triangles of the kept mesh".to_owned(),
         open => format!("by the triangles of the kept mesh; the depths of {open} may be more, see lower_bound"),
     }
@@ -192,42 +195,63 @@ fn read_needed<const N: usize>(
 }
 
 /// All contacts of a mesh, in the order of its elements.
-pub struct ContactList {
+pub struct ContactList<'a> {
     pub elements: usize,
     pub passed_cull: usize,
     /// Number of skipped elements: a coordinate or a value of the field is NaN, infinite or too large.
     pub not_finite: usize,
     /// Contacts that the grid's error leaves open.
     pub possible: usize,
-    pub contacts: Vec<ContactRecord>,
+    /// Contacts with a negative distance.
+    pub inside: usize,
+    /// Contacts whose distance is coarse, as they lie beyond the band of a sparse grid.
+    pub beyond_band: usize,
+    /// The contacts, packed: there may be millions.
+    pub rows: ContactRows,
+    /// For each face the polygon of the file; empty for other elements.
+    polygons: &'a [u32],
 }
 
-impl ContactList {
-    /// Contacts whose distance is coarse, as they lie beyond the band of a sparse grid.
-    fn beyond_band(&self) -> usize {
-        self.contacts.iter().filter(|contact| contact.status == ContactStatus::BeyondBand).count()
+impl ContactList<'_> {
+    /// The contacts as files hold them.
+    pub fn records(&self) -> impl ExactSizeIterator<Item = ContactRecord> {
+        self.rows.iter().map(|contact| {
+            let polygon = self.polygons.get(contact.element as usize).copied();
+            ContactRecord { polygon, ..ContactRecord::from(&contact) }
+        })
     }
+}
+
+fn serialize_records<S: Serializer>(list: &&ContactList, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(list.records())
 }
 
 /// Searches the mesh on the threads of the current pool.
-pub fn find(args: &ContactsArgs, mesh: &Mesh, field: &Field) -> Result<ContactList> {
+pub fn find<'a>(args: &ContactsArgs, mesh: &'a Mesh, field: &Field) -> Result<ContactList<'a>> {
     let options = options(args)?;
     let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    let (mut rows, mut inside, mut beyond_band) = (ContactRows::default(), 0, 0);
+    let keep = |contact: &Contact<f64>| {
+        inside += usize::from(contact.distance < 0.0);
+        beyond_band += usize::from(contact.status == ContactStatus::BeyondBand);
+        rows.push(contact);
+        ControlFlow::Continue(())
+    };
     let found = match args.elements {
         // The line elements of the file are searched, too.
-        Elements::Edges => field.contacts_of_edges(&mesh.points, &mesh.edges(), &options)?,
-        Elements::Faces | Elements::Vertices => field.contacts(view, &options)?,
+        Elements::Edges => field.visit_contacts_of_edges(&mesh.points, &mesh.edges(), &options, keep)?,
+        Elements::Faces | Elements::Vertices => field.visit_contacts(view, &options, keep)?,
     };
-    let mut contacts: Vec<_> = found.contacts.iter().map(ContactRecord::from).collect();
-    if args.elements == Elements::Faces {
-        contacts.iter_mut().for_each(|contact| contact.polygon = Some(mesh.polygons[contact.id as usize]));
-    }
+    let found = found.continue_value().context("a search that nothing ends")?;
     Ok(ContactList {
         elements: found.element_count,
         passed_cull: found.searched_count,
         not_finite: found.not_finite_count,
         possible: found.possible_count,
-        contacts,
+        inside,
+        beyond_band,
+        rows,
+        polygons: if args.elements == Elements::Faces { &mesh.polygons } else { &[] },
     })
 }
 

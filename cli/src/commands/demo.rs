@@ -42,16 +42,16 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let field = Field::open(&grid)?;
     let found = contacts::find(&contacts_args, &cloth_mesh, &field)?;
     let list_format = sdf_formats::contact_file::ContactFormat::Csv;
-    at(&list, sdf_formats::contact_file::write(&list, list_format, &found.contacts, Vec::new))?;
+    at(&list, sdf_formats::contact_file::write(&list, list_format, found.records(), |_| Ok(())))?;
     draw(field.as_any(), &cloth_mesh, &found, &picture)?;
 
-    let deepest = found.contacts.iter().map(|contact| contact.distance).fold(0.0, f64::min);
+    let deepest = found.records().map(|contact| contact.distance).fold(0.0, f64::min);
     Report {
         rows: vec![
             ("body", format!("{}, {} triangles", body.display(), input.triangles)),
             ("cloth", format!("{}, {} triangles", cloth.display(), cloth_mesh.triangles.len())),
             ("field", format!("{}, {}", grid.display(), baked.field.info().map_or("", |info| &info.sign_reason))),
-            ("contacts", format!("{}, {} of them", list.display(), found.contacts.len())),
+            ("contacts", format!("{}, {} of them", list.display(), found.rows.len())),
             ("deepest", number(deepest)),
             ("picture", picture.display().to_string()),
         ],
@@ -60,7 +60,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
             "folder": folder.display().to_string(),
             "elements": found.elements,
             "passed_cull": found.passed_cull,
-            "contacts": found.contacts.len(),
+            "contacts": found.rows.len(),
             "deepest": deepest,
         }),
     }
@@ -73,7 +73,7 @@ fn cloth_over_body() -> Sheet {
 }
 
 /// Draws a section through the body's middle: the cloth as a green line, contacts as red dots.
-fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::ContactList, path: &Path) -> Result<()> {
+fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::ContactList<'_>, path: &Path) -> Result<()> {
     const GREEN: [u8; 3] = [20, 130, 60];
     const RED: [u8; 3] = [200, 30, 40];
     let window = sdf_core::Aabb { min: [-1.25; 3], max: [1.25; 3] };
@@ -84,7 +84,7 @@ fn draw<F: Sdf>(field: &F, cloth: &mesh::Mesh, found: &contacts::ContactList, pa
             picture.line(from, to, 1.2, GREEN);
         }
     }
-    for contact in found.contacts.iter().filter(|contact| contact.point[1].abs() < DRAWN_WITHIN) {
+    for contact in found.records().filter(|contact| contact.point[1].abs() < DRAWN_WITHIN) {
         picture.dot(contact.point, 4.0, RED);
     }
     picture.write(path)

@@ -61,7 +61,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::at(path, contact_file::write(path, format, &meetings, || line_of_json(&document)))?;
+        mesh_input::at(
+            path,
+            contact_file::write(path, format, meetings.iter().cloned(), |out| line_of_json(&document, out)),
+        )?;
     }
     Report { rows: rows(args, &document, found.verdict), json: document }.print(args.json)
 }

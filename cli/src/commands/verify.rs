@@ -15,7 +15,7 @@ mod summary;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use sdf_bake::{MeshDistance, SignMethod, TriangleMesh};
+use sdf_bake::{MeshDistance, Repairs, SignMethod};
 use sdf_formats::field_file::{self, Field, OpenField};
 
 use crate::args::VerifyArgs;
@@ -36,7 +36,6 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     }
     let input = mesh_input::read(&args.mesh)?;
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
-    let mesh = at(&args.mesh, TriangleMesh::new(&input.mesh.points, &input.mesh.triangles))?;
     let (field, parts) = match field_file::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let parts = bytes_of(&reader.summary().parts);
@@ -44,7 +43,12 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         }
         OpenField::Analytic(node) => (Field::Analytic(node), None),
     };
-    // As it was baked: without faces that lie inside of the solid.
+    // As it was baked: welded and closed, without faces that lie inside of the solid.
+    let repairs = match &field {
+        Field::Grid(stored) => Repairs::from_words(&stored.about.options),
+        Field::Analytic(_) => Repairs::default(),
+    };
+    let mesh = at(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
     let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
     let mesh = if keeps_all { mesh } else { mesh.without_inner_shells() };
     let surface = Surface::new(&mesh);

@@ -3,8 +3,8 @@
 use crate::folder::{Folder, says};
 
 const COMMANDS: [&str; 13] = [
-    "bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view", "simulate",
-    "demo",
+    "bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view",
+    "simulate", "demo",
 ];
 
 #[test]

@@ -67,3 +67,53 @@ fn a_point_deep_inside_of_a_sparse_ball_is_as_deep_as_it_is() {
     folder.done("bake ball.obj --res 128 --layout sparse");
     assert!((value(&folder, "ball.sdf.h5", "0.4,0,0") + 0.1).abs() < 1.0 / 128.0);
 }
+
+/// A cube of side 1 without the two triangles of one face.
+fn box_without_lid() -> String {
+    let text = Model::cube().obj();
+    let faces: Vec<&str> = text.lines().filter(|line| line.starts_with("f ")).collect();
+    let kept = |line: &&str| !faces[..2].contains(line);
+    text.lines().filter(kept).map(|line| line.to_owned() + "\n").collect()
+}
+
+#[test]
+fn a_hole_is_told_by_region_and_closed_when_asked() {
+    let folder = Folder::new();
+    folder.write("open.obj", box_without_lid());
+    says(&folder.done("bake open.obj --res 16"), &["regions", "% of", "cells are within"]);
+    let open = folder.json("bake open.obj --res 16");
+    let [cells, within] = ["cells", "cells_within"].map(|key| open["error_regions"][key].as_u64().unwrap());
+    assert!(within > cells * 9 / 10 && within < cells, "{within} of {cells}");
+    let region = &open["error_regions"]["largest_regions"][0];
+    assert!(region["error_bound"].as_f64().unwrap() > open["error_regions"]["error_bound_within"].as_f64().unwrap());
+    says(&folder.refused("bake open.obj --max-error 2%"), &["--weld or --close"]);
+
+    // The lid's boundary has a diagonal of √2.
+    says(&folder.done("bake open.obj --res 16 --close 1.4"), &["1 boundary loop too large to cap"]);
+    says(
+        &folder.done("bake open.obj --max-error 2% --close 1.42"),
+        &["2 triangles added by caps", "closed, consistently wound, one shell; 1 boundary loop capped", "proven"],
+    );
+    says(&folder.done("info open.sdf.h5"), &["--close 1.42"]);
+    folder.done("verify open.sdf.h5 open.obj --points 2000");
+    let closed = folder.json("bake open.obj --res 16 --close 1.42");
+    let counts = ["capped_loops", "cap_triangles", "open_loops", "boundary_edges"].map(|key| closed[key].as_u64());
+    assert_eq!(counts, [Some(1), Some(2), Some(0), Some(0)]);
+    assert!(closed["error_regions"].is_null());
+    says(&folder.wrong_usage("bake open.obj --res 16 --close 0"), &["--close"]);
+}
+
+#[test]
+fn a_crack_is_welded_when_asked() {
+    let folder = Folder::new();
+    let nut = sdf_procedural::CrackedNut { cells: 6, cracks: [18, 12], gap: 1e-3 }.mesh();
+    folder.write("nut.obj", Model { points: nut.points, triangles: nut.triangles }.obj());
+    says(&folder.refused("bake nut.obj --max-error 1%"), &["boundary edges", "--weld"]);
+    says(
+        &folder.done("bake nut.obj --max-error 1% --weld 0.01"),
+        &["28 points welded", "28 vertices welded to others"],
+    );
+    folder.done("verify nut.sdf.h5 nut.obj --points 2000");
+    let json = folder.json("bake nut.obj --res 16 --weld 0.01");
+    assert_eq!((json["merged_points"].as_u64(), json["boundary_edges"].as_u64()), (Some(28), Some(0)));
+}

@@ -8,5 +8,10 @@ mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;
 mod in_motion;
+// Only its count of memory is needed here.
+#[allow(dead_code)]
+#[path = "../../../formats/tests/formats/memory.rs"]
+mod memory;
 mod overlap;
 mod saves;
+mod visited_contacts;

@@ -1,10 +1,10 @@
 //! Contacts of a mesh with a field, as entries of each format.
 
-use rust_hdf5::{H5File, Hdf5Error};
+use rust_hdf5::{H5Group, Hdf5Error};
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use serde::Serialize;
 
-use super::columns::Columns;
+use super::columns::Column;
 use super::csv::number;
 use super::label::{self, Label};
 use super::{OrientedPoint, Record};
@@ -126,37 +126,38 @@ impl Record for ContactRecord {
         self.id.to_le_bytes().to_vec()
     }
 
-    /// A group `/contacts`. Missing weights and polygons are 0, missing vertices are 4294967295.
-    fn write_hdf5(file: &H5File, contacts: &[Self]) -> Result<(), Hdf5Error> {
-        let group = file.create_group("contacts")?;
-        group.set_attr_string("schema", "sdftool.contacts/2")?;
-        group.set_attr_numeric("count", &(contacts.len() as u64))?;
-        group.set_attr_string("kind_names", &ElementKind::NAMES.join(" "))?;
-        group.set_attr_string("status_names", &ContactStatus::NAMES.join(" "))?;
+    const GROUP: &'static str = "contacts";
 
-        let columns = Columns { group: &group, rows: contacts };
-        columns.write("element", |contact| [contact.element.code()])?;
-        columns.write("id", |contact| [contact.id])?;
-        columns.write("polygon", |contact| [contact.polygon.unwrap_or(0)])?;
-        columns.write("feature", |contact| [contact.feature.code()])?;
-        columns.write("feature_id", |contact| {
-            [0, 1].map(|index| contact.feature_id.get(index).copied().unwrap_or(u32::MAX))
-        })?;
-        columns
-            .write("weights", |contact| [0, 1, 2].map(|corner| contact.weights.get(corner).copied().unwrap_or(0.0)))?;
-        columns.write("point", |contact| contact.point)?;
-        columns.write("surface_point", |contact| contact.surface_point)?;
-        columns.write("normal", |contact| contact.normal)?;
-        columns.write("distance", |contact| [contact.distance])?;
-        columns.write("lower_bound", |contact| [contact.lower_bound])?;
-        columns.write("evaluations", |contact| [contact.evaluations])?;
-        columns.write("status", |contact| [contact.status.code()])?;
-        columns.write("key", |contact| [contact.key])?;
-        columns.write("vertices", |contact| {
-            [0, 1, 2].map(|corner| contact.vertices.get(corner).copied().unwrap_or(u32::MAX))
-        })?;
-        columns.write("slope", |contact| [contact.slope])?;
-        columns.write("error_bound", |contact| [contact.error_bound])?;
-        columns.write("shape_lower_bound", |contact| [contact.shape_lower_bound])
+    fn write_attributes(group: &H5Group, count: usize) -> Result<(), Hdf5Error> {
+        group.set_attr_string("schema", "sdftool.contacts/2")?;
+        group.set_attr_numeric("count", &(count as u64))?;
+        group.set_attr_string("kind_names", &ElementKind::NAMES.join(" "))?;
+        group.set_attr_string("status_names", &ContactStatus::NAMES.join(" "))
+    }
+
+    /// Missing weights and polygons are 0, missing vertices are 4294967295.
+    fn columns() -> Vec<Column<Self>> {
+        let vertex = |ids: &[u32], index: usize| ids.get(index).copied().unwrap_or(u32::MAX);
+        let weight = |contact: &Self, corner: usize| contact.weights.get(corner).copied().unwrap_or(0.0);
+        vec![
+            Column::new("element", |contact: &Self| [contact.element.code()]),
+            Column::new("id", |contact: &Self| [contact.id]),
+            Column::new("polygon", |contact: &Self| [contact.polygon.unwrap_or(0)]),
+            Column::new("feature", |contact: &Self| [contact.feature.code()]),
+            Column::new("feature_id", move |contact: &Self| [0, 1].map(|index| vertex(&contact.feature_id, index))),
+            Column::new("weights", move |contact: &Self| [0, 1, 2].map(|corner| weight(contact, corner))),
+            Column::new("point", |contact: &Self| contact.point),
+            Column::new("surface_point", |contact: &Self| contact.surface_point),
+            Column::new("normal", |contact: &Self| contact.normal),
+            Column::new("distance", |contact: &Self| [contact.distance]),
+            Column::new("lower_bound", |contact: &Self| [contact.lower_bound]),
+            Column::new("evaluations", |contact: &Self| [contact.evaluations]),
+            Column::new("status", |contact: &Self| [contact.status.code()]),
+            Column::new("key", |contact: &Self| [contact.key]),
+            Column::new("vertices", move |contact: &Self| [0, 1, 2].map(|corner| vertex(&contact.vertices, corner))),
+            Column::new("slope", |contact: &Self| [contact.slope]),
+            Column::new("error_bound", |contact: &Self| [contact.error_bound]),
+            Column::new("shape_lower_bound", |contact: &Self| [contact.shape_lower_bound]),
+        ]
     }
 }

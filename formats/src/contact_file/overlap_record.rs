@@ -1,10 +1,10 @@
 //! Points at which two fields overlap, as entries of each format.
 
-use rust_hdf5::{H5File, Hdf5Error};
+use rust_hdf5::{H5Group, Hdf5Error};
 use sdf_core::overlap::{OverlapPoint, PatchPoint};
 use serde::Serialize;
 
-use super::columns::Columns;
+use super::columns::Column;
 use super::csv::number;
 use super::label::{self, Label};
 use super::{OrientedPoint, Record};
@@ -135,22 +135,25 @@ impl Record for OverlapRecord {
         self.area.to_le_bytes().to_vec()
     }
 
-    /// A group `/overlap`.
-    fn write_hdf5(file: &H5File, records: &[Self]) -> Result<(), Hdf5Error> {
-        let group = file.create_group("overlap")?;
-        group.set_attr_numeric("count", &(records.len() as u64))?;
-        group.set_attr_string("kind_names", &OverlapKind::NAMES.join(" "))?;
-        group.set_attr_string("status_names", &OverlapStatus::NAMES.join(" "))?;
+    const GROUP: &'static str = "overlap";
 
-        let columns = Columns { group: &group, rows: records };
-        columns.write("kind", |record| [record.kind.code()])?;
-        columns.write("point", |record| record.point)?;
-        columns.write("normal", |record| record.normal)?;
-        columns.write("distance", |record| [record.distance])?;
-        columns.write("distance_a", |record| [record.distance_a])?;
-        columns.write("distance_b", |record| [record.distance_b])?;
-        columns.write("separation", |record| [record.separation])?;
-        columns.write("area", |record| [record.area])?;
-        columns.write("status", |record| [record.status.code()])
+    fn write_attributes(group: &H5Group, count: usize) -> Result<(), Hdf5Error> {
+        group.set_attr_numeric("count", &(count as u64))?;
+        group.set_attr_string("kind_names", &OverlapKind::NAMES.join(" "))?;
+        group.set_attr_string("status_names", &OverlapStatus::NAMES.join(" "))
+    }
+
+    fn columns() -> Vec<Column<Self>> {
+        vec![
+            Column::new("kind", |record: &Self| [record.kind.code()]),
+            Column::new("point", |record: &Self| record.point),
+            Column::new("normal", |record: &Self| record.normal),
+            Column::new("distance", |record: &Self| [record.distance]),
+            Column::new("distance_a", |record: &Self| [record.distance_a]),
+            Column::new("distance_b", |record: &Self| [record.distance_b]),
+            Column::new("separation", |record: &Self| [record.separation]),
+            Column::new("area", |record: &Self| [record.area]),
+            Column::new("status", |record: &Self| [record.status.code()]),
+        ]
     }
 }

@@ -7,17 +7,21 @@
 //! Positive triangles suffice: the signed indicator functions of a fan, or of ears, add up to the winding number of the
 //! polygon at every point. For a simple polygon that is 1 inside and 0 outside. So triangles that are all positive
 //! neither overlap nor stick out, whether the polygon is convex or not.
+//!
+//! Only reflex corners can lie in an ear. They stand in a grid of square cells, about one for each, so that an ear is
+//! compared with those near it (`reflex_grid`), and a polygon of ordinary shape takes time in proportion to its corners.
 
 use robust::{Coord, orient2d};
 use std::collections::VecDeque;
 
-/// Most corners of a concave polygon that is clipped. The work grows with their square; this many take under a second
-/// when all of them are reflex. A much lower limit would exclude the end faces of machine parts.
-const MAX_CORNERS: usize = 10_000;
+use super::reflex_grid::ReflexGrid;
 
-/// Most corner-in-ear tests for all polygons of a file, about 4 s. Many hostile polygons just under [`MAX_CORNERS`]
-/// would take hours; ordinary files need less than a thousandth.
-const MAX_TESTS: u64 = 1 << 32;
+/// Most cells and corners that are looked at for the ears of all polygons of a file, about 0.3 s. Where edges cross, the
+/// work can grow with the square of the corners; ordinary files need less than a thousandth.
+const MAX_TESTS: u64 = 1 << 28;
+
+/// Cells and corners that the exact predicates of one corner count for.
+const PREDICATE_TESTS: u64 = 8;
 
 /// Way in which a polygon was cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +65,7 @@ pub(super) struct Triangulator {
     /// `true` for corners that are not convex.
     is_reflex: Vec<bool>,
     /// All reflex corners, and some that were reflex before.
-    blockers: Vec<usize>,
+    blockers: ReflexGrid,
     queue: VecDeque<usize>,
     tests_left: u64,
 }
@@ -73,7 +77,7 @@ impl Triangulator {
             previous: Vec::new(),
             next: Vec::new(),
             is_reflex: Vec::new(),
-            blockers: Vec::new(),
+            blockers: ReflexGrid::default(),
             queue: VecDeque::new(),
             tests_left: MAX_TESTS,
         }
@@ -89,7 +93,7 @@ impl Triangulator {
             fan(corners, triangles);
             return Cut::Fan;
         }
-        if has_area && corners.len() <= MAX_CORNERS && self.clip_ears(corners, triangles).is_some() {
+        if has_area && self.clip_ears(corners, triangles).is_some() {
             return Cut::Ears;
         }
         fan(corners, triangles);
@@ -154,8 +158,6 @@ impl Triangulator {
             self.next[tip] = tip;
             self.classify(a);
             self.classify(b);
-            let (next, is_reflex) = (&self.next, &self.is_reflex);
-            self.blockers.retain(|&i| is_reflex[i] && next[i] != i);
             self.queue.extend([a, b]);
             has_clipped = true;
         }
@@ -172,14 +174,14 @@ impl Triangulator {
         self.next.extend((0..n).map(|i| if i + 1 == n { 0 } else { i + 1 }));
         self.is_reflex.clear();
         self.is_reflex.resize(n, false);
-        self.blockers.clear();
+        self.blockers.lay_out(&self.plane);
         (0..n).for_each(|i| self.classify(i));
     }
 
     fn classify(&mut self, corner: usize) {
         let is_reflex = self.area(self.previous[corner], corner, self.next[corner]) <= 0.0;
         if is_reflex && !self.is_reflex[corner] {
-            self.blockers.push(corner);
+            self.blockers.insert(corner, self.plane[corner]);
         }
         self.is_reflex[corner] = is_reflex;
     }
@@ -194,13 +196,17 @@ impl Triangulator {
         if area <= 0.0 || area.is_nan() {
             return Some(false);
         }
-        self.tests_left = self.tests_left.checked_sub(self.blockers.len() as u64)?;
         let [p, q, r] = [self.plane[a], self.plane[tip], self.plane[b]];
-        let (left, right) = (p.x.min(q.x).min(r.x), p.x.max(q.x).max(r.x));
-        let (low, high) = (p.y.min(q.y).min(r.y), p.y.max(q.y).max(r.y));
-        Some(!self.blockers.iter().any(|&i| {
-            let c = self.plane[i];
-            if c.x < left || c.x > right || c.y < low || c.y > high || i == a || i == b {
+        let (low, high) = (
+            Coord { x: p.x.min(q.x).min(r.x), y: p.y.min(q.y).min(r.y) },
+            Coord { x: p.x.max(q.x).max(r.x), y: p.y.max(q.y).max(r.y) },
+        );
+        let Self { plane, next, is_reflex, blockers, tests_left, .. } = self;
+        let mut predicates = 0;
+        let (blocker, looked_at) = blockers.find(low, high, |i| {
+            let c = plane[i];
+            let is_past = !is_reflex[i] || next[i] == i;
+            if is_past || c.x < low.x || c.x > high.x || c.y < low.y || c.y > high.y || i == a || i == b {
                 return false;
             }
             // A corner at an end of the base blocks nothing: an edge that leads inwards from it cannot leave without a
@@ -208,12 +214,15 @@ impl Triangulator {
             if c == p || c == r {
                 return false;
             }
+            predicates += PREDICATE_TESTS;
             let areas = [orient2d(p, q, c), orient2d(q, r, c), orient2d(r, p, c)];
             match ear {
                 Ear::Touched => areas.iter().all(|&area| area > 0.0),
                 _ => areas.iter().all(|&area| area >= 0.0),
             }
-        }))
+        });
+        *tests_left = tests_left.checked_sub(looked_at + predicates)?;
+        Some(!blocker)
     }
 }
 

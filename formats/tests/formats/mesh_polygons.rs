@@ -118,3 +118,38 @@ fn every_polygon_gives_two_triangles_fewer_than_corners() {
         assert_eq!(mesh.polygon_counts.unverified, unverified, "{face}");
     }
 }
+
+/// Corners of a comb: teeth of unequal length side by side.
+fn comb(teeth: u32) -> Vec<[f64; 2]> {
+    let tooth = |tooth: u32| {
+        let [x, shift] = [f64::from(4 * tooth), f64::from(tooth % 7)];
+        [[x, 100.0 + shift], [x + 1.0, 100.0], [x + 1.5, 1.0], [x + 3.5, 1.0 + 0.1 * f64::from(tooth % 3)]]
+    };
+    let end = [[f64::from(4 * teeth), 0.0], [0.0, 0.0]];
+    (0..teeth).flat_map(tooth).chain(end).collect()
+}
+
+/// Half of its corners are reflex.
+#[test]
+fn a_polygon_of_20000_corners_is_tiled() {
+    let polygon = comb(5000);
+    let mesh = obj(tilted(&polygon, 0).obj());
+    let counts = mesh.polygon_counts;
+    assert_eq!((mesh.triangles.len(), counts.ear_clipped, counts.unverified), (20_000, 1, 0));
+    let areas = mesh.triangles.iter().map(|t| t.map(|i| polygon[i as usize])).map(|[a, b, c]| turn(a, b, c));
+    let total = area(&polygon);
+    assert!(areas.clone().all(|area| area * total >= 0.0));
+    assert!((areas.sum::<f64>() / total - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_self_crossing_polygon_of_20000_corners_is_a_fan() {
+    let corner = |index: u32| {
+        let angle = f64::from(index * 7919 % 20_000) * std::f64::consts::TAU / 20_000.0;
+        [angle.cos(), angle.sin()]
+    };
+    let polygon: Vec<[f64; 2]> = (0..20_000).map(corner).collect();
+    let mesh = obj(tilted(&polygon, 0).obj());
+    assert_eq!((mesh.polygon_counts.ear_clipped, mesh.polygon_counts.unverified), (0, 1));
+    assert!(mesh.triangles.iter().enumerate().all(|(index, t)| *t == [0, index as u32 + 1, index as u32 + 2]));
+}

@@ -1,0 +1,123 @@
+//! Which points are within a distance d of each other, directly or through others? A grid hash with cells of 0.577 d: all points
+//! of one cell are that near, and others are at most two cells away.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Side of a cell in distances: less than 1/√3, so that a cell's diagonal is less than the distance.
+const CELL: f64 = 0.577;
+
+/// Cells of the grid in lexicographic order, each with its points.
+type Cells = Vec<([i64; 3], Vec<u32>)>;
+
+/// The points, those that triangles use and that are near others moved onto one of them; and how many were moved, not counting
+/// those that were at one position before.
+pub(super) fn weld_within(points: &[[f64; 3]], triangles: &[[u32; 3]], distance: f64) -> (Vec<[f64; 3]>, usize) {
+    // −0 and 0 are one coordinate.
+    let mut positions: Vec<[f64; 3]> =
+        triangles.iter().flatten().map(|point| points[*point as usize].map(|x| x + 0.0)).collect();
+    positions.sort_unstable_by(|a, b| compare(*a, *b));
+    positions.dedup();
+    let mut groups = Groups((0..positions.len() as u32).collect());
+    let cells = cells(&positions, distance);
+    let index: HashMap<[i64; 3], usize> = cells.iter().enumerate().map(|(index, (cell, _))| (*cell, index)).collect();
+    for (cell, own) in &cells {
+        let is_far = is_far(*cell);
+        if is_far {
+            groups.join_near(&positions, own, own, distance);
+        } else {
+            own.iter().for_each(|point| groups.join(own[0], *point));
+        }
+        for step in FORWARD.iter().filter(|step| **step > [0, 0, 0]) {
+            let next = std::array::from_fn(|axis| cell[axis].saturating_add(step[axis]));
+            let Some(other) = index.get(&next).map(|index| &cells[*index].1) else { continue };
+            if is_far {
+                groups.join_near(&positions, own, other, distance);
+            } else if groups.root(own[0]) != groups.root(other[0]) && is_any_within(&positions, own, other, distance) {
+                groups.join(own[0], other[0]);
+            }
+        }
+    }
+    let mut moved_to: HashMap<[u64; 3], [f64; 3]> = HashMap::new();
+    for (point, position) in (0..).zip(&positions) {
+        let target = groups.root(point);
+        if target != point {
+            moved_to.insert(position.map(f64::to_bits), positions[target as usize]);
+        }
+    }
+    let target = |point: &[f64; 3]| moved_to.get(&point.map(|x| (x + 0.0).to_bits())).copied();
+    let welded = points.iter().map(|point| target(point).unwrap_or(*point)).collect();
+    (welded, moved_to.len())
+}
+
+/// Steps to the cells within two along each axis.
+const FORWARD: [[i64; 3]; 125] = {
+    let mut steps = [[0; 3]; 125];
+    let mut index = 0;
+    while index < 125 {
+        let step = index as i64;
+        steps[index] = [step / 25 - 2, step / 5 % 5 - 2, step % 5 - 2];
+        index += 1;
+    }
+    steps
+};
+
+fn compare(a: [f64; 3], b: [f64; 3]) -> std::cmp::Ordering {
+    a.iter().zip(&b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+}
+
+fn cells(positions: &[[f64; 3]], distance: f64) -> Cells {
+    let mut cells: Cells = vec![];
+    let mut index: HashMap<[i64; 3], usize> = HashMap::new();
+    for (point, position) in (0..).zip(positions) {
+        // Saturates: so far out, neighbouring numbers are farther apart than the distance.
+        let cell = position.map(|x| (x / (CELL * distance)).floor() as i64);
+        match index.entry(cell) {
+            Entry::Occupied(entry) => cells[*entry.get()].1.push(point),
+            Entry::Vacant(entry) => {
+                entry.insert(cells.len());
+                cells.push((cell, vec![point]));
+            }
+        }
+    }
+    cells
+}
+
+/// Is a cell so many cells from the origin that the rounding of coordinates shows in it? Then its points are compared one by one.
+fn is_far(cell: [i64; 3]) -> bool {
+    cell.iter().any(|index| index.unsigned_abs() > 1 << 40)
+}
+
+fn is_any_within(positions: &[[f64; 3]], own: &[u32], other: &[u32], distance: f64) -> bool {
+    own.iter().any(|a| other.iter().any(|b| is_within(positions, *a, *b, distance)))
+}
+
+fn is_within(positions: &[[f64; 3]], a: u32, b: u32, distance: f64) -> bool {
+    let [a, b] = [a, b].map(|point| positions[point as usize]);
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt() <= distance
+}
+
+/// Union-find (path halving); the root is the lowest index, and so the lowest position.
+struct Groups(Vec<u32>);
+
+impl Groups {
+    fn root(&mut self, mut point: u32) -> u32 {
+        while self.0[point as usize] != point {
+            let parent = self.0[point as usize];
+            self.0[point as usize] = self.0[parent as usize];
+            point = parent;
+        }
+        point
+    }
+
+    fn join_near(&mut self, positions: &[[f64; 3]], own: &[u32], other: &[u32], distance: f64) {
+        for a in own {
+            other.iter().filter(|b| is_within(positions, *a, **b, distance)).for_each(|b| self.join(*a, *b));
+        }
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
