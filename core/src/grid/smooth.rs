@@ -83,7 +83,7 @@ impl<R: Float> AxisTaps<R> {
         let last_cell = lattice.cells()[axis].wrapping_sub(1);
         let unclamped = (x - R::from_f64(lattice.origin()[axis])) * R::from_f64(lattice.inv_spacing());
         let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(lattice.cells()[axis])));
-        let cell = steps.to_index().min(last_cell);
+        let cell = steps.trunc().to_index().min(last_cell);
         let (weights, slopes) = spline_weights(steps - R::from_f64(f64::from(cell)));
         let is_inside = steps <= unclamped && unclamped <= steps;
         // The common case: all six nodes are in the lattice.
