@@ -138,7 +138,7 @@ impl DeepValues {
         }
     }
 
-    /// What a grid may state: the inverse of [`deep_error`](Self::deep_error).
+    /// The meaning that a grid may state: the inverse of [`deep_error`](Self::deep_error).
     pub fn of_grid(grid: &OwnedGrid) -> Self {
         let is_proven = grid.deep_error() <= DEEP_ERROR * grid.lattice().spacing();
         if is_proven { Self::Distances } else { Self::LowerBounds }

@@ -1,4 +1,4 @@
-//! What does a grid's error mean for contacts? Every method on one scene, held against the mesh that was baked.
+//! Meaning of a grid's error for contacts: every method on one scene, held against the mesh that was baked.
 //!
 //! `cargo run --release -p sdf-bench --bin exact -- cloth.obj dragon.obj --res 256 --margin 0.01`
 

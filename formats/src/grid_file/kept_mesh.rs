@@ -54,7 +54,7 @@ pub(super) fn violation(mesh: &StoredMesh) -> Option<String> {
     if count == 0 || mesh.triangles.is_empty() || u32::try_from(count.max(mesh.triangles.len())).is_err() {
         return Some(format!("a mesh of {count} vertices and {} triangles", mesh.triangles.len()));
     }
-    let is_bad = |vertex: &[f64; 3]| vertex.iter().any(|x| !(x.abs() <= MAX_COORDINATE));
+    let is_bad = |vertex: &[f64; 3]| vertex.iter().any(|x| x.is_nan() || x.abs() > MAX_COORDINATE);
     if let Some(vertex) = mesh.vertices.iter().position(is_bad) {
         return Some(format!("vertex {vertex} of the mesh is {:?}", mesh.vertices[vertex]));
     }
