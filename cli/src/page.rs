@@ -26,7 +26,7 @@ use serde_json::{Map, Value, json};
 use crate::mesh_input::at;
 use crate::report::{counts, number};
 
-/// What a page shows.
+/// Contents of a page.
 pub struct Scene<'a> {
     pub name: String,
     pub field: &'a Field,

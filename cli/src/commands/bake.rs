@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail};
+use indicatif::ProgressDrawTarget;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
@@ -73,6 +74,10 @@ pub fn bake(args: &BakeArgs, input: MeshInput) -> Result<(Baked, MeshFacts)> {
     let source = Source { name: facts.name.clone(), sha256: facts.sha256, triangles: facts.triangles as u64 };
     let options = args.options(source)?;
     let bar = progress::bar("baking", 0);
+    // Bars of several meshes would overwrite each other.
+    if args.fleet.is_wanted() {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
     let on_progress = |progress: Progress| match progress {
         Progress::Total(steps) => bar.inc_length(steps),
         Progress::Done(steps) => bar.inc(steps),

@@ -13,7 +13,7 @@ use crate::meshes::Model;
 const OLD: &[u8] = b"what was there before";
 
 /// Commands that write, with the file that each writes.
-const WRITERS: [(&str, &str); 8] = [
+const WRITERS: [(&str, &str); 10] = [
     ("bake ball.obj --res 64", "ball.sdf.h5"),
     ("bake ball.obj --res 128 --layout sparse", "ball.sdf.h5"),
     ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.csv", "list.csv"),
@@ -22,6 +22,8 @@ const WRITERS: [(&str, &str); 8] = [
     ("contacts sheet.obj small.sdf.h5 --margin 9 -o list.h5", "list.h5"),
     ("slice small.sdf.h5 -o slice.png --pixels 2048", "slice.png"),
     ("surface small.sdf.h5 -o surface.stl --res 80", "surface.stl"),
+    ("export small.sdf.h5 -o small.npy", "small.npy"),
+    ("view small.sdf.h5", "small.html"),
 ];
 
 fn scene() -> Folder {
