@@ -85,9 +85,10 @@ fn bake_prints_one_object_with_its_numbers() {
     let folder = scene();
     let json = folder.json("bake ball.obj --res 16 -o again.sdf.h5");
     assert_eq!(json["schema"], "sdftool.bake/1");
-    let wanted = "band boundary_edges bricks counts degenerate_triangles entangled_shells error_bound file_bytes \
-                  inner_shells inner_triangles intersecting_pairs layout median_error_bound nodes \
-                  non_manifold_edges objects origin output padding peak_memory_bytes polygons polygons_cut_blindly precision repeated_triangles schema seconds shells \
+    let wanted = "band boundary_edges bricks cap_triangles capped_loops counts degenerate_triangles entangled_shells error_bound error_regions \
+                  file_bytes \
+                  inner_shells inner_triangles intersecting_pairs layout median_error_bound merged_points nodes \
+                  non_manifold_edges objects open_loops origin output padding peak_memory_bytes polygons polygons_cut_blindly precision repeated_triangles schema seconds shells \
                   sign_method sign_verdict slope_bound spacing stored_cells stored_nodes triangles \
                   unreferenced_points welded_points wrongly_wound";
     assert_eq!(keys(&json).join(" "), wanted);
