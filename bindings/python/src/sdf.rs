@@ -1,4 +1,4 @@
-//! What can be asked of a field? The class `Sdf`.
+//! Which questions does a field answer? The methods of the class `Sdf`.
 
 use std::path::PathBuf;
 

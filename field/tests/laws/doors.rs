@@ -1,4 +1,4 @@
-//! What bindings stand on: bakes that end early, combinations, exact distances, contacts one by one and as rows.
+//! Foundations of the bindings: bakes that end early, combinations, exact distances, contacts one by one and as rows.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
