@@ -121,24 +121,7 @@ where
 /// let pose = |x| Rigid::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
 /// // A ball that flies two units along x before the next detection, at a face that stands still.
 /// let ball = Travelling { field: Sphere::new(0.5).unwrap(), motion: RigidMotion::between(pose(-2.0), pose(0.0)) };
-/// let corners = [Vector3::new(0.0, -1.0, -1.0), Vector3::new(0.0, 1.0, -1.0), Vector3::new(0.0, 0.0, 1.0)];
-/// let margin = speculative_margin(&ball, 0.01, &corners.map(|corner| [corner, corner]));
-/// let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
-/// let Outcome::Contact(contact) = contact(&ball.at(0.0), &Certified::default(), margin, &element) else { panic!() };
-/// let row = Row::from_contact(&contact, 0.01).unwrap();
-/// let row = row.with_surface_velocity(ball.surface_velocity(contact.surface_point, 0.0));
-/// assert!((row.gap - 1.49).abs() < 1e-3 && (row.surface_velocity.x - 2.0).abs() < 1e-12);
-/// ```
-///
-/// ```
-/// use sdf_core::contact::{Element, Outcome, Row, contact, speculative_margin};
-/// use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
-/// use sdf_core::{Simplex, minimize::Certified, nalgebra::Vector3, placed::Rigid, shapes::Sphere};
-///
-/// let pose = |x| Rigid::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-/// // A ball that flies two units along x before the next detection, at a face that stands still.
-/// let ball = Travelling { field: Sphere::new(0.5).unwrap(), motion: RigidMotion::between(pose(-2.0), pose(0.0)) };
-/// let corners = [Vector3::new(0.0, -1.0, -1.0), Vector3::new(0.0, 1.0, -1.0), Vector3::new(0.0, 0.0, 1.0)];
+/// let corners = [Vector3::new(0.0_f64, -1.0, -1.0), Vector3::new(0.0, 1.0, -1.0), Vector3::new(0.0, 0.0, 1.0)];
 /// let margin = speculative_margin(&ball, 0.01, &corners.map(|corner| [corner, corner]));
 /// let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
 /// let Outcome::Contact(contact) = contact(&ball.at(0.0), &Certified::default(), margin, &element) else { panic!() };
