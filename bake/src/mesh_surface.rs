@@ -32,7 +32,7 @@ use crate::sign::winding::{MeshBoundary, WindingNumbers};
 use crate::triangle::{TriangleFeature, area_vector, nearest_on_triangle};
 use crate::{SignMethod, TriangleMesh};
 
-/// A mesh that is asked for exact signed distances.
+/// A mesh that answers with exact signed distances.
 pub struct MeshSurface {
     mesh: TriangleMesh,
     tree: Bvh,
@@ -46,7 +46,7 @@ pub struct MeshSurface {
 /// The point of a mesh nearest to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The point that was asked for.
+    /// The query point.
     pub query: Vector3<f64>,
     /// The nearest point of the mesh.
     pub point: Vector3<f64>,

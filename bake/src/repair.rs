@@ -18,7 +18,7 @@ use boundary_loops::boundary_loops;
 use cap::Capping;
 use weld::weld_within;
 
-/// What is to be closed before a mesh is baked. Lengths are in the mesh's unit.
+/// Repairs to make before a mesh is baked. Lengths are in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Repairs {
     /// Vertices at most this far from each other, directly or through others, become one.

@@ -119,10 +119,10 @@ pub struct SparseBaker<'a> {
 /// How the error of each brick is bounded. Both bounds are proven; neither is stated where nothing is known of the normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Certify {
-    /// By the cap of the normals that can matter to 4 × 2 × 2 cells: (√3/2) sin θ, at no cost.
+    /// Bound by the cap of the normals that can matter to 4 × 2 × 2 cells: (√3/2) sin θ, at no cost.
     #[default]
     Fast,
-    /// By the normals of single cells and of single corners of the mesh where that is smaller: half the time of a bake.
+    /// Bound by the normals of single cells and of single corners of the mesh where that is smaller: half the time of a bake.
     Tight,
 }
 

@@ -1,4 +1,4 @@
-//! What all targets share: a limit of memory, and numbers from bytes.
+//! Shared by all targets: a limit of memory, and numbers from bytes.
 //!
 //! | target | fed with | must hold |
 //! |---|---|---|

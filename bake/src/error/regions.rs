@@ -29,7 +29,7 @@ use crate::{MeshDistance, SignMethod};
 pub struct ErrorRegions {
     /// Cells of a dense grid, or of a sparse grid's band.
     pub cells: u64,
-    /// Those whose certified error is at most [`Self::error_bound`].
+    /// Cells whose certified error is at most [`Self::error_bound`].
     pub cells_within: u64,
     /// √3/2 of a cell's side, and the rounding of samples: the bound of a closed mesh.
     pub error_bound: f64,
@@ -135,7 +135,7 @@ impl MeshDistance<'_> {
     }
 }
 
-/// What was found in some of the cells.
+/// Findings in some of the cells.
 #[derive(Default)]
 struct Jumps {
     cells: u64,

@@ -56,7 +56,7 @@ const CLEARANCE: f32 = 1.0001;
 /// Farthest node of a slot from its middle, in voxels, rounded up.
 const FARTHEST_NODE: f64 = 6.9283;
 
-/// What is known of a brick beside its samples.
+/// Facts of a brick beside its samples.
 pub(super) struct BrickRecord {
     pub slot: [u32; 3],
     pub scale: Scale,

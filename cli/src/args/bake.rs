@@ -122,9 +122,9 @@ pub enum Sign {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Certify {
-    /// By the cap of the normals near 4 × 2 × 2 cells: at no cost.
+    /// Bound by the cap of the normals near 4 × 2 × 2 cells: at no cost.
     Fast,
-    /// By the normals near single cells where those say less: a bake of a closed mesh takes about twice as long.
+    /// Bound by the normals near single cells where those say less: a bake of a closed mesh takes about twice as long.
     Tight,
 }
 

@@ -8,7 +8,7 @@
 //! | `4` before it | x y z w, homogeneous: the point is (x, y, z) / w |
 //! | `n` before it, or `BINARY` after it | refused |
 //!
-//! More than three numbers under plain `OFF` are refused: they may be a colour or a second point. The counts may follow
+//! Lines of over three numbers under plain `OFF` are refused: they may be a colour or a second point. The counts may follow
 //! the header without a blank, as in ModelNet's files.
 
 use super::error::{MeshFault, quote, spell};

@@ -20,7 +20,7 @@ const MAX_MASKED_PACKS: usize = 6;
 /// Half diagonal of the 4 × 2 × 2 nodes of a group, in voxels, rounded up.
 const GROUP_RADIUS: f32 = 1.6584;
 
-/// What is asked of a brick.
+/// Query of one brick.
 #[derive(Clone, Copy)]
 pub(super) struct BrickQuery<'a> {
     pub triangles: &'a [TriangleFrame],
