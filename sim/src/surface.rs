@@ -40,7 +40,10 @@ pub struct Surface {
 impl Surface {
     /// A surface of triangles.
     pub fn of_faces(faces: Vec<[u32; 3]>, vertex_count: usize, carrier: Carrier) -> Self {
-        let edges = MeshView { points: &[], faces: &faces }.edges();
+        // A pass depends on the order of its constraints. Lower vertices first, whatever the order of the faces.
+        let mut edges = MeshView { points: &[], faces: &faces }.edges();
+        edges.iter_mut().for_each(|ends| ends.sort_unstable());
+        edges.sort_unstable();
         Self { faces, edges, carrier, vertex_count }
     }
 

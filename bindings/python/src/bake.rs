@@ -31,12 +31,12 @@ const POLL: Duration = Duration::from_millis(50);
 /// sign: "auto", "pseudo-normal" (closed surfaces) or "winding" (also open ones).
 /// band: half width of a sparse grid's band, in cells. padding: cells around the mesh's box.
 /// precision: samples of a sparse grid, "f32", "u16" or "u8".
-/// inner_faces: "drop" or "keep" closed shells inside of the solid.
+/// inner_faces: "drop" or "keep" closed shells inside of the solid. keep_mesh: keep the mesh for contacts(..., exact=True).
 /// threads: 1 or more; None for all cores. The result does not depend on it.
 /// progress: called as progress(done, total), in steps of no fixed length; an exception in it ends the bake.
 #[pyfunction]
 #[pyo3(signature = (mesh, faces=None, *, res=None, voxel_size=None, max_error=None, layout=None, sign="auto", band=3,
-    padding=4, precision=None, inner_faces="drop", threads=None, progress=None))]
+    padding=4, precision=None, inner_faces="drop", keep_mesh=false, threads=None, progress=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn bake(
     py: Python,
@@ -51,6 +51,7 @@ pub fn bake(
     padding: u32,
     precision: Option<&str>,
     inner_faces: &str,
+    keep_mesh: bool,
     threads: Option<usize>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Sdf> {
@@ -68,6 +69,7 @@ pub fn bake(
         padding,
         sign: sign_method(sign)?,
         inner_faces: choice("inner_faces", inner_faces, &[("drop", InnerFaces::Drop), ("keep", InnerFaces::Keep)])?,
+        keep_mesh,
         threads: Threads::ALL,
         ..BakeOptions::default()
     };

@@ -81,10 +81,10 @@ impl Sdf {
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
     /// complete: leave out no element that the baked mesh has within the margin; what the grid's error leaves open has the
-    /// status "possible".
+    /// status "possible". exact: contacts by the triangles of the mesh, which bake(..., keep_mesh=True) keeps.
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). threads: None for all cores.
     #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
-        complete=false, one_per_feature=false, budget=None, tolerance=1e-3, threads=None))]
+        complete=false, exact=false, one_per_feature=false, budget=None, tolerance=1e-3, threads=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn contacts<'py>(
         &self,
@@ -97,6 +97,7 @@ impl Sdf {
         pose: Option<&Bound<'py, PyAny>>,
         all_minima: bool,
         complete: bool,
+        exact: bool,
         one_per_feature: bool,
         budget: Option<u32>,
         tolerance: f64,
@@ -121,6 +122,7 @@ impl Sdf {
             tolerance,
             all_minima,
             complete,
+            exact,
             one_per_feature,
             threads: Threads::ALL,
         };

@@ -51,12 +51,23 @@ def test_grids_and_their_contacts_have_the_bits_of_the_program(program, tmp_path
         records = theirs.contacts(*cloth, **query)
         assert len(records) == len(found) > 10
         same_records(records, found)
-        # A sparse file does not say how far its depths are off, so that their bounds are infinite; the baker's are not.
         baked = ours.contacts(*cloth, **query)
         for name in records.dtype.names:
-            is_bound = name in ["error_bound", "shape_lower_bound"]
-            rows = np.isfinite(records[name]) if is_bound else slice(None)
-            assert np.array_equal(baked[name][rows], records[name][rows]), name
+            assert np.array_equal(baked[name], records[name]), name
+
+
+def test_exact_contacts_have_the_bits_of_the_program(program, tmp_path):
+    body, cloth = dented_ball(24), sheet(20)
+    write_obj(tmp_path / "body.obj", *body)
+    write_obj(tmp_path / "cloth.obj", *cloth)
+    program("bake", "body.obj", "-o", "body.sdf.h5", "--res", "48", "--keep-mesh", folder=tmp_path)
+    found = program("contacts", "cloth.obj", "body.sdf.h5", "--exact", "--margin", "0.02", folder=tmp_path)["contacts"]
+    for field in [sdftool.load(tmp_path / "body.sdf.h5"), sdftool.bake(*body, res=48, keep_mesh=True)]:
+        records = field.contacts(*cloth, exact=True, margin=0.02)
+        assert len(records) == len(found) > 10
+        same_records(records, found)
+    with pytest.raises(ValueError, match="keep_mesh"):
+        sdftool.bake(*body, res=48).contacts(*cloth, exact=True)
 
 
 def same_records(records, found):

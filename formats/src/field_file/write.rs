@@ -180,7 +180,7 @@ fn describe_shape<'a>(field: &'a AnyField) -> Result<TableText<'a>, &'static str
         }
         AnyField::Union(union) => table("union", [], Parts::List(union.parts().iter().collect())),
         AnyField::Intersection(_) => {
-            let pair = |field: &'a AnyField| match field {
+            let pair = |field: &'a AnyField| match alone(field) {
                 AnyField::Intersection(pair) => Some((&pair.0, &pair.1)),
                 _ => None,
             };
@@ -196,7 +196,7 @@ fn describe_shape<'a>(field: &'a AnyField) -> Result<TableText<'a>, &'static str
         }
         AnyField::SmoothUnion(union) => {
             let blend = union.blend();
-            let pair = |field: &'a AnyField| match field {
+            let pair = |field: &'a AnyField| match alone(field) {
                 AnyField::SmoothUnion(pair) if pair.blend() == blend => Some(pair.parts()),
                 _ => None,
             };

@@ -85,6 +85,7 @@ class Sdf:
         pose: _Pose | None = None,
         all_minima: bool = False,
         complete: bool = False,
+        exact: bool = False,
         one_per_feature: bool = False,
         budget: int | None = None,
         tolerance: float = 1e-3,
@@ -179,6 +180,7 @@ def bake(
     padding: int = 4,
     precision: Literal["f32", "u16", "u8"] | None = None,
     inner_faces: Literal["drop", "keep"] = "drop",
+    keep_mesh: bool = False,
     threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Sdf: ...
