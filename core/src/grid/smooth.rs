@@ -11,7 +11,7 @@
 //!
 //! With h the spacing, L the slope bound, M_k a bound of the sampled function's k-th derivatives:
 //!
-//! - |∇S − ∇f| = O(M₄ h³). Differences of the interpolant over ± half a cell are off by up to M₃ h² / 8 per axis: 0.13° on a torus
+//! - |∇S − ∇f| = O(M₄ h³). Differences of the interpolant over ± half a cell are off by up to M₃ h² / 8 per axis: 0.11° on a torus
 //!   whose tube is 8 cells thick, where the spline is off by 0.008°.
 //! - |∂S/∂x_k (x) − ∂S/∂x_k (y)| ≤ 2 (5/3)³ L |x − y| / h: the derivative of a spline is a mean of slopes along the grid's edges,
 //!   with weights whose absolute sum is at most (5/3)³, as 5/3 is that of the filter.
