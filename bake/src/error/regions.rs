@@ -50,7 +50,7 @@ pub struct ErrorRegion {
     pub error_bound: f64,
 }
 
-/// Most regions that are told apart.
+/// Largest number of regions that are reported one by one.
 pub const MAX_REGIONS: usize = 8;
 
 /// Error to which a winding number is computed where the boundary does not give its fraction.

@@ -279,7 +279,7 @@ impl Sdf {
         self.0.info().map(|info| info.max_margin())
     }
 
-    /// How inside was told from outside: "pseudo-normal" or "winding"; None of a closed form.
+    /// Sign method of the bake: "pseudo-normal" or "winding"; None of a closed form.
     #[getter]
     fn sign_method(&self) -> Option<&'static str> {
         self.0.info().map(|info| info.sign_method.name())
@@ -324,7 +324,7 @@ impl Sdf {
 /// Elements below which a call stays on the caller's thread: to wake others takes longer.
 const FEW: usize = 512;
 
-/// Runs `work` without the interpreter's lock, on the caller's thread where one is asked for or there is little to do.
+/// Runs `work` without the interpreter's lock, on the caller's thread if one thread is wanted or there is little to do.
 pub fn on_threads<T: Send>(
     py: Python,
     threads: Option<usize>,

@@ -131,7 +131,7 @@ impl FirstTouch {
             if reach < minimum.lower_bound {
                 return Touch::Never;
             }
-            // The field may be calmer nearby than on the whole way: the bound is asked again for what comes next.
+            // The field may be calmer nearby than on the whole way: it is bounded anew for the next step.
             let near = (time + 2.0 * gap / approach).min(1.0);
             let local = field.approach_bound(&path, time, near);
             let step = (gap / local).min(near - time) * (1.0 - 8.0 * f64::EPSILON);

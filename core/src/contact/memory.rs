@@ -71,7 +71,7 @@ impl<R: Float, const N: usize> ElementMemory<R, N> {
     }
 }
 
-/// [`contact`](super::contact()) of an element that was asked before. `fall` is an upper bound of how far φ has fallen at its points
+/// [`contact`](super::contact()) of an element that was searched before. `fall` is an upper bound of how far φ has fallen at its points
 /// since then. Nothing within the margin is skipped: an element that is certainly above it is [`Outcome::Culled`] without a look at
 /// the field, and any other is searched from where it was nearest ([`Minimizer::minimize_from`]).
 pub fn contact_again<R, F, M, const N: usize>(
