@@ -5,7 +5,7 @@
 //! | NanoVDB: which nodes are there, and in which order? | `nvdb::tree` |
 //! | NanoVDB: which bytes has each? | `nvdb::bytes` |
 //! | Plain arrays: raw, NumPy, NRRD | `arrays` |
-//! | VTKHDF image data | `vtkhdf` |
+//! | VTKHDF: image data, and a mesh that moves | `vtkhdf` |
 //! | A surface as binary glTF | `glb` |
 
 mod arrays;
@@ -24,7 +24,7 @@ pub(crate) use arrays::NPY_MAGIC;
 pub use arrays::{RawFacts, npy, nrrd, raw, raw_description};
 pub use glb::glb;
 pub use nvdb::nvdb;
-pub use vtkhdf::vtkhdf;
+pub use vtkhdf::{MovingMesh, vtkhdf, write_moving_vtkhdf};
 
 /// A file format of other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

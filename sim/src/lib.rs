@@ -3,7 +3,7 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface) |
+//! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged` |
 //! | What does a contact push, and how far? | `row`, `world/touch` |
 //! | How does everything move? XPBD (Macklin et al. 2016) in substeps, each pass there and back | [`World`] |
 //! | Sheets and nets, rigid bodies, soft bodies | `cloth`, `rigid`, `soft` |
@@ -44,6 +44,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod caged;
 pub mod cloth;
 mod obstacle;
 mod query;
@@ -55,6 +56,7 @@ pub mod soft;
 mod surface;
 mod world;
 
+pub use caged::{CageAtRest, CageRoom, CagedBody};
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
 pub use query::{Contacts, Elements, Motion, Query};
 pub use rigid::Body;

@@ -4,7 +4,7 @@ use sdf_core::contact::Contact;
 use sdf_core::placed::Rigid;
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshView, QueryError, Threads};
 
-use crate::row::Side;
+use crate::row::{Rows, Side};
 use crate::{Body, V3};
 
 /// A thing that surfaces must stay out of.
@@ -12,8 +12,8 @@ pub trait Obstacle: Sync {
     /// Contacts of elements of one kind: those with φ ≤ margin. `edges` are taken where the kind is edges.
     fn contacts(&self, mesh: MeshView, edges: &[[u32; 2]], options: &ContactOptions) -> Result<Contacts, QueryError>;
 
-    /// The side of a row that a contact presses on.
-    fn side(&self, contact: &Contact<f64>) -> Side;
+    /// The side of a row that a contact presses on. `rows` takes the particles that it names.
+    fn side(&self, contact: &Contact<f64>, rows: &mut Rows) -> Side;
 }
 
 /// A field that stands still.
@@ -25,7 +25,7 @@ impl Obstacle for Field {
         }
     }
 
-    fn side(&self, _: &Contact<f64>) -> Side {
+    fn side(&self, _: &Contact<f64>, _: &mut Rows) -> Side {
         Side::Fixed(V3::zeros())
     }
 }
@@ -44,7 +44,7 @@ impl Obstacle for Placed<'_> {
         Obstacle::contacts(self.field, mesh, edges, &ContactOptions { pose: Some(self.pose), ..*options })
     }
 
-    fn side(&self, _: &Contact<f64>) -> Side {
+    fn side(&self, _: &Contact<f64>, _: &mut Rows) -> Side {
         Side::Fixed(V3::zeros())
     }
 }
@@ -65,7 +65,7 @@ impl Obstacle for Carried<'_> {
         Obstacle::contacts(self.field, mesh, edges, &ContactOptions { pose: self.body.pose(), ..*options })
     }
 
-    fn side(&self, contact: &Contact<f64>) -> Side {
+    fn side(&self, contact: &Contact<f64>, _: &mut Rows) -> Side {
         Side::Body { id: self.id, arm: self.body.local_point(&contact.surface_point) }
     }
 }
@@ -86,7 +86,7 @@ impl Obstacle for Moving<'_> {
         Obstacle::contacts(self.now, mesh, edges, options)
     }
 
-    fn side(&self, contact: &Contact<f64>) -> Side {
+    fn side(&self, contact: &Contact<f64>, _: &mut Rows) -> Side {
         let value = |field: &Field| field.sample(&[contact.point.into()], Threads::ONE)[0].value;
         Side::Fixed(contact.normal * (-(value(self.later) - value(self.now)) / self.time))
     }

@@ -206,7 +206,7 @@ impl Query {
         rows: &mut Rows,
     ) -> Row {
         let a = surface.side(contact, world, rows);
-        let b = obstacle.side(contact);
+        let b = obstacle.side(contact, rows);
         let origin = match &b {
             Side::Fixed(_) => V3::zeros(),
             Side::Body { id, arm } => world.bodies[*id as usize].world_point(arm),

@@ -24,20 +24,23 @@ pub struct Matter {
     pub poisson: f64,
 }
 
-/// Adds a soft body: cubes with this side wherever `is_wanted` takes their center or the mesh has a point.
+/// Adds a soft body: cubes with this side wherever the mesh has a point, and of those within `padding` of the mesh's box wherever
+/// `is_wanted` takes their center.
 pub fn add(
     world: &mut World,
     points: &[[f64; 3]],
     faces: &[[u32; 3]],
     side: f64,
+    padding: f64,
     matter: &Matter,
     is_wanted: impl Fn(V3) -> bool,
 ) -> Surface {
     let cell_of = |point: &[f64; 3]| point.map(|x| (x / side).floor() as i32);
     let mut cells: BTreeMap<[i32; 3], ()> = points.iter().map(|point| (cell_of(point), ())).collect();
+    let layers = (padding / side).ceil() as i32;
     let ends = |axis: usize| {
         let all = cells.keys().map(|cell| cell[axis]);
-        (all.clone().min().unwrap_or(0), all.max().unwrap_or(0))
+        (all.clone().min().unwrap_or(0) - layers, all.max().unwrap_or(0) + layers)
     };
     let [x, y, z] = [0, 1, 2].map(ends);
     for cell in (z.0..=z.1).flat_map(|z| (y.0..=y.1).flat_map(move |y| (x.0..=x.1).map(move |x| [x, y, z]))) {

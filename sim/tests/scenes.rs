@@ -65,9 +65,7 @@ fn recorded(threads: usize) -> (Recording, scene::Outcome) {
     let method = "auto".parse().unwrap();
     let outcome = scene::run_all(&spec, Path::new("."), method, Threads::new(threads), 1, |_, frame, stage| {
         if frame == 0 {
-            let window = record::window(stage);
-            let outlines: Vec<_> = stage.obstacles.iter().map(|field| record::outline(field, &window, 24)).collect();
-            recording = Recording::new(&spec.title, stage, &outlines);
+            recording = Recording::new(&spec.title, spec.rate, stage, 24);
         }
         recording.push(stage);
         ControlFlow::Continue(())

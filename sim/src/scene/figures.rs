@@ -13,7 +13,8 @@ pub struct Figures {
     pub frames: u32,
     /// Is every coordinate finite?
     pub finite: bool,
-    /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, by the certified search.
+    /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, or at the worst frame where the scene asks for
+    /// every frame; by the certified search.
     pub deep_faces: usize,
     /// Depth of the deepest of them; 0 if nothing is inside.
     pub deepest: f64,
@@ -72,6 +73,12 @@ impl Figures {
             limit.filter(|limit| value.is_nan() || value > *limit).map(|limit| (name, [value.abs(), limit.abs()]))
         });
         missed.collect()
+    }
+
+    /// Counts deep faces, if there are more of them or a deeper one than before.
+    pub(super) fn add_deep(&mut self, count: usize, depth: f64) {
+        self.deep_faces = self.deep_faces.max(count);
+        self.deepest = self.deepest.max(depth);
     }
 
     /// The worse of each figure.

@@ -5,12 +5,14 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use sdf_core::Aabb;
-use sdf_field::{Method, QueryError, Threads};
+use sdf_core::cage::CageMap;
+use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
 use super::figures::Figures;
 use super::spec::SceneSpec;
-use crate::obstacle::{Carried, Obstacle};
+use crate::caged::{CageAtRest, CageRoom, CagedBody};
+use crate::obstacle::{Carried, Moving, Obstacle};
 use crate::query::{Contacts, Elements, Motion, Query};
 use crate::surface::{Carrier, Surface};
 use crate::{V3, World, scene::entangled::choose_sides};
@@ -56,10 +58,14 @@ pub fn run(
     threads: Threads,
     mut on_frame: impl FnMut(u32, &Stage) -> ControlFlow<()>,
 ) -> Result<Figures, QueryError> {
-    let mut run = Run::new(spec, stage, method, threads);
+    let bodies = stage.cages.clone();
+    let mut rooms = vec![CageRoom::default(); bodies.len()];
+    let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
+    let mut run = Run { cages, ..Run::new(spec, stage, method, threads) };
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
             run.frame(stage)?;
+            stage.time = f64::from(frame) / spec.rate;
             run.measure(stage, frame)?;
             if on_frame(frame, stage).is_break() || !run.figures.finite {
                 break;
@@ -82,6 +88,9 @@ struct Run<'a> {
     before: Vec<[f64; 3]>,
     squares: (f64, usize),
     sides: Vec<BTreeMap<u32, V3>>,
+    /// Soft bodies that others touch.
+    cages: Vec<(&'a CagedBody, CageAtRest<'a>)>,
+    cage_room: CageRoom,
 }
 
 impl<'a> Run<'a> {
@@ -111,17 +120,9 @@ impl<'a> Run<'a> {
             before: vec![],
             squares: (0.0, 0),
             sides: vec![BTreeMap::new(); stage.surfaces.len()],
+            cages: vec![],
+            cage_room: CageRoom::default(),
         }
-    }
-
-    /// Elements of a surface: rigid bodies need their vertices too, as of a level face any point is the lowest.
-    fn elements(&self, surface: &Surface) -> Elements {
-        let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
-        let strings = surface.faces.is_empty();
-        if self.only_vertices {
-            return Elements::VERTICES;
-        }
-        Elements { faces: !strings, edges: strings, vertices: is_rigid && self.query.method != Method::Sampling(4) }
     }
 
     fn frame(&mut self, stage: &mut Stage) -> Result<(), QueryError> {
@@ -132,11 +133,13 @@ impl<'a> Run<'a> {
             false => Motion::of(&stage.world, 1.0 / self.spec.rate),
         };
         self.contacts.clear();
-        let Stage { world, surfaces, obstacles, fields } = stage;
+        let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
+        let moments: Vec<[Field; 2]> =
+            animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
         let boxes: Vec<Option<Aabb>> =
             surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
         for (index, surface) in surfaces.iter().enumerate() {
-            let query = Query { elements: self.elements(surface), ..self.query };
+            let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
             for obstacle in obstacles.iter() {
                 let sides = &mut self.sides[index];
                 query.find_guided(obstacle, surface, world, &motion, &mut self.contacts, |found| {
@@ -144,6 +147,11 @@ impl<'a> Run<'a> {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
                     }
                 })?;
+            }
+            for (shape, [now, later]) in animations.iter().zip(&moments) {
+                let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
+                let motion = toward(&motion, shape.max_speed());
+                query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
             }
             let mine = body_of(surface);
             for (other, other_box) in surfaces.iter().zip(&boxes) {
@@ -154,6 +162,16 @@ impl<'a> Run<'a> {
                     query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
                 }
             }
+        }
+        for (cage, rest) in &self.cages {
+            let motion = toward(&motion, cage.max_speed(world));
+            let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
+                surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
+                    let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
+                    query.find(obstacle, surface, world, &motion, &mut self.contacts)
+                })
+            });
+            found.transpose()?;
         }
         if !fields.is_empty() {
             self.contacts.sort_by_place();
@@ -187,8 +205,11 @@ impl<'a> Run<'a> {
             }
             self.before = points;
         }
-        if self.spec.choose_side || self.spec.vary.seeds > 0 {
-            let deep = self.deep(stage)?.0;
+        if self.spec.choose_side || self.spec.every_frame || self.spec.vary.seeds > 0 {
+            let (deep, deepest) = self.deep(stage)?;
+            if self.spec.every_frame {
+                self.figures.add_deep(deep, deepest);
+            }
             let recovered = self.figures.recovered_frame.unwrap_or(frame);
             self.figures.recovered_frame = (deep == 0).then_some(recovered);
         }
@@ -197,19 +218,31 @@ impl<'a> Run<'a> {
 
     /// Faces that are deep, and how deep the deepest is, by the certified search.
     fn deep(&self, stage: &Stage) -> Result<(usize, f64), QueryError> {
-        let Stage { world, surfaces, obstacles, fields } = stage;
+        let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
         let mut found = Contacts::default();
-        for surface in surfaces {
+        let moments: Vec<Field> = animations.iter().map(|shape| shape.at(*time)).collect();
+        let certified = |surface: &Surface| {
             let elements = if surface.faces.is_empty() { Elements::EDGES } else { Elements::FACES };
-            let query =
-                Query { elements, method: Method::Certified, one_per_feature: false, thickness: 0.0, ..self.query };
-            for obstacle in obstacles {
+            Query { elements, method: Method::Certified, one_per_feature: false, thickness: 0.0, ..self.query }
+        };
+        for surface in surfaces {
+            let query = certified(surface);
+            for obstacle in obstacles.iter().chain(&moments) {
                 query.find(obstacle as &dyn Obstacle, surface, world, &Motion::NONE, &mut found)?;
             }
             for (id, field) in (0..).zip(fields).filter(|(id, _)| body_of(surface) != Some(*id)) {
                 let obstacle = Carried { field, id, body: &world.bodies[id as usize] };
                 query.find(&obstacle, surface, world, &Motion::NONE, &mut found)?;
             }
+        }
+        for (cage, rest) in &self.cages {
+            let judged =
+                cage.with_map(CageMap::Exact).with_obstacle(rest, world, &mut CageRoom::default(), |obstacle| {
+                    surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
+                        certified(surface).find(obstacle, surface, world, &Motion::NONE, &mut found)
+                    })
+                });
+            judged.transpose()?;
         }
         let depths = found.contacts.iter().map(|contact| -contact.distance);
         Ok((depths.clone().filter(|depth| *depth > 0.25 * self.spec.thickness).count(), depths.fold(0.0, f64::max)))
@@ -218,7 +251,8 @@ impl<'a> Run<'a> {
     fn finish(mut self, stage: &Stage) -> Result<Figures, QueryError> {
         let world = &stage.world;
         if self.figures.finite {
-            (self.figures.deep_faces, self.figures.deepest) = self.deep(stage)?;
+            let (deep, deepest) = self.deep(stage)?;
+            self.figures.add_deep(deep, deepest);
         }
         let points: Vec<_> = stage.surfaces.iter().flat_map(|surface| surface.points(world)).collect();
         let figures = &mut self.figures;
@@ -229,7 +263,7 @@ impl<'a> Run<'a> {
         // Without a loss, as in free flight, the kinetic energy at the start is the measure.
         let scale = (start - lowest).max(self.start.kinetic_energy()).max(f64::MIN_POSITIVE);
         figures.energy_gain = (highest - start) / scale;
-        let is_closed = self.spec.gravity == [0.0; 3] && stage.obstacles.is_empty();
+        let is_closed = self.spec.gravity == [0.0; 3] && stage.obstacles.is_empty() && stage.animations.is_empty();
         let all = self.start.momentum_scale();
         figures.momentum_error =
             is_closed.then(|| (world.momentum() - self.start.momentum()).norm() / all.max(f64::MIN_POSITIVE));
@@ -243,6 +277,29 @@ impl<'a> Run<'a> {
         figures.contacts = self.contacts.contacts.len();
         figures.elements = [self.contacts.element_count, self.contacts.searched_count];
         Ok(self.figures)
+    }
+}
+
+/// Elements of a surface: rigid bodies need their vertices too, as of a level face any point is the lowest.
+fn elements(query: &Query, only_vertices: bool, surface: &Surface) -> Elements {
+    let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
+    let strings = surface.faces.is_empty();
+    if only_vertices {
+        return Elements::VERTICES;
+    }
+    Elements { faces: !strings, edges: strings, vertices: is_rigid && query.method != Method::Sampling(4) }
+}
+
+/// Motion against an obstacle whose surface moves at most at this speed.
+fn toward(motion: &Motion, speed: f64) -> Motion {
+    Motion { fall: motion.fall + speed * motion.time, ..*motion }
+}
+
+/// Is the surface embedded in the tetrahedra of the body?
+fn is_skin(surface: &Surface, cage: &CagedBody) -> bool {
+    match &surface.carrier {
+        Carrier::Tets(weights) => weights.first().is_some_and(|corners| cage.has_particle(corners[0].0)),
+        _ => false,
     }
 }
 

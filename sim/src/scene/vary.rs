@@ -49,6 +49,7 @@ pub fn variants(spec: &SceneSpec) -> Vec<SceneSpec> {
         for start in cloths.chain(spec.rigid.iter_mut().map(|rigid| &mut rigid.start)) {
             start.velocity = start.velocity.map(|v| v * factor);
         }
+        spec.obstacle.iter_mut().for_each(|obstacle| obstacle.period /= factor);
         // What is slow needs as long to arrive.
         spec.frames = (f64::from(spec.frames) / factor.min(1.0)).min(f64::from(spec.frames) * 20.0) as u32;
     });
