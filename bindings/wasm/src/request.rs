@@ -171,8 +171,13 @@ fn columns(rows: &[ContactRow]) -> (Vec<f64>, Vec<u32>) {
     let triples: [fn(&ContactRow) -> [f64; 3]; 4] =
         [|row| row.weights, |row| row.point, |row| row.surface_point, |row| row.normal];
     triples.iter().for_each(|column| f64s.extend(rows.iter().flat_map(column)));
-    let numbers: [fn(&ContactRow) -> f64; 5] =
-        [|row| row.distance, |row| row.lower_bound, |row| row.slope, |row| row.error_bound, |row| row.shape_lower_bound];
+    let numbers: [fn(&ContactRow) -> f64; 5] = [
+        |row| row.distance,
+        |row| row.lower_bound,
+        |row| row.slope,
+        |row| row.error_bound,
+        |row| row.shape_lower_bound,
+    ];
     numbers.iter().for_each(|column| f64s.extend(rows.iter().map(column)));
     u32s.extend(rows.iter().flat_map(|row| [row.key as u32, (row.key >> 32) as u32]));
     u32s.extend(rows.iter().flat_map(|row| row.vertices));
