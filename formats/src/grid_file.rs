@@ -326,7 +326,8 @@ pub fn write_with_mesh<'a>(
 /// The bytes that [`write()`] would write.
 ///
 /// rust-hdf5 0.7.9 can write only to a path. So the bytes pass through a file in the system's temporary folder
-/// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns.
+/// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns. On WebAssembly, which has
+/// no folders, they are made in memory: other bytes, with the same contents.
 pub fn to_bytes<'a>(lattice: &Lattice, samples: impl Into<Samples<'a>>, about: &About) -> Result<Vec<u8>, GridFault> {
     to_bytes_with_mesh(lattice, samples, about, None)
 }
@@ -340,5 +341,9 @@ pub fn to_bytes_with_mesh<'a>(
 ) -> Result<Vec<u8>, GridFault> {
     let samples = samples.into();
     let header = check::checked_header(lattice, &samples, about, mesh).map_err(GridFault::Refused)?;
+    // A browser has no folder.
+    if cfg!(target_arch = "wasm32") {
+        return write::to_bytes(&samples, mesh, header);
+    }
     temporary_bytes(|path| write::write(path, &samples, mesh, header))
 }

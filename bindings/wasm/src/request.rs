@@ -26,6 +26,8 @@ enum Request {
     Bake { options: BakeWords },
     /// Bytes of a field's file: likewise.
     Open { name: String },
+    /// The bytes of a file that `Open` opens.
+    Save { field: usize },
     /// Points: values, then gradients.
     Sample { field: usize },
     /// Points and faces: the contacts, column by column.
@@ -49,6 +51,10 @@ pub fn run(input: Buffers) -> Result<Buffers, String> {
         Request::Open { name } => {
             let field = Field::from_bytes(&input.bytes, &name).map_err(|error| error.to_string())?;
             Buffers::text(&keep(field))
+        }
+        Request::Save { field } => {
+            let bytes = self::field(field)?.to_bytes().map_err(|error| error.to_string())?;
+            Ok(Buffers { bytes, ..Buffers::text(&json!({}))? })
         }
         Request::Sample { field } => sample(&self::field(field)?, &input),
         Request::Contacts { field, options } => {

@@ -80,6 +80,10 @@ for (const [body, mesh, options] of bakes) {
   compare(field, "native.sdf.h5", mesh, { margin: 0.01, complete: true });
   compare(field, "native.sdf.h5", mesh, { margin: 0.01, onePerFeature: true, method: "newton" });
   if (options.keepMesh) compare(field, "native.sdf.h5", mesh, { margin: 0.01, exact: true });
+  // What is saved here, the program opens, and the reverse.
+  writeFileSync("browser.sdf.h5", field.save());
+  sdftool("verify", "browser.sdf.h5", body);
+  compare(sdf.open(stored.save()), "browser.sdf.h5", mesh, { margin: 0.01 });
   field.free();
   stored.free();
 }

@@ -152,6 +152,8 @@ export class Field {
   /** Distances, NaN at points that are not finite; and three numbers a point. */
   sample(points: Float64Array | readonly number[]): { distance: Float64Array; gradient: Float64Array };
   contacts(mesh: Mesh, options?: ContactOptions): Contacts;
+  /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
+  save(): Uint8Array;
   /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts. */
   page(name: string, mesh?: Mesh, options?: ContactOptions): ContactSummary & { html: Uint8Array };
   /** Gives the memory back; the field cannot be used afterwards. */

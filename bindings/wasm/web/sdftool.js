@@ -136,6 +136,10 @@ export class Field {
     return found;
   }
 
+  save() {
+    return this.#call("save", {}).bytes;
+  }
+
   page(name, mesh = {}, options = {}) {
     const { answer, bytes } = this.#call("page", { name, options }, mesh);
     return { ...answer, html: bytes };

@@ -19,6 +19,9 @@ const works = {
     bodyName = stem(file.name);
     return { info: body.info, ...body.page(bodyName) };
   },
+  async save() {
+    return { bytes: body.save(), name: `${bodyName}.sdf.${body.info.layout == "closed form" ? "toml" : "h5"}` };
+  },
   async mesh({ file, options }) {
     if (!body) throw new Error("there is no body yet: drop its mesh first");
     const mesh = sdf.mesh(new Uint8Array(await file.arrayBuffer()), file.name);
@@ -37,7 +40,7 @@ onmessage = ({ data: { work, ...given } }) => {
       postMessage({ done, seconds: (performance.now() - started) / 1000 });
     } catch (error) {
       if (sdf?.isDead) sdf = body = undefined;
-      postMessage({ error: error.message });
+      postMessage({ error: error.message, isLost: !body });
     }
   });
 };

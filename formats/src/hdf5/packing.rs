@@ -72,11 +72,15 @@ fn pack<T: Element>(
     if tile.size != tiling.sides() {
         bytes = padded(&bytes, tile.size, tiling.sides(), T::BYTES);
     }
-    let filters = match T::BYTES {
+    Ok(PackedChunk { packed: apply_filters(&filters::<T>(), &bytes)?, digest })
+}
+
+/// Filters of a dataset's chunks.
+pub(super) fn filters<T: Element>() -> FilterPipeline {
+    match T::BYTES {
         1 => FilterPipeline::deflate(DEFLATE_LEVEL),
         element_bytes => FilterPipeline::shuffle_deflate(element_bytes as u32, DEFLATE_LEVEL),
-    };
-    Ok(PackedChunk { packed: apply_filters(&filters, &bytes)?, digest })
+    }
 }
 
 /// A chunk that sticks out of the dataset, filled up with zeros: HDF5 stores whole chunks.

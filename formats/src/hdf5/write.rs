@@ -4,10 +4,11 @@ use std::io;
 use std::mem::ManuallyDrop;
 use std::path::Path;
 
-use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
+use rust_hdf5::{H5File, Hdf5Error, LibverBound};
 
 use super::element::Element;
-use super::packing::{DEFLATE_LEVEL, packed_chunks};
+use super::group::{ChunkedDataset, Group};
+use super::packing::packed_chunks;
 use super::tiling::Tiling;
 
 /// Creates an HDF5 file and lets `fill` write its objects. The file records no times and has the classic form, which
@@ -30,36 +31,21 @@ fn create_and_fill(path: &Path, fill: impl FnOnce(&H5File) -> Result<(), Hdf5Err
     ManuallyDrop::into_inner(file).close_no_sync()
 }
 
-/// Adds a deflated dataset to a group, its bytes shuffled if elements have several. `transform` changes the elements of
-/// each chunk before they are stored; the SHA-256 of each transformed chunk is appended to `digests`.
-pub(crate) fn write_dataset<T: Element>(
-    group: &H5Group,
+/// Adds a dataset to a group. `transform` changes the elements of each chunk before they are stored; the SHA-256 of each
+/// transformed chunk is appended to `digests`.
+pub(crate) fn write_dataset<G: Group, T: Element>(
+    group: &G,
     name: &str,
     [shape, chunk_shape]: [&[usize]; 2],
     elements: &[T],
     transform: impl Fn(&mut [T]) + Sync,
     digests: &mut Vec<u8>,
-) -> Result<H5Dataset, Hdf5Error> {
-    let dataset = group.new_dataset::<T>().shape(shape).chunk(chunk_shape);
-    let dataset = match T::BYTES {
-        1 => dataset.deflate(DEFLATE_LEVEL),
-        _ => dataset.shuffle_deflate(DEFLATE_LEVEL),
-    };
-    let dataset = dataset.create(name)?;
+) -> Result<G::Dataset, Hdf5Error> {
+    let dataset = group.dataset::<T>(name, [shape, chunk_shape])?;
     let tiling = Tiling::new(shape, chunk_shape);
     packed_chunks(elements, &tiling, transform, |chunk, packed| {
         digests.extend(packed.digest);
-        dataset.write_chunk_raw(chunk, &packed.packed, 0)
+        dataset.put_chunk(chunk, packed.packed)
     })?;
     Ok(dataset)
-}
-
-/// Sets an attribute to an ASCII text of fixed length.
-pub(crate) fn set_fixed_ascii(group: &H5Group, name: &str, text: &str) -> Result<(), Hdf5Error> {
-    group.set_attr_typed(name, fixed_ascii(text), text.into())
-}
-
-/// Type of an ASCII text of fixed length, padded with NUL.
-pub(crate) fn fixed_ascii(text: &str) -> DatatypeMessage {
-    DatatypeMessage::FixedString { size: text.len() as u32, padding: 1, charset: 0 }
 }
