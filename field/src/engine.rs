@@ -17,11 +17,11 @@ use sdf_core::minimize::Minimizer;
 use sdf_core::placed::{Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf};
 
-/// Elements that are culled side by side: as many f64 as the widest vectors hold.
-const CULL_LANES: usize = 8;
+/// Elements that are culled side by side: as many f64 as the widest vectors hold. WebAssembly's hold two.
+const CULL_LANES: usize = if cfg!(target_arch = "wasm32") { 4 } else { 8 };
 
 /// Elements that are searched side by side: a step waits for the one before, and two vectors wait no longer than one.
-const SEARCH_LANES: usize = 16;
+const SEARCH_LANES: usize = if cfg!(target_arch = "wasm32") { 4 } else { 16 };
 
 /// A field, where it stands, and the elements to search in it.
 #[derive(Clone, Copy)]

@@ -201,8 +201,7 @@ impl Field {
         let bytes = match format {
             ExportFormat::Npy => export::npy(&lattice, &samples),
             ExportFormat::Nrrd => export::nrrd(&lattice, &samples),
-            ExportFormat::VtkHdf => export::vtkhdf(&lattice, &samples)
-                .map_err(|error| ExportError::Unwritable(std::env::temp_dir(), error))?,
+            ExportFormat::VtkHdf => export::vtkhdf(&lattice, &samples),
             _ => export::raw(&samples),
         };
         let facts = (format == ExportFormat::Raw).then(|| self.facts(&grid, options));

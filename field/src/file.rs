@@ -5,10 +5,10 @@ use std::path::Path;
 use sdf_core::AnyField;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
-use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh};
+use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh, WriteOptions};
 pub use sdf_formats::{
     field_file::FieldError,
-    grid_file::{GridFault, GridFileError},
+    grid_file::{Compression, GridFault, GridFileError},
 };
 
 use crate::info::{GridInfo, SignMethod, Source};
@@ -48,6 +48,11 @@ impl Field {
     /// Writes a baked grid as HDF5 (`.sdf.h5`), a closed form as TOML (`.sdf.toml`): whole, or not at all. [`open`](Self::open)
     /// reads the same field, bit for bit.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        self.save_packed(path, Compression::Deflate)
+    }
+
+    /// [`save`](Self::save) with another compression of a grid: without one, the file is larger, and written and read faster.
+    pub fn save_packed(&self, path: impl AsRef<Path>, compression: Compression) -> Result<(), SaveError> {
         if self.grid().is_none() {
             return field_file::write(path.as_ref(), self.as_any()).map_err(SaveError::ClosedForm);
         }
@@ -55,7 +60,8 @@ impl Field {
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
         let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info));
-        grid_file::write_with_mesh(path, lattice, samples, &about, mesh.as_ref()).map_err(SaveError::Grid)
+        let options = WriteOptions { mesh: mesh.as_ref(), compression };
+        grid_file::write_with(path, lattice, samples, &about, options).map_err(SaveError::Grid)
     }
 
     /// The bytes that [`save`](Self::save) writes.
@@ -67,8 +73,8 @@ impl Field {
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
-        let bytes = grid_file::to_bytes_with_mesh(grid.lattice(), samples(grid, info), &about, mesh.as_ref());
-        bytes.map_err(SaveError::Fault)
+        let options = WriteOptions { mesh: mesh.as_ref(), ..WriteOptions::default() };
+        grid_file::to_bytes_with(grid.lattice(), samples(grid, info), &about, options).map_err(SaveError::Fault)
     }
 
     fn stored_mesh(&self) -> Option<StoredMesh> {

@@ -8,6 +8,7 @@ use indicatif::ProgressDrawTarget;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
+use sdf_field::page::Scene;
 use sdf_field::{
     BakeError, Baked, ErrorBudgetError, ErrorRegions, Field, GridInfo, MeshReport, MeshView, Progress, Source,
 };
@@ -17,7 +18,7 @@ use crate::args::BakeArgs;
 use crate::commands::bake_many;
 use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
-use crate::page::{self, Scene};
+use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 
@@ -55,7 +56,7 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
     let read = started.elapsed().as_secs_f64();
     let (baked, input) = bake(args, input)?;
     let bake = started.elapsed().as_secs_f64() - read;
-    baked.field.save(output)?;
+    baked.field.save_packed(output, args.compress)?;
     if let Some(path) = &args.view {
         page::write(path, &Scene::of_field(stem(output), &baked.field))?;
     }

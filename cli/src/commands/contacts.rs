@@ -8,6 +8,7 @@ use sdf_core::Simplex;
 use sdf_core::contact::{Contact, ContactStatus};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
+use sdf_field::page::Scene;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
 use sdf_formats::contact_file::{self, ContactRecord, ContactRows, Label};
 use sdf_formats::field_file::OpenField;
@@ -18,7 +19,7 @@ use serde::{Serialize, Serializer};
 use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
 use crate::commands::view;
-use crate::page::{self, Scene};
+use crate::page;
 use crate::read_summary::{FromFile, ROUNDING, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{field_input, mesh_input, output, progress};
@@ -69,7 +70,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let name = format!("{} on {}", stem(&args.mesh), stem(&args.sdf));
         let pose = args.pose.motion()?;
         let contacts: Vec<ContactRecord> = found.records().collect();
-        page::write(path, &Scene { name, field: &field, pose, mesh: Some(&mesh), contacts: &contacts })?;
+        let mesh = Some(MeshView { points: &mesh.points, faces: &mesh.triangles });
+        page::write(path, &Scene { name, field: &field, pose, mesh, contacts: &contacts })?;
     }
     let deepest = found.records().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![
