@@ -35,7 +35,7 @@ impl Default for LineSearch {
 impl<const N: usize> Minimizer<N> for LineSearch {
     fn minimize<R: Real, F: EnclosedSdf>(&self, field: &F, simplex: &Simplex<R, N>) -> Minimum<R, N> {
         let mut state = DescentState::from_corners(field, simplex);
-        let tolerance = simplex.longest_edge() * R::from_f64(field.slope_bound() * self.tolerance);
+        let tolerance = simplex.longest_edge() * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let mut current = state.best;
         let mut active = !R::Mask::NONE;
         for _ in 0..self.iterations {
