@@ -202,6 +202,11 @@ impl<S: Storage> Grid<S> {
         self.error_bound
     }
 
+    /// Lowest sample on the faces of the box. Reads all of them.
+    pub fn lowest_boundary_sample(&self) -> f64 {
+        lowest_boundary_sample(&self.lattice, &self.storage)
+    }
+
     /// Positions of the nodes.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
@@ -229,7 +234,7 @@ impl<S: Storage> Sdf for Grid<S> {
 
     /// Reads all samples on the faces of the box: a sample −s there can make φ ≤ level up to level + s outside.
     fn bounds(&self, level: f64) -> Aabb {
-        let depth = -lowest_boundary_sample(&self.lattice, &self.storage).min(0.0);
+        let depth = -self.lowest_boundary_sample().min(0.0);
         self.lattice.bounds().inflate((level + depth).max(0.0))
     }
 

@@ -40,6 +40,8 @@ mod mesh_view;
 mod options;
 mod overlap;
 #[cfg(feature = "exchange")]
+mod requantize;
+#[cfg(feature = "exchange")]
 mod surface;
 mod threads;
 
