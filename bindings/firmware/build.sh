@@ -5,7 +5,7 @@
 # rustup after `rustup target add TARGET`, or any that includes the source of `core`, as Debian's rustc-web with rust-web-src does.
 set -eu
 [ $# -ge 2 ] || { echo "usage: build.sh TARGET FOLDER [FEATURES]" >&2; exit 2; }
-here=$(cd "$(dirname "$0")" && pwd)
+here=$(cd "$(dirname "$0")" && pwd -P)
 target_dir=${CARGO_TARGET_DIR:-$here/../target}
 set -- "$1" "$2" "${3:-dense-f32,dense-u16,sparse-f32,sparse-u16,sparse-u8,smooth}"
 core=
