@@ -23,6 +23,7 @@ mod kind;
 mod lattice;
 #[cfg(feature = "alloc")]
 pub mod owned;
+mod plain_normals;
 mod slope;
 mod smooth;
 pub mod sparse;
@@ -36,6 +37,7 @@ pub use dense::Dense;
 use gradient_range::GradientRange;
 pub use kind::{Layout, Precision};
 pub use lattice::Lattice;
+pub use plain_normals::PlainNormals;
 use slope::lowest_boundary_sample;
 pub use slope::{cell_slope, measure_slope_bound, slope_bound_with_outside};
 

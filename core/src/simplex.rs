@@ -190,7 +190,7 @@ pub(crate) fn excess<R: Real, const N: usize>(values: [R; N], total: R) -> R {
     let mut excess = sum;
     for (count, value) in (2..).zip(&sorted[1..]) {
         sum += *value;
-        excess = excess.max(sum * R::from_f64(1.0 / f64::from(count)));
+        excess = excess.max(sum * (R::one() / R::from_f64(f64::from(count))));
     }
     excess
 }

@@ -15,32 +15,20 @@ use sdf_core::contact::{Contact, Element, Outcome, lean_contact};
 use sdf_core::grid::{Blob, Grid, Storage};
 use sdf_core::minimize::FrankWolfe;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
+use sdf_core::{Sample, Sdf, Simplex};
 
-/// A grid whose normals are its own gradient, or smooth with the feature `smooth`.
-pub struct Normals<S>(Grid<S>);
+/// A grid with smooth normals, or with its own gradient as normals.
+#[cfg(feature = "smooth")]
+type Field<S> = Grid<S>;
+#[cfg(not(feature = "smooth"))]
+type Field<S> = sdf_core::grid::PlainNormals<S>;
 
-impl<S: Storage> Sdf for Normals<S> {
-    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        self.0.evaluate(point)
-    }
-    fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
-        if cfg!(feature = "smooth") { self.0.evaluate_smooth(point) } else { self.0.evaluate(point) }
-    }
-    fn bounds(&self, level: f64) -> Aabb {
-        self.0.bounds(level)
-    }
-    #[inline(always)]
-    fn slope_bound(&self) -> f64 {
-        self.0.slope_bound()
-    }
-    #[inline(always)]
-    fn slope_bound_as<R: Real>(&self) -> R {
-        self.0.slope_bound_as()
-    }
+fn field<S: Storage>(grid: Grid<S>) -> Field<S> {
+    #[cfg(feature = "smooth")]
+    return grid;
+    #[cfg(not(feature = "smooth"))]
+    sdf_core::grid::PlainNormals(grid)
 }
-
-impl<S: Storage> EnclosedSdf for Normals<S> {}
 
 /// The enum of the kinds that are linked, and a call for whichever it is.
 macro_rules! kinds {
@@ -49,7 +37,7 @@ macro_rules! kinds {
         pub enum OpenBlob<'a> {
             $(
                 #[cfg(feature = $feature)]
-                $variant(Normals<$storage>),
+                $variant(Field<$storage>),
             )+
             /// Keeps the lifetime where no kind is linked; never made.
             #[doc(hidden)]
@@ -62,7 +50,7 @@ macro_rules! kinds {
                 $(
                     #[cfg(feature = $feature)]
                     if let Some(grid) = blob.$method::<$code>() {
-                        return Some(Self::$variant(Normals(grid)));
+                        return Some(Self::$variant(field(grid)));
                     }
                 )+
                 let _ = blob;

@@ -41,8 +41,9 @@ pub(super) fn smooth_gradient<R: Float, S: Storage>(
     point: Vector3<R>,
     value_at_box: impl FnOnce(Vector3<R>) -> R,
 ) -> Vector3<R> {
-    let axes: [AxisTaps<R>; 3] = core::array::from_fn(|axis| AxisTaps::new(lattice, axis, point[axis]));
-    let (origin, spacing, inv_spacing) = lattice.in_numbers::<R>();
+    let ((origin, spacing, inv_spacing), cells) = (lattice.in_numbers::<R>(), lattice.cells());
+    let axes: [AxisTaps<R>; 3] =
+        core::array::from_fn(|axis| AxisTaps::new(cells[axis], (point[axis] - origin[axis]) * inv_spacing));
     let inside = contract(&axes, storage) * inv_spacing;
     if axes.iter().all(|taps| taps.is_inside) {
         return inside;
@@ -79,11 +80,10 @@ impl<R: Float> AxisTaps<R> {
 }
 
 impl<R: Float> AxisTaps<R> {
-    fn new(lattice: &Lattice, axis: usize, x: R) -> Self {
-        let last_cell = lattice.cells()[axis].wrapping_sub(1);
-        let (origin, _, inv_spacing) = lattice.in_numbers::<R>();
-        let unclamped = (x - origin[axis]) * inv_spacing;
-        let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(lattice.cells()[axis])));
+    /// For a point so many cells from the first node, of a lattice with so many of them.
+    fn new(cells: u32, unclamped: R) -> Self {
+        let last_cell = cells.wrapping_sub(1);
+        let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(cells)));
         let cell = steps.to_count().min(last_cell);
         let (weights, slopes) = spline_weights(steps - R::from_f64(f64::from(cell)));
         let is_inside = steps <= unclamped && unclamped <= steps;

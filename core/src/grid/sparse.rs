@@ -229,10 +229,10 @@ impl<B: BrickData> Sparse<B> {
 
     /// Corners of the coarse cell that covers a slot, in the order of [`Storage::corners`].
     pub fn coarse_corners(&self, slot: [u32; 3]) -> [f32; 8] {
-        let [count_x, count_y, _] = self.slot_counts.map(|n| n as usize + 1);
+        let [count_x, count_y, _] = self.slot_counts.map(|n| (n as usize).wrapping_add(1));
         let [x, y, z] = slot.map(|index| index as usize);
         core::array::from_fn(|corner| {
-            let [x, y, z] = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
+            let [x, y, z] = [x.wrapping_add(corner & 1), y.wrapping_add(corner >> 1 & 1), z.wrapping_add(corner >> 2)];
             let index = z.wrapping_mul(count_y).wrapping_add(y).wrapping_mul(count_x).wrapping_add(x);
             self.bricks.coarse_sample(index).unwrap_or(0.0)
         })
@@ -315,7 +315,9 @@ impl<B: BrickData> Storage for Sparse<B> {
 
     #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
+        let [x, y, z] = cell;
+        let corner =
+            |corner: u32| [x.wrapping_add(corner & 1), y.wrapping_add(corner >> 1 & 1), z.wrapping_add(corner >> 2)];
         let is_in_one_slot = cell.iter().all(|index| index % BRICK != BRICK - 1);
         match self.brick_of_node(cell) {
             Some(brick) if is_in_one_slot => self.corners_in_brick(brick, cell),

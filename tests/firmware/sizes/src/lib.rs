@@ -7,7 +7,7 @@
 use sdf_core::contact::{Element, Outcome, contact, lean_contact};
 use sdf_core::grid::blob::{BlobBricks, BlobDense};
 use sdf_core::grid::sparse::Sparse;
-use sdf_core::grid::{Blob, Grid};
+use sdf_core::grid::{Blob, Grid, PlainNormals};
 use sdf_core::minimize::{
     Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Newton, PointSampling, ProjectedGradient,
 };
@@ -44,6 +44,7 @@ impl Measured for Crate {
 type DenseF32 = Grid<BlobDense<'static, [u8; 4]>>;
 type DenseU16 = Grid<BlobDense<'static, [u8; 2]>>;
 type SparseU16 = Grid<Sparse<BlobBricks<'static, [u8; 2]>>>;
+type PlainU16 = PlainNormals<BlobDense<'static, [u8; 2]>>;
 
 macro_rules! measured {
     ($($grid:ident),*) => {$(
@@ -57,7 +58,7 @@ macro_rules! measured {
     )*};
 }
 
-measured!(DenseF32, DenseU16, SparseU16);
+measured!(DenseF32, DenseU16, SparseU16, PlainU16);
 
 /// Distance, weights and point of the minimum: what a program needs that has normals of its own.
 #[inline(always)]
@@ -141,6 +142,7 @@ queries! {
     search Certified Crate 3 "certified.box.face";
     search Certified DenseU16 3 "certified.dense u16.face";
     lean FrankWolfe Crate 3 "Frank-Wolfe, `lean_contact`.box.face";
+    lean FrankWolfe PlainU16 3 "Frank-Wolfe, `lean_contact`, plain normals.dense u16.face";
     lean FrankWolfe DenseU16 3 "Frank-Wolfe, `lean_contact`.dense u16.face";
     lean FrankWolfe SparseU16 3 "Frank-Wolfe, `lean_contact`.sparse u16.face";
     full FrankWolfe DenseU16 3 "Frank-Wolfe, `contact`.dense u16.face";
