@@ -86,7 +86,7 @@ fn same_bits<R: Float>(grid: &OwnedGrid, blob: &(impl EnclosedSdf + Sdf), random
     assert!(contacts > 30, "{contacts}");
 }
 
-/// What is a contact is one by the lean search too, with the same bits but for bounds.
+/// The lean search finds each contact too, with the same bits but for bounds.
 fn lean_is_the_same<R: Float>(
     field: &impl EnclosedSdf,
     minimizer: &impl Minimizer<3>,
