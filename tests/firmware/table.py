@@ -34,6 +34,8 @@ class Program:
                 # Aliases stand at one address.
                 self.symbols.setdefault(int(address, 16) & ~1, []).append((int(size, 16), kind, name))
         self.query = query
+        if not any(name == query for names in self.symbols.values() for _, _, name in names):
+            sys.exit(f"{query}: not in {library}")
 
     def bytes(self):
         """Code and constants of the query, and of the compiler's routines."""

@@ -15,74 +15,32 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::shapes::{Cuboid, Sphere};
 use sdf_core::{EnclosedSdf, Simplex};
 
-/// A field that a query is measured on.
-trait Measured {
-    type Field: EnclosedSdf;
-    fn with<T>(&self, query: impl FnOnce(&Self::Field) -> T) -> Option<T>;
-}
-
-/// Closed forms whose parameters the compiler knows.
-struct Ball;
-struct Crate;
-
-impl Measured for Ball {
-    type Field = Sphere;
-    #[inline(always)]
-    fn with<T>(&self, query: impl FnOnce(&Sphere) -> T) -> Option<T> {
-        Sphere::new(0.5).map(|sphere| query(&sphere))
-    }
-}
-
-impl Measured for Crate {
-    type Field = Cuboid;
-    #[inline(always)]
-    fn with<T>(&self, query: impl FnOnce(&Cuboid) -> T) -> Option<T> {
-        Cuboid::new([0.25, 0.5, 0.375]).map(|cuboid| query(&cuboid))
-    }
-}
-
 type DenseF32 = Grid<BlobDense<'static, [u8; 4]>>;
 type DenseU16 = Grid<BlobDense<'static, [u8; 2]>>;
 type SparseU16 = Grid<Sparse<BlobBricks<'static, [u8; 2]>>>;
 type PlainU16 = PlainNormals<BlobDense<'static, [u8; 2]>>;
 
-macro_rules! measured {
-    ($($grid:ident),*) => {$(
-        impl Measured for $grid {
-            type Field = Self;
-            #[inline(always)]
-            fn with<T>(&self, query: impl FnOnce(&Self) -> T) -> Option<T> {
-                Some(query(self))
-            }
-        }
-    )*};
-}
-
-measured!(DenseF32, DenseU16, SparseU16, PlainU16);
-
 /// Distance, weights and point of the minimum: what a program needs that has normals of its own.
 #[inline(always)]
 fn search<const N: usize>(
-    field: &impl Measured,
+    field: &impl EnclosedSdf,
     minimizer: &impl Minimizer<N>,
     corners: &[[f32; 3]; N],
     out: &mut [f32; 7],
 ) {
     let simplex = Simplex { corners: corners.map(Vector3::from) };
-    field.with(|field| {
-        let minimum = minimizer.minimize(field, &simplex);
-        out[0] = minimum.sample.value;
-        out[1..4].iter_mut().zip(minimum.weights).for_each(|(out, weight)| *out = weight);
-        out[4..].iter_mut().zip(&minimum.point).for_each(|(out, x)| *out = *x);
-    });
+    let minimum = minimizer.minimize(field, &simplex);
+    out[0] = minimum.sample.value;
+    out[1..4].iter_mut().zip(minimum.weights).for_each(|(out, weight)| *out = weight);
+    out[4..].iter_mut().zip(&minimum.point).for_each(|(out, x)| *out = *x);
 }
 
 fn element<const N: usize>(corners: &[[f32; 3]; N]) -> Element<f32, N> {
     Element { id: 0, vertices: [0; N], simplex: Simplex { corners: corners.map(Vector3::from) } }
 }
 
-fn write<const N: usize>(outcome: Option<Outcome<f32, N>>, out: &mut [f32; 7]) {
-    if let Some(Outcome::Contact(contact)) = outcome {
+fn write<const N: usize>(outcome: Outcome<f32, N>, out: &mut [f32; 7]) {
+    if let Outcome::Contact(contact) = outcome {
         *out = [0.0; 7];
         out[0] = contact.distance;
         out[1..4].copy_from_slice(contact.normal.as_slice());
@@ -106,42 +64,42 @@ macro_rules! queries {
         search($field, &$minimizer::default(), $corners, $out)
     };
     (@ lean $minimizer:ident, $field:ident, $corners:ident, $out:ident) => {
-        write($field.with(|field| lean_contact(field, &$minimizer::default(), 0.0, &element($corners))), $out)
+        write(lean_contact($field, &$minimizer::default(), 0.0, &element($corners)), $out)
     };
     (@ full $minimizer:ident, $field:ident, $corners:ident, $out:ident) => {
-        write($field.with(|field| contact(field, &$minimizer::default(), 0.0, &element($corners))), $out)
+        write(contact($field, &$minimizer::default(), 0.0, &element($corners)), $out)
     };
 }
 
 queries! {
-    search GoldenSection Ball 2 "golden section.sphere.edge";
-    search GoldenSection Crate 2 "golden section.box.edge";
+    search GoldenSection Sphere 2 "golden section.sphere.edge";
+    search GoldenSection Cuboid 2 "golden section.box.edge";
     search GoldenSection DenseU16 2 "golden section.dense u16.edge";
     search GoldenSection SparseU16 2 "golden section.sparse u16.edge";
-    search FrankWolfe Ball 2 "Frank-Wolfe.sphere.edge";
-    search FrankWolfe Crate 2 "Frank-Wolfe.box.edge";
+    search FrankWolfe Sphere 2 "Frank-Wolfe.sphere.edge";
+    search FrankWolfe Cuboid 2 "Frank-Wolfe.box.edge";
     search FrankWolfe DenseU16 2 "Frank-Wolfe.dense u16.edge";
     search FrankWolfe SparseU16 2 "Frank-Wolfe.sparse u16.edge";
-    search FrankWolfe Ball 3 "Frank-Wolfe.sphere.face";
-    search FrankWolfe Crate 3 "Frank-Wolfe.box.face";
+    search FrankWolfe Sphere 3 "Frank-Wolfe.sphere.face";
+    search FrankWolfe Cuboid 3 "Frank-Wolfe.box.face";
     search FrankWolfe DenseF32 3 "Frank-Wolfe.dense f32.face";
     search FrankWolfe DenseU16 3 "Frank-Wolfe.dense u16.face";
     search FrankWolfe SparseU16 3 "Frank-Wolfe.sparse u16.face";
-    search ProjectedGradient Crate 3 "projected gradient.box.face";
+    search ProjectedGradient Cuboid 3 "projected gradient.box.face";
     search ProjectedGradient DenseU16 3 "projected gradient.dense u16.face";
     search ProjectedGradient SparseU16 3 "projected gradient.sparse u16.face";
-    search LineSearch Crate 3 "line search.box.face";
+    search LineSearch Cuboid 3 "line search.box.face";
     search LineSearch DenseU16 3 "line search.dense u16.face";
     search LineSearch SparseU16 3 "line search.sparse u16.face";
-    search Newton Crate 3 "Newton.box.face";
+    search Newton Cuboid 3 "Newton.box.face";
     search Newton DenseU16 3 "Newton.dense u16.face";
     search Newton SparseU16 3 "Newton.sparse u16.face";
-    search PointSampling Crate 3 "point sampling.box.face";
+    search PointSampling Cuboid 3 "point sampling.box.face";
     search PointSampling DenseU16 3 "point sampling.dense u16.face";
     search PointSampling SparseU16 3 "point sampling.sparse u16.face";
-    search Certified Crate 3 "certified.box.face";
+    search Certified Cuboid 3 "certified.box.face";
     search Certified DenseU16 3 "certified.dense u16.face";
-    lean FrankWolfe Crate 3 "Frank-Wolfe, `lean_contact`.box.face";
+    lean FrankWolfe Cuboid 3 "Frank-Wolfe, `lean_contact`.box.face";
     lean FrankWolfe PlainU16 3 "Frank-Wolfe, `lean_contact`, plain normals.dense u16.face";
     lean FrankWolfe DenseU16 3 "Frank-Wolfe, `lean_contact`.dense u16.face";
     lean FrankWolfe SparseU16 3 "Frank-Wolfe, `lean_contact`.sparse u16.face";
