@@ -7,6 +7,7 @@ use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
 use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh, WriteOptions};
 pub use sdf_formats::{
+    blob_file::StoredBlob,
     field_file::FieldError,
     grid_file::{Compression, GridFault, GridFileError},
 };
@@ -15,11 +16,12 @@ use crate::info::{GridInfo, SignMethod, Source};
 use crate::{Field, KeptMesh};
 
 impl Field {
-    /// Opens a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`), by content: HDF5 has a signature, all else is
-    /// taken for TOML. A grid is read whole and held against its checksums.
+    /// Opens a baked grid (`.sdf.h5`), a blob of one (`.sdfb`) or shapes in closed form (`.sdf.toml`), by content: HDF5 and blobs have
+    /// a signature, all else is taken for TOML. A grid is read whole and held against its checksums.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FieldError> {
         Ok(match field_file::open(path.as_ref())? {
             OpenField::Analytic(field) => Self::new(field),
+            OpenField::Blob(blob) => Self::from_blob(blob),
             OpenField::Grid(reader) => Self::from_stored(reader.read()?),
         })
     }
@@ -29,8 +31,24 @@ impl Field {
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, FieldError> {
         Ok(match field_file::open_bytes(bytes, name)? {
             OpenField::Analytic(field) => Self::new(field),
+            OpenField::Blob(blob) => Self::from_blob(blob),
             OpenField::Grid(reader) => Self::from_stored(reader.read()?),
         })
+    }
+
+    /// The grid of a blob. It has the samples and bounds of the one that was exported, and no other metadata.
+    pub fn from_blob(StoredBlob { grid, padding, .. }: StoredBlob) -> Self {
+        let info = GridInfo {
+            sign_method: SignMethod::Given,
+            sign_reason: "given: a blob does not say how".to_owned(),
+            error_bound: grid.global_error_bound(),
+            padding,
+            band: Some(grid.band()).filter(|band| band.is_finite()),
+            source: Source::default(),
+            tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
+            options: "export --format blob".to_owned(),
+        };
+        Self::from_grid(grid, info)
     }
 
     /// A grid that was read.

@@ -43,6 +43,8 @@ mod overlap;
 #[cfg(feature = "page")]
 pub mod page;
 #[cfg(feature = "exchange")]
+mod requantize;
+#[cfg(feature = "exchange")]
 mod surface;
 mod threads;
 

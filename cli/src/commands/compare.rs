@@ -58,6 +58,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
 
 fn read_field(args: &CompareArgs) -> Result<Field> {
     Ok(match field_input::open(&args.sdf)? {
+        OpenField::Blob(blob) => field_input::from_blob(&args.sdf, blob, args.margin)?,
         OpenField::Analytic(field) => Field::new(field),
         OpenField::Grid(reader) => {
             require_distances(&args.sdf, args.margin, &reader.summary())?;

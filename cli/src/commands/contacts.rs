@@ -150,6 +150,13 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
         OpenField::Analytic(_) if args.exact => {
             bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display())
         }
+        OpenField::Blob(_) if args.exact => {
+            bail!(
+                "{}: a blob keeps no mesh for --exact: give the baked grid that it was exported from",
+                args.sdf.display()
+            )
+        }
+        OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, args.margin)?, None)),
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();

@@ -27,6 +27,7 @@ pub fn run(args: &EvalArgs) -> Result<()> {
             let stored = reader.read_needed(regions, f64::INFINITY)?;
             print(args, &stored.grid, &points, Some(FromFile::of(&stored, file_bytes)))
         }
+        OpenField::Blob(blob) => print(args, &blob.grid, &points, None),
         OpenField::Analytic(node) => print(args, &node, &points, None),
     }
 }

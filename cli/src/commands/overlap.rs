@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::args::{ContactsArgs, rigid};
 use crate::read_summary::{FromFile, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
-use crate::{mesh_input, output};
+use crate::{field_input, mesh_input, output};
 
 /// Runs `contacts` on two fields.
 pub fn run(args: &ContactsArgs) -> Result<()> {
@@ -131,6 +131,7 @@ impl Side<'_> {
     /// that tell its bounds.
     fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Field, Option<FromFile>)> {
         match field_file::open(self.path)? {
+            OpenField::Blob(blob) => Ok((field_input::from_blob(self.path, blob, margin)?, None)),
             OpenField::Analytic(field) => Ok((Field::new(field), None)),
             OpenField::Grid(reader) => {
                 let summary = reader.summary();

@@ -41,6 +41,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
             let parts = bytes_of(&reader.summary().parts);
             (Field::Grid(reader.read()?), Some(parts))
         }
+        OpenField::Blob(blob) => (Field::Analytic(blob.grid.into()), None),
         OpenField::Analytic(node) => (Field::Analytic(node), None),
     };
     // As it was baked: welded and closed, without faces that lie inside of the solid.
