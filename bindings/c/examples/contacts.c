@@ -59,6 +59,7 @@ int main(int argc, char **argv) {
     SdfResult result = sdf_overlap(again, body, &query, &verdict, deepest, 4, &count, &error);
     if ((result != SDF_OK && result != SDF_TOO_SMALL) || verdict != SDF_TOUCHING || count == 0) return puts(error.text), 1;
     printf("overlap at height %.2f, %.2f and %.2f deep\n", deepest[0].point[2], -deepest[0].distances[0], -deepest[0].distances[1]);
+    if (fabs(deepest[0].point[2] + 0.75) > 0.01 || fabs(deepest[0].distances[0] + 0.25 / sqrt(3)) > 0.01) return puts("not there"), 1;
     query.translation[2] = -2.5;
     if (sdf_overlap(again, body, &query, NULL, deepest, 4, &count, &error) != SDF_OK || count != 0) return puts("not apart"), 1;
     if (sdf_mesh_distances(octahedron, 6, sides, 8, SDF_SIGN_AUTO, 1, points, 2, distances, &error) != SDF_OK) return puts(error.text), 1;

@@ -34,8 +34,8 @@ fn box_ball_capsule_and_mesh_rest_on_a_baked_grid() {
         let points: Vec<Vec<Vector>> = bodies.iter().map(|(_, _, shape, _)| surface_points(shape)).collect();
         (0..10 * STEPS).for_each(|_| world.step());
         let start: Vec<Vector> = bodies.iter().map(|(.., body)| world.body(*body).translation()).collect();
-        let mut speeds = vec![(0.0_f32, 0.0_f32); 4];
-        let mut depths = vec![f64::INFINITY; 4];
+        let mut speeds = [(0.0_f32, 0.0_f32); 4];
+        let mut depths = [f64::INFINITY; 4];
         for step in 0..10 * STEPS {
             world.step();
             for (((.., handle), points), (speed, depth)) in

@@ -67,6 +67,7 @@ pub fn import_grid(py: Python, path: PathBuf, spacing: Option<f64>, origin: Opti
         let bytes = std::fs::read(&path)?;
         Ok(Field::import(&bytes, format, Source { name, ..Source::default() }))
     });
-    let imported = imported.map_err(|error: std::io::Error| io_error(&error, &format!("{}: {error}", path.display())))?;
+    let imported =
+        imported.map_err(|error: std::io::Error| io_error(&error, &format!("{}: {error}", path.display())))?;
     imported.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
 }
