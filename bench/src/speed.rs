@@ -17,7 +17,6 @@ mod bodies;
 mod commands;
 mod contacts;
 mod limits;
-mod method;
 mod peers;
 mod plot;
 mod reading;
@@ -53,7 +52,7 @@ pub struct Options {
     #[arg(long, value_name = "D", default_value_t = 0.01, allow_negative_numbers = true)]
     pub margin: f64,
     /// Measure contacts by this method only [default: several].
-    #[arg(long, value_parser = method::parser())]
+    #[arg(long)]
     pub method: Option<Method>,
     /// Smallest number of runs of each work.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]

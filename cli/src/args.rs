@@ -8,7 +8,7 @@ mod simulate;
 mod values;
 
 pub use bake::BakeArgs;
-pub use contacts::{CompareArgs, ContactsArgs, Elements, MethodName, rigid};
+pub use contacts::{CompareArgs, ContactsArgs, Elements, rigid};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
 pub use simulate::{MethodWord, SimulateArgs};
@@ -17,6 +17,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use sdf_core::grid::owned::{Layout, Precision};
+use sdf_field::Method;
 
 /// Bake meshes into signed distance fields, and find the contacts of other meshes with them.
 ///
@@ -71,12 +72,10 @@ impl Command {
             Self::Bake(args) if args.max_error.is_some() && args.precision.is_some() => {
                 Err("--max-error chooses the precision: remove --precision")
             }
-            Self::Contacts(args)
-                if args.all_minima && !matches!(args.method, MethodName::Auto | MethodName::Certified) =>
-            {
+            Self::Contacts(args) if args.all_minima && !matches!(args.method, Method::Auto | Method::Certified) => {
                 Err("--all-minima needs a certified search: remove --method")
             }
-            Self::Contacts(args) if args.method == MethodName::Gss && args.elements != Elements::Edges => {
+            Self::Contacts(args) if args.method == Method::GoldenSection && args.elements != Elements::Edges => {
                 Err("--method gss works on edges only: add --elements edges, or use another method")
             }
             Self::Simulate(args) if args.suite && args.frames.is_some() => {

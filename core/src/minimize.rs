@@ -7,7 +7,7 @@
 //! | [`AllMinima`] | every isolated minimum | `all_minima` |
 //! | [`Newton`] | a local minimum, in the fewest evaluations | `newton`, `cuts`, `curvature` |
 //! | [`FrankWolfe`] | a local minimum, in the shortest time on fields that are cheap to evaluate | `frank_wolfe` |
-//! | [`ProjectedGradient`], [`LineSearch`], [`GoldenSection`] | a local minimum | one each |
+//! | [`ProjectedGradient`], [`GoldenSection`] | a local minimum | one each |
 //! | [`PointSampling`] | the lowest of fixed points | `point_sampling` |
 //!
 //! Every local method starts at the lowest corner and keeps the best point so far (`descent_state`). It stops by its
@@ -20,7 +20,6 @@ mod cuts;
 mod descent_state;
 mod frank_wolfe;
 mod golden_section;
-mod line_search;
 mod newton;
 mod point_sampling;
 mod projected_gradient;
@@ -30,7 +29,6 @@ pub use all_minima::{AllMinima, MinimaSummary, SimplexCell};
 pub use certified::Certified;
 pub use frank_wolfe::FrankWolfe;
 pub use golden_section::GoldenSection;
-pub use line_search::LineSearch;
 pub use newton::Newton;
 pub use point_sampling::PointSampling;
 pub use projected_gradient::ProjectedGradient;

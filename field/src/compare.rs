@@ -8,9 +8,7 @@ use std::time::Instant;
 
 use sdf_core::EnclosedSdf;
 use sdf_core::contact::{Contact, Element};
-use sdf_core::minimize::{
-    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Newton, PointSampling, ProjectedGradient,
-};
+use sdf_core::minimize::{Certified, FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
 use sdf_core::placed::Posed;
 
 use crate::mesh_view::element;
@@ -47,25 +45,9 @@ pub struct Comparison {
     /// The fastest method that misses no contact and keeps 95 % of its errors within tolerance · median longest edge of the
     /// contacts' elements; [`Method::Auto`] where none does.
     pub recommended: Method,
-    /// In the order of [`METHODS`].
+    /// In the order of [`Method::ALL`]; golden section on edges alone.
     pub methods: Vec<MethodReport>,
 }
-
-/// The methods that are compared; golden section on edges alone.
-pub const METHODS: [Method; 12] = [
-    Method::SamplingWithCorners(0),
-    Method::Sampling(4),
-    Method::Sampling(16),
-    Method::Sampling(64),
-    Method::SamplingWithCorners(64),
-    Method::FrankWolfe,
-    Method::ProjectedGradient,
-    Method::LineSearch,
-    Method::Newton,
-    Method::GoldenSection,
-    Method::Auto,
-    Method::Certified,
-];
 
 /// Evaluations of the reference per element.
 const REFERENCE_BUDGET: u32 = 16_384;
@@ -92,7 +74,7 @@ impl Field {
         };
         let reference = run(Method::Certified, Some(REFERENCE_BUDGET), options.tolerance * 0.1)?;
         let is_compared = |method: &Method| *method != Method::GoldenSection || options.elements == Elements::Edges;
-        let methods: Vec<Method> = METHODS.into_iter().filter(is_compared).collect();
+        let methods: Vec<Method> = Method::ALL.into_iter().filter(is_compared).collect();
         let mut times = vec![vec![]; methods.len()];
         let mut found = vec![Contacts::default(); methods.len()];
         for _ in 0..rounds.max(1) {
@@ -184,7 +166,6 @@ where
             ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }.minimize(field, simplex)
         }
         Method::Newton => Newton { iterations: budget, ..Newton::default() }.minimize(field, simplex),
-        Method::LineSearch => LineSearch { iterations: budget, ..LineSearch::default() }.minimize(field, simplex),
         Method::Sampling(samples) => PointSampling { samples, corners: false }.minimize(field, simplex),
         Method::SamplingWithCorners(samples) => PointSampling { samples, corners: true }.minimize(field, simplex),
         Method::GoldenSection => match simplex.corners.as_slice() {

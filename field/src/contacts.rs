@@ -2,8 +2,8 @@
 
 use sdf_core::contact::{Contact, ContactStatus, Element, Outcome, all_contacts, contact_at, one_per_feature};
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling,
-    ProjectedGradient, SimplexCell,
+    AllMinima, Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
+    SimplexCell,
 };
 use sdf_core::placed::Posed;
 use sdf_core::{AnyField, EnclosedSdf};
@@ -11,7 +11,8 @@ use sdf_core::{AnyField, EnclosedSdf};
 use crate::engine::Query;
 use crate::mesh_in_motion::{MeshInMotion, Selection};
 use crate::mesh_view::{MeshView, VertexOutOfRange};
-use crate::options::{ContactOptions, Elements, Method};
+use crate::method::Method;
+use crate::options::{ContactOptions, Elements};
 
 /// The contacts of a mesh, in the order of its elements, and what became of the other elements.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -163,7 +164,6 @@ where
             find_by(field, elements, options, &method)
         }
         Method::Newton => find_by(field, elements, options, &Newton { iterations, ..Newton::default() }),
-        Method::LineSearch => find_by(field, elements, options, &LineSearch { iterations, ..LineSearch::default() }),
         Method::Sampling(samples) => find_by(field, elements, options, &PointSampling { samples, corners: false }),
         Method::SamplingWithCorners(samples) => {
             find_by(field, elements, options, &PointSampling { samples, corners: true })

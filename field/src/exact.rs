@@ -17,7 +17,8 @@ use crate::contacts::{CHUNK, Contacts, QueryError};
 use crate::engine::Query;
 use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::{check, element};
-use crate::options::{ContactOptions, Elements, Method};
+use crate::method::Method;
+use crate::options::{ContactOptions, Elements};
 
 /// Steps of the search in the grid that tells where to begin.
 const START_STEPS: u32 = 8;

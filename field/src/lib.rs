@@ -37,6 +37,7 @@ mod mesh_in_motion;
 #[cfg(feature = "bake")]
 mod mesh_sdf;
 mod mesh_view;
+mod method;
 mod options;
 mod overlap;
 #[cfg(feature = "exchange")]
@@ -57,7 +58,8 @@ pub use info::{GridInfo, MarginTooLarge, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
 pub use mesh_in_motion::{MeshClusters, MeshInMotion};
 pub use mesh_view::{MeshView, VertexOutOfRange};
-pub use options::{ContactOptions, Elements, Method};
+pub use method::{Method, UnknownMethod};
+pub use options::{ContactOptions, Elements};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 pub use sdf_core as core;
 #[cfg(feature = "exchange")]

@@ -2,7 +2,7 @@
 
 use sdf_core::placed::Rigid;
 
-use crate::Threads;
+use crate::{Method, Threads};
 
 /// Which parts of a mesh are searched for contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -14,41 +14,6 @@ pub enum Elements {
     Edges,
     /// The vertices.
     Vertices,
-}
-
-/// How the minimum of φ on an element is searched. A vertex needs no search.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Method {
-    /// [`Certified`](Self::Certified) with a budget of 256 evaluations.
-    #[default]
-    Auto,
-    /// Branch and bound with a budget of 1024 evaluations: the global minimum, and a proof of how near.
-    Certified,
-    /// Frank-Wolfe: the fastest; a local minimum.
-    FrankWolfe,
-    /// Projected gradient descent: a local minimum.
-    ProjectedGradient,
-    /// Newton's method between cutting planes: a local minimum in the fewest evaluations.
-    Newton,
-    /// Frank-Wolfe with a line search: a local minimum.
-    LineSearch,
-    /// Golden-section search, on edges alone.
-    GoldenSection,
-    /// The lowest of so many fixed points (4, 16 or 64 on the command line): a baseline to compare with.
-    Sampling(u32),
-    /// The lowest of the element's corners and so many fixed points: with 0 points, vertices alone.
-    SamplingWithCorners(u32),
-}
-
-impl Method {
-    /// The budget where none is given: evaluations of the certified methods, iterations of the others.
-    pub fn default_budget(self) -> u32 {
-        match self {
-            Self::Auto => 256,
-            Self::Certified => 1024,
-            _ => 32,
-        }
-    }
 }
 
 /// Elements to search, the method, and its limits.

@@ -1,7 +1,7 @@
 //! Every minimizer in one type, so that a law is written once and checked for all of them.
 
 use sdf_core::minimize::{
-    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
+    Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
 use sdf_core::{EnclosedSdf, Real, Simplex};
 
@@ -10,7 +10,6 @@ pub enum Method {
     FrankWolfe(FrankWolfe),
     ProjectedGradient(ProjectedGradient),
     PointSampling(PointSampling),
-    LineSearch(LineSearch),
     Newton(Newton),
     Certified(Certified),
     /// Segments only.
@@ -23,7 +22,6 @@ pub fn methods(corners: usize, budget: u32) -> Vec<Method> {
         Method::FrankWolfe(FrankWolfe { iterations: budget, ..FrankWolfe::default() }),
         Method::ProjectedGradient(ProjectedGradient { iterations: budget, ..ProjectedGradient::default() }),
         Method::PointSampling(PointSampling { samples: budget + 1, corners: false }),
-        Method::LineSearch(LineSearch { iterations: budget, ..LineSearch::default() }),
         Method::Newton(Newton { iterations: budget, ..Newton::default() }),
         Method::Certified(Certified { evaluations: 4 * budget, ..Certified::default() }),
     ];
@@ -55,7 +53,6 @@ macro_rules! minimizer_of {
                     Self::FrankWolfe(method) => method.minimize(field, simplex),
                     Self::ProjectedGradient(method) => method.minimize(field, simplex),
                     Self::PointSampling(method) => method.minimize(field, simplex),
-                    Self::LineSearch(method) => method.minimize(field, simplex),
                     Self::Newton(method) => method.minimize(field, simplex),
                     Self::Certified(method) => method.minimize(field, simplex),
                     Self::GoldenSection(method) => $golden_section(method, field, simplex),

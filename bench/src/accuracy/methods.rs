@@ -4,7 +4,7 @@ use sdf_core::AnyField;
 use sdf_core::Simplex;
 use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::minimize::{
-    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
+    Certified, FrankWolfe, GoldenSection, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
 };
 
 /// A minimizer with a budget left open.
@@ -25,7 +25,6 @@ pub fn methods() -> Vec<Method> {
         both("projected gradient", "steps", &[32], |n| ProjectedGradient { iterations: n, ..Default::default() }),
         both("Frank-Wolfe", "steps", &[32], |n| FrankWolfe { iterations: n, ..Default::default() }),
         edges_only("golden section", "steps", &[32], |n| GoldenSection { iterations: n, ..Default::default() }),
-        both("line search", "ways", &[8], |n| LineSearch { iterations: n, ..Default::default() }),
         both("Newton", "steps", &[32], |n| Newton { iterations: n, ..Default::default() }),
         // 256 evaluations are the default of `sdftool contacts`.
         both("certified", "evaluations", &[128, 256], |n| Certified { evaluations: n, ..Default::default() }),

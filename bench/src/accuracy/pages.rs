@@ -76,7 +76,7 @@ fn about_problems(study: &Study) -> String {
 }
 
 const ABOUT_CURVES: &str = "The band is the middle half of the errors, the thick line their median, the dashed line the 95th \
-    percentile, the dotted line the maximum. A step of the line search takes up to four evaluations.";
+    percentile, the dotted line the maximum.";
 
 const ABOUT_ADVICE: &str = "The method and budget with the fewest missed contacts among those whose mean cost is within the column's \
     limit; ties are decided by the 95th percentile of errors. In brackets: that percentile, and the fraction missed.";

@@ -11,7 +11,7 @@ use sdf_procedural::Mesh;
 use super::limits::MachineLimits;
 use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
-use super::{Options, bodies, method};
+use super::{Options, bodies};
 
 use crate::bake::bake;
 use crate::machine;
@@ -83,7 +83,7 @@ impl ContactScene {
     ) -> Work<'a> {
         let row = Row {
             group,
-            work: format!("contacts of {} by {}", self.name, method::name(method)),
+            work: format!("contacts of {} by {}", self.name, method),
             triangles: self.mesh.triangles.len(),
             resolution: self.resolution,
             threads,

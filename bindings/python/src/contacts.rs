@@ -6,19 +6,18 @@ use pyo3::types::{PyDict, PyList};
 use sdf_field::core::contact::Contact;
 use sdf_field::{ContactRow, Elements, Method};
 
+use crate::errors::choice;
+
 pub const ELEMENTS: [(&str, Elements); 3] =
     [("faces", Elements::Faces), ("edges", Elements::Edges), ("vertices", Elements::Vertices)];
 
-/// Names as the program's `--method` has them, without its baselines.
-pub const METHODS: [(&str, Method); 7] = [
-    ("auto", Method::Auto),
-    ("certified", Method::Certified),
-    ("fw", Method::FrankWolfe),
-    ("pgd", Method::ProjectedGradient),
-    ("newton", Method::Newton),
-    ("ls", Method::LineSearch),
-    ("gss", Method::GoldenSection),
-];
+/// The method with this name, which is not a baseline.
+pub fn method(name: &str) -> PyResult<Method> {
+    let methods: Vec<_> = Method::ALL.into_iter().filter(|method| !method.is_baseline()).collect();
+    let names: Vec<_> = methods.iter().map(Method::to_string).collect();
+    let choices: Vec<_> = names.iter().map(String::as_str).zip(methods).collect();
+    choice("method", name, &choices)
+}
 
 /// A record of a structured array.
 #[derive(Clone, Copy)]

@@ -76,7 +76,7 @@ impl Sdf {
     ///
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
     /// margin: a length; negative: only contacts at least so deep.
-    /// method: "auto", "certified", "fw", "pgd", "newton", "ls", or "gss" (edges only).
+    /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
     /// elements: "faces", "edges" or "vertices".
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
@@ -115,7 +115,7 @@ impl Sdf {
         }
         let options = ContactOptions {
             elements: choice("elements", elements, &contacts::ELEMENTS)?,
-            method: choice("method", method, &contacts::METHODS)?,
+            method: contacts::method(method)?,
             margin,
             pose: pose.map(pose::rigid).transpose()?,
             budget,

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 use sdf_core::placed::Rigid;
+use sdf_field::Method;
 use sdf_formats::contact_file::ContactFormat;
 
 use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
@@ -30,8 +31,8 @@ pub struct ContactsArgs {
     #[arg(long, value_enum, default_value_t = Elements::Faces)]
     pub elements: Elements,
     /// Search for the lowest distance on an element.
-    #[arg(long, value_enum, default_value_t = MethodName::Auto)]
-    pub method: MethodName,
+    #[arg(long, value_parser = method_parser(), default_value_t = Method::Auto)]
+    pub method: Method,
     /// Budget per element: evaluations of auto (256) and certified (1024), never exceeded; iterations of other methods (32).
     /// The cull's evaluation comes on top, and so do those of --all-minima.
     #[arg(long, value_name = "N")]
@@ -89,7 +90,7 @@ impl ContactsArgs {
     pub fn refuse_options_of_meshes(&self) -> Result<()> {
         let given = [
             ("--elements", self.elements != Elements::Faces),
-            ("--method", self.method != MethodName::Auto),
+            ("--method", self.method != Method::Auto),
             ("--iterations", self.iterations.is_some()),
             ("--all-minima", self.all_minima),
             ("--complete", self.complete),
@@ -119,7 +120,7 @@ impl ContactsArgs {
     /// Refuses options that say how to search, when --exact does.
     pub fn refuse_methods_of_exact(&self) -> Result<()> {
         let given = [
-            ("--method", self.method != MethodName::Auto),
+            ("--method", self.method != Method::Auto),
             ("--iterations", self.iterations.is_some()),
             ("--all-minima", self.all_minima),
         ];
@@ -177,52 +178,10 @@ pub enum Elements {
     Vertices,
 }
 
-/// A method as --method names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MethodName {
-    /// Certified, within 256 evaluations.
-    Auto,
-    /// Projected gradient descent.
-    Pgd,
-    /// Frank-Wolfe.
-    Fw,
-    /// Golden-section search, on edges only.
-    Gss,
-    /// Frank-Wolfe with a line search.
-    Ls,
-    /// Newton's method between cutting planes.
-    Newton,
-    /// Branch and bound: the global minimum, and a proof of how near.
-    Certified,
-    /// The lowest of 4 fixed points, a baseline.
-    Sample4,
-    /// The lowest of 16 fixed points, a baseline.
-    Sample16,
-    /// The lowest of 64 fixed points, a baseline.
-    Sample64,
-    /// The lowest of the corners, a baseline.
-    Corners,
-    /// The lowest of the corners and 64 fixed points, a baseline.
-    Corners64,
-}
-
-impl From<MethodName> for sdf_field::Method {
-    fn from(method: MethodName) -> Self {
-        match method {
-            MethodName::Auto => Self::Auto,
-            MethodName::Certified => Self::Certified,
-            MethodName::Pgd => Self::ProjectedGradient,
-            MethodName::Fw => Self::FrankWolfe,
-            MethodName::Gss => Self::GoldenSection,
-            MethodName::Ls => Self::LineSearch,
-            MethodName::Newton => Self::Newton,
-            MethodName::Sample4 => Self::Sampling(4),
-            MethodName::Sample16 => Self::Sampling(16),
-            MethodName::Sample64 => Self::Sampling(64),
-            MethodName::Corners => Self::SamplingWithCorners(0),
-            MethodName::Corners64 => Self::SamplingWithCorners(64),
-        }
-    }
+/// Parses the value of --method, and tells of each method what it does.
+fn method_parser() -> impl TypedValueParser<Value = Method> {
+    let choices = Method::ALL.map(|method| PossibleValue::new(method.to_string()).help(method.summary()));
+    PossibleValuesParser::new(choices).try_map(|name| name.parse())
 }
 
 /// Compare all methods on one mesh and one field: error against run time, missed contacts, and which method to take.

@@ -5,13 +5,12 @@ mod page;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use clap::ValueEnum;
-use sdf_field::compare::{Comparison, METHODS, MethodReport};
+use sdf_field::compare::{Comparison, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::OpenField;
 use serde::Serialize;
 
-use crate::args::{CompareArgs, Elements, MethodName};
+use crate::args::{CompareArgs, Elements};
 use crate::read_summary::require_distances;
 use crate::report::{Report, number, seconds, to_stdout};
 use crate::{field_input, mesh_input, output, progress};
@@ -26,7 +25,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     let started = Instant::now();
     let comparison = progress::on_threads(args.threads, || {
         let field = read_field(args)?;
-        let bar = progress::bar("comparing", METHODS.len() as u64 * u64::from(args.rounds));
+        let bar = progress::bar("comparing", Method::ALL.len() as u64 * u64::from(args.rounds));
         let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
         let comparison = field.compare(view, &options, args.rounds as usize, &|runs| bar.inc(runs as u64));
         bar.finish_and_clear();
@@ -84,13 +83,6 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
     })
 }
 
-/// The method's name on the command line.
-pub fn word(method: Method) -> String {
-    let word = MethodName::value_variants().iter().find(|word| Method::from(**word) == method);
-    let value = word.and_then(ValueEnum::to_possible_value);
-    value.map_or_else(|| format!("{method:?}"), |value| value.get_name().to_owned())
-}
-
 #[derive(Serialize)]
 struct Document {
     schema: &'static str,
@@ -115,7 +107,7 @@ struct Row {
 impl Document {
     fn new(comparison: &Comparison) -> Self {
         let row = |report: &MethodReport| Row {
-            method: word(report.method),
+            method: report.method.to_string(),
             seconds: report.seconds,
             evaluations: report.evaluations,
             contacts: report.contacts,
@@ -128,7 +120,7 @@ impl Document {
             elements: comparison.elements,
             contacts: comparison.contacts,
             proven: comparison.proven,
-            recommended: word(comparison.recommended),
+            recommended: comparison.recommended.to_string(),
             methods: comparison.methods.iter().map(row).collect(),
         }
     }
@@ -139,7 +131,7 @@ fn table(comparison: &Comparison) -> Vec<String> {
     let head = ["method", "time", "evaluations", "contacts", "missed", "error 95 %", "worst error"].map(str::to_owned);
     let row = |report: &MethodReport| {
         [
-            word(report.method),
+            report.method.to_string(),
             seconds(report.seconds),
             report.evaluations.to_string(),
             report.contacts.to_string(),
@@ -161,7 +153,7 @@ fn table(comparison: &Comparison) -> Vec<String> {
 /// Recommends a method and gives the reason, in one sentence.
 pub fn advice(comparison: &Comparison) -> String {
     let report = |method| comparison.methods.iter().find(|report| report.method == method);
-    let recommended = word(comparison.recommended);
+    let recommended = comparison.recommended.to_string();
     let (Some(best), Some(auto)) = (report(comparison.recommended), report(Method::Auto)) else {
         return format!("recommended: {recommended}");
     };

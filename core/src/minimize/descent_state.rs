@@ -3,8 +3,6 @@
 //! Steps that run in lanes are kernels over plain numbers ([`LaneKernel`]), which compilers make vectors of. The status
 //! of a sample is a mask, which would prevent that: it is chosen outside, by the 1 or 0 that the kernel returns.
 
-use core::array::from_fn;
-
 use nalgebra::Vector3;
 
 use super::Minimum;
@@ -43,12 +41,6 @@ impl<R: Real, const N: usize> WeightedSample<R, N> {
     #[inline(always)]
     pub fn kernel_sample(&self) -> KernelSample<R, N> {
         (self.weights, [self.sample.value], self.sample.gradient)
-    }
-
-    #[inline(always)]
-    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
-        let weights = from_fn(|k| R::select(mask, yes.weights[k], no.weights[k]));
-        Self { weights, sample: Sample::select(mask, yes.sample, no.sample) }
     }
 }
 

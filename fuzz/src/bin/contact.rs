@@ -7,7 +7,7 @@ use sdf_core::contact::{Contact, Element, Outcome, all_contacts, contact};
 use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
 use sdf_core::grid::{BlockBounds, Lattice};
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, LineSearch, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
+    AllMinima, Certified, FrankWolfe, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
     SimplexCell,
 };
 use sdf_core::nalgebra::Vector3;
@@ -105,13 +105,12 @@ where
         simplex: Simplex { corners: corners.map(Vector3::from) },
     };
     let certified = Certified { evaluations: 64, ..Certified::default() };
-    match method % 7 {
+    match method % 6 {
         0 => search(field, &FrankWolfe::default(), margin, &element),
         1 => search(field, &ProjectedGradient::default(), margin, &element),
         2 => search(field, &Newton::default(), margin, &element),
-        3 => search(field, &LineSearch::default(), margin, &element),
-        4 => search(field, &PointSampling { samples: 16, corners: true }, margin, &element),
-        5 => search(field, &certified, margin, &element),
+        3 => search(field, &PointSampling { samples: 16, corners: true }, margin, &element),
+        4 => search(field, &certified, margin, &element),
         _ => {
             let search = AllMinima { search: certified, max_cells: 256, ..AllMinima::default() };
             let (mut cells, mut minima) = (vec![SimplexCell::default(); 256], vec![Minimum::default(); 16]);

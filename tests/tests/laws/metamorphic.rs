@@ -45,11 +45,7 @@ fn rounding((field, corners): &(SceneField, Vec<Point>), size: f64, number: Numb
 fn allowed_difference(method: &Method, range: f64, rounding: f64) -> f64 {
     let descends = matches!(
         method,
-        Method::FrankWolfe(_)
-            | Method::ProjectedGradient(_)
-            | Method::PointSampling(_)
-            | Method::LineSearch(_)
-            | Method::GoldenSection(_)
+        Method::FrankWolfe(_) | Method::ProjectedGradient(_) | Method::PointSampling(_) | Method::GoldenSection(_)
     );
     if descends { 1e-5 * range + 8.0 * rounding } else { 2.0 * TOLERANCE * range + 8.0 * rounding }
 }

@@ -59,7 +59,7 @@ _Floats = npt.NDArray[np.float64]
 _Vector = Sequence[float] | npt.NDArray[Any]
 _Pose = npt.ArrayLike | tuple[_Vector, _Vector]
 _Sign = Literal["auto", "pseudo-normal", "winding"]
-_Method = Literal["auto", "certified", "fw", "pgd", "newton", "ls", "gss"]
+_Method = Literal["auto", "certified", "fw", "pgd", "newton", "gss"]
 
 @final
 class Sdf:

@@ -7,7 +7,7 @@ use anyhow::Result;
 use sdf_field::compare::{Comparison, MethodReport};
 use sdf_formats::atomic_write;
 
-use super::{advice, word};
+use super::advice;
 use crate::args::CompareArgs;
 use crate::histogram::escaped;
 use crate::mesh_input::at;
@@ -27,7 +27,7 @@ fn page(args: &CompareArgs, comparison: &Comparison) -> String {
         let _ = writeln!(
             rows,
             "<tr{class}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            word(report.method),
+            report.method.to_string(),
             seconds(report.seconds),
             report.evaluations,
             report.contacts,
@@ -127,6 +127,6 @@ fn point(svg: &mut String, report: &MethodReport, x: f64, y: f64, is_recommended
          <text x=\"{:.1}\" y=\"{:.1}\" font-weight=\"{weight}\">{}</text>",
         x + 9.0,
         y + 4.0,
-        word(report.method)
+        report.method
     );
 }

@@ -20,7 +20,6 @@ fn max_evaluations(method: &Method, corners: u32) -> u32 {
         Method::Newton(method) => corners + method.iterations,
         // Two probes before the first step.
         Method::GoldenSection(method) => corners + method.iterations + 2,
-        Method::LineSearch(method) => corners + method.probes * method.iterations,
     }
 }
 

@@ -112,10 +112,6 @@ fn far_from_the_origin_weights_are_the_same_as_near_it() {
         for method in methods(3, 32) {
             let (was, is) = (method.minimize(&near.field, &simplex), method.minimize(&far, &moved));
             let context = || format!("{method:?} on {simplex:?}: {was:?}, far away {is:?}");
-            // The lower of two points decides the length of its steps: out of budget, it ends elsewhere.
-            if matches!(method, Method::LineSearch(_)) && !(was.converged && is.converged) {
-                continue;
-            }
             assert!((was.sample.value - is.sample.value).abs() < 1e-8, "{}", context());
             assert!((0..3).all(|k| (was.weights[k] - is.weights[k]).abs() < 1e-4), "{}", context());
         }

@@ -49,20 +49,6 @@ fn certified_and_newton_contacts_move_as_smoothly_as_the_body_moves() {
     }
 }
 
-/// Checks a random step. On some paths a line search jumps in one step: see docs/stability.md.
-#[test]
-fn a_line_search_moves_a_contact_smoothly_at_a_random_step() {
-    for crossing in [Crossing::Edge, Crossing::Face] {
-        for number in Number::BOTH {
-            for is_grid in [false, true] {
-                let line = jitter("LineSearch", is_grid, crossing, number);
-                let (worst, jump) = (quantile(&line.moves, 1.0), quantile(&line.jumps, 0.5));
-                assert!(worst <= MAX_SMOOTH && jump <= MAX_SMOOTH, "{worst}, {jump} at {crossing:?} in {number:?}");
-            }
-        }
-    }
-}
-
 /// Shows that the tests above can fail: a contact jumps from one sampled point to the next.
 #[test]
 fn sampled_points_jump() {
