@@ -46,6 +46,7 @@
 
 mod caged;
 pub mod cloth;
+mod memory;
 mod obstacle;
 mod query;
 pub mod record;
@@ -58,9 +59,11 @@ mod world;
 
 pub use caged::{CageAtRest, CageRoom, CagedBody};
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
+pub use memory::Memory;
 pub use query::{Contacts, Elements, Motion, Query};
 pub use rigid::Body;
-pub use row::{Row, Rows, Side};
+pub use row::Rows;
+pub use sdf_core::contact::{Row, RowSide};
 pub use surface::{Carrier, Surface};
 pub use world::{Passes, Stretch, Tet, World};
 

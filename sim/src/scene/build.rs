@@ -59,6 +59,7 @@ impl Stage {
     ) -> Result<Self, SceneError> {
         let mut world = World::new(spec.gravity);
         world.drag = spec.drag;
+        world.damping = spec.damping;
         world.recovery_speed = spec.recovery;
         world.passes = if spec.one_way { Passes::OneWay } else { Passes::ThereAndBack };
         let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
