@@ -6,6 +6,8 @@
 //! - **It had no contact.** Then φ was above the margin it was asked with, and is above that margin − slope bound · w now.
 //! - **It had one.** As long as w is at most [`Query::hold`](crate::Query::hold), the same point of the element and the same plane stay;
 //!   the gap is measured anew. The element's true minimum is below that by no more than 2 · slope bound · hold.
+//! - **It is searched anew.** The points where it touched before are evaluated again and stay contacts, three at most. A face that
+//!   rests on two places would else be told of the deeper one, sink at the other, be told of that, and rock for ever.
 //!
 //! So what is at rest keeps its contacts, bit for bit, and a solver comes to rest on them. A search anew finds another point of the
 //! same flat minimum, and its push starts the next one.
@@ -33,7 +35,8 @@ pub(crate) struct Known {
     corners: Vec<[V3; 3]>,
     /// Margin of the last search.
     margins: Vec<f64>,
-    contacts: BTreeMap<u32, Contact<f64>>,
+    /// Each element's contacts, the last minimum first.
+    contacts: BTreeMap<u32, Vec<Contact<f64>>>,
 }
 
 /// Elements to search, and their margins.
@@ -42,7 +45,15 @@ pub(crate) struct Asked<const N: usize> {
     pub ids: Vec<u32>,
     pub elements: Vec<[u32; N]>,
     pub margins: Vec<f64>,
+    /// Contacts of them from before.
+    pub old: Vec<Contact<f64>>,
 }
+
+/// Contacts of one element that are kept at most: a triangle rests on three points.
+const MAX_CONTACTS: usize = 3;
+
+/// Two points of an element are one if no weight differs by more than this.
+const SAME_POINT: f64 = 0.1;
 
 impl Known {
     /// The elements of which too little is known. `reach` tells how far from the field an element still matters, `points` are in the
@@ -74,7 +85,7 @@ impl Known {
             };
             if !is_known {
                 let margin = needed + 2.0 * slope_bound * hold;
-                self.contacts.remove(&id);
+                asked.old.extend(self.contacts.remove(&id).unwrap_or_default());
                 self.corners[index][..N].copy_from_slice(&now);
                 self.margins[index] = margin;
                 asked.ids.push(id);
@@ -90,14 +101,38 @@ impl Known {
         for contact in found {
             let Some(id) = ids.get(contact.element as usize) else { continue };
             let feature = if let Feature::Face(_) = contact.feature { Feature::Face(*id) } else { contact.feature };
-            self.contacts.insert(*id, into_frame(frame, Contact { element: *id, feature, ..contact }));
+            self.add(into_frame(frame, Contact { element: *id, feature, ..contact }));
         }
+    }
+
+    /// Adds a contact of an element behind its others, unless it is one of them, too far off, or one too many.
+    pub fn add(&mut self, contact: Contact<f64>) {
+        let others = self.contacts.entry(contact.element).or_default();
+        let is_same = |other: &Contact<f64>| {
+            let weights = other.weights.iter().zip(contact.weights);
+            weights.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) <= SAME_POINT
+        };
+        let is_near = contact.distance <= self.margins[contact.element as usize];
+        if is_near && others.len() < MAX_CONTACTS && !others.iter().any(is_same) {
+            others.push(Contact { rank: others.len() as u32, ..contact });
+        }
+    }
+
+    /// Forgets elements without a contact, so that their margin counts.
+    pub fn settle(&mut self) {
+        self.contacts.retain(|_, contacts| !contacts.is_empty());
     }
 
     /// All contacts, in the order of their elements.
     pub fn contacts(&self) -> impl Iterator<Item = &Contact<f64>> {
-        self.contacts.values()
+        self.contacts.values().flatten()
     }
+}
+
+/// The point of its element that a contact lies on, now.
+pub(crate) fn point_on(contact: &Contact<f64>, points: &[[f64; 3]]) -> V3 {
+    let corners = contact.corner_vertices().iter().zip(contact.corner_weights());
+    corners.map(|(vertex, weight)| V3::from(points[*vertex as usize]) * *weight).sum()
 }
 
 /// The contact in a frame.
@@ -113,8 +148,7 @@ pub(crate) fn into_frame(frame: &Isometry3<f64>, contact: Contact<f64>) -> Conta
 /// A contact that a frame kept, in the world, where the same point of its element is now. Its distance changes by the way along the
 /// normal.
 pub(crate) fn in_world(frame: &Isometry3<f64>, kept: &Contact<f64>, points: &[[f64; 3]]) -> Contact<f64> {
-    let corners = kept.corner_vertices().iter().zip(kept.corner_weights());
-    let point: V3 = corners.map(|(vertex, weight)| V3::from(points[*vertex as usize]) * *weight).sum();
+    let point = point_on(kept, points);
     let (normal, before) = (frame * kept.normal, (frame * sdf_core::nalgebra::Point3::from(kept.point)).coords);
     Contact {
         distance: kept.distance + normal.dot(&(point - before)),

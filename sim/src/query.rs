@@ -4,7 +4,7 @@ use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, MeshInMotion, MeshView, Method, QueryError, Threads};
 
-use crate::memory::{self, Asked, Memory};
+use crate::memory::{self, Asked, Known, Memory};
 use crate::obstacle::Obstacle;
 use crate::row::Rows;
 use crate::surface::{Carrier, Surface};
@@ -194,11 +194,13 @@ impl Query {
             _ => self.find_soft(&pair, world, motion, memory, contacts)?,
         };
         if self.one_per_feature {
+            let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);
             let count = match surface.faces.is_empty() {
-                true => one_per_feature(&mut found),
-                false => FeatureOwners::from_bits(&surface.owners).one_per_feature(&mut found),
+                true => one_per_feature(&mut minima),
+                false => FeatureOwners::from_bits(&surface.owners).one_per_feature(&mut minima),
             };
-            found.truncate(count);
+            minima.truncate(count);
+            found = [minima, others].concat();
         }
         guide(&mut found);
         for contact in found {
@@ -239,6 +241,7 @@ impl Query {
             contacts.element_count += surface.faces.len();
             contacts.searched_count += found.searched_count;
             known.tell(&asked.ids, found.contacts, frame);
+            self.look_again(pair, &asked.old, known)?;
             kept.extend(known.contacts());
         }
         if self.elements.edges {
@@ -247,6 +250,7 @@ impl Query {
             let found = self.search_edges(pair, &asked, contacts)?;
             contacts.element_count += surface.edges.len() - asked.ids.len();
             known.tell(&asked.ids, found, frame);
+            self.look_again(pair, &asked.old, known)?;
             kept.extend(known.contacts());
         }
         let mut found: Vec<_> = kept.into_iter().map(|kept| memory::in_world(frame, kept, points)).collect();
@@ -256,6 +260,19 @@ impl Query {
         }
         found.retain(|contact| contact.distance <= reach(contact.corner_vertices()));
         Ok(found)
+    }
+
+    /// Evaluates the field where elements touched before.
+    fn look_again(&self, pair: &Pair, old: &[Contact<f64>], known: &mut Known) -> Result<(), QueryError> {
+        let points: Vec<[f64; 3]> = old.iter().map(|contact| memory::point_on(contact, &pair.points).into()).collect();
+        let options = self.options(sdf_field::Elements::Vertices, f64::INFINITY);
+        let found = pair.obstacle.contacts(MeshView { points: &points, faces: &[] }, &[], &options)?;
+        for now in found.contacts {
+            let Contact { kind, element, vertices, feature, weights, .. } = old[now.element as usize];
+            known.add(memory::into_frame(&pair.frame, Contact { kind, element, vertices, feature, weights, ..now }));
+        }
+        known.settle();
+        Ok(())
     }
 
     /// A rigid surface: clusters of its faces, then edges and vertices of the faces that touch. All of it is kept while it moves no
@@ -314,7 +331,7 @@ impl Query {
         if edges {
             let near = (0..).zip(all_edges).filter(|(_, ends)| ends.iter().all(|end| is_near[*end as usize]));
             let (ids, elements): (Vec<u32>, Vec<_>) = near.map(|(id, ends)| (id, *ends)).unzip();
-            let asked = Asked { margins: vec![margin; ids.len()], ids, elements };
+            let asked = Asked { margins: vec![margin; ids.len()], ids, elements, old: vec![] };
             let of_edges = self.search_edges(pair, &asked, contacts)?.into_iter();
             found.extend(of_edges.map(|contact| Contact { element: asked.ids[contact.element as usize], ..contact }));
         }

@@ -203,6 +203,9 @@ impl<'a> Run<'a> {
         let turn = |(key, now): (&_, &V3)| self.normals.get(key).map_or(0.0, |then| angle(then, now));
         self.turned = normals.iter().map(turn).fold(0.0, f64::max);
         self.normals = normals;
+        if let Ok(v) = std::env::var("DBG") { let v: u32 = v.parse().unwrap();
+            if self.figures.frames > 590 { for c in self.contacts.contacts.iter().filter(|c| c.vertices.contains(&v)) {
+                eprintln!("{} el {} {:?} w {:?} n {:?} d {:.6} slope {:.3} {:?} x {:?} v {:?}", self.figures.frames, c.element, c.feature, c.weights, c.normal.as_slice(), c.distance, c.slope, c.status, world.x[v as usize].as_slice(), world.v[v as usize].as_slice()); } eprintln!(); } }
         for (cage, rest) in &self.cages {
             let motion = toward(&motion, cage.max_speed(world));
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {

@@ -42,10 +42,9 @@ enum Side {
     },
 }
 
-/// No particle moves farther by one push than this many depths, or this share of the distance to the next corner of its element.
-///
-/// With equal masses a push moves no corner by more than (1 + √2)/2 ≈ 1.21 depths on an edge, 1.37 on a face, and the limit does
-/// nothing. A corner that weighs 1/r of the others moves up to √r/2 depths, 16 at 1 : 1000, which folds the sheet over itself.
+/// With equal masses a push moves no corner by more than (1 + √2)/2 ≈ 1.21 depths on an edge, and 1.37 on a face. A corner that weighs
+/// 1/r of the others moves up to √r/2 depths: 16 at 1 : 1000, which folds the sheet over itself. A push that would move a corner by
+/// more than this many depths moves it by no more than a share of the distance to the next corner.
 const MAX_DEPTHS: f64 = 1.5;
 const MAX_SHARE: f64 = 0.3;
 
@@ -126,7 +125,8 @@ impl World {
         }
         let from = self.was_at(element, rows) - self.was_at(field, rows) + touch.velocity * dt;
         let slid = self.at(element, rows) - self.at(field, rows) - from;
-        let most = (MAX_DEPTHS * -gap).max(MAX_SHARE * touch.reach) / touch.farthest;
+        let is_uneven = touch.farthest > MAX_DEPTHS * weight;
+        let most = if is_uneven { MAX_SHARE * touch.reach / touch.farthest } else { f64::INFINITY };
         // What undoes the approach of this step is a force. The depth from before is undone without a velocity, no faster than the sides
         // part: contacts that share a vertex push it once, not each.
         let approach = -normal.dot(&slid);
