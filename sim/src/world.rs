@@ -71,6 +71,9 @@ pub struct World {
 /// Time of a dashpot unless told otherwise.
 pub(crate) const DAMPING: f64 = 0.01;
 
+/// How many more times a pass goes over the rows, before and after all else, where there are rigid bodies.
+const RIGID_ROUNDS: u32 = 2;
+
 /// A sum of impulses.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Impulses {
@@ -141,7 +144,10 @@ impl World {
         self.tet_multipliers.resize(self.tets.len(), [0.0; 2]);
         let (stretches, tets, touches) = (self.stretches.len(), self.tets.len(), rows.touches.len());
         let there_and_back = self.passes == Passes::ThereAndBack;
+        // A body that rests on many points needs more than one pass; particles are as light as what holds them.
+        let rounds = if self.bodies.is_empty() { 0 } else { RIGID_ROUNDS };
         if there_and_back {
+            (0..rounds).for_each(|_| self.touch_all(rows, touches, dt));
             (0..touches).for_each(|index| self.touch(rows, index, dt));
         }
         (0..stretches).for_each(|index| self.stretch(index, soft));
@@ -150,6 +156,7 @@ impl World {
             (0..tets).rev().for_each(|index| self.deform(index, soft, true));
             (0..stretches).rev().for_each(|index| self.stretch(index, soft));
             (0..touches).rev().for_each(|index| self.touch(rows, index, dt));
+            (0..rounds).for_each(|_| self.touch_all(rows, touches, dt));
         } else {
             (0..touches).for_each(|index| self.touch(rows, index, dt));
         }
@@ -160,6 +167,11 @@ impl World {
             (0..stretches).for_each(|index| self.damp(index, dt));
             (0..stretches).rev().for_each(|index| self.damp(index, dt));
         }
+    }
+
+    /// All rows, there and back.
+    fn touch_all(&mut self, rows: &mut Rows, count: usize, dt: f64) {
+        (0..count).chain((0..count).rev()).for_each(|index| self.touch(rows, index, dt));
     }
 
     fn predict(&mut self, dt: f64) {

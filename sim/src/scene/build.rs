@@ -13,7 +13,7 @@ use super::mesh_spec::MeshSpec;
 use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
 use crate::surface::{Carrier, Surface};
-use crate::world::{Passes, World};
+use crate::world::World;
 use crate::{Body, CagedBody, V3, cloth, soft};
 
 /// A scene that is ready to run.
@@ -61,7 +61,6 @@ impl Stage {
         world.drag = spec.drag;
         world.damping = spec.damping;
         world.recovery_speed = spec.recovery;
-        world.passes = if spec.one_way { Passes::OneWay } else { Passes::ThereAndBack };
         let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
         let animations =
             animations.collect::<Result<_, _>>().map_err(|message: String| invalid(&spec.title, message))?;

@@ -18,6 +18,7 @@ use crate::memory::Memory;
 use crate::obstacle::{Carried, Moving, Obstacle};
 use crate::query::{Contacts, Elements, Motion, Query};
 use crate::surface::{Carrier, Surface};
+use crate::world::Passes;
 use crate::{V3, World, scene::entangled::choose_sides};
 
 /// Which elements are searched, and how.
@@ -29,11 +30,13 @@ pub struct ElementMethod {
     pub method: Method,
     /// Obstacles are taken as their surface without an inside, as pairs of triangles see them.
     pub surface_only: bool,
+    /// Passes go one way: stiff sheets explode.
+    pub one_way: bool,
 }
 
 /// A word that names no method.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16, samples64 or surface")]
+#[error("unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16, samples64, surface or one-way")]
 pub struct UnknownMethod(String);
 
 impl std::str::FromStr for ElementMethod {
@@ -41,7 +44,7 @@ impl std::str::FromStr for ElementMethod {
 
     fn from_str(word: &str) -> Result<Self, UnknownMethod> {
         let method = match word {
-            "auto" | "vertices" | "surface" => Method::Auto,
+            "auto" | "vertices" | "surface" | "one-way" => Method::Auto,
             "certified" => Method::Certified,
             "fw" => Method::FrankWolfe,
             "pgd" => Method::ProjectedGradient,
@@ -51,7 +54,7 @@ impl std::str::FromStr for ElementMethod {
             "samples64" => Method::Sampling(64),
             _ => return Err(UnknownMethod(word.to_owned())),
         };
-        Ok(Self { faces: word != "vertices", method, surface_only: word == "surface" })
+        Ok(Self { faces: word != "vertices", method, surface_only: word == "surface", one_way: word == "one-way" })
     }
 }
 
@@ -63,6 +66,7 @@ pub fn run(
     threads: Threads,
     mut on_frame: impl FnMut(u32, &Stage) -> ControlFlow<()>,
 ) -> Result<Figures, QueryError> {
+    stage.world.passes = if method.one_way { Passes::OneWay } else { Passes::ThereAndBack };
     let bodies = stage.cages.clone();
     let mut rooms = vec![CageRoom::default(); bodies.len()];
     let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
@@ -203,9 +207,6 @@ impl<'a> Run<'a> {
         let turn = |(key, now): (&_, &V3)| self.normals.get(key).map_or(0.0, |then| angle(then, now));
         self.turned = normals.iter().map(turn).fold(0.0, f64::max);
         self.normals = normals;
-        if let Ok(v) = std::env::var("DBG") { let v: u32 = v.parse().unwrap();
-            if self.figures.frames > 590 { for c in self.contacts.contacts.iter().filter(|c| c.vertices.contains(&v)) {
-                eprintln!("{} el {} {:?} w {:?} n {:?} d {:.6} slope {:.3} {:?} x {:?} v {:?}", self.figures.frames, c.element, c.feature, c.weights, c.normal.as_slice(), c.distance, c.slope, c.status, world.x[v as usize].as_slice(), world.v[v as usize].as_slice()); } eprintln!(); } }
         for (cage, rest) in &self.cages {
             let motion = toward(&motion, cage.max_speed(world));
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {

@@ -40,9 +40,6 @@ pub struct SceneSpec {
     /// Time of the dashpots beside all distances; 0 for none.
     #[serde(default = "dashpot")]
     pub damping: f64,
-    /// Passes go one way only: stiff sheets explode.
-    #[serde(default)]
-    pub one_way: bool,
     /// Contacts are searched without a margin for what moves.
     #[serde(default)]
     pub no_margin: bool,
@@ -72,8 +69,8 @@ pub struct SceneSpec {
     /// Largest values of the figures that count as reached.
     #[serde(default)]
     pub reach: Reach,
-    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond; of a scene that wants runs freed, of runs
-    /// that are not.
+    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond; of a scene that wants runs freed
+    /// or calm, of runs that are not.
     #[serde(default)]
     pub fails: std::collections::BTreeMap<String, usize>,
     /// Lists of values: the scene is run with each combination.

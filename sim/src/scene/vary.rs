@@ -35,13 +35,14 @@ impl Outcome {
         self.missed.is_empty()
     }
 
-    /// How badly a method failed, to compare with the scene's `fails`: runs that were not freed where the scene wants runs freed, else
-    /// the largest number of deep faces or of vertices beyond.
+    /// How badly a method failed, to compare with the scene's `fails`: runs that were not freed or not calm where the scene wants that,
+    /// else the largest number of deep faces or of vertices beyond.
     pub fn failures(&self, spec: &SceneSpec) -> usize {
-        match spec.reach.freed {
-            Some(_) => self.runs - self.freed,
-            None if !self.worst.finite => usize::MAX,
-            None => self.worst.deep_faces.max(self.worst.beyond),
+        match (spec.reach.freed, spec.reach.calm) {
+            (Some(_), _) => self.runs - self.freed,
+            (_, Some(_)) => self.runs - self.calm,
+            _ if !self.worst.finite => usize::MAX,
+            _ => self.worst.deep_faces.max(self.worst.beyond),
         }
     }
 }
