@@ -5,8 +5,8 @@ use sdf_core::nalgebra::Isometry3;
 use sdf_core::placed::Rigid;
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshInMotion, MeshView, QueryError, Threads};
 
-use crate::rigid::isometry;
 use crate::Body;
+use crate::rigid::isometry;
 
 /// A thing that surfaces must stay out of.
 pub trait Obstacle: Sync {

@@ -256,7 +256,12 @@ impl Query {
         let mut found: Vec<_> = kept.into_iter().map(|kept| memory::in_world(frame, kept, points)).collect();
         if self.elements.vertices {
             let widest = reaches.iter().fold(0.0, |a: f64, b| a.max(*b));
-            found.extend(self.search_vertices(pair, (0..points.len() as u32).collect(), self.thickness + widest, contacts)?);
+            found.extend(self.search_vertices(
+                pair,
+                (0..points.len() as u32).collect(),
+                self.thickness + widest,
+                contacts,
+            )?);
         }
         found.retain(|contact| contact.distance <= reach(contact.corner_vertices()));
         Ok(found)
@@ -323,7 +328,8 @@ impl Query {
         if let (true, Some((rest, clusters))) = (faces, pair.surface.at_rest()) {
             let mesh = MeshView { points: rest, faces: all_faces };
             let mesh = MeshInMotion { pose, clusters: Some(clusters), ..MeshInMotion::new(mesh) };
-            let of_faces = pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, margin))?;
+            let of_faces =
+                pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, margin))?;
             contacts.searched_count += of_faces.searched_count;
             found = of_faces.contacts;
             found.iter().flat_map(|contact| contact.vertices).for_each(|vertex| is_near[vertex as usize] = true);
@@ -381,12 +387,6 @@ impl Query {
     }
 
     fn options(&self, elements: sdf_field::Elements, margin: f64) -> ContactOptions {
-        ContactOptions {
-            elements,
-            method: self.method,
-            margin,
-            threads: self.threads,
-            ..ContactOptions::default()
-        }
+        ContactOptions { elements, method: self.method, margin, threads: self.threads, ..ContactOptions::default() }
     }
 }

@@ -19,7 +19,8 @@ pub struct Rows {
 impl Rows {
     /// Forgets all rows.
     pub fn clear(&mut self) {
-        *self = Self { rows: std::mem::take(&mut self.rows), terms: std::mem::take(&mut self.terms), ..Self::default() };
+        *self =
+            Self { rows: std::mem::take(&mut self.rows), terms: std::mem::take(&mut self.terms), ..Self::default() };
         self.rows.clear();
         self.terms.clear();
     }

@@ -122,7 +122,9 @@ impl Surface {
             Carrier::Particles { first } => self.map(|vertex| world.v[*first as usize + vertex].norm()),
             Carrier::Tets(points) => {
                 let corners = points.iter().map(|point| world.tets[point.tet as usize].corners);
-                corners.map(|corners| corners.map(|id| world.v[id as usize].norm()).into_iter().fold(0.0, f64::max)).collect()
+                corners
+                    .map(|corners| corners.map(|id| world.v[id as usize].norm()).into_iter().fold(0.0, f64::max))
+                    .collect()
             }
             Carrier::Body { .. } => vec![self.max_speed(world); self.vertex_count],
         }

@@ -301,6 +301,8 @@ fn fault(spec: &SceneSpec, method: &MethodWord, is_first: bool, outcome: &Outcom
             (failures < *least).then(|| format!("{} must fail by {least}, and fails by {failures}", method.word))
         }
         None if outcome.is_reached() || !is_first => None,
-        None => Some(format!("{} misses {}", method.word, outcome.missed.keys().copied().collect::<Vec<_>>().join(", "))),
+        None => {
+            Some(format!("{} misses {}", method.word, outcome.missed.keys().copied().collect::<Vec<_>>().join(", ")))
+        }
     }
 }

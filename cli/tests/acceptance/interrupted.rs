@@ -233,7 +233,8 @@ shape = 'field = { shape = "sphere", radius = 0.2 }'
 
 #[test]
 fn a_signal_during_a_run_leaves_a_recording_that_opens() {
-    let cases = [("run.html", "INT", 130), ("run.png", "TERM", 143), ("run.vtkhdf", "HUP", 129), ("frames/", "INT", 130)];
+    let cases =
+        [("run.html", "INT", 130), ("run.png", "TERM", 143), ("run.vtkhdf", "HUP", 129), ("frames/", "INT", 130)];
     for (output, signal, status) in cases {
         let folder = Folder::new();
         folder.write("long.toml", LONG);
@@ -254,7 +255,8 @@ fn a_signal_during_a_run_leaves_a_recording_that_opens() {
         assert_eq!(output_of.status.code(), Some(status), "{output}: {said}");
         says(&said, &["ended by a signal after ", output]);
         assert!(output_of.stdout.is_empty(), "{output}: reported success");
-        let frames = said.split("after ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<usize>().ok()).unwrap();
+        let frames =
+            said.split("after ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<usize>().ok()).unwrap();
         assert!(frames > 0, "{said}");
         assert!(folder.names().iter().all(|name| !name.ends_with(".tmp")), "{output}: {:?}", folder.names());
         match output {

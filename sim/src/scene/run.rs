@@ -36,7 +36,9 @@ pub struct ElementMethod {
 
 /// A word that names no method.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16, samples64, surface or one-way")]
+#[error(
+    "unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16, samples64, surface or one-way"
+)]
 pub struct UnknownMethod(String);
 
 impl std::str::FromStr for ElementMethod {
@@ -130,7 +132,9 @@ impl<'a> Run<'a> {
             ..Query::default()
         };
         let energy = stage.world.energy();
-        let hull = |field: &Field| Shell::new(field.clone().into_any(), SURFACE).map(|shell| Field::new(AnyField::Shell(Box::new(shell))));
+        let hull = |field: &Field| {
+            Shell::new(field.clone().into_any(), SURFACE).map(|shell| Field::new(AnyField::Shell(Box::new(shell))))
+        };
         let hulls = stage.obstacles.iter().filter(|_| method.surface_only).filter_map(hull).collect();
         Self {
             spec,
