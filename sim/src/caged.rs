@@ -6,12 +6,11 @@
 //!    its surface point.
 
 use sdf_core::cage::{Cage, CageMap, CageOutcome, TableRoom, TetFrame, TetLocator, TetTable, bound_tets, table_shape};
-use sdf_core::contact::{Contact, Element};
+use sdf_core::contact::{Contact, Element, Row, RowSide, TetPoint};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, PointSampling};
 use sdf_core::{Aabb, Simplex};
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, VertexOutOfRange};
 
-use crate::row::{Rows, Side};
 use crate::{Obstacle, V3, World};
 
 /// A soft body that others touch.
@@ -21,6 +20,7 @@ pub struct CagedBody {
     points: Vec<[f64; 3]>,
     tets: Vec<[u32; 4]>,
     first: u32,
+    first_tet: u32,
     map: CageMap,
 }
 
@@ -45,7 +45,7 @@ impl CagedBody {
     pub fn new(field: Field, world: &World, first: usize, first_tet: usize, map: CageMap) -> Self {
         let points = world.x[first..].iter().map(|x| (*x).into()).collect();
         let tets = world.tets[first_tet..].iter().map(|tet| tet.corners.map(|corner| corner - first as u32)).collect();
-        Self { field, points, tets, first: first as u32, map }
+        Self { field, points, tets, first: first as u32, first_tet: first_tet as u32, map }
     }
 
     /// The same body, searched by another map.
@@ -88,9 +88,9 @@ impl CagedBody {
         world.v[first..first + self.points.len()].iter().map(|v| v.norm()).fold(0.0, f64::max)
     }
 
-    /// Is a particle of the world one of the body's?
-    pub fn has_particle(&self, particle: u32) -> bool {
-        (self.first..self.first + self.points.len() as u32).contains(&particle)
+    /// Is a tetrahedron of the world one of the body's?
+    pub fn has_tet(&self, tet: u32) -> bool {
+        (self.first_tet..self.first_tet + self.tets.len() as u32).contains(&tet)
     }
 
     fn particles<'a>(&self, world: &'a World) -> &'a [V3] {
@@ -146,14 +146,10 @@ impl Obstacle for Caged<'_> {
         }
     }
 
-    fn side(&self, contact: &Contact<f64>, rows: &mut Rows) -> Side {
-        let held = self.cage.pull(contact.surface_point);
-        let corners = held.and_then(|(_, at)| Some((self.body.tets.get(at.tet as usize)?, at.weights)));
-        match corners {
-            Some((corners, weights)) => {
-                rows.particles(corners.iter().zip(weights).map(|(corner, weight)| (self.body.first + corner, weight)))
-            }
-            None => Side::Fixed(V3::zeros()),
+    fn complete(&self, row: Row<f64>) -> Row<f64> {
+        match self.cage.pull(row.surface_point) {
+            Some((_, at)) => row.with_field(RowSide::Tet(TetPoint { tet: self.body.first_tet + at.tet, ..at })),
+            None => row,
         }
     }
 }

@@ -4,7 +4,8 @@
 //! | question | file |
 //! |---|---|
 //! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged` |
-//! | What does a contact push, and how far? | `row`, `world/touch` |
+//! | What need not be searched again? | [`memory`](Memory) |
+//! | What does a contact push, and how far? Core's [`Row`] | [`row`](Rows), `world/touch` |
 //! | How does everything move? XPBD (Macklin et al. 2016) in substeps, each pass there and back | [`World`] |
 //! | Sheets and nets, rigid bodies, soft bodies | `cloth`, `rigid`, `soft` |
 //! | How is a scene described, built, run and judged? | [`scene`] |
@@ -46,6 +47,7 @@
 
 mod caged;
 pub mod cloth;
+mod memory;
 mod obstacle;
 mod query;
 pub mod record;
@@ -57,10 +59,12 @@ mod surface;
 mod world;
 
 pub use caged::{CageAtRest, CageRoom, CagedBody};
+pub use memory::Memory;
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
 pub use query::{Contacts, Elements, Motion, Query};
 pub use rigid::Body;
-pub use row::{Row, Rows, Side};
+pub use row::Rows;
+pub use sdf_core::contact::{Row, RowSide};
 pub use surface::{Carrier, Surface};
 pub use world::{Passes, Stretch, Tet, World};
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use sdf_formats::atomic_write;
 use sdf_sim::record::{self, Recording};
 use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
@@ -188,6 +188,8 @@ fn object(path: &Path, spec: &SceneSpec, method: &MethodWord, outcome: &Outcome)
         "runs": outcome.runs,
         "freed": outcome.freed,
         "calm": outcome.calm,
+        "worse": outcome.worse,
+        "must_fail": spec.fails.get(&method.word),
         "missed": outcome.missed,
     });
     if let (Value::Object(all), Ok(Value::Object(figures))) = (&mut object, serde_json::to_value(&outcome.worst)) {
@@ -241,9 +243,13 @@ fn suite(args: &SimulateArgs) -> Result<()> {
         "# Scenes\n\n| scene | method | missed | deep faces | deepest | stretch | seconds |\n|---|---|---|---|---|---|---|\n",
     );
     let mut pictures = String::new();
+    let mut faults = vec![];
     'scenes: for path in &scenes {
         let spec = scene::read(path)?;
-        for (index, method) in args.methods.iter().enumerate() {
+        let must_fail = spec.fails.keys().filter(|word| !args.methods.iter().any(|method| method.word == **word));
+        let must_fail = must_fail.map(|word| word.parse()).collect::<Result<Vec<MethodWord>, _>>();
+        let must_fail = must_fail.map_err(|error| anyhow!("{}: fails: {error}", path.display()))?;
+        for (index, method) in args.methods.iter().chain(&must_fail).enumerate() {
             let picture =
                 args.output.as_ref().filter(|_| index == 0).map(|folder| folder.join(format!("{}.png", name(path))));
             let mut target = picture.as_deref().map(|picture| Target::new(picture, path)).transpose()?;
@@ -258,6 +264,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
                 Report { rows: rows(&spec, &outcome), json: Value::Null }.print(args.json)?;
                 println!();
             }
+            faults.extend(fault(&spec, method, index == 0, &outcome).map(|fault| format!("{}: {fault}", name(path))));
             let figures = &outcome.worst;
             let missed: Vec<&str> = outcome.missed.keys().copied().collect();
             report += &format!(
@@ -276,10 +283,26 @@ fn suite(args: &SimulateArgs) -> Result<()> {
             }
         }
     }
-    match &args.output {
-        Some(output) => {
-            at(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))
+    if let Some(output) = &args.output {
+        at(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))?;
+    }
+    // A smaller scene is another one: what holds of the whole need not hold of it.
+    match faults.is_empty() || args.small {
+        true => Ok(()),
+        false => bail!("scenes that are not as they say:\n  {}", faults.join("\n  ")),
+    }
+}
+
+/// A scene that misses what it asks for by the first method, or a method that must fail and does not.
+fn fault(spec: &SceneSpec, method: &MethodWord, is_first: bool, outcome: &Outcome) -> Option<String> {
+    match spec.fails.get(&method.word) {
+        Some(least) => {
+            let failures = outcome.failures(spec);
+            (failures < *least).then(|| format!("{} must fail by {least}, and fails by {failures}", method.word))
         }
-        None => Ok(()),
+        None if outcome.is_reached() || !is_first => None,
+        None => {
+            Some(format!("{} misses {}", method.word, outcome.missed.keys().copied().collect::<Vec<_>>().join(", ")))
+        }
     }
 }

@@ -13,7 +13,7 @@ use super::mesh_spec::MeshSpec;
 use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
 use crate::surface::{Carrier, Surface};
-use crate::world::{Passes, World};
+use crate::world::World;
 use crate::{Body, CagedBody, V3, cloth, soft};
 
 /// A scene that is ready to run.
@@ -59,8 +59,8 @@ impl Stage {
     ) -> Result<Self, SceneError> {
         let mut world = World::new(spec.gravity);
         world.drag = spec.drag;
+        world.damping = spec.damping;
         world.recovery_speed = spec.recovery;
-        world.passes = if spec.one_way { Passes::OneWay } else { Passes::ThereAndBack };
         let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
         let animations =
             animations.collect::<Result<_, _>>().map_err(|message: String| invalid(&spec.title, message))?;

@@ -4,17 +4,21 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use sdf_core::Aabb;
 use sdf_core::cage::CageMap;
+use sdf_core::combine::Shell;
+use sdf_core::contact::Contact;
+use sdf_core::{Aabb, AnyField};
 use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
 use super::figures::Figures;
 use super::spec::SceneSpec;
 use crate::caged::{CageAtRest, CageRoom, CagedBody};
+use crate::memory::Memory;
 use crate::obstacle::{Carried, Moving, Obstacle};
 use crate::query::{Contacts, Elements, Motion, Query};
 use crate::surface::{Carrier, Surface};
+use crate::world::Passes;
 use crate::{V3, World, scene::entangled::choose_sides};
 
 /// Which elements are searched, and how.
@@ -24,11 +28,17 @@ pub struct ElementMethod {
     pub faces: bool,
     /// How faces and edges are searched.
     pub method: Method,
+    /// Obstacles are taken as their surface without an inside, as pairs of triangles see them.
+    pub surface_only: bool,
+    /// Passes go one way: stiff sheets explode.
+    pub one_way: bool,
 }
 
 /// A word that names no method.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16 or samples64")]
+#[error(
+    "unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16, samples64, surface or one-way"
+)]
 pub struct UnknownMethod(String);
 
 impl std::str::FromStr for ElementMethod {
@@ -36,7 +46,7 @@ impl std::str::FromStr for ElementMethod {
 
     fn from_str(word: &str) -> Result<Self, UnknownMethod> {
         let method = match word {
-            "auto" | "vertices" => Method::Auto,
+            "auto" | "vertices" | "surface" | "one-way" => Method::Auto,
             "certified" => Method::Certified,
             "fw" => Method::FrankWolfe,
             "pgd" => Method::ProjectedGradient,
@@ -46,7 +56,7 @@ impl std::str::FromStr for ElementMethod {
             "samples64" => Method::Sampling(64),
             _ => return Err(UnknownMethod(word.to_owned())),
         };
-        Ok(Self { faces: word != "vertices", method })
+        Ok(Self { faces: word != "vertices", method, surface_only: word == "surface", one_way: word == "one-way" })
     }
 }
 
@@ -58,10 +68,14 @@ pub fn run(
     threads: Threads,
     mut on_frame: impl FnMut(u32, &Stage) -> ControlFlow<()>,
 ) -> Result<Figures, QueryError> {
+    stage.world.passes = if method.one_way { Passes::OneWay } else { Passes::ThereAndBack };
     let bodies = stage.cages.clone();
     let mut rooms = vec![CageRoom::default(); bodies.len()];
     let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
     let mut run = Run { cages, ..Run::new(spec, stage, method, threads) };
+    if spec.vary.seeds > 0 {
+        run.figures.deep_at_start = run.deep(stage)?.0;
+    }
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
             run.frame(stage)?;
@@ -75,11 +89,25 @@ pub fn run(
     run.finish(stage)
 }
 
+/// Contacts are kept until their element has moved by this share of the thickness.
+const HOLD: f64 = 0.05;
+
+/// Thickness of an obstacle that is taken as its surface.
+const SURFACE: f64 = 1e-9;
+
 struct Run<'a> {
     spec: &'a SceneSpec,
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
+    /// What is known of each surface and each obstacle; those of rigid bodies come after those that stand still.
+    memories: BTreeMap<(usize, usize), Memory>,
+    /// The obstacles as surfaces without an inside, where the method sees no more.
+    hulls: Vec<Field>,
+    /// Normals of the contacts that press, by surface, obstacle and key.
+    normals: BTreeMap<(usize, usize, u64), V3>,
+    /// The largest turn of one of them since the last frame, in degrees.
+    turned: f64,
     figures: Figures,
     start: World,
     energy: [f64; 3],
@@ -99,15 +127,24 @@ impl<'a> Run<'a> {
             method: method.method,
             thickness: spec.thickness,
             friction: spec.friction,
+            hold: HOLD * spec.thickness,
             threads,
             ..Query::default()
         };
         let energy = stage.world.energy();
+        let hull = |field: &Field| {
+            Shell::new(field.clone().into_any(), SURFACE).map(|shell| Field::new(AnyField::Shell(Box::new(shell))))
+        };
+        let hulls = stage.obstacles.iter().filter(|_| method.surface_only).filter_map(hull).collect();
         Self {
             spec,
             query,
             only_vertices: !method.faces,
             contacts: Contacts::default(),
+            memories: BTreeMap::new(),
+            hulls,
+            normals: BTreeMap::new(),
+            turned: 0.0,
             figures: Figures {
                 finite: true,
                 volume: stage.world.min_volume_ratio(),
@@ -138,15 +175,22 @@ impl<'a> Run<'a> {
             animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
         let boxes: Vec<Option<Aabb>> =
             surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
+        let mut normals = BTreeMap::new();
         for (index, surface) in surfaces.iter().enumerate() {
             let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
-            for obstacle in obstacles.iter() {
+            let obstacles = if self.hulls.is_empty() { &*obstacles } else { &self.hulls };
+            for (number, obstacle) in obstacles.iter().enumerate() {
                 let sides = &mut self.sides[index];
-                query.find_guided(obstacle, surface, world, &motion, &mut self.contacts, |found| {
-                    if self.spec.choose_side && !self.only_vertices {
+                let memory = self.memories.entry((index, number)).or_default();
+                let first = self.contacts.contacts.len();
+                query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
+                    if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
                     }
                 })?;
+                let pressing = |contact: &&Contact<f64>| contact.distance <= (1.0 + HOLD) * self.spec.thickness + 1e-9;
+                let new = self.contacts.contacts[first..].iter().filter(pressing);
+                normals.extend(new.map(|contact| ((index, number, contact.key()), contact.normal)));
             }
             for (shape, [now, later]) in animations.iter().zip(&moments) {
                 let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
@@ -159,10 +203,14 @@ impl<'a> Run<'a> {
                 let (Some(a), Some(b)) = (&boxes[index], other_box) else { continue };
                 if (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]) {
                     let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
-                    query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
+                    let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
+                    query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                 }
             }
         }
+        let turn = |(key, now): (&_, &V3)| self.normals.get(key).map_or(0.0, |then| angle(then, now));
+        self.turned = normals.iter().map(turn).fold(0.0, f64::max);
+        self.normals = normals;
         for (cage, rest) in &self.cages {
             let motion = toward(&motion, cage.max_speed(world));
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
@@ -202,6 +250,7 @@ impl<'a> Run<'a> {
             } else {
                 self.squares.0 += points.iter().zip(&self.before).map(|(a, b)| distance_sq(a, b)).sum::<f64>();
                 self.squares.1 += points.len();
+                figures.turn = figures.turn.max(self.turned);
             }
             self.before = points;
         }
@@ -263,10 +312,11 @@ impl<'a> Run<'a> {
         // Without a loss, as in free flight, the kinetic energy at the start is the measure.
         let scale = (start - lowest).max(self.start.kinetic_energy()).max(f64::MIN_POSITIVE);
         figures.energy_gain = (highest - start) / scale;
-        let is_closed = self.spec.gravity == [0.0; 3] && stage.obstacles.is_empty() && stage.animations.is_empty();
-        let all = self.start.momentum_scale();
-        figures.momentum_error =
-            is_closed.then(|| (world.momentum() - self.start.momentum()).norm() / all.max(f64::MIN_POSITIVE));
+        // What holds a pin is not known.
+        let has_pins = world.inv_mass.contains(&0.0);
+        let change = world.momentum() - self.start.momentum() - world.outer.sum;
+        let scale = (self.start.momentum_scale() + world.outer.length).max(f64::MIN_POSITIVE);
+        figures.momentum_error = (!has_pins).then(|| change.norm() / scale);
         if let Some(beyond) = self.spec.beyond {
             let is_beyond = |point: &&[f64; 3]| {
                 beyond.below.is_some_and(|z| point[2] < z)
@@ -298,7 +348,7 @@ fn toward(motion: &Motion, speed: f64) -> Motion {
 /// Is the surface embedded in the tetrahedra of the body?
 fn is_skin(surface: &Surface, cage: &CagedBody) -> bool {
     match &surface.carrier {
-        Carrier::Tets(weights) => weights.first().is_some_and(|corners| cage.has_particle(corners[0].0)),
+        Carrier::Tets(points) => points.first().is_some_and(|point| cage.has_tet(point.tet)),
         _ => false,
     }
 }
@@ -312,9 +362,13 @@ fn body_of(surface: &Surface) -> Option<u32> {
 
 /// The box that a surface may reach until the next search.
 fn reached_box(surface: &Surface, world: &World, motion: &Motion, thickness: f64) -> Option<Aabb> {
-    let speed = surface.speeds(world).into_iter().fold(0.0, f64::max);
-    let reach = thickness + speed * motion.time + motion.fall;
-    Aabb::from_points(surface.points(world)).map(|bounds| bounds.inflate(reach))
+    let reach = thickness + surface.max_speed(world) * motion.time + motion.fall;
+    surface.bounds(world).map(|bounds| bounds.inflate(reach))
+}
+
+/// Degrees between two unit vectors.
+fn angle(a: &V3, b: &V3) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
 fn distance_sq(a: &[f64; 3], b: &[f64; 3]) -> f64 {

@@ -6,6 +6,7 @@ use sdf_core::cage::CageMap;
 use serde::Deserialize;
 
 use super::mesh_spec::MeshSpec;
+use crate::world::DAMPING;
 
 /// A scene.
 #[derive(Clone, Debug, Deserialize)]
@@ -33,12 +34,12 @@ pub struct SceneSpec {
     /// Speed at which overlaps are undone.
     #[serde(default = "one")]
     pub recovery: f64,
-    /// Share of its speed that a particle loses per unit of time.
+    /// Share of its speed that everything loses per unit of time.
     #[serde(default)]
     pub drag: f64,
-    /// Passes go one way only: stiff sheets explode.
-    #[serde(default)]
-    pub one_way: bool,
+    /// Time of the dashpots beside all distances; 0 for none.
+    #[serde(default = "dashpot")]
+    pub damping: f64,
     /// Contacts are searched without a margin for what moves.
     #[serde(default)]
     pub no_margin: bool,
@@ -68,7 +69,8 @@ pub struct SceneSpec {
     /// Largest values of the figures that count as reached.
     #[serde(default)]
     pub reach: Reach,
-    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond, or of runs not freed.
+    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond; of a scene that wants runs freed
+    /// or calm, of runs that are not.
     #[serde(default)]
     pub fails: std::collections::BTreeMap<String, usize>,
     /// Lists of values: the scene is run with each combination.
@@ -93,6 +95,9 @@ fn one() -> f64 {
 }
 fn cells() -> u32 {
     64
+}
+fn dashpot() -> f64 {
+    DAMPING
 }
 fn weak() -> f64 {
     1e-3
@@ -245,6 +250,8 @@ pub struct Reach {
     pub jitter: Option<f64>,
     /// Way of a vertex in the last half unit of time.
     pub drift: Option<f64>,
+    /// Turn of a normal within a frame, in degrees.
+    pub turn: Option<f64>,
     /// Energy above the start.
     pub energy_gain: Option<f64>,
     /// Change of momentum.
@@ -255,6 +262,8 @@ pub struct Reach {
     pub volume: Option<f64>,
     /// Smallest share of runs that end without deep faces.
     pub freed: Option<f64>,
+    /// Most runs that end with more deep faces than they began with.
+    pub worse: Option<usize>,
     /// Smallest share of runs without a speed above `calm_speed`.
     pub calm: Option<f64>,
     /// Speed above which a run is not calm.
@@ -316,6 +325,7 @@ impl SceneSpec {
             ("friction", self.friction),
             ("recovery", self.recovery),
             ("drag", self.drag),
+            ("damping", self.damping),
         ];
         if let Some((name, value)) = others.iter().find(|(_, value)| !(0.0..1e9).contains(value)) {
             return Err(format!("{name} = {value}: give a number that is not negative"));

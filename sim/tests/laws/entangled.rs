@@ -6,7 +6,7 @@ use std::path::Path;
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use sdf_field::{ContactOptions, Contacts, Field, MeshView, Method, QueryError, Threads};
 use sdf_sim::scene::{self, Stage};
-use sdf_sim::{Motion, Obstacle, Query, Rows, Side};
+use sdf_sim::{Motion, Obstacle, Query};
 
 use crate::V3;
 
@@ -114,10 +114,6 @@ impl Obstacle for Triangles {
             }
         }
         Ok(found)
-    }
-
-    fn side(&self, _: &Contact<f64>, _: &mut Rows) -> Side {
-        Side::Fixed(V3::zeros())
     }
 }
 
