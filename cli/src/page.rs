@@ -23,7 +23,7 @@ use sdf_formats::contact_file::{ContactRecord, Label};
 use sdf_formats::mesh::Mesh;
 use serde_json::{Map, Value, json};
 
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 use crate::report::{counts, number};
 
 /// Contents of a page.
@@ -48,7 +48,7 @@ const TEMPLATE: &str = include_str!("page/template.html");
 pub fn write(path: &Path, scene: &Scene) -> Result<usize> {
     let page = html(scene).with_context(|| path.display().to_string())?;
     let length = page.len();
-    at(path, atomic_write(path, |temporary| std::fs::write(temporary, page)))?;
+    with_path(path, atomic_write(path, |temporary| std::fs::write(temporary, page)))?;
     Ok(length)
 }
 

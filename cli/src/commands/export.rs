@@ -22,9 +22,9 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if args.band.is_some() && format != ExportFormat::Nvdb {
         bail!("--band is for --format nvdb: remove it");
     }
-    output::require(&output, &[&args.sdf])?;
+    output::ensure_writable(&output, &[&args.sdf])?;
     if format == ExportFormat::Raw {
-        output::require(&description_path(&output), &[&args.sdf])?;
+        output::ensure_writable(&description_path(&output), &[&args.sdf])?;
     }
     let field = view::read(&args.sdf)?;
     let options = ExportOptions { cells: args.res, band: args.band, name: stem(&args.sdf), ..ExportOptions::default() };

@@ -11,7 +11,7 @@ use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
 use serde_json::{Value, json};
 
 use crate::args::{MethodWord, SimulateArgs};
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 use crate::report::{Report, number, print_json};
 use crate::{output, progress};
 
@@ -86,7 +86,7 @@ const OUTLINE_CELLS: u32 = 72;
 impl Target {
     fn new(path: &Path, scene: &Path) -> Result<Self> {
         match kind(path) {
-            Some("html" | "png") => output::require(path, &[scene])?,
+            Some("html" | "png") => output::ensure_writable(path, &[scene])?,
             Some(other) => bail!(
                 "{}: a recording is OUT.html, OUT.png or a folder of OBJ files, not .{other}: take one of these",
                 path.display()
@@ -118,7 +118,7 @@ impl Target {
             Some("html") => write(&self.path, record::page(&self.recording).as_bytes()),
             Some(_) => write(&self.path, &record::contact_sheet(&self.recording, SHEET[0], SHEET[1])),
         };
-        at(&self.path, written)
+        with_path(&self.path, written)
     }
 }
 
@@ -231,7 +231,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
     }
     match &args.output {
         Some(output) => {
-            at(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))
+            with_path(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))
         }
         None => Ok(()),
     }
