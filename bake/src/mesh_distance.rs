@@ -260,7 +260,7 @@ fn sign_reason(requested: Option<SignMethod>, method: SignMethod, topology: &Top
         found => found,
     };
     match requested {
-        Some(_) => format!("{method}, as asked; the mesh: {found}"),
+        Some(_) => format!("{method}, as requested; the mesh: {found}"),
         None => format!("{method}: {found}"),
     }
 }

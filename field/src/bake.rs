@@ -44,7 +44,7 @@ pub enum BakeError {
     InvalidMesh(InvalidMesh),
     /// [`BakeOptions::weld`] or [`BakeOptions::close`] is not a positive finite length.
     InvalidRepair {
-        /// The length that was asked.
+        /// The requested length.
         length: f64,
     },
     /// The voxels are larger than a thousand times the mesh.

@@ -34,9 +34,9 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),
         None => default_output(&args.mesh),
     };
-    output::require(&output, &[&args.mesh])?;
+    output::ensure_writable(&output, &[&args.mesh])?;
     if let Some(page) = &args.view {
-        output::require(page, &[&args.mesh, &output])?;
+        output::ensure_writable(page, &[&args.mesh, &output])?;
     }
     progress::on_threads(args.threads, || bake_into(args, &output))?
 }

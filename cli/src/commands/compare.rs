@@ -17,7 +17,7 @@ use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(path) = &args.output {
-        output::require(path, &[&args.mesh, &args.sdf])?;
+        output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
     }
     let mesh = mesh_input::read_mesh(&args.mesh)?;
     mesh.require_triangles(&args.mesh.display().to_string())?;

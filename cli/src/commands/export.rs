@@ -26,9 +26,9 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if args.precision.is_some() && !is_blob {
         bail!("--precision is for --format blob, c and rust: remove it");
     }
-    output::require(&output, &[&args.sdf])?;
+    output::ensure_writable(&output, &[&args.sdf])?;
     if format == ExportFormat::Raw {
-        output::require(&description_path(&output), &[&args.sdf])?;
+        output::ensure_writable(&description_path(&output), &[&args.sdf])?;
     }
     let field = view::read(&args.sdf)?;
     let options = ExportOptions {

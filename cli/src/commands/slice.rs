@@ -13,7 +13,7 @@ use crate::report::{Report, number};
 use crate::{field_input, output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
-    output::require(&args.output, &[&args.sdf])?;
+    output::ensure_writable(&args.output, &[&args.sdf])?;
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let bounds = reader.summary().lattice.bounds();

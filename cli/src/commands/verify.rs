@@ -20,7 +20,7 @@ use sdf_formats::field_file::{self, Field, OpenField};
 
 use crate::args::VerifyArgs;
 use crate::histogram::Histogram;
-use crate::mesh_input::{self, at};
+use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
 use crate::{output, progress};
 
@@ -32,7 +32,7 @@ use summary::Summary;
 pub fn run(args: &VerifyArgs) -> Result<()> {
     let started = Instant::now();
     if let Some(path) = &args.histogram {
-        output::require(path, &[&args.sdf, &args.mesh])?;
+        output::ensure_writable(path, &[&args.sdf, &args.mesh])?;
     }
     let input = mesh_input::read(&args.mesh)?;
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
@@ -49,7 +49,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         Field::Grid(stored) => Repairs::from_words(&stored.about.options),
         Field::Analytic(_) => Repairs::default(),
     };
-    let mesh = at(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
+    let mesh = with_path(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
     let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
     let mesh = if keeps_all { mesh } else { mesh.without_inner_shells() };
     let surface = Surface::new(&mesh);
