@@ -29,7 +29,7 @@ use crate::rounding::MIN_OFFSET;
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
 use crate::sign::winding::{MeshBoundary, WindingNumbers};
-use crate::triangle::{TriangleFeature, area_vector, nearest_on_triangle};
+use crate::triangle::{NearestOnTriangle, TriangleFeature, area_vector, nearest_on_triangle};
 use crate::{SignMethod, TriangleMesh};
 
 /// A mesh that answers with exact signed distances.
@@ -55,6 +55,14 @@ pub struct SurfacePoint {
     /// The triangle that holds the nearest point, in the tree's order.
     pub slot: usize,
     feature: TriangleFeature,
+}
+
+impl SurfacePoint {
+    /// Without a sign.
+    fn new(query: Vector3<f64>, slot: usize, nearest: NearestOnTriangle) -> Self {
+        let NearestOnTriangle { point, distance_sq, feature } = nearest;
+        Self { query, point, distance: distance_sq.sqrt(), slot, feature }
+    }
 }
 
 impl MeshSurface {
@@ -84,11 +92,9 @@ impl MeshSurface {
     /// save the search for the sign. Neither changes the answer.
     pub fn nearest(&self, query: Vector3<f64>, guess: usize, neighbour: Option<&SurfacePoint>) -> SurfacePoint {
         let nearest = self.tree.nearest(query, guess.min(self.tree.corners.len() - 1));
-        let (slot, on_triangle) = (nearest.slot, nearest.on_triangle);
-        let distance = on_triangle.distance_sq.sqrt();
-        let found = SurfacePoint { query, point: on_triangle.point, distance, slot, feature: on_triangle.feature };
+        let found = SurfacePoint::new(query, nearest.slot, nearest.on_triangle);
         let is_inside = self.is_inside(&found, neighbour);
-        SurfacePoint { distance: if is_inside { -distance } else { distance }, ..found }
+        SurfacePoint { distance: if is_inside { -found.distance } else { found.distance }, ..found }
     }
 
     /// Distance to one triangle, which is convex as a function of the point.
