@@ -242,11 +242,9 @@ impl<'a> MeshDistance<'a> {
 
     /// Winding number with an error less than `max_error`, and so small that the value is on the right side of 1/2.
     ///
-    /// That of the surface around the solid, 1 inside and 0 outside, if distances are those to that surface.
+    /// Where distances are those to the surface of a solid, it can change far from that surface, but not its side of 1/2.
     pub(crate) fn winding_estimate(&self, point: Vector3<f64>, max_error: f64) -> Estimate {
-        let estimate = self.winding.evaluate(self.tree_of_signs(), point, max_error);
-        let value = if self.solid.is_some() { estimate.value.abs().min(1.0) } else { estimate.value };
-        Estimate { value, ..estimate }
+        self.winding.evaluate(self.tree_of_signs(), point, max_error)
     }
 
     fn tree_of_signs(&self) -> &Bvh {
@@ -262,8 +260,8 @@ impl<'a> MeshDistance<'a> {
         self.winding.boundary()
     }
 
-    /// Change of the winding number along a segment by the triangles that it crosses. `None` if rounding decides, as it does
-    /// at triangles whose corners are rounded.
+    /// Change of the winding number along a segment by the triangles that it crosses. `None` if rounding decides, and where
+    /// triangles were dropped: what a flood carried past them is on the right side of 1/2, but another number.
     pub(crate) fn winding_change(&self, segment: [Vector3<f64>; 2]) -> Option<f64> {
         let is_exact = self.solid.is_none();
         is_exact.then(|| winding_change(&self.tree, self.winding.orientations(), segment))?

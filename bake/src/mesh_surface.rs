@@ -135,7 +135,9 @@ impl MeshSurface {
         if let Some(other) = neighbour.filter(is_clear) {
             return other.distance < 0.0;
         }
-        let number = |winding: &WindingNumbers| winding.evaluate(self.solid.as_ref().unwrap_or(&self.tree), found.query, f64::INFINITY).value;
+        let number = |winding: &WindingNumbers| {
+            winding.evaluate(self.solid.as_ref().unwrap_or(&self.tree), found.query, f64::INFINITY).value
+        };
         self.winding.as_ref().map_or(0.0, number).abs() >= 0.5
     }
 }

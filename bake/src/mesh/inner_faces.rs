@@ -182,7 +182,16 @@ impl TriangleMesh {
         }
         let rounding = if has_new_points { PIECE_ROUNDING * max_coordinate } else { 0.0 };
         let (bounds, stitches) = (self.bounds, vec![]);
-        Self { points, triangles, stitches, bounds, report, rounding, intersecting_pairs: None, solid: Some(Arc::new(self)) }
+        Self {
+            points,
+            triangles,
+            stitches,
+            bounds,
+            report,
+            rounding,
+            intersecting_pairs: None,
+            solid: Some(Arc::new(self)),
+        }
     }
 }
 

@@ -80,7 +80,8 @@ impl Lines {
 
     /// Point where two lines meet, each coordinate off by at most 4 ε of the face's largest.
     pub fn meeting_point(&self, p: usize, q: usize) -> Vector3<f64> {
-        let [low, high] = [Vector3::inf, Vector3::sup].map(|pick| pick(&pick(&self.face[0], &self.face[1]), &self.face[2]));
+        let [low, high] =
+            [Vector3::inf, Vector3::sup].map(|pick| pick(&pick(&self.face[0], &self.face[1]), &self.face[2]));
         let [first, second] = [&self.near[p], &self.near[q]];
         let divisor = determinant(first, second);
         let near: [Enclosed; 3] = from_fn(|axis| meeting_numerator(first, second, axis).over(divisor));
@@ -223,12 +224,8 @@ impl Mul for Enclosed {
         if self.is_zero() || other.is_zero() {
             return Self { lower: 0.0, upper: 0.0 };
         }
-        let products = [
-            self.lower * other.lower,
-            self.lower * other.upper,
-            self.upper * other.lower,
-            self.upper * other.upper,
-        ];
+        let products =
+            [self.lower * other.lower, self.lower * other.upper, self.upper * other.lower, self.upper * other.upper];
         let lower = products.into_iter().fold(f64::INFINITY, f64::min);
         Self::rounded(lower, products.into_iter().fold(f64::NEG_INFINITY, f64::max))
     }

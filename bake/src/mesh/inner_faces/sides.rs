@@ -7,9 +7,8 @@
 //! 2. it meets no other triangle, except in the face's plane: so p and q are in the two regions that the piece separates;
 //! 3. the winding number at p is the sum of the crossings of a ray, which touches no edge.
 //!
-//! Near another face p and q come closer, down to where rounding takes their meaning. Two faces still nearer to each
-//! other are one, and a piece still narrower is a part of its neighbours: then points [`FUSED`] beside the piece and to all
-//! sides are asked, and the answer is not certain.
+//! Near another face p and q come closer, down to where rounding takes their meaning. A piece still nearer to another face,
+//! or still narrower, is asked a little farther off, [`FUSED`] beside it, and the answer is not certain.
 
 use std::ops::ControlFlow;
 
@@ -27,7 +26,7 @@ const STEPS: [f64; 4] = [0.25, 4e-3, 1.5e-5, 6e-8];
 /// The least of them, relative to the largest coordinate: its direction still has four bits.
 const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
 
-/// Faces nearer to each other count as one, relative to the largest coordinate.
+/// Distance of p and q where no answer is certain, relative to the largest coordinate.
 const FUSED: f64 = 16384.0 * f64::EPSILON;
 
 const RAYS: usize = 12;
@@ -64,21 +63,19 @@ impl Sides<'_> {
         let Some(normal) = area_vector(face).try_normalize(0.0) else { return Verdict::UNKNOWN };
         let coordinates = middle.amax().max(face[0].amax());
         let least = LEAST_STEP * coordinates;
-        let width = piece.planes.iter().map(|(plane, _)| distance_to_plane(*plane, middle)).fold(f64::INFINITY, f64::min);
+        let width =
+            piece.planes.iter().map(|(plane, _)| distance_to_plane(*plane, middle)).fold(f64::INFINITY, f64::min);
         let steps = STEPS.map(|step| step * width).into_iter().filter(|step| *step > least).chain([least]);
-        let certain = steps.into_iter().find_map(|step| self.certain(face, piece, [1.0, -1.0].map(|s| middle + normal * (s * step))));
+        let certain = steps
+            .into_iter()
+            .find_map(|step| self.certain(face, piece, [1.0, -1.0].map(|s| middle + normal * (s * step))));
         certain.unwrap_or_else(|| {
-            let inside = [1.0, -1.0].map(|side| self.is_inside_about(middle, normal * side, FUSED * coordinates));
-            Verdict { inside, is_certain: false }
+            let points = [1.0, -1.0].map(|side| middle + normal * (side * FUSED * coordinates));
+            let [Some(front), Some(back)] = points.map(|point| self.winding_number(point)) else {
+                return Verdict::UNKNOWN;
+            };
+            Verdict { inside: [front, back].map(|winding| winding != 0), is_certain: false }
         })
-    }
-
-    /// Is a point in front of a face inside, there or a little beside? A crack between two faces is so narrow that it ends there.
-    fn is_inside_about(&self, point: Vector3<f64>, normal: Vector3<f64>, step: f64) -> bool {
-        let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
-        let across = normal.cross(&along);
-        let offsets = [Vector3::zeros(), along, -along, across, -across];
-        offsets.iter().any(|offset| self.winding_number(point + (normal + offset) * step).is_some_and(|winding| winding != 0))
     }
 
     fn certain(&self, face: [Vector3<f64>; 3], piece: &Piece, points: [Vector3<f64>; 2]) -> Option<Verdict> {
