@@ -59,7 +59,7 @@ pub struct BakeArgs {
     /// Inside/outside test.
     #[arg(long, value_enum, default_value_t = Sign::Auto)]
     pub sign: Sign,
-    /// Treatment of faces inside of the solid, as of a part that is sunk in another.
+    /// Treatment of faces inside of the solid, as where parts cross or nest.
     #[arg(long, value_enum, default_value_t = InnerFaces::Drop)]
     pub inner_faces: InnerFaces,
     /// Keep the mesh in the file, for contacts --exact.
@@ -134,7 +134,8 @@ pub enum Certify {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum InnerFaces {
-    /// Leave out closed shells that lie inside of the solid; shells that cross or touch others, and those of open meshes, are kept.
+    /// Measure distances to the surface of the solid: faces and parts of faces inside of it are left out. Those of open meshes
+    /// are kept.
     Drop,
     /// Measure distances to all faces.
     Keep,

@@ -184,6 +184,10 @@ fn document(
         "inner_shells": baked.mesh.inner_shells,
         "inner_triangles": baked.mesh.inner_triangles,
         "entangled_shells": baked.mesh.entangled_shells,
+        "crossing_triangles": baked.mesh.crossing_triangles,
+        "kept_pieces": baked.mesh.kept_pieces,
+        "dropped_pieces": baked.mesh.dropped_pieces,
+        "uncertain_pieces": baked.mesh.uncertain_pieces,
         "merged_points": baked.mesh.merged_points,
         "capped_loops": baked.mesh.capped_loops,
         "cap_triangles": baked.mesh.cap_triangles,
@@ -304,6 +308,7 @@ fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
         (report.degenerate_triangles, "triangle without area dropped", "triangles without area dropped"),
         (report.repeated_triangles, "repeated triangle", "repeated triangles"),
         (report.inner_triangles, "triangle inside of the solid dropped", "triangles inside of the solid dropped"),
+        (report.crossing_triangles, "triangle cut where others meet it", "triangles cut where others meet them"),
         (mesh.polygon_counts.unverified, "polygon cut unverified", "polygons cut unverified"),
     ];
     for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {

@@ -51,7 +51,13 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     };
     let mesh = with_path(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
     let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
-    let mesh = if keeps_all { mesh } else { mesh.without_inner_shells() };
+    let pseudo_normal = sdf_formats::grid_file::SignMethod::PseudoNormal;
+    let has_pseudo_normals = matches!(&field, Field::Grid(stored) if stored.about.sign_method == pseudo_normal);
+    let mesh = match (keeps_all, has_pseudo_normals) {
+        (true, _) => mesh,
+        (false, true) => mesh.without_inner_shells(),
+        (false, false) => mesh.without_inner_faces(),
+    };
     let surface = Surface::new(&mesh);
     let (findings, samples) = progress::on_threads(args.threads, || {
         // Signs are by winding numbers at every point, whichever method the file was signed by. Distances come from the
