@@ -95,7 +95,7 @@ run_board() {
 
 # The door for C: docs/firmware.md.
 check_door() {
-    local folder=$target_dir/door sdftool=${SDFTOOL:-} symbols found address size
+    local folder=$target_dir/door sdftool=${SDFTOOL:+$(realpath "$SDFTOOL")} symbols found address size
     if [ -z "$sdftool" ]; then
         (cd "$root" && cargo build --release --locked --quiet -p sdftool)
         sdftool=$(realpath "${CARGO_TARGET_DIR:-$root/target}")/release/sdftool
@@ -105,7 +105,7 @@ check_door() {
     cd "$folder"
     ln -s "$root/bindings" bindings
     ln -s "$sdftool" sdftool
-    "$sdftool" demo >/dev/null
+    ./sdftool demo >/dev/null
     awk '/^#/ { on = $0 == "### Firmware" } on && $0 == "```" { block = 0 } block { print } on && $0 == "```sh" { block = 1 }' \
         "$root/README.md" >chapter.sh
     grep -q 'bindings/firmware/build.sh' chapter.sh || fail "README.md has no chapter Firmware"
@@ -135,7 +135,7 @@ write_table() {
     while IFS='|' read -r name triple flags; do
         RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zemit-stack-sizes $flags" /usr/bin/cargo build --quiet --locked --release \
             -Z build-std=core -Z build-std-features=compiler-builtins-mem --package sizes --target "$triple" \
-            --target-dir "$target_dir/sizes-${name// /-}" || fail "$name: the queries do not build"
+            --target-dir "$target_dir/sizes-${name// /-}" </dev/null || fail "$name: the queries do not build"
         libraries+=("$name=$target_dir/sizes-${name// /-}/$triple/release/libsizes.a")
     done <<'END'
 Cortex-M0+|thumbv6m-none-eabi|

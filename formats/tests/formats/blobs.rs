@@ -62,7 +62,7 @@ fn a_blob_at_an_odd_address_has_the_bits_of_its_grid() {
     }
 }
 
-fn same_bits<R: Float>(grid: &OwnedGrid, blob: &(impl EnclosedSdf + Sdf), random: &mut Random) {
+fn same_bits<R: Float>(grid: &OwnedGrid, blob: &impl EnclosedSdf, random: &mut Random) {
     assert_eq!((grid.slope_bound(), grid.bounds(0.1)), (blob.slope_bound(), blob.bounds(0.1)));
     let mut contacts = 0;
     for _ in 0..300 {
