@@ -87,7 +87,7 @@ struct Target {
     written: Option<(Instant, Duration)>,
 }
 
-/// What a recording is written as.
+/// Form of a recording.
 #[derive(Clone, Copy)]
 enum Form {
     Page,

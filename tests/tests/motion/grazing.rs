@@ -16,7 +16,7 @@ use crate::{random_element, random_pose};
 
 type Point = Vector3<f64>;
 
-/// Of the cases of a law at least this share must be as near as [`TIGHT`].
+/// Share of the cases of a law that must be as near as [`TIGHT`].
 const SHARE: f64 = 0.5;
 
 /// A bound is nearly tight where no more than this part of it is slack.
