@@ -40,7 +40,7 @@ impl KeptMesh {
         self.is_sign_continuous
     }
 
-    /// What the grid of these facts was measured from, ready to be searched.
+    /// The mesh as the grid of these facts was measured from it, ready to be searched.
     #[cfg(feature = "bake")]
     pub(crate) fn surface(&self, info: &GridInfo) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
         if let Some(surface) = self.surface.get() {

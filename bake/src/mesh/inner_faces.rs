@@ -17,6 +17,7 @@ mod pieces;
 mod sides;
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
@@ -35,7 +36,10 @@ use sides::{Sides, Verdict};
 const MAX_PAIRS_PER_TRIANGLE: usize = 32;
 
 /// Nor more than this in all: each costs up to a tenth of a millisecond.
-const MAX_PAIRS: usize = 1 << 22;
+const MAX_PAIRS: usize = 1 << 19;
+
+/// Pieces at most for each triangle of the mesh, and some more for small ones.
+const MAX_PIECES: [usize; 2] = [32, 4096];
 
 /// Triangles asked for the sides of all that they are connected with, until one is certain.
 const MAX_SAMPLES: usize = 8;
@@ -91,6 +95,7 @@ impl TriangleMesh {
         let groups: Vec<&[[u32; 2]]> = pairs.chunk_by(|a, b| a[0] == b[0]).collect();
         let sides = Sides { mesh: &self, tree: &tree, orientations: &oriented.orientations };
         let corners = |triangle: u32| self.corner_points(self.triangles[triangle as usize]);
+        let (piece_count, max_pieces) = (AtomicUsize::new(0), MAX_PIECES[0] * self.triangles.len() + MAX_PIECES[1]);
         let divide = |group: &&[[u32; 2]]| {
             let others: Vec<_> = group.iter().map(|[_, other]| corners(*other)).collect();
             let face = corners(group[0][0]);
@@ -98,10 +103,19 @@ impl TriangleMesh {
                 let verdict = sides.verdict(face, &piece);
                 (piece.corners, verdict)
             };
-            let parts = pieces(face, &others).into_iter().map(with_verdict).collect();
-            Divided { triangle: group[0][0] as usize, parts }
+            let pieces = pieces(face, &others)?;
+            let count = pieces.len() + piece_count.fetch_add(pieces.len(), Ordering::Relaxed);
+            if count > max_pieces {
+                return None;
+            }
+            let parts = pieces.into_iter().map(with_verdict).collect();
+            Some(Divided { triangle: group[0][0] as usize, parts })
         };
-        let divided: Vec<Divided> = groups.par_iter().map(divide).collect();
+        // Whether they are too many does not depend on the order of threads.
+        let Some(divided) = groups.par_iter().map(divide).collect::<Option<Vec<Divided>>>() else {
+            self.report.has_too_many_crossings = true;
+            return self;
+        };
         let apart = self.verdicts_apart(oriented, &sides, &divided);
         self.assembled(oriented, &apart, &divided)
     }
@@ -130,7 +144,7 @@ impl TriangleMesh {
         let verdict = |samples: &Vec<usize>| {
             let verdicts = samples.iter().flat_map(|triangle| {
                 let face = self.corner_points(self.triangles[*triangle]);
-                let piece = pieces(face, &[]).pop();
+                let piece = pieces(face, &[]).and_then(|mut pieces| pieces.pop());
                 piece.map(|piece| sides.verdict(face, &piece))
             });
             // What is not certain stays.

@@ -12,6 +12,15 @@ use sdf_core::nalgebra::Vector3;
 use super::lines::{Lines, Side};
 use crate::triangle::area_vector;
 
+/// Pieces at most for each triangle that divides a face. Segments in random order that do not cross make three or four.
+const MAX_PIECES: usize = 8;
+
+/// So many triangles, at least, may divide each other's pieces: 30 × 30 do.
+const FREE_TRIANGLES: usize = 64;
+
+/// Nodes of the partition at most that are visited for each triangle: an order can be chosen that makes it deep.
+const MAX_VISITS: usize = 512;
+
 type Triangle = [Vector3<f64>; 3];
 
 /// Exactly zero for a point in a plane, positive on the side to which the normal (b − a) × (c − a) points.
@@ -45,8 +54,8 @@ enum Node {
     Split { line: usize, children: [usize; 2] },
 }
 
-/// Divides a face by other triangles. The pieces do not overlap, and cover the face.
-pub(super) fn pieces(face: Triangle, others: &[Triangle]) -> Vec<Piece> {
+/// Divides a face by other triangles. The pieces do not overlap, and cover the face. `None` if there were too many.
+pub(super) fn pieces(face: Triangle, others: &[Triangle]) -> Option<Vec<Piece>> {
     let axis = area_vector(face).iamax();
     let mut planes: Vec<Triangle> = (0..3).map(|edge| upright(face, edge, axis)).collect();
     let mut segments = vec![];
@@ -56,17 +65,22 @@ pub(super) fn pieces(face: Triangle, others: &[Triangle]) -> Vec<Piece> {
     let lines = Lines::new(face, planes);
     let inner_sides: [Side; 3] = std::array::from_fn(|edge| lines.side((edge + 1) % 3, (edge + 2) % 3, edge));
     let mut tree = vec![Node::Leaf(vec![0, 1, 2])];
+    let max_nodes = 2 * MAX_PIECES * (others.len() + FREE_TRIANGLES);
+    let mut visits = MAX_VISITS * (others.len() + 1);
     for segment in segments {
         let within_face = (0..3).try_fold(segment, |segment, edge| part(&lines, segment, edge, inner_sides[edge]));
         if let Some(segment) = within_face {
-            insert(&lines, &mut tree, segment);
+            visits = visits.checked_sub(insert(&lines, &mut tree, segment, visits))?;
+        }
+        if tree.len() > max_nodes {
+            return None;
         }
     }
     let polygon = |node: &Node| match node {
         Node::Leaf(polygon) => Some(piece(&lines, polygon)),
         Node::Split { .. } => None,
     };
-    tree.iter().filter_map(polygon).collect()
+    Some(tree.iter().filter_map(polygon).collect())
 }
 
 /// The plane through an edge of a triangle and a coordinate axis.
@@ -126,10 +140,12 @@ fn part(lines: &Lines, segment: Segment, line: usize, side: Side) -> Option<Segm
     Some(Segment { ends, ..segment })
 }
 
-/// Cuts all polygons in two that a segment enters.
-fn insert(lines: &Lines, tree: &mut Vec<Node>, segment: Segment) {
+/// Cuts all polygons in two that a segment enters. Returns the number of nodes visited, and gives up beyond `max_visits`.
+fn insert(lines: &Lines, tree: &mut Vec<Node>, segment: Segment, max_visits: usize) -> usize {
     let mut waiting = vec![(0, segment)];
-    while let Some((node, segment)) = waiting.pop() {
+    let mut visits = 0;
+    while let Some((node, segment)) = waiting.pop().filter(|_| visits <= max_visits) {
+        visits += 1;
         match &tree[node] {
             Node::Split { line, children } => {
                 for (child, side) in children.iter().zip([-1, 1]) {
@@ -144,6 +160,7 @@ fn insert(lines: &Lines, tree: &mut Vec<Node>, segment: Segment) {
             }
         }
     }
+    visits
 }
 
 /// The parts of a polygon on the negative and the positive side of a line, if it has both.

@@ -53,7 +53,7 @@ impl Verdict {
 pub(super) struct Sides<'a> {
     pub mesh: &'a TriangleMesh,
     pub tree: &'a Bvh,
-    /// By triangle of the mesh.
+    /// Orientation of each triangle of the mesh.
     pub orientations: &'a [f64],
 }
 

@@ -57,7 +57,7 @@ fn pieces_cover_their_face_and_no_other_triangle_enters_them() {
         if !have_areas {
             continue;
         }
-        let pieces = pieces(face, &others);
+        let pieces = pieces(face, &others).unwrap();
         let sum: f64 = pieces.iter().map(|piece| area(&piece.corners)).sum();
         assert!((sum - area(&face)).abs() < 1e-12 * sum, "round {round}: {sum} of {}", area(&face));
         for piece in &pieces {
@@ -94,6 +94,27 @@ fn a_ring_of_many_triangles_makes_few_pieces() {
     };
     let triangle = |index: usize| [on_ring(index, -1.0), on_ring(index + 1, -1.0), on_ring(index, 1.0)];
     let others: Vec<Triangle> = (0..count).map(|index| triangle(index * 617 % count)).collect();
-    let pieces = pieces(face, &others);
+    let pieces = pieces(face, &others).unwrap();
     assert!(pieces.len() > count && pieces.len() < 8 * count, "{}", pieces.len());
+}
+
+/// Stripes in the order that makes the partition a list, and a lattice of segments that all cross each other.
+#[test]
+fn a_face_that_is_divided_too_often_is_given_up() {
+    let face = [[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0]].map(Vector3::from);
+    let upright = |from: [f64; 2], to: [f64; 2]| {
+        [[from[0], from[1], -1.0], [to[0], to[1], -1.0], [from[0], from[1], 9.0]].map(Vector3::from)
+    };
+    let stripe = |index: u32, count: u32| 2.0 * f64::from(index) / f64::from(count) - 1.0;
+    let in_order = |count: u32| -> Vec<Triangle> {
+        (0..count).map(|index| upright([stripe(index, count), -1.0], [stripe(index, count), 1.0])).collect()
+    };
+    assert_eq!(pieces(face, &in_order(500)).map(|pieces| pieces.len()), Some(501));
+    assert!(pieces(face, &in_order(3000)).is_none());
+    let lattice = |count: u32| -> Vec<Triangle> {
+        let across = |index: u32| upright([-1.0, stripe(index, count)], [1.0, stripe(index, count)]);
+        in_order(count).into_iter().chain((0..count).map(across)).collect()
+    };
+    assert!(pieces(face, &lattice(5)).is_some());
+    assert!(pieces(face, &lattice(100)).is_none());
 }
