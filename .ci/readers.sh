@@ -26,3 +26,6 @@ python=${CARGO_TARGET_DIR:-target}/readers-venv/bin/python
 for grid in "$folder/demo/body.sdf.h5" "$folder/sparse.sdf.h5"; do
     "$python" tests/readers/exports.py "$(realpath "$sdftool")" "$grid"
 done
+
+# What `simulate` records, read by VTK.
+"$python" tests/readers/recordings.py "$(realpath "$sdftool")" scenes/02-coarse-cloth.toml

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Opens a page of `sdftool view` in headless Chromium: it must be drawn without an error of WebGL, in the colours of the surface, the
-# mesh and the contacts, and a contact that is picked must have the numbers of the contact list.
+# mesh and the contacts, and a contact that is picked must have the numbers of the contact list. So must a page of `sdftool simulate`, in
+# the colours of a cloth and a body.
 # As root on Debian it installs Chromium if it is missing. Pictures are left in the folder named by OUT, if it is set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -27,6 +28,7 @@ open() {
         --enable-unsafe-swiftshader --window-size=1000,700 --virtual-time-budget=20000 "$@" 2>"$folder/chromium.txt"
 }
 
+scene=$PWD/scenes/02-coarse-cloth.toml
 cd "$folder"
 "$SDFTOOL" demo -o demo >/dev/null
 "$SDFTOOL" view demo/body.sdf.h5 demo/cloth.obj --margin 0.02 -o page.html
@@ -35,7 +37,11 @@ page="file://$folder/page.html#up=z&pick=7"
 open --dump-dom "$page" >page.txt || fail "chromium ended with status $?: $(tail -n 1 chromium.txt)"
 open --screenshot="$out/view.png" "$page" || fail "chromium ended with status $?"
 open --screenshot="$out/slice.png" "file://$folder/page.html#up=z&show=slice,normals,bricks&hide=mesh" || fail "chromium ended with status $?"
-python3 - page.txt list.csv "$out/view.png" "$out/slice.png" <<'PYTHON'
+"$SDFTOOL" simulate "$scene" --small --frames 4 -o run.html >/dev/null
+open --virtual-time-budget=500 --dump-dom "file://$folder/run.html" >run.txt || fail "chromium ended with status $?"
+grep -q '<title>A coarse cloth.* [1-5]</title>' run.txt || fail "the page of simulate draws no frame: $(grep -m 1 '<title>' run.txt)"
+open --virtual-time-budget=500 --screenshot="$out/run.png" "file://$folder/run.html" || fail "chromium ended with status $?"
+python3 - page.txt list.csv "$out/view.png" "$out/slice.png" "$out/run.png" <<'PYTHON'
 import csv, re, struct, sys, zlib
 
 dom, table, *pictures = sys.argv[1:]
@@ -83,13 +89,15 @@ def is_there(found, what, holds):
     return f"{what} {count}"
 
 
-view, slice_ = map(colours, pictures)
+view, slice_, run = map(colours, pictures)
 print("view: pixels:", ", ".join([
     is_there(view, "grey surface", lambda r, g, b: r == g == b and 1 < r < 6),
     is_there(view, "green mesh", lambda r, g, b: g > r and g > b),
     is_there(view, "red contacts", lambda r, g, b: r > 4 and g < 4 and b < 4),
     is_there(slice_, "orange slice", lambda r, g, b: r > 5 and r > b + 1),
     is_there(slice_, "blue slice", lambda r, g, b: b > 4 and b > r + 1),
+    is_there(run, "blue cloth", lambda r, g, b: b > g > r),
+    is_there(run, "brown body", lambda r, g, b: r > g > b),
 ]))
 print(f"view: {title}; contact of face {picked['face']} as in the list")
 PYTHON

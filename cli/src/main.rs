@@ -43,7 +43,7 @@ fn main() -> ExitCode {
     // Never given back.
     std::mem::forget(ENDING.lock().unwrap_or_else(PoisonError::into_inner));
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => signals::status().map_or(ExitCode::SUCCESS, ExitCode::from),
         Err(error) if failure::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             failure::report(&error);

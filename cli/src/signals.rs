@@ -1,8 +1,38 @@
 //! Ctrl-C and its like: temporary files are removed, and the exit status is 128 and the signal's number.
 //!
+//! A run that is worth keeping defers the first signal: it writes what it has, and then ends with the same status. A second signal ends
+//! it at once.
+//!
 //! On Unix the signals are blocked, and a thread waits for them: a handler would not be told which one came.
 
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
 use anyhow::Result;
+
+/// Is the next signal deferred?
+static IS_DEFERRED: AtomicBool = AtomicBool::new(false);
+
+/// Exit status that a deferred signal asks for; 0 if none came.
+static STATUS: AtomicU8 = AtomicU8::new(0);
+
+/// From now on the first signal only sets [`status`].
+pub fn defer() {
+    IS_DEFERRED.store(true, Ordering::SeqCst);
+}
+
+/// The exit status that a deferred signal asks for.
+pub fn status() -> Option<u8> {
+    Some(STATUS.load(Ordering::SeqCst)).filter(|status| *status != 0)
+}
+
+/// Takes notice of a signal; `true` if it is the one that is deferred.
+fn is_deferred(status: u8) -> bool {
+    let is_deferred = IS_DEFERRED.swap(false, Ordering::SeqCst);
+    if is_deferred {
+        STATUS.store(status, Ordering::SeqCst);
+    }
+    is_deferred
+}
 
 /// Calls `clean_up` and ends the program when it is told to end, from now on and in threads that start from now on.
 #[cfg(unix)]
@@ -11,9 +41,12 @@ pub fn end_with<T>(clean_up: impl Fn() -> T + Send + 'static) -> Result<()> {
     let signals: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP].into_iter().collect();
     signals.thread_block()?;
     std::thread::Builder::new().spawn(move || {
-        if let Ok(signal) = signals.wait() {
-            let _held = clean_up();
-            std::process::exit(128 + signal as i32);
+        while let Ok(signal) = signals.wait() {
+            let status = 128 + signal as i32;
+            if !is_deferred(status as u8) {
+                let _held = clean_up();
+                std::process::exit(status);
+            }
         }
     })?;
     Ok(())
@@ -23,8 +56,10 @@ pub fn end_with<T>(clean_up: impl Fn() -> T + Send + 'static) -> Result<()> {
 #[cfg(not(unix))]
 pub fn end_with<T>(clean_up: impl Fn() -> T + Send + 'static) -> Result<()> {
     ctrlc::set_handler(move || {
-        let _held = clean_up();
-        std::process::exit(130);
+        if !is_deferred(130) {
+            let _held = clean_up();
+            std::process::exit(130);
+        }
     })?;
     Ok(())
 }

@@ -3,8 +3,9 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface) |
-//! | What does a contact push, and how far? | `row`, `world/touch` |
+//! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged` |
+//! | What need not be searched again? | [`memory`](Memory) |
+//! | What does a contact push, and how far? Core's [`Row`] | [`row`](Rows), `world/touch` |
 //! | How does everything move? XPBD (Macklin et al. 2016) in substeps, each pass there and back | [`World`] |
 //! | Sheets and nets, rigid bodies, soft bodies | `cloth`, `rigid`, `soft` |
 //! | How is a scene described, built, run and judged? | [`scene`] |
@@ -44,7 +45,9 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod caged;
 pub mod cloth;
+mod memory;
 mod obstacle;
 mod query;
 pub mod record;
@@ -55,10 +58,13 @@ pub mod soft;
 mod surface;
 mod world;
 
+pub use caged::{CageAtRest, CageRoom, CagedBody};
+pub use memory::Memory;
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
 pub use query::{Contacts, Elements, Motion, Query};
 pub use rigid::Body;
-pub use row::{Row, Rows, Side};
+pub use row::Rows;
+pub use sdf_core::contact::{Row, RowSide};
 pub use surface::{Carrier, Surface};
 pub use world::{Passes, Stretch, Tet, World};
 

@@ -1,19 +1,44 @@
 //! Against what does a surface move? A list of obstacles, each asked for itself: a union would lose what a grid knows of itself.
 
-use sdf_core::contact::Contact;
+use sdf_core::contact::{Row, RowSide};
+use sdf_core::nalgebra::Isometry3;
 use sdf_core::placed::Rigid;
-use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshView, QueryError, Threads};
+use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshInMotion, MeshView, QueryError, Threads};
 
-use crate::row::Side;
-use crate::{Body, V3};
+use crate::Body;
+use crate::rigid::isometry;
 
 /// A thing that surfaces must stay out of.
 pub trait Obstacle: Sync {
     /// Contacts of elements of one kind: those with φ ≤ margin. `edges` are taken where the kind is edges.
     fn contacts(&self, mesh: MeshView, edges: &[[u32; 2]], options: &ContactOptions) -> Result<Contacts, QueryError>;
 
-    /// The side of a row that a contact presses on.
-    fn side(&self, contact: &Contact<f64>) -> Side;
+    /// Contacts of faces that may have a pose, clusters, and a margin each: by [`contacts`](Self::contacts) with the largest margin,
+    /// where the obstacle has no better way.
+    fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        let MeshInMotion { mesh: MeshView { points, faces }, pose, margins, .. } = *mesh;
+        let moved = |pose: Rigid| points.iter().map(|x| pose.push((*x).into()).into()).collect();
+        let moved: Option<Vec<[f64; 3]>> = pose.map(moved);
+        let mesh = MeshView { points: moved.as_deref().unwrap_or(points), faces };
+        let widest = |margins: &[f64]| margins.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        let options = ContactOptions { margin: margins.map_or(options.margin, widest), ..*options };
+        let mut found = self.contacts(mesh, &[], &options)?;
+        if let Some(margins) = margins {
+            found.contacts.retain(|contact| contact.distance <= margins[contact.element as usize]);
+        }
+        Ok(found)
+    }
+
+    /// Completes a row: who carries its surface point, and how fast the surface moves by itself. Unless told otherwise it stands still.
+    fn complete(&self, row: Row<f64>) -> Row<f64> {
+        row
+    }
+
+    /// A frame in which the field stands still, and the field's slope bound: there a [`Memory`](crate::Memory) holds from frame to
+    /// frame. `None` of a field that changes.
+    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
+        None
+    }
 }
 
 /// A field that stands still.
@@ -25,8 +50,12 @@ impl Obstacle for Field {
         }
     }
 
-    fn side(&self, _: &Contact<f64>) -> Side {
-        Side::Fixed(V3::zeros())
+    fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        Field::contacts_in_motion(self, mesh, options)
+    }
+
+    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
+        Some((Isometry3::identity(), self.slope_bound()))
     }
 }
 
@@ -44,8 +73,12 @@ impl Obstacle for Placed<'_> {
         Obstacle::contacts(self.field, mesh, edges, &ContactOptions { pose: Some(self.pose), ..*options })
     }
 
-    fn side(&self, _: &Contact<f64>) -> Side {
-        Side::Fixed(V3::zeros())
+    fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        self.field.contacts_in_motion(mesh, &ContactOptions { pose: Some(self.pose), ..*options })
+    }
+
+    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
+        Some((isometry(&self.pose), self.field.slope_bound()))
     }
 }
 
@@ -65,8 +98,16 @@ impl Obstacle for Carried<'_> {
         Obstacle::contacts(self.field, mesh, edges, &ContactOptions { pose: self.body.pose(), ..*options })
     }
 
-    fn side(&self, contact: &Contact<f64>) -> Side {
-        Side::Body { id: self.id, arm: self.body.local_point(&contact.surface_point) }
+    fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        self.field.contacts_in_motion(mesh, &ContactOptions { pose: self.body.pose(), ..*options })
+    }
+
+    fn complete(&self, row: Row<f64>) -> Row<f64> {
+        row.with_field(RowSide::body(self.id, self.body.position, row.surface_point))
+    }
+
+    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
+        Some((self.body.isometry(), self.field.slope_bound()))
     }
 }
 
@@ -86,8 +127,12 @@ impl Obstacle for Moving<'_> {
         Obstacle::contacts(self.now, mesh, edges, options)
     }
 
-    fn side(&self, contact: &Contact<f64>) -> Side {
-        let value = |field: &Field| field.sample(&[contact.point.into()], Threads::ONE)[0].value;
-        Side::Fixed(contact.normal * (-(value(self.later) - value(self.now)) / self.time))
+    fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
+        self.now.contacts_in_motion(mesh, options)
+    }
+
+    fn complete(&self, row: Row<f64>) -> Row<f64> {
+        let value = |field: &Field| field.sample(&[row.point.into()], Threads::ONE)[0].value;
+        row.with_surface_velocity(row.normal * (-(value(self.later) - value(self.now)) / self.time))
     }
 }

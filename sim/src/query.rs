@@ -1,11 +1,13 @@
 //! From a surface and an obstacle to rows: which elements are asked, by which method, within which margin, and what is kept.
 
-use sdf_core::contact::{Contact, one_per_feature};
-use sdf_field::{ContactOptions, MeshView, Method, QueryError, Threads};
+use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
+use sdf_core::nalgebra::Isometry3;
+use sdf_field::{ContactOptions, MeshInMotion, MeshView, Method, QueryError, Threads};
 
+use crate::memory::{self, Asked, Known, Memory};
 use crate::obstacle::Obstacle;
-use crate::row::{Row, Rows, Side};
-use crate::surface::Surface;
+use crate::row::Rows;
+use crate::surface::{Carrier, Surface};
 use crate::{V3, World};
 
 /// Kinds of elements that are asked.
@@ -41,6 +43,8 @@ pub struct Query {
     pub thickness: f64,
     /// Coulomb's coefficient.
     pub friction: f64,
+    /// A contact is kept until its element has moved farther than this against the obstacle: see [`Memory`].
+    pub hold: f64,
     /// How many threads search. The contacts do not depend on it.
     pub threads: Threads,
 }
@@ -53,6 +57,7 @@ impl Default for Query {
             one_per_feature: true,
             thickness: 0.0,
             friction: 0.3,
+            hold: 0.0,
             threads: Threads::ONE,
         }
     }
@@ -123,8 +128,18 @@ impl Contacts {
             pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         });
         self.contacts = order.iter().map(|index| self.contacts[*index]).collect();
-        self.rows.rows = order.iter().map(|index| self.rows.rows[*index]).collect();
+        self.rows.reorder(&order);
     }
+}
+
+/// A surface and an obstacle as a search takes them.
+struct Pair<'a> {
+    obstacle: &'a dyn Obstacle,
+    surface: &'a Surface,
+    points: Vec<[f64; 3]>,
+    /// The frame in which the obstacle's field stands still, and its slope bound.
+    frame: Isometry3<f64>,
+    slope_bound: f64,
 }
 
 impl Query {
@@ -139,80 +154,239 @@ impl Query {
         motion: &Motion,
         contacts: &mut Contacts,
     ) -> Result<(), QueryError> {
-        self.find_guided(obstacle, surface, world, motion, contacts, |_| ())
+        self.find_again(obstacle, surface, world, motion, &mut Memory::default(), contacts)
     }
 
-    /// [`find`](Self::find), with a callback that may change the contacts before they become rows.
+    /// [`find`](Self::find) for who asks frame after frame: elements of which the memory knows enough are not searched. The memory is
+    /// that of this surface and this obstacle.
+    pub fn find_again(
+        &self,
+        obstacle: &dyn Obstacle,
+        surface: &Surface,
+        world: &World,
+        motion: &Motion,
+        memory: &mut Memory,
+        contacts: &mut Contacts,
+    ) -> Result<(), QueryError> {
+        self.find_guided(obstacle, surface, world, motion, memory, contacts, |_| ())
+    }
+
+    /// [`find_again`](Self::find_again), with a callback that may change the contacts before they become rows.
+    #[expect(clippy::too_many_arguments, reason = "the pair, its state, and where the answer goes")]
     pub fn find_guided(
         &self,
         obstacle: &dyn Obstacle,
         surface: &Surface,
         world: &World,
         motion: &Motion,
+        memory: &mut Memory,
         contacts: &mut Contacts,
         guide: impl FnOnce(&mut Vec<Contact<f64>>),
     ) -> Result<(), QueryError> {
-        let points = surface.points(world);
-        let reaches: Vec<f64> = surface.speeds(world).iter().map(|speed| motion.reach(*speed)).collect();
-        let widest = reaches.iter().fold(0.0, |a: f64, b| a.max(*b));
-        let margin = |contact: &Contact<f64>| {
-            let corners = contact.corner_vertices().iter().map(|vertex| reaches[*vertex as usize]);
-            self.thickness + corners.fold(0.0, f64::max)
-        };
-        let mut found = vec![];
-        let Elements { faces, edges, vertices } = self.elements;
-        let kinds = [
-            (faces, sdf_field::Elements::Faces),
-            (edges, sdf_field::Elements::Edges),
-            (vertices, sdf_field::Elements::Vertices),
-        ];
-        for (_, elements) in kinds.into_iter().filter(|(is_wanted, _)| *is_wanted) {
-            let options = ContactOptions {
-                elements,
-                method: self.method,
-                margin: self.thickness + widest,
-                threads: self.threads,
-                ..ContactOptions::default()
-            };
-            let mesh = MeshView { points: &points, faces: &surface.faces };
-            let of_kind = obstacle.contacts(mesh, &surface.edges, &options)?;
-            contacts.element_count += of_kind.element_count;
-            contacts.searched_count += of_kind.searched_count;
-            found.extend(of_kind.contacts.into_iter().filter(|contact| contact.distance <= margin(contact)));
+        let still = obstacle.still_frame();
+        if still.is_none() {
+            *memory = Memory::default();
         }
+        let (frame, slope_bound) = still.unwrap_or((Isometry3::identity(), 1.0));
+        let pair = Pair { obstacle, surface, points: surface.points(world), frame, slope_bound };
+        let mut found = match &surface.carrier {
+            Carrier::Body { id, .. } => self.find_rigid(&pair, world, *id, motion, memory, contacts)?,
+            _ => self.find_soft(&pair, world, motion, memory, contacts)?,
+        };
         if self.one_per_feature {
-            let count = one_per_feature(&mut found);
-            found.truncate(count);
+            let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);
+            let count = match surface.faces.is_empty() {
+                true => one_per_feature(&mut minima),
+                false => FeatureOwners::from_bits(&surface.owners).one_per_feature(&mut minima),
+            };
+            minima.truncate(count);
+            found = [minima, others].concat();
         }
         guide(&mut found);
         for contact in found {
-            if contact.normal == V3::zeros() {
-                contacts.without_normal_count += 1;
-                continue;
+            match Row::from_contact(&contact, self.thickness) {
+                Some(row) => {
+                    let row = row.with_friction(self.friction).with_element(surface.side(&contact, world));
+                    contacts.rows.push(obstacle.complete(row));
+                    contacts.contacts.push(contact);
+                }
+                None => contacts.without_normal_count += 1,
             }
-            let row = self.row(obstacle, surface, world, &contact, &mut contacts.rows);
-            contacts.rows.rows.push(row);
-            contacts.contacts.push(contact);
         }
         Ok(())
     }
 
-    fn row(
+    /// Elements that move against each other: each is searched unless its own memory tells enough.
+    fn find_soft(
         &self,
-        obstacle: &dyn Obstacle,
-        surface: &Surface,
+        pair: &Pair,
         world: &World,
-        contact: &Contact<f64>,
-        rows: &mut Rows,
-    ) -> Row {
-        let a = surface.side(contact, world, rows);
-        let b = obstacle.side(contact);
-        let origin = match &b {
-            Side::Fixed(_) => V3::zeros(),
-            Side::Body { id, arm } => world.bodies[*id as usize].world_point(arm),
-            Side::Particles { first, count } => world.mean(rows.terms_of(*first, *count)),
+        motion: &Motion,
+        memory: &mut Memory,
+        contacts: &mut Contacts,
+    ) -> Result<Vec<Contact<f64>>, QueryError> {
+        let Pair { surface, points, frame, slope_bound, .. } = pair;
+        let reaches: Vec<f64> = surface.speeds(world).iter().map(|speed| motion.reach(*speed)).collect();
+        let reach = |vertices: &[u32]| {
+            self.thickness + vertices.iter().map(|vertex| reaches[*vertex as usize]).fold(0.0, f64::max)
         };
-        let offset = contact.distance - self.thickness - contact.normal.dot(&(contact.point - origin));
-        Row { a, b, normal: contact.normal, offset, friction: self.friction }
+        let local: Vec<V3> = points.iter().map(|x| frame.inverse_transform_point(&(*x).into()).coords).collect();
+        let mut kept = vec![];
+        if self.elements.faces {
+            let known = &mut memory.faces;
+            let asked = known.ask(&surface.faces, &local, |face| reach(face), self.hold, *slope_bound);
+            let mesh = MeshView { points, faces: &asked.elements };
+            let mesh = MeshInMotion { margins: Some(&asked.margins), ..MeshInMotion::new(mesh) };
+            let found = pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, 0.0))?;
+            contacts.element_count += surface.faces.len();
+            contacts.searched_count += found.searched_count;
+            known.tell(&asked.ids, found.contacts, frame);
+            self.look_again(pair, &asked.old, known)?;
+            kept.extend(known.contacts());
+        }
+        if self.elements.edges {
+            let known = &mut memory.edges;
+            let asked = known.ask(&surface.edges, &local, |edge| reach(edge), self.hold, *slope_bound);
+            let found = self.search_edges(pair, &asked, contacts)?;
+            contacts.element_count += surface.edges.len() - asked.ids.len();
+            known.tell(&asked.ids, found, frame);
+            self.look_again(pair, &asked.old, known)?;
+            kept.extend(known.contacts());
+        }
+        let mut found: Vec<_> = kept.into_iter().map(|kept| memory::in_world(frame, kept, points)).collect();
+        if self.elements.vertices {
+            let widest = reaches.iter().fold(0.0, |a: f64, b| a.max(*b));
+            found.extend(self.search_vertices(
+                pair,
+                (0..points.len() as u32).collect(),
+                self.thickness + widest,
+                contacts,
+            )?);
+        }
+        found.retain(|contact| contact.distance <= reach(contact.corner_vertices()));
+        Ok(found)
+    }
+
+    /// Evaluates the field where elements touched before.
+    fn look_again(&self, pair: &Pair, old: &[Contact<f64>], known: &mut Known) -> Result<(), QueryError> {
+        let points: Vec<[f64; 3]> = old.iter().map(|contact| memory::point_on(contact, &pair.points).into()).collect();
+        let options = self.options(sdf_field::Elements::Vertices, f64::INFINITY);
+        let found = pair.obstacle.contacts(MeshView { points: &points, faces: &[] }, &[], &options)?;
+        for now in found.contacts {
+            let Contact { kind, element, vertices, feature, weights, .. } = old[now.element as usize];
+            known.add(memory::into_frame(&pair.frame, Contact { kind, element, vertices, feature, weights, ..now }));
+        }
+        known.settle();
+        Ok(())
+    }
+
+    /// A rigid surface: clusters of its faces, then edges and vertices of the faces that touch. All of it is kept while it moves no
+    /// farther than [`hold`](Self::hold) against the obstacle.
+    fn find_rigid(
+        &self,
+        pair: &Pair,
+        world: &World,
+        id: u32,
+        motion: &Motion,
+        memory: &mut Memory,
+        contacts: &mut Contacts,
+    ) -> Result<Vec<Contact<f64>>, QueryError> {
+        let Pair { surface, points, frame, slope_bound, .. } = pair;
+        let body = &world.bodies[id as usize];
+        let relative = frame.inv_mul(&body.isometry());
+        let needed = self.thickness + motion.reach(surface.max_speed(world));
+        let is_known = memory.rigid.as_ref().is_some_and(|(before, margin, kept)| {
+            let turn = before.rotation.rotation_to(&relative.rotation).angle();
+            let way = (relative.translation.vector - before.translation.vector).norm() + turn * surface.radius();
+            (kept.is_empty() || way <= self.hold) && needed + slope_bound * way <= *margin
+        });
+        if !is_known {
+            let margin = needed + 2.0 * slope_bound * self.hold;
+            let found = self.search_rigid(pair, body.pose(), margin, contacts)?;
+            let kept = found.into_iter().map(|contact| memory::into_frame(frame, contact)).collect();
+            memory.rigid = Some((relative, margin, kept));
+        }
+        contacts.element_count += surface.faces.len();
+        let kept = memory.rigid.iter().flat_map(|(_, _, kept)| kept);
+        let mut found: Vec<_> = kept.map(|kept| memory::in_world(frame, kept, points)).collect();
+        found.retain(|contact| contact.distance <= needed);
+        Ok(found)
+    }
+
+    fn search_rigid(
+        &self,
+        pair: &Pair,
+        pose: Option<sdf_core::placed::Rigid>,
+        margin: f64,
+        contacts: &mut Contacts,
+    ) -> Result<Vec<Contact<f64>>, QueryError> {
+        let Elements { faces, edges, vertices } = self.elements;
+        let Surface { faces: all_faces, edges: all_edges, .. } = pair.surface;
+        let mut found = vec![];
+        // Edges and vertices within the margin belong to faces within it.
+        let mut is_near = vec![!faces; pair.points.len()];
+        if let (true, Some((rest, clusters))) = (faces, pair.surface.at_rest()) {
+            let mesh = MeshView { points: rest, faces: all_faces };
+            let mesh = MeshInMotion { pose, clusters: Some(clusters), ..MeshInMotion::new(mesh) };
+            let of_faces =
+                pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, margin))?;
+            contacts.searched_count += of_faces.searched_count;
+            found = of_faces.contacts;
+            found.iter().flat_map(|contact| contact.vertices).for_each(|vertex| is_near[vertex as usize] = true);
+        }
+        if edges {
+            let near = (0..).zip(all_edges).filter(|(_, ends)| ends.iter().all(|end| is_near[*end as usize]));
+            let (ids, elements): (Vec<u32>, Vec<_>) = near.map(|(id, ends)| (id, *ends)).unzip();
+            let asked = Asked { margins: vec![margin; ids.len()], ids, elements, old: vec![] };
+            let of_edges = self.search_edges(pair, &asked, contacts)?.into_iter();
+            found.extend(of_edges.map(|contact| Contact { element: asked.ids[contact.element as usize], ..contact }));
+        }
+        if vertices {
+            let near = (0..pair.points.len() as u32).filter(|vertex| is_near[*vertex as usize]);
+            found.extend(self.search_vertices(pair, near.collect(), margin, contacts)?);
+        }
+        Ok(found)
+    }
+
+    /// Contacts of edges, numbered as they were asked.
+    fn search_edges(
+        &self,
+        pair: &Pair,
+        asked: &Asked<2>,
+        contacts: &mut Contacts,
+    ) -> Result<Vec<Contact<f64>>, QueryError> {
+        let widest = asked.margins.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        let mesh = MeshView { points: &pair.points, faces: &[] };
+        let options = self.options(sdf_field::Elements::Edges, widest);
+        let mut found = pair.obstacle.contacts(mesh, &asked.elements, &options)?;
+        contacts.element_count += found.element_count;
+        contacts.searched_count += found.searched_count;
+        found.contacts.retain(|contact| contact.distance <= asked.margins[contact.element as usize]);
+        Ok(found.contacts)
+    }
+
+    /// Contacts of some vertices.
+    fn search_vertices(
+        &self,
+        pair: &Pair,
+        ids: Vec<u32>,
+        margin: f64,
+        contacts: &mut Contacts,
+    ) -> Result<Vec<Contact<f64>>, QueryError> {
+        let points: Vec<_> = ids.iter().map(|id| pair.points[*id as usize]).collect();
+        let mesh = MeshView { points: &points, faces: &[] };
+        let found = pair.obstacle.contacts(mesh, &[], &self.options(sdf_field::Elements::Vertices, margin))?;
+        contacts.element_count += found.element_count;
+        contacts.searched_count += found.searched_count;
+        let numbered = found.contacts.into_iter().map(|mut contact| {
+            let id = ids[contact.element as usize];
+            (contact.element, contact.vertices[0], contact.feature) = (id, id, Feature::Vertex(id));
+            contact
+        });
+        Ok(numbered.collect())
+    }
+
+    fn options(&self, elements: sdf_field::Elements, margin: f64) -> ContactOptions {
+        ContactOptions { elements, method: self.method, margin, threads: self.threads, ..ContactOptions::default() }
     }
 }

@@ -3,54 +3,80 @@
 //! | written as | opens in | file |
 //! |---|---|---|
 //! | a folder of OBJ files | Blender, everything | `record/obj` |
-//! | a PNG of some frames | README, any viewer | `record/picture` |
+//! | VTKHDF with time steps | ParaView | `record/vtkhdf` |
+//! | a PNG of some frames, an APNG of all | README, any viewer | `record/picture` |
 //! | an HTML page with a slider | any browser | `record/page` |
 
 mod marching;
 mod obj;
 mod page;
 mod picture;
+mod vtkhdf;
 
 pub use obj::write_folder;
 pub use page::page;
-pub use picture::contact_sheet;
+pub use picture::{animation, contact_sheet};
+pub use vtkhdf::{still_path, write_vtkhdf};
 
 use sdf_core::Aabb;
-use sdf_field::Field;
+use sdf_field::{Field, Threads};
 
+use crate::V3;
 use crate::scene::Stage;
-use crate::{V3, surface::Surface};
 
-/// Frames of a run. Obstacles do not move.
+/// Frames of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
     /// One line for a headline.
     pub title: String,
-    /// Triangles of what moves.
+    /// Frames per unit of time.
+    pub rate: f64,
+    /// Triangles of what moves: those of bodies first, then those of obstacles that change.
     pub faces: Vec<[u32; 3]>,
+    /// How many of the triangles are those of bodies.
+    pub body_face_count: usize,
     /// Strings of what moves.
     pub edges: Vec<[u32; 2]>,
+    /// For each edge, then for each triangle, the index of its body or obstacle.
+    pub bodies: Vec<u32>,
     /// For each frame the points of all that moves.
     pub frames: Vec<Vec<[f32; 3]>>,
-    /// Points of the obstacles' surfaces.
+    /// Points on obstacles that change, as they are now.
+    outlines: Vec<Outline>,
+    /// Points of the surfaces of obstacles that stand still.
     pub still_points: Vec<[f32; 3]>,
     /// Their triangles.
     pub still_faces: Vec<[u32; 3]>,
 }
 
 impl Recording {
-    /// An empty recording of a stage. `obstacles` are the surfaces to show of what stands still.
-    pub fn new(title: &str, stage: &Stage, obstacles: &[Outline]) -> Self {
-        let mut recording = Self { title: title.to_owned(), ..Self::default() };
+    /// An empty recording of a stage at its start. Obstacles are drawn within a window around all that moves, by the surface in a
+    /// lattice of so many cells along each side.
+    pub fn new(title: &str, rate: f64, stage: &Stage, cells: u32) -> Self {
+        let window = window(stage);
+        let window = window.inflate(0.1 * window.longest_side());
+        let mut recording = Self { title: title.to_owned(), rate, ..Self::default() };
         let mut first = 0;
-        for surface in &stage.surfaces {
+        let (mut edge_bodies, mut face_bodies) = (vec![], vec![]);
+        for (body, surface) in (0..).zip(&stage.surfaces) {
             recording.faces.extend(surface.faces.iter().map(|face| face.map(|vertex| first + vertex)));
+            face_bodies.resize(recording.faces.len(), body);
             if surface.faces.is_empty() {
                 recording.edges.extend(surface.edges.iter().map(|edge| edge.map(|vertex| first + vertex)));
+                edge_bodies.resize(recording.edges.len(), body);
             }
             first += surface.vertex_count() as u32;
         }
-        for Outline { points, faces } in obstacles {
+        recording.body_face_count = recording.faces.len();
+        for (body, shape) in (stage.surfaces.len() as u32..).zip(&stage.animations) {
+            let outline = outline(&shape.at(0.0), &window, cells);
+            recording.faces.extend(outline.faces.iter().map(|face| face.map(|vertex| first + vertex)));
+            face_bodies.resize(recording.faces.len(), body);
+            first += outline.points.len() as u32;
+            recording.outlines.push(outline);
+        }
+        recording.bodies = [edge_bodies, face_bodies].concat();
+        for Outline { points, faces } in stage.obstacles.iter().map(|field| outline(field, &window, cells)) {
             let first = recording.still_points.len() as u32;
             recording.still_points.extend(points.iter().map(|point| point.map(|x| x as f32)));
             recording.still_faces.extend(faces.iter().map(|face| face.map(|vertex| first + vertex)));
@@ -60,9 +86,12 @@ impl Recording {
 
     /// Adds the stage as it is.
     pub fn push(&mut self, stage: &Stage) {
-        let points = |surface: &Surface| surface.points(&stage.world);
-        let all = stage.surfaces.iter().flat_map(points).map(|point| point.map(|x| x as f32));
-        self.frames.push(all.collect());
+        for (outline, shape) in self.outlines.iter_mut().zip(&stage.animations) {
+            outline.settle(&shape.at(stage.time));
+        }
+        let bodies = stage.surfaces.iter().flat_map(|surface| surface.points(&stage.world));
+        let obstacles = self.outlines.iter().flat_map(|outline| &outline.points).copied();
+        self.frames.push(bodies.chain(obstacles).map(|point| point.map(|x| x as f32)).collect());
     }
 
     /// The box around all that moves, in all frames, and what is near of what stands still.
@@ -88,11 +117,29 @@ pub struct Outline {
     pub faces: Vec<[u32; 3]>,
 }
 
+/// Steps of [`Outline::settle`]: one is enough on a distance, more where the surface bends.
+const SETTLE_STEPS: usize = 3;
+
+impl Outline {
+    /// Moves the points to where the field is zero now, along its gradient (Newton's method).
+    fn settle(&mut self, field: &Field) {
+        for _ in 0..SETTLE_STEPS {
+            let samples = field.sample(&self.points, Threads::ALL);
+            for (point, sample) in self.points.iter_mut().zip(samples) {
+                let way = sample.gradient * (sample.value / sample.gradient.norm_squared().max(0.25));
+                *point = (V3::from(*point) - way).into();
+            }
+        }
+    }
+}
+
 /// A box around all that moves at the start and all obstacles of finite size: what to show.
-pub fn window(stage: &Stage) -> Aabb {
+fn window(stage: &Stage) -> Aabb {
     let is_finite = |bounds: &Aabb| bounds.min.iter().chain(&bounds.max).all(|x| x.abs() < 1e6);
     let moving = stage.surfaces.iter().filter_map(|surface| Aabb::from_points(surface.points(&stage.world)));
-    let all = moving.chain(stage.obstacles.iter().map(|field| field.bounds(0.0))).filter(is_finite);
+    let shapes: Vec<Field> = stage.animations.iter().map(|shape| shape.at(stage.time)).collect();
+    let obstacles = stage.obstacles.iter().chain(&shapes).map(|field| field.bounds(0.0));
+    let all = moving.chain(obstacles).filter(is_finite);
     all.reduce(|a, b| a.union(&b)).unwrap_or(Aabb { min: [-1.0; 3], max: [1.0; 3] })
 }
 

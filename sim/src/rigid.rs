@@ -3,7 +3,7 @@
 //! With L kept, ω = I⁻¹L. A step turns by the ω at its middle (Lie midpoint rule), so that the energy L·I⁻¹L / 2 drifts by O(dt²)
 //! and does not grow. Pushes change L by arm × push, and turn the body at once by I⁻¹(arm × push) · dt (Müller et al. 2020).
 
-use sdf_core::nalgebra::{Matrix3, Quaternion, UnitQuaternion};
+use sdf_core::nalgebra::{Isometry3, Matrix3, Quaternion, UnitQuaternion};
 use sdf_core::placed::Rigid;
 
 use crate::V3;
@@ -70,6 +70,11 @@ impl Body {
         Rigid::new(self.position.into(), [q.i, q.j, q.k, q.w])
     }
 
+    /// World from body.
+    pub fn isometry(&self) -> Isometry3<f64> {
+        Isometry3::from_parts(self.position.into(), self.rotation)
+    }
+
     /// World point of a point in the body's frame.
     pub fn world_point(&self, arm: &V3) -> V3 {
         self.position + self.rotation * arm
@@ -103,11 +108,7 @@ impl Body {
     }
 
     /// Moves freely for a time.
-    pub(crate) fn advance(&mut self, dt: f64, gravity: &V3) {
-        if self.inv_mass <= 0.0 {
-            return;
-        }
-        self.velocity += gravity * dt;
+    pub(crate) fn advance(&mut self, dt: f64) {
         self.position += self.velocity * dt;
         let start = self.rotation;
         // ω at the middle depends on the turn to the middle: three rounds of the fixed point.
@@ -157,4 +158,11 @@ fn turn(v: &V3) -> UnitQuaternion<f64> {
     let sinc = if half < 1e-3 { 1.0 - half * half / 6.0 } else { half.sin() / half };
     let w = v * (0.5 * sinc);
     UnitQuaternion::new_normalize(Quaternion::new(half.cos(), w.x, w.y, w.z))
+}
+
+/// A pose as nalgebra has it.
+pub(crate) fn isometry(pose: &Rigid) -> Isometry3<f64> {
+    let [x, y, z, w] = pose.rotation();
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    Isometry3::from_parts(V3::from(pose.translation()).into(), rotation)
 }

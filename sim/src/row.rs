@@ -1,75 +1,43 @@
-//! The bridge from contacts to a solver: a row says how far apart two sides are along a normal, and whom a push moves.
+//! The rows that a world steps with: core's [`Row`]s, the one bridge between contacts and any solver, and what a pass keeps beside each.
 
-use crate::V3;
+use sdf_core::contact::Row;
 
-/// One side of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Side {
-    /// Nothing that a push moves; it goes with this velocity.
-    Fixed(V3),
-    /// A weighted mean of particles: `count` entries of [`Rows::terms`] from `first` on.
-    Particles {
-        /// Index of the first term.
-        first: u32,
-        /// How many terms.
-        count: u32,
-    },
-    /// A point of a rigid body.
-    Body {
-        /// Index of the body.
-        id: u32,
-        /// The point in the body's frame.
-        arm: V3,
-    },
-}
+use crate::world::Touch;
 
-/// A contact as a constraint: gap = n · (a − b) + offset ≥ 0, with Coulomb friction across n.
-///
-/// A fixed side stands at the origin when the row is made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// The side that n pushes.
-    pub a: Side,
-    /// The side that −n pushes.
-    pub b: Side,
-    /// Unit vector out of b.
-    pub normal: V3,
-    /// The distance found, less n · (a − b) at that time, and less the thickness.
-    pub offset: f64,
-    /// Coulomb's coefficient.
-    pub friction: f64,
-}
-
-/// Rows, and the particles that they name.
+/// Rows of a frame, and what its steps keep beside them.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
-    /// In the order in which a pass goes there.
-    pub rows: Vec<Row>,
-    /// Particles and their weights.
-    pub terms: Vec<(u32, f64)>,
+    rows: Vec<Row<f64>>,
+    /// The rows as passes take them, made by the first step.
+    pub(crate) touches: Vec<Touch>,
+    /// Particles that touches name, and their weights.
+    pub(crate) terms: Vec<(u32, f64)>,
     /// Time since the rows were made.
-    pub age: f64,
-    /// For each row the push along n and across it in this step: mass · length.
-    pub(crate) pushes: Vec<(f64, V3)>,
+    pub(crate) age: f64,
 }
 
 impl Rows {
     /// Forgets all rows.
     pub fn clear(&mut self) {
+        *self =
+            Self { rows: std::mem::take(&mut self.rows), terms: std::mem::take(&mut self.terms), ..Self::default() };
         self.rows.clear();
         self.terms.clear();
-        self.age = 0.0;
     }
 
-    /// A side of particles with weights.
-    pub fn particles(&mut self, terms: impl IntoIterator<Item = (u32, f64)>) -> Side {
-        let first = self.terms.len();
-        self.terms.extend(terms);
-        Side::Particles { first: first as u32, count: (self.terms.len() - first) as u32 }
+    /// Adds a row. Indices of particles, bodies and tetrahedra are those of the world that steps with it, and its points are where the
+    /// world has them now.
+    pub fn push(&mut self, row: Row<f64>) {
+        self.rows.push(row);
     }
 
-    /// The terms of a side of particles.
-    pub fn terms_of(&self, first: u32, count: u32) -> &[(u32, f64)] {
-        &self.terms[first as usize..(first + count) as usize]
+    /// The rows, in the order in which a pass goes there.
+    pub fn as_slice(&self) -> &[Row<f64>] {
+        &self.rows
+    }
+
+    /// Puts the rows in another order: the first is the one with the index `order[0]`.
+    pub(crate) fn reorder(&mut self, order: &[usize]) {
+        self.rows = order.iter().map(|index| self.rows[*index]).collect();
     }
 }

@@ -2,23 +2,28 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | Which keys does a file have? | `scene/spec` |
+//! | Which keys does a file have? | `scene/spec`, `scene/mesh_spec` |
 //! | How does it become a world and obstacles? | `scene/build` |
+//! | Which shape has a closed form at a time? | `scene/animation` |
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
 //! | What is measured, and is it reached? | `scene/figures` |
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
 
+mod animation;
 mod build;
 mod entangled;
 mod figures;
+mod mesh_spec;
 mod run;
 mod spec;
 mod vary;
 
+pub use animation::Animation;
 pub use build::Stage;
 pub use figures::{Figures, Seconds};
+pub use mesh_spec::MeshSpec;
 pub use run::{ElementMethod, UnknownMethod, run};
-pub use spec::{Beyond, ClothSpec, MeshSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Vary};
+pub use spec::{Beyond, CageMapSpec, ClothSpec, ObstacleSpec, Reach, RigidSpec, SceneSpec, SoftSpec, Vary};
 pub use vary::{Outcome, run_all, variants};
 
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use sdf_core::contact::TetPoint;
 use sdf_core::nalgebra::Matrix3;
 
 use crate::V3;
@@ -24,35 +25,39 @@ pub struct Matter {
     pub poisson: f64,
 }
 
-/// Adds a soft body: cubes with this side wherever `is_wanted` takes their center or the mesh has a point.
+/// Adds a soft body: cubes with this side wherever the mesh has a point, and of those within `padding` of the mesh's box wherever
+/// `is_wanted` takes their center.
 pub fn add(
     world: &mut World,
     points: &[[f64; 3]],
     faces: &[[u32; 3]],
     side: f64,
+    padding: f64,
     matter: &Matter,
     is_wanted: impl Fn(V3) -> bool,
 ) -> Surface {
     let cell_of = |point: &[f64; 3]| point.map(|x| (x / side).floor() as i32);
-    let mut cells: BTreeMap<[i32; 3], ()> = points.iter().map(|point| (cell_of(point), ())).collect();
+    let mut cells: BTreeMap<[i32; 3], u32> = points.iter().map(|point| (cell_of(point), 0)).collect();
+    let layers = (padding / side).ceil() as i32;
     let ends = |axis: usize| {
         let all = cells.keys().map(|cell| cell[axis]);
-        (all.clone().min().unwrap_or(0), all.max().unwrap_or(0))
+        (all.clone().min().unwrap_or(0) - layers, all.max().unwrap_or(0) + layers)
     };
     let [x, y, z] = [0, 1, 2].map(ends);
     for cell in (z.0..=z.1).flat_map(|z| (y.0..=y.1).flat_map(move |y| (x.0..=x.1).map(move |x| [x, y, z]))) {
         if is_wanted(V3::from(cell.map(|steps| (f64::from(steps) + 0.5) * side))) {
-            cells.insert(cell, ());
+            cells.insert(cell, 0);
         }
     }
     let mut nodes = BTreeMap::new();
     let first_tet = world.tets.len();
-    for cell in cells.keys() {
+    for (cell, first) in &mut cells {
+        *first = world.tets.len() as u32;
         for order in ORDERS {
             let corners = corner_steps(cell, &order).map(|node| {
                 *nodes.entry(node).or_insert_with(|| world.add_particle(V3::from(node.map(f64::from)) * side, 0.0))
             });
-            add_tet(world, corners, matter);
+            add_tet(world, corners, is_mirrored(&order), matter);
         }
     }
     share_mass(world, first_tet, matter.density);
@@ -62,8 +67,12 @@ pub fn add(
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| share[*b].total_cmp(&share[*a]));
         let [a, b, c] = order.map(|axis| share[axis]);
-        let mut weights = [1.0 - a, a - b, b - c, c].into_iter();
-        corner_steps(&cell, &order).map(|node| (nodes[&node], weights.next().unwrap_or(0.0)))
+        let mut weights = [1.0 - a, a - b, b - c, c];
+        let place = ORDERS.iter().position(|other| *other == order).unwrap_or(0);
+        if is_mirrored(&order) {
+            weights.swap(2, 3);
+        }
+        TetPoint { tet: cells[&cell] + place as u32, weights }
     };
     Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().map(embed).collect()))
 }
@@ -78,17 +87,18 @@ fn corner_steps(cell: &[i32; 3], order: &[usize; 3]) -> [[i32; 3]; 4] {
     nodes
 }
 
-fn add_tet(world: &mut World, mut corners: [u32; 4], matter: &Matter) {
-    let basis = |world: &World, corners: [u32; 4]| {
-        let [o, a, b, c] = corners.map(|corner| world.x[corner as usize]);
-        Matrix3::from_columns(&[a - o, b - o, c - o])
-    };
-    // Every other order of the axes is mirrored.
-    if basis(world, corners).determinant() < 0.0 {
+/// Is the tetrahedron of an order of the axes left-handed? Every other one is: the odd permutations.
+fn is_mirrored([a, b, _]: &[usize; 3]) -> bool {
+    (a + 1) % 3 != *b
+}
+
+fn add_tet(world: &mut World, mut corners: [u32; 4], is_mirrored: bool, matter: &Matter) {
+    if is_mirrored {
         corners.swap(2, 3);
     }
-    let rest = basis(world, corners);
-    let Some(inv_rest) = rest.try_inverse() else { return };
+    let [o, a, b, c] = corners.map(|corner| world.x[corner as usize]);
+    let rest = Matrix3::from_columns(&[a - o, b - o, c - o]);
+    let inv_rest = rest.try_inverse().unwrap_or_else(Matrix3::zeros);
     let Matter { young, poisson, .. } = matter;
     world.tets.push(Tet {
         corners,

@@ -1,9 +1,10 @@
 //! Whose skin is a mesh? [`Surface`]: triangles and edges over particles, a rigid body, or tetrahedra that the mesh is embedded in.
 
-use sdf_core::contact::Contact;
-use sdf_field::MeshView;
+use sdf_core::Aabb;
+use sdf_core::contact::{Contact, FeatureOwners, FeatureUse, RowSide, TetPoint};
+use sdf_core::placed::Placement;
+use sdf_field::{MeshClusters, MeshView};
 
-use crate::row::{Rows, Side};
 use crate::{V3, World};
 
 /// Owner of a surface's vertices.
@@ -21,8 +22,8 @@ pub enum Carrier {
         /// The vertices in the body's frame.
         points: Vec<[f64; 3]>,
     },
-    /// Each vertex is a weighted mean of the corners of a tetrahedron.
-    Tets(Vec<[(u32, f64); 4]>),
+    /// Each vertex is a point of one of the world's tetrahedra.
+    Tets(Vec<TetPoint<f64>>),
 }
 
 /// A mesh and what carries it.
@@ -34,22 +35,41 @@ pub struct Surface {
     pub edges: Vec<[u32; 2]>,
     /// Owner of the vertices.
     pub carrier: Carrier,
+    /// For each face the vertices and edges that it speaks for: [`FeatureOwners::bits`].
+    pub(crate) owners: Vec<u8>,
+    /// Clusters of a rigid body's faces, its box and its radius about the center of mass.
+    rigid: Option<(MeshClusters, Aabb, f64)>,
     vertex_count: usize,
 }
 
 impl Surface {
-    /// A surface of triangles.
+    /// A surface of triangles. Clusters of a rigid body's faces are made here.
+    ///
+    /// # Panics
+    /// Where a face of a rigid body has a vertex that is not there.
     pub fn of_faces(faces: Vec<[u32; 3]>, vertex_count: usize, carrier: Carrier) -> Self {
         // A pass depends on the order of its constraints. Lower vertices first, whatever the order of the faces.
         let mut edges = MeshView { points: &[], faces: &faces }.edges();
         edges.iter_mut().for_each(|ends| ends.sort_unstable());
         edges.sort_unstable();
-        Self { faces, edges, carrier, vertex_count }
+        let mut owners = vec![0; faces.len()];
+        FeatureOwners::assign(&faces, &mut vec![FeatureUse::default(); 6 * faces.len()], &mut owners)
+            .expect("buffers of the mesh's size");
+        let rigid = match &carrier {
+            Carrier::Body { points, .. } => {
+                let clusters = MeshClusters::new(MeshView { points, faces: &faces }).expect("vertices that are there");
+                let bounds = Aabb::from_points(points.iter().copied()).unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
+                let radius = points.iter().map(|point| V3::from(*point).norm()).fold(0.0, f64::max);
+                Some((clusters, bounds, radius))
+            }
+            _ => None,
+        };
+        Self { faces, edges, carrier, owners, rigid, vertex_count }
     }
 
     /// Strings: edges without triangles.
     pub fn of_edges(edges: Vec<[u32; 2]>, vertex_count: usize, carrier: Carrier) -> Self {
-        Self { faces: vec![], edges, carrier, vertex_count }
+        Self { faces: vec![], edges, carrier, owners: vec![], rigid: None, vertex_count }
     }
 
     /// How many vertices there are.
@@ -62,19 +82,51 @@ impl Surface {
         self.map(|vertex| self.point(world, vertex).into())
     }
 
-    /// The largest speed of each vertex.
+    /// The vertices of a rigid body in its own frame, and clusters of its faces.
+    pub(crate) fn at_rest(&self) -> Option<(&[[f64; 3]], &MeshClusters)> {
+        match (&self.carrier, &self.rigid) {
+            (Carrier::Body { points, .. }, Some((clusters, ..))) => Some((points, clusters)),
+            _ => None,
+        }
+    }
+
+    /// The largest distance of a rigid body's vertex from its center of mass.
+    pub(crate) fn radius(&self) -> f64 {
+        self.rigid.as_ref().map_or(0.0, |(_, _, radius)| *radius)
+    }
+
+    /// A box around all vertices. `None` without any.
+    pub(crate) fn bounds(&self, world: &World) -> Option<Aabb> {
+        match (&self.carrier, &self.rigid) {
+            (Carrier::Body { id, .. }, Some((_, bounds, _))) => {
+                Some(world.bodies[*id as usize].pose()?.push_bounds(*bounds))
+            }
+            _ => Aabb::from_points(self.points(world)),
+        }
+    }
+
+    /// Upper bound of the speed of all vertices.
+    pub(crate) fn max_speed(&self, world: &World) -> f64 {
+        match &self.carrier {
+            Carrier::Body { id, .. } => {
+                let body = &world.bodies[*id as usize];
+                body.velocity.norm() + body.angular_velocity().norm() * self.radius()
+            }
+            _ => self.speeds(world).into_iter().fold(0.0, f64::max),
+        }
+    }
+
+    /// Upper bound of the speed of each vertex.
     pub(crate) fn speeds(&self, world: &World) -> Vec<f64> {
         match &self.carrier {
             Carrier::Particles { first } => self.map(|vertex| world.v[*first as usize + vertex].norm()),
-            Carrier::Tets(weights) => weights
-                .iter()
-                .map(|corners| corners.iter().map(|(id, _)| world.v[*id as usize].norm()).fold(0.0, f64::max))
-                .collect(),
-            Carrier::Body { id, points } => {
-                let body = &world.bodies[*id as usize];
-                let angular = body.angular_velocity().norm();
-                points.iter().map(|point| body.velocity.norm() + angular * V3::from(*point).norm()).collect()
+            Carrier::Tets(points) => {
+                let corners = points.iter().map(|point| world.tets[point.tet as usize].corners);
+                corners
+                    .map(|corners| corners.map(|id| world.v[id as usize].norm()).into_iter().fold(0.0, f64::max))
+                    .collect()
             }
+            Carrier::Body { .. } => vec![self.max_speed(world); self.vertex_count],
         }
     }
 
@@ -86,21 +138,20 @@ impl Surface {
         match &self.carrier {
             Carrier::Particles { first } => world.x[*first as usize + vertex],
             Carrier::Body { id, points } => world.bodies[*id as usize].world_point(&V3::from(points[vertex])),
-            Carrier::Tets(weights) => weights[vertex].iter().map(|(id, weight)| world.x[*id as usize] * *weight).sum(),
+            Carrier::Tets(points) => {
+                let TetPoint { tet, weights } = points[vertex];
+                let corners = world.tets[tet as usize].corners.iter().zip(weights);
+                corners.map(|(id, weight)| world.x[*id as usize] * weight).sum()
+            }
         }
     }
 
     /// The side of a row that a contact's point belongs to.
-    pub(crate) fn side(&self, contact: &Contact<f64>, world: &World, rows: &mut Rows) -> Side {
-        let corners = contact.corner_vertices().iter().zip(contact.corner_weights());
+    pub(crate) fn side(&self, contact: &Contact<f64>, world: &World) -> RowSide<f64> {
         match &self.carrier {
-            Carrier::Particles { first } => rows.particles(corners.map(|(vertex, weight)| (first + vertex, *weight))),
-            Carrier::Body { id, .. } => {
-                Side::Body { id: *id, arm: world.bodies[*id as usize].local_point(&contact.point) }
-            }
-            Carrier::Tets(weights) => rows.particles(corners.flat_map(|(vertex, weight)| {
-                weights[*vertex as usize].map(|(particle, share)| (particle, share * weight))
-            })),
+            Carrier::Particles { first } => RowSide::particles(contact, *first),
+            Carrier::Body { id, .. } => RowSide::body(*id, world.bodies[*id as usize].position, contact.point),
+            Carrier::Tets(points) => RowSide::embedded(contact, points).unwrap_or(RowSide::Fixed),
         }
     }
 }

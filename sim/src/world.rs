@@ -7,8 +7,8 @@
 //! | neo-Hookean tetrahedra (Macklin and Müller 2021) | `tets` |
 //! | contacts with Coulomb friction, both ways | `touch` |
 //!
-//! A pass goes there and back: contacts, stretch, tetrahedra, then all of it in reverse. docs/simulation.md derives why a pass one
-//! way explodes.
+//! A pass goes there and back: contacts, stretch, tetrahedra, then all of it in reverse. Then what still moves along a distance is
+//! damped. docs/simulation.md derives why a pass one way explodes, and why damping never harms.
 
 mod stretch;
 mod tets;
@@ -21,6 +21,7 @@ use crate::{Body, V3};
 
 pub use stretch::Stretch;
 pub use tets::Tet;
+pub(crate) use touch::Touch;
 
 /// Order of the constraints in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,8 +50,13 @@ pub struct World {
     pub bodies: Vec<Body>,
     /// Acceleration of everything that has a mass.
     pub gravity: V3,
-    /// Share of its speed that a particle loses per unit of time: v ← v / (1 + drag · dt).
+    /// Share of its speed that everything loses per unit of time: v ← v / (1 + drag · dt).
     pub drag: f64,
+    /// Time τ of the dashpot beside each distance: its force is τ / compliance times the relative speed. A rigid distance loses all
+    /// of that speed.
+    pub damping: f64,
+    /// Momentum from outside: gravity, drag, and what nobody carries.
+    pub(crate) outer: Impulses,
     /// Speed at which sides that are too near are parted. A push never makes two sides part faster: contacts that share a vertex
     /// push it once, not each.
     pub recovery_speed: f64,
@@ -60,6 +66,27 @@ pub struct World {
     previous_poses: Vec<(V3, UnitQuaternion<f64>)>,
     stretch_multipliers: Vec<f64>,
     tet_multipliers: Vec<[f64; 2]>,
+}
+
+/// Time of a dashpot unless told otherwise.
+pub(crate) const DAMPING: f64 = 0.01;
+
+/// How many more times a pass goes over the rows, before and after all else, where there are rigid bodies.
+const RIGID_ROUNDS: u32 = 2;
+
+/// A sum of impulses.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Impulses {
+    pub sum: V3,
+    /// The sum of their lengths.
+    pub length: f64,
+}
+
+impl Impulses {
+    pub fn add(&mut self, impulse: &V3) {
+        self.sum += impulse;
+        self.length += impulse.norm();
+    }
 }
 
 impl Default for World {
@@ -73,6 +100,8 @@ impl Default for World {
             bodies: vec![],
             gravity: V3::zeros(),
             drag: 0.0,
+            damping: DAMPING,
+            outer: Impulses::default(),
             recovery_speed: 1.0,
             passes: Passes::ThereAndBack,
             previous: vec![],
@@ -105,6 +134,7 @@ impl World {
 
     /// Moves everything on by `dt`.
     pub fn step(&mut self, dt: f64, rows: &mut Rows) {
+        self.prepare(rows);
         rows.age += dt;
         self.predict(dt);
         let soft = 1.0 / (dt * dt);
@@ -112,25 +142,36 @@ impl World {
         self.stretch_multipliers.resize(self.stretches.len(), 0.0);
         self.tet_multipliers.clear();
         self.tet_multipliers.resize(self.tets.len(), [0.0; 2]);
-        rows.pushes.clear();
-        rows.pushes.resize(rows.rows.len(), (0.0, V3::zeros()));
-        let (stretches, tets) = (self.stretches.len(), self.tets.len());
+        let (stretches, tets, touches) = (self.stretches.len(), self.tets.len(), rows.touches.len());
         let there_and_back = self.passes == Passes::ThereAndBack;
+        // A body that rests on many points needs more than one pass; particles are as light as what holds them.
+        let rounds = if self.bodies.is_empty() { 0 } else { RIGID_ROUNDS };
         if there_and_back {
-            (0..rows.rows.len()).for_each(|row| self.touch(rows, row, dt));
+            (0..rounds).for_each(|_| self.touch_all(rows, touches, dt));
+            (0..touches).for_each(|index| self.touch(rows, index, dt));
         }
         (0..stretches).for_each(|index| self.stretch(index, soft));
         (0..tets).for_each(|index| self.deform(index, soft, false));
         if there_and_back {
             (0..tets).rev().for_each(|index| self.deform(index, soft, true));
             (0..stretches).rev().for_each(|index| self.stretch(index, soft));
-            (0..rows.rows.len()).rev().for_each(|row| self.touch(rows, row, dt));
+            (0..touches).rev().for_each(|index| self.touch(rows, index, dt));
+            (0..rounds).for_each(|_| self.touch_all(rows, touches, dt));
         } else {
-            (0..rows.rows.len()).for_each(|row| self.touch(rows, row, dt));
+            (0..touches).for_each(|index| self.touch(rows, index, dt));
         }
         for ((v, x), previous) in self.v.iter_mut().zip(&self.x).zip(&self.previous) {
             *v = (x - previous) / dt;
         }
+        if there_and_back {
+            (0..stretches).for_each(|index| self.damp(index, dt));
+            (0..stretches).rev().for_each(|index| self.damp(index, dt));
+        }
+    }
+
+    /// All rows, there and back.
+    fn touch_all(&mut self, rows: &mut Rows, count: usize, dt: f64) {
+        (0..count).chain((0..count).rev()).for_each(|index| self.touch(rows, index, dt));
     }
 
     fn predict(&mut self, dt: f64) {
@@ -140,17 +181,19 @@ impl World {
         let slower = 1.0 / (1.0 + self.drag * dt);
         for ((x, v), inv_mass) in self.x.iter_mut().zip(&mut self.v).zip(&self.inv_mass) {
             if *inv_mass > 0.0 {
+                let before = *v;
                 *v = (*v + self.gravity * dt) * slower;
+                self.outer.add(&((*v - before) / *inv_mass));
             }
             *x += *v * dt;
         }
-        let gravity = self.gravity;
-        self.bodies.iter_mut().for_each(|body| body.advance(dt, &gravity));
-    }
-
-    /// The weighted mean of particles.
-    pub fn mean(&self, terms: &[(u32, f64)]) -> V3 {
-        terms.iter().map(|(id, weight)| self.x[*id as usize] * *weight).sum()
+        for body in self.bodies.iter_mut().filter(|body| body.inv_mass > 0.0) {
+            let before = body.velocity;
+            body.velocity = (body.velocity + self.gravity * dt) * slower;
+            body.momentum *= slower;
+            self.outer.add(&((body.velocity - before) / body.inv_mass));
+            body.advance(dt);
+        }
     }
 
     /// Kinetic energy, and potential energy in the field of gravity.

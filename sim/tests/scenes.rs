@@ -65,9 +65,7 @@ fn recorded(threads: usize) -> (Recording, scene::Outcome) {
     let method = "auto".parse().unwrap();
     let outcome = scene::run_all(&spec, Path::new("."), method, Threads::new(threads), 1, |_, frame, stage| {
         if frame == 0 {
-            let window = record::window(stage);
-            let outlines: Vec<_> = stage.obstacles.iter().map(|field| record::outline(field, &window, 24)).collect();
-            recording = Recording::new(&spec.title, stage, &outlines);
+            recording = Recording::new(&spec.title, spec.rate, stage, 24);
         }
         recording.push(stage);
         ControlFlow::Continue(())
@@ -106,4 +104,21 @@ fn a_recording_holds_every_frame_and_the_obstacle() {
 #[test]
 fn a_recording_does_not_depend_on_the_number_of_threads() {
     assert_eq!(recorded(1).0.frames, recorded(3).0.frames);
+}
+
+#[test]
+fn methods_that_must_fail_do_and_faces_do_not() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let spec = scene::read(&folder.join("05-cone.toml")).unwrap();
+    let run = |word: &str| {
+        let method = word.parse().unwrap();
+        scene::run_all(&spec, &folder, method, Threads::ONE, 1, |_, _, _| ControlFlow::Continue(())).unwrap()
+    };
+    assert!(spec.fails.len() > 2);
+    for (word, least) in &spec.fails {
+        let failures = run(word).failures(&spec);
+        assert!(failures >= *least, "{word} must fail by {least}, and fails by {failures}");
+    }
+    let faces = run("auto");
+    assert!(faces.is_reached() && faces.failures(&spec) == 0, "{faces:?}");
 }

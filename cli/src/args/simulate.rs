@@ -16,8 +16,9 @@ pub struct SimulateArgs {
     /// The scene; with --suite the folder of all scenes [default: scenes].
     #[arg(required_unless_present = "suite")]
     pub scene: Option<PathBuf>,
-    /// Where to write: OUT.html, a page with a slider; OUT.png, some frames side by side; or a folder of OBJ files, one a frame.
-    /// With --suite a folder for a report and pictures [default: nowhere].
+    /// Where to write: OUT.vtkhdf, all frames for ParaView; OUT.html, a page with a slider; OUT.png, an animated picture; or a folder
+    /// of OBJ files, one a frame. Ctrl-C ends the run and keeps its frames. With --suite a folder for a report and pictures
+    /// [default: nowhere].
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Number of frames [default: as many as the scene asks for].

@@ -4,16 +4,16 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use sdf_formats::atomic_write;
 use sdf_sim::record::{self, Recording};
 use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
 use serde_json::{Value, json};
 
 use crate::args::{MethodWord, SimulateArgs};
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 use crate::report::{Report, number, print_json};
-use crate::{output, progress};
+use crate::{output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
     if args.suite {
@@ -24,6 +24,9 @@ pub fn run(args: &SimulateArgs) -> Result<()> {
     spec.frames = args.frames.unwrap_or(spec.frames);
     let mut target = args.output.as_deref().map(|output| Target::new(output, path)).transpose()?;
     let outcome = run_one(args, &spec, path, method, target.as_mut())?;
+    if signals::status().is_some() {
+        return Ok(());
+    }
     let json = object(path, &spec, method, &outcome);
     Report { rows: rows(&spec, &outcome), json }.print(args.json)
 }
@@ -49,10 +52,11 @@ fn run_one(
     let outcome = scene::run_all(&spec, folder, method.method, threads, stride, |run, frame, stage| {
         bar.inc(u64::from(frame > 0));
         let recorded = match target.as_deref_mut().filter(|_| run == 0) {
-            Some(target) => target.add(&spec.title, frame, stage),
+            Some(target) => target.add(&spec, frame, stage),
             None => Ok(()),
         };
         match recorded {
+            Ok(()) if signals::status().is_some() => ControlFlow::Break(()),
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
                 failure = Some(error);
@@ -61,64 +65,103 @@ fn run_one(
         }
     })?;
     bar.finish_and_clear();
-    match failure {
-        Some(error) => Err(error),
-        None => target.map_or(Ok(()), Target::write).map(|()| outcome),
+    if let Some(error) = failure {
+        return Err(error);
     }
+    if let Some(target) = target {
+        target.write()?;
+        if signals::status().is_some() {
+            let frames = target.recording.frames.len().saturating_sub(1);
+            eprintln!("sdftool: ended by a signal after {frames} frames, which {} holds", target.path.display());
+        }
+    }
+    Ok(outcome)
 }
 
 /// Where a recording is written to, and the frames so far.
 struct Target {
     path: PathBuf,
+    form: Form,
     recording: Recording,
-    written: Instant,
+    /// When it was written last, and how long that took.
+    written: Option<(Instant, Duration)>,
 }
 
-/// While it runs, the file is written again after so long: what ends the program leaves a recording that opens.
+/// What a recording is written as.
+#[derive(Clone, Copy)]
+enum Form {
+    Page,
+    /// A PNG of frames one after the other.
+    Animation,
+    /// A PNG of frames side by side.
+    Sheet,
+    VtkHdf,
+    Folder,
+}
+
+/// While it runs, the file is written again after so long: what kills the program leaves a recording that opens.
 const BETWEEN_WRITES: Duration = Duration::from_secs(10);
 
-/// Frames of a PNG, and their side in pixels.
+/// Writing takes at most one part in so many of the time.
+const MAX_SHARE: u32 = 20;
+
+/// Frames of a PNG side by side, and their side in pixels.
 const SHEET: [usize; 2] = [4, 320];
+
+/// Most frames of an animated PNG, and their side in pixels.
+const ANIMATION: [usize; 2] = [60, 320];
 
 /// Cells of the lattice by which obstacles are drawn.
 const OUTLINE_CELLS: u32 = 72;
 
 impl Target {
     fn new(path: &Path, scene: &Path) -> Result<Self> {
-        match kind(path) {
-            Some("html" | "png") => output::require(path, &[scene])?,
+        let form = match kind(path) {
+            Some("html") => Form::Page,
+            Some("png") => Form::Animation,
+            Some("vtkhdf") => Form::VtkHdf,
             Some(other) => bail!(
-                "{}: a recording is OUT.html, OUT.png or a folder of OBJ files, not .{other}: take one of these",
+                "{}: a recording is OUT.vtkhdf, OUT.html, OUT.png or a folder of OBJ files, not .{other}: take one of these",
                 path.display()
             ),
-            None => std::fs::create_dir_all(path).with_context(|| path.display().to_string())?,
+            None => Form::Folder,
+        };
+        match form {
+            Form::Folder => std::fs::create_dir_all(path).with_context(|| path.display().to_string())?,
+            _ => output::ensure_writable(path, &[scene])?,
         }
-        Ok(Self { path: path.to_owned(), recording: Recording::default(), written: Instant::now() })
+        if let Form::VtkHdf = form {
+            output::ensure_writable(&record::still_path(path), &[scene])?;
+        }
+        Ok(Self { path: path.to_owned(), form, recording: Recording::default(), written: None })
     }
 
-    fn add(&mut self, title: &str, frame: u32, stage: &Stage) -> Result<()> {
+    fn add(&mut self, spec: &SceneSpec, frame: u32, stage: &Stage) -> Result<()> {
         if frame == 0 {
-            let mut window = record::window(stage);
-            window = window.inflate(0.1 * window.longest_side());
-            let outlines: Vec<_> =
-                stage.obstacles.iter().map(|field| record::outline(field, &window, OUTLINE_CELLS)).collect();
-            self.recording = Recording::new(title, stage, &outlines);
+            self.recording = Recording::new(&spec.title, spec.rate, stage, OUTLINE_CELLS);
+            signals::defer();
         }
         self.recording.push(stage);
-        if self.written.elapsed() > BETWEEN_WRITES {
+        let is_due = |(at, took): (Instant, Duration)| at.elapsed() > BETWEEN_WRITES.max(MAX_SHARE * took);
+        if frame > 0 && self.written.is_none_or(is_due) {
             self.write()?;
-            self.written = Instant::now();
         }
         Ok(())
     }
 
     fn write(&mut self) -> Result<()> {
-        let written = match kind(&self.path) {
-            None => record::write_folder(&self.recording, &self.path),
-            Some("html") => write(&self.path, record::page(&self.recording).as_bytes()),
-            Some(_) => write(&self.path, &record::contact_sheet(&self.recording, SHEET[0], SHEET[1])),
+        let start = Instant::now();
+        let recording = &self.recording;
+        let written = match self.form {
+            Form::Page => write(&self.path, record::page(recording).as_bytes()),
+            Form::Animation => write(&self.path, &record::animation(recording, ANIMATION[0], ANIMATION[1])),
+            Form::Sheet => write(&self.path, &record::contact_sheet(recording, SHEET[0], SHEET[1])),
+            Form::VtkHdf => record::write_vtkhdf(recording, &self.path),
+            Form::Folder => record::write_folder(recording, &self.path),
         };
-        at(&self.path, written)
+        with_path(&self.path, written)?;
+        self.written = Some((Instant::now(), start.elapsed()));
+        Ok(())
     }
 }
 
@@ -145,6 +188,8 @@ fn object(path: &Path, spec: &SceneSpec, method: &MethodWord, outcome: &Outcome)
         "runs": outcome.runs,
         "freed": outcome.freed,
         "calm": outcome.calm,
+        "worse": outcome.worse,
+        "must_fail": spec.fails.get(&method.word),
         "missed": outcome.missed,
     });
     if let (Value::Object(all), Ok(Value::Object(figures))) = (&mut object, serde_json::to_value(&outcome.worst)) {
@@ -198,19 +243,28 @@ fn suite(args: &SimulateArgs) -> Result<()> {
         "# Scenes\n\n| scene | method | missed | deep faces | deepest | stretch | seconds |\n|---|---|---|---|---|---|---|\n",
     );
     let mut pictures = String::new();
-    for path in &scenes {
+    let mut faults = vec![];
+    'scenes: for path in &scenes {
         let spec = scene::read(path)?;
-        for (index, method) in args.methods.iter().enumerate() {
+        let must_fail = spec.fails.keys().filter(|word| !args.methods.iter().any(|method| method.word == **word));
+        let must_fail = must_fail.map(|word| word.parse()).collect::<Result<Vec<MethodWord>, _>>();
+        let must_fail = must_fail.map_err(|error| anyhow!("{}: fails: {error}", path.display()))?;
+        for (index, method) in args.methods.iter().chain(&must_fail).enumerate() {
             let picture =
                 args.output.as_ref().filter(|_| index == 0).map(|folder| folder.join(format!("{}.png", name(path))));
             let mut target = picture.as_deref().map(|picture| Target::new(picture, path)).transpose()?;
+            target.iter_mut().for_each(|target| target.form = Form::Sheet);
             let outcome = run_one(args, &spec, path, method, target.as_mut())?;
+            if signals::status().is_some() {
+                break 'scenes;
+            }
             if args.json.wanted {
                 print_json(&object(path, &spec, method, &outcome))?;
             } else {
                 Report { rows: rows(&spec, &outcome), json: Value::Null }.print(args.json)?;
                 println!();
             }
+            faults.extend(fault(&spec, method, index == 0, &outcome).map(|fault| format!("{}: {fault}", name(path))));
             let figures = &outcome.worst;
             let missed: Vec<&str> = outcome.missed.keys().copied().collect();
             report += &format!(
@@ -229,10 +283,26 @@ fn suite(args: &SimulateArgs) -> Result<()> {
             }
         }
     }
-    match &args.output {
-        Some(output) => {
-            at(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))
+    if let Some(output) = &args.output {
+        with_path(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))?;
+    }
+    // A smaller scene is another one: what holds of the whole need not hold of it.
+    match faults.is_empty() || args.small {
+        true => Ok(()),
+        false => bail!("scenes that are not as they say:\n  {}", faults.join("\n  ")),
+    }
+}
+
+/// A scene that misses what it asks for by the first method, or a method that must fail and does not.
+fn fault(spec: &SceneSpec, method: &MethodWord, is_first: bool, outcome: &Outcome) -> Option<String> {
+    match spec.fails.get(&method.word) {
+        Some(least) => {
+            let failures = outcome.failures(spec);
+            (failures < *least).then(|| format!("{} must fail by {least}, and fails by {failures}", method.word))
         }
-        None => Ok(()),
+        None if outcome.is_reached() || !is_first => None,
+        None => {
+            Some(format!("{} misses {}", method.word, outcome.missed.keys().copied().collect::<Vec<_>>().join(", ")))
+        }
     }
 }

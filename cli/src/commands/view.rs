@@ -19,7 +19,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let output = args.output.clone().unwrap_or_else(|| named_after(&args.sdf, "html"));
     let inputs: Vec<&Path> =
         [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
-    output::require(&output, &inputs)?;
+    output::ensure_writable(&output, &inputs)?;
     let pose = args.pose.motion()?;
     let (contacts, bytes) = progress::on_threads(args.threads, || {
         let field = read(&args.sdf)?;

@@ -35,7 +35,10 @@ fn a_scene_is_measured_and_recorded() {
     let page = String::from_utf8(folder.read("run.html")).unwrap();
     assert!(page.starts_with("<!DOCTYPE html>") && page.contains("A small cloth on a ball"));
     folder.done("simulate small.toml -o run.png --frames 3 --method vertices");
-    assert!(folder.read("run.png").starts_with(b"\x89PNG"));
+    let reader = png::Decoder::new(std::io::Cursor::new(folder.read("run.png"))).read_info().unwrap();
+    assert_eq!(reader.info().animation_control.unwrap().num_frames, 4);
+    folder.done("simulate small.toml -o run.vtkhdf --frames 3");
+    assert!(folder.at("run.vtkhdf").is_file() && folder.at("run.still.vtkhdf").is_file());
     folder.done("simulate small.toml -o frames/ --frames 2");
     assert!(folder.at("frames/frame_0002.obj").is_file() && folder.at("frames/still.obj").is_file());
 }

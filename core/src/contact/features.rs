@@ -80,6 +80,11 @@ impl<'a> FeatureOwners<'a> {
         Some(Self { bits })
     }
 
+    /// The owners that [`assign`](Self::assign) wrote once and the caller kept: they hold as long as the faces do.
+    pub fn from_bits(bits: &'a [u8]) -> Self {
+        Self { bits }
+    }
+
     /// One byte for each face: bits 0 to 2 tell which of its vertices it owns, bits 3 to 5 which of its edges, each in the place of
     /// the vertex opposite.
     pub fn bits(&self) -> &[u8] {

@@ -128,6 +128,8 @@ pub struct Row<R: Float> {
     pub surface_velocity: Vector3<R>,
     /// The contact's thickness: how far from the surface the element is kept.
     pub thickness: R,
+    /// Coulomb's coefficient: a push across the normal is at most this times that along it. Zero unless told.
+    pub friction: R,
     /// Carrier of the element's point; pushed along the normal.
     pub element: RowSide<R>,
     /// Carrier of the surface's point; pushed against the normal.
@@ -148,6 +150,7 @@ impl<R: Float> Row<R> {
             surface_point: contact.surface_point,
             surface_velocity: Vector3::zeros(),
             thickness,
+            friction: R::zero(),
             element: RowSide::particles(contact, 0),
             field: RowSide::Fixed,
             key: contact.key(),
@@ -167,6 +170,11 @@ impl<R: Float> Row<R> {
     /// The same row of a surface that moves by itself, as that of a moving or changing field does.
     pub fn with_surface_velocity(self, velocity: Vector3<R>) -> Self {
         Self { surface_velocity: velocity, ..self }
+    }
+
+    /// The same row with Coulomb's coefficient.
+    pub fn with_friction(self, friction: R) -> Self {
+        Self { friction, ..self }
     }
 
     /// C now: `point` and `surface_point` are where the two sides carry their points to. For the points of the row itself: the gap.

@@ -25,6 +25,7 @@ pub fn page(recording: &Recording) -> String {
     let head = serde_json::json!({
         "title": recording.title,
         "frames": frames.len(),
+        "bodyFaces": recording.body_face_count,
         "points": recording.frames.first().map_or(0, Vec::len),
         "min": bounds.min,
         "extents": extents,

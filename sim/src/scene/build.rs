@@ -8,11 +8,13 @@ use sdf_core::placed::Similarity;
 use sdf_field::{BakeOptions, Field, GridSize, MeshView, Threads};
 use sdf_procedural::{Mesh, random::Random};
 
-use super::spec::{MeshSpec, ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
+use super::animation::Animation;
+use super::mesh_spec::MeshSpec;
+use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
 use crate::surface::{Carrier, Surface};
-use crate::world::{Passes, World};
-use crate::{Body, V3, cloth, soft};
+use crate::world::World;
+use crate::{Body, CagedBody, V3, cloth, soft};
 
 /// A scene that is ready to run.
 #[derive(Clone, Debug)]
@@ -23,8 +25,14 @@ pub struct Stage {
     pub surfaces: Vec<Surface>,
     /// Fields that nothing moves.
     pub obstacles: Vec<Field>,
+    /// Closed forms that change with time.
+    pub animations: Vec<Animation>,
     /// For each rigid body its field.
     pub fields: Vec<Field>,
+    /// Soft bodies that others touch.
+    pub cages: Vec<CagedBody>,
+    /// Time since the start.
+    pub time: f64,
 }
 
 impl Stage {
@@ -39,7 +47,7 @@ impl Stage {
         let obstacle = |obstacle: &ObstacleSpec| {
             obstacle_field(obstacle, folder, threads).map_err(|message| invalid(&spec.title, message))
         };
-        spec.obstacle.iter().map(obstacle).collect()
+        spec.obstacle.iter().filter(|spec| spec.becomes.is_none()).map(obstacle).collect()
     }
 
     /// Builds a scene with obstacles that are there already.
@@ -51,9 +59,13 @@ impl Stage {
     ) -> Result<Self, SceneError> {
         let mut world = World::new(spec.gravity);
         world.drag = spec.drag;
+        world.damping = spec.damping;
         world.recovery_speed = spec.recovery;
-        world.passes = if spec.one_way { Passes::OneWay } else { Passes::ThereAndBack };
-        let mut stage = Self { world, surfaces: vec![], obstacles, fields: vec![] };
+        let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
+        let animations =
+            animations.collect::<Result<_, _>>().map_err(|message: String| invalid(&spec.title, message))?;
+        let mut stage =
+            Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0 };
         stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.title, message))?;
         Ok(stage)
     }
@@ -126,9 +138,15 @@ impl Stage {
         let mesh = spec.mesh.mesh(folder)?;
         let field = bake(&mesh, 48, threads)?;
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
-        let is_inside = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < 0.0;
-        let first = self.world.x.len();
-        let surface = soft::add(&mut self.world, &mesh.points, &mesh.triangles, spec.cell, &matter, is_inside);
+        // A cube whose center is farther than this has no point within the padding.
+        let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
+        let is_wanted = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < reach;
+        let (first, first_tet) = (self.world.x.len(), self.world.tets.len());
+        let surface =
+            soft::add(&mut self.world, &mesh.points, &mesh.triangles, spec.cell, spec.padding, &matter, is_wanted);
+        if let Some(map) = spec.touched {
+            self.cages.push(CagedBody::new(field, &self.world, first, first_tet, map.into()));
+        }
         let pose = Pose::of(&spec.start, &mut Random::new(0));
         for x in &mut self.world.x[first..] {
             *x = V3::from(pose.apply(&(*x).into()));
@@ -170,6 +188,21 @@ fn bake(mesh: &Mesh, cells: u32, threads: Threads) -> Result<Field, String> {
     Ok(Field::bake(view, &options).map_err(|error| error.to_string())?.field)
 }
 
+/// The closed form of an obstacle that changes; `None` of one that does not.
+fn animation(spec: &ObstacleSpec) -> Result<Option<Animation>, String> {
+    let (Some(from), Some(to)) = (&spec.shape, &spec.becomes) else { return Ok(None) };
+    let placed = |text: &String| Ok::<_, String>(translated(closed_form(text)?, spec)?.into_any());
+    let animation = Animation::new(placed(from)?, placed(to)?, spec.period);
+    let why = "becomes: give the same shape as shape has, with other parameters and the same pose: \
+               a sphere, torus, cylinder, capsule, box or rounded box";
+    animation.map(Some).ok_or_else(|| why.to_owned())
+}
+
+fn closed_form(text: &str) -> Result<Field, String> {
+    let shape = sdf_formats::field_file::read_text(text, "the obstacle's shape");
+    Ok(Field::new(shape.map_err(|error| error.to_string())?))
+}
+
 fn obstacle_field(spec: &ObstacleSpec, folder: &Path, threads: Threads) -> Result<Field, String> {
     let field = match (&spec.mesh, &spec.shape, &spec.file) {
         (Some(mesh), _, _) => {
@@ -177,13 +210,14 @@ fn obstacle_field(spec: &ObstacleSpec, folder: &Path, threads: Threads) -> Resul
             let mesh = mesh.mesh(folder)?.transformed(|point| [point[0] + x, point[1] + y, point[2] + z]);
             return bake(&mesh, spec.cells, threads);
         }
-        (_, Some(text), _) => {
-            let shape = sdf_formats::field_file::read_text(text, "the obstacle's shape");
-            Field::new(shape.map_err(|error| error.to_string())?)
-        }
+        (_, Some(text), _) => closed_form(text)?,
         (_, _, Some(file)) => Field::open(folder.join(file)).map_err(|error| error.to_string())?,
         _ => return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned()),
     };
+    translated(field, spec)
+}
+
+fn translated(field: Field, spec: &ObstacleSpec) -> Result<Field, String> {
     if spec.translate == [0.0; 3] {
         return Ok(field);
     }

@@ -13,7 +13,8 @@ pub struct Figures {
     pub frames: u32,
     /// Is every coordinate finite?
     pub finite: bool,
-    /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, by the certified search.
+    /// Faces, or edges of strings, deeper than a quarter of the thickness at the end, or at the worst frame where the scene asks for
+    /// every frame; by the certified search.
     pub deep_faces: usize,
     /// Depth of the deepest of them; 0 if nothing is inside.
     pub deepest: f64,
@@ -23,9 +24,14 @@ pub struct Figures {
     pub jitter: f64,
     /// Largest displacement of a vertex in the last half unit of time.
     pub drift: f64,
+    /// Largest turn of the normal of a contact that presses, within a frame of the last half unit of time, in degrees.
+    pub turn: f64,
+    /// Deep faces at the start, where the scene varies seeds.
+    pub deep_at_start: usize,
     /// Most that the energy exceeds the start, over the largest loss of energy.
     pub energy_gain: f64,
-    /// Change of momentum over the sum of all |m v| at the start; `None` with gravity or obstacles.
+    /// Change of momentum less what gravity, drag and fixed obstacles gave, over the sum of all |m v| at the start and of the lengths of
+    /// all that was given; `None` with pins.
     pub momentum_error: Option<f64>,
     /// The first frame since which nothing is deep; `None` if something is at the end.
     pub recovered_frame: Option<u32>,
@@ -61,6 +67,7 @@ impl Figures {
             ("stretch", self.stretch, reach.stretch),
             ("jitter", self.jitter, reach.jitter),
             ("drift", self.drift, reach.drift),
+            ("turn", self.turn, reach.turn),
             ("energy_gain", self.energy_gain, reach.energy_gain),
             ("momentum_error", self.momentum_error.unwrap_or(0.0), reach.momentum_error),
             ("beyond", self.beyond as f64, reach.beyond.map(|count| count as f64)),
@@ -74,6 +81,12 @@ impl Figures {
         missed.collect()
     }
 
+    /// Counts deep faces, if there are more of them or a deeper one than before.
+    pub(super) fn add_deep(&mut self, count: usize, depth: f64) {
+        self.deep_faces = self.deep_faces.max(count);
+        self.deepest = self.deepest.max(depth);
+    }
+
     /// The worse of each figure.
     pub fn worst(&self, other: &Self) -> Self {
         let max = f64::max;
@@ -85,6 +98,8 @@ impl Figures {
             stretch: max(self.stretch, other.stretch),
             jitter: max(self.jitter, other.jitter),
             drift: max(self.drift, other.drift),
+            turn: max(self.turn, other.turn),
+            deep_at_start: self.deep_at_start.max(other.deep_at_start),
             energy_gain: max(self.energy_gain, other.energy_gain),
             momentum_error: self.momentum_error.zip(other.momentum_error).map(|(a, b)| max(a, b)),
             recovered_frame: self.recovered_frame.zip(other.recovered_frame).map(|(a, b)| a.max(b)),

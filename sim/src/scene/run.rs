@@ -4,15 +4,21 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use sdf_core::Aabb;
-use sdf_field::{Method, QueryError, Threads};
+use sdf_core::cage::CageMap;
+use sdf_core::combine::Shell;
+use sdf_core::contact::Contact;
+use sdf_core::{Aabb, AnyField};
+use sdf_field::{Field, Method, QueryError, Threads};
 
 use super::build::Stage;
 use super::figures::Figures;
 use super::spec::SceneSpec;
-use crate::obstacle::{Carried, Obstacle};
+use crate::caged::{CageAtRest, CageRoom, CagedBody};
+use crate::memory::Memory;
+use crate::obstacle::{Carried, Moving, Obstacle};
 use crate::query::{Contacts, Elements, Motion, Query};
 use crate::surface::{Carrier, Surface};
+use crate::world::Passes;
 use crate::{V3, World, scene::entangled::choose_sides};
 
 /// Which elements are searched, and how.
@@ -22,11 +28,17 @@ pub struct ElementMethod {
     pub faces: bool,
     /// How faces and edges are searched.
     pub method: Method,
+    /// Obstacles are taken as their surface without an inside, as pairs of triangles see them.
+    pub surface_only: bool,
+    /// Passes go one way: stiff sheets explode.
+    pub one_way: bool,
 }
 
 /// A word that names no method.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16 or samples64")]
+#[error(
+    "unknown method {0:?}: take auto, certified, fw, pgd, newton, vertices, samples4, samples16, samples64, surface or one-way"
+)]
 pub struct UnknownMethod(String);
 
 impl std::str::FromStr for ElementMethod {
@@ -34,7 +46,7 @@ impl std::str::FromStr for ElementMethod {
 
     fn from_str(word: &str) -> Result<Self, UnknownMethod> {
         let method = match word {
-            "auto" | "vertices" => Method::Auto,
+            "auto" | "vertices" | "surface" | "one-way" => Method::Auto,
             "certified" => Method::Certified,
             "fw" => Method::FrankWolfe,
             "pgd" => Method::ProjectedGradient,
@@ -44,7 +56,7 @@ impl std::str::FromStr for ElementMethod {
             "samples64" => Method::Sampling(64),
             _ => return Err(UnknownMethod(word.to_owned())),
         };
-        Ok(Self { faces: word != "vertices", method })
+        Ok(Self { faces: word != "vertices", method, surface_only: word == "surface", one_way: word == "one-way" })
     }
 }
 
@@ -56,10 +68,18 @@ pub fn run(
     threads: Threads,
     mut on_frame: impl FnMut(u32, &Stage) -> ControlFlow<()>,
 ) -> Result<Figures, QueryError> {
-    let mut run = Run::new(spec, stage, method, threads);
+    stage.world.passes = if method.one_way { Passes::OneWay } else { Passes::ThereAndBack };
+    let bodies = stage.cages.clone();
+    let mut rooms = vec![CageRoom::default(); bodies.len()];
+    let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
+    let mut run = Run { cages, ..Run::new(spec, stage, method, threads) };
+    if spec.vary.seeds > 0 {
+        run.figures.deep_at_start = run.deep(stage)?.0;
+    }
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
             run.frame(stage)?;
+            stage.time = f64::from(frame) / spec.rate;
             run.measure(stage, frame)?;
             if on_frame(frame, stage).is_break() || !run.figures.finite {
                 break;
@@ -69,11 +89,25 @@ pub fn run(
     run.finish(stage)
 }
 
+/// Contacts are kept until their element has moved by this share of the thickness.
+const HOLD: f64 = 0.05;
+
+/// Thickness of an obstacle that is taken as its surface.
+const SURFACE: f64 = 1e-9;
+
 struct Run<'a> {
     spec: &'a SceneSpec,
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
+    /// What is known of each surface and each obstacle; those of rigid bodies come after those that stand still.
+    memories: BTreeMap<(usize, usize), Memory>,
+    /// The obstacles as surfaces without an inside, where the method sees no more.
+    hulls: Vec<Field>,
+    /// Normals of the contacts that press, by surface, obstacle and key.
+    normals: BTreeMap<(usize, usize, u64), V3>,
+    /// The largest turn of one of them since the last frame, in degrees.
+    turned: f64,
     figures: Figures,
     start: World,
     energy: [f64; 3],
@@ -82,6 +116,9 @@ struct Run<'a> {
     before: Vec<[f64; 3]>,
     squares: (f64, usize),
     sides: Vec<BTreeMap<u32, V3>>,
+    /// Soft bodies that others touch.
+    cages: Vec<(&'a CagedBody, CageAtRest<'a>)>,
+    cage_room: CageRoom,
 }
 
 impl<'a> Run<'a> {
@@ -90,15 +127,24 @@ impl<'a> Run<'a> {
             method: method.method,
             thickness: spec.thickness,
             friction: spec.friction,
+            hold: HOLD * spec.thickness,
             threads,
             ..Query::default()
         };
         let energy = stage.world.energy();
+        let hull = |field: &Field| {
+            Shell::new(field.clone().into_any(), SURFACE).map(|shell| Field::new(AnyField::Shell(Box::new(shell))))
+        };
+        let hulls = stage.obstacles.iter().filter(|_| method.surface_only).filter_map(hull).collect();
         Self {
             spec,
             query,
             only_vertices: !method.faces,
             contacts: Contacts::default(),
+            memories: BTreeMap::new(),
+            hulls,
+            normals: BTreeMap::new(),
+            turned: 0.0,
             figures: Figures {
                 finite: true,
                 volume: stage.world.min_volume_ratio(),
@@ -111,17 +157,9 @@ impl<'a> Run<'a> {
             before: vec![],
             squares: (0.0, 0),
             sides: vec![BTreeMap::new(); stage.surfaces.len()],
+            cages: vec![],
+            cage_room: CageRoom::default(),
         }
-    }
-
-    /// Elements of a surface: rigid bodies need their vertices too, as of a level face any point is the lowest.
-    fn elements(&self, surface: &Surface) -> Elements {
-        let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
-        let strings = surface.faces.is_empty();
-        if self.only_vertices {
-            return Elements::VERTICES;
-        }
-        Elements { faces: !strings, edges: strings, vertices: is_rigid && self.query.method != Method::Sampling(4) }
     }
 
     fn frame(&mut self, stage: &mut Stage) -> Result<(), QueryError> {
@@ -132,18 +170,32 @@ impl<'a> Run<'a> {
             false => Motion::of(&stage.world, 1.0 / self.spec.rate),
         };
         self.contacts.clear();
-        let Stage { world, surfaces, obstacles, fields } = stage;
+        let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
+        let moments: Vec<[Field; 2]> =
+            animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
         let boxes: Vec<Option<Aabb>> =
             surfaces.iter().map(|surface| reached_box(surface, world, &motion, self.query.thickness)).collect();
+        let mut normals = BTreeMap::new();
         for (index, surface) in surfaces.iter().enumerate() {
-            let query = Query { elements: self.elements(surface), ..self.query };
-            for obstacle in obstacles.iter() {
+            let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
+            let obstacles = if self.hulls.is_empty() { &*obstacles } else { &self.hulls };
+            for (number, obstacle) in obstacles.iter().enumerate() {
                 let sides = &mut self.sides[index];
-                query.find_guided(obstacle, surface, world, &motion, &mut self.contacts, |found| {
-                    if self.spec.choose_side && !self.only_vertices {
+                let memory = self.memories.entry((index, number)).or_default();
+                let first = self.contacts.contacts.len();
+                query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
+                    if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
                         choose_sides(found, surface, &surface.points(world), self.spec.thickness, sides);
                     }
                 })?;
+                let pressing = |contact: &&Contact<f64>| contact.distance <= (1.0 + HOLD) * self.spec.thickness + 1e-9;
+                let new = self.contacts.contacts[first..].iter().filter(pressing);
+                normals.extend(new.map(|contact| ((index, number, contact.key()), contact.normal)));
+            }
+            for (shape, [now, later]) in animations.iter().zip(&moments) {
+                let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
+                let motion = toward(&motion, shape.max_speed());
+                query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
             }
             let mine = body_of(surface);
             for (other, other_box) in surfaces.iter().zip(&boxes) {
@@ -151,9 +203,23 @@ impl<'a> Run<'a> {
                 let (Some(a), Some(b)) = (&boxes[index], other_box) else { continue };
                 if (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]) {
                     let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
-                    query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
+                    let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
+                    query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                 }
             }
+        }
+        let turn = |(key, now): (&_, &V3)| self.normals.get(key).map_or(0.0, |then| angle(then, now));
+        self.turned = normals.iter().map(turn).fold(0.0, f64::max);
+        self.normals = normals;
+        for (cage, rest) in &self.cages {
+            let motion = toward(&motion, cage.max_speed(world));
+            let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
+                surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
+                    let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
+                    query.find(obstacle, surface, world, &motion, &mut self.contacts)
+                })
+            });
+            found.transpose()?;
         }
         if !fields.is_empty() {
             self.contacts.sort_by_place();
@@ -184,11 +250,15 @@ impl<'a> Run<'a> {
             } else {
                 self.squares.0 += points.iter().zip(&self.before).map(|(a, b)| distance_sq(a, b)).sum::<f64>();
                 self.squares.1 += points.len();
+                figures.turn = figures.turn.max(self.turned);
             }
             self.before = points;
         }
-        if self.spec.choose_side || self.spec.vary.seeds > 0 {
-            let deep = self.deep(stage)?.0;
+        if self.spec.choose_side || self.spec.every_frame || self.spec.vary.seeds > 0 {
+            let (deep, deepest) = self.deep(stage)?;
+            if self.spec.every_frame {
+                self.figures.add_deep(deep, deepest);
+            }
             let recovered = self.figures.recovered_frame.unwrap_or(frame);
             self.figures.recovered_frame = (deep == 0).then_some(recovered);
         }
@@ -197,19 +267,31 @@ impl<'a> Run<'a> {
 
     /// Faces that are deep, and how deep the deepest is, by the certified search.
     fn deep(&self, stage: &Stage) -> Result<(usize, f64), QueryError> {
-        let Stage { world, surfaces, obstacles, fields } = stage;
+        let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
         let mut found = Contacts::default();
-        for surface in surfaces {
+        let moments: Vec<Field> = animations.iter().map(|shape| shape.at(*time)).collect();
+        let certified = |surface: &Surface| {
             let elements = if surface.faces.is_empty() { Elements::EDGES } else { Elements::FACES };
-            let query =
-                Query { elements, method: Method::Certified, one_per_feature: false, thickness: 0.0, ..self.query };
-            for obstacle in obstacles {
+            Query { elements, method: Method::Certified, one_per_feature: false, thickness: 0.0, ..self.query }
+        };
+        for surface in surfaces {
+            let query = certified(surface);
+            for obstacle in obstacles.iter().chain(&moments) {
                 query.find(obstacle as &dyn Obstacle, surface, world, &Motion::NONE, &mut found)?;
             }
             for (id, field) in (0..).zip(fields).filter(|(id, _)| body_of(surface) != Some(*id)) {
                 let obstacle = Carried { field, id, body: &world.bodies[id as usize] };
                 query.find(&obstacle, surface, world, &Motion::NONE, &mut found)?;
             }
+        }
+        for (cage, rest) in &self.cages {
+            let judged =
+                cage.with_map(CageMap::Exact).with_obstacle(rest, world, &mut CageRoom::default(), |obstacle| {
+                    surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
+                        certified(surface).find(obstacle, surface, world, &Motion::NONE, &mut found)
+                    })
+                });
+            judged.transpose()?;
         }
         let depths = found.contacts.iter().map(|contact| -contact.distance);
         Ok((depths.clone().filter(|depth| *depth > 0.25 * self.spec.thickness).count(), depths.fold(0.0, f64::max)))
@@ -218,7 +300,8 @@ impl<'a> Run<'a> {
     fn finish(mut self, stage: &Stage) -> Result<Figures, QueryError> {
         let world = &stage.world;
         if self.figures.finite {
-            (self.figures.deep_faces, self.figures.deepest) = self.deep(stage)?;
+            let (deep, deepest) = self.deep(stage)?;
+            self.figures.add_deep(deep, deepest);
         }
         let points: Vec<_> = stage.surfaces.iter().flat_map(|surface| surface.points(world)).collect();
         let figures = &mut self.figures;
@@ -229,10 +312,11 @@ impl<'a> Run<'a> {
         // Without a loss, as in free flight, the kinetic energy at the start is the measure.
         let scale = (start - lowest).max(self.start.kinetic_energy()).max(f64::MIN_POSITIVE);
         figures.energy_gain = (highest - start) / scale;
-        let is_closed = self.spec.gravity == [0.0; 3] && stage.obstacles.is_empty();
-        let all = self.start.momentum_scale();
-        figures.momentum_error =
-            is_closed.then(|| (world.momentum() - self.start.momentum()).norm() / all.max(f64::MIN_POSITIVE));
+        // What holds a pin is not known.
+        let has_pins = world.inv_mass.contains(&0.0);
+        let change = world.momentum() - self.start.momentum() - world.outer.sum;
+        let scale = (self.start.momentum_scale() + world.outer.length).max(f64::MIN_POSITIVE);
+        figures.momentum_error = (!has_pins).then(|| change.norm() / scale);
         if let Some(beyond) = self.spec.beyond {
             let is_beyond = |point: &&[f64; 3]| {
                 beyond.below.is_some_and(|z| point[2] < z)
@@ -246,6 +330,29 @@ impl<'a> Run<'a> {
     }
 }
 
+/// Elements of a surface: rigid bodies need their vertices too, as of a level face any point is the lowest.
+fn elements(query: &Query, only_vertices: bool, surface: &Surface) -> Elements {
+    let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
+    let strings = surface.faces.is_empty();
+    if only_vertices {
+        return Elements::VERTICES;
+    }
+    Elements { faces: !strings, edges: strings, vertices: is_rigid && query.method != Method::Sampling(4) }
+}
+
+/// Motion against an obstacle whose surface moves at most at this speed.
+fn toward(motion: &Motion, speed: f64) -> Motion {
+    Motion { fall: motion.fall + speed * motion.time, ..*motion }
+}
+
+/// Is the surface embedded in the tetrahedra of the body?
+fn is_skin(surface: &Surface, cage: &CagedBody) -> bool {
+    match &surface.carrier {
+        Carrier::Tets(points) => points.first().is_some_and(|point| cage.has_tet(point.tet)),
+        _ => false,
+    }
+}
+
 fn body_of(surface: &Surface) -> Option<u32> {
     match surface.carrier {
         Carrier::Body { id, .. } => Some(id),
@@ -255,9 +362,13 @@ fn body_of(surface: &Surface) -> Option<u32> {
 
 /// The box that a surface may reach until the next search.
 fn reached_box(surface: &Surface, world: &World, motion: &Motion, thickness: f64) -> Option<Aabb> {
-    let speed = surface.speeds(world).into_iter().fold(0.0, f64::max);
-    let reach = thickness + speed * motion.time + motion.fall;
-    Aabb::from_points(surface.points(world)).map(|bounds| bounds.inflate(reach))
+    let reach = thickness + surface.max_speed(world) * motion.time + motion.fall;
+    surface.bounds(world).map(|bounds| bounds.inflate(reach))
+}
+
+/// Degrees between two unit vectors.
+fn angle(a: &V3, b: &V3) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
 fn distance_sq(a: &[f64; 3], b: &[f64; 3]) -> f64 {

@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
-use sdf_procedural::{Bowl, Cuboid, Mesh, Pot, Rope, Serpent, Sheet, SpikedBall};
+use sdf_core::cage::CageMap;
 use serde::Deserialize;
+
+use super::mesh_spec::MeshSpec;
+use crate::world::DAMPING;
 
 /// A scene.
 #[derive(Clone, Debug, Deserialize)]
@@ -31,18 +34,21 @@ pub struct SceneSpec {
     /// Speed at which overlaps are undone.
     #[serde(default = "one")]
     pub recovery: f64,
-    /// Share of its speed that a particle loses per unit of time.
+    /// Share of its speed that everything loses per unit of time.
     #[serde(default)]
     pub drag: f64,
-    /// Passes go one way only: stiff sheets explode.
-    #[serde(default)]
-    pub one_way: bool,
+    /// Time of the dashpots beside all distances; 0 for none.
+    #[serde(default = "dashpot")]
+    pub damping: f64,
     /// Contacts are searched without a margin for what moves.
     #[serde(default)]
     pub no_margin: bool,
     /// Each connected patch of deep contacts leaves on one side.
     #[serde(default)]
     pub choose_side: bool,
+    /// Deep faces are those of the worst frame, not of the last.
+    #[serde(default)]
+    pub every_frame: bool,
     /// Number to begin random poses from.
     #[serde(default)]
     pub seed: u64,
@@ -63,7 +69,8 @@ pub struct SceneSpec {
     /// Largest values of the figures that count as reached.
     #[serde(default)]
     pub reach: Reach,
-    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond, or of runs not freed.
+    /// Methods that must fail, each with the least number of deep faces, or of vertices beyond; of a scene that wants runs freed
+    /// or calm, of runs that are not.
     #[serde(default)]
     pub fails: std::collections::BTreeMap<String, usize>,
     /// Lists of values: the scene is run with each combination.
@@ -89,30 +96,11 @@ fn one() -> f64 {
 fn cells() -> u32 {
     64
 }
+fn dashpot() -> f64 {
+    DAMPING
+}
 fn weak() -> f64 {
     1e-3
-}
-
-/// A mesh by formula, or a file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum MeshSpec {
-    /// A cloth or net over the origin.
-    Sheet(Sheet),
-    /// A ball with spikes.
-    SpikedBall(SpikedBall),
-    /// A long winding body with spines.
-    Serpent(Serpent),
-    /// Half of a hollow ball.
-    Bowl(Bowl),
-    /// A pot with a spout.
-    Pot(Pot),
-    /// A box.
-    Cuboid(Cuboid),
-    /// Strings.
-    Rope(Rope),
-    /// An OBJ, PLY, STL or OFF file, beside the scene's own.
-    File(PathBuf),
 }
 
 /// Where and how something begins.
@@ -198,9 +186,24 @@ pub struct SoftSpec {
     pub young: f64,
     /// Poisson's ratio, below ½.
     pub poisson: f64,
+    /// Tetrahedra reach so far beyond the mesh.
+    #[serde(default)]
+    pub padding: f64,
+    /// Others touch it: its field at rest is carried by the tetrahedra.
+    pub touched: Option<CageMapSpec>,
 }
 
-/// A field that nothing moves: from a mesh, from a file, or the text of a closed form.
+/// The map from the world to a soft body at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CageMapSpec {
+    /// Each face piece by piece, by the tetrahedra that it meets.
+    Exact,
+    /// All of a face by the tetrahedron of its centroid (§5.3 of the paper).
+    Frozen,
+}
+
+/// A field that nothing pushes: from a mesh, from a file, or the text of a closed form.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleSpec {
@@ -211,6 +214,11 @@ pub struct ObstacleSpec {
     pub cells: u32,
     /// The text of a closed form, as in a `.sdf.toml`.
     pub shape: Option<String>,
+    /// The same shape with other parameters: it swings between the two.
+    pub becomes: Option<String>,
+    /// Time in which it gets there and back.
+    #[serde(default = "one")]
+    pub period: f64,
     /// A grid or closed form beside the scene's file.
     pub file: Option<PathBuf>,
     /// Where it stands.
@@ -242,6 +250,8 @@ pub struct Reach {
     pub jitter: Option<f64>,
     /// Way of a vertex in the last half unit of time.
     pub drift: Option<f64>,
+    /// Turn of a normal within a frame, in degrees.
+    pub turn: Option<f64>,
     /// Energy above the start.
     pub energy_gain: Option<f64>,
     /// Change of momentum.
@@ -252,6 +262,8 @@ pub struct Reach {
     pub volume: Option<f64>,
     /// Smallest share of runs that end without deep faces.
     pub freed: Option<f64>,
+    /// Most runs that end with more deep faces than they began with.
+    pub worse: Option<usize>,
     /// Smallest share of runs without a speed above `calm_speed`.
     pub calm: Option<f64>,
     /// Speed above which a run is not calm.
@@ -283,8 +295,14 @@ pub struct Vary {
 /// Most frames, substeps and bodies of a scene, so that a mistyped number ends in a message.
 const MAX_COUNT: u32 = 1_000_000;
 
-/// Most points of a mesh by formula.
-const MAX_POINTS: f64 = 1e7;
+impl From<CageMapSpec> for CageMap {
+    fn from(map: CageMapSpec) -> Self {
+        match map {
+            CageMapSpec::Exact => Self::Exact,
+            CageMapSpec::Frozen => Self::Frozen,
+        }
+    }
+}
 
 impl SceneSpec {
     pub(super) fn check(&self) -> Result<(), String> {
@@ -307,6 +325,7 @@ impl SceneSpec {
             ("friction", self.friction),
             ("recovery", self.recovery),
             ("drag", self.drag),
+            ("damping", self.damping),
         ];
         if let Some((name, value)) = others.iter().find(|(_, value)| !(0.0..1e9).contains(value)) {
             return Err(format!("{name} = {value}: give a number that is not negative"));
@@ -322,12 +341,19 @@ impl SceneSpec {
             is_positive("cell", soft.cell)?;
             is_positive("density", soft.density)?;
             is_positive("young", soft.young)?;
+            if !(0.0..1e9).contains(&soft.padding) {
+                return Err(format!("padding = {}: give a number that is not negative", soft.padding));
+            }
             if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
                 return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
             }
         }
-        for ObstacleSpec { mesh, shape, file, cells, .. } in &self.obstacle {
+        for ObstacleSpec { mesh, shape, becomes, period, file, cells, .. } in &self.obstacle {
             is_count("cells", *cells)?;
+            is_positive("period", *period)?;
+            if becomes.is_some() && shape.is_none() {
+                return Err("becomes: give the shape to begin with as shape".to_owned());
+            }
             if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
                 return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
             }
@@ -352,36 +378,5 @@ impl SceneSpec {
             }
         }
         self.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.cells.div_ceil(2));
-    }
-}
-
-impl MeshSpec {
-    /// The mesh; files are looked for in `folder`.
-    pub(super) fn mesh(&self, folder: &std::path::Path) -> Result<Mesh, String> {
-        let points = match self {
-            Self::Sheet(sheet) => f64::from(sheet.cells[0]) * f64::from(sheet.cells[1]),
-            Self::SpikedBall(ball) => 4_f64.powf(f64::from(ball.levels)),
-            Self::Serpent(serpent) => f64::from(serpent.rings) * f64::from(serpent.slices),
-            Self::Bowl(bowl) => f64::from(bowl.slices) * f64::from(bowl.stacks),
-            Self::Pot(pot) => f64::from(pot.slices) * f64::from(pot.stacks),
-            Self::Rope(rope) => f64::from(rope.strands) * f64::from(rope.edges),
-            Self::Cuboid(_) | Self::File(_) => 0.0,
-        };
-        if points > MAX_POINTS {
-            return Err(format!("a mesh of about {points:.0} points: take less than {MAX_POINTS:.0}"));
-        }
-        Ok(match self {
-            Self::Sheet(sheet) => sheet.mesh(),
-            Self::SpikedBall(ball) => ball.mesh(),
-            Self::Serpent(serpent) => serpent.mesh(),
-            Self::Bowl(bowl) => bowl.mesh(),
-            Self::Pot(pot) => pot.mesh(),
-            Self::Cuboid(cuboid) => cuboid.mesh(),
-            Self::Rope(rope) => rope.mesh(),
-            Self::File(path) => {
-                let mesh = sdf_formats::mesh::read(&folder.join(path)).map_err(|error| error.to_string())?;
-                Mesh { points: mesh.points, triangles: mesh.triangles, segments: mesh.segments }
-            }
-        })
     }
 }

@@ -23,6 +23,8 @@ pub struct Outcome {
     pub freed: usize,
     /// Runs whose speed stayed below the scene's `calm_speed`, and finite.
     pub calm: usize,
+    /// Runs that ended with more deep faces than they began with.
+    pub worse: usize,
     /// Wanted figures that were missed: value and limit.
     pub missed: BTreeMap<&'static str, [f64; 2]>,
 }
@@ -31,6 +33,17 @@ impl Outcome {
     /// Is everything reached?
     pub fn is_reached(&self) -> bool {
         self.missed.is_empty()
+    }
+
+    /// How badly a method failed, to compare with the scene's `fails`: runs that were not freed or not calm where the scene wants that,
+    /// else the largest number of deep faces or of vertices beyond.
+    pub fn failures(&self, spec: &SceneSpec) -> usize {
+        match (spec.reach.freed, spec.reach.calm) {
+            (Some(_), _) => self.runs - self.freed,
+            (_, Some(_)) => self.runs - self.calm,
+            _ if !self.worst.finite => usize::MAX,
+            _ => self.worst.deep_faces.max(self.worst.beyond),
+        }
     }
 }
 
@@ -49,6 +62,7 @@ pub fn variants(spec: &SceneSpec) -> Vec<SceneSpec> {
         for start in cloths.chain(spec.rigid.iter_mut().map(|rigid| &mut rigid.start)) {
             start.velocity = start.velocity.map(|v| v * factor);
         }
+        spec.obstacle.iter_mut().for_each(|obstacle| obstacle.period /= factor);
         // What is slow needs as long to arrive.
         spec.frames = (f64::from(spec.frames) / factor.min(1.0)).min(f64::from(spec.frames) * 20.0) as u32;
     });
@@ -94,12 +108,14 @@ pub fn run_all(
         let figures = figures.map_err(|error| invalid(&spec.title, error))?;
         let is_calm = figures.finite && figures.max_speed <= spec.reach.calm_speed.unwrap_or(f64::INFINITY);
         let is_free = figures.finite && figures.deep_faces == 0;
+        let is_worse = figures.deep_faces > figures.deep_at_start;
         let so_far = all.take();
         all = Some(Outcome {
             worst: so_far.as_ref().map_or(figures.clone(), |so_far| so_far.worst.worst(&figures)),
             runs: so_far.as_ref().map_or(0, |so_far| so_far.runs) + 1,
             freed: so_far.as_ref().map_or(0, |so_far| so_far.freed) + usize::from(is_free),
             calm: so_far.as_ref().map_or(0, |so_far| so_far.calm) + usize::from(is_calm),
+            worse: so_far.as_ref().map_or(0, |so_far| so_far.worse) + usize::from(is_worse),
             missed: BTreeMap::new(),
         });
         if is_ended {
@@ -113,6 +129,9 @@ pub fn run_all(
         if let Some(least) = least.filter(|least| share < *least) {
             all.missed.insert(name, [share, least]);
         }
+    }
+    if let Some(most) = spec.reach.worse.filter(|most| all.worse > *most) {
+        all.missed.insert("worse", [all.worse as f64, most as f64]);
     }
     Ok(all)
 }

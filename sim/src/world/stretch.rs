@@ -32,6 +32,24 @@ impl World {
         self.x[b] -= push * weight_b;
     }
 
+    /// A dashpot beside a distance, implicit: it takes the share τ dt w / (compliance + τ dt w) of the relative speed along it, with w
+    /// the sum of the inverse masses. No impulse of it adds kinetic energy.
+    pub(super) fn damp(&mut self, index: usize, dt: f64) {
+        let Stretch { ends, compliance, .. } = self.stretches[index];
+        let [a, b] = ends.map(|end| end as usize);
+        let (weight_a, weight_b) = (self.inv_mass[a], self.inv_mass[b]);
+        let between = self.x[b] - self.x[a];
+        let weight = weight_a + weight_b;
+        let (dashpot, scale) = (self.damping * dt, between.norm_squared());
+        let resistance = (compliance + dashpot * weight) * scale;
+        if resistance <= 0.0 {
+            return;
+        }
+        let push = between * (dashpot * between.dot(&(self.v[b] - self.v[a])) / resistance);
+        self.v[a] += push * weight_a;
+        self.v[b] -= push * weight_b;
+    }
+
     /// The most that a distance exceeds its rest length, as a ratio, of those that are as stiff as the stiffest: the edges of a sheet, not
     /// what resists bending. 1 where there is none.
     pub fn max_stretch(&self) -> f64 {

@@ -1,131 +1,235 @@
 //! A contact row as a hard unilateral constraint: sides that are too near are pushed apart, and Coulomb's friction, at most μ times
 //! all that was pushed in the step, holds against their slide.
 
+use sdf_core::contact::{Row, RowSide};
+
 use super::World;
 use crate::V3;
-use crate::row::{Row, Rows, Side};
+use crate::row::Rows;
+
+/// A row as a pass takes it: gap = n · (a − b − age · velocity) + offset. A fixed side stands at the origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    element: Side,
+    field: Side,
+    normal: V3,
+    velocity: V3,
+    offset: f64,
+    friction: f64,
+    /// Σ w²/m of all particles.
+    particle_weight: f64,
+    /// The largest w/m of a particle: how far a push of one moves it.
+    farthest: f64,
+    /// A push moves no particle much farther than this: the row is a plane only near where it was found.
+    reach: f64,
+    /// The push along n and across it in this step: mass · length.
+    pushed: f64,
+    held: V3,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Side {
+    Fixed,
+    /// Entries of [`Rows::terms`].
+    Particles {
+        first: u32,
+        count: u32,
+    },
+    /// A point in a body's frame.
+    Body {
+        id: u32,
+        arm: V3,
+    },
+}
+
+/// With equal masses a push moves no corner by more than (1 + √2)/2 ≈ 1.21 depths on an edge, and 1.37 on a face. A corner that weighs
+/// 1/r of the others moves up to √r/2 depths: 16 at 1 : 1000, which folds the sheet over itself. A push that would move a corner by
+/// more than this many depths moves it by no more than a share of the distance to the next corner.
+const MAX_DEPTHS: f64 = 1.5;
+const MAX_SHARE: f64 = 0.3;
 
 impl World {
+    /// Takes the rows that were added since the last step.
+    pub(super) fn prepare(&self, rows: &mut Rows) {
+        let mut corners: Vec<[u32; 4]> = vec![];
+        for index in rows.touches.len()..rows.as_slice().len() {
+            let row = rows.as_slice()[index];
+            if matches!(row.element, RowSide::Tet(_) | RowSide::Embedded(_)) || matches!(row.field, RowSide::Tet(_)) {
+                corners.resize_with(self.tets.len(), Default::default);
+                corners.iter_mut().zip(&self.tets).for_each(|(corners, tet)| *corners = tet.corners);
+            }
+            let [element, field] = [row.element, row.field].map(|side| self.side(&side, &corners, &mut rows.terms));
+            let touch = self.touch_of(&row, element, field, rows);
+            rows.touches.push(touch);
+        }
+        for touch in &mut rows.touches {
+            (touch.pushed, touch.held) = (0.0, V3::zeros());
+        }
+    }
+
+    fn side(&self, side: &RowSide<f64>, tets: &[[u32; 4]], terms: &mut Vec<(u32, f64)>) -> Side {
+        match side {
+            RowSide::Fixed => Side::Fixed,
+            RowSide::Body { body, arm } => {
+                Side::Body { id: *body, arm: self.bodies[*body as usize].rotation.inverse() * arm }
+            }
+            _ => {
+                let first = terms.len();
+                side.visit_particles(tets, |particle, weight| terms.push((particle, weight)));
+                Side::Particles { first: first as u32, count: (terms.len() - first) as u32 }
+            }
+        }
+    }
+
+    fn touch_of(&self, row: &Row<f64>, element: Side, field: Side, rows: &Rows) -> Touch {
+        let between = self.at(&element, rows) - self.at(&field, rows);
+        let (mut particle_weight, mut farthest, mut reach) = (0.0, 0.0_f64, f64::INFINITY);
+        for side in [&element, &field] {
+            let terms = terms_of(side, rows);
+            for (index, (id, weight)) in terms.iter().enumerate() {
+                let inv_mass = self.inv_mass[*id as usize];
+                particle_weight += inv_mass * weight * weight;
+                farthest = farthest.max(inv_mass * weight.abs());
+                let others = terms[index + 1..].iter().filter(|(other, _)| other != id);
+                reach = others
+                    .map(|(other, _)| (self.x[*other as usize] - self.x[*id as usize]).norm())
+                    .fold(reach, f64::min);
+            }
+        }
+        Touch {
+            element,
+            field,
+            normal: row.normal,
+            velocity: row.surface_velocity,
+            offset: row.gap - row.normal.dot(&between),
+            friction: row.friction,
+            particle_weight,
+            farthest,
+            reach,
+            pushed: 0.0,
+            held: V3::zeros(),
+        }
+    }
+
     pub(super) fn touch(&mut self, rows: &mut Rows, index: usize, dt: f64) {
-        let row = rows.rows[index];
-        let Row { a, b, normal, offset, friction } = &row;
-        let [at_a, at_b] = [a, b].map(|side| self.at(side, rows));
-        let gap = normal.dot(&(at_a - at_b)) + offset;
+        let touch = rows.touches[index];
+        let Touch { element, field, normal, friction, pushed, held, .. } = &touch;
+        let way = touch.velocity * rows.age;
+        let gap = normal.dot(&(self.at(element, rows) - self.at(field, rows) - way)) + touch.offset;
         if gap >= 0.0 {
             return;
         }
-        let weight = self.inv_mass_of(a, rows, normal) + self.inv_mass_of(b, rows, normal);
+        let weight = self.inv_mass_of(&touch, normal);
         if weight <= 0.0 {
             return;
         }
-        let [from_a, from_b] = [a, b].map(|side| self.was_at(side, rows, dt));
-        let slid = (at_a - from_a) - (at_b - from_b);
+        let from = self.was_at(element, rows) - self.was_at(field, rows) + touch.velocity * dt;
+        let slid = self.at(element, rows) - self.at(field, rows) - from;
+        let is_uneven = touch.farthest > MAX_DEPTHS * weight;
+        let most = if is_uneven { MAX_SHARE * touch.reach / touch.farthest } else { f64::INFINITY };
         // What undoes the approach of this step is a force. The depth from before is undone without a velocity, no faster than the sides
         // part: contacts that share a vertex push it once, not each.
         let approach = -normal.dot(&slid);
-        let push = (-gap).min(approach.max(0.0)) / weight;
-        self.push_apart(&row, rows, normal * push, dt);
+        let push = ((-gap).min(approach.max(0.0)) / weight).min(most);
+        self.push_apart(&touch, rows, normal * push, dt);
         let depth = (-gap - approach.max(0.0)).min(self.recovery_speed * dt + approach.min(0.0));
         if depth > 0.0 {
-            self.shift_apart(&row, rows, normal * (depth / weight));
+            self.shift_apart(&touch, rows, normal * (depth / weight).min(most));
         }
-        let (pushed, held) = rows.pushes[index];
         let pushed = pushed + push;
-        rows.pushes[index].0 = pushed;
+        rows.touches[index].pushed = pushed;
         if *friction <= 0.0 || pushed <= 0.0 {
             return;
         }
-        let [at_a, at_b] = [a, b].map(|side| self.at(side, rows));
-        let slid = (at_a - from_a) - (at_b - from_b);
+        let from = self.was_at(element, rows) - self.was_at(field, rows) + touch.velocity * dt;
+        let slid = self.at(element, rows) - self.at(field, rows) - from;
         let across = slid - normal * normal.dot(&slid);
         let length = across.norm();
         if length <= 0.0 {
             return;
         }
-        let direction = across / length;
-        let weight = self.inv_mass_of(a, rows, &direction) + self.inv_mass_of(b, rows, &direction);
+        let weight = self.inv_mass_of(&touch, &(across / length));
         let wanted = held - across / weight;
         let limit = friction * pushed;
         let allowed = if wanted.norm() > limit { wanted * (limit / wanted.norm()) } else { wanted };
-        rows.pushes[index].1 = allowed;
-        self.push_apart(&row, rows, allowed - held, dt);
+        rows.touches[index].held = allowed;
+        self.push_apart(&touch, rows, allowed - held, dt);
     }
 
-    fn push_apart(&mut self, row: &Row, rows: &Rows, push: V3, dt: f64) {
-        self.push(&row.a, rows, &push, dt);
-        self.push(&row.b, rows, &-push, dt);
+    fn push_apart(&mut self, touch: &Touch, rows: &Rows, push: V3, dt: f64) {
+        self.push(&touch.element, rows, &push, dt);
+        self.push(&touch.field, rows, &-push, dt);
+        if matches!(touch.field, Side::Fixed) {
+            self.outer.add(&(push / dt));
+        }
     }
 
-    fn shift_apart(&mut self, row: &Row, rows: &Rows, push: V3) {
-        self.shift(&row.a, rows, &push);
-        self.shift(&row.b, rows, &-push);
+    fn shift_apart(&mut self, touch: &Touch, rows: &Rows, push: V3) {
+        self.shift(&touch.element, rows, &push);
+        self.shift(&touch.field, rows, &-push);
     }
 
     fn at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
-            Side::Fixed(velocity) => velocity * rows.age,
-            Side::Particles { first, count } => self.mean(rows.terms_of(*first, *count)),
             Side::Body { id, arm } => self.bodies[*id as usize].world_point(arm),
+            _ => mean(&self.x, terms_of(side, rows)),
         }
     }
 
     /// Where a side was when the step began.
-    fn was_at(&self, side: &Side, rows: &Rows, dt: f64) -> V3 {
+    fn was_at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
-            Side::Fixed(velocity) => velocity * (rows.age - dt),
-            Side::Particles { first, count } => {
-                let terms = rows.terms_of(*first, *count);
-                terms.iter().map(|(id, weight)| self.previous[*id as usize] * *weight).sum()
-            }
             Side::Body { id, arm } => {
                 let (position, rotation) = &self.previous_poses[*id as usize];
                 position + rotation * arm
             }
+            _ => mean(&self.previous, terms_of(side, rows)),
         }
     }
 
-    fn inv_mass_of(&self, side: &Side, rows: &Rows, direction: &V3) -> f64 {
-        match side {
-            Side::Fixed(_) => 0.0,
-            Side::Particles { first, count } => {
-                let terms = rows.terms_of(*first, *count);
-                terms.iter().map(|(id, weight)| self.inv_mass[*id as usize] * weight * weight).sum()
-            }
+    fn inv_mass_of(&self, touch: &Touch, direction: &V3) -> f64 {
+        let of_body = |side: &Side| match side {
             Side::Body { id, arm } => self.bodies[*id as usize].inv_mass_at(arm, direction),
-        }
+            _ => 0.0,
+        };
+        touch.particle_weight + of_body(&touch.element) + of_body(&touch.field)
     }
 
     fn push(&mut self, side: &Side, rows: &Rows, push: &V3, dt: f64) {
-        match side {
-            Side::Fixed(_) => {}
-            Side::Particles { first, count } => {
-                for (id, weight) in rows.terms_of(*first, *count) {
-                    let id = *id as usize;
-                    self.x[id] += push * (self.inv_mass[id] * weight);
-                }
-            }
-            Side::Body { id, arm } => self.bodies[*id as usize].push(arm, push, dt),
+        if let Side::Body { id, arm } = side {
+            self.bodies[*id as usize].push(arm, push, dt);
+        }
+        for (id, weight) in terms_of(side, rows) {
+            let id = *id as usize;
+            self.x[id] += push * (self.inv_mass[id] * weight);
         }
     }
 
     /// A push that leaves velocities as they are: where a side was at the beginning of the step moves too.
     fn shift(&mut self, side: &Side, rows: &Rows, push: &V3) {
-        match side {
-            Side::Fixed(_) => {}
-            Side::Particles { first, count } => {
-                for (id, weight) in rows.terms_of(*first, *count) {
-                    let id = *id as usize;
-                    let way = push * (self.inv_mass[id] * weight);
-                    self.x[id] += way;
-                    self.previous[id] += way;
-                }
-            }
-            Side::Body { id, arm } => {
-                let id = *id as usize;
-                let twist = (self.bodies[id].rotation * arm).cross(push);
-                let (position, rotation) = &mut self.previous_poses[id];
-                self.bodies[id].shift(push, &twist, position, rotation);
-            }
+        if let Side::Body { id, arm } = side {
+            let id = *id as usize;
+            let twist = (self.bodies[id].rotation * arm).cross(push);
+            let (position, rotation) = &mut self.previous_poses[id];
+            self.bodies[id].shift(push, &twist, position, rotation);
+        }
+        for (id, weight) in terms_of(side, rows) {
+            let id = *id as usize;
+            let way = push * (self.inv_mass[id] * weight);
+            self.x[id] += way;
+            self.previous[id] += way;
         }
     }
+}
+
+fn terms_of<'a>(side: &Side, rows: &'a Rows) -> &'a [(u32, f64)] {
+    match side {
+        Side::Particles { first, count } => &rows.terms[*first as usize..(first + count) as usize],
+        _ => &[],
+    }
+}
+
+/// The weighted mean of particles; the origin without any.
+fn mean(x: &[V3], terms: &[(u32, f64)]) -> V3 {
+    terms.iter().map(|(id, weight)| x[*id as usize] * *weight).sum()
 }

@@ -1,6 +1,9 @@
-//! Laws of the simulator: free motion, friction, walls, sheets at rest and stiff ones, two bodies exchanged.
+//! Laws of the simulator: free motion, friction, walls, sheets at rest, stiff or entangled ones, soft bodies that carry a sheet, two
+//! bodies exchanged.
 
+mod caged;
 mod contacts;
+mod entangled;
 mod motion;
 mod sheets;
 

@@ -1,0 +1,82 @@
+//! Soft bodies as obstacles: a sheet on a soft body, whose field its tetrahedra carry.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use sdf_core::cage::CageMap;
+use sdf_field::Threads;
+use sdf_sim::scene::{self, Stage};
+use sdf_sim::{CageRoom, CagedBody, Contacts, Motion, Query};
+
+use crate::V3;
+
+/// The scene, at a part of its size.
+fn spec() -> scene::SceneSpec {
+    let text = include_str!("../../../scenes/09-cloth-on-soft-pot.toml");
+    let mut spec = scene::parse(text, "09-cloth-on-soft-pot").unwrap();
+    spec.shrink();
+    spec.substeps = 10;
+    spec
+}
+
+/// The depth of each touched face of the sheet, by one map.
+fn depths(stage: &Stage, body: &CagedBody, map: CageMap, room: &mut CageRoom) -> Vec<(u32, f64)> {
+    let rest = body.at_rest(room).unwrap();
+    let query = Query { thickness: 0.05, one_per_feature: false, ..Query::default() };
+    let mut found = Contacts::default();
+    let asked = body.with_map(map).with_obstacle(&rest, &stage.world, &mut CageRoom::default(), |obstacle| {
+        query.find(obstacle, &stage.surfaces[0], &stage.world, &Motion::NONE, &mut found)
+    });
+    asked.unwrap().unwrap();
+    found.contacts.iter().map(|contact| (contact.element, contact.distance)).collect()
+}
+
+#[test]
+fn the_map_frozen_at_the_centroid_and_the_exact_one_agree_to_a_tenth_of_an_edge() {
+    let spec = spec();
+    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+    let [body] = &stage.cages.clone()[..] else { panic!("one soft body") };
+    let edge = 1.8 / 20.0;
+    let (mut worst, mut compared, mut squeezed) = (0.0_f64, 0, 1.0_f64);
+    let start = stage.world.x.clone();
+    let figures = scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, |frame, stage| {
+        squeezed = squeezed.min(stage.world.min_volume_ratio());
+        if frame % 10 == 0 {
+            let [frozen, exact] =
+                [CageMap::Frozen, CageMap::Exact].map(|map| depths(stage, body, map, &mut CageRoom::default()));
+            for (face, depth) in &frozen {
+                // Faces that one of the two does not report are within the margin's last tenth of an edge, or the depths differ.
+                let other = exact.iter().find(|(other, _)| other == face).map_or(0.05, |(_, depth)| *depth);
+                worst = worst.max((depth - other).abs());
+                compared += 1;
+            }
+        }
+        ControlFlow::Continue(())
+    });
+    let figures = figures.unwrap();
+    let moved = stage.world.x.iter().zip(&start).map(|(now, start): (&V3, &V3)| (now - start).norm());
+    println!("{compared} faces, differ by {worst}, {} of an edge; det F {squeezed}; {figures:?}", worst / edge);
+    assert!(figures.finite && figures.deep_faces == 0, "{figures:?}");
+    assert!(compared > 100 && squeezed < 0.95 && moved.fold(0.0, f64::max) > 0.1, "{compared}, {squeezed}");
+    assert!(worst < 0.1 * edge, "{worst}");
+}
+
+#[test]
+fn a_sheet_presses_on_the_body_that_carries_it() {
+    let mut spec = spec();
+    spec.gravity = [0.0; 3];
+    spec.obstacle.clear();
+    spec.friction = 0.0;
+    spec.cloth[0].start.velocity = [0.0, 0.0, -2.0];
+    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+    let momentum = stage.world.momentum();
+    let figures = scene::run(&spec, &mut stage, "fw".parse().unwrap(), Threads::ONE, |_, _| ControlFlow::Continue(()));
+    let drag = figures.unwrap();
+    assert!(drag.finite);
+    // What the sheet loses the body gains, drag aside, which takes the same share of both.
+    let left = (1.0 / spec.rate / f64::from(spec.substeps) * spec.drag).ln_1p();
+    let left = (-left * f64::from(spec.frames * spec.substeps)).exp();
+    let error = (stage.world.momentum() - momentum * left).norm() / momentum.norm();
+    println!("momentum off by {error}");
+    assert!(error < 1e-9, "{error}");
+}
