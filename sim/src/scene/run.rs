@@ -182,6 +182,10 @@ impl<'a> Run<'a> {
             for (number, obstacle) in obstacles.iter().enumerate() {
                 let sides = &mut self.sides[index];
                 let memory = self.memories.entry((index, number)).or_default();
+                if self.spec.choose_side {
+                    // A patch is led by where it touches now: points from before hold it back.
+                    *memory = Memory::default();
+                }
                 let first = self.contacts.contacts.len();
                 query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
                     if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
