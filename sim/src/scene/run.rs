@@ -100,7 +100,7 @@ struct Run<'a> {
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
-    /// What is known of each surface and each obstacle; those of rigid bodies come after those that stand still.
+    /// Knowledge of each surface and each obstacle; those of rigid bodies come after those that stand still.
     memories: BTreeMap<(usize, usize), Memory>,
     /// The obstacles as surfaces without an inside, where the method sees no more.
     hulls: Vec<Field>,
