@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Builds the doors for Python and C by the commands of their chapters in the README, to the letter, and tests them: the wheel
-# against the program, the library by each way of linking it, under valgrind, and against its header. The program is that of SDFTOOL,
-# else the project's release, which another step has built as a rule.
+# Builds the doors for Python, C and rapier by the commands of their chapters in the README, to the letter, and tests them: the wheel
+# against the program and on a fleet, the library by each way of linking it, under valgrind, and against its header, the colliders at rest.
+# The program is that of SDFTOOL, else the project's release, which another step has built as a rule.
 #
-# Needs PyPI (maturin, numpy, pytest, trimesh). As root it installs missing Debian packages.
+# Needs PyPI (dask, maturin, numpy, pytest, trimesh; with SDFTOOL_RAY=1 also ray, 236 MB). As root it installs missing Debian packages.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -17,16 +17,17 @@ fi
 CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 export CARGO_TARGET_DIR
 folder=$(mktemp -d)
-trap 'rm -rf "$folder" sdftool-c' EXIT
+trap 'rm -rf "$folder" sdftool-c sdf-parry-rest.obj' EXIT
 
 # The blocks of one language in a chapter of the README.
 chapter() { awk -v title="### $1" -v fence="\`\`\`$2" '/^#/ { on = $0 == title } on && $0 == "```" { block = 0 } block { print } on && $0 == fence { block = 1 }' README.md; }
 
-for file in bindings/Cargo.toml bindings/python/Cargo.toml bindings/c/Cargo.toml; do
+for file in bindings/Cargo.toml bindings/python/Cargo.toml bindings/c/Cargo.toml bindings/parry/Cargo.toml; do
     version=$(sed -n '/^\[workspace.package\]/,/^$/s/^version = "\(.*\)"/\1/p' Cargo.toml)
     grep -qE "^version(\.workspace = true| = \"$version\")" "$file" || { echo "$file: the version is not $version" >&2; exit 1; }
 done
 cargo fmt --manifest-path bindings/Cargo.toml --all --check
+cargo fmt --manifest-path bindings/parry/Cargo.toml --check
 if [ -z "${SDFTOOL:-}" ]; then
     cargo build --release --locked --quiet -p sdftool
     SDFTOOL=$CARGO_TARGET_DIR/release/sdftool
@@ -41,7 +42,8 @@ grep -q 'pip install ./bindings/python' "$folder/python.sh"
 PIP_QUIET=1 bash -e "$folder/python.sh"
 wheel=$(find "$CARGO_TARGET_DIR/wheels" -name 'sdftool-*.whl' -newer "$folder/python.sh" | head -n 1)
 [ -n "$wheel" ] && [ "$(stat -c %s "$wheel")" -le 4000000 ] || { echo "the wheel has more than 4 MB, or is missing: $wheel" >&2; exit 1; }
-pip install --quiet mypy pytest trimesh
+pip install --quiet 'dask[distributed]' mypy pytest trimesh
+[ "${SDFTOOL_RAY:-}" != 1 ] || pip install --quiet ray
 # The stub against the module. Reflected operators exist beside the others, and overloads have no defaults.
 printf '%s\n' 'sdftool\.Sdf\.__r(and|or|sub)__' 'sdftool\.signed_distance' > "$folder/allowlist"
 (cd "$folder" && python -m mypy.stubtest sdftool --allowlist allowlist >/dev/null || python -m mypy.stubtest sdftool --allowlist allowlist)
@@ -66,3 +68,9 @@ cmp "$folder/contacts_static.txt" "$folder/valgrind.txt"
 exported=$(nm --dynamic --defined-only --extern-only sdftool-c/lib/libsdftool.so | awk '{ print $3 }' | grep -cv '^sdf_' || true)
 [ "$exported" = 0 ] || { echo "libsdftool.so shows symbols beside sdf_*" >&2; exit 1; }
 cargo test --release --locked --quiet --manifest-path bindings/Cargo.toml -p sdftool-c
+
+chapter "rapier and parry" sh > "$folder/parry.sh"
+grep -q 'bindings/parry' "$folder/parry.sh"
+bash -e "$folder/parry.sh" > "$folder/parry.txt" || { cat "$folder/parry.txt" >&2; exit 1; }
+grep -q '^o capsule' sdf-parry-rest.obj
+cargo test --release --locked --quiet --manifest-path bindings/parry/Cargo.toml

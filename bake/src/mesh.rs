@@ -1,14 +1,17 @@
 //! A checked triangle mesh: equal points welded, repeated triangles and triangles without area removed.
 //!
 //! `topology` counts what keeps it from bounding one solid and orients its triangles, with the help of `stitches`;
-//! `intersections` counts crossing triangles exactly; `inner_shells` removes shells that lie inside of the solid.
+//! `intersections` finds crossing triangles exactly; `inner_faces` removes what lies inside of the solid, `inner_shells`
+//! those of its shells that no other meets.
 
+mod inner_faces;
 mod inner_shells;
 pub mod intersections;
 mod stitches;
 pub mod topology;
 
 use std::hash::BuildHasher;
+use std::sync::Arc;
 
 use hashbrown::hash_table::Entry;
 use hashbrown::{DefaultHashBuilder, HashTable};
@@ -29,6 +32,12 @@ pub struct TriangleMesh {
     pub(crate) stitches: Vec<[u32; 3]>,
     pub(crate) bounds: Aabb,
     pub(crate) report: MeshReport,
+    /// Number of pairs of triangles that cross, where it was counted before.
+    pub(crate) intersecting_pairs: Option<usize>,
+    /// The mesh whose winding numbers give the signs, where this is only the surface of its solid.
+    pub(crate) solid: Option<Arc<TriangleMesh>>,
+    /// Distance by which the surface may be off, as its corners are rounded.
+    pub(crate) rounding: f64,
 }
 
 /// Redundancies of the input. None is an error.
@@ -44,10 +53,21 @@ pub struct MeshReport {
     pub repeated_triangles: usize,
     /// Closed shells that [`TriangleMesh::without_inner_shells`] removed: both their sides are inside of the solid.
     pub inner_shells: usize,
-    /// Triangles of [`Self::inner_shells`].
+    /// Whole triangles that were removed: those of [`Self::inner_shells`], and what [`TriangleMesh::without_inner_faces`]
+    /// found inside of the solid.
     pub inner_triangles: usize,
-    /// Closed shells that cross or touch themselves or each other. Their parts inside of the solid are not removed.
+    /// Closed shells that cross or touch themselves or each other, and whose parts inside of the solid are not removed.
     pub entangled_shells: usize,
+    /// Triangles that others divide, by crossing them or in their plane.
+    pub crossing_triangles: usize,
+    /// Pieces of [`Self::crossing_triangles`] that are part of the solid's surface.
+    pub kept_pieces: usize,
+    /// Pieces of [`Self::crossing_triangles`] that were removed: both their sides are inside of the solid.
+    pub dropped_pieces: usize,
+    /// Pieces as near to another triangle as rounding, whose sides are those a little farther away.
+    pub uncertain_pieces: usize,
+    /// So many triangles cross that none was divided.
+    pub has_too_many_crossings: bool,
     /// Vertices that [`Repairs::weld`](crate::Repairs::weld) moved onto another one.
     pub merged_points: usize,
     /// Boundary loops that [`Repairs::close`](crate::Repairs::close) capped.
@@ -130,7 +150,8 @@ impl TriangleMesh {
         let bounds = with_extent(Aabb::from_points(corners).ok_or(InvalidMesh::NoArea)?)?;
         let counts = MeshReport { welded_points, unreferenced_points, ..MeshReport::default() };
         let report = MeshReport { degenerate_triangles, repeated_triangles, ..counts };
-        Ok(Self { points, triangles, stitches, bounds, report })
+        let (intersecting_pairs, solid) = (None, None);
+        Ok(Self { points, triangles, stitches, bounds, report, intersecting_pairs, solid, rounding: 0.0 })
     }
 
     /// Are all coordinates finite and in range, and all indices those of points?
@@ -172,6 +193,11 @@ impl TriangleMesh {
     /// Corners of a triangle. Panics if there is no such triangle.
     pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
         self.triangles[triangle].map(|index| self.points[index as usize].into())
+    }
+
+    /// The mesh whose winding numbers tell inside from outside.
+    pub(crate) fn mesh_of_signs(&self) -> &Self {
+        self.solid.as_deref().unwrap_or(self)
     }
 
     pub(crate) fn corner_points(&self, corners: [u32; 3]) -> [Vector3<f64>; 3] {

@@ -39,6 +39,8 @@ impl fmt::Display for SignMethod {
 pub struct MeshDistance<'a> {
     mesh: &'a TriangleMesh,
     tree: Bvh,
+    /// Tree of the mesh whose winding numbers give the signs, where distances are those to the surface of its solid.
+    solid: Option<Bvh>,
     topology: Topology,
     winding: WindingNumbers,
     pseudo_normals: Option<PseudoNormals>,
@@ -70,27 +72,27 @@ impl Nearest {
 }
 
 impl<'a> MeshDistance<'a> {
-    /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, else winding numbers.
+    /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, else winding numbers. A mesh of which
+    /// [`TriangleMesh::without_inner_faces`] left only a part has winding numbers in any case.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
         let tree = Bvh::new(mesh);
-        let mut oriented = orient(mesh);
+        let solid = mesh.solid.as_deref().map(Bvh::for_points);
+        let sign = if solid.is_some() { sign.and(Some(SignMethod::Winding)) } else { sign };
+        let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
+        let mut oriented = orient(mesh_of_signs);
         let orientations: Vec<f64> =
-            tree.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
+            tree_of_signs.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
         if oriented.topology.bounds_one_solid() {
-            oriented.topology.intersecting_pairs = intersecting_pairs(mesh, &tree, &orientations);
+            let count = || intersecting_pairs(mesh_of_signs, tree_of_signs, &orientations);
+            oriented.topology.intersecting_pairs = mesh_of_signs.intersecting_pairs.unwrap_or_else(count);
         }
         let topology = oriented.topology;
         let bounds_one_solid = topology.bounds_one_solid();
         let method = sign.unwrap_or(if bounds_one_solid { SignMethod::PseudoNormal } else { SignMethod::Winding });
         let sign_reason = sign_reason(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
-        let boundary = MeshBoundary::new(
-            oriented
-                .boundary()
-                .map(|(points, multiplicity)| (points.map(|point| mesh.points[point as usize]), multiplicity)),
-        );
-        let winding = WindingNumbers::new(&tree, orientations, boundary);
-        Self { mesh, tree, topology, winding, pseudo_normals, sign_reason, cancel: None }
+        let winding = WindingNumbers::of_mesh(mesh_of_signs, tree_of_signs, &oriented, orientations);
+        Self { mesh, tree, solid, topology, winding, pseudo_normals, sign_reason, cancel: None }
     }
 
     /// The same, in bakes that another thread can end: once the flag is set they skip what is left, and what they return is
@@ -148,7 +150,7 @@ impl<'a> MeshDistance<'a> {
     /// than 0.1, and it is on the same side of 1/2 as the exact value, up to rounding.
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
         const MAX_ERROR: f64 = 0.1;
-        self.winding_estimate(point.into(), MAX_ERROR).value
+        self.winding.evaluate(self.tree_of_signs(), point.into(), MAX_ERROR).value
     }
 
     /// Nearest triangle. `guess` is any slot: a near one saves time.
@@ -239,17 +241,30 @@ impl<'a> MeshDistance<'a> {
     }
 
     /// Winding number with an error less than `max_error`, and so small that the value is on the right side of 1/2.
+    ///
+    /// Where distances are those to the surface of a solid, it can change far from that surface, but not its side of 1/2.
     pub(crate) fn winding_estimate(&self, point: Vector3<f64>, max_error: f64) -> Estimate {
-        self.winding.evaluate(&self.tree, point, max_error)
+        self.winding.evaluate(self.tree_of_signs(), point, max_error)
+    }
+
+    fn tree_of_signs(&self) -> &Bvh {
+        self.solid.as_ref().unwrap_or(&self.tree)
+    }
+
+    /// Distance by which the surface that is measured may be off the mesh's own.
+    pub(crate) fn rounding(&self) -> f64 {
+        self.mesh.rounding
     }
 
     pub(crate) fn boundary(&self) -> &MeshBoundary {
         self.winding.boundary()
     }
 
-    /// Change of the winding number along a segment by the triangles that it crosses. `None` if rounding decides.
+    /// Change of the winding number along a segment by the triangles that it crosses. `None` if rounding decides, and where
+    /// triangles were dropped: what a flood carried past them is on the right side of 1/2, but another number.
     pub(crate) fn winding_change(&self, segment: [Vector3<f64>; 2]) -> Option<f64> {
-        winding_change(&self.tree, self.winding.orientations(), segment)
+        let is_exact = self.solid.is_none();
+        is_exact.then(|| winding_change(&self.tree, self.winding.orientations(), segment))?
     }
 }
 
@@ -260,7 +275,7 @@ fn sign_reason(requested: Option<SignMethod>, method: SignMethod, topology: &Top
         found => found,
     };
     match requested {
-        Some(_) => format!("{method}, as asked; the mesh: {found}"),
+        Some(_) => format!("{method}, as requested; the mesh: {found}"),
         None => format!("{method}: {found}"),
     }
 }

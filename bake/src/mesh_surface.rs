@@ -24,18 +24,20 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
-use crate::mesh::topology::{OrientedMesh, orient};
+use crate::mesh::topology::orient;
 use crate::rounding::MIN_OFFSET;
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
-use crate::sign::winding::{MeshBoundary, WindingNumbers};
-use crate::triangle::{TriangleFeature, area_vector, nearest_on_triangle};
+use crate::sign::winding::WindingNumbers;
+use crate::triangle::{NearestOnTriangle, TriangleFeature, area_vector, nearest_on_triangle};
 use crate::{SignMethod, TriangleMesh};
 
 /// A mesh that answers with exact signed distances.
 pub struct MeshSurface {
     mesh: TriangleMesh,
     tree: Bvh,
+    /// Tree of the mesh whose winding numbers give the signs, where `mesh` is only the surface of its solid.
+    solid: Option<Bvh>,
     /// Orientation of each triangle, in the tree's order.
     orientations: Vec<f64>,
     pseudo_normals: Option<PseudoNormals>,
@@ -57,17 +59,31 @@ pub struct SurfacePoint {
     feature: TriangleFeature,
 }
 
+impl SurfacePoint {
+    /// Without a sign.
+    fn new(query: Vector3<f64>, slot: usize, nearest: NearestOnTriangle) -> Self {
+        let NearestOnTriangle { point, distance_sq, feature } = nearest;
+        Self { query, point, distance: distance_sq.sqrt(), slot, feature }
+    }
+}
+
 impl MeshSurface {
     /// A mesh whose sign method is known. `is_continuous`: see [`MeshDistance::is_continuous`](crate::MeshDistance::is_continuous).
     pub fn new(mesh: TriangleMesh, sign: SignMethod, is_continuous: bool) -> Self {
         let tree = Bvh::for_points(&mesh);
-        let oriented = orient(&mesh);
-        let orientations =
-            tree.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect::<Vec<_>>();
-        let pseudo_normals = (sign == SignMethod::PseudoNormal).then(|| PseudoNormals::new(&mesh, &oriented));
+        let solid = mesh.solid.as_deref().map(Bvh::for_points);
+        let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
+        let oriented = orient(mesh_of_signs);
+        let orientations: Vec<f64> =
+            tree_of_signs.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
+        let has_normals = sign == SignMethod::PseudoNormal && solid.is_none();
+        let pseudo_normals = has_normals.then(|| PseudoNormals::new(&mesh, &oriented));
         let is_complete = pseudo_normals.as_ref().is_some_and(PseudoNormals::are_known);
-        let winding = (!is_complete).then(|| winding_numbers(&mesh, &tree, &oriented, orientations.clone()));
-        Self { mesh, tree, orientations, pseudo_normals, winding, is_continuous }
+        let windings = || WindingNumbers::of_mesh(mesh_of_signs, tree_of_signs, &oriented, orientations.clone());
+        let winding = (!is_complete).then(windings);
+        // The surface of a solid is wound outward.
+        let orientations = if solid.is_some() { vec![1.0; tree.triangles.len()] } else { orientations };
+        Self { mesh, tree, solid, orientations, pseudo_normals, winding, is_continuous }
     }
 
     /// Does the sign change at triangles alone? Then the signed distance has slope 1 everywhere.
@@ -84,11 +100,9 @@ impl MeshSurface {
     /// save the search for the sign. Neither changes the answer.
     pub fn nearest(&self, query: Vector3<f64>, guess: usize, neighbour: Option<&SurfacePoint>) -> SurfacePoint {
         let nearest = self.tree.nearest(query, guess.min(self.tree.corners.len() - 1));
-        let (slot, on_triangle) = (nearest.slot, nearest.on_triangle);
-        let distance = on_triangle.distance_sq.sqrt();
-        let found = SurfacePoint { query, point: on_triangle.point, distance, slot, feature: on_triangle.feature };
+        let found = SurfacePoint::new(query, nearest.slot, nearest.on_triangle);
         let is_inside = self.is_inside(&found, neighbour);
-        SurfacePoint { distance: if is_inside { -distance } else { distance }, ..found }
+        SurfacePoint { distance: if is_inside { -found.distance } else { found.distance }, ..found }
     }
 
     /// Distance to one triangle, which is convex as a function of the point.
@@ -127,13 +141,9 @@ impl MeshSurface {
         if let Some(other) = neighbour.filter(is_clear) {
             return other.distance < 0.0;
         }
-        let number = |winding: &WindingNumbers| winding.evaluate(&self.tree, found.query, f64::INFINITY).value;
+        let number = |winding: &WindingNumbers| {
+            winding.evaluate(self.solid.as_ref().unwrap_or(&self.tree), found.query, f64::INFINITY).value
+        };
         self.winding.as_ref().map_or(0.0, number).abs() >= 0.5
     }
-}
-
-fn winding_numbers(mesh: &TriangleMesh, tree: &Bvh, oriented: &OrientedMesh, orientations: Vec<f64>) -> WindingNumbers {
-    let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
-    let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));
-    WindingNumbers::new(tree, orientations, MeshBoundary::new(edges))
 }

@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | ε | 1 | `SAMPLE` |
 //! | 2 ε … 4 ε | 3 … 7 | `ESTIMATE`, `COARSE_DISTANCE`, `DEQUANTIZED`, `BOUND` |
-//! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP` |
+//! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP`, `PIECE` |
 //! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE` |
 //! | 32 ε | 63 | `POINT_ON_MESH` |
 //! | 64 ε | 127 | `APPROX_DISTANCE` |
@@ -35,6 +35,10 @@ pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Squared distance to a point of the mesh, relative to the distance times the largest coordinate:
 /// |x + δ|² − |x|² ≈ 2 |x| |δ|.
 pub(crate) const POINT_ON_MESH_ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// Corner of a piece of a triangle, relative to the mesh's largest coordinate: 4 ε along each axis, and one more where
+/// the piece would have no area.
+pub(crate) const PIECE_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 // Multiples of ε of f32.
 

@@ -1,6 +1,7 @@
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use sdf_formats::blob_file::StoredBlob;
 use sdf_formats::field_file::{self, Field, OpenField};
 
 use crate::mesh_input::{bytes, is_standard_input, shown};
@@ -17,6 +18,15 @@ pub fn open(path: &Path) -> Result<OpenField<'static>> {
 pub fn read(path: &Path) -> Result<Field> {
     Ok(match open(path)? {
         OpenField::Grid(reader) => Field::Grid(reader.read()?),
+        OpenField::Blob(blob) => Field::Analytic(blob.grid.into()),
         OpenField::Analytic(field) => Field::Analytic(field),
     })
+}
+
+/// The field of a blob, if it has distances as far as the margin.
+pub fn from_blob(path: &Path, blob: StoredBlob, margin: f64) -> Result<sdf_field::Field> {
+    let field = sdf_field::Field::from_blob(blob);
+    let checked = field.info().map_or(Ok(()), |info| info.check_margin(margin));
+    checked.with_context(|| path.display().to_string())?;
+    Ok(field)
 }

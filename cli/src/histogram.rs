@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Result;
 use sdf_formats::atomic_write;
 
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 
 /// Histogram of errors as SVG, with a logarithmic axis of counts.
 pub struct Histogram<'a> {
@@ -28,7 +28,7 @@ const TOP: f64 = 40.0;
 impl Histogram<'_> {
     pub fn write(&self, path: &Path) -> Result<()> {
         let svg = self.svg();
-        at(path, atomic_write(path, |temporary| std::fs::write(temporary, &svg)))
+        with_path(path, atomic_write(path, |temporary| std::fs::write(temporary, &svg)))
     }
 
     fn svg(&self) -> String {

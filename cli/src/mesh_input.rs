@@ -102,6 +102,6 @@ fn is_device(_path: &Path) -> bool {
 }
 
 /// Puts the path before an error that does not name it.
-pub fn at<T, E: std::error::Error + Send + Sync + 'static>(path: &Path, result: Result<T, E>) -> Result<T> {
+pub fn with_path<T, E: std::error::Error + Send + Sync + 'static>(path: &Path, result: Result<T, E>) -> Result<T> {
     result.with_context(|| path.display().to_string())
 }

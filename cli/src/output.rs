@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 
 /// Refuses an output that cannot be written, before any work is done: in a missing folder, over something that is not a
 /// regular file, or over one of the inputs.
-pub fn require(output: &Path, inputs: &[&Path]) -> Result<()> {
+pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
     let shown = output.display();
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !fs::metadata(folder).with_context(|| format!("{shown}: cannot write into {}", folder.display()))?.is_dir() {

@@ -7,7 +7,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
 use sdf_formats::atomic_write;
 
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 
 /// A plane perpendicular to an axis, seen against the axis' direction: the other two axes point right and up.
 pub struct Plane {
@@ -160,7 +160,7 @@ impl Picture {
             writer.write_image_data(self.pixels.as_flattened()).map_err(other)?;
             writer.finish().map_err(other)
         });
-        at(path, written)
+        with_path(path, written)
     }
 }
 

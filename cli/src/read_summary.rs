@@ -10,7 +10,7 @@ use crate::report::{many, number};
 
 /// The amount of a grid file that was read.
 #[derive(Clone, Copy, Serialize)]
-pub struct FromFile {
+pub struct ReadSummary {
     file_bytes: u64,
     bytes: u64,
     #[serde(flatten)]
@@ -24,8 +24,8 @@ enum Blocks {
     Dense { chunks: usize, of_chunks: usize },
 }
 
-impl FromFile {
-    pub fn of(stored: &StoredGrid, file_bytes: u64) -> Self {
+impl ReadSummary {
+    pub fn new(stored: &StoredGrid, file_bytes: u64) -> Self {
         let ReadCount { bytes, blocks, total_blocks } = stored.read;
         let blocks = match stored.sparse {
             Some(_) => Blocks::Sparse { bricks: blocks, of_bricks: total_blocks },

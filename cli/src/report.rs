@@ -3,6 +3,7 @@
 use std::io::{self, BufWriter, Write, stdout};
 
 use anyhow::{Context, Result};
+pub use sdf_field::page::{counts, number};
 use serde::Serialize;
 
 use crate::args::Json;
@@ -30,11 +31,6 @@ impl<J: Serialize> Report<J> {
     }
 }
 
-pub fn counts(counts: [u32; 3]) -> String {
-    let [x, y, z] = counts;
-    format!("{x} × {y} × {z}")
-}
-
 /// A count of any size; in exponential form from 10¹⁵ on.
 pub fn many(count: f64) -> String {
     if count < 1e15 { format!("{count:.0}") } else { format!("{count:.1e}") }
@@ -55,11 +51,6 @@ pub fn line_of_json(json: &impl Serialize, out: &mut dyn Write) -> io::Result<()
 pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Result<()>) -> Result<()> {
     let mut out = BufWriter::new(stdout().lock());
     write(&mut out).and_then(|()| out.flush()).context("standard output")
-}
-
-/// Six decimals; in exponential form below 10⁻³ and from 10⁶ on.
-pub fn number(x: f64) -> String {
-    if x != 0.0 && !(1e-3..1e6).contains(&x.abs()) { format!("{x:.4e}") } else { format!("{x:.6}") }
 }
 
 pub fn seconds(seconds: f64) -> String {

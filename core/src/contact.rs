@@ -26,7 +26,7 @@ mod row;
 
 use nalgebra::Vector3;
 
-use classify::{classify, is_separated, report};
+use classify::{classify, describe, is_separated, report};
 pub use cluster::{CLUSTER_SIZE, ClusterKey, Clusters, cluster_count, refit};
 pub use cull::{CentroidBound, centroid_bound, cull};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
@@ -156,6 +156,38 @@ where
         Err(outcome) => return outcome,
     };
     classify(field, margin, element, &minimizer.minimize_below(field, &element.simplex, margin), lower_bound)
+}
+
+/// [`contact`] for processors without doubles: no number but of type `R` in it, and less code. Elements are culled by
+/// [`centroid_bound`] alone, as in §3.3 of the paper, so that fewer are. The contact has the same bits except for `lower_bound`,
+/// which may be lower, and `error_bound` and `shape_lower_bound`, of which nothing is known.
+///
+/// A grid of a [`Blob`](crate::grid::Blob) and the local methods of [`minimize`](crate::minimize) keep to f32, too.
+pub fn lean_contact<R, F, M, const N: usize>(
+    field: &F,
+    minimizer: &M,
+    margin: R,
+    element: &Element<R, N>,
+) -> Outcome<R, N>
+where
+    R: Float,
+    F: EnclosedSdf,
+    M: Minimizer<N>,
+{
+    if ElementKind::from_corner_count(N).is_none() || !element.simplex.is_representable() {
+        return Outcome::NotFinite;
+    }
+    let CentroidBound { may_touch, lower_bound } = centroid_bound(field, &element.simplex, margin);
+    if !may_touch {
+        return Outcome::Culled;
+    }
+    let minimum = minimizer.minimize_below(field, &element.simplex, margin);
+    if is_separated(margin, &minimum) {
+        return Outcome::Separated(minimum);
+    }
+    let is_bounded = lower_bound <= margin;
+    let contact = describe(field, element, &minimum, lower_bound, 0).filter(|_| is_bounded);
+    contact.map_or(Outcome::NotFinite, Outcome::Contact)
 }
 
 /// The contact at an element's minimum, whatever its distance; `None` where that is not finite. `lower_bound` is a lower bound of φ

@@ -37,6 +37,9 @@ macro_rules! delegate_sdf {
             fn slope_bound(&self) -> f64 {
                 match self { $(Self::$variant(field) => field.slope_bound()),+ }
             }
+            fn slope_bound_as<R: $crate::Real>(&self) -> R {
+                match self { $(Self::$variant(field) => field.slope_bound_as()),+ }
+            }
         }
 
         impl $crate::EnclosedSdf for $name {

@@ -4,6 +4,7 @@
 //! lattice ──────────┐   where the nodes are
 //! dense │ sparse ───┤   where the samples are: a `Storage`
 //! block_bounds ─────┘   bounds of 8 × 8 × 8 nodes beside a storage
+//! blob                  all of that in one little-endian file, read where it lies
 //!        Grid ──┬─ evaluate (trilinear)    φ and ∇φ at a point
 //!               ├─ smooth                  a gradient without jumps at the faces of cells
 //!               ├─ slope                   Lipschitz constants
@@ -11,15 +12,18 @@
 //!               └─ exact                   minimum on a segment or triangle
 //! ```
 
+pub mod blob;
 mod block_bounds;
 mod brick;
 mod dense;
 mod evaluate;
 mod exact;
 mod gradient_range;
+mod kind;
 mod lattice;
 #[cfg(feature = "alloc")]
 pub mod owned;
+mod plain_normals;
 mod slope;
 mod smooth;
 pub mod sparse;
@@ -27,10 +31,13 @@ mod trilinear;
 
 use nalgebra::Vector3;
 
+pub use blob::Blob;
 pub use block_bounds::WithBlockBounds;
 pub use dense::Dense;
 use gradient_range::GradientRange;
+pub use kind::{Layout, Precision};
 pub use lattice::Lattice;
+pub use plain_normals::PlainNormals;
 use slope::lowest_boundary_sample;
 pub use slope::{cell_slope, measure_slope_bound, slope_bound_with_outside};
 
@@ -38,7 +45,7 @@ use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
 use crate::simplex::max_distance;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Sample, Sdf};
+use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Parameter, Sample, Sdf};
 
 /// Access to a grid's samples.
 pub trait Storage {
@@ -128,8 +135,8 @@ impl BlockBounds {
 pub struct Grid<S> {
     lattice: Lattice,
     storage: S,
-    slope_bound: f64,
-    band: f64,
+    slope_bound: Parameter,
+    band: Parameter,
     error_bound: f64,
     deep_error: f64,
 }
@@ -152,8 +159,8 @@ impl<S: Storage> Grid<S> {
         (slope_bound.is_finite() && slope_bound >= 0.0).then_some(Self {
             lattice,
             storage,
-            slope_bound,
-            band: f64::INFINITY,
+            slope_bound: slope_bound.into(),
+            band: f64::INFINITY.into(),
             error_bound: f64::INFINITY,
             deep_error: f64::INFINITY,
         })
@@ -168,12 +175,12 @@ impl<S: Storage> Grid<S> {
     /// The same grid with another band: samples with |φ| ≥ `band` get the status [`beyond_band`](crate::Status::beyond_band).
     /// Infinite unless set, as for dense grids.
     pub fn with_band(self, band: f64) -> Self {
-        Self { band, ..self }
+        Self { band: band.into(), ..self }
     }
 
     /// See [`with_band`](Self::with_band).
     pub fn band(&self) -> f64 {
-        self.band
+        self.band.double
     }
 
     /// The same grid with another bound of |φ − d|, where d, the signed distance to the shape that was sampled, is within the band.
@@ -197,6 +204,11 @@ impl<S: Storage> Grid<S> {
         self.error_bound
     }
 
+    /// Lowest sample on the faces of the box. Reads all of them.
+    pub fn lowest_boundary_sample(&self) -> f64 {
+        lowest_boundary_sample(&self.lattice, &self.storage)
+    }
+
     /// Positions of the nodes.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
@@ -212,7 +224,7 @@ impl<S: Storage> Sdf for Grid<S> {
     #[cfg_attr(feature = "std", inline(always))]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let mut sample = evaluate::evaluate(&self.lattice, &self.storage, point);
-        sample.status.beyond_band = R::from_f64(self.band).le(sample.value.abs());
+        sample.status.beyond_band = R::from_parameter(self.band).le(sample.value.abs());
         sample
     }
 
@@ -224,12 +236,18 @@ impl<S: Storage> Sdf for Grid<S> {
 
     /// Reads all samples on the faces of the box: a sample −s there can make φ ≤ level up to level + s outside.
     fn bounds(&self, level: f64) -> Aabb {
-        let depth = -lowest_boundary_sample(&self.lattice, &self.storage).min(0.0);
+        let depth = -self.lowest_boundary_sample().min(0.0);
         self.lattice.bounds().inflate((level + depth).max(0.0))
     }
 
+    #[inline(always)]
     fn slope_bound(&self) -> f64 {
-        self.slope_bound
+        self.slope_bound.double
+    }
+
+    #[inline(always)]
+    fn slope_bound_as<R: Real>(&self) -> R {
+        R::from_parameter(self.slope_bound)
     }
 }
 
@@ -237,7 +255,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
     /// From the block bounds of the nodes of all cells that the box meets, after it was clamped to the grid.
     #[cfg_attr(feature = "std", inline(always))]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
-        let global = BoxEnclosure { slope_bound: self.slope_bound, ..BoxEnclosure::ANYTHING };
+        let global = BoxEnclosure { slope_bound: self.slope_bound(), ..BoxEnclosure::ANYTHING };
         if !S::HAS_BLOCK_BOUNDS {
             return global;
         }
@@ -248,7 +266,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         let bounds = self.lattice.bounds();
         let is_inside = bounds.encloses(region);
         if is_inside {
-            return BoxEnclosure { range: Interval { lower, upper }, slope_bound: slope.min(self.slope_bound) };
+            return BoxEnclosure { range: Interval { lower, upper }, slope_bound: slope.min(self.slope_bound()) };
         }
         // φ outside is hypot(d, φ(P)) or φ(P) + d, both increasing in d: see `Grid`.
         let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]).max(0.0);
@@ -257,17 +275,17 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         let lower = if may_be_negative { lower + distance } else { libm::hypot(lower, distance) };
         let slope_bound = slope_bound_with_outside(slope, may_be_negative);
         let range = Interval { lower, upper: f64::INFINITY };
-        BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound) }
+        BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound()) }
     }
 
     /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,
     /// and d(x) ≥ √(s² + d(P)²) for a shape inside the box.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        let Self { band, deep_error, .. } = *self;
+        let (band, deep_error) = (self.band(), self.deep_error);
         let sampling = Sampling { spacing: self.lattice.spacing(), band, deep_error };
         let by_cells =
             self.lattice.nodes_around(region).and_then(|[first, last]| self.storage.error_bound(first, last, sampling));
-        let all = match self.band < f64::INFINITY {
+        let all = match band < f64::INFINITY {
             true => ErrorBound { near: self.error_bound, ..ErrorBound::UNKNOWN },
             false => ErrorBound::everywhere(self.error_bound),
         };
@@ -318,7 +336,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
             },
             gradients: inside.gradients,
         };
-        unrounded.widen(rounding(self.slope_bound, about, max_distance(about, corners), value))
+        unrounded.widen(rounding(self.slope_bound(), about, max_distance(about, corners), value))
     }
 }
 

@@ -50,7 +50,7 @@ pub use nalgebra;
 pub use number::interval::Interval;
 pub use number::kernel::{LaneBundle, LaneKernel};
 pub use number::lanes::{LaneMask, Lanes};
-pub use number::{Float, Gather, Mask, Real};
+pub use number::{Float, Gather, Mask, Parameter, Real};
 pub use relaxation::Relaxation;
 pub use sdf::{DynSdf, Sample, Sdf, Status};
 pub use simplex::{Simplex, project_weights};

@@ -71,6 +71,12 @@ pub trait Real:
     /// Nearest number to a constant or a parameter of a field.
     fn from_f64(x: f64) -> Self;
 
+    /// The same for a number that is known in both precisions: no conversion.
+    #[inline(always)]
+    fn from_parameter(parameter: Parameter) -> Self {
+        Self::from_f64(parameter.double)
+    }
+
     /// √self; NaN below zero.
     fn sqrt(self) -> Self;
 
@@ -150,6 +156,22 @@ pub trait Real:
     }
 }
 
+/// A number that a field is made of, in both precisions. A processor without doubles would convert it in software at every point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// The number.
+    pub double: f64,
+    /// The nearest f32.
+    pub single: f32,
+}
+
+impl From<f64> for Parameter {
+    #[inline(always)]
+    fn from(x: f64) -> Self {
+        Self { double: x, single: x as f32 }
+    }
+}
+
 /// A number with one lane: comparisons are `bool`, so code can branch on them.
 pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
     /// The same number as f64.
@@ -157,6 +179,9 @@ pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
 
     /// Conversion of an integer in 0 ≤ self < 2³¹.
     fn to_index(self) -> u32;
+
+    /// Integer part as an integer: 0 below zero, at most `u32::MAX`.
+    fn to_count(self) -> u32;
 
     /// Nearest number to a stored sample.
     fn from_stored(stored: f32) -> Self;
@@ -172,7 +197,7 @@ pub trait Gather {
 }
 
 macro_rules! float {
-    ($float:ident, $sqrt:ident, $trunc:ident, $max_coordinate:literal) => {
+    ($float:ident, $precision:ident, $sqrt:ident, $trunc:ident, $max_coordinate:literal) => {
         impl Real for $float {
             type Mask = bool;
             type Lane = Self;
@@ -183,6 +208,10 @@ macro_rules! float {
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 x as $float
+            }
+            #[inline(always)]
+            fn from_parameter(parameter: Parameter) -> Self {
+                parameter.$precision
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -228,6 +257,10 @@ macro_rules! float {
                 (f64::from(self) + backend::UNIT_ULP).to_bits() as u32
             }
             #[inline(always)]
+            fn to_count(self) -> u32 {
+                self as u32
+            }
+            #[inline(always)]
             fn from_stored(stored: f32) -> Self {
                 stored as $float
             }
@@ -235,5 +268,5 @@ macro_rules! float {
     };
 }
 
-float!(f32, sqrtf, truncf, 1e18);
-float!(f64, sqrt, trunc, 1e150);
+float!(f32, single, sqrtf, truncf, 1e18);
+float!(f64, double, sqrt, trunc, 1e150);

@@ -64,6 +64,12 @@ pub(crate) const NESTED_FIELDS_TWICE: f64 = 16.0;
 /// `value` at `point`, and for every value no larger than it within `distance` of `point`.
 #[inline(always)]
 pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, distance: R, value: R) -> R {
+    rounding_as(R::from_f64(slope_bound), point, distance, value)
+}
+
+/// [`rounding`] of a field whose slope bound is known in R.
+#[inline(always)]
+pub(crate) fn rounding_as<R: Real>(slope_bound: R, point: Vector3<R>, distance: R, value: R) -> R {
     let length = distance.max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
-    (length * R::from_f64(slope_bound)).max(value.abs()) * R::from_f64(EVALUATION * R::EPSILON)
+    (length * slope_bound).max(value.abs()) * R::from_f64(EVALUATION * R::EPSILON)
 }

@@ -50,6 +50,12 @@ pub trait Sdf {
     /// Lipschitz constant of the field: |φ(x) − φ(y)| ≤ slope_bound · |x − y|. 1 for a true distance.
     fn slope_bound(&self) -> f64;
 
+    /// [`slope_bound`](Self::slope_bound) in any number type. A grid does not convert it, for processors without doubles.
+    #[inline(always)]
+    fn slope_bound_as<R: Real>(&self) -> R {
+        R::from_f64(self.slope_bound())
+    }
+
     /// φ alone: the same bits as [`evaluate`](Self::evaluate), under the same condition.
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
@@ -93,6 +99,10 @@ impl<F: Sdf + ?Sized> Sdf for &F {
     }
     fn slope_bound(&self) -> f64 {
         (**self).slope_bound()
+    }
+    #[inline(always)]
+    fn slope_bound_as<R: Real>(&self) -> R {
+        (**self).slope_bound_as()
     }
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {

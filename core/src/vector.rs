@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::number::Real;
+use crate::number::{Parameter, Real};
 
 /// Length and direction of a vector.
 pub(crate) struct Direction<R: Real> {
@@ -31,6 +31,12 @@ pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
 #[inline(always)]
 pub(crate) fn from_f64<R: Real>(vector: [f64; 3]) -> Vector3<R> {
     Vector3::new(R::from_f64(vector[0]), R::from_f64(vector[1]), R::from_f64(vector[2]))
+}
+
+/// A vector of parameters, without a conversion.
+#[inline(always)]
+pub(crate) fn from_parameters<R: Real>(vector: [Parameter; 3]) -> Vector3<R> {
+    Vector3::from(vector.map(R::from_parameter))
 }
 
 /// matrix · vector, with the bits of nalgebra's product. Inlined, which vectorization needs.

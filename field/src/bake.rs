@@ -44,7 +44,7 @@ pub enum BakeError {
     InvalidMesh(InvalidMesh),
     /// [`BakeOptions::weld`] or [`BakeOptions::close`] is not a positive finite length.
     InvalidRepair {
-        /// The length that was asked.
+        /// The requested length.
         length: f64,
     },
     /// The voxels are larger than a thousand times the mesh.
@@ -127,9 +127,10 @@ impl Field {
     ) -> Result<Baked, BakeError> {
         let baked = options.threads.install(|| {
             let mesh = options.repairs()?.apply(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
-            let mesh = match options.inner_faces {
-                InnerFaces::Drop => mesh.without_inner_shells(),
-                InnerFaces::Keep => mesh,
+            let mesh = match (options.inner_faces, options.sign) {
+                (InnerFaces::Keep, _) => mesh,
+                (InnerFaces::Drop, Some(SignMethod::PseudoNormal)) => mesh.without_inner_shells(),
+                (InnerFaces::Drop, _) => mesh.without_inner_faces(),
             };
             bake(&mesh, options, on_progress, cancel)
         });
@@ -201,7 +202,14 @@ fn dropped(report: &MeshReport) -> String {
         ),
     ];
     let counts = counts.into_iter().filter(|(count, ..)| *count > 0);
-    counts.map(|(count, one, several)| format!("; {count} {}", if count == 1 { one } else { several })).collect()
+    let counts = counts.map(|(count, one, several)| format!("; {count} {}", if count == 1 { one } else { several }));
+    let MeshReport { crossing_triangles, kept_pieces, dropped_pieces, has_too_many_crossings, .. } = *report;
+    let cut = (crossing_triangles > 0).then(|| {
+        let pieces = kept_pieces + dropped_pieces;
+        format!("; {crossing_triangles} faces cut where others meet them, {dropped_pieces} of {pieces} pieces inside of the solid, dropped")
+    });
+    let uncut = has_too_many_crossings.then(|| "; too many faces cross: those inside of the solid count".to_owned());
+    counts.chain(cut).chain(uncut).collect()
 }
 
 /// A grid, and the half width of its band.

@@ -7,7 +7,7 @@
 //! | closed form | element by element, as [`AnyField`] | the same |
 //!
 //! Each line is compiled once for a method and a kind of element, whether there is a pose or not ([`Posed`]). A processor
-//! without AVX2 takes the last line. On other architectures the first two use their baseline vectors.
+//! without AVX2 takes the last line, and so does WebAssembly. On other architectures the first two use their baseline vectors.
 
 use pulp::NullaryFnOnce;
 use sdf_core::contact::batch::{self, CullReason, Survivor};
@@ -101,12 +101,28 @@ impl Vectors {
     }
 }
 
+/// WebAssembly's vectors hold two f64: what is written for wide ones would be a quarter of the module, and gain little.
+#[cfg(target_arch = "wasm32")]
+#[derive(Clone, Copy)]
+enum Vectors {}
+
+#[cfg(target_arch = "wasm32")]
+impl Vectors {
+    fn new() -> Option<Self> {
+        None
+    }
+
+    fn run<W: NullaryFnOnce>(self, _work: W) -> W::Output {
+        match self {}
+    }
+}
+
 /// The vectors that every processor of the architecture has.
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(target_arch = "x86_64", target_arch = "wasm32")))]
 #[derive(Clone, Copy)]
 struct Vectors;
 
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(target_arch = "x86_64", target_arch = "wasm32")))]
 impl Vectors {
     fn new() -> Option<Self> {
         Some(Self)

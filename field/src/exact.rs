@@ -7,7 +7,7 @@
 
 use sdf_bake::{ClosestPoints, DepthLimits, MeshSurface, Probe, SurfacePoint};
 use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX, Outcome};
-use sdf_core::minimize::FrankWolfe;
+use sdf_core::minimize::{FrankWolfe, Minimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf};
@@ -67,7 +67,7 @@ impl ExactField<'_> {
         }
         // Every point deep inside is below this too, though its value in a sparse grid is coarse.
         let search_margin = margin.max(0.0) + error;
-        let search = ExactSearch { surface: self.surface, pose, margin };
+        let search = ExactSearch { surface: self.surface, pose, margin, error };
         let start = FrankWolfe { iterations: START_STEPS, ..FrankWolfe::default() };
         let search_chunk = |first: usize, vertices: &[[u32; N]]| {
             let elements: Vec<_> =
@@ -76,14 +76,20 @@ impl ExactField<'_> {
             let (mut found, mut guess) = (Contacts::default(), 0);
             for (index, outcome) in query.outcomes(&start) {
                 found.count(&outcome);
-                let (weights, evaluations) = match &outcome {
+                let start = match &outcome {
                     Outcome::Contact(contact) => {
-                        (std::array::from_fn(|corner| contact.weights[corner]), contact.evaluations)
+                        let Contact { weights, distance, evaluations, .. } = *contact;
+                        Start { weights, value: distance, evaluations }
                     }
-                    Outcome::Separated(minimum) => (minimum.weights, minimum.evaluations as u32),
+                    Outcome::Separated(minimum) => {
+                        let Minimum { weights: own, sample, evaluations, .. } = minimum;
+                        let mut weights = [0.0; 3];
+                        weights.iter_mut().zip(own).for_each(|(weight, own)| *weight = *own);
+                        Start { weights, value: sample.value, evaluations: *evaluations as u32 }
+                    }
                     Outcome::Culled | Outcome::NotFinite => continue,
                 };
-                found.contacts.extend(search.contact(&elements[index], weights, evaluations, &mut guess));
+                found.contacts.extend(search.contact(&elements[index], &start, &mut guess));
             }
             found
         };
@@ -97,6 +103,15 @@ struct ExactSearch<'a> {
     surface: &'a MeshSurface,
     pose: Option<Rigid>,
     margin: f64,
+    /// The grid's value is off by no more.
+    error: f64,
+}
+
+/// A point of an element that is low in the grid.
+struct Start {
+    weights: [f64; 3],
+    value: f64,
+    evaluations: u32,
 }
 
 /// The point of an element that is nearest to the mesh or deepest in it.
@@ -109,55 +124,59 @@ struct Settled {
 }
 
 impl ExactSearch<'_> {
-    /// The contact of an element, if it has a point within the margin. `start` are the weights of a point near the lowest one. `guess`
-    /// is a triangle near the last element: it saves time and changes nothing.
+    /// The contact of an element, if it has a point within the margin. `guess` is a triangle near the last element: it saves time and
+    /// changes nothing.
     fn contact<const N: usize>(
         &self,
         element: &Element<f64, N>,
-        start: [f64; N],
-        evaluations: u32,
+        start: &Start,
         guess: &mut usize,
     ) -> Option<Contact<f64>> {
         let world = element.simplex.corners;
         let corners = world.map(|corner| self.pose.map_or(corner, |pose| pose.pull(corner).point));
-        let mut weights = [0.0; 3];
-        weights.iter_mut().zip(start).for_each(|(weight, known)| *weight = known);
-        let found = self.settle(&corners, weights, guess)?;
-        (found.at.distance <= self.margin).then(|| self.report(element, &found, evaluations))
+        let found = self.settle(&corners, start, guess)?;
+        (found.at.distance <= self.margin).then(|| self.report(element, &found, start.evaluations))
     }
 
     /// `None` where no point is within the margin; not always then.
-    fn settle(&self, corners: &[Vector3<f64>], weights: [f64; 3], guess: &mut usize) -> Option<Settled> {
+    fn settle(&self, corners: &[Vector3<f64>], start: &Start, guess: &mut usize) -> Option<Settled> {
+        let weights = start.weights;
         let query = corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum();
-        let start = Probe { weights, at: self.surface.nearest(query, *guess, None) };
-        *guess = start.at.slot;
-        let (mut known, mut count) = ([start; 2], 1);
-        if start.at.distance > 0.0 {
-            let ClosestPoints { weights, on_element, distance, slot, .. } =
-                self.surface.closest(corners, &start.at, weights);
-            let is_outside = distance > 0.0 && self.surface.is_continuous();
-            if is_outside && distance > self.margin {
-                return None;
-            }
-            let at = self.surface.nearest(on_element, slot, Some(&start.at));
-            if is_outside {
+        // Where the grid's error leaves the sign open, the mesh has it.
+        let is_outside = start.value > self.error * (1.0 + ROUNDING);
+        let measured = (!is_outside).then(|| {
+            let at = self.surface.nearest(query, *guess, None);
+            *guess = at.slot;
+            Probe { weights, at }
+        });
+        let mut known: Vec<Probe> = measured.into_iter().collect();
+        if measured.is_none_or(|start| start.at.distance > 0.0) {
+            let is_continuous = self.surface.is_continuous();
+            // Where the sign jumps elsewhere, as at holes, a point far from the triangles may be inside.
+            let rounding = ROUNDING * corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
+            let limit = if is_continuous { self.margin.max(0.0) + rounding } else { f64::INFINITY };
+            let closest = self.surface.closest(corners, query, limit)?;
+            // Two edges that cross come within rounding of each other.
+            if closest.distance > rounding && is_continuous {
+                let ClosestPoints { weights, distance, at } = closest;
                 let lower_bound = distance.min(at.distance);
-                return Some(Settled { weights, at, lower_bound, is_settled: true, evaluations: 2 });
+                return Some(Settled { weights, at, lower_bound, is_settled: true, evaluations: 1 });
             }
-            (known[1], count) = (Probe { weights, at }, 2);
+            let at = self.surface.nearest(closest.at.query, closest.at.slot, measured.as_ref().map(|start| &start.at));
+            known.push(Probe { weights: closest.weights, at });
         }
         let limits = DepthLimits {
             tolerance: TOLERANCE * self.surface.bounds().diagonal(),
             least_depth: if self.margin < 0.0 { -self.margin } else { f64::NEG_INFINITY },
             evaluations: MAX_EVALUATIONS,
         };
-        let found = self.surface.deepest(corners, &known[..count], limits);
+        let found = self.surface.deepest(corners, &known, limits);
         Some(Settled {
             weights: found.probe.weights,
             at: found.probe.at,
             lower_bound: found.lower_bound,
             is_settled: found.is_settled,
-            evaluations: found.evaluations.saturating_add(count as u32),
+            evaluations: found.evaluations.saturating_add(2),
         })
     }
 

@@ -1,8 +1,8 @@
 //! How does a field get into other programs? As a file of theirs: NanoVDB, plain arrays, VTKHDF, glTF. docs/exports.md says who reads
 //! which.
 //!
-//! A sparse grid's bricks become NanoVDB leaves as they are; the other formats hold a sample for every node. Closed forms are sampled
-//! first.
+//! A sparse grid's bricks become NanoVDB leaves as they are, and a blob is the grid itself; the other formats hold a sample for every
+//! node. Closed forms are sampled first.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -11,12 +11,13 @@ use std::path::{Path, PathBuf};
 use sdf_bake::{DenseGrid, lattice_around};
 use sdf_core::Sdf;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::grid::owned::{OwnedGrid, Precision};
 use sdf_core::nalgebra::Vector3;
-use sdf_formats::atomic_write;
 pub use sdf_formats::export::ExportFormat;
 use sdf_formats::export::{self, RawFacts};
+use sdf_formats::{atomic_write, blob_file};
 
+use crate::requantize::{Requantized, requantize};
 use crate::{Field, SurfaceMesh, Threads, memory};
 
 /// How a field is exported.
@@ -27,8 +28,10 @@ pub struct ExportOptions {
     /// Half width of a NanoVDB level set's band, in cells; `None` stands for the band of a sparse grid, and for 4 of others. Never
     /// more than the band of a sparse grid.
     pub band: Option<u32>,
-    /// The name of a NanoVDB grid; `distance` where it is empty.
+    /// The name of a NanoVDB grid or of a table; `distance` where it is empty.
     pub name: String,
+    /// Type of the samples of a blob or table; `None` stands for the grid's own. Rounding widens the certified bounds.
+    pub precision: Option<Precision>,
     /// How many threads work.
     pub threads: Threads,
 }
@@ -81,6 +84,8 @@ pub enum ExportError {
     },
     /// φ is nowhere 0, or nowhere within the band.
     NoSurface,
+    /// A number of the grid is too large for f32, or there are more bricks than u32 counts.
+    NotABlob,
     /// The file could not be written.
     Unwritable(PathBuf, std::io::Error),
 }
@@ -95,6 +100,9 @@ impl fmt::Display for ExportError {
                 write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
             }
             Self::NoSurface => f.write_str("the surface is empty: the distance is nowhere 0"),
+            Self::NotABlob => {
+                f.write_str("a number of the grid is too large for a blob, whose numbers are f32: change the unit")
+            }
             Self::Unwritable(path, _) => write!(f, "{}", path.display()),
         }
     }
@@ -186,12 +194,22 @@ impl Field {
         }
         let grid = self.sampled(options.cells)?;
         let lattice = *grid.lattice();
+        let name = if options.name.is_empty() { "distance" } else { &options.name };
+        if let ExportFormat::Blob | ExportFormat::C | ExportFormat::Rust = format {
+            let blob = self.blob(&grid, options).ok_or(ExportError::NotABlob)?;
+            let about = about_blob(&grid, &blob, options);
+            let bytes = match format {
+                ExportFormat::C => export::c_table(&blob, name, &about).into_bytes(),
+                ExportFormat::Rust => export::rust_table(&blob, name, &about).into_bytes(),
+                _ => blob,
+            };
+            return Ok(Exported { bytes, lattice, facts: None });
+        }
         if format == ExportFormat::Nvdb {
             let cells = options.band.map_or(f64::from(PADDING), f64::from);
             let wanted = cells * lattice.spacing();
             let band =
                 if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
-            let name = if options.name.is_empty() { "distance" } else { &options.name };
             let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface)?;
             return Ok(Exported { bytes, lattice, facts: None });
         }
@@ -201,12 +219,23 @@ impl Field {
         let bytes = match format {
             ExportFormat::Npy => export::npy(&lattice, &samples),
             ExportFormat::Nrrd => export::nrrd(&lattice, &samples),
-            ExportFormat::VtkHdf => export::vtkhdf(&lattice, &samples)
-                .map_err(|error| ExportError::Unwritable(std::env::temp_dir(), error))?,
+            ExportFormat::VtkHdf => export::vtkhdf(&lattice, &samples),
             _ => export::raw(&samples),
         };
         let facts = (format == ExportFormat::Raw).then(|| self.facts(&grid, options));
         Ok(Exported { bytes, lattice, facts })
+    }
+
+    /// The bytes of a blob of the grid. Its padding is that of the baked grid, else as far as margins see distances.
+    fn blob(&self, grid: &OwnedGrid, options: &ExportOptions) -> Option<Vec<u8>> {
+        let baked = self.info().filter(|_| options.cells.is_none());
+        let padding =
+            baked.map_or_else(|| grid.lowest_boundary_sample().min(grid.band()).max(0.0), |info| info.padding);
+        let own = grid.storage().precision();
+        match requantize(grid, options.precision.unwrap_or(own)) {
+            None => blob_file::write(grid, None, padding),
+            Some(Requantized { grid, codes }) => blob_file::write(&grid, codes.as_ref(), padding),
+        }
     }
 
     fn facts(&self, grid: &OwnedGrid, options: &ExportOptions) -> RawFacts {
@@ -231,6 +260,17 @@ impl Field {
         let normals: Vec<_> = self.sample(&points, Threads::ALL).iter().map(normal).collect();
         Ok(export::glb(&points, &normals, &triangles))
     }
+}
+
+/// One line that says what a table holds.
+fn about_blob(grid: &OwnedGrid, blob: &[u8], options: &ExportOptions) -> String {
+    let [x, y, z] = grid.lattice().nodes();
+    let (layout, own) = (grid.storage().layout().name(), grid.storage().precision());
+    let precision = options.precision.unwrap_or(own).name();
+    format!(
+        "A signed distance field: {x} x {y} x {z} nodes, {layout}, {precision}, {} bytes with their checksum.",
+        blob.len()
+    )
 }
 
 /// The path of the file that describes a raw one: its name with `.json` behind it.

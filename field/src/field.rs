@@ -147,7 +147,7 @@ impl Field {
     #[cfg(feature = "bake")]
     fn mesh_surface(&self) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
         match (&self.mesh, self.info()) {
-            (Some(mesh), Some(info)) => mesh.surface(info.sign_method),
+            (Some(mesh), Some(info)) => mesh.surface(info),
             _ => Err(QueryError::MeshNotKept),
         }
     }

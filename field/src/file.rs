@@ -5,21 +5,23 @@ use std::path::Path;
 use sdf_core::AnyField;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
-use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh};
+use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh, WriteOptions};
 pub use sdf_formats::{
+    blob_file::StoredBlob,
     field_file::FieldError,
-    grid_file::{GridFault, GridFileError},
+    grid_file::{Compression, GridFault, GridFileError},
 };
 
 use crate::info::{GridInfo, SignMethod, Source};
 use crate::{Field, KeptMesh};
 
 impl Field {
-    /// Opens a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`), by content: HDF5 has a signature, all else is
-    /// taken for TOML. A grid is read whole and held against its checksums.
+    /// Opens a baked grid (`.sdf.h5`), a blob of one (`.sdfb`) or shapes in closed form (`.sdf.toml`), by content: HDF5 and blobs have
+    /// a signature, all else is taken for TOML. A grid is read whole and held against its checksums.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FieldError> {
         Ok(match field_file::open(path.as_ref())? {
             OpenField::Analytic(field) => Self::new(field),
+            OpenField::Blob(blob) => Self::from_blob(blob),
             OpenField::Grid(reader) => Self::from_stored(reader.read()?),
         })
     }
@@ -29,8 +31,24 @@ impl Field {
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, FieldError> {
         Ok(match field_file::open_bytes(bytes, name)? {
             OpenField::Analytic(field) => Self::new(field),
+            OpenField::Blob(blob) => Self::from_blob(blob),
             OpenField::Grid(reader) => Self::from_stored(reader.read()?),
         })
+    }
+
+    /// The grid of a blob. It has the samples and bounds of the one that was exported, and no other metadata.
+    pub fn from_blob(StoredBlob { grid, padding, .. }: StoredBlob) -> Self {
+        let info = GridInfo {
+            sign_method: SignMethod::Given,
+            sign_reason: "given: a blob does not say how".to_owned(),
+            error_bound: grid.global_error_bound(),
+            padding,
+            band: Some(grid.band()).filter(|band| band.is_finite()),
+            source: Source::default(),
+            tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
+            options: "export --format blob".to_owned(),
+        };
+        Self::from_grid(grid, info)
     }
 
     /// A grid that was read.
@@ -48,6 +66,11 @@ impl Field {
     /// Writes a baked grid as HDF5 (`.sdf.h5`), a closed form as TOML (`.sdf.toml`): whole, or not at all. [`open`](Self::open)
     /// reads the same field, bit for bit.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        self.save_packed(path, Compression::Deflate)
+    }
+
+    /// [`save`](Self::save) with another compression of a grid: without one, the file is larger, and written and read faster.
+    pub fn save_packed(&self, path: impl AsRef<Path>, compression: Compression) -> Result<(), SaveError> {
         if self.grid().is_none() {
             return field_file::write(path.as_ref(), self.as_any()).map_err(SaveError::ClosedForm);
         }
@@ -55,7 +78,8 @@ impl Field {
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
         let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info));
-        grid_file::write_with_mesh(path, lattice, samples, &about, mesh.as_ref()).map_err(SaveError::Grid)
+        let options = WriteOptions { mesh: mesh.as_ref(), compression };
+        grid_file::write_with(path, lattice, samples, &about, options).map_err(SaveError::Grid)
     }
 
     /// The bytes that [`save`](Self::save) writes.
@@ -67,8 +91,8 @@ impl Field {
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
-        let bytes = grid_file::to_bytes_with_mesh(grid.lattice(), samples(grid, info), &about, mesh.as_ref());
-        bytes.map_err(SaveError::Fault)
+        let options = WriteOptions { mesh: mesh.as_ref(), ..WriteOptions::default() };
+        grid_file::to_bytes_with(grid.lattice(), samples(grid, info), &about, options).map_err(SaveError::Fault)
     }
 
     fn stored_mesh(&self) -> Option<StoredMesh> {

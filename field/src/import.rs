@@ -4,7 +4,6 @@ use std::fmt;
 use std::path::Path;
 
 use sdf_bake::DenseGrid;
-use sdf_core::grid::Lattice;
 pub use sdf_formats::import::ImportError;
 use sdf_formats::import::{self, Volume};
 
@@ -56,10 +55,10 @@ impl Field {
             ImportFormat::Nvdb => import::nvdb(bytes, free)?,
             ImportFormat::Npy { origin, spacing } => import::npy(bytes, origin, spacing, free)?,
         };
-        let on_faces = lowest_on_faces(&lattice, &samples);
-        let padding = f64::from(background.map_or(on_faces, |background| background.min(on_faces)).max(0.0));
         let steep = "its values change too fast from node to node for a slope to be told".to_owned();
         let dense = DenseGrid::from_samples(&lattice, samples).ok_or_else(|| ImportError::new(steep))?;
+        let grid = dense.into_grid(&lattice).grid;
+        let padding = grid.lowest_boundary_sample().min(background.map_or(f64::INFINITY, f64::from)).max(0.0);
         let info = GridInfo {
             sign_method: SignMethod::Given,
             sign_reason: "given: samples of another program, with their signs; no error is certified".to_owned(),
@@ -70,21 +69,6 @@ impl Field {
             tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
             options: format.to_string(),
         };
-        Ok(Self::from_grid(dense.into_grid(&lattice).grid, info))
+        Ok(Self::from_grid(grid, info))
     }
-}
-
-fn lowest_on_faces(lattice: &Lattice, samples: &[f32]) -> f32 {
-    let [nx, ny, nz] = lattice.nodes().map(|n| n as usize);
-    let mut lowest = f32::INFINITY;
-    for z in 0..nz {
-        for y in 0..ny {
-            let row = &samples[(z * ny + y) * nx..][..nx];
-            let is_on_face = [0, nz - 1].contains(&z) || [0, ny - 1].contains(&y);
-            let on_face =
-                if is_on_face { row.iter().copied().fold(f32::INFINITY, f32::min) } else { row[0].min(row[nx - 1]) };
-            lowest = lowest.min(on_face);
-        }
-    }
-    lowest
 }

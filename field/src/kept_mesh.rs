@@ -5,9 +5,9 @@ use std::sync::{Arc, OnceLock};
 
 use crate::MeshView;
 #[cfg(feature = "bake")]
-use crate::{QueryError, SignMethod};
+use crate::{GridInfo, QueryError, SignMethod};
 
-/// The mesh that a grid was baked from, as it was measured: without the faces that the baker dropped.
+/// The mesh that a grid was baked from: without the shells that the baker dropped, but with whole faces where it cut some.
 #[derive(Clone)]
 pub struct KeptMesh {
     points: Vec<[f64; 3]>,
@@ -40,16 +40,18 @@ impl KeptMesh {
         self.is_sign_continuous
     }
 
-    /// The mesh, ready to be searched.
+    /// What the grid of these facts was measured from, ready to be searched.
     #[cfg(feature = "bake")]
-    pub(crate) fn surface(&self, sign: SignMethod) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
+    pub(crate) fn surface(&self, info: &GridInfo) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
         if let Some(surface) = self.surface.get() {
             return Ok(surface.clone());
         }
         let mesh = sdf_bake::TriangleMesh::new(&self.points, &self.faces);
         let mesh = mesh.map_err(|error| QueryError::MeshUnusable(error.to_string()))?;
+        let has_inner_faces = info.options.contains("--inner-faces keep") || info.sign_method != SignMethod::Winding;
+        let mesh = if has_inner_faces { mesh } else { mesh.without_inner_faces() };
         // Winding numbers sign any mesh.
-        let sign = sign.for_mesh().unwrap_or(sdf_bake::SignMethod::Winding);
+        let sign = info.sign_method.for_mesh().unwrap_or(sdf_bake::SignMethod::Winding);
         let surface = Arc::new(sdf_bake::MeshSurface::new(mesh, sign, self.is_sign_continuous));
         // Two threads may both make it. Waiting for one in a thread pool, whose threads help each other out, could wait forever.
         Ok(self.surface.get_or_init(|| surface).clone())

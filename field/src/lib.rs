@@ -2,11 +2,11 @@
 //!
 //! A [`Field`] is any grid or closed form: baked from a mesh, opened from a file or from bytes, saved to either, sampled at many
 //! points, searched for contacts with a mesh given as slices or with
-//! another field, on as many threads as asked, in the widest vectors that the
+//! another field, on as many threads as requested, in the widest vectors that the
 //! processor has. It is all that a program depends on; [`core`] is there for what it does not cover.
 //!
-//! Features: `bake` (fields from meshes), `files` (files and bytes), `exchange` (files of other programs, surfaces), `threads`. Without them it depends on the core and two
-//! crates more, and knows no file format.
+//! Features: `bake` (fields from meshes), `files` (files and bytes), `exchange` (files of other programs, surfaces), `threads`; not by
+//! default `page` (a page to look at). Without them it depends on the core and two crates more, and knows no file format.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -40,6 +40,10 @@ mod mesh_view;
 mod method;
 mod options;
 mod overlap;
+#[cfg(feature = "page")]
+pub mod page;
+#[cfg(feature = "exchange")]
+mod requantize;
 #[cfg(feature = "exchange")]
 mod surface;
 mod threads;

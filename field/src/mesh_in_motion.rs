@@ -1,12 +1,12 @@
-//! A mesh that is queried frame after frame: [`MeshInMotion`], with what is known of it, and [`MeshClusters`], which cull its faces 64
-//! at a time. What is left of it is a [`Selection`] of elements.
+//! A mesh that is queried frame after frame: [`MeshInMotion`], with what is known of it, and [`MeshClusters`], which cull its faces 16
+//! and more at a time. What is left of it is a [`Selection`] of elements.
 
 use sdf_core::contact::{ClusterKey, Clusters, Element, cluster_count, refit};
 use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{Aabb, AnyField};
 
 use crate::contacts::QueryError;
-use crate::mesh_view::{MeshView, VertexOutOfRange, check, element};
+use crate::mesh_view::{MeshView, VertexOutOfRange, check, check_one, element};
 use crate::{ContactOptions, Threads};
 
 /// The faces of a mesh in clusters of neighbours: made once for a mesh at rest, fitted again where it is deformed.
@@ -133,8 +133,10 @@ impl<'a> Selection<'a, 3> {
         if differs {
             return Err(QueryError::FaceCountDiffers);
         }
-        let selection = Self { pose, margins, ..Self::all(points, faces)? };
-        let Some(clusters) = clusters else { return Ok(selection) };
+        let selection = Self { points, elements: faces, ids: None, pose, margins };
+        let Some(clusters) = clusters else {
+            return Ok(Self { pose, margins, ..Self::all(points, faces)? });
+        };
         let field = Posed { field, pose: options.pose };
         let largest =
             margins.map_or(options.margin, |margins| margins.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)));
@@ -143,6 +145,10 @@ impl<'a> Selection<'a, 3> {
         let mut ids = vec![];
         clusters.as_core().visit_near(&field, largest + error, pose.as_ref(), |members| ids.extend_from_slice(members));
         ids.sort_unstable();
+        // The others are not looked at.
+        for id in &ids {
+            check_one(points, *id as usize, &faces[*id as usize]).map_err(QueryError::VertexOutOfRange)?;
+        }
         Ok(Self { ids: Some(ids), ..selection })
     }
 }

@@ -52,13 +52,16 @@ impl<'a> MeshView<'a> {
 
 /// Checks that all vertices of the elements are there.
 pub(crate) fn check<const N: usize>(points: &[[f64; 3]], elements: &[[u32; N]]) -> Result<(), VertexOutOfRange> {
+    elements.iter().enumerate().try_for_each(|(element, vertices)| check_one(points, element, vertices))
+}
+
+/// Checks that all vertices of one element are there.
+pub(crate) fn check_one(points: &[[f64; 3]], element: usize, vertices: &[u32]) -> Result<(), VertexOutOfRange> {
     let vertex_count = points.len();
-    for (element, vertices) in elements.iter().enumerate() {
-        if let Some(vertex) = vertices.iter().find(|vertex| **vertex as usize >= vertex_count) {
-            return Err(VertexOutOfRange { element, vertex: *vertex, vertex_count });
-        }
+    match vertices.iter().find(|vertex| **vertex as usize >= vertex_count) {
+        Some(vertex) => Err(VertexOutOfRange { element, vertex: *vertex, vertex_count }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// The element of these vertices, which are there.

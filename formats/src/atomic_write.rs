@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::hash::{BuildHasher, DefaultHasher, Hash, Hasher, RandomState};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -50,15 +50,6 @@ pub fn clear_leftovers(target: &Path) {
     if let Ok(target) = replaceable(target) {
         remove_leftovers(folder_of(&target), id(&target));
     }
-}
-
-/// The bytes of a file that `write` writes, for writers that need a path. The file is temporary, in a folder that only
-/// this user can open.
-pub(crate) fn temporary_bytes<E: From<io::Error>>(write: impl FnOnce(&Path) -> Result<(), E>) -> Result<Vec<u8>, E> {
-    let random = RandomState::new().build_hasher().finish();
-    let temporary = Temporary::create(std::env::temp_dir().join(folder_name(random)))?;
-    write(&temporary.path)?;
-    Ok(fs::read(&temporary.path)?)
 }
 
 /// Removes the temporary files of all unfinished [`atomic_write`]s of this process, for a handler of Ctrl-C. They

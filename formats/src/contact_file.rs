@@ -15,16 +15,14 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use rust_hdf5::{H5File, H5Group, Hdf5Error};
-
 pub use columns::Column;
 pub use contact_record::ContactRecord;
 pub use contact_rows::{ContactRows, ContactRowsIter};
 pub use label::Label;
 pub use overlap_record::{OverlapKind, OverlapRecord, OverlapStatus};
 
-use crate::atomic_write::{atomic_write, temporary_bytes};
-use crate::hdf5;
+use crate::atomic_write::atomic_write;
+use crate::hdf5::{self, Group};
 
 /// Format of a contact file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,8 +71,8 @@ pub trait Record: Sized {
     /// Name of the group of an HDF5 file.
     const GROUP: &'static str;
 
-    /// Writes the group's attributes.
-    fn write_attributes(group: &H5Group, count: usize) -> Result<(), Hdf5Error>;
+    /// Texts that the group has as attributes, beside the count of entries.
+    fn texts() -> Vec<(&'static str, String)>;
 
     /// The group's datasets.
     fn columns() -> Vec<Column<Self>>;
@@ -101,7 +99,7 @@ pub fn write<T: Record>(
     json: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     atomic_write(path, |temporary| match format {
-        ContactFormat::Hdf5 => hdf5::create(temporary, |file| write_hdf5(file, records)),
+        ContactFormat::Hdf5 => hdf5::create(temporary, |root| write_hdf5(root, records)),
         _ => {
             let mut out = BufWriter::new(File::create(temporary)?);
             write_to(&mut out, format, records, json)?;
@@ -110,14 +108,14 @@ pub fn write<T: Record>(
     })
 }
 
-/// The bytes that [`write()`] would write. HDF5 passes through a temporary file, as in [`crate::grid_file::to_bytes`].
+/// The bytes that [`write()`] would write.
 pub fn to_bytes<T: Record>(
     format: ContactFormat,
     records: impl ExactSizeIterator<Item = T>,
     json: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<Vec<u8>> {
     if format == ContactFormat::Hdf5 {
-        return temporary_bytes(|path| hdf5::create(path, |file| write_hdf5(file, records)));
+        return hdf5::to_bytes(|root| write_hdf5(root, records));
     }
     let mut bytes = Vec::new();
     write_to(&mut bytes, format, records, json)?;
@@ -137,8 +135,9 @@ fn write_to<T: Record>(
     }
 }
 
-fn write_hdf5<T: Record>(file: &H5File, records: impl ExactSizeIterator<Item = T>) -> Result<(), Hdf5Error> {
-    let group = file.create_group(T::GROUP)?;
-    T::write_attributes(&group, records.len())?;
+fn write_hdf5<T: Record>(root: &Group, records: impl ExactSizeIterator<Item = T>) -> io::Result<()> {
+    let group = root.group(T::GROUP);
+    T::texts().iter().for_each(|(name, text)| group.set_text(name, text));
+    group.set_number("count", records.len() as u64);
     columns::write(&group, &T::columns(), records)
 }

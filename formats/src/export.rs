@@ -7,10 +7,12 @@
 //! | Plain arrays: raw, NumPy, NRRD | `arrays` |
 //! | VTKHDF: image data, and a mesh that moves | `vtkhdf` |
 //! | A surface as binary glTF | `glb` |
+//! | A blob as source code | `table` |
 
 mod arrays;
 mod glb;
 pub(crate) mod nvdb;
+mod table;
 mod vtkhdf;
 
 use std::borrow::Cow;
@@ -24,6 +26,7 @@ pub(crate) use arrays::NPY_MAGIC;
 pub use arrays::{RawFacts, npy, nrrd, raw, raw_description};
 pub use glb::glb;
 pub use nvdb::nvdb;
+pub use table::{c_table, rust_table};
 pub use vtkhdf::{MovingMesh, vtkhdf, write_moving_vtkhdf};
 
 /// A file format of other programs.
@@ -41,11 +44,18 @@ pub enum ExportFormat {
     VtkHdf,
     /// The surface φ = 0 as binary glTF.
     Glb,
+    /// A grid that is read where it lies: in flash, in a mapped file. See [`sdf_core::grid::Blob`].
+    Blob,
+    /// A blob as a table in C.
+    C,
+    /// A blob as a table in Rust.
+    Rust,
 }
 
 impl ExportFormat {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::Nvdb, Self::Raw, Self::Npy, Self::Nrrd, Self::VtkHdf, Self::Glb];
+    pub const ALL: [Self; 9] =
+        [Self::Nvdb, Self::Raw, Self::Npy, Self::Nrrd, Self::VtkHdf, Self::Glb, Self::Blob, Self::C, Self::Rust];
 
     /// The format of this [`name`](Self::name).
     pub fn from_name(name: &str) -> Option<Self> {
@@ -67,12 +77,19 @@ impl ExportFormat {
             Self::Nrrd => "nrrd",
             Self::VtkHdf => "vtkhdf",
             Self::Glb => "glb",
+            Self::Blob => "blob",
+            Self::C => "c",
+            Self::Rust => "rust",
         }
     }
 
     /// The ending of its files.
     pub fn extension(self) -> &'static str {
-        self.name()
+        match self {
+            Self::Blob => "sdfb",
+            Self::Rust => "rs",
+            _ => self.name(),
+        }
     }
 }
 

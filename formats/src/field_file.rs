@@ -1,4 +1,5 @@
-//! Fields from files, and closed forms to them: a baked grid (`.sdf.h5`) or shapes in closed form (`.sdf.toml`, docs/fields.md).
+//! Fields from files, and closed forms to them: a baked grid (`.sdf.h5`), a blob of one (`.sdfb`), or shapes in closed form
+//! (`.sdf.toml`, docs/fields.md).
 //!
 //! | question | file |
 //! |---|---|
@@ -27,6 +28,7 @@ use sdf_core::AnyField;
 use sdf_core::grid::owned::OwnedGrid;
 
 use crate::atomic_write;
+use crate::blob_file::{self, StoredBlob, is_blob};
 use crate::grid_file::{self, GridReader, StoredGrid};
 use crate::hdf5::SIGNATURE;
 use table::Table;
@@ -37,7 +39,7 @@ use table::Table;
 pub enum Field {
     /// A baked grid with its metadata.
     Grid(StoredGrid),
-    /// Shapes in closed form.
+    /// Shapes in closed form, or the grid of a blob, which has no metadata.
     Analytic(AnyField),
 }
 
@@ -46,6 +48,8 @@ pub enum Field {
 pub enum OpenField<'a> {
     /// An open grid file.
     Grid(GridReader<'a>),
+    /// The grid of a blob, read whole.
+    Blob(StoredBlob),
     /// Shapes in closed form.
     Analytic(AnyField),
 }
@@ -54,6 +58,7 @@ impl OpenField<'_> {
     fn read(self) -> Result<Field, FieldError> {
         Ok(match self {
             Self::Grid(reader) => Field::Grid(reader.read()?),
+            Self::Blob(blob) => Field::Analytic(blob.grid.into()),
             Self::Analytic(node) => Field::Analytic(node),
         })
     }
@@ -65,8 +70,8 @@ const MAX_DEPTH: usize = 64;
 /// Largest `.sdf.toml` that is read, in bytes. Hand-written files have a few hundred.
 const MAX_TOML_BYTES: u64 = 16 << 20;
 
-/// Reads a baked grid or shapes in closed form. The content decides: HDF5 has a signature, everything else must be
-/// TOML.
+/// Reads a baked grid, a blob or shapes in closed form. The content decides: HDF5 and blobs have a signature, everything else must
+/// be TOML.
 pub fn read(path: &Path) -> Result<Field, FieldError> {
     open(path)?.read()
 }
@@ -79,8 +84,12 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Field, FieldError> {
 /// Like [`read`], but leaves it to the caller which samples of a grid are read. Grids named in TOML are read whole.
 pub fn open(path: &Path) -> Result<OpenField<'static>, FieldError> {
     let unreadable = |source| FieldError::Unreadable { path: path.to_owned(), source };
-    if starts_with_hdf5_signature(path).map_err(unreadable)? {
+    let start = start(path).map_err(unreadable)?;
+    if start == SIGNATURE {
         return Ok(OpenField::Grid(grid_file::open(path)?));
+    }
+    if is_blob(&start) {
+        return blob(&fs::read(path).map_err(unreadable)?, path);
     }
     // A device reports no length and never ends.
     let mut bytes = Vec::new();
@@ -95,7 +104,14 @@ pub fn open_bytes<'a>(bytes: impl Into<Cow<'a, [u8]>>, name: &str) -> Result<Ope
     if bytes.starts_with(SIGNATURE) {
         return Ok(OpenField::Grid(grid_file::open_bytes(bytes, name)?));
     }
+    if is_blob(&bytes) {
+        return blob(&bytes, Path::new(name));
+    }
     parse_bytes(&bytes, Path::new(name), &mut Grids::new(None)).map(OpenField::Analytic)
+}
+
+fn blob(bytes: &[u8], path: &Path) -> Result<OpenField<'static>, FieldError> {
+    blob_file::read(bytes).map(OpenField::Blob).map_err(|error| refused(path, error.to_string()))
 }
 
 /// Reads shapes in closed form from the text of a `.sdf.toml`. Errors show `name` in place of a path. A text has no
@@ -117,16 +133,17 @@ pub fn write(path: &Path, field: &AnyField) -> Result<(), FieldError> {
     atomic_write(path, |temporary| fs::write(temporary, text)).map_err(unwritable)
 }
 
-/// `true` for a regular file that is a field and not a mesh: HDF5 by its content, TOML by its name.
+/// `true` for a regular file that is a field and not a mesh: HDF5 and blobs by their content, TOML by its name.
 pub fn is_field(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    is_toml || (path.is_file() && starts_with_hdf5_signature(path).unwrap_or(false))
+    is_toml || (path.is_file() && start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start)))
 }
 
-fn starts_with_hdf5_signature(path: &Path) -> std::io::Result<bool> {
+/// The first bytes of a file, which may be a signature.
+fn start(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut start = Vec::new();
     fs::File::open(path)?.take(SIGNATURE.len() as u64).read_to_end(&mut start)?;
-    Ok(start == SIGNATURE)
+    Ok(start)
 }
 
 fn parse_bytes(bytes: &[u8], path: &Path, grids: &mut Grids) -> Result<AnyField, FieldError> {
@@ -181,8 +198,14 @@ impl<'a> Grids<'a> {
         Ok(match self.grids.entry(fs::canonicalize(&path).map_err(unreadable)?) {
             Entry::Occupied(known) => known.get().clone(),
             Entry::Vacant(new) => {
-                let stored = grid_file::read(&path).map_err(|error| error.to_string())?;
-                new.insert(Arc::new(stored.grid)).clone()
+                let grid = match is_blob(&start(&path).map_err(unreadable)?) {
+                    true => {
+                        let blob = blob_file::read(&fs::read(&path).map_err(unreadable)?);
+                        blob.map_err(|error| format!("{}: {error}", path.display()))?.grid
+                    }
+                    false => grid_file::read(&path).map_err(|error| error.to_string())?.grid,
+                };
+                new.insert(Arc::new(grid)).clone()
             }
         })
     }

@@ -32,9 +32,10 @@ use serde::Serialize;
 
 pub use error::{GridFault, GridFileError};
 pub use reader::{GridReader, open, open_bytes, read, read_bytes};
-pub(crate) use write::write_vtkhdf;
+pub(crate) use write::Chunks;
 
-use crate::atomic_write::{atomic_write, temporary_bytes};
+use crate::atomic_write::atomic_write;
+pub use crate::hdf5::Compression;
 
 /// A grid read from a file, with its metadata.
 #[derive(Clone, Debug, PartialEq)]
@@ -305,40 +306,52 @@ pub fn write<'a>(
     samples: impl Into<Samples<'a>>,
     about: &About,
 ) -> Result<(), GridFileError> {
-    write_with_mesh(path, lattice, samples, about, None)
+    write_with(path, lattice, samples, about, WriteOptions::default())
 }
 
-/// [`write()`] of a grid and the mesh that it was baked from.
-pub fn write_with_mesh<'a>(
+/// What a file holds beside the grid, and how it is packed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WriteOptions<'a> {
+    /// The mesh that the grid was baked from.
+    pub mesh: Option<&'a StoredMesh>,
+    /// What is done to the bytes of chunks.
+    pub compression: Compression,
+}
+
+/// [`write()`] with options.
+pub fn write_with<'a>(
     path: &Path,
     lattice: &Lattice,
     samples: impl Into<Samples<'a>>,
     about: &About,
-    mesh: Option<&StoredMesh>,
+    options: WriteOptions<'a>,
 ) -> Result<(), GridFileError> {
-    let samples = samples.into();
-    let header = check::checked_header(lattice, &samples, about, mesh);
-    let header = header.map_err(|what| GridFault::Refused(what).with_path(path))?;
-    let written = atomic_write(path, |temporary| write::write(temporary, &samples, mesh, header));
+    let contents = contents(lattice, samples.into(), about, options).map_err(|fault| fault.with_path(path))?;
+    let written = atomic_write(path, |temporary| write::write(temporary, contents));
     written.map_err(|fault| fault.with_path(path))
 }
 
 /// The bytes that [`write()`] would write.
-///
-/// rust-hdf5 0.7.9 can write only to a path. So the bytes pass through a file in the system's temporary folder
-/// ([`std::env::temp_dir`]), in a folder that only this user can open; it is removed before this returns.
 pub fn to_bytes<'a>(lattice: &Lattice, samples: impl Into<Samples<'a>>, about: &About) -> Result<Vec<u8>, GridFault> {
-    to_bytes_with_mesh(lattice, samples, about, None)
+    to_bytes_with(lattice, samples, about, WriteOptions::default())
 }
 
-/// The bytes that [`write_with_mesh`] would write. See [`to_bytes`].
-pub fn to_bytes_with_mesh<'a>(
+/// The bytes that [`write_with`] would write.
+pub fn to_bytes_with<'a>(
     lattice: &Lattice,
     samples: impl Into<Samples<'a>>,
     about: &About,
-    mesh: Option<&StoredMesh>,
+    options: WriteOptions<'a>,
 ) -> Result<Vec<u8>, GridFault> {
-    let samples = samples.into();
+    write::to_bytes(contents(lattice, samples.into(), about, options)?)
+}
+
+fn contents<'a>(
+    lattice: &Lattice,
+    samples: Samples<'a>,
+    about: &About,
+    WriteOptions { mesh, compression }: WriteOptions<'a>,
+) -> Result<write::Contents<'a>, GridFault> {
     let header = check::checked_header(lattice, &samples, about, mesh).map_err(GridFault::Refused)?;
-    temporary_bytes(|path| write::write(path, &samples, mesh, header))
+    Ok(write::Contents { samples, mesh, header, compression })
 }

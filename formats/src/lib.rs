@@ -4,6 +4,7 @@
 #![warn(missing_docs)]
 
 mod atomic_write;
+pub mod blob_file;
 pub mod contact_file;
 pub mod export;
 pub mod field_file;

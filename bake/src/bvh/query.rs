@@ -81,6 +81,17 @@ impl Bvh {
         best
     }
 
+    /// A triangle near a point: the one to which the nearest box of each level leads.
+    #[inline(always)]
+    pub fn near_slot(&self, point: Vector3<f64>) -> usize {
+        (0..self.levels.len()).rev().fold(0, |node, level| {
+            let distances_sq = self.levels[level][node].distances_sq(point);
+            let nearest =
+                (1..ARITY).fold(0, |best, child| if distances_sq[child] < distances_sq[best] { child } else { best });
+            node * ARITY + nearest
+        })
+    }
+
     /// Number of levels of nodes.
     pub fn height(&self) -> usize {
         self.levels.len()

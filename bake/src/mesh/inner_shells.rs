@@ -20,13 +20,13 @@ use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use super::intersections::{for_meeting_pairs, ray_crossings};
-use super::topology::{Shells, orient, same_edge};
+use super::topology::{OrientedMesh, Shells, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::triangle::area_vector;
 
 /// More shells than this are not examined: each takes a ray.
-const MAX_SHELLS: usize = 10_000;
+pub(super) const MAX_SHELLS: usize = 10_000;
 
 /// A shell's volume is known to be positive or negative if it is more than this share of the mesh's diagonal cubed.
 const MIN_RELATIVE_VOLUME: f64 = 1e-12;
@@ -46,8 +46,13 @@ impl TriangleMesh {
     /// [`report`](Self::report) counts them, and those that are entangled and therefore kept.
     ///
     /// Unchanged unless the mesh is closed, without doubled triangles, and has from two to 10,000 shells.
-    pub fn without_inner_shells(mut self) -> Self {
+    pub fn without_inner_shells(self) -> Self {
         let oriented = orient(&self);
+        self.without_free_inner_shells(&oriented)
+    }
+
+    /// [`Self::without_inner_shells`] of a mesh whose orientation is known.
+    pub(super) fn without_free_inner_shells(mut self, oriented: &OrientedMesh) -> Self {
         let topology = oriented.topology;
         if !topology.is_closed() || topology.doubled > 0 || !(2..=MAX_SHELLS).contains(&topology.shells) {
             return self;

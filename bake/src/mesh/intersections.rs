@@ -12,6 +12,8 @@
 //! or along an edge, do not intersect; shared corners are recognized by their indices.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
@@ -49,6 +51,23 @@ pub(super) fn for_meeting_pairs(
         }
         do_meet
     });
+}
+
+/// Pairs of triangles that have more in common than corners and edges of the mesh, if there are no more than `max_count`.
+/// Some pairs that only come near in the plane of one are among them.
+pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Option<Vec<[u32; 2]>> {
+    let all = vec![1.0; tree.triangles.len()];
+    let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
+    count_pairs(mesh, tree, &all, |plane, a, b, slots| {
+        let is_contact = may_intersect(plane, a, b) && are_in_contact(a, b);
+        // Beyond the limit, what is found is not wanted.
+        if is_contact && count.fetch_add(1, Ordering::Relaxed) < max_count {
+            found.lock().unwrap_or_else(PoisonError::into_inner).push(slots.map(|slot| tree.triangles[slot]));
+        }
+        is_contact
+    });
+    let found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    (count.into_inner() <= max_count).then_some(found)
 }
 
 /// Number of pairs of triangles with overlapping boxes that pass a test, which gets the first one's plane, both, and
@@ -148,6 +167,29 @@ fn have_common_point(a: Corners, b: Corners) -> bool {
         let edge = |corners: &[Vector3<f64>; 3]| [corners[corner], corners[(corner + 1) % 3]];
         meets(edge(a.1), *b.1) || meets(edge(b.1), *a.1)
     })
+}
+
+/// Do two triangles cross, overlap in one plane or touch, other than where the mesh connects them?
+fn are_in_contact(a: Corners, b: Corners) -> bool {
+    let shared = a.0.iter().filter(|point| b.0.contains(point)).count();
+    let b_sides = sides(a, b);
+    if shared == 3 {
+        return true;
+    }
+    if b_sides == [0.0; 3] {
+        return overlap_in_plane(*a.1, *b.1);
+    }
+    if shared == 2 || are_on_one_side(b_sides, shared) || are_on_one_side(sides(b, a), shared) {
+        return false;
+    }
+    let an_edge_meets = |a: Corners, b: Corners| {
+        (0..3).any(|corner| {
+            let next = (corner + 1) % 3;
+            let is_shared = b.0.contains(&a.0[corner]) || b.0.contains(&a.0[next]);
+            !is_shared && crossing([a.1[corner], a.1[next]], *b.1) != Some(0.0)
+        })
+    };
+    an_edge_meets(a, b) || an_edge_meets(b, a)
 }
 
 /// Side of the plane of `a` for each corner of `b`; zero for shared corners.
@@ -252,7 +294,7 @@ pub(super) fn ray_crossings(
 
 /// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the
 /// plane.
-fn crossing(segment: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> Option<f64> {
+pub(super) fn crossing(segment: [Vector3<f64>; 2], triangle: [Vector3<f64>; 3]) -> Option<f64> {
     let [from_side, to_side] = segment.map(|point| side_of_plane(triangle, point));
     if (from_side > 0.0 && to_side > 0.0) || (from_side < 0.0 && to_side < 0.0) {
         return Some(0.0);

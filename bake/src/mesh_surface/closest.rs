@@ -1,7 +1,8 @@
 //! Which point of an element (a vertex, edge or face of another mesh) is nearest to the mesh?
 //!
-//! Branch and bound over the tree: a node is opened only if its box is nearer to the element's box than the nearest pair so far, a
-//! triangle measured only if no plane across the way between that pair parts it from the element.
+//! Branch and bound over the tree, from the triangle to which the nearest boxes lead. A node is opened, and a triangle measured, only
+//! if its box is nearer to the element's box than the nearest pair so far, and the triangle only if no plane across the way between
+//! that pair parts it from the element.
 
 use sdf_core::nalgebra::Vector3;
 
@@ -9,33 +10,27 @@ use super::element::{Pair, nearest_pair};
 use super::{MeshSurface, SurfacePoint};
 use crate::bvh::{ARITY, Bvh, STACK};
 use crate::rounding::{PARTING_SLACK, PRUNE_SLACK};
+use crate::triangle::nearest_on_triangle;
 
 /// The nearest points of an element and the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoints {
     /// Barycentric weights of the element's point; zero beyond its corners.
     pub weights: [f64; 3],
-    /// The point of the element.
-    pub on_element: Vector3<f64>,
-    /// The point of the mesh.
-    pub on_mesh: Vector3<f64>,
-    /// The distance between both; zero where element and mesh cross.
+    /// The distance between element and mesh; zero where they cross.
     pub distance: f64,
-    /// The mesh's triangle, in the tree's order.
-    pub slot: usize,
+    /// The element's point, and the mesh's nearest to it. Its distance has no sign: it is that of a point outside.
+    pub at: SurfacePoint,
 }
 
 impl MeshSurface {
-    /// The nearest points of an element with one to three corners and the mesh. `start` is the answer for a point of the element of
-    /// these weights.
-    pub fn closest(&self, element: &[Vector3<f64>], start: &SurfacePoint, weights: [f64; 3]) -> ClosestPoints {
-        let distance = start.distance.abs();
-        let pair =
-            Pair { weights, on_element: start.query, on_triangle: start.point, distance_sq: distance * distance };
-        let query = ClosestQuery { tree: &self.tree, element, pair, slot: start.slot };
-        let (slot, pair) = self.tree.arch.dispatch(query);
-        let Pair { weights, on_element, on_triangle, distance_sq } = pair;
-        ClosestPoints { weights, on_element, on_mesh: on_triangle, distance: distance_sq.sqrt(), slot }
+    /// The nearest points of an element with one to three corners and the mesh; `None` where they are farther apart than `limit`. `near`
+    /// is a point of the element: the nearer to the mesh, the shorter the search.
+    pub fn closest(&self, element: &[Vector3<f64>], near: Vector3<f64>, limit: f64) -> Option<ClosestPoints> {
+        let query = ClosestQuery { tree: &self.tree, element, near, limit_sq: limit * limit };
+        let (slot, Pair { weights, on_element: query, distance_sq, .. }) = self.tree.arch.dispatch(query)?;
+        let at = SurfacePoint::new(query, slot, nearest_on_triangle(query, self.tree.corners[slot]));
+        Some(ClosestPoints { weights, distance: distance_sq.sqrt(), at })
     }
 }
 
@@ -43,59 +38,63 @@ impl MeshSurface {
 struct ClosestQuery<'a> {
     tree: &'a Bvh,
     element: &'a [Vector3<f64>],
-    pair: Pair,
-    slot: usize,
+    near: Vector3<f64>,
+    limit_sq: f64,
 }
 
 impl pulp::NullaryFnOnce for ClosestQuery<'_> {
-    type Output = (usize, Pair);
+    type Output = Option<(usize, Pair)>;
 
     #[inline(always)]
-    fn call(self) -> (usize, Pair) {
-        let Self { tree, element, pair, slot } = self;
-        let mut best = (slot, pair);
-        let mut parting = Parting::new(element, &pair);
+    fn call(self) -> Self::Output {
+        let Self { tree, element, near, limit_sq } = self;
+        let first = tree.near_slot(near);
+        let pair = nearest_pair(element, tree.corners[first]);
+        let mut parting = Parting::new(element, &pair, limit_sq);
+        let mut best = (pair.distance_sq <= limit_sq).then_some((first, pair));
+        let mut best_sq = pair.distance_sq.min(limit_sq);
         let (min, max) = element.iter().skip(1).fold((element[0], element[0]), |(a, b), p| (a.inf(p), b.sup(p)));
+        // Triangles stand one level below the lowest.
         let mut stack = [(0.0, 0, 0); STACK];
         let mut depth = 1;
-        stack[0] = (0.0, tree.height() - 1, 0);
-        let is_beyond = |distance_sq: f64, best: &Pair| distance_sq >= best.distance_sq * (1.0 + PRUNE_SLACK);
+        stack[0] = (0.0, tree.height(), 0);
         while depth > 0 {
             depth -= 1;
-            let (distance_sq, level, node) = stack[depth];
-            if is_beyond(distance_sq, &best.1) {
+            let (distance_sq, height, node) = stack[depth];
+            if distance_sq > best_sq * (1.0 + PRUNE_SLACK) {
                 continue;
             }
+            let Some(level) = height.checked_sub(1) else {
+                if node != first && !parting.parts(&tree.corners[node]) {
+                    let pair = nearest_pair(element, tree.corners[node]);
+                    if pair.distance_sq < best_sq {
+                        (best, best_sq) = (Some((node, pair)), pair.distance_sq);
+                        parting = Parting::new(element, &pair, limit_sq);
+                    }
+                }
+                continue;
+            };
             let distances_sq = tree.box_distances_sq(level, node, min, max);
             let first = depth;
             for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                if is_beyond(distance_sq, &best.1) {
+                if distance_sq > best_sq * (1.0 + PRUNE_SLACK) {
                     continue;
                 }
-                let index = node * ARITY + child;
-                if level > 0 {
-                    // Insertion sort: the nearest child is on top.
-                    let mut position = depth;
-                    while position > first && stack[position - 1].0 < distance_sq {
-                        stack[position] = stack[position - 1];
-                        position -= 1;
-                    }
-                    stack[position] = (distance_sq, level - 1, index);
-                    depth += 1;
-                } else if !parting.parts(&tree.corners[index]) {
-                    let pair = nearest_pair(element, tree.corners[index]);
-                    if pair.distance_sq < best.1.distance_sq {
-                        best = (index, pair);
-                        parting = Parting::new(element, &pair);
-                    }
+                // Insertion sort: the nearest child is on top.
+                let mut position = depth;
+                while position > first && stack[position - 1].0 < distance_sq {
+                    stack[position] = stack[position - 1];
+                    position -= 1;
                 }
+                stack[position] = (distance_sq, level, node * ARITY + child);
+                depth += 1;
             }
         }
         best
     }
 }
 
-/// A plane across the way between the nearest pair, behind which the element lies.
+/// A plane across the way between a pair, behind which the element lies.
 struct Parting {
     direction: Vector3<f64>,
     /// The least of direction · x on the element, less the distance so far.
@@ -103,11 +102,11 @@ struct Parting {
 }
 
 impl Parting {
-    fn new(element: &[Vector3<f64>], pair: &Pair) -> Self {
+    fn new(element: &[Vector3<f64>], pair: &Pair, limit_sq: f64) -> Self {
         let offset = pair.on_element - pair.on_triangle;
         let direction = offset.try_normalize(0.0).unwrap_or_default();
         let least = element.iter().map(|corner| direction.dot(corner)).fold(f64::INFINITY, f64::min);
-        Self { direction, least: least - pair.distance_sq.sqrt() * (1.0 - PARTING_SLACK) }
+        Self { direction, least: least - pair.distance_sq.min(limit_sq).sqrt() * (1.0 - PARTING_SLACK) }
     }
 
     /// Is no point of the triangle nearer to the element than the pair, up to rounding?

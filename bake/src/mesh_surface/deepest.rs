@@ -12,6 +12,7 @@ use sdf_core::nalgebra::Vector3;
 
 use super::game::game_value;
 use super::{MeshSurface, SurfacePoint};
+use crate::rounding::PRUNE_SLACK;
 
 /// A point of the element and the nearest point of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -236,8 +237,15 @@ impl Search<'_> {
         }
         let mut points = [Vector3::zeros(); 3];
         corners().zip(&mut points).for_each(|(at, point)| *point = at.query);
-        let first = self.corner(part, 0).at;
-        self.surface.closest(&points[..self.corners.len()], &first, [1.0, 0.0, 0.0]).distance > 0.0
+        let points = &points[..self.corners.len()];
+        // A ball about a point outside that reaches no triangle is outside.
+        let reach = |from: Vector3<f64>| points.iter().map(|point| (point - from).norm()).fold(0.0, f64::max);
+        if corners().any(|at| at.distance > reach(at.query)) {
+            return true;
+        }
+        // Two edges that cross come within rounding of each other.
+        let touch = PRUNE_SLACK * points.iter().map(|point| point.amax()).fold(0.0, f64::max);
+        self.surface.closest(points, points[0], touch).is_none()
     }
 
     fn result(&self, is_settled: bool) -> Deepest {

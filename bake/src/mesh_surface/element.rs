@@ -6,7 +6,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use crate::triangle::{TriangleFeature, nearest_on_triangle};
+use crate::triangle::{NearestOnTriangle, TriangleFeature, nearest_on_triangle};
 
 /// The nearest points of an element and a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -26,42 +26,52 @@ impl Pair {
         distance_sq: f64::INFINITY,
     };
 
-    fn keep_nearer(&mut self, weights: [f64; 3], on_element: Vector3<f64>, on_triangle: Vector3<f64>) {
+    #[inline(always)]
+    fn keep_nearer(&mut self, on_element: Vector3<f64>, on_triangle: Vector3<f64>, weights: impl FnOnce() -> [f64; 3]) {
         let distance_sq = (on_element - on_triangle).norm_squared();
         if distance_sq < self.distance_sq {
-            *self = Self { weights, on_element, on_triangle, distance_sq };
+            *self = Self { weights: weights(), on_element, on_triangle, distance_sq };
         }
     }
 }
 
 /// The nearest points of an element with one to three corners and a triangle. Where they cross, some point of both.
+#[inline(always)]
 pub(super) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]) -> Pair {
     let mut best = Pair::NONE;
     for (index, corner) in element.iter().enumerate() {
-        best.keep_nearer(unit(index), *corner, nearest_on_triangle(*corner, triangle).point);
+        best.keep_nearer(*corner, nearest_on_triangle(*corner, triangle).point, || unit(index));
     }
+    let can_cross = !is_on_one_side(element, triangle);
     for (from, to) in sides(element.len()) {
         let along = element[to] - element[from];
         for side in 0..3 {
             let (a, b) = (triangle[side], triangle[(side + 1) % 3]);
             let (s, t) = nearest_on_segments(element[from], along, a, b - a);
-            best.keep_nearer(on_side(from, to, s), element[from] + along * s, a + (b - a) * t);
+            best.keep_nearer(element[from] + along * s, a + (b - a) * t, || on_side(from, to, s));
         }
-        if let Some((s, point)) = crossing(element[from], along, triangle) {
-            best.keep_nearer(on_side(from, to, s), point, point);
+        if can_cross && let Some((s, point)) = crossing(element[from], along, triangle) {
+            best.keep_nearer(point, point, || on_side(from, to, s));
         }
     }
     if let &[a, b, c] = element {
         for (index, corner) in triangle.iter().enumerate() {
-            let (weights, point) = nearest_on_face(*corner, [a, b, c]);
-            best.keep_nearer(weights, point, *corner);
+            let nearest = nearest_on_triangle(*corner, [a, b, c]);
+            best.keep_nearer(nearest.point, *corner, || face_weights(&nearest, [a, b, c]));
             let along = triangle[(index + 1) % 3] - corner;
-            if let Some((_, point)) = crossing(*corner, along, [a, b, c]) {
-                best.keep_nearer(nearest_on_face(point, [a, b, c]).0, point, point);
+            if can_cross && let Some((_, point)) = crossing(*corner, along, [a, b, c]) {
+                best.keep_nearer(point, point, || face_weights(&nearest_on_triangle(point, [a, b, c]), [a, b, c]));
             }
         }
     }
     best
+}
+
+/// Are all corners of an element strictly on one side of a triangle's plane?
+fn is_on_one_side(element: &[Vector3<f64>], [a, b, c]: [Vector3<f64>; 3]) -> bool {
+    let normal = (b - a).cross(&(c - a));
+    let offset = |corner: &Vector3<f64>| normal.dot(&(corner - a));
+    element.iter().all(|corner| offset(corner) > 0.0) || element.iter().all(|corner| offset(corner) < 0.0)
 }
 
 /// Edges of an element as pairs of corners.
@@ -81,10 +91,9 @@ fn on_side(from: usize, to: usize, s: f64) -> [f64; 3] {
     })
 }
 
-/// The nearest point of a face, with its weights.
-fn nearest_on_face(point: Vector3<f64>, corners: [Vector3<f64>; 3]) -> ([f64; 3], Vector3<f64>) {
-    let nearest = nearest_on_triangle(point, corners);
-    let weights = match nearest.feature {
+/// The barycentric weights of a point of a face.
+fn face_weights(nearest: &NearestOnTriangle, corners: [Vector3<f64>; 3]) -> [f64; 3] {
+    match nearest.feature {
         TriangleFeature::Corner(corner) => unit(corner),
         TriangleFeature::Edge(edge) => {
             let next = (edge + 1) % 3;
@@ -103,8 +112,7 @@ fn nearest_on_face(point: Vector3<f64>, corners: [Vector3<f64>; 3]) -> ([f64; 3]
             let (u, v) = (areas[1] / sum, areas[2] / sum);
             [(1.0 - u - v).max(0.0), u, v]
         }
-    };
-    (weights, nearest.point)
+    }
 }
 
 /// Parameters of the nearest points of two segments, p + s d and q + t e (Ericson 2005, §5.1.9).

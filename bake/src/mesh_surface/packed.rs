@@ -8,8 +8,13 @@ use crate::bvh::Bvh;
 const UNPLACED: u32 = u32::MAX;
 
 impl TriangleMesh {
-    /// Vertices and triangles, triangles without area last: [`TriangleMesh::new`] makes the same mesh of them.
+    /// Vertices and triangles, triangles without area last: [`TriangleMesh::new`] makes the same mesh of them, and then
+    /// [`without_inner_faces`](Self::without_inner_faces) the same surface, up to its rounding.
     pub fn packed(&self) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        self.mesh_of_signs().packed_as_it_is()
+    }
+
+    fn packed_as_it_is(&self) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
         let order = Bvh::order(self);
         let mut place = vec![UNPLACED; self.points.len()];
         let mut points: Vec<[f64; 3]> = vec![];

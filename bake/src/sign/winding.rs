@@ -22,7 +22,9 @@ mod sum;
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
+use crate::TriangleMesh;
 use crate::bvh::{ARITY, Bvh};
+use crate::mesh::topology::OrientedMesh;
 pub(crate) use boundary::MeshBoundary;
 use moments::{Moments, MomentsX8, WeightedTriangle};
 
@@ -59,6 +61,13 @@ pub(crate) struct WindingNumbers {
 }
 
 impl WindingNumbers {
+    /// Those of a mesh and its tree, by the orientations of its triangles in the tree's order.
+    pub fn of_mesh(mesh: &TriangleMesh, tree: &Bvh, oriented: &OrientedMesh, orientations: Vec<f64>) -> Self {
+        let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
+        let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));
+        Self::new(tree, orientations, MeshBoundary::new(edges))
+    }
+
     /// Computes all moments. Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for
     /// one that does not count. `boundary` is that of the triangles so oriented.
     pub fn new(tree: &Bvh, orientations: Vec<f64>, boundary: MeshBoundary) -> Self {

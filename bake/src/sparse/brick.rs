@@ -50,6 +50,7 @@ impl SparseBaker<'_> {
             (f64::from(code.decode(scale)) - value.abs().copysign(f64::from(*rounded))).abs()
         };
         let rounding = samples.iter().zip(values.iter().zip(&rounded)).map(error).fold(0.0, f64::max);
+        let rounding = rounding + self.mesh.rounding();
         let interpolation = self.slot_error(slot, |[x, y, z]| {
             let triangle = search.nearest([x, y, z]).slot.map_or(search.guess(), |triangle| triangle as usize);
             (distances[(z * SIDE + y) * SIDE + x], triangle)

@@ -204,12 +204,12 @@ impl SparseBaker<'_> {
         Some(BrickRecord { slot, scale, rounding, interpolation })
     }
 
-    /// Error of the positions of nodes, in voxels: their coordinates can be large.
+    /// Error of the positions of nodes and of the surface, in voxels: their coordinates can be large.
     fn position_rounding(&self) -> f64 {
         let bounds = self.lattice.bounds();
         let ends = bounds.min.iter().chain(&bounds.max);
         let max_coordinate = ends.fold(0.0_f64, |max, end| max.max(end.abs()));
-        NODE_POSITION_ROUNDING * max_coordinate / self.lattice.spacing()
+        (NODE_POSITION_ROUNDING * max_coordinate + self.mesh.rounding()) / self.lattice.spacing()
     }
 
     /// Sides by winding numbers. `bounds` are lower bounds of the distances, in voxels.

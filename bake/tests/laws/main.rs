@@ -6,6 +6,7 @@ mod certified_errors;
 mod distances;
 mod error_regions;
 mod flood_fill;
+mod inner_faces;
 mod inner_shells;
 mod lattices;
 mod meshes;

@@ -203,9 +203,9 @@ fn a_requested_method_is_used_and_named() {
     let open = meshes::cube().without(&[0]).baked();
     let distance = MeshDistance::new(&open, Some(SignMethod::PseudoNormal));
     assert_eq!(distance.sign_method(), SignMethod::PseudoNormal);
-    assert_eq!(distance.sign_reason(), "pseudo-normal, as asked; the mesh: 3 boundary edges");
+    assert_eq!(distance.sign_reason(), "pseudo-normal, as requested; the mesh: 3 boundary edges");
     let closed = meshes::cube().baked();
     let distance = MeshDistance::new(&closed, Some(SignMethod::Winding));
     assert_eq!(distance.sign_method(), SignMethod::Winding);
-    assert_eq!(distance.sign_reason(), "winding, as asked; the mesh: closed, consistently wound, one shell");
+    assert_eq!(distance.sign_reason(), "winding, as requested; the mesh: closed, consistently wound, one shell");
 }

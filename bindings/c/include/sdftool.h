@@ -17,7 +17,6 @@ extern "C" {
 #endif
 typedef struct SdfField SdfField;                     /* a baked grid or a closed form */
 typedef struct SdfError { char text[512]; } SdfError; /* one line of UTF-8, ended by a zero */
-
 typedef enum SdfResult { SDF_OK, SDF_INVALID_ARGUMENT, SDF_FILE, SDF_TOO_SMALL, SDF_STOPPED, SDF_BUG } SdfResult;
 enum { SDF_DENSE, SDF_SPARSE };                                                        /* SdfBakeOptions.layout */
 enum { SDF_U16, SDF_F32, SDF_U8 };                                                     /* .precision, of sparse grids */
@@ -26,19 +25,18 @@ enum { SDF_FACES, SDF_EDGES, SDF_VERTICES };                                    
 enum { SDF_AUTO, SDF_CERTIFIED, SDF_FRANK_WOLFE, SDF_PROJECTED_GRADIENT, SDF_NEWTON }; /* .method */
 enum { SDF_VERTEX, SDF_EDGE, SDF_FACE };                                               /* SdfContact.element, .feature */
 enum { SDF_CONVERGED, SDF_BUDGET_SPENT, SDF_OUTSIDE_GRID, SDF_DEGENERATE_GRADIENT, SDF_BEYOND_BAND, SDF_POSSIBLE }; /* .status */
+enum { SDF_TOUCHING, SDF_SEPARATED, SDF_UNDECIDED };                                   /* verdict of sdf_overlap */
 
-/* Start from sdf_bake_options(). Where voxel_size is above 0, resolution (cells along the longest side) is not looked at. band and
- * padding count cells. threads: 1 is the caller's alone, 0 all cores; no result depends on it. */
+/* Start from sdf_bake_options(). voxel_size, where above 0, stands for resolution (cells along the longest side). band and padding
+ * count cells. threads: 1 is the caller's alone, 0 all cores; no result depends on it. */
 typedef struct SdfBakeOptions {
-    double voxel_size;
-    uint32_t resolution, layout, precision, sign, band, padding, threads;
+    double voxel_size; uint32_t resolution, layout, precision, sign, band, padding, threads;
 } SdfBakeOptions;
 
 /* Start from sdf_query(). Elements with a distance of at most margin somewhere are contacts. The field is turned by rotation (a
  * quaternion x, y, z, w), then moved by translation. budget: evaluations an element; 0 stands for the method's own. */
 typedef struct SdfQuery {
-    double margin, translation[3], rotation[4];
-    uint32_t elements, method, all_minima, budget, threads;
+    double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads;
 } SdfQuery;
 
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
@@ -46,14 +44,12 @@ typedef struct SdfQuery {
  * vertices, or a face; UINT32_MAX where there is none, also in vertices. weights: barycentric. */
 typedef struct SdfContact {
     double weights[3], point[3], surface_point[3], normal[3], distance, lower_bound, slope, error_bound, shape_lower_bound;
-    uint64_t key;
-    uint32_t id, evaluations, vertices[3], feature_id[2];
-    uint8_t element, feature, status, padding;
+    uint64_t key; uint32_t id, evaluations, vertices[3], feature_id[2]; uint8_t element, feature, status, padding;
 } SdfContact;
+/* A point inside of two fields, and its distance in either. normal: the way on which the first field comes free of the other. */
+typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } SdfOverlapPoint;
 
-const char *sdf_version(void);
-SdfBakeOptions sdf_bake_options(void);
-SdfQuery sdf_query(void);
+const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
 
 /* progress may be NULL; else any working thread calls it, one at a time. It ends the bake by returning non-zero (SDF_STOPPED). */
 SdfResult sdf_bake(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, const SdfBakeOptions *options,
@@ -62,17 +58,22 @@ SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h
 SdfResult sdf_read(const void *bytes, size_t count, SdfField **out, SdfError *error); /* the bytes of such a file */
 SdfResult sdf_save(const SdfField *field, const char *path, SdfError *error); /* whole, or not at all */
 void sdf_free(SdfField *field);                                               /* NULL is fine */
-
 double sdf_error_bound(const SdfField *field); /* certified, of a grid; infinite where none is known */
 /* One distance a point; NaN at points that are not finite. gradients, three numbers a point, may be NULL. */
 SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, double *distances, double *gradients, SdfError *error);
+/* The same of a mesh, exactly and without a grid; about a hundred times slower. */
+SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,
+                             uint32_t threads, const double *points, size_t count, double *distances, SdfError *error);
 /* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL). */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                        const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, SdfError *error);
 /* The same, one after the other on the caller's thread; visit ends it by returning non-zero (SDF_STOPPED). */
-SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces,
-                             size_t face_count, const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact),
-                             void *user, SdfError *error);
+SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
+                             const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user, SdfError *error);
+/* Points where field and other are deepest in each other, the deepest first; written and counted as contacts are. Of the query its pose
+ * (of field, seen by other) and margin (both distances are at most so much) are looked at. verdict may be NULL. */
+SdfResult sdf_overlap(const SdfField *field, const SdfField *other, const SdfQuery *query, uint32_t *verdict, SdfOverlapPoint *points,
+                      size_t capacity, size_t *count, SdfError *error);
 #ifdef __cplusplus
 }
 #endif

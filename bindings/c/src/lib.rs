@@ -16,10 +16,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_field::core::Sample;
 use sdf_field::file::{FieldError, GridFault, SaveError};
-use sdf_field::{BakeError, BakeOptions, ContactRow, Field, MeshView, Progress, QueryError, Threads};
+use sdf_field::{
+    BakeError, BakeOptions, ContactOptions, ContactRow, Field, MeshView, OverlapOptions, OverlapVerdict, Progress,
+    QueryError, Threads,
+};
 
 use border::{Callback, Out, guard};
-pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfQuery, SdfResult};
+use types::sign_method;
+pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfOverlapPoint, SdfQuery, SdfResult};
 
 /// The version of the library, such as `0.2.0`.
 #[unsafe(no_mangle)]
@@ -180,6 +184,75 @@ pub extern "C" fn sdf_sample(
 }
 
 #[unsafe(no_mangle)]
+pub extern "C" fn sdf_mesh_distances(
+    vertices: *const f64,
+    vertex_count: usize,
+    faces: *const u32,
+    face_count: usize,
+    sign: u32,
+    threads: u32,
+    points: *const f64,
+    count: usize,
+    distances: *mut f64,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let mesh = MeshView {
+            points: border::rows(vertices, vertex_count, "vertices")?,
+            faces: border::rows(faces, face_count, "faces")?,
+        };
+        let points = border::rows(points, count, "points")?;
+        let mut distances = border::Writer::new(distances, count, "distances")?;
+        let sign = sign_method(sign)?;
+        let measured = border::on_threads(threads, || {
+            Field::mesh_distances(mesh, points, sign, Threads::ALL).map_err(Failure::invalid)
+        })?;
+        measured.into_iter().for_each(|distance| distances.push(distance));
+        Ok(())
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_overlap(
+    field: *const SdfField,
+    other: *const SdfField,
+    query: *const SdfQuery,
+    verdict: *mut u32,
+    points: *mut SdfOverlapPoint,
+    capacity: usize,
+    count: *mut usize,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let fields = [&border::reference(field, "field")?.0, &border::reference(other, "other")?.0];
+        let ContactOptions { pose, margin, .. } = border::value(query, "query")?.to_rust()?;
+        let mut verdict = border::Writer::new(verdict, usize::from(!verdict.is_null()), "verdict")?;
+        let mut room = border::Writer::new(points, capacity, "points")?;
+        let mut counter = border::Writer::new(count, 1, "count")?;
+        for info in fields.into_iter().filter_map(Field::info) {
+            info.check_margin(margin).map_err(Failure::invalid)?;
+        }
+        let options = OverlapOptions { poses: [pose, None], margin, ..OverlapOptions::default() };
+        let found = fields[0].overlap(fields[1], &options).map_err(Failure::invalid)?;
+        found.points.iter().for_each(|point| room.push(point.into()));
+        counter.push(found.points.len());
+        verdict.push(match found.verdict {
+            OverlapVerdict::Contact => 0,
+            OverlapVerdict::Separated => 1,
+            OverlapVerdict::Undecided => 2,
+        });
+        require_room(found.points.len(), capacity, "points")
+    })
+}
+
+fn require_room(found: usize, capacity: usize, what: &str) -> Result<(), Failure> {
+    if found <= capacity {
+        return Ok(());
+    }
+    Err(Failure::new(SdfResult::TooSmall, format!("{found} {what}, but room for {capacity}")))
+}
+
+#[unsafe(no_mangle)]
 pub extern "C" fn sdf_contacts(
     field: *const SdfField,
     vertices: *const f64,
@@ -205,10 +278,7 @@ pub extern "C" fn sdf_contacts(
         });
         counter.push(found);
         let _: ControlFlow<()> = visited?;
-        if found > capacity {
-            return Err(Failure::new(SdfResult::TooSmall, format!("{found} contacts, but room for {capacity}")));
-        }
-        Ok(())
+        require_room(found, capacity, "contacts")
     })
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::num::NonZeroUsize;
 
 use sdf_field::core::grid::owned::{Layout, Precision};
+use sdf_field::core::overlap::OverlapPoint;
 use sdf_field::core::placed::Rigid;
 use sdf_field::{BakeOptions, ContactOptions, Elements, Field, GridSize, Method, SignMethod, Threads};
 
@@ -57,6 +58,22 @@ pub struct SdfQuery {
     pub threads: u32,
 }
 
+/// The header's `SdfOverlapPoint`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct SdfOverlapPoint {
+    pub point: [f64; 3],
+    pub normal: [f64; 3],
+    pub distances: [f64; 2],
+}
+
+impl From<&OverlapPoint<f64>> for SdfOverlapPoint {
+    fn from(found: &OverlapPoint<f64>) -> Self {
+        let distances = [found.a.value, found.b.value];
+        Self { point: found.point.into(), normal: found.normal.into(), distances }
+    }
+}
+
 /// A result other than `Ok`, and why.
 #[derive(Debug)]
 pub struct Failure {
@@ -94,14 +111,13 @@ impl SdfBakeOptions {
         };
         let layout = choice("layout", self.layout, &[Layout::Dense, Layout::Sparse])?;
         let precision = choice("precision", self.precision, &[Precision::U16, Precision::F32, Precision::U8])?;
-        let signs = [None, Some(SignMethod::PseudoNormal), Some(SignMethod::Winding)];
         Ok(BakeOptions {
             size,
             layout,
             precision: (layout == Layout::Sparse && precision != Precision::U16).then_some(precision),
             band: self.band,
             padding: self.padding,
-            sign: choice("sign", self.sign, &signs)?,
+            sign: sign_method(self.sign)?,
             threads: Threads::ALL,
             ..BakeOptions::default()
         })
@@ -156,6 +172,11 @@ pub fn thread_count(threads: u32) -> usize {
         0 => std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
         threads => threads as usize,
     }
+}
+
+/// The sign method of a code; `None` lets the mesh decide.
+pub fn sign_method(code: u32) -> Result<Option<SignMethod>, Failure> {
+    choice("sign", code, &[None, Some(SignMethod::PseudoNormal), Some(SignMethod::Winding)])
 }
 
 fn choice<T: Copy>(what: &str, code: u32, choices: &[T]) -> Result<T, Failure> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sdf_field::ContactRow;
-use sdftool::{SdfBakeOptions, SdfError, SdfQuery, SdfResult};
+use sdftool::{SdfBakeOptions, SdfError, SdfOverlapPoint, SdfQuery, SdfResult};
 
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 
@@ -39,6 +39,7 @@ fn facts() -> Vec<Fact> {
     facts.extend(facts!(ContactRow, "SdfContact":
         weights, point, surface_point, normal, distance, lower_bound, slope, error_bound, shape_lower_bound, key, id, evaluations,
         vertices, feature_id, element, feature, status, padding));
+    facts.extend(facts!(SdfOverlapPoint, "SdfOverlapPoint": point, normal, distances));
     facts.extend([("sizeof(SdfError)".to_owned(), size_of::<SdfError>())]);
     facts.extend([("sizeof(SdfResult)".to_owned(), size_of::<SdfResult>())]);
     let results = [
@@ -101,5 +102,5 @@ fn the_header_names_the_functions_of_the_library() {
     let mut exported: Vec<&str> = exported.map(|rest| rest.split('(').next().unwrap()).collect();
     declared.sort_unstable();
     exported.sort_unstable();
-    assert!(exported.len() == 12 && declared == exported, "{declared:?} {exported:?}");
+    assert!(exported.len() == 14 && declared == exported, "{declared:?} {exported:?}");
 }

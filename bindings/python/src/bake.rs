@@ -31,7 +31,7 @@ const POLL: Duration = Duration::from_millis(50);
 /// sign: "auto", "pseudo-normal" (closed surfaces) or "winding" (also open ones).
 /// band: half width of a sparse grid's band, in cells. padding: cells around the mesh's box.
 /// precision: samples of a sparse grid, "f32", "u16" or "u8".
-/// inner_faces: "drop" or "keep" closed shells inside of the solid. keep_mesh: keep the mesh for contacts(..., exact=True).
+/// inner_faces: "drop" or "keep" faces inside of the solid, as where parts cross. keep_mesh: keep the mesh for contacts(..., exact=True).
 /// threads: 1 or more; None for all cores. The result does not depend on it.
 /// progress: called as progress(done, total), in steps of no fixed length; an exception in it ends the bake.
 #[pyfunction]

@@ -32,7 +32,8 @@ pub fn grid_error(error: &GridFileError) -> PyErr {
     }
 }
 
-fn io_error(cause: &io::Error, error: &dyn Display) -> PyErr {
+/// The kind of OSError that the system's refusal is, with the text of `error`.
+pub fn io_error(cause: &io::Error, error: &dyn Display) -> PyErr {
     let text = error.to_string();
     match cause.kind() {
         io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),

@@ -13,6 +13,7 @@ use sdf_field::file::SaveError;
 use sdf_field::{ContactOptions, Field, Threads};
 
 use crate::errors::{choice, file_error, grid_error, type_error, value_error};
+use crate::exchange::Export;
 use crate::overlap::{self, Overlap};
 use crate::{arrays, contacts, mesh::Mesh, pools, pose};
 
@@ -200,6 +201,24 @@ impl Sdf {
             SaveError::Grid(cause) => grid_error(cause),
             _ => value_error(&error),
         })
+    }
+
+    /// Writes a file of another program, whole or not at all, and gives the paths of what was written: docs/exports.md.
+    ///
+    /// format: "nvdb", "raw", "npy", "nrrd", "vtkhdf" or "glb"; by default that of the path's ending. Values are negative inside.
+    /// res: cells along the longest side [default: a grid's own nodes, 128 of a closed form].
+    /// band: half width of a NanoVDB level set, in cells.
+    #[pyo3(signature = (path, format=None, *, res=None, band=None, threads=None))]
+    fn export(
+        &self,
+        py: Python,
+        path: PathBuf,
+        format: Option<&str>,
+        res: Option<u32>,
+        band: Option<u32>,
+        threads: Option<usize>,
+    ) -> PyResult<Vec<PathBuf>> {
+        Export::new(&path, format, res, band)?.write(py, &self.0, &path, threads)
     }
 
     /// The bytes that save writes; from_bytes reads them.

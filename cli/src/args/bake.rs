@@ -6,9 +6,10 @@ use anyhow::{Result, bail};
 use clap::builder::{OsStringValueParser, PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Parser, ValueEnum};
 use sdf_core::grid::owned::{Layout, Precision};
+use sdf_field::file::Compression;
 use sdf_field::{BakeOptions, GridSize, SignMethod, Source};
 
-use super::values::{ErrorLimit, Shard, grid_file, layouts, max_error, page_file, positive, precisions};
+use super::values::{ErrorLimit, Shard, compressions, grid_file, layouts, max_error, page_file, positive, precisions};
 use super::{Json, Threads};
 
 /// Bake a mesh into a grid of exact signed distances.
@@ -49,13 +50,16 @@ pub struct BakeArgs {
     /// Bounds of the error of a sparse grid's bricks; --max-error takes the tight ones in any case.
     #[arg(long, value_enum, default_value_t = Certify::Fast)]
     pub certify: Certify,
+    /// Pack the file's chunks, or write them as they are: larger, but written and read faster.
+    #[arg(long, value_parser = compressions(), default_value = Compression::Deflate.name())]
+    pub compress: Compression,
     /// Cells added around the mesh's box, on each side; limits the --margin of contacts.
     #[arg(long, value_name = "VOXELS", default_value_t = 4)]
     pub padding: u32,
     /// Inside/outside test.
     #[arg(long, value_enum, default_value_t = Sign::Auto)]
     pub sign: Sign,
-    /// Treatment of faces inside of the solid, as of a part that is sunk in another.
+    /// Treatment of faces inside of the solid, as where parts cross or nest.
     #[arg(long, value_enum, default_value_t = InnerFaces::Drop)]
     pub inner_faces: InnerFaces,
     /// Keep the mesh in the file, for contacts --exact.
@@ -130,7 +134,8 @@ pub enum Certify {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum InnerFaces {
-    /// Leave out closed shells that lie inside of the solid; shells that cross or touch others, and those of open meshes, are kept.
+    /// Measure distances to the surface of the solid: faces and parts of faces inside of it are left out. Those of open meshes
+    /// are kept.
     Drop,
     /// Measure distances to all faces.
     Keep,

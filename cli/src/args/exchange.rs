@@ -4,16 +4,18 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+use sdf_core::grid::Precision;
 use sdf_field::export::ExportFormat;
 
 use super::contacts::PoseArgs;
-use super::values::{Numbers, finite, grid_file, page_file, positive};
+use super::values::{Numbers, finite, grid_file, page_file, positive, precisions};
 use super::{Json, Threads};
 
 /// Write a field as a file of another program.
 ///
 /// NanoVDB is for Warp, Newton, Omniverse and Houdini, and holds a level set: distances within a band. The arrays hold a sample for
-/// every node, f32, x fastest. Values are negative inside and stay as they are.
+/// every node, f32, x fastest. Values are negative inside and stay as they are. A blob is the grid itself, dense or sparse, in one file
+/// that firmware, engines and `sdftool contacts` read where it lies; c and rust are the same as a table.
 #[derive(Debug, Parser)]
 pub struct ExportArgs {
     /// The field: a baked grid or shapes in TOML.
@@ -30,6 +32,9 @@ pub struct ExportArgs {
     /// Half width of a NanoVDB level set's band, in cells [default: the band of a sparse grid; 4].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub band: Option<u32>,
+    /// Type of the samples of a blob or table [default: the grid's own]. Rounding to u16 or u8 widens the certified bounds.
+    #[arg(long, value_parser = precisions())]
+    pub precision: Option<Precision>,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
@@ -44,6 +49,9 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
         ExportFormat::Nrrd => "NRRD, for 3D Slicer and ITK",
         ExportFormat::VtkHdf => "VTKHDF image data, for ParaView and VTK",
         ExportFormat::Glb => "The surface as binary glTF",
+        ExportFormat::Blob => "The grid as one file that firmware and other programs read where it lies",
+        ExportFormat::C => "A blob as a table in C, for flash",
+        ExportFormat::Rust => "A blob as a table in Rust",
     };
     let values = ExportFormat::ALL.map(|format| PossibleValue::new(format.name()).help(help(format)));
     PossibleValuesParser::new(values).map(|name| ExportFormat::from_name(&name).expect("clap has checked the name"))

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::MaxError;
+use sdf_field::file::Compression;
 use sdf_formats::contact_file::ContactFormat;
 use sdf_formats::mesh::MeshFormat;
 
@@ -73,6 +74,15 @@ pub fn layouts() -> impl TypedValueParser<Value = Layout> {
     };
     let values = Layout::ALL.map(|layout| PossibleValue::new(layout.name()).help(help(layout)));
     PossibleValuesParser::new(values).map(|name| Layout::from_name(&name).expect("clap has checked the name"))
+}
+
+pub fn compressions() -> impl TypedValueParser<Value = Compression> {
+    let help = |compression| match compression {
+        Compression::Deflate => "Deflate: the smallest file",
+        Compression::None => "As they are: the fastest",
+    };
+    let values = Compression::ALL.map(|kind| PossibleValue::new(kind.name()).help(help(kind)));
+    PossibleValuesParser::new(values).map(|name| Compression::from_name(&name).expect("clap has checked the name"))
 }
 
 pub fn precisions() -> impl TypedValueParser<Value = Precision> {

@@ -8,6 +8,7 @@ use indicatif::ProgressDrawTarget;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
+use sdf_field::page::Scene;
 use sdf_field::{
     BakeError, Baked, ErrorBudgetError, ErrorRegions, Field, GridInfo, MeshReport, MeshView, Progress, Source,
 };
@@ -17,7 +18,7 @@ use crate::args::BakeArgs;
 use crate::commands::bake_many;
 use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
-use crate::page::{self, Scene};
+use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
 
@@ -33,9 +34,9 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),
         None => default_output(&args.mesh),
     };
-    output::require(&output, &[&args.mesh])?;
+    output::ensure_writable(&output, &[&args.mesh])?;
     if let Some(page) = &args.view {
-        output::require(page, &[&args.mesh, &output])?;
+        output::ensure_writable(page, &[&args.mesh, &output])?;
     }
     progress::on_threads(args.threads, || bake_into(args, &output))?
 }
@@ -55,7 +56,7 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
     let read = started.elapsed().as_secs_f64();
     let (baked, input) = bake(args, input)?;
     let bake = started.elapsed().as_secs_f64() - read;
-    baked.field.save(output)?;
+    baked.field.save_packed(output, args.compress)?;
     if let Some(path) = &args.view {
         page::write(path, &Scene::of_field(stem(output), &baked.field))?;
     }
@@ -183,6 +184,10 @@ fn document(
         "inner_shells": baked.mesh.inner_shells,
         "inner_triangles": baked.mesh.inner_triangles,
         "entangled_shells": baked.mesh.entangled_shells,
+        "crossing_triangles": baked.mesh.crossing_triangles,
+        "kept_pieces": baked.mesh.kept_pieces,
+        "dropped_pieces": baked.mesh.dropped_pieces,
+        "uncertain_pieces": baked.mesh.uncertain_pieces,
         "merged_points": baked.mesh.merged_points,
         "capped_loops": baked.mesh.capped_loops,
         "cap_triangles": baked.mesh.cap_triangles,
@@ -303,6 +308,7 @@ fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
         (report.degenerate_triangles, "triangle without area dropped", "triangles without area dropped"),
         (report.repeated_triangles, "repeated triangle", "repeated triangles"),
         (report.inner_triangles, "triangle inside of the solid dropped", "triangles inside of the solid dropped"),
+        (report.crossing_triangles, "triangle cut where others meet it", "triangles cut where others meet them"),
         (mesh.polygon_counts.unverified, "polygon cut unverified", "polygons cut unverified"),
     ];
     for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {

@@ -117,7 +117,7 @@ fn fate_of(args: &BakeArgs, mesh: &Path, output: &Path) -> Fate {
             clear_leftovers(output);
             return Ok(Fate::Kept);
         }
-        crate::output::require(output, &[mesh])?;
+        crate::output::ensure_writable(output, &[mesh])?;
         Ok(Fate::Done(bake_file(&args, input, output)?.json))
     };
     match catch_unwind(AssertUnwindSafe(bake)) {

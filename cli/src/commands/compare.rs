@@ -17,7 +17,7 @@ use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(path) = &args.output {
-        output::require(path, &[&args.mesh, &args.sdf])?;
+        output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
     }
     let mesh = mesh_input::read_mesh(&args.mesh)?;
     mesh.require_triangles(&args.mesh.display().to_string())?;
@@ -58,6 +58,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
 
 fn read_field(args: &CompareArgs) -> Result<Field> {
     Ok(match field_input::open(&args.sdf)? {
+        OpenField::Blob(blob) => field_input::from_blob(&args.sdf, blob, args.margin)?,
         OpenField::Analytic(field) => Field::new(field),
         OpenField::Grid(reader) => {
             require_distances(&args.sdf, args.margin, &reader.summary())?;

@@ -8,6 +8,7 @@ use sdf_core::Simplex;
 use sdf_core::contact::{Contact, ContactStatus};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
+use sdf_field::page::Scene;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
 use sdf_formats::contact_file::{self, ContactRecord, ContactRows, Label};
 use sdf_formats::field_file::OpenField;
@@ -18,17 +19,17 @@ use serde::{Serialize, Serializer};
 use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
 use crate::commands::view;
-use crate::page::{self, Scene};
-use crate::read_summary::{FromFile, ROUNDING, require_distances};
+use crate::page;
+use crate::read_summary::{ReadSummary, ROUNDING, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
-        output::require(path, &[&args.mesh, &args.sdf])?;
+        output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
     }
     if let Some(page) = &args.view {
-        output::require(page, &[&args.mesh, &args.sdf])?;
+        output::ensure_writable(page, &[&args.mesh, &args.sdf])?;
     }
     args.refuse_options_of_fields()?;
     args.refuse_methods_of_exact()?;
@@ -42,10 +43,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         bail!("no edges in {}: take --elements vertices", args.mesh.display());
     }
     let pose = args.pose.rigid()?;
-    let (found, from_file, read) = progress::on_threads(args.threads, || {
-        let (field, from_file) = read_field(args, &mesh, &pose)?;
+    let (found, read_summary, read) = progress::on_threads(args.threads, || {
+        let (field, read_summary) = read_field(args, &mesh, &pose)?;
         let read = started.elapsed().as_secs_f64();
-        anyhow::Ok((find(args, &mesh, &field)?, from_file, read))
+        anyhow::Ok((find(args, &mesh, &field)?, read_summary, read))
     })??;
     let query = started.elapsed().as_secs_f64() - read;
 
@@ -57,11 +58,14 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         possible: found.possible,
         beyond_band: found.beyond_band,
         contacts: &found,
-        read: from_file,
+        read: read_summary,
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::at(path, contact_file::write(path, format, found.records(), |out| line_of_json(&document, out)))?;
+        mesh_input::with_path(
+            path,
+            contact_file::write(path, format, found.records(), |out| line_of_json(&document, out)),
+        )?;
     }
     if let Some(path) = &args.view {
         // The page shows the whole field, of which only a part was read.
@@ -69,7 +73,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let name = format!("{} on {}", stem(&args.mesh), stem(&args.sdf));
         let pose = args.pose.motion()?;
         let contacts: Vec<ContactRecord> = found.records().collect();
-        page::write(path, &Scene { name, field: &field, pose, mesh: Some(&mesh), contacts: &contacts })?;
+        let mesh = Some(MeshView { points: &mesh.points, faces: &mesh.triangles });
+        page::write(path, &Scene { name, field: &field, pose, mesh, contacts: &contacts })?;
     }
     let deepest = found.records().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![
@@ -80,7 +85,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         ("deepest", deepest.as_ref().map_or("none".to_owned(), describe)),
         ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
     ];
-    if let Some(read) = &from_file {
+    if let Some(read) = &read_summary {
         rows.push(("read", read.in_words()));
     }
     if args.complete && !args.exact {
@@ -118,7 +123,7 @@ struct Document<'a> {
     #[serde(serialize_with = "serialize_records")]
     contacts: &'a ContactList<'a>,
     /// `None` for shapes in closed form.
-    read: Option<FromFile>,
+    read: Option<ReadSummary>,
     seconds: Seconds,
 }
 
@@ -143,11 +148,18 @@ fn describe(contact: &ContactRecord) -> String {
 }
 
 /// Reads the field; of a grid only the blocks that the mesh may touch.
-fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<FromFile>)> {
+fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<ReadSummary>)> {
     match field_input::open(&args.sdf)? {
         OpenField::Analytic(_) if args.exact => {
             bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display())
         }
+        OpenField::Blob(_) if args.exact => {
+            bail!(
+                "{}: a blob keeps no mesh for --exact: give the baked grid that it was exported from",
+                args.sdf.display()
+            )
+        }
+        OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, args.margin)?, None)),
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();
@@ -164,8 +176,8 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
                 Elements::Edges => read_needed(args, margin, mesh, pose, reader, &mesh.edges()),
                 Elements::Vertices => read_needed(args, margin, mesh, pose, reader, &vertices(mesh)),
             }?;
-            let from_file = FromFile::of(&stored, summary.file_bytes);
-            Ok((Field::from_stored(StoredGrid { mesh: kept, ..stored }), Some(from_file)))
+            let read_summary = ReadSummary::new(&stored, summary.file_bytes);
+            Ok((Field::from_stored(StoredGrid { mesh: kept, ..stored }), Some(read_summary)))
         }
     }
 }

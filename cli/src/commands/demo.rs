@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
-use crate::mesh_input::{self, at};
+use crate::mesh_input::{self, with_path};
 use crate::pictures::{Picture, Plane};
 use sdf_core::Sdf;
 use sdf_field::Field;
@@ -28,9 +28,9 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let (list, picture) = (file("contacts.csv"), file("contacts.png"));
 
     let procedural::Mesh { points, triangles, .. } = SpikedBall { levels: 2, radius: 0.6 }.mesh();
-    at(&body, mesh::write(&body, MeshFormat::Obj, &points, &triangles))?;
+    with_path(&body, mesh::write(&body, MeshFormat::Obj, &points, &triangles))?;
     let procedural::Mesh { points, triangles, .. } = cloth_over_body().mesh();
-    at(&cloth, mesh::write(&cloth, MeshFormat::Obj, &points, &triangles))?;
+    with_path(&cloth, mesh::write(&cloth, MeshFormat::Obj, &points, &triangles))?;
 
     let bake_args = BakeArgs::try_parse_from([Path::new("bake"), &body, "--res".as_ref(), "128".as_ref()])?;
     let input = mesh_input::read(&body)?;
@@ -42,7 +42,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let field = Field::open(&grid)?;
     let found = contacts::find(&contacts_args, &cloth_mesh, &field)?;
     let list_format = sdf_formats::contact_file::ContactFormat::Csv;
-    at(&list, sdf_formats::contact_file::write(&list, list_format, found.records(), |_| Ok(())))?;
+    with_path(&list, sdf_formats::contact_file::write(&list, list_format, found.records(), |_| Ok(())))?;
     draw(field.as_any(), &cloth_mesh, &found, &picture)?;
 
     let deepest = found.records().map(|contact| contact.distance).fold(0.0, f64::min);

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::args::EvalArgs;
 use crate::mesh_input::is_standard_input;
-use crate::read_summary::FromFile;
+use crate::read_summary::ReadSummary;
 use crate::report::{print_json, to_stdout};
 use crate::{csv_points, field_input};
 
@@ -25,13 +25,14 @@ pub fn run(args: &EvalArgs) -> Result<()> {
             let file_bytes = reader.summary().file_bytes;
             let regions = points.iter().map(|point| Aabb { min: *point, max: *point });
             let stored = reader.read_needed(regions, f64::INFINITY)?;
-            print(args, &stored.grid, &points, Some(FromFile::of(&stored, file_bytes)))
+            print(args, &stored.grid, &points, Some(ReadSummary::new(&stored, file_bytes)))
         }
+        OpenField::Blob(blob) => print(args, &blob.grid, &points, None),
         OpenField::Analytic(node) => print(args, &node, &points, None),
     }
 }
 
-fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<FromFile>) -> Result<()> {
+fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: Option<ReadSummary>) -> Result<()> {
     let samples = points.iter().map(|point| (point, field.sample(Vector3::from(*point))));
     if args.json.wanted {
         let samples: Vec<_> = samples

@@ -22,12 +22,22 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if args.band.is_some() && format != ExportFormat::Nvdb {
         bail!("--band is for --format nvdb: remove it");
     }
-    output::require(&output, &[&args.sdf])?;
+    let is_blob = matches!(format, ExportFormat::Blob | ExportFormat::C | ExportFormat::Rust);
+    if args.precision.is_some() && !is_blob {
+        bail!("--precision is for --format blob, c and rust: remove it");
+    }
+    output::ensure_writable(&output, &[&args.sdf])?;
     if format == ExportFormat::Raw {
-        output::require(&description_path(&output), &[&args.sdf])?;
+        output::ensure_writable(&description_path(&output), &[&args.sdf])?;
     }
     let field = view::read(&args.sdf)?;
-    let options = ExportOptions { cells: args.res, band: args.band, name: stem(&args.sdf), ..ExportOptions::default() };
+    let options = ExportOptions {
+        cells: args.res,
+        band: args.band,
+        name: stem(&args.sdf),
+        precision: args.precision,
+        ..ExportOptions::default()
+    };
     let written = progress::on_threads(args.threads, || field.export_to(&output, format, &options))?;
     let Written { lattice, files } = written.map_err(|error| match error {
         ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),

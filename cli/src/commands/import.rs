@@ -16,7 +16,7 @@ use crate::report::{Report, counts, number};
 pub fn run(args: &ImportArgs) -> Result<()> {
     let shown = args.file.display();
     let output = args.output.clone().unwrap_or_else(|| named_after(&args.file, "sdf.h5"));
-    output::require(&output, &[&args.file])?;
+    output::ensure_writable(&output, &[&args.file])?;
     let format = match (ImportFormat::is_npy(&args.file), args.spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: args.origin.map_or([0.0; 3], |origin| origin.0), spacing },
         (true, None) => bail!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),

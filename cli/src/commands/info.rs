@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use sdf_core::Sdf;
+use sdf_formats::blob_file::StoredBlob;
 use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::{Summary, layout_of};
 use serde_json::json;
@@ -91,6 +92,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
             }
             .print(args.json)
         }
+        OpenField::Blob(blob) => blob_report(&blob).print(args.json),
         OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             let is_bounded = bounds.extents().iter().all(|extent| extent.is_finite());
@@ -111,5 +113,37 @@ pub fn run(args: &InfoArgs) -> Result<()> {
             }
             .print(args.json)
         }
+    }
+}
+
+fn blob_report(StoredBlob { grid, precision, padding }: &StoredBlob) -> Report<serde_json::Value> {
+    let (lattice, storage) = (grid.lattice(), grid.storage());
+    let (bounds, layout) = (lattice.bounds(), storage.layout().name());
+    let (bricks, band) = (storage.brick_count(), Some(grid.band()).filter(|band| band.is_finite()));
+    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
+    let stored = bricks.map_or(String::new(), |bricks| format!(", {bricks} bricks"));
+    Report {
+        rows: vec![
+            ("layout", format!("{layout}{stored} in {}, a blob", precision.name())),
+            ("nodes", counts(lattice.nodes())),
+            ("spacing", number(lattice.spacing())),
+            ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
+            ("slope", format!("at most {}", number(grid.slope_bound()))),
+            ("error", error_row(grid.global_error_bound())),
+            ("padding", format!("{} around the mesh", number(*padding))),
+        ],
+        json: json!({
+            "schema": "sdftool.info/1",
+            "layout": layout,
+            "precision": precision.name(),
+            "bricks": bricks,
+            "band": band,
+            "padding": padding,
+            "counts": lattice.nodes(),
+            "origin": lattice.origin(),
+            "spacing": lattice.spacing(),
+            "slope_bound": grid.slope_bound(),
+            "error_bound": grid.global_error_bound(),
+        }),
     }
 }

@@ -17,14 +17,14 @@ use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
 use crate::args::{ContactsArgs, rigid};
-use crate::read_summary::{FromFile, require_distances};
+use crate::read_summary::{ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
-use crate::{mesh_input, output};
+use crate::{field_input, mesh_input, output};
 
 /// Runs `contacts` on two fields.
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
-        output::require(path, &[&args.mesh, &args.sdf])?;
+        output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
     }
     args.refuse_options_of_meshes()?;
     let started = Instant::now();
@@ -61,7 +61,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         seconds: Seconds { read, query },
     };
     if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::at(
+        mesh_input::with_path(
             path,
             contact_file::write(path, format, meetings.iter().cloned(), |out| line_of_json(&document, out)),
         )?;
@@ -81,7 +81,7 @@ struct Document<'a> {
     /// The deepest points first, then those of the patch.
     meetings: &'a [OverlapRecord],
     /// `None` for a closed form.
-    read: [Option<FromFile>; 2],
+    read: [Option<ReadSummary>; 2],
     seconds: Seconds,
 }
 
@@ -129,8 +129,9 @@ struct Side<'a> {
 impl Side<'_> {
     /// The field, and what of its file was read: of a grid the blocks in a box of the world, or without one only those
     /// that tell its bounds.
-    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Field, Option<FromFile>)> {
+    fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Field, Option<ReadSummary>)> {
         match field_file::open(self.path)? {
+            OpenField::Blob(blob) => Ok((field_input::from_blob(self.path, blob, margin)?, None)),
             OpenField::Analytic(field) => Ok((Field::new(field), None)),
             OpenField::Grid(reader) => {
                 let summary = reader.summary();
@@ -140,8 +141,8 @@ impl Side<'_> {
                     None => reader.read_needed(faces(&summary.lattice), 0.0)?,
                     Some(world) => reader.read_needed([self.pose.pull_bounds(world)], f64::INFINITY)?,
                 };
-                let from_file = FromFile::of(&stored, summary.file_bytes);
-                Ok((Field::from_stored(stored), Some(from_file)))
+                let read_summary = ReadSummary::new(&stored, summary.file_bytes);
+                Ok((Field::from_stored(stored), Some(read_summary)))
             }
         }
     }
@@ -172,7 +173,7 @@ fn faces(lattice: &Lattice) -> Vec<Aabb> {
 /// Two fields, read as far as they may touch.
 struct Bodies {
     fields: [Field; 2],
-    read: [Option<FromFile>; 2],
+    read: [Option<ReadSummary>; 2],
     region: Aabb,
 }
 

@@ -11,7 +11,7 @@ use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
 use serde_json::{Value, json};
 
 use crate::args::{MethodWord, SimulateArgs};
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 use crate::report::{Report, number, print_json};
 use crate::{output, progress, signals};
 
@@ -128,10 +128,10 @@ impl Target {
         };
         match form {
             Form::Folder => std::fs::create_dir_all(path).with_context(|| path.display().to_string())?,
-            _ => output::require(path, &[scene])?,
+            _ => output::ensure_writable(path, &[scene])?,
         }
         if let Form::VtkHdf = form {
-            output::require(&record::still_path(path), &[scene])?;
+            output::ensure_writable(&record::still_path(path), &[scene])?;
         }
         Ok(Self { path: path.to_owned(), form, recording: Recording::default(), written: None })
     }
@@ -159,7 +159,7 @@ impl Target {
             Form::VtkHdf => record::write_vtkhdf(recording, &self.path),
             Form::Folder => record::write_folder(recording, &self.path),
         };
-        at(&self.path, written)?;
+        with_path(&self.path, written)?;
         self.written = Some((Instant::now(), start.elapsed()));
         Ok(())
     }
@@ -284,7 +284,7 @@ fn suite(args: &SimulateArgs) -> Result<()> {
         }
     }
     if let Some(output) = &args.output {
-        at(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))?;
+        with_path(&output.join("report.md"), write(&output.join("report.md"), (report + &pictures).as_bytes()))?;
     }
     // A smaller scene is another one: what holds of the whole need not hold of it.
     match faults.is_empty() || args.small {

@@ -1,6 +1,7 @@
 //! Draws a plane through a field. Of a grid, only the samples near the plane are read.
 
 use anyhow::{Result, bail};
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::{Aabb, Sdf};
 use sdf_formats::field_file::OpenField;
@@ -12,7 +13,7 @@ use crate::report::{Report, number};
 use crate::{field_input, output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
-    output::require(&args.output, &[&args.sdf])?;
+    output::ensure_writable(&args.output, &[&args.sdf])?;
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let bounds = reader.summary().lattice.bounds();
@@ -20,14 +21,9 @@ pub fn run(args: &SliceArgs) -> Result<()> {
             let mut region = bounds;
             (region.min[plane.axis], region.max[plane.axis]) = (plane.at, plane.at);
             let stored = reader.read_needed([region], f64::INFINITY)?;
-            let band = stored.sparse.map(|sparse| sparse.band);
-            let mut picture = Picture::new(&stored.grid, plane, args.pixels, band);
-            if band.is_some() {
-                let side = stored.grid.lattice().spacing() * f64::from(BRICK);
-                picture.bricks(bounds.min, side, |slot| stored.grid.storage().brick_at(slot).is_some());
-            }
-            write(args, &picture)
+            draw(args, &stored.grid, plane)
         }
+        OpenField::Blob(blob) => draw(args, &blob.grid, plane(args, blob.grid.lattice().bounds())?),
         OpenField::Analytic(node) => {
             let bounds = node.bounds(0.0);
             if !bounds.extents().iter().all(|extent| extent.is_finite()) {
@@ -37,6 +33,16 @@ pub fn run(args: &SliceArgs) -> Result<()> {
             write(args, &Picture::new(&node, plane(args, window)?, args.pixels, None))
         }
     }
+}
+
+fn draw(args: &SliceArgs, grid: &OwnedGrid, plane: Plane) -> Result<()> {
+    let band = Some(grid.band()).filter(|band| band.is_finite());
+    let mut picture = Picture::new(grid, plane, args.pixels, band);
+    if band.is_some() {
+        let side = grid.lattice().spacing() * f64::from(BRICK);
+        picture.bricks(grid.lattice().origin(), side, |slot| grid.storage().brick_at(slot).is_some());
+    }
+    write(args, &picture)
 }
 
 const NAMES: [&str; 3] = ["x", "y", "z"];

@@ -10,7 +10,7 @@ use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
 
 use crate::args::SurfaceArgs;
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 use crate::report::{Report, number};
 use crate::{field_input, memory, output};
 
@@ -20,7 +20,7 @@ const DEFAULT_RES: u32 = 128;
 pub fn run(args: &SurfaceArgs) -> Result<()> {
     let format =
         MeshFormat::from_extension(&args.output).context("--output: use a name that ends in .obj, .ply or .stl")?;
-    output::require(&args.output, &[&args.sdf])?;
+    output::ensure_writable(&args.output, &[&args.sdf])?;
     let surface = match field_input::read(&args.sdf)? {
         FileField::Grid(stored) => {
             if let Some(band) = stored.sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
@@ -54,7 +54,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
             number(args.level)
         );
     }
-    at(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?;
+    with_path(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?;
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
     Report {
         rows: vec![

@@ -20,7 +20,7 @@ use sdf_formats::field_file::{self, Field, OpenField};
 
 use crate::args::VerifyArgs;
 use crate::histogram::Histogram;
-use crate::mesh_input::{self, at};
+use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
 use crate::{output, progress};
 
@@ -32,7 +32,7 @@ use summary::Summary;
 pub fn run(args: &VerifyArgs) -> Result<()> {
     let started = Instant::now();
     if let Some(path) = &args.histogram {
-        output::require(path, &[&args.sdf, &args.mesh])?;
+        output::ensure_writable(path, &[&args.sdf, &args.mesh])?;
     }
     let input = mesh_input::read(&args.mesh)?;
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
@@ -41,6 +41,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
             let parts = bytes_of(&reader.summary().parts);
             (Field::Grid(reader.read()?), Some(parts))
         }
+        OpenField::Blob(blob) => (Field::Analytic(blob.grid.into()), None),
         OpenField::Analytic(node) => (Field::Analytic(node), None),
     };
     // As it was baked: welded and closed, without faces that lie inside of the solid.
@@ -48,9 +49,15 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         Field::Grid(stored) => Repairs::from_words(&stored.about.options),
         Field::Analytic(_) => Repairs::default(),
     };
-    let mesh = at(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
+    let mesh = with_path(&args.mesh, repairs.apply(&input.mesh.points, &input.mesh.triangles))?;
     let keeps_all = matches!(&field, Field::Grid(stored) if stored.about.options.contains("--inner-faces keep"));
-    let mesh = if keeps_all { mesh } else { mesh.without_inner_shells() };
+    let pseudo_normal = sdf_formats::grid_file::SignMethod::PseudoNormal;
+    let has_pseudo_normals = matches!(&field, Field::Grid(stored) if stored.about.sign_method == pseudo_normal);
+    let mesh = match (keeps_all, has_pseudo_normals) {
+        (true, _) => mesh,
+        (false, true) => mesh.without_inner_shells(),
+        (false, false) => mesh.without_inner_faces(),
+    };
     let surface = Surface::new(&mesh);
     let (findings, samples) = progress::on_threads(args.threads, || {
         // Signs are by winding numbers at every point, whichever method the file was signed by. Distances come from the

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
+use sdf_field::page::Scene;
 use sdf_field::{ContactOptions, Field, MeshView};
 use sdf_formats::contact_file::ContactRecord;
 use sdf_formats::field_file::Field as FileField;
@@ -10,7 +11,7 @@ use serde_json::json;
 
 use crate::args::ViewArgs;
 use crate::commands::export::{named_after, stem};
-use crate::page::{self, Scene};
+use crate::page;
 use crate::report::Report;
 use crate::{field_input, mesh_input, output, progress};
 
@@ -18,20 +19,21 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let output = args.output.clone().unwrap_or_else(|| named_after(&args.sdf, "html"));
     let inputs: Vec<&Path> =
         [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
-    output::require(&output, &inputs)?;
+    output::ensure_writable(&output, &inputs)?;
     let pose = args.pose.motion()?;
     let (contacts, bytes) = progress::on_threads(args.threads, || {
         let field = read(&args.sdf)?;
         let mesh = args.mesh.as_deref().map(mesh_input::read_mesh).transpose()?;
+        let view = mesh.as_ref().map(|mesh| MeshView { points: &mesh.points, faces: &mesh.triangles });
         let mut contacts = Vec::new();
         let mut name = stem(&args.sdf);
-        if let (Some(mesh), Some(path)) = (&mesh, &args.mesh) {
+        if let (Some(mesh), Some(path)) = (view, &args.mesh) {
             let options = ContactOptions { margin: args.margin, pose, ..ContactOptions::default() };
-            let found = field.contacts(MeshView { points: &mesh.points, faces: &mesh.triangles }, &options)?;
+            let found = field.contacts(mesh, &options)?;
             contacts = found.contacts.iter().map(ContactRecord::from).collect();
             name = format!("{} on {name}", stem(path));
         }
-        let scene = Scene { name, field: &field, pose, mesh: mesh.as_ref(), contacts: &contacts };
+        let scene = Scene { name, field: &field, pose, mesh: view, contacts: &contacts };
         let bytes = page::write(&output, &scene)?;
         anyhow::Ok((contacts.len(), bytes))
     })??;

@@ -43,12 +43,35 @@ fn a_cube_in_a_cube_is_one_cube_unless_all_faces_are_to_be_kept() {
 }
 
 #[test]
-fn crossing_cubes_are_said_to_keep_their_inner_faces() {
+fn crossing_cubes_are_one_solid_unless_all_faces_are_to_be_kept() {
     let folder = Folder::new();
     let other = Model::cube().moved(|p| p.map(|x| 0.25 + x));
     folder.write("crossing.obj", Model::cube().and(&other).obj());
+    // The point lies on a face of the other cube, a quarter below those of the first that are outside of it.
+    let point = "0.5,0.5,0.25";
+    for size in ["--res 32", "--res 32 --layout sparse", "--max-error 2%"] {
+        says(
+            &folder.done(&format!("bake crossing.obj {size} --keep-mesh")),
+            &["12 triangles cut where others meet them", "12 faces cut", "inside of the solid, dropped"],
+        );
+        assert!((value(&folder, "crossing.sdf.h5", point) + 0.25).abs() < 0.04, "{size}");
+        folder.done("verify crossing.sdf.h5 crossing.obj --points 2000");
+        folder.write("vertex.obj", "v 0.5 0.5 0.25\nv 0.5 0.5 0.26\nv 0.5 0.51 0.25\nf 1 2 3\n");
+        let exact = folder.json("contacts vertex.obj crossing.sdf.h5 --elements vertices --exact");
+        let distance = exact["contacts"][0]["distance"].as_f64().unwrap();
+        assert!((distance + 0.25).abs() < 1e-12, "{size}: {distance}");
+    }
+    let json = folder.json("bake crossing.obj --res 8");
+    let [cut, kept, dropped, entangled, uncertain] =
+        ["crossing_triangles", "kept_pieces", "dropped_pieces", "entangled_shells", "uncertain_pieces"]
+            .map(|key| json[key].as_u64().unwrap());
+    assert!(cut == 12 && kept > 12 && dropped >= 12 && entangled == 0 && uncertain == 0, "{json}");
+    folder.done("bake crossing.obj --res 32 --inner-faces keep");
+    assert!(value(&folder, "crossing.sdf.h5", point).abs() < 1e-6);
+    folder.done("verify crossing.sdf.h5 crossing.obj --points 2000");
+    // Pseudo-normals know no other side of a cut.
     says(
-        &folder.done("bake crossing.obj --res 8"),
+        &folder.done("bake crossing.obj --res 8 --sign pseudo-normal"),
         &["2 shells cross or touch: their faces inside of the solid count"],
     );
 }

@@ -58,10 +58,28 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
     lower_bound: R,
     rank: u32,
 ) -> Option<Contact<R>> {
+    let contact = describe(field, element, minimum, lower_bound, rank)?;
+    let status = minimum.sample.status;
+    Some(Contact {
+        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), status),
+        shape_lower_bound: contact.lower_bound
+            - R::from_f64(field.error_bound(&Aabb::from_corners(&element.simplex.corners)).above),
+        ..contact
+    })
+}
+
+/// [`report`] without the field's error, whose bounds are in f64.
+pub(super) fn describe<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    element: &Element<R, N>,
+    minimum: &Minimum<R, N>,
+    lower_bound: R,
+    rank: u32,
+) -> Option<Contact<R>> {
     let kind = ElementKind::from_corner_count(N).filter(|_| minimum.sample.value.is_finite())?;
     let Sample { value, gradient, status } = minimum.sample;
     // A true distance has slope 1, and no field is steeper than its slope bound.
-    let full_slope = R::from_f64(field.slope_bound().min(1.0));
+    let full_slope = Real::min(field.slope_bound_as::<R>(), R::one());
     let smooth = Normal::new(value, field.evaluate_smooth(minimum.point).gradient, full_slope);
     let is_degenerate = status.degenerate_gradient || smooth.is_none();
     let zero = Normal { normal: Vector3::zeros(), slope: R::zero(), from_surface: Vector3::zeros() };
@@ -90,10 +108,9 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
         slope,
         distance: value,
         lower_bound: Real::max(minimum.lower_bound, lower_bound),
-        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), status),
-        shape_lower_bound: Real::max(minimum.lower_bound, lower_bound)
-            - R::from_f64(field.error_bound(&Aabb::from_corners(&element.simplex.corners)).above),
-        evaluations: (minimum.evaluations.to_f64() as u32).saturating_add(1),
+        error_bound: R::from_f64(f64::INFINITY),
+        shape_lower_bound: R::from_f64(f64::NEG_INFINITY),
+        evaluations: minimum.evaluations.to_count().saturating_add(1),
         status: trust,
     })
 }

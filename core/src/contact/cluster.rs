@@ -1,15 +1,18 @@
-//! Which elements of a mesh need no look at all? Clusters of 64 neighbours, culled together by one box.
+//! Which elements of a mesh need no look at all? Clusters of 16 neighbours, culled together by one box; and runs of clusters likewise.
 //!
 //! Elements are ordered by their centroids along a Hilbert curve ([`crate::hilbert`]); each run of [`CLUSTER_SIZE`] is a cluster. The
 //! order is made once for a mesh, in rest space. The boxes of a rigid body stay, too, and its pose is applied to them; those of a
 //! mesh that is deformed are [`refit`].
 //!
-//! | step | a cluster is culled if its margin is below |
+//! | step | a box is culled if the margin is below |
 //! |---|---|
-//! | 1 | the field's lower bound in the box, [`EnclosedSdf::enclose_box`] |
-//! | 2 | φ(c) − slope bound · half of the diagonal, with c the centre of the box |
+//! | 1 | φ(c) − slope bound · half of the diagonal, with c the centre of the box: one look at the field |
+//! | 2 | the field's lower bound in the box, [`EnclosedSdf::enclose_box`] |
+//! | 3 | φ(c) − slope bound in the box · half of the diagonal |
 //!
-//! Both hold for all points of all its elements, rounding included. So what is left has the contacts of the whole mesh.
+//! All hold for all points of all its elements, rounding included. So what is left has the contacts of the whole mesh. Neighbours on
+//! the curve are neighbours in space: runs of [`RUNS`] clusters are asked by the box around them first, and if that is far, none of
+//! them.
 
 use nalgebra::Vector3;
 
@@ -19,8 +22,12 @@ use crate::rounding::{BOX_COORDINATE, NESTED_FIELDS, rounding};
 use crate::vector::from_f64;
 use crate::{Aabb, EnclosedSdf, hilbert};
 
-/// Elements of a cluster; the last one may have fewer. Half as many make twice the boxes, twice as many loosen each.
-pub const CLUSTER_SIZE: usize = 64;
+/// Elements of a cluster; the last one may have fewer. To ask for a box costs as much as to look at one element or two, so a box that
+/// saves a sixteenth of its elements is worth it.
+pub const CLUSTER_SIZE: usize = 16;
+
+/// Clusters of a run, and of a run within it. Their boxes are made of those of the clusters whenever they are asked for.
+const RUNS: [usize; 2] = [32, 4];
 
 /// The elements of a mesh in clusters of neighbours.
 ///
@@ -35,7 +42,7 @@ pub const CLUSTER_SIZE: usize = 64;
 /// let clusters = Clusters::build(&points, &elements, &mut scratch, &mut order, &mut boxes).unwrap();
 /// let mut near = 0;
 /// clusters.visit_near(&Sphere::new(1.0).unwrap(), 0.1, None, |elements| near += elements.len());
-/// assert_eq!(near, 64);
+/// assert_eq!(near, 16);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clusters<'a> {
@@ -114,14 +121,21 @@ impl<'a> Clusters<'a> {
         pose: Option<&Rigid>,
         mut visit: impl FnMut(&'a [u32]),
     ) {
-        let slope_bound = field.slope_bound();
-        for (elements, bounds) in self.order.chunks(CLUSTER_SIZE).zip(self.boxes) {
-            let bounds = pose.map_or(*bounds, |pose| pose.push_bounds(*bounds));
-            let largest = bounds.min.iter().chain(&bounds.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
-            // Corners are computed in R, and may lie beyond the box by their rounding.
-            let bounds = bounds.inflate(largest * R::EPSILON * BOX_COORDINATE);
-            if largest > R::MAX_COORDINATE || !is_far(field, slope_bound, margin, &bounds) {
-                visit(elements);
+        let near = NearTest { field, slope_bound: field.slope_bound(), margin, pose };
+        let [large, small] = RUNS;
+        for (members, boxes) in self.order.chunks(CLUSTER_SIZE * large).zip(self.boxes.chunks(large)) {
+            if !near.may_any_touch(boxes) {
+                continue;
+            }
+            for (members, boxes) in members.chunks(CLUSTER_SIZE * small).zip(boxes.chunks(small)) {
+                if !near.may_any_touch(boxes) {
+                    continue;
+                }
+                for (elements, bounds) in members.chunks(CLUSTER_SIZE).zip(boxes) {
+                    if near.may_touch(*bounds) {
+                        visit(elements);
+                    }
+                }
             }
         }
     }
@@ -154,19 +168,48 @@ pub fn refit<R: Float, const N: usize>(
     is_complete
 }
 
-/// Is φ certainly above the margin in the box?
-fn is_far<R: Float, F: EnclosedSdf>(field: &F, slope_bound: f64, margin: R, bounds: &Aabb) -> bool {
-    let centre: Vector3<R> = from_f64(core::array::from_fn(|axis| 0.5 * (bounds.min[axis] + bounds.max[axis])));
-    let radius = R::from_f64(0.5 * bounds.diagonal());
-    let nested = R::from_f64(NESTED_FIELDS);
-    let local = field.enclose_box(bounds);
-    let in_box = R::from_f64(local.range.lower) - rounding(slope_bound, centre, radius, margin) * nested;
-    if margin < in_box {
-        return true;
+/// The question whether elements in a box may come within the margin.
+struct NearTest<'a, R, F> {
+    field: &'a F,
+    slope_bound: f64,
+    margin: R,
+    pose: Option<&'a Rigid>,
+}
+
+impl<R: Float, F: EnclosedSdf> NearTest<'_, R, F> {
+    /// [`may_touch`](Self::may_touch) of the box around several.
+    fn may_any_touch(&self, boxes: &[Aabb]) -> bool {
+        boxes
+            .iter()
+            .copied()
+            .reduce(|around, bounds| around.union(&bounds))
+            .is_some_and(|around| self.may_touch(around))
     }
-    let value = field.value(centre);
-    let fall = radius * R::from_f64(local.slope_bound);
-    margin < value - fall - rounding(slope_bound, centre, radius, value) * nested
+
+    /// `false` only if φ is above the margin at all points of elements whose corners are in the box, in their own frame.
+    fn may_touch(&self, bounds: Aabb) -> bool {
+        let bounds = self.pose.map_or(bounds, |pose| pose.push_bounds(bounds));
+        let largest = bounds.min.iter().chain(&bounds.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        // Corners are computed in R, and may lie beyond the box by their rounding.
+        let bounds = bounds.inflate(largest * R::EPSILON * BOX_COORDINATE);
+        largest > R::MAX_COORDINATE || !self.is_far(&bounds)
+    }
+
+    /// Is φ certainly above the margin in the box?
+    fn is_far(&self, bounds: &Aabb) -> bool {
+        let Self { field, slope_bound, margin, .. } = *self;
+        let centre: Vector3<R> = from_f64(core::array::from_fn(|axis| 0.5 * (bounds.min[axis] + bounds.max[axis])));
+        let radius = R::from_f64(0.5 * bounds.diagonal());
+        let slack = |value| rounding(slope_bound, centre, radius, value) * R::from_f64(NESTED_FIELDS);
+        let value = field.value(centre);
+        let around_centre = value - slack(value);
+        if margin < around_centre - radius * R::from_f64(slope_bound) {
+            return true;
+        }
+        let local = field.enclose_box(bounds);
+        margin < R::from_f64(local.range.lower) - slack(margin)
+            || margin < around_centre - radius * R::from_f64(local.slope_bound)
+    }
 }
 
 fn point<R: Float>(points: &[[R; 3]], index: u32) -> Option<Vector3<R>> {

@@ -37,7 +37,7 @@ pub(super) fn bound<R: Float, F: EnclosedSdf, const N: usize>(
         return Some(in_box.lower);
     }
     let centroid = simplex.centroid();
-    let from_slope = simplex.lower_bound(field.slope_bound(), in_box.slope_bound, centroid, field.value(centroid));
+    let from_slope = simplex.lower_bound(field.slope_bound_as(), in_box.slope_bound, centroid, field.value(centroid));
     let lower_bound = Real::max(from_slope, in_box.lower);
     // Neither above nor within: one of the two is NaN.
     (margin.lt(from_slope) || lower_bound.le(margin)).then_some(lower_bound)
@@ -90,7 +90,7 @@ pub fn centroid_bound<R: Real, F: Sdf, const N: usize>(
     margin: R,
 ) -> CentroidBound<R> {
     let centroid = simplex.centroid();
-    let slope_bound = field.slope_bound();
-    let lower_bound = simplex.lower_bound(slope_bound, R::from_f64(slope_bound), centroid, field.value(centroid));
+    let slope_bound = field.slope_bound_as();
+    let lower_bound = simplex.lower_bound(slope_bound, slope_bound, centroid, field.value(centroid));
     CentroidBound { may_touch: !margin.lt(lower_bound), lower_bound }
 }

@@ -48,6 +48,22 @@ impl Code for f32 {
     }
 }
 
+/// The bytes of a little-endian f32.
+impl Code for [u8; 4] {
+    #[inline(always)]
+    fn decode(self, _scale: Scale) -> f32 {
+        f32::from_le_bytes(self)
+    }
+}
+
+/// The bytes of a little-endian u16.
+impl Code for [u8; 2] {
+    #[inline(always)]
+    fn decode(self, scale: Scale) -> f32 {
+        u16::from_le_bytes(self).decode(scale)
+    }
+}
+
 impl Code for u16 {
     #[inline(always)]
     fn decode(self, scale: Scale) -> f32 {

@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 use super::{Lattice, Storage, trilinear};
 use crate::number::kernel::{LaneBundle, LaneKernel, run};
 use crate::number::{Float, Gather, Mask, Real};
-use crate::vector::{from_f64, norm};
+use crate::vector::norm;
 use crate::{Sample, Status};
 
 /// A point's position in the grid, after it was clamped to the box.
@@ -53,7 +53,8 @@ impl Locate<'_> {
     #[inline(always)]
     fn locate_axis<R: Real>(&self, axis: usize, x: R) -> [R; 3] {
         let last = R::from_f64(f64::from(self.0.cells()[axis]));
-        let steps = (x - R::from_f64(self.0.origin()[axis])) * R::from_f64(self.0.inv_spacing());
+        let (origin, _, inv_spacing) = self.0.in_numbers::<R>();
+        let steps = (x - origin[axis]) * inv_spacing;
         let clamped = steps.clamp(R::zero(), last);
         let cell = clamped.trunc().min(last - R::one());
         let inside = R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
@@ -83,7 +84,8 @@ impl LaneKernel for Interpolate<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn apply<R: Real>(&self, (fraction, corners): Self::From<R>) -> Self::To<R> {
         let (value, by_fraction) = trilinear::interpolate(corners, fraction);
-        ([value], by_fraction * R::from_f64(self.0.inv_spacing()))
+        let (_, _, inv_spacing) = self.0.in_numbers::<R>();
+        ([value], by_fraction * inv_spacing)
     }
 }
 
@@ -98,7 +100,8 @@ impl LaneKernel for Extrapolate<'_> {
     #[cfg_attr(feature = "std", inline(always))]
     fn apply<R: Real>(&self, (point, located, ([value], gradient)): Self::From<R>) -> Sample<R> {
         let CellPoint { cell, fraction, inside } = located;
-        let nearest = from_f64(self.0.origin()) + (cell + fraction) * R::from_f64(self.0.spacing());
+        let (origin, spacing, _) = self.0.in_numbers::<R>();
+        let nearest: Vector3<R> = Vector3::from(origin) + (cell + fraction) * spacing;
         let nearest =
             inside.zip_zip_map(&nearest, &point, |inside, nearest, x| R::select(inside.is_zero(), nearest, x));
         let from_box = point - nearest;

@@ -29,7 +29,7 @@ use nalgebra::Vector3;
 
 use super::{Lattice, Storage};
 use crate::number::Float;
-use crate::vector::{from_f64, norm};
+use crate::vector::norm;
 
 /// Nodes along each axis that a point's value depends on.
 const TAPS: usize = 6;
@@ -41,13 +41,14 @@ pub(super) fn smooth_gradient<R: Float, S: Storage>(
     point: Vector3<R>,
     value_at_box: impl FnOnce(Vector3<R>) -> R,
 ) -> Vector3<R> {
-    let axes: [AxisTaps<R>; 3] = core::array::from_fn(|axis| AxisTaps::new(lattice, axis, point[axis]));
-    let inside = contract(&axes, storage) * R::from_f64(lattice.inv_spacing());
+    let ((origin, spacing, inv_spacing), cells) = (lattice.in_numbers::<R>(), lattice.cells());
+    let axes: [AxisTaps<R>; 3] =
+        core::array::from_fn(|axis| AxisTaps::new(cells[axis], (point[axis] - origin[axis]) * inv_spacing));
+    let inside = contract(&axes, storage) * inv_spacing;
     if axes.iter().all(|taps| taps.is_inside) {
         return inside;
     }
-    let on_box = from_f64::<R>(lattice.origin())
-        + Vector3::from(core::array::from_fn(|axis| axes[axis].steps)) * R::from_f64(lattice.spacing());
+    let on_box = Vector3::from(origin) + Vector3::from(core::array::from_fn(|axis| axes[axis].steps)) * spacing;
     let from_box = point
         - Vector3::from(core::array::from_fn(|axis| if axes[axis].is_inside { point[axis] } else { on_box[axis] }));
     let value = value_at_box(on_box).abs();
@@ -79,11 +80,11 @@ impl<R: Float> AxisTaps<R> {
 }
 
 impl<R: Float> AxisTaps<R> {
-    fn new(lattice: &Lattice, axis: usize, x: R) -> Self {
-        let last_cell = lattice.cells()[axis].wrapping_sub(1);
-        let unclamped = (x - R::from_f64(lattice.origin()[axis])) * R::from_f64(lattice.inv_spacing());
-        let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(lattice.cells()[axis])));
-        let cell = steps.trunc().to_index().min(last_cell);
+    /// For a point so many cells from the first node, of a lattice with so many of them.
+    fn new(cells: u32, unclamped: R) -> Self {
+        let last_cell = cells.wrapping_sub(1);
+        let steps = unclamped.clamp(R::zero(), R::from_f64(f64::from(cells)));
+        let cell = steps.to_count().min(last_cell);
         let (weights, slopes) = spline_weights(steps - R::from_f64(f64::from(cell)));
         let is_inside = steps <= unclamped && unclamped <= steps;
         // The common case: all six nodes are in the lattice.

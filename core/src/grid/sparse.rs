@@ -53,6 +53,53 @@ pub struct BrickSlices<'a, C> {
     pub coarse: &'a [f32],
 }
 
+/// Access to the arrays of a [`Sparse`] grid, number by number: of any [`Bricks`], and of those in a
+/// [`Blob`](super::Blob), which are bytes. `None` beyond an array's end.
+pub trait BrickData {
+    /// Encoding of the samples.
+    type Code: Code;
+    /// See [`Bricks::table`].
+    fn table_entry(&self, slot: usize) -> Option<u32>;
+    /// See [`Bricks::scales`].
+    fn scale(&self, brick: usize) -> Option<Scale>;
+    /// See [`Bricks::samples`].
+    fn codes(&self) -> &[Self::Code];
+    /// See [`Bricks::bounds`].
+    fn bounds_of_brick(&self, brick: usize) -> Option<BlockBounds>;
+    /// See [`Bricks::coarse`].
+    fn coarse_sample(&self, index: usize) -> Option<f32>;
+    /// See [`Bricks::errors`].
+    fn error_of_brick(&self, brick: usize) -> Option<f32>;
+}
+
+impl<B: Bricks> BrickData for B {
+    type Code = B::Code;
+    #[inline(always)]
+    fn table_entry(&self, slot: usize) -> Option<u32> {
+        self.table().get(slot).copied()
+    }
+    #[inline(always)]
+    fn scale(&self, brick: usize) -> Option<Scale> {
+        self.scales().get(brick).copied()
+    }
+    #[inline(always)]
+    fn codes(&self) -> &[B::Code] {
+        self.samples()
+    }
+    #[inline(always)]
+    fn bounds_of_brick(&self, brick: usize) -> Option<BlockBounds> {
+        self.bounds().get(brick).copied()
+    }
+    #[inline(always)]
+    fn coarse_sample(&self, index: usize) -> Option<f32> {
+        self.coarse().get(index).copied()
+    }
+    #[inline(always)]
+    fn error_of_brick(&self, brick: usize) -> Option<f32> {
+        self.errors().get(brick).copied()
+    }
+}
+
 impl<C: Code> Bricks for BrickSlices<'_, C> {
     type Code = C;
     fn table(&self) -> &[u32] {
@@ -103,7 +150,7 @@ pub const DEEP_ERROR: f64 = 7.795;
 pub struct Sparse<B> {
     /// Slots along each axis.
     slot_counts: [u32; 3],
-    coarse_spacing: f64,
+    spacing: f64,
     bricks: B,
 }
 
@@ -122,8 +169,14 @@ impl<B: Bricks> Sparse<B> {
             && bricks.bounds().len() == scales
             && scales.checked_mul(BRICK_SAMPLES) == Some(bricks.samples().len())
             && bricks.table().iter().all(in_range);
-        let coarse_spacing = lattice.spacing() * f64::from(BRICK);
-        fits.then_some(Self { slot_counts, coarse_spacing, bricks })
+        fits.then(|| Self::of_checked(lattice, bricks))
+    }
+}
+
+impl<B: BrickData> Sparse<B> {
+    /// The storage of arrays that fit the lattice and each other: see [`Sparse::new`].
+    pub(super) fn of_checked(lattice: &Lattice, bricks: B) -> Self {
+        Self { slot_counts: brick_counts(lattice), spacing: lattice.spacing(), bricks }
     }
 
     /// The arrays.
@@ -141,7 +194,8 @@ impl<B: Bricks> Sparse<B> {
     fn brick_in_slot(&self, slot: [u32; 3]) -> Option<usize> {
         let [count_x, count_y, _] = self.slot_counts.map(|n| n as usize);
         let [x, y, z] = slot.map(|index| index as usize);
-        let brick = self.bricks.table().get((z * count_y + y) * count_x + x).copied().unwrap_or(NO_BRICK);
+        let slot = z.wrapping_mul(count_y).wrapping_add(y).wrapping_mul(count_x).wrapping_add(x);
+        let brick = self.bricks.table_entry(slot).unwrap_or(NO_BRICK);
         (brick != NO_BRICK).then_some(brick as usize)
     }
 
@@ -155,8 +209,9 @@ impl<B: Bricks> Sparse<B> {
     #[inline(always)]
     fn brick_sample(&self, brick: usize, [x, y, z]: [u32; 3]) -> f32 {
         let local = ((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK;
-        match (self.bricks.samples().get(brick * BRICK_SAMPLES + local as usize), self.bricks.scales().get(brick)) {
-            (Some(code), Some(scale)) => code.decode(*scale),
+        let index = brick.wrapping_mul(BRICK_SAMPLES).wrapping_add(local as usize);
+        match (self.bricks.codes().get(index), self.bricks.scale(brick)) {
+            (Some(code), Some(scale)) => code.decode(scale),
             _ => 0.0,
         }
     }
@@ -165,20 +220,21 @@ impl<B: Bricks> Sparse<B> {
     #[inline]
     fn corners_in_brick(&self, brick: usize, [x, y, z]: [u32; 3]) -> [f32; 8] {
         let first = (((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK) as usize;
-        let codes =
-            self.bricks.samples().get(brick * BRICK_SAMPLES + first..).and_then(|codes| codes.first_chunk::<74>());
-        let (Some(codes), Some(scale)) = (codes, self.bricks.scales().get(brick)) else { return [0.0; 8] };
+        let first = brick.wrapping_mul(BRICK_SAMPLES).wrapping_add(first);
+        let codes = self.bricks.codes().get(first..).and_then(|codes| codes.first_chunk::<74>());
+        let (Some(codes), Some(scale)) = (codes, self.bricks.scale(brick)) else { return [0.0; 8] };
         let corners = [codes[0], codes[1], codes[8], codes[9], codes[64], codes[65], codes[72], codes[73]];
-        corners.map(|code| code.decode(*scale))
+        corners.map(|code| code.decode(scale))
     }
 
     /// Corners of the coarse cell that covers a slot, in the order of [`Storage::corners`].
     pub fn coarse_corners(&self, slot: [u32; 3]) -> [f32; 8] {
-        let [count_x, count_y, _] = self.slot_counts.map(|n| n as usize + 1);
+        let [count_x, count_y, _] = self.slot_counts.map(|n| (n as usize).wrapping_add(1));
         let [x, y, z] = slot.map(|index| index as usize);
         core::array::from_fn(|corner| {
-            let [x, y, z] = [x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)];
-            self.bricks.coarse().get((z * count_y + y) * count_x + x).copied().unwrap_or(0.0)
+            let [x, y, z] = [x.wrapping_add(corner & 1), y.wrapping_add(corner >> 1 & 1), z.wrapping_add(corner >> 2)];
+            let index = z.wrapping_mul(count_y).wrapping_add(y).wrapping_mul(count_x).wrapping_add(x);
+            self.bricks.coarse_sample(index).unwrap_or(0.0)
         })
     }
 
@@ -211,24 +267,24 @@ impl<B: Bricks> Sparse<B> {
     /// An empty slot has those of its coarse cell: a cell with all corners in empty slots lies in one coarse cell,
     /// and any other has a corner in a brick, whose bounds cover it.
     fn slot_bounds(&self, slot: [u32; 3]) -> BlockBounds {
-        let stored = self.brick_in_slot(slot).and_then(|brick| self.bricks.bounds().get(brick));
-        stored.copied().unwrap_or_else(|| {
+        let stored = self.brick_in_slot(slot).and_then(|brick| self.bricks.bounds_of_brick(brick));
+        stored.unwrap_or_else(|| {
             let corners = self.coarse_corners(slot);
             let lower = corners.into_iter().fold(f32::INFINITY, f32::min);
             let upper = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
-            let spacing = self.coarse_spacing / f64::from(BRICK);
+            let Self { spacing, .. } = *self;
             let rounding = INTERPOLATION * f64::from(f32::EPSILON) * f64::from(upper.max(-lower)) / spacing;
-            let slope_bound = (cell_slope(corners, self.coarse_spacing) + rounding) as f32;
+            let slope_bound = (cell_slope(corners, spacing * f64::from(BRICK)) + rounding) as f32;
             BlockBounds { range: Interval { lower, upper }, slope_bound }
         })
     }
 }
 
-impl<B: Bricks> Sparse<B> {
+impl<B: BrickData> Sparse<B> {
     /// Error bound of the cells whose first corner lies in a slot.
     fn slot_error(&self, slot: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         if let Some(brick) = self.brick_in_slot(slot) {
-            let near = f64::from(*self.bricks.errors().get(brick)?);
+            let near = f64::from(self.bricks.error_of_brick(brick)?);
             return Some(ErrorBound { near, ..self.coarse_error(slot, near, at) });
         }
         Some(self.coarse_error(slot, 0.0, at))
@@ -252,14 +308,16 @@ impl<B: Bricks> Sparse<B> {
     }
 }
 
-impl<B: Bricks> Storage for Sparse<B> {
+impl<B: BrickData> Storage for Sparse<B> {
     fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         merge_slots(first, last, ErrorBound::EXACT, |slot| self.slot_error(slot, at), ErrorBound::max)
     }
 
     #[inline(always)]
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        let corner = |corner: u32| [cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)];
+        let [x, y, z] = cell;
+        let corner =
+            |corner: u32| [x.wrapping_add(corner & 1), y.wrapping_add(corner >> 1 & 1), z.wrapping_add(corner >> 2)];
         let is_in_one_slot = cell.iter().all(|index| index % BRICK != BRICK - 1);
         match self.brick_of_node(cell) {
             Some(brick) if is_in_one_slot => self.corners_in_brick(brick, cell),

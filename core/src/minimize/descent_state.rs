@@ -148,8 +148,8 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let WeightedSample { weights, sample } = self.best;
         let point = run(&PointOfWeights, (*self.simplex, weights));
-        let below = LowerBound { slope_bound: self.field.slope_bound() };
-        let [lower_bound] = run(&below, (*self.simplex, [R::from_f64(below.slope_bound)], point, [sample.value]));
+        let slope_bound = self.field.slope_bound_as();
+        let [lower_bound] = run(&LowerBound, (*self.simplex, [slope_bound; 2], point, [sample.value]));
         Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
     }
 }

@@ -64,7 +64,7 @@ impl FrankWolfe {
         mut state: DescentState<R, F, N>,
     ) -> Minimum<R, N> {
         let [longest_edge] = run(&LongestEdge, *simplex);
-        let tolerance = longest_edge * R::from_f64(field.slope_bound() * self.tolerance);
+        let tolerance = longest_edge * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let (mut current, mut active) = (state.best, R::one());
         for taken in 0..self.iterations {
             // α = 2/(i + 2), i = taken + 1. The sum is exact for fewer than 2²⁴ steps. Where R is f32 the compiler then divides

@@ -66,7 +66,7 @@ impl<const N: usize> Minimizer<N> for Newton {
         for corner in 1..N {
             corners[corner] = Tangent::new(simplex, &state.evaluate(corner_weights(corner), !R::Mask::NONE));
         }
-        let tolerance = simplex.longest_edge() * R::from_f64(field.slope_bound() * self.tolerance);
+        let tolerance = simplex.longest_edge() * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let mut model = Model::new(&corners, first);
         let (mut active, mut converged) = (!R::Mask::NONE, R::Mask::NONE);
         for _ in 0..self.iterations {

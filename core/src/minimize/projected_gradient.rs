@@ -65,7 +65,7 @@ impl ProjectedGradient {
         simplex: &Simplex<R, N>,
         mut state: DescentState<R, F, N>,
     ) -> Minimum<R, N> {
-        let max_slope = simplex.longest_edge() * R::from_f64(field.slope_bound());
+        let max_slope = simplex.longest_edge() * field.slope_bound_as::<R>();
         let is_flat = max_slope.is_zero();
         let rate = R::select(is_flat, R::zero(), R::from_f64(self.step) / R::select(is_flat, R::one(), max_slope));
 

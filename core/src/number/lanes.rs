@@ -123,6 +123,10 @@ impl<T: Float, const N: usize> Real for Lanes<T, N> {
         Self([T::from_f64(x); N])
     }
     #[inline(always)]
+    fn from_parameter(parameter: crate::Parameter) -> Self {
+        Self([T::from_parameter(parameter); N])
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(from_fn(|i| Real::sqrt(self.0[i])))
     }

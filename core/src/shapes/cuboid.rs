@@ -3,8 +3,8 @@ use nalgebra::Vector3;
 use super::is_length;
 use super::mirror::reflect_sample;
 use super::profile::corner;
-use crate::number::Real;
-use crate::vector::from_f64;
+use crate::number::{Parameter, Real};
+use crate::vector::from_parameters;
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A box around the origin with its sides along the axes: corner(|x| − h). Exact.
@@ -12,30 +12,30 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 /// Degenerate: inside, where two walls are equally near, up to the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
-    half_extents: [f64; 3],
+    half_extents: [Parameter; 3],
 }
 
 impl Cuboid {
     /// Half the side lengths.
     pub fn new(half_extents: [f64; 3]) -> Option<Self> {
-        half_extents.into_iter().all(is_length).then_some(Self { half_extents })
+        half_extents.into_iter().all(is_length).then(|| Self { half_extents: half_extents.map(Parameter::from) })
     }
 
     /// Half the side lengths.
     pub fn half_extents(&self) -> [f64; 3] {
-        self.half_extents
+        self.half_extents.map(|extent| extent.double)
     }
 }
 
 impl Sdf for Cuboid {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let corner = corner((point.map(R::abs) - from_f64(self.half_extents)).into());
+        let corner = corner((point.map(R::abs) - from_parameters(self.half_extents)).into());
         reflect_sample(Sample::with_degenerate(corner.value, corner.gradient.into(), corner.is_degenerate), point)
     }
 
     fn bounds(&self, level: f64) -> Aabb {
-        Aabb::centered(self.half_extents).inflate(level.max(0.0))
+        Aabb::centered(self.half_extents()).inflate(level.max(0.0))
     }
 
     fn slope_bound(&self) -> f64 {

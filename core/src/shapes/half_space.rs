@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use crate::number::Real;
-use crate::vector::from_f64;
+use crate::number::{Parameter, Real};
+use crate::vector::from_parameters;
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// All points with n·x ≤ offset, |n| = 1: φ = n·x − offset. Exact.
@@ -9,8 +9,8 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 pub struct HalfSpace {
     /// The normal as given: to normalize it again from the unit normal could change its last bit.
     given_normal: [f64; 3],
-    normal: [f64; 3],
-    offset: f64,
+    normal: [Parameter; 3],
+    offset: Parameter,
 }
 
 impl HalfSpace {
@@ -22,7 +22,8 @@ impl HalfSpace {
         is_valid.then(|| {
             // Divided by the largest component first, so that no square underflows or overflows.
             let scaled = Vector3::from(normal) / largest;
-            Self { given_normal: normal, normal: (scaled / libm::sqrt(scaled.dot(&scaled))).into(), offset }
+            let unit: [f64; 3] = (scaled / libm::sqrt(scaled.dot(&scaled))).into();
+            Self { given_normal: normal, normal: unit.map(Parameter::from), offset: offset.into() }
         })
     }
 
@@ -33,15 +34,15 @@ impl HalfSpace {
 
     /// Distance of the surface from the origin along the unit normal.
     pub fn offset(&self) -> f64 {
-        self.offset
+        self.offset.double
     }
 }
 
 impl Sdf for HalfSpace {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let normal = from_f64(self.normal);
-        Sample::new(normal.dot(&point) - R::from_f64(self.offset), normal)
+        let normal = from_parameters(self.normal);
+        Sample::new(normal.dot(&point) - R::from_parameter(self.offset), normal)
     }
 
     fn bounds(&self, _level: f64) -> Aabb {

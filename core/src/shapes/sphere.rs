@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::number::Real;
+use crate::number::{Parameter, Real};
 use crate::vector::direction;
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
@@ -10,18 +10,18 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 /// Degenerate: the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    radius: f64,
+    radius: Parameter,
 }
 
 impl Sphere {
     /// A positive radius.
     pub fn new(radius: f64) -> Option<Self> {
-        is_length(radius).then_some(Self { radius })
+        is_length(radius).then_some(Self { radius: radius.into() })
     }
 
     /// The radius.
     pub fn radius(&self) -> f64 {
-        self.radius
+        self.radius.double
     }
 }
 
@@ -29,11 +29,11 @@ impl Sdf for Sphere {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let outward = direction(point);
-        Sample::with_degenerate(outward.length - R::from_f64(self.radius), outward.unit, outward.is_zero)
+        Sample::with_degenerate(outward.length - R::from_parameter(self.radius), outward.unit, outward.is_zero)
     }
 
     fn bounds(&self, level: f64) -> Aabb {
-        Aabb::centered([self.radius; 3]).inflate(level.max(0.0))
+        Aabb::centered([self.radius(); 3]).inflate(level.max(0.0))
     }
 
     fn slope_bound(&self) -> f64 {

@@ -31,8 +31,9 @@ pub enum MaxError {
 /// Treatment of faces that lie inside of the solid, such as those of a cube in a cube that is wound alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InnerFaces {
-    /// Closed shells inside of the solid are dropped where winding numbers are certain: in closed meshes, and apart from shells that
-    /// cross or touch. See `TriangleMesh::without_inner_shells` of `sdf-bake`.
+    /// Faces, and parts of faces, with the solid at both sides are dropped where winding numbers are whole, as in closed meshes:
+    /// distances are those to the surface of the solid. See `TriangleMesh::without_inner_faces` of `sdf-bake`. With
+    /// [`SignMethod::PseudoNormal`] only whole shells that meet no other.
     #[default]
     Drop,
     /// Distances are those to the nearest of all faces.
@@ -56,7 +57,7 @@ pub struct BakeOptions {
     pub certify: Certify,
     /// How inside and outside are told apart; `None` lets the mesh decide, and so does [`SignMethod::Given`].
     pub sign: Option<SignMethod>,
-    /// Treatment of shells inside of the solid.
+    /// Treatment of faces inside of the solid.
     pub inner_faces: InnerFaces,
     /// Keep the mesh beside the grid, for [`ContactOptions::exact`](crate::ContactOptions::exact).
     pub keep_mesh: bool,

@@ -1,5 +1,7 @@
 //! All integration tests of the crate, in one program.
 
+#[cfg(feature = "exchange")]
+mod blobs;
 mod certify;
 mod complete;
 mod doors;

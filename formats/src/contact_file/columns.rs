@@ -1,51 +1,59 @@
-use rust_hdf5::{H5Dataset, H5Group, H5Type, Hdf5Error};
+//! Columns of a contact file in HDF5: datasets in one block each, filled a few thousand rows at a time.
+
+use std::io;
+
+use crate::hdf5::{Contiguous, Element, Group};
 
 /// Records that are written at a time: their columns take a few MB, however many records there are.
 const SLICE: usize = 4096;
 
-type Create = dyn Fn(&H5Group, usize) -> Result<H5Dataset, Hdf5Error>;
-type WriteSlice<Row> = dyn Fn(&H5Dataset, usize, &[Row]) -> Result<(), Hdf5Error>;
+type Create = dyn for<'f> Fn(&Group<'f>, usize) -> Contiguous<'f>;
+type Encode<Row> = dyn Fn(&[Row]) -> Vec<u8>;
 
 /// A dataset of a group: `N` numbers of each row.
 pub struct Column<Row> {
     create: Box<Create>,
-    write: Box<WriteSlice<Row>>,
+    encode: Box<Encode<Row>>,
 }
 
 impl<Row> Column<Row> {
-    pub(super) fn new<T: H5Type, const N: usize>(
+    pub(super) fn new<T: Element, const N: usize>(
         name: &'static str,
         values: impl Fn(&Row) -> [T; N] + 'static,
     ) -> Self {
-        let create = move |group: &H5Group, rows: usize| {
-            let dataset = group.new_dataset::<T>();
-            let dataset = if N == 1 { dataset.shape([rows]) } else { dataset.shape([rows, N]) };
-            dataset.create(name)
+        let encode = move |rows: &[Row]| {
+            let mut bytes = Vec::with_capacity(rows.len() * N * T::BYTES);
+            rows.iter().flat_map(&values).for_each(|value| value.append_le(&mut bytes));
+            bytes
         };
-        let write = move |dataset: &H5Dataset, first: usize, rows: &[Row]| {
-            let values: Vec<T> = rows.iter().flat_map(&values).collect();
-            let (starts, counts) = ([first, 0], [rows.len(), N]);
-            let axes = if N == 1 { 1 } else { 2 };
-            dataset.write_slice(&starts[..axes], &counts[..axes], &values)
-        };
-        Self { create: Box::new(create), write: Box::new(write) }
+        Self { create: Box::new(create::<T, N>(name)), encode: Box::new(encode) }
+    }
+}
+
+fn create<T: Element, const N: usize>(name: &'static str) -> impl for<'f> Fn(&Group<'f>, usize) -> Contiguous<'f> {
+    move |group, rows| match N {
+        1 => group.contiguous::<T>(name, &[rows]),
+        _ => group.contiguous::<T>(name, &[rows, N]),
     }
 }
 
 /// Writes all columns, [`SLICE`] rows at a time.
 pub(super) fn write<Row>(
-    group: &H5Group,
+    group: &Group,
     columns: &[Column<Row>],
     mut rows: impl ExactSizeIterator<Item = Row>,
-) -> Result<(), Hdf5Error> {
+) -> io::Result<()> {
     let count = rows.len();
-    let datasets = columns.iter().map(|column| (column.create)(group, count)).collect::<Result<Vec<_>, _>>()?;
+    let datasets: Vec<_> = columns.iter().map(|column| (column.create)(group, count)).collect();
+    let mut ends = vec![0; columns.len()];
     let mut slice = Vec::with_capacity(count.min(SLICE));
-    for first in (0..count).step_by(SLICE) {
+    for _ in (0..count).step_by(SLICE) {
         slice.clear();
         slice.extend(rows.by_ref().take(SLICE));
-        for (column, dataset) in columns.iter().zip(&datasets) {
-            (column.write)(dataset, first, &slice)?;
+        for ((column, dataset), end) in columns.iter().zip(&datasets).zip(&mut ends) {
+            let bytes = (column.encode)(&slice);
+            dataset.write(*end, &bytes)?;
+            *end += bytes.len() as u64;
         }
     }
     Ok(())

@@ -1,6 +1,5 @@
 //! Contacts of a mesh with a field, as entries of each format.
 
-use rust_hdf5::{H5Group, Hdf5Error};
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use serde::Serialize;
 
@@ -128,14 +127,14 @@ impl Record for ContactRecord {
 
     const GROUP: &'static str = "contacts";
 
-    fn write_attributes(group: &H5Group, count: usize) -> Result<(), Hdf5Error> {
-        group.set_attr_string("schema", "sdftool.contacts/2")?;
-        group.set_attr_numeric("count", &(count as u64))?;
-        group.set_attr_string("kind_names", &ElementKind::NAMES.join(" "))?;
-        group.set_attr_string("status_names", &ContactStatus::NAMES.join(" "))
+    fn texts() -> Vec<(&'static str, String)> {
+        vec![
+            ("schema", "sdftool.contacts/2".to_owned()),
+            ("kind_names", ElementKind::NAMES.join(" ")),
+            ("status_names", ContactStatus::NAMES.join(" ")),
+        ]
     }
 
-    /// Missing weights and polygons are 0, missing vertices are 4294967295.
     fn columns() -> Vec<Column<Self>> {
         let vertex = |ids: &[u32], index: usize| ids.get(index).copied().unwrap_or(u32::MAX);
         let weight = |contact: &Self, corner: usize| contact.weights.get(corner).copied().unwrap_or(0.0);

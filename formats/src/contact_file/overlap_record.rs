@@ -1,6 +1,5 @@
 //! Points at which two fields overlap, as entries of each format.
 
-use rust_hdf5::{H5Group, Hdf5Error};
 use sdf_core::overlap::{OverlapPoint, PatchPoint};
 use serde::Serialize;
 
@@ -137,10 +136,8 @@ impl Record for OverlapRecord {
 
     const GROUP: &'static str = "overlap";
 
-    fn write_attributes(group: &H5Group, count: usize) -> Result<(), Hdf5Error> {
-        group.set_attr_numeric("count", &(count as u64))?;
-        group.set_attr_string("kind_names", &OverlapKind::NAMES.join(" "))?;
-        group.set_attr_string("status_names", &OverlapStatus::NAMES.join(" "))
+    fn texts() -> Vec<(&'static str, String)> {
+        vec![("kind_names", OverlapKind::NAMES.join(" ")), ("status_names", OverlapStatus::NAMES.join(" "))]
     }
 
     fn columns() -> Vec<Column<Self>> {

@@ -5,21 +5,16 @@
 use std::io;
 use std::path::Path;
 
-use rust_hdf5::{H5Group, Hdf5Error};
 use sdf_core::grid::Lattice;
 
-use crate::atomic_write::temporary_bytes;
-use crate::hdf5::Element;
-use crate::{grid_file, hdf5};
+use crate::grid_file::Chunks;
+use crate::hdf5::{self, Compression, Element, Group};
 
-/// A VTKHDF file of image data with the point data `distance`, which ParaView and VTK open. The bytes pass through a temporary file,
-/// as in [`crate::grid_file::to_bytes`].
-pub fn vtkhdf(lattice: &Lattice, samples: &[f32]) -> io::Result<Vec<u8>> {
-    temporary_bytes(|path| {
-        hdf5::create(path, |file| {
-            grid_file::write_vtkhdf(&file.create_group("VTKHDF")?, lattice, samples, &mut Vec::new())
-        })
-    })
+/// A VTKHDF file of image data with the point data `distance`, which ParaView and VTK open.
+pub fn vtkhdf(lattice: &Lattice, samples: &[f32]) -> Vec<u8> {
+    let mut chunks = Chunks { compression: Compression::Deflate, digests: Vec::new() };
+    let written = hdf5::to_bytes(|root| chunks.write_vtkhdf(&root.group("VTKHDF"), lattice, samples));
+    written.expect("memory takes what is written, and no attribute is long")
 }
 
 /// A mesh whose points move from frame to frame. Faces and lines stay.
@@ -57,27 +52,27 @@ pub fn write_moving_vtkhdf(path: &Path, mesh: &MovingMesh) -> io::Result<()> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "times, points and cells of the mesh do not match"));
     }
     let points: Vec<f32> = frames.iter().flat_map(|points| points.as_flattened()).copied().collect();
-    hdf5::create(path, |file| {
-        let group = file.create_group("VTKHDF")?;
-        group.set_attr_array_numeric("Version", &[2_i64, 0])?;
-        hdf5::set_fixed_ascii(&group, "Type", "PolyData")?;
+    hdf5::create(path, |root| {
+        let group = root.group("VTKHDF");
+        group.set_numbers("Version", &[2_i64, 0]);
+        group.set_ascii("Type", "PolyData");
         put(&group, "NumberOfPoints", &[point_count as i64], 1)?;
         put(&group, "Points", &points, 3)?;
         put_cells::<1>(&group, "Vertices", &[])?;
         put_cells(&group, "Lines", lines)?;
         put_cells(&group, "Polygons", faces)?;
         put_cells::<1>(&group, "Strips", &[])?;
-        put(&group.create_group("CellData")?, "body", bodies, 1)?;
+        put(&group.group("CellData"), "body", bodies, 1)?;
         if frames.len() > 1 {
-            put_steps(&group.create_group("Steps")?, times, point_count)?;
+            put_steps(&group.group("Steps"), times, point_count)?;
         }
         Ok(())
     })
 }
 
 /// One kind of cells: how many, where each begins, and the indices of their points.
-fn put_cells<const N: usize>(group: &H5Group, name: &str, cells: &[[u32; N]]) -> Result<(), Hdf5Error> {
-    let group = group.create_group(name)?;
+fn put_cells<const N: usize>(group: &Group, name: &str, cells: &[[u32; N]]) -> io::Result<()> {
+    let group = group.group(name);
     let widened = |numbers: &mut dyn Iterator<Item = usize>| numbers.map(|number| number as i64).collect::<Vec<_>>();
     put(&group, "NumberOfCells", &[cells.len() as i64], 1)?;
     put(&group, "NumberOfConnectivityIds", &[(N * cells.len()) as i64], 1)?;
@@ -86,10 +81,10 @@ fn put_cells<const N: usize>(group: &H5Group, name: &str, cells: &[[u32; N]]) ->
 }
 
 /// Where each step begins in the other datasets: at its own points, and at the cells of the first.
-fn put_steps(group: &H5Group, times: &[f64], point_count: usize) -> Result<(), Hdf5Error> {
+fn put_steps(group: &Group, times: &[f64], point_count: usize) -> io::Result<()> {
     let count = times.len();
     let firsts: Vec<i64> = (0..count).map(|step| (step * point_count) as i64).collect();
-    group.set_attr_numeric("NSteps", &(count as i64))?;
+    group.set_number("NSteps", count as i64);
     put(group, "Values", times, 1)?;
     put(group, "NumberOfParts", &vec![1_i64; count], 1)?;
     put(group, "PartOffsets", &vec![0_i64; count], 1)?;
@@ -97,16 +92,16 @@ fn put_steps(group: &H5Group, times: &[f64], point_count: usize) -> Result<(), H
     // Vertices, lines, polygons and strips.
     put(group, "CellOffsets", &vec![0_i64; 4 * count], 4)?;
     put(group, "ConnectivityIdOffsets", &vec![0_i64; 4 * count], 4)?;
-    put(&group.create_group("CellDataOffsets")?, "body", &vec![0_i64; count], 1)
+    put(&group.group("CellDataOffsets"), "body", &vec![0_i64; count], 1)
 }
 
 /// Adds a dataset of rows with so many columns. One row of zeros stands for none, as a chunk cannot be empty.
-fn put<T: Element>(group: &H5Group, name: &str, elements: &[T], columns: usize) -> Result<(), Hdf5Error> {
+fn put<T: Element>(group: &Group, name: &str, elements: &[T], columns: usize) -> io::Result<()> {
     let zeros = vec![T::default(); columns];
     let elements = if elements.is_empty() { &zeros } else { elements };
     let rows = elements.len() / columns;
     let (shape, chunk) = ([rows, columns], [rows.min(CHUNK_ROWS), columns]);
     let dimensions = if columns == 1 { 1 } else { 2 };
     let shapes = [&shape[..dimensions], &chunk[..dimensions]];
-    hdf5::write_dataset(group, name, shapes, elements, |_| (), &mut Vec::new()).map(|_| ())
+    group.chunked(name, shapes, Compression::Deflate, elements, |_| (), &mut Vec::new()).map(|_| ())
 }

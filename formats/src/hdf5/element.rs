@@ -1,7 +1,5 @@
-use rust_hdf5::H5Type;
-
 /// A number type of datasets, stored little-endian.
-pub(crate) trait Element: H5Type + Copy + Default + Send + Sync {
+pub(crate) trait Element: Copy + Default + Send + Sync + 'static {
     const NAME: &'static str;
     const BYTES: usize;
     /// Datatype message, section IV.A.2.d: the class, then all bytes after the version.
@@ -36,6 +34,7 @@ macro_rules! element {
 element!(u8, 0, [0, 0, 0, 1, 0, 0, 0, 0, 0, 8, 0],);
 element!(u16, 0, [0, 0, 0, 2, 0, 0, 0, 0, 0, 16, 0],);
 element!(u32, 0, [0, 0, 0, 4, 0, 0, 0, 0, 0, 32, 0],);
+element!(u64, 0, [0, 0, 0, 8, 0, 0, 0, 0, 0, 64, 0],);
 element!(i64, 0, [8, 0, 0, 8, 0, 0, 0, 0, 0, 64, 0],);
 element!(
     f32,

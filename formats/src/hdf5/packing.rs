@@ -1,16 +1,14 @@
-//! Compression of chunks on all threads, with the bytes that rust-hdf5 would write on one.
+//! Compression of chunks on all threads, with the same bytes on any number of them.
 //!
 //! Each chunk is cut out of the dataset, transformed, hashed, padded to whole chunks with zeros, shuffled and deflated.
 
-#[cfg(test)]
-mod tests;
+use std::io::{self, Write};
 
+use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
-use rust_hdf5::Hdf5Error;
-use rust_hdf5::format::FormatError;
-use rust_hdf5::format::messages::filter::{FilterPipeline, apply_filters};
 use sha2::{Digest, Sha256};
 
+use super::Compression;
 use super::element::Element;
 use super::tiling::Tiling;
 
@@ -38,18 +36,17 @@ pub(super) struct PackedChunk {
 pub(super) fn packed_chunks<T: Element>(
     elements: &[T],
     tiling: &Tiling,
+    compression: Compression,
     transform: impl Fn(&mut [T]) + Sync,
-    mut emit: impl FnMut(usize, PackedChunk) -> Result<(), Hdf5Error>,
-) -> Result<(), Hdf5Error> {
+    mut emit: impl FnMut(PackedChunk) -> io::Result<()>,
+) -> io::Result<()> {
     let count = tiling.count().unwrap_or(0);
     let batch = CHUNKS_PER_THREAD * rayon::current_num_threads();
     for first in (0..count).step_by(batch) {
         let chunks = first..count.min(first + batch);
-        let pack = |buffer: &mut Vec<T>, chunk| pack(elements, tiling, chunk, &transform, buffer);
-        let packed: Vec<_> = chunks.clone().into_par_iter().map_init(Vec::new, pack).collect();
-        for (chunk, packed) in chunks.zip(packed) {
-            emit(chunk, packed?)?;
-        }
+        let pack = |buffer: &mut Vec<T>, chunk| pack(elements, tiling, chunk, compression, &transform, buffer);
+        let packed: Vec<_> = chunks.into_par_iter().map_init(Vec::new, pack).collect();
+        packed.into_iter().try_for_each(|packed| emit(packed?))?;
     }
     Ok(())
 }
@@ -58,9 +55,10 @@ fn pack<T: Element>(
     elements: &[T],
     tiling: &Tiling,
     chunk: usize,
+    compression: Compression,
     transform: impl Fn(&mut [T]),
     buffer: &mut Vec<T>,
-) -> Result<PackedChunk, FormatError> {
+) -> io::Result<PackedChunk> {
     let tile = tiling.tile(chunk);
     buffer.clear();
     tiling.rows(tile).for_each(|row| buffer.extend_from_slice(&elements[row..][..tile.size[2]]));
@@ -72,11 +70,26 @@ fn pack<T: Element>(
     if tile.size != tiling.sides() {
         bytes = padded(&bytes, tile.size, tiling.sides(), T::BYTES);
     }
-    let filters = match T::BYTES {
-        1 => FilterPipeline::deflate(DEFLATE_LEVEL),
-        element_bytes => FilterPipeline::shuffle_deflate(element_bytes as u32, DEFLATE_LEVEL),
+    let packed = match compression {
+        Compression::Deflate => deflated(&shuffled(bytes, T::BYTES))?,
+        Compression::None => bytes,
     };
-    Ok(PackedChunk { packed: apply_filters(&filters, &bytes)?, digest })
+    Ok(PackedChunk { packed, digest })
+}
+
+/// All first bytes of the elements, then all second bytes, and so on.
+fn shuffled(bytes: Vec<u8>, element_bytes: usize) -> Vec<u8> {
+    if element_bytes == 1 {
+        return bytes;
+    }
+    let plane = |at: usize| bytes.iter().skip(at).step_by(element_bytes).copied();
+    (0..element_bytes).flat_map(plane).collect()
+}
+
+fn deflated(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), flate2::Compression::new(DEFLATE_LEVEL));
+    encoder.write_all(bytes)?;
+    encoder.finish()
 }
 
 /// A chunk that sticks out of the dataset, filled up with zeros: HDF5 stores whole chunks.

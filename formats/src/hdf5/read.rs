@@ -1,9 +1,9 @@
 //! A strict reader of as much HDF5 as a grid file needs: the classic form, which h5py and VTK write by default and
 //! [`super::create`] chooses.
 //!
-//! Our own, because rust-hdf5 0.7.9 writes the file but cannot be trusted to read it. It returns no numeric attribute
-//! of a group. On opening, it walks everything in the file and follows links into other files. It walks a chunk tree
-//! without noticing that a node repeats, so that 22 KB of tree exhaust all memory. Here only the requested objects are
+//! Our own, because rust-hdf5 0.7.9 cannot be trusted with a file of anybody. On opening, it walks everything in the file and
+//! follows links into other files. It walks a chunk tree without noticing that a node repeats, so that 22 KB of tree exhaust all
+//! memory. Here only the requested objects are
 //! visited, every size is checked against the file's length before memory is taken, and every walk is bounded by the
 //! size of the file.
 //!

@@ -1,7 +1,7 @@
 //! Files whose checksums all hold, but whose content breaks docs/format.md, by malice or by mistake.
 
 use sdf_core::grid::owned::Precision;
-use sdf_formats::grid_file::{self, DeepValues, SparseSamples, StoredMesh};
+use sdf_formats::grid_file::{self, DeepValues, SparseSamples, StoredMesh, WriteOptions};
 
 use crate::forged::{Elements, Forged, Value};
 use crate::grid_samples::{Made, about};
@@ -85,7 +85,13 @@ fn a_kept_mesh_is_read_and_a_hostile_one_is_refused() {
 
     let made = Made::new([33, 34, 35], Some(Precision::U16));
     let bad = StoredMesh { vertices: vec![[0.0; 3]; 3], triangles: vec![[0, 1, 3]], is_sign_continuous: true };
-    let refused = grid_file::write_with_mesh(&path, &made.lattice, made.u16_bricks(), &about(), Some(&bad));
+    let refused = grid_file::write_with(
+        &path,
+        &made.lattice,
+        made.u16_bricks(),
+        &about(),
+        WriteOptions { mesh: Some(&bad), ..WriteOptions::default() },
+    );
     assert!(refused.unwrap_err().to_string().contains("cannot be written: triangle 0 of the mesh is [0, 1, 3]"));
 }
 

@@ -1,6 +1,7 @@
 //! All integration tests of the crate, in one program.
 
 mod atomic_write;
+mod blobs;
 mod contact_files;
 mod field_round_trip;
 mod fields;

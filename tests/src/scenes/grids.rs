@@ -1,11 +1,25 @@
 //! Dense and sparse grids, placed and combined.
 
+use sdf_bake::SparseGrid;
 use sdf_core::combine::{Difference, Union};
+use sdf_core::grid::blob::BlobStorage;
+use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
+use sdf_core::grid::{Blob, Grid, Precision};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cuboid, Sphere};
+use sdf_field::Field;
+use sdf_field::export::{ExportFormat, ExportOptions};
 
 use super::{Meaning, Scene, cube_lattice, sampled, sampled_in_bricks, with_block_bounds};
 use crate::scene_field::SceneField;
+
+/// The grid as a blob of this precision, at an odd address.
+fn blob(grid: OwnedGrid, precision: Precision) -> Grid<BlobStorage<'static>> {
+    let options = ExportOptions { precision: Some(precision), ..ExportOptions::default() };
+    let exported = Field::new(grid).export(ExportFormat::Blob, &options).unwrap();
+    let bytes: &'static [u8] = Vec::leak([&[0], &exported.bytes[..]].concat());
+    Blob::open(&bytes[1..]).unwrap().grid()
+}
 
 pub fn grids(s: f64) -> Vec<Scene> {
     use Meaning::Samples;
@@ -45,6 +59,22 @@ pub fn grids(s: f64) -> Vec<Scene> {
             Samples,
             Some(with_block_bounds(sampled(&block, cube_lattice(0.75 * s, 24), 1.0))),
         )
+        .creases(&creases),
+        Scene::new("blob of a grid of a cuboid in u16", s, Samples, {
+            let grid = with_block_bounds(sampled(&block, cube_lattice(0.75 * s, 24), 1.0));
+            let (samples, bounds) = (grid.storage().storage().samples().to_vec(), grid.storage().bounds().to_vec());
+            let storage = OwnedStorage::dense(grid.lattice(), samples, bounds).unwrap();
+            Some(blob(grid.with_storage(storage), Precision::U16))
+        })
+        .creases(&creases),
+        Scene::new("blob of a sparse grid of a sphere", s, Samples, {
+            let grid = sampled_in_bricks::<u16>(&ball, fine, 0.0625 * s);
+            let SparseGrid { table, slots, scales, samples, bounds, errors, coarse, .. } =
+                grid.storage().bricks().clone();
+            let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
+            let storage = OwnedStorage::sparse(grid.lattice(), bricks).unwrap();
+            Some(blob(grid.with_storage(storage), Precision::U16))
+        })
         .creases(&creases),
         Scene::new("turned sparse grid less a sphere", 1.5 * s, Samples, {
             let field = SceneField::new(sampled_in_bricks::<u16>(&block, fine, 0.0625 * s));

@@ -41,9 +41,11 @@ struct Package {
     targets: Vec<(String, String)>,
 }
 
-fn packages() -> Vec<Package> {
+/// The packages of the workspace with this manifest.
+fn packages(manifest: &str) -> Vec<Package> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.args(["metadata", "--no-deps", "--offline", "--locked", "--format-version", "1"]).current_dir(root());
+    cargo.args(["metadata", "--no-deps", "--offline", "--locked", "--format-version", "1"]);
+    cargo.args(["--manifest-path", manifest]).current_dir(root());
     let output = cargo.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -61,10 +63,12 @@ fn packages() -> Vec<Package> {
     metadata["packages"].as_array().unwrap().iter().map(read).collect()
 }
 
-/// `cargo run` must mean exactly one program.
+/// `cargo run` must mean exactly one program. `packages` are those of the project, unless the command names another manifest.
 fn run_is_clear(command: &str, packages: &[Package]) -> bool {
     let words: Vec<&str> = command.split_whitespace().take_while(|word| *word != "--").collect();
     let value = |option: &str| words.windows(2).find(|pair| pair[0] == option).map(|pair| pair[1]);
+    let others = value("--manifest-path").map(self::packages);
+    let packages = others.as_deref().unwrap_or(packages);
     let chosen = packages.iter().filter(|package| match value("-p") {
         Some(name) => package.name == name,
         None => package.is_default,
@@ -76,7 +80,7 @@ fn run_is_clear(command: &str, packages: &[Package]) -> bool {
 
 #[test]
 fn every_cargo_run_in_the_documents_names_one_program() {
-    let (packages, mut count) = (packages(), 0);
+    let (packages, mut count) = (packages("Cargo.toml"), 0);
     for (name, text) in documents() {
         for command in code(&text).into_iter().filter(|piece| piece.starts_with("cargo run")) {
             count += 1;

@@ -46,6 +46,37 @@ fn element<R: Float>(points: &[[f64; 3]], faces: &[[u32; 3]], id: u32, pose: Opt
     Element { id, vertices, simplex: Simplex { corners } }
 }
 
+/// Faces of a mesh in clusters, in a pose.
+pub struct Faces {
+    points: Vec<[f64; 3]>,
+    faces: Vec<[u32; 3]>,
+    pose: Option<Rigid>,
+    owned: Owned,
+}
+
+impl Faces {
+    pub fn new(points: Vec<[f64; 3]>, faces: Vec<[u32; 3]>, pose: Option<Rigid>) -> Self {
+        let owned = build(&points, &faces);
+        Self { points, faces, pose, owned }
+    }
+
+    pub fn count(&self) -> usize {
+        self.faces.len()
+    }
+
+    pub fn elements(&self) -> impl Iterator<Item = Element<f64, 3>> {
+        (0..self.faces.len() as u32).map(|id| element(&self.points, &self.faces, id, self.pose.as_ref()))
+    }
+
+    /// The faces that the clusters leave.
+    pub fn near(&self, field: &impl EnclosedSdf, margin: f64) -> Vec<u32> {
+        let clusters = Clusters::from_parts(&self.owned.order, &self.owned.boxes).unwrap();
+        let mut near = vec![];
+        clusters.visit_near(field, margin, self.pose.as_ref(), |members| near.extend_from_slice(members));
+        near
+    }
+}
+
 /// Returns how many elements the clusters leave.
 fn check<R: Float, F: EnclosedSdf>(
     name: &str,

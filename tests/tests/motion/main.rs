@@ -4,6 +4,7 @@ mod affine;
 mod cage;
 mod clusters;
 mod first_touch;
+mod grazing;
 mod memory;
 mod moving;
 

@@ -1,6 +1,7 @@
 """Signed distance fields of meshes, negative inside, and contacts of meshes with them."""
 
 import os
+import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, Protocol, final, overload
 
@@ -24,6 +25,7 @@ __all__ = [
     "from_bytes",
     "half_space",
     "horseshoe",
+    "import_grid",
     "load",
     "octahedron",
     "rounded_box",
@@ -60,6 +62,7 @@ _Vector = Sequence[float] | npt.NDArray[Any]
 _Pose = npt.ArrayLike | tuple[_Vector, _Vector]
 _Sign = Literal["auto", "pseudo-normal", "winding"]
 _Method = Literal["auto", "certified", "fw", "pgd", "newton", "gss"]
+_Format = Literal["nvdb", "raw", "npy", "nrrd", "vtkhdf", "glb"]
 
 @final
 class Sdf:
@@ -114,6 +117,15 @@ class Sdf:
         scale: float = 1.0,
     ) -> Sdf: ...
     def save(self, path: str | os.PathLike[str]) -> None: ...
+    def export(
+        self,
+        path: str | os.PathLike[str],
+        format: _Format | None = None,
+        *,
+        res: int | None = None,
+        band: int | None = None,
+        threads: int | None = None,
+    ) -> list[pathlib.Path]: ...
     def to_bytes(self) -> bytes: ...
     def __copy__(self) -> Sdf: ...
     def __deepcopy__(self, _memo: Any) -> Sdf: ...
@@ -203,6 +215,9 @@ def signed_distance(
 ) -> _Floats: ...
 def load(path: str | os.PathLike[str]) -> Sdf: ...
 def from_bytes(data: bytes) -> Sdf: ...
+def import_grid(
+    path: str | os.PathLike[str], *, spacing: float | None = None, origin: Sequence[float] | None = None
+) -> Sdf: ...
 def sphere(radius: float) -> Sdf: ...
 def half_space(normal: Sequence[float] = ..., offset: float = 0.0) -> Sdf: ...
 def cuboid(half_extents: Sequence[float]) -> Sdf: ...

@@ -10,12 +10,12 @@ use sdf_formats::atomic_write;
 use super::advice;
 use crate::args::CompareArgs;
 use crate::histogram::escaped;
-use crate::mesh_input::at;
+use crate::mesh_input::with_path;
 use crate::report::{number, seconds};
 
 pub fn write(path: &Path, args: &CompareArgs, comparison: &Comparison) -> Result<()> {
     let page = page(args, comparison);
-    at(path, atomic_write(path, |temporary| std::fs::write(temporary, &page)))
+    with_path(path, atomic_write(path, |temporary| std::fs::write(temporary, &page)))
 }
 
 fn page(args: &CompareArgs, comparison: &Comparison) -> String {

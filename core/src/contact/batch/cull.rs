@@ -125,9 +125,11 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
     fn bound_at_centroids(&self, near: &[CullSurvivor<R>; L]) -> [Result<R, CullReason>; L] {
         let simplex = simplices_in_lanes(self.elements, near.map(|near| near.index));
         let centroid = simplex.centroid();
-        let kernel = LowerBound { slope_bound: self.field.slope_bound() };
         let slope_bound = Lanes(near.map(|near| near.in_box.slope_bound));
-        let [from_slope] = run(&kernel, (simplex, [slope_bound], centroid, [self.field.value(centroid)]));
+        let [from_slope] = run(
+            &LowerBound,
+            (simplex, [self.field.slope_bound_as(), slope_bound], centroid, [self.field.value(centroid)]),
+        );
         let lower_bound = Real::max(from_slope, Lanes(near.map(|near| near.in_box.lower)));
         let margin = Lanes(near.map(|near| self.margin.margin(near.index)));
         let (is_above, is_within) = (margin.lt(from_slope), lower_bound.le(margin));

@@ -67,7 +67,7 @@ impl<S: Storage> Grid<S> {
         let (values, gradient) = points.values();
         let (value, corner_values) = (values[0], [values[1], values[2], values[3]]);
         let rounding = self.triangle_rounding(&corners, value);
-        let slope_bound = R::from_f64(self.slope_bound * self.lattice.spacing());
+        let slope_bound = R::from_f64(self.slope_bound.double * self.lattice.spacing());
         let directions = Directions::new(&triangle, gradient, slope_bound);
         let bounds = self.directional_bounds(&mut cells, &directions)?;
         let lower_bound = value + bounds.min_rise_from_centroid() - rounding;
@@ -94,7 +94,7 @@ impl<S: Storage> Grid<S> {
         let Aabb { min, max } = self.lattice.bounds();
         let largest = min.iter().chain(&max).fold(0.0, |largest: f64, x| largest.max(x.abs()));
         let distance = Real::max(max_distance(corners[0], corners), R::from_f64(largest));
-        rounding(self.slope_bound, corners[0], distance, value)
+        rounding(self.slope_bound.double, corners[0], distance, value)
     }
 
     /// The cells of the centroid and of the corners, with their samples.

@@ -192,7 +192,7 @@ impl<R: Float, const N: usize> PartVisitor for PartsSearch<'_, R, N> {
             return self.leave_out(by_box);
         }
         let (centroid, slope_bound) = (self.simplex.centroid(), R::from_f64(enclosure.slope_bound));
-        let by_slope = self.simplex.lower_bound(part.slope_bound(), slope_bound, centroid, part.value(centroid));
+        let by_slope = self.simplex.lower_bound(part.slope_bound_as(), slope_bound, centroid, part.value(centroid));
         self.spend(1);
         if level < by_slope {
             return self.include(by_slope, false);

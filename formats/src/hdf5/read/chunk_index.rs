@@ -25,10 +25,17 @@ const MAX_EXPANSION: u64 = 1032;
 /// Highest level of a tree's root. A tree of HDF5's default rank, half filled, then has 10⁹ chunks.
 const MAX_LEVEL: u8 = 5;
 
+/// What was done to the bytes of chunks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Packing {
+    None,
+    Deflated { is_shuffled: bool },
+}
+
 /// Location and form of a dataset's chunks.
 pub(super) struct ChunkIndex {
     pub tiling: Tiling,
-    pub is_shuffled: bool,
+    pub packing: Packing,
     /// In the order of [`Tiling::tile`].
     pub chunks: Vec<Chunk>,
     /// Sum over all chunks.
@@ -49,26 +56,23 @@ impl ChunkIndex {
         name: &'static str,
         shape: &[usize],
     ) -> Result<Self, ReadError> {
-        let (Some(space), Some(datatype), Some(layout), Some(filters), None) = (
-            object.only(DATASPACE),
-            object.only(DATATYPE),
-            object.only(LAYOUT),
-            object.only(FILTERS),
-            object.all(EXTERNAL_FILES).next(),
-        ) else {
-            return Err(ReadError::unexpected(format!("its {name} is not a chunked and deflated dataset")));
+        let (Some(space), Some(datatype), Some(layout), None) =
+            (object.only(DATASPACE), object.only(DATATYPE), object.only(LAYOUT), object.all(EXTERNAL_FILES).next())
+        else {
+            return Err(ReadError::unexpected(format!("its {name} is not a chunked dataset")));
         };
         expect_type::<T>(datatype, name)?;
         expect_shape(space, name, shape)?;
-        let is_shuffled = is_shuffled::<T>(filters, name)?;
+        let packing = packing::<T>(object, name)?;
         let (tiling, tree) = tiling::<T>(layout, name, shape)?;
         let max_count = usize::try_from(source.length()).unwrap_or(usize::MAX) / entry_bytes(shape.len());
         let count = tiling.count().filter(|count| *count <= max_count).ok_or_else(|| declared_too_large(name))?;
         let chunk_bytes = tiling.sides().iter().map(|side| *side as u64).product::<u64>() * T::BYTES as u64;
-        let mut walk = TreeWalk { source, name, tiling, rank: shape.len(), chunk_bytes, chunks: vec![None; count] };
+        let mut walk =
+            TreeWalk { source, name, tiling, rank: shape.len(), chunk_bytes, packing, chunks: vec![None; count] };
         walk.visit(tree, None)?;
         let (chunks, stored_bytes) = walk.finish()?;
-        Ok(Self { tiling, is_shuffled, chunks, stored_bytes })
+        Ok(Self { tiling, packing, chunks, stored_bytes })
     }
 }
 
@@ -86,6 +90,7 @@ struct TreeWalk<'a> {
     rank: usize,
     /// Uncompressed.
     chunk_bytes: u64,
+    packing: Packing,
     chunks: Vec<Option<Chunk>>,
 }
 
@@ -132,7 +137,11 @@ impl TreeWalk<'_> {
         if filter_mask != 0 || offset_in_element != 0 || !is_in_file {
             return Err(ReadError::damaged(format!("a chunk of {} lies outside the file", self.name)));
         }
-        if self.chunk_bytes.div_ceil(MAX_EXPANSION) > u64::from(stored_bytes) {
+        let fits = match self.packing {
+            Packing::None => self.chunk_bytes == u64::from(stored_bytes),
+            Packing::Deflated { .. } => self.chunk_bytes.div_ceil(MAX_EXPANSION) <= u64::from(stored_bytes),
+        };
+        if !fits {
             return Err(declared_too_large(self.name));
         }
         let chunk = Chunk { address, stored_bytes: stored_bytes as usize };
@@ -209,9 +218,13 @@ fn tiling<T: Element>(body: &[u8], name: &str, shape: &[usize]) -> Result<(Tilin
     Ok((Tiling::new(shape, &sides), tree))
 }
 
-/// Section IV.A.2.l, version 1: deflate must come last, and only shuffling before it.
-fn is_shuffled<T: Element>(body: &[u8], name: &str) -> Result<bool, ReadError> {
-    let refused = || ReadError::unexpected(format!("its {name} is not shuffled and deflated"));
+/// Section IV.A.2.l, version 1: no filters, or deflate at last and only shuffling before it.
+fn packing<T: Element>(object: &Object, name: &str) -> Result<Packing, ReadError> {
+    let refused =
+        || ReadError::unexpected(format!("its {name} is packed neither by deflate nor by shuffling and deflate"));
+    let Some(body) = object.only(FILTERS) else {
+        return if object.all(FILTERS).next().is_none() { Ok(Packing::None) } else { Err(refused()) };
+    };
     let mut fields = Fields(body);
     let [version, count] = [fields.u8()?, fields.u8()?];
     let filters = match count {
@@ -234,5 +247,5 @@ fn is_shuffled<T: Element>(body: &[u8], name: &str) -> Result<bool, ReadError> {
             return Err(refused());
         }
     }
-    Ok(count == 2)
+    Ok(Packing::Deflated { is_shuffled: count == 2 })
 }

@@ -6,13 +6,13 @@ use flate2::{Decompress, FlushDecompress, Status};
 use rayon::prelude::*;
 
 use super::ReadError;
-use super::chunk_index::{ChunkIndex, declared_too_large};
+use super::chunk_index::{ChunkIndex, Packing, declared_too_large};
 use super::object::Object;
 use super::source::ByteSource;
 use crate::hdf5::element::Element;
 use crate::hdf5::tiling::{Tile, Tiling};
 
-/// A dataset of one to three axes, chunked and deflated, whose chunks all lie in the file.
+/// A dataset of one to three axes, chunked, deflated or not, whose chunks all lie in the file.
 pub(crate) struct Dataset<T> {
     name: &'static str,
     index: ChunkIndex,
@@ -86,20 +86,33 @@ impl<T: Element> Dataset<T> {
         Ok(elements)
     }
 
-    /// Leaves the chunk's little-endian elements in `unpacked`, cut to the dataset.
+    /// Leaves the chunk's little-endian elements in `unpacked`, cut to the dataset. A whole chunk that is not packed is read into
+    /// its place.
     fn unpack(&self, source: &ByteSource, chunk: usize, unpacker: &mut Unpacker) -> Result<(), ReadError> {
         let Unpacker { inflater, stored, packed, unpacked } = unpacker;
         let tile = self.tiling().tile(chunk);
         let chunk = &self.index.chunks[chunk];
-        source.read_into(chunk.address, chunk.stored_bytes, stored)?;
         let [sz, sy, sx] = self.tiling().sides();
-        packed.resize(sz * sy * sx * T::BYTES, 0);
-        self.inflate(inflater, stored, packed)?;
+        let is_shuffled = match self.index.packing {
+            Packing::None if tile.size == [sz, sy, sx] => {
+                return source.read_into(chunk.address, chunk.stored_bytes, unpacked);
+            }
+            Packing::None => {
+                source.read_into(chunk.address, chunk.stored_bytes, packed)?;
+                false
+            }
+            Packing::Deflated { is_shuffled } => {
+                source.read_into(chunk.address, chunk.stored_bytes, stored)?;
+                packed.resize(sz * sy * sx * T::BYTES, 0);
+                self.inflate(inflater, stored, packed)?;
+                is_shuffled
+            }
+        };
         let [size_z, size_y, size_x] = tile.size;
         unpacked.resize(size_z * size_y * size_x * T::BYTES, 0);
         let rows = (0..size_z).flat_map(|z| (0..size_y).map(move |y| (z * sy + y) * sx));
         for (first, row) in rows.zip(unpacked.chunks_exact_mut(size_x * T::BYTES)) {
-            if self.index.is_shuffled {
+            if is_shuffled {
                 unshuffle::<T>(packed, first, row);
             } else {
                 row.copy_from_slice(&packed[first * T::BYTES..][..size_x * T::BYTES]);

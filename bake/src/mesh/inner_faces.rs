@@ -1,0 +1,218 @@
+//! Faces inside of the solid: which parts of faces are no part of its surface, because the solid goes on at both sides?
+//!
+//! | step | arithmetic | file |
+//! |---|---|---|
+//! | 1. remove whole shells that meet no other | exact predicates | `inner_shells` |
+//! | 2. list pairs of triangles that cross, overlap in one plane or touch | exact predicates | `intersections` |
+//! | 3. divide each of them by the others | exact | `pieces`, on `lines` |
+//! | 4. ask both sides of each piece, and of one triangle for all that are connected without meeting others | exact predicates | `sides` |
+//! | 5. remove what has the solid at both sides | – | – |
+//!
+//! Along a triangle that meets no other, and across edges to others like it, the winding numbers of both sides stay as
+//! they are, and so they do along a piece. What is left is the surface of the solid. Its new corners are rounded, so it is
+//! not closed bit for bit: distances are measured to it, but signs come from the winding numbers of the mesh as it was.
+
+mod lines;
+mod pieces;
+mod sides;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use sdf_core::nalgebra::Vector3;
+
+use super::has_area;
+use super::inner_shells::MAX_SHELLS;
+use super::intersections::{contacts, intersecting_pairs};
+use super::topology::{OrientedMesh, Shells, orient, same_edge};
+use crate::TriangleMesh;
+use crate::bvh::Bvh;
+use crate::rounding::PIECE_ROUNDING;
+use pieces::pieces;
+use sides::{Sides, Verdict};
+
+/// Triangles are divided if the pairs of them that meet are no more than this for each triangle.
+const MAX_PAIRS_PER_TRIANGLE: usize = 32;
+
+/// Nor more than this in all: each costs up to a tenth of a millisecond.
+const MAX_PAIRS: usize = 1 << 22;
+
+/// Triangles asked for the sides of all that they are connected with, until one is certain.
+const MAX_SAMPLES: usize = 8;
+
+/// Factor that scatters the order in which a triangle is divided: so the partition of many segments is not deep.
+const SCATTER: u32 = 0x9e37_79b1;
+
+/// The parts of a triangle, each with its corners.
+struct Divided {
+    triangle: usize,
+    parts: Vec<(Vec<Vector3<f64>>, Verdict)>,
+}
+
+impl TriangleMesh {
+    /// The surface of the solid: the mesh without the faces, and without the parts of faces, that have the solid at both
+    /// sides. Signs remain those of the mesh as it was. [`report`](Self::report) has the counts.
+    ///
+    /// Unchanged unless all winding numbers are whole, as in closed meshes, or if too many triangles cross.
+    pub fn without_inner_faces(self) -> Self {
+        let oriented = orient(&self);
+        if oriented.boundary().next().is_some() {
+            return self;
+        }
+        let topology = oriented.topology;
+        let are_shells_known =
+            topology.is_closed() && topology.doubled == 0 && (2..=MAX_SHELLS).contains(&topology.shells);
+        let mesh = self.without_free_inner_shells(&oriented);
+        if are_shells_known && mesh.report.entangled_shells == 0 {
+            return mesh;
+        }
+        let oriented = if mesh.report.inner_shells > 0 { orient(&mesh) } else { oriented };
+        mesh.divided(&oriented)
+    }
+
+    fn divided(mut self, oriented: &OrientedMesh) -> Self {
+        let tree = Bvh::for_points(&self);
+        if oriented.topology.bounds_one_solid() {
+            let in_tree = |triangle: &u32| oriented.orientations[*triangle as usize];
+            let orientations: Vec<f64> = tree.triangles.iter().map(in_tree).collect();
+            let count = intersecting_pairs(&self, &tree, &orientations);
+            self.intersecting_pairs = Some(count);
+            if count == 0 {
+                return self;
+            }
+        }
+        let max_pairs = MAX_PAIRS.min(MAX_PAIRS_PER_TRIANGLE * self.triangles.len());
+        let Some(pairs) = contacts(&self, &tree, max_pairs) else {
+            self.report.has_too_many_crossings = true;
+            return self;
+        };
+        let mut pairs: Vec<[u32; 2]> = pairs.into_iter().flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+        pairs.par_sort_unstable_by_key(|[triangle, other]| (*triangle, other.wrapping_mul(SCATTER)));
+        let groups: Vec<&[[u32; 2]]> = pairs.chunk_by(|a, b| a[0] == b[0]).collect();
+        let sides = Sides { mesh: &self, tree: &tree, orientations: &oriented.orientations };
+        let corners = |triangle: u32| self.corner_points(self.triangles[triangle as usize]);
+        let divide = |group: &&[[u32; 2]]| {
+            let others: Vec<_> = group.iter().map(|[_, other]| corners(*other)).collect();
+            let face = corners(group[0][0]);
+            let with_verdict = |piece: pieces::Piece| {
+                let verdict = sides.verdict(face, &piece);
+                (piece.corners, verdict)
+            };
+            let parts = pieces(face, &others).into_iter().map(with_verdict).collect();
+            Divided { triangle: group[0][0] as usize, parts }
+        };
+        let divided: Vec<Divided> = groups.par_iter().map(divide).collect();
+        let apart = self.verdicts_apart(oriented, &sides, &divided);
+        self.assembled(oriented, &apart, &divided)
+    }
+
+    /// Verdict of each triangle that meets no other. Meaningless for the others.
+    fn verdicts_apart(&self, oriented: &OrientedMesh, sides: &Sides, divided: &[Divided]) -> Vec<Verdict> {
+        let count = self.triangles.len();
+        let mut is_apart = vec![true; count + self.stitches.len()];
+        divided.iter().for_each(|divided| is_apart[divided.triangle] = false);
+        let mut union = Shells::new(is_apart.len());
+        for edge in oriented.half_edges.chunk_by(same_edge) {
+            if let [a, b] = edge
+                && is_apart[a.triangle as usize]
+                && is_apart[b.triangle as usize]
+            {
+                union.union(a.triangle, b.triangle);
+            }
+        }
+        let roots: Vec<usize> = (0..count as u32).map(|triangle| union.root(triangle) as usize).collect();
+        let mut samples: Vec<Vec<usize>> = vec![vec![]; is_apart.len()];
+        for (triangle, root) in roots.iter().enumerate().filter(|(triangle, _)| is_apart[*triangle]) {
+            if samples[*root].len() < MAX_SAMPLES {
+                samples[*root].push(triangle);
+            }
+        }
+        let verdict = |samples: &Vec<usize>| {
+            let verdicts = samples.iter().flat_map(|triangle| {
+                let face = self.corner_points(self.triangles[*triangle]);
+                let piece = pieces(face, &[]).pop();
+                piece.map(|piece| sides.verdict(face, &piece))
+            });
+            // What is not certain stays.
+            verdicts.into_iter().find(|verdict| verdict.is_certain).unwrap_or(Verdict::UNKNOWN)
+        };
+        let by_root: Vec<Verdict> = samples.par_iter().map(verdict).collect();
+        roots.into_iter().map(|root| by_root[root]).collect()
+    }
+
+    fn assembled(mut self, oriented: &OrientedMesh, apart: &[Verdict], divided: &[Divided]) -> Self {
+        self.report.entangled_shells = 0;
+        let mut report = self.report;
+        let (mut points, mut triangles) = (self.points.clone(), vec![]);
+        let max_coordinate = self.bounds.min.iter().chain(&self.bounds.max).fold(0.0_f64, |max, x| max.max(x.abs()));
+        let mut divided = divided.iter().peekable();
+        let mut has_new_points = false;
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            let orientation = oriented.orientations[triangle];
+            let own = divided.next_if(|divided| divided.triangle == triangle);
+            let parts = own.map_or(&[][..], |own| &own.parts);
+            report.uncertain_pieces += parts.iter().filter(|(_, verdict)| !verdict.is_certain).count();
+            let inner = parts.iter().filter(|(_, verdict)| verdict.is_inner()).count();
+            if parts.len() > 1 {
+                report.crossing_triangles += 1;
+                report.kept_pieces += parts.len() - inner;
+                report.dropped_pieces += inner;
+            }
+            let is_whole = inner == 0 || inner == parts.len();
+            if is_whole {
+                let verdict = parts.first().map_or(apart[triangle], |(_, verdict)| *verdict);
+                if verdict.is_inner() {
+                    report.inner_triangles += 1;
+                } else {
+                    triangles.push(outward(*corners, verdict, orientation));
+                }
+                continue;
+            }
+            has_new_points = true;
+            for (polygon, verdict) in parts.iter().filter(|(_, verdict)| !verdict.is_inner()) {
+                for fan in polygon[1..].windows(2) {
+                    let first = points.len() as u32;
+                    points.extend(with_area([polygon[0], fan[0], fan[1]], f64::EPSILON * max_coordinate));
+                    triangles.push(outward([first, first + 1, first + 2], *verdict, orientation));
+                }
+            }
+        }
+        if triangles.is_empty() || triangles.len() == self.triangles.len() && !has_new_points {
+            return self;
+        }
+        let rounding = if has_new_points { PIECE_ROUNDING * max_coordinate } else { 0.0 };
+        let (bounds, stitches) = (self.bounds, vec![]);
+        Self {
+            points,
+            triangles,
+            stitches,
+            bounds,
+            report,
+            rounding,
+            intersecting_pairs: None,
+            solid: Some(Arc::new(self)),
+        }
+    }
+}
+
+/// The triangle wound so that its front is outside of the solid, or else as it is oriented.
+fn outward([a, b, c]: [u32; 3], verdict: Verdict, orientation: f64) -> [u32; 3] {
+    let is_turned = match verdict.inside {
+        [front, back] if front != back => front,
+        _ => orientation < 0.0,
+    };
+    if is_turned { [a, c, b] } else { [a, b, c] }
+}
+
+/// A triangle that rounding left without area gets one: a corner moves by `step` along an axis, or two where all are one.
+fn with_area(corners: [Vector3<f64>; 3], step: f64) -> [Vector3<f64>; 3] {
+    let moved = |(corner, axis): (usize, usize)| {
+        let mut moved = corners;
+        moved[corner][axis] += step;
+        moved
+    };
+    let all_moves = (0..9).map(|index| moved((index / 3, index % 3)));
+    let [a, b, c] = corners;
+    let apart = [a, b + Vector3::x() * step, c + Vector3::y() * step];
+    [corners].into_iter().chain(all_moves).find(|corners| has_area(*corners)).unwrap_or(apart)
+}

@@ -1,0 +1,122 @@
+//! Is a piece of a face inside of the solid at both its sides? By the winding number at two points beside it.
+//!
+//! The points p and q lie on the normal through a point of the piece. The answer is certain if, by exact predicates,
+//!
+//! 1. both lie on the piece's own side of all planes through its edges, and on different sides of the face: so the
+//!    segment pq passes through the piece;
+//! 2. it meets no other triangle, except in the face's plane: so p and q are in the two regions that the piece separates;
+//! 3. the winding number at p is the sum of the crossings of a ray, which touches no edge.
+//!
+//! Near another face p and q come closer, down to where rounding takes their meaning. A piece still nearer to another face,
+//! or still narrower, is asked a little farther off, [`FUSED`] beside it, and the answer is not certain.
+
+use std::ops::ControlFlow;
+
+use sdf_core::nalgebra::Vector3;
+
+use super::pieces::{Piece, side_of};
+use crate::TriangleMesh;
+use crate::bvh::Bvh;
+use crate::mesh::intersections::{crossing, ray_crossings};
+use crate::triangle::area_vector;
+
+/// Distances of p and q from the piece, as fractions of the way from its middle to its edges.
+const STEPS: [f64; 4] = [0.25, 4e-3, 1.5e-5, 6e-8];
+
+/// The least of them, relative to the largest coordinate: its direction still has four bits.
+const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
+
+/// Distance of p and q where no answer is certain, relative to the largest coordinate.
+const FUSED: f64 = 16384.0 * f64::EPSILON;
+
+const RAYS: usize = 12;
+
+/// Which side of a piece is inside of the solid?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Verdict {
+    /// In front of it, where its normal points, and behind it.
+    pub inside: [bool; 2],
+    /// Is it proven?
+    pub is_certain: bool,
+}
+
+impl Verdict {
+    pub const UNKNOWN: Self = Self { inside: [false; 2], is_certain: false };
+
+    /// Is the piece no part of the surface?
+    pub fn is_inner(self) -> bool {
+        self.inside == [true; 2]
+    }
+}
+
+/// A mesh whose winding numbers are whole.
+pub(super) struct Sides<'a> {
+    pub mesh: &'a TriangleMesh,
+    pub tree: &'a Bvh,
+    /// By triangle of the mesh.
+    pub orientations: &'a [f64],
+}
+
+impl Sides<'_> {
+    pub fn verdict(&self, face: [Vector3<f64>; 3], piece: &Piece) -> Verdict {
+        let middle = piece.corners.iter().sum::<Vector3<f64>>() / piece.corners.len() as f64;
+        let Some(normal) = area_vector(face).try_normalize(0.0) else { return Verdict::UNKNOWN };
+        let coordinates = middle.amax().max(face[0].amax());
+        let least = LEAST_STEP * coordinates;
+        let width =
+            piece.planes.iter().map(|(plane, _)| distance_to_plane(*plane, middle)).fold(f64::INFINITY, f64::min);
+        let steps = STEPS.map(|step| step * width).into_iter().filter(|step| *step > least).chain([least]);
+        let certain = steps
+            .into_iter()
+            .find_map(|step| self.certain(face, piece, [1.0, -1.0].map(|s| middle + normal * (s * step))));
+        certain.unwrap_or_else(|| {
+            let points = [1.0, -1.0].map(|side| middle + normal * (side * FUSED * coordinates));
+            let [Some(front), Some(back)] = points.map(|point| self.winding_number(point)) else {
+                return Verdict::UNKNOWN;
+            };
+            Verdict { inside: [front, back].map(|winding| winding != 0), is_certain: false }
+        })
+    }
+
+    fn certain(&self, face: [Vector3<f64>; 3], piece: &Piece, points: [Vector3<f64>; 2]) -> Option<Verdict> {
+        let is_beside = |(plane, side): &(_, i32)| points.iter().all(|point| side_of(*plane, *point) == *side);
+        if points.map(|point| side_of(face, point)) != [1, -1] || !piece.planes.iter().all(is_beside) {
+            return None;
+        }
+        let [from, to] = points;
+        let mut change = Some(0);
+        self.tree.visit_overlapping(from.inf(&to), from.sup(&to), |slot| {
+            let orientation = self.orientations[self.tree.triangles[slot] as usize];
+            let corners = self.tree.corners[slot];
+            let is_in_plane = || corners.iter().all(|corner| side_of(face, *corner) == 0);
+            let step = match crossing(points, corners) {
+                _ if orientation == 0.0 => Some(0),
+                Some(0.0) => Some(0),
+                Some(crossing) if is_in_plane() => Some((crossing * orientation) as i32),
+                _ => None,
+            };
+            change = change.zip(step).map(|(change, step)| change + step);
+            if change.is_some() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        let change = change?;
+        let front = self.winding_number(from)?;
+        Some(Verdict { inside: [front, front + change].map(|winding| winding != 0), is_certain: true })
+    }
+
+    /// Winding number at a point by the crossings of a ray. `None` if each ray touches an edge.
+    fn winding_number(&self, from: Vector3<f64>) -> Option<i32> {
+        (0..RAYS).find_map(|ray| {
+            // Directions with no simple ratio of coordinates, by the fractional parts of multiples of roots.
+            let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
+            let to = from + direction.normalize() * (2.0 * self.mesh.bounds.diagonal());
+            let crossings = ray_crossings(self.tree, [from, to], |_| true)?;
+            let change = |(triangle, crossing): &(u32, f64)| -(crossing * self.orientations[*triangle as usize]) as i32;
+            Some(crossings.iter().map(change).sum())
+        })
+    }
+}
+
+fn distance_to_plane(plane: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
+    let normal = area_vector(plane).try_normalize(0.0).unwrap_or_default();
+    normal.dot(&(point - plane[0])).abs()
+}

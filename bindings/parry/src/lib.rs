@@ -1,0 +1,45 @@
+//! Signed distance fields as colliders of parry and rapier, without a fork of either: a [`SdfShape`], and a [`SdfDispatcher`] that
+//! answers for pairs with one. All other pairs stay with parry.
+//!
+//! ```
+//! use parry3d::math::{Pose, Vector};
+//! use parry3d::query::{DefaultQueryDispatcher, QueryDispatcher};
+//! use parry3d::shape::Ball;
+//! use sdf_core::shapes::Torus;
+//! use sdf_parry::{SdfDispatcher, SdfShape};
+//!
+//! let torus = SdfShape::new(Torus::new(1.0, 0.25).unwrap()).unwrap();
+//! let dispatcher = SdfDispatcher::default().chain(DefaultQueryDispatcher);
+//! // A ball in the hole of the torus, and one above its ring.
+//! let contact = |x, z| dispatcher.contact(&Pose::from_translation(Vector::new(x, 0.0, z)), &torus, &Ball::new(0.5), 0.1).unwrap();
+//! assert!(contact(0.0, 0.0).is_none());
+//! assert!((contact(1.0, 0.7).unwrap().dist + 0.05).abs() < 1e-4);
+//! ```
+//!
+//! rapier takes the dispatcher in `NarrowPhase::with_query_dispatcher`, and the shape in `ColliderBuilder::new(SharedShape::new(…))`.
+//! A field baked by `sdf-field` is made one by `Field::into_any`.
+//!
+//! | step | question | file |
+//! |---|---|---|
+//! | 1 | Which of a pair is the field, and which triangles has the other shape? | `pair`, `surface` |
+//! | 2 | Where does the field touch these triangles? | `touch`, by `sdf_core::contact` |
+//! | 3 | Which points does a solver get? Grouped by normal, at most four each, with last step's impulses | `manifolds` |
+//! | 4 | When does a moving shape arrive? | `cast` |
+//!
+//! Not answered: a field in a `Compound`, deformable meshes, two fields of which neither has a mesh.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod cast;
+mod convert;
+mod dispatcher;
+mod manifolds;
+mod pair;
+mod shape;
+mod surface;
+mod touch;
+
+pub use dispatcher::{SdfDispatcher, Search};
+pub use sdf_core as core;
+pub use shape::{InvalidShape, SdfShape};

@@ -1,0 +1,91 @@
+//! Which shape of a pair is the field, and which the surface? The first field whose partner has triangles; a half-space is a field,
+//! too, where its partner is a field with a mesh.
+
+use std::sync::Arc;
+
+use parry3d::math::Pose;
+use parry3d::shape::Shape;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::{AnyField, shapes};
+
+use crate::convert::{to_core, to_parry, to_rigid};
+use crate::dispatcher::Search;
+use crate::shape::SdfShape;
+use crate::surface::Surface;
+use crate::touch::{Touch, touches};
+
+pub(crate) struct Pair {
+    pub field: Arc<AnyField>,
+    pub surface: Arc<Surface>,
+    /// The field is the second shape.
+    pub flipped: bool,
+}
+
+impl Pair {
+    /// `None` if neither is an [`SdfShape`], or its partner has no triangles.
+    pub fn new(g1: &dyn Shape, g2: &dyn Shape) -> Option<Self> {
+        Self::roles(g1, g2)
+            .and_then(|(field, shape, flipped)| Some(Self { field, surface: Surface::of_shape(shape)?, flipped }))
+    }
+
+    /// The same with a surface that is known from the last step.
+    pub fn with_surface(g1: &dyn Shape, g2: &dyn Shape, surface: Arc<Surface>) -> Option<Self> {
+        Self::roles(g1, g2).map(|(field, _, flipped)| Self { field, surface, flipped })
+    }
+
+    fn roles<'a>(g1: &'a dyn Shape, g2: &'a dyn Shape) -> Option<(Arc<AnyField>, &'a dyn Shape, bool)> {
+        let sdf = |shape: &dyn Shape| shape.as_shape::<SdfShape>().cloned();
+        let has_surface =
+            |shape: &dyn Shape| shape.as_halfspace().is_none() && sdf(shape).is_none_or(|sdf| sdf.mesh().is_some());
+        let has_mesh = |shape: &dyn Shape| sdf(shape).is_some_and(|sdf| sdf.mesh().is_some());
+        match (sdf(g1), sdf(g2)) {
+            (Some(field), _) if has_surface(g2) => Some((field.shared_field(), g2, false)),
+            (_, Some(field)) if has_surface(g1) => Some((field.shared_field(), g1, true)),
+            _ if has_mesh(g1) => Some((half_space(g2)?, g1, true)),
+            _ if has_mesh(g2) => Some((half_space(g1)?, g2, false)),
+            _ => None,
+        }
+    }
+
+    /// Where the surface stands in the field's frame; `pos12` takes the second shape into the frame of the first.
+    pub fn pose(&self, pos12: &Pose) -> Pose {
+        if self.flipped { pos12.inverse() } else { *pos12 }
+    }
+
+    /// Touches at a pose of the surface in the field's frame.
+    pub fn touches(&self, pose: &Pose, margin: f64, search: Search) -> Vec<Touch> {
+        to_rigid(pose).map_or(vec![], |pose| touches(&self.field, &self.surface, &pose, margin, search))
+    }
+
+    /// The touch with the lowest φ. Its value is at most that at any vertex of the surface.
+    pub fn nearest(&self, pose: &Pose, search: Search) -> Option<Touch> {
+        let rigid = to_rigid(pose)?;
+        let values = self.surface.parts.iter().flat_map(|part| {
+            part.points.iter().map(|point| {
+                use sdf_core::Sdf;
+                self.field.sample(rigid.push(Vector3::from(*point))).value
+            })
+        });
+        let margin = values.fold(f64::INFINITY, f64::min);
+        // Above the value itself, so that rounding does not lose it.
+        let margin = margin + 1e-6 * margin.abs() + f64::MIN_POSITIVE;
+        let touches = if margin.is_finite() { self.touches(pose, margin, search) } else { vec![] };
+        touches.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
+    }
+
+    /// Is all of the field inside of the other shape? Then no triangle of that one comes near. It is if a point of the field's is, and
+    /// no touch was found.
+    pub fn is_swallowed(&self, g1: &dyn Shape, g2: &dyn Shape, pose: &Pose) -> bool {
+        use sdf_core::Sdf;
+        let bounds = self.field.bounds(0.0);
+        let middle = [0, 1, 2].map(|axis| 0.5 * (bounds.min[axis] + bounds.max[axis]));
+        let other = if self.flipped { g1 } else { g2 };
+        let point = pose.inverse_transform_point(to_parry(Vector3::from(middle)));
+        middle.iter().all(|x| x.is_finite()) && other.contains_local_point(point)
+    }
+}
+
+fn half_space(shape: &dyn Shape) -> Option<Arc<AnyField>> {
+    let normal = to_core(shape.as_halfspace()?.normal);
+    Some(Arc::new(AnyField::from(shapes::HalfSpace::new(normal.into(), 0.0)?)))
+}

@@ -1,0 +1,220 @@
+//! A field as a shape of parry: its box, its mass, rays and nearest points. Contacts are the dispatcher's: [`SdfDispatcher`].
+//!
+//! | query | method |
+//! |---|---|
+//! | ray | sphere tracing (Hart 1996) with the field's slope bound, from where the ray enters its box |
+//! | nearest point | steps of −φ ∇φ / |∇φ|² until φ is zero |
+//! | mass | midpoints of 48 cells along the longest side, those at the surface by the fraction that is inside |
+//!
+//! [`SdfDispatcher`]: crate::SdfDispatcher
+
+use std::sync::{Arc, OnceLock};
+
+use parry3d::bounding_volume::{Aabb, BoundingSphere};
+use parry3d::mass_properties::MassProperties;
+use parry3d::math::{Matrix, Vector};
+use parry3d::query::{PointProjection, PointQuery, Ray, RayCast, RayIntersection};
+use parry3d::shape::{FeatureId, Shape, ShapeType, TypedShape};
+use sdf_core::nalgebra::{Matrix3, Vector3};
+use sdf_core::{AnyField, Sdf};
+
+use crate::convert::{to_core, to_parry};
+use crate::surface::Surface;
+
+/// A field as a solid body. A clone shares everything.
+#[derive(Clone)]
+pub struct SdfShape {
+    field: Arc<AnyField>,
+    bounds: Aabb,
+    unit_mass: Arc<OnceLock<MassProperties>>,
+    mesh: Option<Arc<Surface>>,
+}
+
+/// Why something is not the shape of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum InvalidShape {
+    /// The field has points with φ ≤ 0 at any distance, or none at all.
+    Unbounded,
+    /// A face of the mesh names a vertex that is not there.
+    VertexOutOfRange,
+}
+
+impl std::fmt::Display for InvalidShape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Unbounded => "a collider needs a field with a finite, not empty inside: intersect it with a box",
+            Self::VertexOutOfRange => "a face of the mesh names a vertex that is not there",
+        })
+    }
+}
+
+impl std::error::Error for InvalidShape {}
+
+/// Steps of a ray. Each step that is not the last gets at least 1e-6 of the box's diagonal further.
+const MAX_RAY_STEPS: u32 = 4096;
+
+/// A ray, or a point, is at the surface within this fraction of the box's diagonal.
+const AT_SURFACE: f64 = 1e-6;
+
+/// Cells along the longest side in which mass is counted.
+const MASS_CELLS: f64 = 48.0;
+
+impl SdfShape {
+    /// Any field of the core: a closed form, a baked grid, a combination. In the unit of the scene, negative inside.
+    pub fn new(field: impl Into<AnyField>) -> Result<Self, InvalidShape> {
+        let field = field.into();
+        let bounds = field.bounds(0.0);
+        let is_body = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis] && bounds.extents()[axis].is_finite());
+        if !is_body {
+            return Err(InvalidShape::Unbounded);
+        }
+        let bounds = Aabb::new(to_parry(bounds.min.into()), to_parry(bounds.max.into()));
+        Ok(Self { field: Arc::new(field), bounds, unit_mass: Arc::default(), mesh: None })
+    }
+
+    /// The same with its surface as triangles, such as the mesh that was baked. They are needed where the other shape has none: against
+    /// half-spaces, and against other fields.
+    pub fn with_mesh(self, points: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Self, InvalidShape> {
+        let mesh = Surface::of_mesh(points.to_vec(), faces.to_vec()).ok_or(InvalidShape::VertexOutOfRange)?;
+        Ok(Self { mesh: Some(Arc::new(mesh.with_clusters())), ..self })
+    }
+
+    /// The field, in the shape's own frame.
+    pub fn field(&self) -> &AnyField {
+        &self.field
+    }
+
+    pub(crate) fn shared_field(&self) -> Arc<AnyField> {
+        self.field.clone()
+    }
+
+    pub(crate) fn mesh(&self) -> Option<&Arc<Surface>> {
+        self.mesh.as_ref()
+    }
+
+    fn at_surface(&self) -> f64 {
+        AT_SURFACE * f64::from(self.bounds.extents().length())
+    }
+
+    /// Mass, centre and inertia at a density of one.
+    fn integrate(&self) -> MassProperties {
+        let (low, extents) = (to_core(self.bounds.mins), to_core(self.bounds.extents()));
+        let cell = extents.max() / MASS_CELLS;
+        if cell <= 0.0 {
+            return MassProperties::default();
+        }
+        let [nx, ny, nz]: [u32; 3] = extents.map(|extent| (extent / cell).ceil().max(1.0) as u32).into();
+        let (mut volume, mut moment, mut products) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for (i, j, k) in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j, k)))) {
+            let middle = low + Vector3::new(i, j, k).map(|index| (f64::from(index) + 0.5) * cell);
+            let share = (0.5 - self.field.value(middle) / cell).clamp(0.0, 1.0) * cell.powi(3);
+            volume += share;
+            moment += middle * share;
+            products += middle * middle.transpose() * share;
+        }
+        if volume <= 0.0 {
+            return MassProperties::default();
+        }
+        let centre = moment / volume;
+        let products = products - centre * centre.transpose() * volume;
+        let inertia = Matrix3::from_diagonal_element(products.trace()) - products;
+        let columns = [0, 1, 2].map(|axis| to_parry(inertia.column(axis).into()));
+        let inertia = Matrix::from_cols(columns[0], columns[1], columns[2]);
+        MassProperties::with_inertia_matrix(to_parry(centre), volume as f32, inertia)
+    }
+}
+
+impl PointQuery for SdfShape {
+    fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
+        let start = to_core(point);
+        let is_inside = self.field.value(start) <= 0.0;
+        if is_inside && solid {
+            return PointProjection::new(true, point);
+        }
+        let mut nearest = start;
+        for _ in 0..16 {
+            let sample = self.field.sample(nearest);
+            let slope_sq = sample.gradient.norm_squared();
+            if sample.value.abs() <= self.at_surface() || slope_sq < 1e-12 {
+                break;
+            }
+            nearest -= sample.gradient * (sample.value / slope_sq);
+        }
+        PointProjection::new(is_inside, to_parry(nearest))
+    }
+
+    fn project_local_point_and_get_feature(&self, point: Vector) -> (PointProjection, FeatureId) {
+        (self.project_local_point(point, false), FeatureId::Unknown)
+    }
+}
+
+impl RayCast for SdfShape {
+    /// `None` too where a ray grazes the surface for thousands of steps.
+    fn cast_local_ray_and_get_normal(&self, ray: &Ray, max_time: f32, solid: bool) -> Option<RayIntersection> {
+        let hit = |time: f64, normal| {
+            (time <= f64::from(max_time)).then(|| RayIntersection::new(time as f32, normal, FeatureId::Unknown))
+        };
+        let (origin, direction) = (to_core(ray.origin), to_core(ray.dir));
+        let is_inside = self.field.sample(origin).value <= 0.0;
+        if is_inside && solid {
+            return hit(0.0, Vector::ZERO);
+        }
+        let (enter, leave) = self.bounds.clip_ray_parameters(ray)?;
+        let speed = direction.norm() * self.field.slope_bound().max(f64::MIN_POSITIVE);
+        let mut time = f64::from(enter.max(0.0));
+        for _ in 0..MAX_RAY_STEPS {
+            let sample = self.field.sample(origin + direction * time);
+            let clearance = if is_inside { -sample.value } else { sample.value };
+            if clearance <= self.at_surface() {
+                let normal = to_parry(sample.gradient).normalize_or_zero();
+                return hit(time, if is_inside { -normal } else { normal });
+            }
+            time += clearance / speed;
+            if time > f64::from(leave) && !is_inside {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+impl Shape for SdfShape {
+    fn compute_local_aabb(&self) -> Aabb {
+        self.bounds
+    }
+
+    fn compute_local_bounding_sphere(&self) -> BoundingSphere {
+        BoundingSphere::new(self.bounds.center(), self.bounds.half_extents().length())
+    }
+
+    fn clone_dyn(&self) -> Box<dyn Shape> {
+        Box::new(self.clone())
+    }
+
+    fn scale_dyn(&self, _: Vector, _: u32) -> Option<Box<dyn Shape>> {
+        None
+    }
+
+    fn mass_properties(&self, density: f32) -> MassProperties {
+        let mut mass = *self.unit_mass.get_or_init(|| self.integrate());
+        mass.set_mass(mass.mass() * density, true);
+        mass
+    }
+
+    fn shape_type(&self) -> ShapeType {
+        ShapeType::Custom
+    }
+
+    fn as_typed_shape(&self) -> TypedShape<'_> {
+        TypedShape::Custom(self)
+    }
+
+    fn ccd_thickness(&self) -> f32 {
+        0.0
+    }
+
+    fn ccd_angular_thickness(&self) -> f32 {
+        std::f32::consts::FRAC_PI_4
+    }
+}

@@ -1,0 +1,133 @@
+// Does the module find what the program finds, bit for bit? And does it say what is wrong, and live on?
+// node native.mjs FOLDER SDFTOOL: FOLDER is what build.sh made.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
+
+const [folder, program] = process.argv.slice(2).map(path => resolve(path));
+const { load } = await import(pathToFileURL(join(folder, "sdftool.js")));
+const sdf = await load();
+const work = mkdtempSync(join(tmpdir(), "sdftool-wasm-"));
+process.on("exit", () => rmSync(work, { recursive: true }));
+process.chdir(work);
+const sdftool = (...words) => execFileSync(program, words, { encoding: "utf8", maxBuffer: 2 ** 30, stdio: ["ignore", "pipe", "inherit"] });
+const read = name => sdf.mesh(readFileSync(name), name);
+// -0 differs from 0. What JSON cannot say, an infinite number, stands there as null.
+const same = (ours, theirs, what) => assert(Object.is(ours, theirs ?? ours) && (theirs !== null || !Number.isFinite(ours)), `${what}: ${ours} here, ${theirs} by the program`);
+const sames = (ours, theirs, what) => { assert.equal(ours.length, theirs.length, what); theirs.forEach((x, i) => same(ours[i], x, `${what} ${i}`)); };
+const camel = name => name.replace(/_(.)/g, (_, letter) => letter.toUpperCase());
+
+sdftool("demo", "-o", ".");
+writeFileSync("tetrahedron.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+writeFileSync("open.off", "OFF\n5 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 0.75\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n");
+writeFileSync("post.sdf.toml", '[field]\nshape = "smooth_union"\nblend = 0.1\nof = [\n{ shape = "capsule", a = [0, 0, 0], b = [0, 0, 1], radius = 0.2 },\n{ shape = "box", half_extents = [0.5, 0.5, 0.1] },\n]\n');
+writeFileSync("patch.obj", Array.from({ length: 121 }, (_, i) => `v ${i % 11 / 5 - 0.6} ${(i / 11 | 0) / 5 - 0.55} ${0.4 + 0.3 * Math.sin(i)}\n`).join("")
+  + Array.from({ length: 100 }, (_, i) => { const a = 11 * (i / 10 | 0) + i % 10 + 1; return `f ${a} ${a + 1} ${a + 12} ${a + 11}\n`; }).join(""));
+
+let searches = 0, contacts = 0;
+function compare(field, path, meshName, options) {
+  const words = Object.entries(options).flatMap(([name, value]) => {
+    const option = `--${name.replace(/[A-Z]/g, letter => "-" + letter.toLowerCase())}`;
+    if (name == "pose") return ["--translate", value.translation.join(), "--rotate", "0,0,1,90"];
+    return value === true ? [option] : [option, String(value)];
+  });
+  const theirs = JSON.parse(sdftool("contacts", meshName, path, ...words, "--json"));
+  const ours = field.contacts(read(meshName), options);
+  const what = `${meshName} on ${path} with ${words.join(" ")}`;
+  assert.deepEqual([ours.elementCount, ours.searchedCount, ours.possibleCount, ours.count], [theirs.elements, theirs.passed_cull, theirs.possible, theirs.contacts.length], what);
+  theirs.contacts.forEach((contact, i) => {
+    for (const name of ["id", "slope", "distance", "lower_bound", "error_bound", "shape_lower_bound", "evaluations"]) same(ours[camel(name)][i], contact[name], `${what}: ${name}`);
+    for (const name of ["point", "surface_point", "normal"]) sames(ours[camel(name)].slice(3 * i, 3 * i + 3), contact[name], `${what}: ${name}`);
+    for (const name of ["weights", "vertices"]) sames(ours[name].slice(3 * i, 3 * i + contact[name].length), contact[name], `${what}: ${name}`);
+    assert.equal(sdf.elementNames[ours.element[i]], contact.element, what);
+    assert.equal(sdf.elementNames[ours.feature[i]], contact.feature, what);
+    assert.equal(sdf.statusNames[ours.status[i]], contact.status, what);
+    sames(ours.featureId.slice(2 * i, 2 * i + 2), [contact.feature_id].flat().concat(2 ** 32 - 1).slice(0, 2), what);
+    assert.equal(Number(ours.key[i]), contact.key, what);
+  });
+  searches += 1;
+  contacts += ours.count;
+}
+
+const points = Float64Array.from({ length: 3000 }, (_, i) => Math.sin(i * i) * 1.5);
+writeFileSync("points.csv", Array.from({ length: 1000 }, (_, i) => points.slice(3 * i, 3 * i + 3).join()).join("\n"));
+const pose = { translation: [0.25, -0.125, 0.5], rotation: [0, 0, Math.SQRT1_2, Math.SQRT1_2] };
+const bakes = [
+  ["body.obj", "cloth.obj", { res: 48 }],
+  ["body.obj", "cloth.obj", { res: 80, layout: "sparse" }],
+  ["body.obj", "cloth.obj", { res: 40, layout: "sparse", precision: "f32", sign: "winding", keepMesh: true }],
+  ["tetrahedron.obj", "patch.obj", { res: 24, padding: 6 }],
+  ["open.off", "patch.obj", { res: 32, layout: "sparse" }],
+];
+for (const [body, mesh, options] of bakes) {
+  const words = Object.entries(options).flatMap(([name, value]) => value === true ? ["--keep-mesh"] : [`--${name}`, String(value)]);
+  sdftool("bake", body, ...words, "-o", "native.sdf.h5");
+  const field = sdf.bake(read(body), options);
+  const stored = sdf.open(readFileSync("native.sdf.h5"), "native.sdf.h5");
+  assert.deepEqual({ ...field.info, bounds: 0 }, { ...stored.info, bounds: 0 });
+  const { distance, gradient } = field.sample(points);
+  sdftool("eval", "native.sdf.h5", "--points", "points.csv").trim().split("\n").slice(1).forEach((line, i) => {
+    sames([distance[i], ...gradient.slice(3 * i, 3 * i + 3)], line.split(",").slice(3).map(Number), `${body}: sample`);
+  });
+  for (const elements of ["faces", "edges", "vertices"]) {
+    compare(field, "native.sdf.h5", mesh, { elements, margin: 0.01 });
+    compare(stored, "native.sdf.h5", mesh, { elements, margin: 0.01, method: "fw" });
+  }
+  compare(field, "native.sdf.h5", mesh, { margin: 0.01, allMinima: true });
+  compare(field, "native.sdf.h5", mesh, { margin: 0.01, complete: true });
+  compare(field, "native.sdf.h5", mesh, { margin: 0.01, onePerFeature: true, method: "newton" });
+  if (options.keepMesh) compare(field, "native.sdf.h5", mesh, { margin: 0.01, exact: true });
+  // What is saved here, the program opens, and the reverse.
+  writeFileSync("browser.sdf.h5", field.save());
+  if (body != "open.off") sdftool("verify", "browser.sdf.h5", body);
+  compare(sdf.open(stored.save()), "browser.sdf.h5", mesh, { margin: 0.01 });
+  field.free();
+  stored.free();
+}
+compare(sdf.open(readFileSync("post.sdf.toml"), "post.sdf.toml"), "post.sdf.toml", "patch.obj", { margin: 0.05 });
+console.log(`wasm: ${contacts} contacts of ${searches} searches as by the program, bit for bit`);
+assert(contacts > 2000);
+
+// Every wrong call has an error that says what is wrong, and harms nothing.
+const tetrahedron = read("tetrahedron.obj");
+const body = sdf.bake(tetrahedron, { res: 16 });
+const freed = sdf.bake(tetrahedron, { res: 8 });
+freed.free();
+const before = body.sample(points).distance;
+const wrong = [
+  [() => sdf.mesh(new TextEncoder().encode("hello"), "hello.obj"), /hello.obj/],
+  [() => sdf.open(new Uint8Array(100), "zero.h5"), /zero.h5/],
+  [() => sdf.open(readFileSync("native.sdf.h5").subarray(0, 5000), "short.h5"), /short.h5/],
+  [() => sdf.bake(tetrahedron, { resolution: 3 }), /unknown field `resolution`.*`res`/],
+  [() => sdf.bake(tetrahedron, { res: 0 }), /res.*1 cell/],
+  [() => sdf.bake(tetrahedron, { res: 64, voxelSize: 1 }), /one of them/],
+  [() => sdf.bake(tetrahedron, { voxelSize: NaN, res: undefined, layout: "thick" }), /layout "thick".*dense/],
+  [() => sdf.bake(tetrahedron, { maxError: "many" }), /maxError/],
+  [() => sdf.bake(tetrahedron, { res: 5000 }), /needs .* bytes, and .* are free/],
+  [() => sdf.bake({ points: [0, 0, 0, 1], faces: [0, 0, 0] }), /three numbers/],
+  [() => sdf.bake({ points: [0, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 7] }), /vertex 7|7/],
+  [() => sdf.bake({ points: [NaN, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 2] }), /NaN|finite/],
+  [() => sdf.bake(tetrahedron, { progress: () => { throw new Error("enough"); } }), /^Error: enough$/],
+  [() => body.contacts({ points: [0, 0, 0], faces: [0, 1, 2] }), /vertex 1/],
+  [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
+  [() => body.contacts(tetrahedron, { margin: Infinity }), /null/],
+  [() => body.contacts(tetrahedron, { elements: "corners" }), /faces, edges, vertices/],
+  [() => body.contacts(tetrahedron, { method: "guess" }), /certified/],
+  [() => body.contacts(tetrahedron, { method: "gss" }), /edges/],
+  [() => body.contacts(tetrahedron, { exact: true }), /keep/i],
+  [() => body.contacts(tetrahedron, { pose: { rotation: [0, 0, 0, 0] } }), /quaternion/],
+  [() => freed.sample([0, 0, 0]), /freed/],
+];
+for (const [call, message] of wrong) assert.throws(call, message, String(call));
+assert.deepEqual(body.sample(points).distance, before);
+let steps = 0;
+sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();
+assert(steps > 0);
+
+// More memory than there is.
+assert.throws(() => body.sample(new Float64Array(2 ** 28)), /out of memory/);
+assert.deepEqual(body.sample(points).distance, before);
+console.log(`wasm: ${wrong.length} wrong calls and a call without memory refused`);

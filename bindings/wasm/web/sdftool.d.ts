@@ -1,0 +1,161 @@
+/** sdftool: signed distance fields of meshes, and contacts of meshes with them. Distances are negative inside, lengths in the mesh's unit. */
+
+/** Loads the module: from beside this file, from a URL, or from its bytes. */
+export function load(source?: string | URL | BufferSource): Promise<Sdftool>;
+
+/** Points x, y, z one after the other; for each face the indices of its three points. */
+export interface Mesh {
+  points: Float64Array | readonly number[];
+  faces: Uint32Array | readonly number[];
+  /** The file it was read from; kept in the field. */
+  source?: { name: string; sha256: string };
+}
+
+/** As the options of `sdftool bake`; give at most one of res, voxelSize and maxError. */
+export interface BakeOptions {
+  /** Cells along the longest side of the mesh's box [64]. */
+  res?: number;
+  /** Side of a cell. */
+  voxelSize?: number;
+  /** The largest voxels that certify this error: a length, or text such as "0.1%" of the diagonal. The grid is sparse. */
+  maxError?: number | string;
+  /** "sparse": bricks near the surface [dense]. */
+  layout?: "dense" | "sparse";
+  /** Samples of a sparse grid [u16]. */
+  precision?: "f32" | "u16" | "u8";
+  /** How inside and outside are told apart: for closed surfaces, or also for open ones [auto]. */
+  sign?: "auto" | "pseudo-normal" | "winding";
+  /** Half width of a sparse grid's band, in cells [3]. */
+  band?: number;
+  /** Cells around the mesh's box [4]. */
+  padding?: number;
+  /** Closed shells inside of the solid [drop]. */
+  innerFaces?: "drop" | "keep";
+  /** Keep the mesh, for exact contacts. */
+  keepMesh?: boolean;
+  /** Vertices at most this far from each other become one. */
+  weld?: number;
+  /** Holes at most this large are capped. */
+  close?: number;
+  /** Steps done, and all as far as known. An exception in it ends the bake and is thrown again. */
+  progress?: (done: number, total: number) => void;
+}
+
+/** As the options of `sdftool contacts`. */
+export interface ContactOptions {
+  /** Elements with a distance of at most margin somewhere are contacts [0]. */
+  margin?: number;
+  elements?: "faces" | "edges" | "vertices";
+  /** gss is for edges alone. */
+  method?: "auto" | "certified" | "fw" | "pgd" | "newton" | "gss";
+  /** Where the field stands: turned by a quaternion x, y, z, w, then moved. */
+  pose?: { translation?: [number, number, number]; rotation?: [number, number, number, number] };
+  /** Evaluations of auto (256) and certified (1024), iterations of other methods (32). */
+  budget?: number;
+  /** Of the certified minimum, in edge lengths [1e-3]. */
+  tolerance?: number;
+  /** Every isolated minimum of an element. */
+  allMinima?: boolean;
+  /** Leave out no element that the baked mesh has within the margin. */
+  complete?: boolean;
+  /** Contacts by the triangles of the mesh that keepMesh kept. */
+  exact?: boolean;
+  /** One contact for each vertex, edge or face that is touched. */
+  onePerFeature?: boolean;
+}
+
+/** Counts of a search. */
+export interface ContactSummary {
+  count: number;
+  elementCount: number;
+  searchedCount: number;
+  possibleCount: number;
+  notFiniteCount: number;
+  insideCount: number;
+  /** The lowest distance; null where there is no contact. */
+  deepest: number | null;
+}
+
+/** One entry a contact, in the order of elements; three numbers a contact where it says so. Columns are those of docs/contacts.md. */
+export interface Contacts extends ContactSummary {
+  /** Index among the faces, edges or vertices. */
+  id: Uint32Array;
+  /** Three a contact: where on the element the distance is lowest. */
+  point: Float64Array;
+  /** Three a contact: near the surface. */
+  surfacePoint: Float64Array;
+  /** Three a contact: out of the field. */
+  normal: Float64Array;
+  distance: Float64Array;
+  /** Of the distance on the whole element. */
+  lowerBound: Float64Array;
+  /** Length of the gradient. */
+  slope: Float64Array;
+  /** How far the grid can be off here; infinite where nothing is known. */
+  errorBound: Float64Array;
+  shapeLowerBound: Float64Array;
+  /** Three a contact: barycentric. */
+  weights: Float64Array;
+  /** Element and feature, the same from frame to frame. */
+  key: BigUint64Array;
+  /** Three a contact; 4294967295 where there is none. */
+  vertices: Uint32Array;
+  /** Two a contact: a vertex, an edge's two, or a face; else 4294967295. */
+  featureId: Uint32Array;
+  evaluations: Uint32Array;
+  /** Index into elementNames. */
+  element: Uint32Array;
+  /** The part that the point lies on: index into elementNames. */
+  feature: Uint32Array;
+  /** Index into statusNames. */
+  status: Uint32Array;
+}
+
+/** What is known of a field. Grids alone have those that may be missing. */
+export interface FieldInfo {
+  layout: "dense" | "sparse" | "closed form";
+  /** Lowest and highest corner of the box. */
+  bounds: [number[], number[]];
+  slopeBound: number;
+  precision?: "f32" | "u16" | "u8";
+  /** Nodes along x, y and z. */
+  shape?: [number, number, number];
+  spacing?: number;
+  /** Certified; null where none is. */
+  errorBound?: number | null;
+  band?: number | null;
+  /** The largest margin that the grid can answer. */
+  maxMargin?: number;
+  signMethod?: string;
+  signReason?: string;
+}
+
+/** A loaded module. Its calls end when they are done: in a page, make them in a worker. All throw an Error that says what is wrong. */
+export class Sdftool {
+  readonly version: string;
+  readonly elementNames: readonly string[];
+  readonly statusNames: readonly string[];
+  /** Did a call run out of memory, or into a bug? Then every further call fails: load the module again. */
+  readonly isDead: boolean;
+  /** Reads OBJ, PLY, STL or OFF; the content says which. */
+  mesh(bytes: BufferSource, name: string): Mesh & { points: Float64Array; faces: Uint32Array };
+  bake(mesh: Mesh, options?: BakeOptions): Field;
+  /** Opens the bytes of .sdf.h5 or .sdf.toml. */
+  open(bytes: BufferSource, name?: string): Field;
+}
+
+/** A signed distance field. */
+export class Field {
+  readonly info: FieldInfo;
+  /** Is the error bound proven? Of baked fields. */
+  readonly isProven?: boolean;
+  /** Distances, NaN at points that are not finite; and three numbers a point. */
+  sample(points: Float64Array | readonly number[]): { distance: Float64Array; gradient: Float64Array };
+  contacts(mesh: Mesh, options?: ContactOptions): Contacts;
+  /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
+  save(): Uint8Array;
+  /** The page of `sdftool view` in UTF-8: the field, and a mesh with its contacts. */
+  page(name: string, mesh?: Mesh, options?: ContactOptions): ContactSummary & { html: Uint8Array };
+  /** Gives the memory back; the field cannot be used afterwards. */
+  free(): void;
+}

@@ -1,0 +1,157 @@
+// sdftool for browsers and node: signed distance fields of meshes, and contacts with them. sdftool.d.ts has the types.
+//
+//   const sdf = await load();
+//   const body = sdf.bake(sdf.mesh(bytes, "dragon.obj"), { res: 128, layout: "sparse" });
+//   const found = body.contacts({ points, faces }, { margin: 0.01 });
+//
+// Calls take as long as they take: in a page, make them in a worker (worker.js). A call that fails throws an Error that says why.
+
+const F64S = 0, U32S = 1, BYTES = 2, TEXT = 3;
+
+// Numbers of each contact, column after column, as `columns` of src/request.rs writes them.
+const F64_COLUMNS = { weights: 3, point: 3, surfacePoint: 3, normal: 3, distance: 1, lowerBound: 1, slope: 1, errorBound: 1, shapeLowerBound: 1 };
+const U32_COLUMNS = { key: 2, vertices: 3, featureId: 2, id: 1, evaluations: 1, element: 1, feature: 1, status: 1 };
+
+export async function load(source = new URL("./sdftool.wasm", import.meta.url)) {
+  return new Sdftool(await WebAssembly.compile(await bytesOf(source)));
+}
+
+async function bytesOf(source) {
+  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return source;
+  if (new URL(source, import.meta.url).protocol == "file:" && globalThis.process?.versions?.node) {
+    return (await import("node:fs/promises")).readFile(new URL(source, import.meta.url));
+  }
+  const response = await fetch(source);
+  if (!response.ok) throw new Error(`${source}: ${response.status} ${response.statusText}`);
+  return response.arrayBuffer();
+}
+
+export class Sdftool {
+  #exports; #progress; #thrown; #panic; #end;
+
+  constructor(module) {
+    const imports = { sdftool: { progress: (done, total) => this.#onProgress(done, total), panicked: (text, length) => { this.#panic = this.#string(text, length); } } };
+    this.#exports = new WebAssembly.Instance(module, imports).exports;
+    Object.assign(this, this.call({ call: "about" }).answer);
+  }
+
+  get isDead() {
+    return this.#end !== undefined;
+  }
+
+  mesh(bytes, name) {
+    const { answer, f64s, u32s } = this.call({ call: "mesh", name }, { bytes });
+    return { points: f64s, faces: u32s, source: answer.source };
+  }
+
+  bake(mesh, { progress, ...options } = {}) {
+    this.#progress = progress;
+    try {
+      const { answer } = this.call({ call: "bake", options: { source: mesh.source, ...options } }, { f64s: mesh.points, u32s: mesh.faces });
+      return new Field(this, answer);
+    } catch (error) {
+      throw this.#thrown ?? error;
+    } finally {
+      this.#progress = this.#thrown = undefined;
+    }
+  }
+
+  open(bytes, name = "field") {
+    return new Field(this, this.call({ call: "open", name }, { bytes }).answer);
+  }
+
+  #onProgress(done, total) {
+    // An exception must not pass through the module, which could not clear up.
+    try {
+      this.#progress?.(done, total);
+      return 0;
+    } catch (error) {
+      this.#thrown = error;
+      return 1;
+    }
+  }
+
+  // Writes arrays and a request into the module, runs it, and copies the answer out. Not for users.
+  call(request, { f64s = [], u32s = [], bytes = [] } = {}) {
+    if (this.#end) throw new Error(`${this.#end}; load it again`);
+    try {
+      this.#write(F64S, Float64Array, f64s);
+      this.#write(U32S, Uint32Array, u32s);
+      this.#write(BYTES, Uint8Array, bytes);
+      this.#write(TEXT, Uint8Array, new TextEncoder().encode(JSON.stringify(request)));
+      const isDone = this.#exports.sdf_call();
+      const text = new TextDecoder().decode(this.#read(TEXT, Uint8Array));
+      if (!isDone) throw new Error(text);
+      return { answer: JSON.parse(text), f64s: this.#read(F64S, Float64Array), u32s: this.#read(U32S, Uint32Array), bytes: this.#read(BYTES, Uint8Array) };
+    } catch (error) {
+      if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
+      // What stopped the module left it in the middle of its work.
+      const mebibytes = this.#exports.memory.buffer.byteLength / 2 ** 20;
+      const panic = this.#panic && `sdftool ran into a bug: please report it: ${this.#panic}`;
+      this.#end = panic ?? `out of memory with ${mebibytes} MiB: take larger voxels or a sparse grid (${error.message})`;
+      throw new Error(this.#end, { cause: error });
+    }
+  }
+
+  // A view is made anew each time: memory that grows detaches the old ones.
+  #write(buffer, Kind, values) {
+    const view = ArrayBuffer.isView(values) || Array.isArray(values) ? values : new Uint8Array(values);
+    const place = this.#exports.sdf_input(buffer, view.length);
+    if (!place) throw new Error(`out of memory: ${view.length * Kind.BYTES_PER_ELEMENT} bytes are too many`);
+    new Kind(this.#exports.memory.buffer, place, view.length).set(view);
+  }
+
+  #read(buffer, Kind) {
+    const count = this.#exports.sdf_output_count(buffer);
+    return new Kind(this.#exports.memory.buffer, this.#exports.sdf_output(buffer), count).slice();
+  }
+
+  #string(text, length) {
+    return new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, text, length));
+  }
+}
+
+export class Field {
+  #sdf; #number;
+
+  constructor(sdf, { field, ...facts }) {
+    this.#sdf = sdf;
+    this.#number = field;
+    Object.assign(this, facts);
+  }
+
+  sample(points) {
+    const { f64s } = this.#call("sample", {}, { points });
+    return { distance: f64s.slice(0, f64s.length / 4), gradient: f64s.slice(f64s.length / 4) };
+  }
+
+  contacts(mesh, options = {}) {
+    const { answer, f64s, u32s } = this.#call("contacts", { options }, mesh);
+    const found = { ...answer };
+    for (const [columns, numbers] of [[F64_COLUMNS, f64s], [U32_COLUMNS, u32s]]) {
+      let start = 0;
+      for (const [name, width] of Object.entries(columns)) found[name] = numbers.slice(start, start += width * answer.count);
+    }
+    found.key = new BigUint64Array(found.key.buffer);
+    return found;
+  }
+
+  save() {
+    return this.#call("save", {}).bytes;
+  }
+
+  page(name, mesh = {}, options = {}) {
+    const { answer, bytes } = this.#call("page", { name, options }, mesh);
+    return { ...answer, html: bytes };
+  }
+
+  free() {
+    if (this.#number !== undefined) this.#call("free", {});
+    this.#number = undefined;
+  }
+
+  #call(call, rest, { points = [], faces = [] } = {}) {
+    if (this.#number === undefined) throw new Error("the field was freed");
+    return this.#sdf.call({ call, field: this.#number, ...rest }, { f64s: points, u32s: faces });
+  }
+}
