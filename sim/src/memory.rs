@@ -19,12 +19,12 @@ use sdf_core::nalgebra::Isometry3;
 
 use crate::V3;
 
-/// What is known of one surface and one obstacle from frame to frame.
+/// Knowledge of one surface and one obstacle from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     pub(crate) faces: Known,
     pub(crate) edges: Known,
-    /// Of a rigid surface, all of which moves as one: its pose at the last search, the margin, and all contacts.
+    /// A rigid surface moves as one: its pose at the last search, the margin, and all contacts.
     pub(crate) rigid: Option<(Isometry3<f64>, f64, Vec<Contact<f64>>)>,
 }
 

@@ -53,6 +53,7 @@ pub(super) fn choose_sides(
         let root = find(&mut parents, contact.vertices[0]);
         if let Some(direction) = chosen.get(&root) {
             contact.normal = *direction;
+            contact.surface_point = contact.point - direction * contact.distance;
             contact.corner_vertices().iter().for_each(|vertex| _ = memory.insert(*vertex, *direction));
         }
     }

@@ -100,7 +100,7 @@ struct Run<'a> {
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
-    /// What is known of each surface and each obstacle; those of rigid bodies come after those that stand still.
+    /// Knowledge of each surface and each obstacle; those of rigid bodies come after those that stand still.
     memories: BTreeMap<(usize, usize), Memory>,
     /// The obstacles as surfaces without an inside, where the method sees no more.
     hulls: Vec<Field>,
@@ -182,6 +182,10 @@ impl<'a> Run<'a> {
             for (number, obstacle) in obstacles.iter().enumerate() {
                 let sides = &mut self.sides[index];
                 let memory = self.memories.entry((index, number)).or_default();
+                if self.spec.choose_side {
+                    // A patch is led by where it touches now: points from before hold it back.
+                    *memory = Memory::default();
+                }
                 let first = self.contacts.contacts.len();
                 query.find_guided(obstacle, surface, world, &motion, memory, &mut self.contacts, |found| {
                     if self.spec.choose_side && !self.only_vertices && self.hulls.is_empty() {
