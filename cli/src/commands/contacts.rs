@@ -20,7 +20,7 @@ use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
 use crate::commands::view;
 use crate::page;
-use crate::read_summary::{ReadSummary, ROUNDING, require_distances};
+use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{field_input, mesh_input, output, progress};
 
@@ -274,7 +274,7 @@ fn options(args: &ContactsArgs) -> Result<ContactOptions> {
             Elements::Edges => sdf_field::Elements::Edges,
             Elements::Vertices => sdf_field::Elements::Vertices,
         },
-        method: args.method.into(),
+        method: args.method,
         margin: args.margin,
         pose: args.pose.motion()?,
         budget: args.iterations,

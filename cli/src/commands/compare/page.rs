@@ -27,7 +27,7 @@ fn page(args: &CompareArgs, comparison: &Comparison) -> String {
         let _ = writeln!(
             rows,
             "<tr{class}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            report.method.to_string(),
+            report.method,
             seconds(report.seconds),
             report.evaluations,
             report.contacts,
