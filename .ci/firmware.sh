@@ -19,6 +19,7 @@ workspace=$root/tests/firmware
 target_dir=$(realpath -m "${CARGO_TARGET_DIR:-$workspace/target}")
 triple=thumbv7em-none-eabihf
 elf=$target_dir/board/$triple/release/board
+sdftool=${SDFTOOL:+$(realpath "$SDFTOOL")}
 removal=--no-remove task=check
 for option; do
     case $option in
@@ -95,7 +96,7 @@ run_board() {
 
 # The door for C: docs/firmware.md.
 check_door() {
-    local folder=$target_dir/door sdftool=${SDFTOOL:+$(realpath "$SDFTOOL")} symbols found address size
+    local folder=$target_dir/door symbols found address size
     if [ -z "$sdftool" ]; then
         (cd "$root" && cargo build --release --locked --quiet -p sdftool)
         sdftool=$(realpath "${CARGO_TARGET_DIR:-$root/target}")/release/sdftool
