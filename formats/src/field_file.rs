@@ -198,7 +198,7 @@ impl<'a> Grids<'a> {
         Ok(match self.grids.entry(fs::canonicalize(&path).map_err(unreadable)?) {
             Entry::Occupied(known) => known.get().clone(),
             Entry::Vacant(new) => {
-                let grid = match is_blob(&start(&path).map_err(unreadable)?) {
+                let grid = match path.is_file() && is_blob(&start(&path).map_err(unreadable)?) {
                     true => {
                         let blob = blob_file::read(&fs::read(&path).map_err(unreadable)?);
                         blob.map_err(|error| format!("{}: {error}", path.display()))?.grid

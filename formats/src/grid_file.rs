@@ -309,12 +309,12 @@ pub fn write<'a>(
     write_with(path, lattice, samples, about, WriteOptions::default())
 }
 
-/// What a file holds beside the grid, and how it is packed.
+/// Contents of a file beside the grid, and its packing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriteOptions<'a> {
     /// The mesh that the grid was baked from.
     pub mesh: Option<&'a StoredMesh>,
-    /// What is done to the bytes of chunks.
+    /// Packing of chunks.
     pub compression: Compression,
 }
 

@@ -22,7 +22,7 @@ pub(crate) use read::{Dataset, Hdf5Reader, Object, ReadError, Value};
 pub(crate) use tiling::Tile;
 pub(crate) use write::{Contiguous, Group, create, to_bytes};
 
-/// What is done to the bytes of a file's chunks.
+/// Packing of a file's chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
     /// Shuffled and deflated: the smallest file.

@@ -61,7 +61,7 @@ pub(crate) struct WindingNumbers {
 }
 
 impl WindingNumbers {
-    /// Those of a mesh and its tree, by the orientations of its triangles in the tree's order.
+    /// Winding numbers of a mesh and its tree, by the orientations of its triangles in the tree's order.
     pub fn of_mesh(mesh: &TriangleMesh, tree: &Bvh, oriented: &OrientedMesh, orientations: Vec<f64>) -> Self {
         let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
         let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));

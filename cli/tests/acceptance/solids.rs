@@ -65,9 +65,10 @@ fn crossing_cubes_are_one_solid_unless_all_faces_are_to_be_kept() {
     let [cut, kept, dropped, entangled, uncertain] =
         ["crossing_triangles", "kept_pieces", "dropped_pieces", "entangled_shells", "uncertain_pieces"]
             .map(|key| json[key].as_u64().unwrap());
-    assert!(cut == 12 && kept > 12 && dropped >= 12 && entangled == 0 && uncertain == 0, "{json}");
+    assert!(cut == 12 && kept >= 12 && dropped >= 12 && entangled == 0 && uncertain == 0, "{json}");
     folder.done("bake crossing.obj --res 32 --inner-faces keep");
-    assert!(value(&folder, "crossing.sdf.h5", point).abs() < 1e-6);
+    // Between nodes, at most half a cell of 1.25/32 off the kink at the face.
+    assert!(value(&folder, "crossing.sdf.h5", point).abs() < 0.02);
     folder.done("verify crossing.sdf.h5 crossing.obj --points 2000");
     // Pseudo-normals know no other side of a cut.
     says(

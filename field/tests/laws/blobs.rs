@@ -94,7 +94,8 @@ fn closed_forms_and_tables_are_exported_too() {
     let blob = export(ExportFormat::Blob);
     let field = Field::from_bytes(&blob, "ring").unwrap();
     let distance = field.sample(&[[0.5, 0.0, 0.0]], Threads::ONE)[0].value;
-    assert!((distance + 0.2).abs() < 0.02, "{distance}");
+    // The middle of the ring's tube, where the distance has a tip: within √3/2 of a cell of 1.4/16.
+    assert!((distance + 0.2).abs() < 0.076, "{distance}");
     // Four cells around the ring, of which the surface cuts none.
     assert!(field.info().unwrap().padding > 0.1);
     for (format, name) in [(ExportFormat::C, "_2_rings__sdf["), (ExportFormat::Rust, "_2_RINGS__SDF: [u8; ")] {

@@ -3,13 +3,22 @@
 use sdf_core::placed::Rigid;
 use sdf_core::shapes::Torus;
 use sdf_field::{
-    ContactOptions, Field, MeshClusters, MeshInMotion, MeshView, Method, QueryError, Threads, core as sdf_core,
+    ContactOptions, Contacts, Field, MeshClusters, MeshInMotion, MeshView, Method, QueryError, Threads,
+    core as sdf_core,
 };
 use sdf_procedural::SpikedBall;
 use sdf_procedural::random::{Random, test_seed};
 
 fn pose(random: &mut Random, half: f64) -> Rigid {
     Rigid::new(random.point_in_cube(half), [0; 4].map(|_| random.between(-1.0, 1.0))).unwrap()
+}
+
+/// Checks that clusters change no contact. They may cull a face that its own box does not rule out: bounds of a smaller box need not
+/// be tighter.
+#[track_caller]
+fn expect_same(found: &Contacts, plain: &Contacts) {
+    assert_eq!(found.contacts, plain.contacts);
+    assert!(found.searched_count <= plain.searched_count && found.element_count == plain.element_count);
 }
 
 #[test]
@@ -30,7 +39,7 @@ fn a_mesh_in_motion_has_the_contacts_of_its_moved_points() {
                 MeshInMotion { pose: Some(body_pose), clusters: Some(&clusters), ..MeshInMotion::new(mesh) };
             for threads in [Threads::ONE, Threads::new(3)] {
                 let found = field.contacts_in_motion(&in_motion, &ContactOptions { threads, ..options }).unwrap();
-                assert_eq!(found, plain);
+                expect_same(&found, &plain);
             }
             touching += plain.contacts.len();
             culled += body.triangles.len() - plain.searched_count;
@@ -60,7 +69,7 @@ fn a_deformed_mesh_is_fitted_again() {
     let in_motion = MeshInMotion { clusters: Some(&clusters), ..MeshInMotion::new(deformed) };
     let found = field.contacts_in_motion(&in_motion, &options).unwrap();
     assert!(!found.contacts.is_empty());
-    assert_eq!(found, field.contacts(deformed, &options).unwrap());
+    expect_same(&found, &field.contacts(deformed, &options).unwrap());
 }
 
 #[test]

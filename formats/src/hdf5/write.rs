@@ -59,7 +59,7 @@ struct File {
 #[derive(Default)]
 struct Object {
     attributes: Vec<Attribute>,
-    /// By name, as a symbol table has them.
+    /// Members by name, as a symbol table has them.
     members: BTreeMap<String, usize>,
     dataset: Option<DatasetParts>,
 }

@@ -25,7 +25,7 @@ const MAX_EXPANSION: u64 = 1032;
 /// Highest level of a tree's root. A tree of HDF5's default rank, half filled, then has 10⁹ chunks.
 const MAX_LEVEL: u8 = 5;
 
-/// What was done to the bytes of chunks.
+/// Packing of chunks, as the file states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Packing {
     None,
