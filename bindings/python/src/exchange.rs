@@ -36,7 +36,10 @@ impl Export {
         }
         // A file's stem names the grid in it, as on the command line.
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { format, options: ExportOptions { cells: res, band, name, threads: Threads::ALL, ..ExportOptions::default() } })
+        Ok(Self {
+            format,
+            options: ExportOptions { cells: res, band, name, threads: Threads::ALL, ..ExportOptions::default() },
+        })
     }
 
     /// Writes the files, and gives their paths.
