@@ -2,7 +2,7 @@
 //! `sdftool view` writes and what the browser's door shows.
 //!
 //! The numbers stand in one deflated text. Points are u16 in the box of all, points and indices are differences from the one before,
-//! which deflate well. The surface and the slice are at most [`DETAIL`] cells fine.
+//! which deflate well. The surface and the slice are at most 128 cells fine.
 
 use std::io::Write;
 

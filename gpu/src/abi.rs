@@ -63,7 +63,7 @@ pub mod shape {
 /// A field as the kernels hold it: written by a `prepare` kernel, passed to all others, opaque to the host.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
-pub struct FieldBlob(pub [u64; 32]);
+pub struct FieldBlob(pub [u64; 40]);
 
 /// Vertices, edges or faces of a mesh, and where the stages write.
 #[repr(C)]

@@ -1,5 +1,5 @@
 //! A grid as one little-endian file, which is read where it lies: in flash, a mapped file, an asset pack. [`Blob::open`] checks it
-//! once; then it is a [`Storage`](super::Storage) like any other, at no memory and at any address.
+//! once; then it is a [`Storage`] like any other, at no memory and at any address.
 //!
 //! ```text
 //! offset  bytes

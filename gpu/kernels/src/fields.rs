@@ -210,7 +210,7 @@ pub unsafe fn store<F>(blob: *mut FieldBlob, field: Option<F>) {
     const { assert!(size_of::<F>() <= size_of::<FieldBlob>() && align_of::<F>() <= align_of::<FieldBlob>()) }
     // SAFETY: it fits, by the line above.
     unsafe {
-        *blob = FieldBlob([0; 32]);
+        *blob = FieldBlob([0; 40]);
         if let Some(field) = field {
             (*blob).0[31] = 1;
             blob.cast::<F>().write(field);
