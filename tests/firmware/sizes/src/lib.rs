@@ -8,9 +8,7 @@ use sdf_core::contact::{Element, Outcome, contact, lean_contact};
 use sdf_core::grid::blob::{BlobBricks, BlobDense};
 use sdf_core::grid::sparse::Sparse;
 use sdf_core::grid::{Blob, Grid, PlainNormals};
-use sdf_core::minimize::{
-    Certified, FrankWolfe, GoldenSection, LineSearch, Minimizer, Newton, PointSampling, ProjectedGradient,
-};
+use sdf_core::minimize::{Certified, FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::shapes::{Cuboid, Sphere};
 use sdf_core::{EnclosedSdf, Simplex};
@@ -88,9 +86,6 @@ queries! {
     search ProjectedGradient Cuboid 3 "projected gradient.box.face";
     search ProjectedGradient DenseU16 3 "projected gradient.dense u16.face";
     search ProjectedGradient SparseU16 3 "projected gradient.sparse u16.face";
-    search LineSearch Cuboid 3 "line search.box.face";
-    search LineSearch DenseU16 3 "line search.dense u16.face";
-    search LineSearch SparseU16 3 "line search.sparse u16.face";
     search Newton Cuboid 3 "Newton.box.face";
     search Newton DenseU16 3 "Newton.dense u16.face";
     search Newton SparseU16 3 "Newton.sparse u16.face";
