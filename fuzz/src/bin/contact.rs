@@ -7,8 +7,7 @@ use sdf_core::contact::{Contact, Element, Outcome, all_contacts, contact};
 use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
 use sdf_core::grid::{BlockBounds, Lattice};
 use sdf_core::minimize::{
-    AllMinima, Certified, FrankWolfe, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient,
-    SimplexCell,
+    AllMinima, Certified, FrankWolfe, Minimizer, Minimum, Newton, PointSampling, ProjectedGradient, SimplexCell,
 };
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placed, Similarity, Stretch};
