@@ -7,11 +7,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages=(cmake g++ pkg-config python3 python3-venv valgrind)
+. .ci/packages.sh
+
 if ! { command -v cmake g++ pkg-config valgrind && python3 -c 'import ensurepip, venv'; } >/dev/null 2>&1; then
-    [ "$(id -u)" = 0 ] || { echo "bindings: needs ${packages[*]}" >&2; exit 1; }
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends "${packages[@]}"; } >/dev/null
+    install_packages cmake g++ pkg-config python3 python3-venv valgrind
 fi
 # One target folder for all: what the doors and the program share is built once.
 CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-target}")
@@ -26,8 +25,6 @@ for file in bindings/Cargo.toml bindings/python/Cargo.toml bindings/c/Cargo.toml
     version=$(sed -n '/^\[workspace.package\]/,/^$/s/^version = "\(.*\)"/\1/p' Cargo.toml)
     grep -qE "^version(\.workspace = true| = \"$version\")" "$file" || { echo "$file: the version is not $version" >&2; exit 1; }
 done
-cargo fmt --manifest-path bindings/Cargo.toml --all --check
-cargo fmt --manifest-path bindings/parry/Cargo.toml --check
 if [ -z "${SDFTOOL:-}" ]; then
     cargo build --release --locked --quiet -p sdftool
     SDFTOOL=$CARGO_TARGET_DIR/release/sdftool

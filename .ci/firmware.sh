@@ -15,15 +15,16 @@
 set -euo pipefail
 
 root=$(realpath "$(dirname "$0")/..")
+. "$root/.ci/packages.sh"
 workspace=$root/tests/firmware
 target_dir=$(realpath -m "${CARGO_TARGET_DIR:-$workspace/target}")
 triple=thumbv7em-none-eabihf
 elf=$target_dir/board/$triple/release/board
 sdftool=${SDFTOOL:+$(realpath "$SDFTOOL")}
-removal=--no-remove task=check
+apt_options=--no-remove task=check
 for option; do
     case $option in
-        --may-remove) removal=--remove ;;
+        --may-remove) apt_options=--remove ;;
         --table) task=table ;;
         *) echo "firmware: unknown option $option" >&2; exit 2 ;;
     esac
@@ -33,7 +34,7 @@ unwanted='panick|rust_begin_unwind|core::fmt|__rust_(re)?alloc|malloc'
 
 main() {
     cd "$workspace"
-    install_packages
+    install_packages "${packages[@]}"
     [ "$task" = check ] || { write_table; return; }
     echo "firmware: board $(/usr/bin/rustc --version), host $(rustc --version), $(qemu-system-arm --version | head -n 1)"
 
@@ -45,19 +46,6 @@ main() {
     check_board "square roots by libm"
     echo "firmware: contact on Cortex-M4F equals the host's, $code bytes of code, $grid bytes of grid in flash"
     check_door
-}
-
-install_packages() {
-    local missing=() package
-    for package in "${packages[@]}"; do
-        [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>&1)" = installed ] || missing+=("$package")
-    done
-    [ ${#missing[@]} -gt 0 ] || return 0
-    [ "$(id -u)" = 0 ] || fail "not installed: ${missing[*]}; install them, or run this as root"
-    echo "firmware: installing ${missing[*]}"
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends "$removal" "${missing[@]}"; } >/dev/null ||
-        fail "apt-get cannot install ${missing[*]}; if other packages conflict, pass --may-remove"
 }
 
 # Builds the board's program with the given options, inspects it and runs it.

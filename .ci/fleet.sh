@@ -4,14 +4,11 @@
 # variables. As root on Debian it installs parallel if it is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 
 fail() { echo "fleet: $*" >&2; exit 1; }
 
-if ! command -v parallel >/dev/null; then
-    [ "$(id -u)" = 0 ] || fail "needs parallel"
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends parallel; } >/dev/null || fail "apt-get cannot install parallel"
-fi
+command -v parallel >/dev/null || install_packages parallel
 if [ -z "${SDFTOOL:-}" ]; then
     cargo build --release --locked --quiet -p sdftool
     SDFTOOL=${CARGO_TARGET_DIR:-target}/release/sdftool

@@ -7,15 +7,12 @@
 # root on Debian. No nightly compiler: coverage counters come from a pass of LLVM's, and there is no unsafe code for a sanitizer.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 seconds=${1:?how many seconds in all?}
 shift
 targets=("$@")
 [ ${#targets[@]} -gt 0 ] || targets=(obj ply stl off grid field points contact)
-if ! command -v c++ >/dev/null; then
-    [ "$(id -u)" = 0 ] || { echo "fuzz: needs a C++ compiler" >&2; exit 1; }
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends g++; } >/dev/null
-fi
+command -v c++ >/dev/null || install_packages g++
 
 host=$(rustc -vV | sed -n 's/^host: //p')
 counters="-Cpasses=sancov-module"

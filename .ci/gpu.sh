@@ -14,6 +14,7 @@
 # this installs what is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 
 file=.ci/gpu.txt
 ptxas_package=nvidia-cuda-nvcc-cu12==12.9.86
@@ -24,7 +25,8 @@ venv=$target_dir/venv
 packages=(rustc-web cargo-web rust-web-src rust-web-llvm llvm-22 python3 python3-venv)
 
 main() {
-    install_packages
+    install_packages "${packages[@]}"
+    install_ptxas
     build
     case ${1:-} in
         --out)
@@ -40,21 +42,11 @@ main() {
     esac
 }
 
-install_packages() {
-    local missing=() package
-    for package in "${packages[@]}"; do
-        [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>&1)" = installed ] || missing+=("$package")
-    done
-    if [ ${#missing[@]} -gt 0 ]; then
-        [ "$(id -u)" = 0 ] || fail "not installed: ${missing[*]}; install them, or run this as root"
-        export DEBIAN_FRONTEND=noninteractive
-        { apt-get update && apt-get install --yes --no-install-recommends "${missing[@]}"; } >/dev/null
-    fi
-    if [ ! -x "$(ptxas)" ]; then
-        mkdir -p "$target_dir"
-        python3 -m venv "$venv"
-        "$venv/bin/pip" install --quiet --disable-pip-version-check "$ptxas_package"
-    fi
+install_ptxas() {
+    [ ! -x "$(ptxas)" ] || return 0
+    mkdir -p "$target_dir"
+    python3 -m venv "$venv"
+    "$venv/bin/pip" install --quiet --disable-pip-version-check "$ptxas_package"
 }
 
 ptxas() { echo "$venv"/lib/python3*/site-packages/nvidia/cuda_nvcc/bin/ptxas; }

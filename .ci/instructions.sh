@@ -10,15 +10,12 @@
 # not compared.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 
 counts=.ci/instructions.txt
 tolerance=5
 [ "$(uname -m)" = x86_64 ] && grep -qw avx2 /proc/cpuinfo || { echo "instructions: no x86-64 with AVX2 here: not counted"; exit 0; }
-if ! command -v valgrind >/dev/null; then
-    [ "$(id -u)" = 0 ] || { echo "instructions: needs valgrind; install it, or run this as root" >&2; exit 1; }
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends valgrind; } >/dev/null
-fi
+command -v valgrind >/dev/null || install_packages valgrind
 cargo build --release --locked --quiet -p sdf-bench --bin speed
 speed=$(realpath "${CARGO_TARGET_DIR:-target}")/release/speed
 folder=$(mktemp -d)

@@ -4,11 +4,9 @@
 # Needs Python 3.11 or newer with venv, and PyPI; as root on Debian it installs a missing Python.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-if ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
-    [ "$(id -u)" = 0 ] || { echo "readers: needs python3 with venv" >&2; exit 1; }
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends python3 python3-venv; } >/dev/null
-fi
+. .ci/packages.sh
+
+python3 -c 'import ensurepip, venv' 2>/dev/null || install_packages python3 python3-venv
 cargo build --release --locked --quiet -p sdftool
 sdftool=${CARGO_TARGET_DIR:-target}/release/sdftool
 folder=$(mktemp -d)
@@ -17,10 +15,7 @@ trap 'rm -rf "$folder"' EXIT
 sh tests/readers/run.sh "$folder/demo/body.sdf.h5" "$(realpath "$sdftool")"
 
 # What `export` writes, read by NanoVDB's own tools, numpy, pynrrd, VTK and trimesh.
-if ! command -v nanovdb_validate >/dev/null && [ "$(id -u)" = 0 ]; then
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends libnanovdb-tools libopenvdb-tools; } >/dev/null
-fi
+if ! command -v nanovdb_validate >/dev/null && [ "$(id -u)" = 0 ]; then install_packages libnanovdb-tools libopenvdb-tools; fi
 "$sdftool" bake "$folder/demo/body.obj" --res 64 --layout sparse -o "$folder/sparse.sdf.h5" >/dev/null
 python=${CARGO_TARGET_DIR:-target}/readers-venv/bin/python
 for grid in "$folder/demo/body.sdf.h5" "$folder/sparse.sdf.h5"; do

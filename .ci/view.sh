@@ -5,14 +5,11 @@
 # As root on Debian it installs Chromium if it is missing. Pictures are left in the folder named by OUT, if it is set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 
 fail() { echo "view: $*" >&2; exit 1; }
 
-if ! command -v chromium >/dev/null; then
-    [ "$(id -u)" = 0 ] || fail "needs chromium"
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends chromium; } >/dev/null || fail "apt-get cannot install chromium"
-fi
+command -v chromium >/dev/null || install_packages chromium
 if [ -z "${SDFTOOL:-}" ]; then
     cargo build --release --locked --quiet -p sdftool
     SDFTOOL=${CARGO_TARGET_DIR:-target}/release/sdftool

@@ -6,6 +6,7 @@
 # As root on Debian it installs what is missing. Without node, the module is built and measured, and not run.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 
 fail() { echo "wasm: $*" >&2; exit 1; }
 
@@ -14,16 +15,7 @@ packages=()
 if ! ls "$(rustc --print sysroot)/lib/rustlib/wasm32-unknown-unknown/lib/"libstd-*.rlib >/dev/null 2>&1; then
     packages=(rustc-web cargo-web rust-web-src lld-22)
 fi
-packages+=(chromium python3)
-missing=()
-for package in "${packages[@]}"; do
-    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>&1)" = installed ] || missing+=("$package")
-done
-if [ ${#missing[@]} -gt 0 ]; then
-    [ "$(id -u)" = 0 ] || fail "not installed: ${missing[*]}; install them, or run this as root"
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends "${missing[@]}"; } >/dev/null || fail "apt-get cannot install ${missing[*]}"
-fi
+install_packages "${packages[@]}" chromium python3
 CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 export CARGO_TARGET_DIR
 if [ -z "${SDFTOOL:-}" ]; then

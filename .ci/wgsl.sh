@@ -8,6 +8,7 @@
 # Needs Python 3.11 or newer with venv, and PyPI; as root on Debian it installs a missing Python and lavapipe.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. .ci/packages.sh
 
 requirements=gpu/wgsl/requirements.txt
 venv=${CARGO_TARGET_DIR:-target}/wgsl-venv
@@ -17,11 +18,7 @@ sdftool=${CARGO_TARGET_DIR:-target}/release/sdftool
 packages=()
 python3 -c 'import ensurepip, venv' 2>/dev/null || packages+=(python3 python3-venv)
 if [ "${1:-}" != --default-device ] && [ ! -e "${icd[0]}" ]; then packages+=(mesa-vulkan-drivers libvulkan1); fi
-if [ ${#packages[@]} -gt 0 ]; then
-    [ "$(id -u)" = 0 ] || { echo "wgsl: not installed: ${packages[*]}; install them, or run this as root" >&2; exit 1; }
-    export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends "${packages[@]}"; } >/dev/null
-fi
+install_packages "${packages[@]}"
 if ! cmp -s "$requirements" "$venv/installed.txt"; then
     python3 -m venv --clear "$venv"
     "$venv/bin/pip" install --quiet --disable-pip-version-check -r "$requirements"

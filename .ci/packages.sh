@@ -1,0 +1,20 @@
+# shellcheck shell=bash
+# Debian packages of the scripts in this folder, which source this file.
+#
+#     install_packages PACKAGE...    as root, installs those that are missing; else says which they are, and stops the script
+#
+# apt_options holds further options of `apt-get install`.
+
+install_packages() {
+    local missing=() package script
+    script=$(basename "$0" .sh)
+    for package; do
+        [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>&1)" = installed ] || missing+=("$package")
+    done
+    [ ${#missing[@]} -gt 0 ] || return 0
+    [ "$(id -u)" = 0 ] || { echo "$script: not installed: ${missing[*]}; install them, or run this as root" >&2; exit 1; }
+    echo "$script: installing ${missing[*]}"
+    export DEBIAN_FRONTEND=noninteractive
+    { apt-get update && apt-get install --yes --no-install-recommends ${apt_options:+"$apt_options"} "${missing[@]}"; } >/dev/null ||
+        { echo "$script: apt-get cannot install ${missing[*]}" >&2; exit 1; }
+}
