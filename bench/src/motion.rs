@@ -18,7 +18,7 @@ use crate::statistics::median;
 
 const FRAMES: u32 = 15;
 
-/// Prints one line for each way.
+/// Prints a line for each method, and one for first touches.
 pub fn run() -> Result<()> {
     let body = SpikedBall { levels: 6, radius: 0.8 }.mesh();
     let field = bake(&SpikedBall { levels: 4, radius: 0.8 }.mesh(), 128, Layout::Dense)?;
@@ -57,10 +57,10 @@ fn clusters(body: &Mesh, field: &Field, method: Method) -> Result<()> {
     let (mut times, mut contacts) = ([vec![], vec![]], 0);
     for frame in 0..FRAMES {
         let mut found = [None, None];
-        for (way, clusters) in [None, Some(&clusters)].into_iter().enumerate() {
+        for (variant, clusters) in [None, Some(&clusters)].into_iter().enumerate() {
             let start = Instant::now();
-            found[way] = Some(black_box(detect(frame, clusters)?));
-            times[way].push(1e3 * start.elapsed().as_secs_f64());
+            found[variant] = Some(black_box(detect(frame, clusters)?));
+            times[variant].push(1e3 * start.elapsed().as_secs_f64());
         }
         ensure!(found[0] == found[1], "frame {frame}: clusters change the contacts");
         contacts += found[0].iter().flatten().map(|found| found.contacts.len()).sum::<usize>();
@@ -77,15 +77,15 @@ fn clusters(body: &Mesh, field: &Field, method: Method) -> Result<()> {
     Ok(())
 }
 
-/// Faces of the body fly at the field, each along a way of its own.
+/// Faces of the body fly at the field, each along a path of its own.
 fn first_touches(body: &Mesh, field: &Field) {
     let mut random = Random::new(15);
     let (mut times, mut touched, mut open) = (vec![], 0, 0);
     for id in 0..2000_u32 {
         let corners = random.pick(&body.triangles).map(|corner| Vector3::from(body.points[corner as usize]) * 2.0);
-        let way = -corners[0] + Vector3::from(random.point_in_cube(1.0));
+        let shift = -corners[0] + Vector3::from(random.point_in_cube(1.0));
         let turn = [0; 3].map(|_| Vector3::from(random.point_in_cube(0.1)));
-        let path = std::array::from_fn(|k| [corners[k], corners[k] + way + turn[k]]);
+        let path = std::array::from_fn(|k| [corners[k], corners[k] + shift + turn[k]]);
         let moving = MovingElement { id, vertices: [0, 1, 2], path };
         let search = FirstTouch { tolerance: 1e-3, ..FirstTouch::default() };
         let start = Instant::now();

@@ -46,7 +46,7 @@ impl RigidMotion {
         Some(Self { now, later, velocity, spin })
     }
 
-    /// Velocity of the pose's origin: its way from time 0 to 1.
+    /// Velocity of the pose's origin: its displacement from time 0 to 1.
     pub fn velocity(&self) -> [f64; 3] {
         self.velocity.into()
     }
@@ -91,8 +91,8 @@ impl RigidMotion {
 
     /// A box in the moving frame that holds all of `region` at all of the times: a point passes through that frame at |u|.
     fn pull_bounds(&self, region: &Aabb, from: f64, until: f64) -> Aabb {
-        let way = product(self.max_speed(region, from, until), until - from);
-        self.pose(from).pull_bounds(*region).inflate(way)
+        let reach = product(self.max_speed(region, from, until), until - from);
+        self.pose(from).pull_bounds(*region).inflate(reach)
     }
 }
 

@@ -89,9 +89,9 @@ fn exact_contacts_are_those_of_the_mesh() {
                     let context = || format!("{name} {layout:?} margin {margin}: {contact:?}");
                     let at = exact.signed_distance(contact.point.into());
                     assert!((at - contact.distance).abs() <= contact.error_bound + 1e-12, "{at}: {}", context());
-                    let way = contact.point - contact.surface_point;
-                    assert!((way.norm() - contact.distance.abs()).abs() < 1e-12, "{}", context());
-                    assert!((contact.normal * contact.distance - way).norm() < 1e-9, "{}", context());
+                    let offset = contact.point - contact.surface_point;
+                    assert!((offset.norm() - contact.distance.abs()).abs() < 1e-12, "{}", context());
+                    assert!((contact.normal * contact.distance - offset).norm() < 1e-9, "{}", context());
                     assert!((contact.normal.norm() - 1.0).abs() < 1e-9, "{}", context());
                     assert!((contact.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{}", context());
                 }
@@ -203,8 +203,8 @@ fn edges_vertices_poses_and_any_number_of_threads_give_the_exact_answer_too() {
             found.element == still.element && (found.distance - still.distance).abs() < 2e-6,
             "{found:?}, {still:?}"
         );
-        let way = found.point - found.surface_point;
-        assert!((found.normal * found.distance - way).norm() < 1e-9, "{found:?}");
+        let offset = found.point - found.surface_point;
+        assert!((found.normal * found.distance - offset).norm() < 1e-9, "{found:?}");
     }
 }
 
