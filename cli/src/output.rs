@@ -1,11 +1,58 @@
+//! Where does a command write its file? Into a file that may be written, or to standard output for a dash.
+
 use std::fs;
+use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use sdf_formats::contact_file::{self, ContactFormat, Record};
+
+use crate::args::Json;
+use crate::mesh_input::with_path;
+use crate::report::to_stdout;
+
+/// A dash stands for standard output. The report then goes to standard error.
+pub fn is_standard_output(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// The name of an output in messages and reports.
+pub fn shown(path: &Path) -> String {
+    if is_standard_output(path) { "standard output".to_owned() } else { path.display().to_string() }
+}
+
+/// Refuses a file and a JSON object on one standard output.
+pub fn ensure_alone(output: &Path, json: Json) -> Result<()> {
+    if is_standard_output(output) && json.wanted {
+        bail!("--output - and --json both write to standard output: leave one out, or name a file");
+    }
+    Ok(())
+}
+
+/// Writes bytes to standard output.
+pub fn print_bytes(bytes: &[u8]) -> Result<()> {
+    to_stdout(|out| out.write_all(bytes))
+}
+
+/// Writes a list of contacts into a file of the format of its name, or as CSV to standard output. `json` writes the document of a
+/// JSON file.
+pub fn write_contacts<T: Record>(
+    path: &Path,
+    records: impl ExactSizeIterator<Item = T>,
+    json: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<()> {
+    match ContactFormat::from_extension(path) {
+        Some(format) => with_path(path, contact_file::write(path, format, records, json)),
+        None => to_stdout(|out| contact_file::write_csv(out, records)),
+    }
+}
 
 /// Refuses an output that cannot be written, before any work is done: in a missing folder, over something that is not a
 /// regular file, or over one of the inputs.
 pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
+    if is_standard_output(output) {
+        return Ok(());
+    }
     let shown = output.display();
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !fs::metadata(folder).with_context(|| format!("{shown}: cannot write into {}", folder.display()))?.is_dir() {

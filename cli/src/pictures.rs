@@ -1,5 +1,6 @@
 //! Pictures of a field in a plane, as PNG: shades by value, contour lines, bricks, points and lines.
 
+use std::io;
 use std::path::Path;
 
 use anyhow::Result;
@@ -150,17 +151,21 @@ impl Picture {
     }
 
     pub fn write(&self, path: &Path) -> Result<()> {
-        let written = atomic_write(path, |temporary| {
-            let file = std::io::BufWriter::new(std::fs::File::create(temporary)?);
-            let mut encoder = png::Encoder::new(file, self.width as u32, self.height as u32);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            let other = |error: png::EncodingError| std::io::Error::other(error.to_string());
-            let mut writer = encoder.write_header().map_err(other)?;
-            writer.write_image_data(self.pixels.as_flattened()).map_err(other)?;
-            writer.finish().map_err(other)
-        });
+        let written = atomic_write(path, |temporary| std::fs::write(temporary, self.png()?));
         with_path(path, written)
+    }
+
+    /// The bytes of a PNG file.
+    pub fn png(&self) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let other = |error: png::EncodingError| io::Error::other(error.to_string());
+        let mut writer = encoder.write_header().map_err(other)?;
+        writer.write_image_data(self.pixels.as_flattened()).map_err(other)?;
+        writer.finish().map_err(other)?;
+        Ok(bytes)
     }
 }
 

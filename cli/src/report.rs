@@ -1,12 +1,14 @@
 //! Output of a command on standard output: rows or JSON, and how numbers look in rows.
 
-use std::io::{self, BufWriter, Write, stdout};
+use std::io::{self, BufWriter, Write, stderr, stdout};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 pub use sdf_field::page::{counts, number};
 use serde::Serialize;
 
 use crate::args::Json;
+use crate::output::is_standard_output;
 
 /// The output of a command: rows for a person, one JSON object for a program.
 pub struct Report<J> {
@@ -20,6 +22,14 @@ impl<J: Serialize> Report<J> {
             return print_json(&self.json);
         }
         to_stdout(|out| self.print_rows(out))
+    }
+
+    /// Prints where the command's file does not go: to standard error, if `file` is standard output.
+    pub fn print_beside(&self, file: Option<&Path>, json: Json) -> Result<()> {
+        if file.is_some_and(is_standard_output) {
+            return self.print_rows(&mut stderr().lock()).context("standard error");
+        }
+        self.print(json)
     }
 
     fn print_rows(&self, out: &mut impl Write) -> io::Result<()> {

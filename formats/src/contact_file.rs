@@ -108,6 +108,11 @@ pub fn write<T: Record>(
     })
 }
 
+/// Writes the lines of a CSV file, as the entries come.
+pub fn write_csv<T: Record>(out: &mut dyn Write, records: impl Iterator<Item = T>) -> io::Result<()> {
+    csv::write(records, out)
+}
+
 /// The bytes that [`write()`] would write.
 pub fn to_bytes<T: Record>(
     format: ContactFormat,

@@ -229,7 +229,9 @@ fn crossing_shells_have_the_distances_of_the_surface_of_their_solid() {
                 // Where it ends, the solid ends: not all directions from there lead inside.
                 let ahead = (nearest.point - point).normalize();
                 let mut directions = std::iter::once(ahead).chain((0..400).map(|_| random.point_in_cube(1.0)));
-                let is_out = |direction: Vector3<f64>| oracle::winding_number(&all, nearest.point + direction * 1e-6).abs() < 0.5;
+                let is_out = |direction: Vector3<f64>| {
+                    oracle::winding_number(&all, nearest.point + direction * 1e-6).abs() < 0.5
+                };
                 assert!(directions.any(is_out), "round {round}: {found} ends inside at {point:?}");
             } else {
                 assert!((found - to_all).abs() < 1e-12, "round {round}: {found} for {to_all} at {point:?}");

@@ -7,7 +7,6 @@ use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, Typ
 use clap::{Parser, ValueEnum};
 use sdf_core::placed::Rigid;
 use sdf_field::Method;
-use sdf_formats::contact_file::ContactFormat;
 
 use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
 use super::{Json, Threads};
@@ -73,7 +72,7 @@ pub struct ContactsArgs {
     /// touch].
     #[arg(long, value_name = "D", value_parser = positive, allow_negative_numbers = true)]
     pub resolution: Option<f64>,
-    /// Where to write the contacts; the extension decides: .csv, .json, .ply or .h5 [default: nowhere].
+    /// Where to write the contacts; the extension decides: .csv, .json, .ply or .h5; - is CSV on standard output [default: nowhere].
     #[arg(short, long, value_name = "OUT", value_parser = PathBufValueParser::new().try_map(contact_file))]
     pub output: Option<PathBuf>,
     /// Where to write a page to look at field, mesh and contacts, as `view` does [default: nowhere].
@@ -130,11 +129,6 @@ impl ContactsArgs {
             }
             None => Ok(()),
         }
-    }
-
-    /// The format of the output.
-    pub fn format(&self) -> Option<ContactFormat> {
-        self.output.as_deref().and_then(ContactFormat::from_extension)
     }
 }
 

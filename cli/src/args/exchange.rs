@@ -23,7 +23,8 @@ pub struct ExportArgs {
     /// Format of the file [default: by the ending of --output].
     #[arg(long, value_parser = formats(), required_unless_present = "output")]
     pub format: Option<ExportFormat>,
-    /// Where to write the file [default: the field's name with the format's ending, in the current folder].
+    /// Where to write the file; - is standard output, with --format [default: the field's name with the format's ending, in the
+    /// current folder].
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Number of cells along the longest side [default: the grid's own nodes; 128 for shapes in closed form].

@@ -70,7 +70,7 @@ pub struct VerifyArgs {
 pub struct SliceArgs {
     /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Where to write the picture, a PNG.
+    /// Where to write the picture, a PNG; - is standard output.
     #[arg(short, long, value_name = "OUT.png", value_parser = PathBufValueParser::new().try_map(picture_file))]
     pub output: PathBuf,
     /// Axis perpendicular to the plane. The other two run right and up.
@@ -98,7 +98,7 @@ pub enum Axis {
 pub struct SurfaceArgs {
     /// The field: a baked grid or shapes in TOML.
     pub sdf: PathBuf,
-    /// Where to write the mesh; the extension decides: .obj, .ply, .stl or .off.
+    /// Where to write the mesh; the extension decides: .obj, .ply, .stl or .off; - is OBJ on standard output.
     #[arg(short, long, value_name = "OUT.obj", value_parser = PathBufValueParser::new().try_map(mesh_file))]
     pub output: PathBuf,
     /// Number of cells along the longest side [default: the grid's own; 128 for shapes in closed form].

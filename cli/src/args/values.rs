@@ -11,6 +11,8 @@ use sdf_field::file::Compression;
 use sdf_formats::contact_file::ContactFormat;
 use sdf_formats::mesh::MeshFormat;
 
+use crate::output::is_standard_output;
+
 /// Numbers separated by commas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Numbers<const N: usize>(pub [f64; N]);
@@ -96,7 +98,8 @@ pub fn precisions() -> impl TypedValueParser<Value = Precision> {
 }
 
 pub fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    ContactFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .csv, .json, .ply or .h5")
+    let is_known = is_standard_output(&path) || ContactFormat::from_extension(&path).is_some();
+    is_known.then_some(path).ok_or("use a name that ends in .csv, .json, .ply or .h5, or - for CSV on standard output")
 }
 
 pub fn grid_file(path: PathBuf) -> Result<PathBuf, &'static str> {
@@ -104,7 +107,10 @@ pub fn grid_file(path: PathBuf) -> Result<PathBuf, &'static str> {
 }
 
 pub fn picture_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    ends_in(path, &["png"], "use a name that ends in .png")
+    if is_standard_output(&path) {
+        return Ok(path);
+    }
+    ends_in(path, &["png"], "use a name that ends in .png, or - for standard output")
 }
 
 pub fn histogram_file(path: PathBuf) -> Result<PathBuf, &'static str> {
@@ -121,7 +127,8 @@ fn ends_in(path: PathBuf, endings: &[&str], refusal: &'static str) -> Result<Pat
 }
 
 pub fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    MeshFormat::from_extension(&path).map(|_| path).ok_or("use a name that ends in .obj, .ply, .stl or .off")
+    let is_known = is_standard_output(&path) || MeshFormat::from_extension(&path).is_some();
+    is_known.then_some(path).ok_or("use a name that ends in .obj, .ply, .stl or .off, or - for OBJ on standard output")
 }
 
 /// A part of a list: elements `index`, `index + count`, …

@@ -10,7 +10,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::page::Scene;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
-use sdf_formats::contact_file::{self, ContactRecord, ContactRows, Label};
+use sdf_formats::contact_file::{ContactRecord, ContactRows, Label};
 use sdf_formats::field_file::OpenField;
 use sdf_formats::grid_file::{GridReader, StoredGrid, StoredMesh};
 use sdf_formats::mesh::Mesh;
@@ -27,6 +27,7 @@ use crate::{field_input, mesh_input, output, progress};
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
+        output::ensure_alone(path, args.json)?;
     }
     if let Some(page) = &args.view {
         output::ensure_writable(page, &[&args.mesh, &args.sdf])?;
@@ -61,11 +62,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         read: read_summary,
         seconds: Seconds { read, query },
     };
-    if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::with_path(
-            path,
-            contact_file::write(path, format, found.records(), |out| line_of_json(&document, out)),
-        )?;
+    if let Some(path) = &args.output {
+        output::write_contacts(path, found.records(), |out| line_of_json(&document, out))?;
     }
     if let Some(path) = &args.view {
         // The page shows the whole field, of which only a part was read.
@@ -107,9 +105,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         rows.push(("skipped", skipped));
     }
     if let Some(path) = &args.output {
-        rows.push(("file", path.display().to_string()));
+        rows.push(("file", output::shown(path)));
     }
-    Report { rows, json: document }.print(args.json)
+    Report { rows, json: document }.print_beside(args.output.as_deref(), args.json)
 }
 
 #[derive(Serialize)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Written, description_path};
+use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Exported, Written, description_path};
 use serde_json::json;
 
 use crate::args::ExportArgs;
@@ -30,6 +30,12 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if format == ExportFormat::Raw {
         output::ensure_writable(&description_path(&output), &[&args.sdf])?;
     }
+    if output::is_standard_output(&output) {
+        if format == ExportFormat::Raw {
+            bail!("--format raw writes two files: name one by --output");
+        }
+        output::ensure_alone(&output, args.json)?;
+    }
     let field = view::read(&args.sdf)?;
     let options = ExportOptions {
         cells: args.res,
@@ -38,11 +44,22 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         precision: args.precision,
         ..ExportOptions::default()
     };
-    let written = progress::on_threads(args.threads, || field.export_to(&output, format, &options))?;
-    let Written { lattice, files } = written.map_err(|error| match error {
+    let to_stdout = output::is_standard_output(&output);
+    let exported = progress::on_threads(args.threads, || {
+        if to_stdout {
+            let Exported { lattice, bytes, .. } = field.export(format, &options)?;
+            return Ok((lattice, vec![], bytes));
+        }
+        let Written { lattice, files } = field.export_to(&output, format, &options)?;
+        Ok((lattice, files, vec![]))
+    })?;
+    let (lattice, files, printed) = exported.map_err(|error| match error {
         ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),
         error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
     })?;
+    if to_stdout {
+        output::print_bytes(&printed)?;
+    }
     let bytes: Vec<u64> = files.iter().map(|file| std::fs::metadata(file).map_or(0, |file| file.len())).collect();
     let row = |(file, bytes): (&PathBuf, &u64)| ("file", format!("{}, {bytes} bytes", file.display()));
     let mut rows = vec![
@@ -61,7 +78,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
             "files": files.iter().zip(&bytes).map(|(file, bytes)| json!({"path": file.display().to_string(), "bytes": bytes})).collect::<Vec<_>>(),
         }),
     }
-    .print(args.json)
+    .print_beside(Some(&output), args.json)
 }
 
 fn format(args: &ExportArgs) -> Result<ExportFormat> {

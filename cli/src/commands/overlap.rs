@@ -12,19 +12,20 @@ use sdf_core::grid::Lattice;
 use sdf_core::overlap::{DeepestPoint, LocalMinima, Patch};
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{Field, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
-use sdf_formats::contact_file::{self, OverlapKind, OverlapRecord};
+use sdf_formats::contact_file::{OverlapKind, OverlapRecord};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
 use crate::args::{ContactsArgs, rigid};
 use crate::read_summary::{ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
-use crate::{field_input, mesh_input, output};
+use crate::{field_input, output};
 
 /// Runs `contacts` on two fields.
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
+        output::ensure_alone(path, args.json)?;
     }
     args.refuse_options_of_meshes()?;
     let started = Instant::now();
@@ -60,13 +61,11 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         read: bodies.map_or([None, None], |bodies| bodies.read),
         seconds: Seconds { read, query },
     };
-    if let (Some(path), Some(format)) = (&args.output, args.format()) {
-        mesh_input::with_path(
-            path,
-            contact_file::write(path, format, meetings.iter().cloned(), |out| line_of_json(&document, out)),
-        )?;
+    if let Some(path) = &args.output {
+        output::write_contacts(path, meetings.iter().cloned(), |out| line_of_json(&document, out))?;
     }
-    Report { rows: rows(args, &document, found.verdict), json: document }.print(args.json)
+    Report { rows: rows(args, &document, found.verdict), json: document }
+        .print_beside(args.output.as_deref(), args.json)
 }
 
 #[derive(Serialize)]
@@ -269,7 +268,7 @@ fn rows(args: &ContactsArgs, document: &Document, verdict: OverlapVerdict) -> Ve
     for (name, read) in ["read of first", "read of second"].into_iter().zip(&document.read) {
         rows.extend(read.map(|read| (name, read.in_words())));
     }
-    rows.extend(args.output.as_ref().map(|path| ("file", path.display().to_string())));
+    rows.extend(args.output.as_ref().map(|path| ("file", output::shown(path))));
     rows
 }
 

@@ -14,6 +14,7 @@ use crate::{field_input, output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
     output::ensure_writable(&args.output, &[&args.sdf])?;
+    output::ensure_alone(&args.output, args.json)?;
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let bounds = reader.summary().lattice.bounds();
@@ -64,14 +65,18 @@ fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
 }
 
 fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
-    picture.write(&args.output)?;
+    if output::is_standard_output(&args.output) {
+        output::print_bytes(&picture.png()?)?;
+    } else {
+        picture.write(&args.output)?;
+    }
     let [width, height] = picture.size();
     let Plane { axis, at, window } = *picture.plane();
     let name = NAMES[axis];
     Report {
         rows: vec![
             ("plane", format!("{name} = {}", number(at))),
-            ("picture", format!("{}, {width} × {height} pixels", args.output.display())),
+            ("picture", format!("{}, {width} × {height} pixels", output::shown(&args.output))),
         ],
         json: json!({
             "schema": "sdftool.slice/1",
@@ -82,5 +87,5 @@ fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
             "output": args.output.display().to_string(),
         }),
     }
-    .print(args.json)
+    .print_beside(Some(&args.output), args.json)
 }

@@ -18,9 +18,8 @@ use crate::{field_input, memory, output};
 const DEFAULT_RES: u32 = 128;
 
 pub fn run(args: &SurfaceArgs) -> Result<()> {
-    let format =
-        MeshFormat::from_extension(&args.output).context("--output: use a name that ends in .obj, .ply or .stl")?;
     output::ensure_writable(&args.output, &[&args.sdf])?;
+    output::ensure_alone(&args.output, args.json)?;
     let surface = match field_input::read(&args.sdf)? {
         FileField::Grid(stored) => {
             if let Some(band) = stored.sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
@@ -54,12 +53,17 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
             number(args.level)
         );
     }
-    with_path(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?;
+    match MeshFormat::from_extension(&args.output) {
+        Some(format) => {
+            with_path(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?
+        }
+        None => output::print_bytes(&mesh::to_bytes(MeshFormat::Obj, &surface.points, &surface.triangles)?)?,
+    }
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
     Report {
         rows: vec![
             ("surface", format!("{points} points, {triangles} triangles")),
-            ("file", args.output.display().to_string()),
+            ("file", output::shown(&args.output)),
         ],
         json: json!({
             "schema": "sdftool.surface/1",
@@ -68,7 +72,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
             "output": args.output.display().to_string(),
         }),
     }
-    .print(args.json)
+    .print_beside(Some(&args.output), args.json)
 }
 
 /// The lattice to sample on, padded by two cells, so that the surface closes.

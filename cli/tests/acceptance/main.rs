@@ -26,4 +26,5 @@ mod shared_meshes;
 mod simulate;
 mod solids;
 mod sparse_grids;
+mod standard_output;
 mod surfaces;

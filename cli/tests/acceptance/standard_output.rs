@@ -1,0 +1,73 @@
+//! `-o -`: the file goes to standard output and the report to standard error, so that commands can be joined by pipes.
+
+use crate::folder::{Folder, says};
+use crate::meshes::Model;
+
+fn scene() -> Folder {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    folder.write("other.obj", Model::ball([0.0, 0.0, 1.5], 1.0, 3).obj());
+    folder.done("bake ball.obj --res 16");
+    folder.done("bake other.obj --res 16");
+    folder
+}
+
+/// Standard output and standard error of a run that must succeed and leave no file.
+fn piped(folder: &Folder, words: &str) -> (Vec<u8>, String) {
+    let before = folder.names();
+    let assert = folder.sdftool(words).assert().success();
+    assert_eq!(folder.names(), before, "{words}: left files behind");
+    let output = assert.get_output();
+    (output.stdout.clone(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_dash_writes_what_the_file_would_hold() {
+    let folder = scene();
+    for (words, name) in [
+        ("contacts other.obj ball.sdf.h5 --margin 0.1", "contacts.csv"),
+        ("contacts other.sdf.h5 ball.sdf.h5 --resolution 0.1", "overlap.csv"),
+        ("surface ball.sdf.h5", "surface.obj"),
+        ("slice ball.sdf.h5 --pixels 32", "slice.png"),
+        ("export ball.sdf.h5 --format npy", "ball.npy"),
+        ("export ball.sdf.h5 --format vtkhdf", "ball.vtkhdf"),
+    ] {
+        folder.done(&format!("{words} -o {name}"));
+        let (bytes, report) = piped(&folder, &format!("{words} -o -"));
+        assert!(bytes == folder.read(name), "{words}: {} bytes", bytes.len());
+        assert!(bytes.len() > 100 && report.lines().count() >= 2, "{words}: {report}");
+    }
+    let (_, report) = piped(&folder, "surface ball.sdf.h5 -o -");
+    says(&report, &["triangles", "standard output"]);
+}
+
+#[test]
+fn commands_are_joined_by_pipes() {
+    let folder = scene();
+    let (mesh, _) = piped(&folder, "surface ball.sdf.h5 -o -");
+    let assert =
+        folder.sdftool("contacts - other.sdf.h5 --elements vertices -o -").write_stdin(mesh).assert().success();
+    let piped = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+    folder.done("surface ball.sdf.h5 -o surface.obj");
+    folder.done("contacts surface.obj other.sdf.h5 --elements vertices -o contacts.csv");
+    assert!(piped.lines().count() > 10);
+    assert_eq!(piped.as_bytes(), folder.read("contacts.csv"));
+}
+
+#[test]
+fn two_things_on_standard_output_are_refused() {
+    let folder = scene();
+    for words in [
+        "contacts other.obj ball.sdf.h5",
+        "contacts other.sdf.h5 ball.sdf.h5",
+        "surface ball.sdf.h5",
+        "slice ball.sdf.h5",
+        "export ball.sdf.h5 --format npy",
+    ] {
+        let line = folder.sdftool(&format!("{words} -o - --json")).assert().code(1);
+        let line = String::from_utf8_lossy(&line.get_output().stderr).into_owned();
+        says(&line, &["--output - and --json", "name a file"]);
+    }
+    says(&folder.refused("export ball.sdf.h5 --format raw -o -"), &["two files"]);
+    says(&folder.refused("export ball.sdf.h5 -o -"), &["--format"]);
+}
