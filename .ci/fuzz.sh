@@ -11,7 +11,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:?how many seconds in all?}
 shift
 targets=("$@")
-[ ${#targets[@]} -gt 0 ] || targets=(obj ply stl off grid field points contact)
+[ ${#targets[@]} -gt 0 ] || targets=(obj ply stl off grid field scene points contact)
 command -v c++ >/dev/null || install_packages g++
 
 host=$(rustc -vV | sed -n 's/^host: //p')
@@ -28,8 +28,10 @@ trap 'rm -rf "$folder"' EXIT
 share=$(((seconds + ${#targets[@]} - 1) / ${#targets[@]}))
 for target in "${targets[@]}"; do
     mkdir "$folder/$target"
+    corpus=fuzz/corpus/$target
+    [ "$target" != scene ] || corpus=scenes
     # New inputs go to the first folder; the corpus of the repository is only read.
-    fuzz/target/"$host"/release/"$target" "$folder/$target" "fuzz/corpus/$target" -max_total_time="$share" -timeout=10 \
+    fuzz/target/"$host"/release/"$target" "$folder/$target" "$corpus" -max_total_time="$share" -timeout=10 \
         -rss_limit_mb=1024 -max_len=32768 -print_final_stats=1 -verbosity=0 -artifact_prefix="fuzz/artifacts/$target-" \
         2>"$folder/log" || { cat "$folder/log" >&2; exit 1; }
     echo "$target: $(sed -n 's/^stat::number_of_executed_units: *//p' "$folder/log") inputs, none failed"

@@ -5,6 +5,7 @@
 //! | `obj`, `ply`, `stl`, `off` | a mesh file | it is read, or refused with a message |
 //! | `grid` | an HDF5 grid | the same; what is read can be sampled |
 //! | `field` | a `.sdf.toml` | the same, and its text reads back |
+//! | `scene` | a scene's TOML | it is read, built and run for a frame, or refused |
 //! | `points` | a CSV file | it is read, or refused |
 //! | `contact` | a field, an element and a method, of arbitrary bits | a contact is finite, its weights are a point of the element |
 //!

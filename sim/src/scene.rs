@@ -3,6 +3,7 @@
 //! | question | file |
 //! |---|---|
 //! | Which keys does a file have? | `scene/spec`, `scene/mesh_spec` |
+//! | Which numbers are refused? | `scene/check` |
 //! | How does it become a world and obstacles? | `scene/build` |
 //! | Which shape has a closed form at a time? | `scene/animation` |
 //! | How is it run, once or in many variants? | `scene/run`, `scene/vary` |
@@ -11,6 +12,7 @@
 
 mod animation;
 mod build;
+mod check;
 mod entangled;
 mod figures;
 mod mesh_spec;
@@ -68,10 +70,13 @@ pub fn read(path: &Path) -> Result<SceneSpec, SceneError> {
 
 /// Reads a scene from its text. Errors show `name` in place of a path.
 pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
-    let spec: SceneSpec = toml::from_str(text).map_err(|error| {
+    let at_line = |error: toml::de::Error| {
         let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         invalid(name, format!("line {line}: {}", error.message().replace('\n', " ")))
-    })?;
-    spec.check().map_err(|message| invalid(name, message))?;
+    };
+    let spec: SceneSpec = toml::from_str(text).map_err(at_line)?;
+    let table: toml::Table = toml::from_str(text).map_err(at_line)?;
+    let checked = table.iter().try_for_each(|(key, value)| check::check_numbers(key, value));
+    checked.and_then(|()| spec.check()).map_err(|message| invalid(name, message))?;
     Ok(spec)
 }

@@ -77,6 +77,18 @@ pub fn add(
     Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().map(embed).collect()))
 }
 
+/// Number of cubes in the box around a body, of which [`add`] looks at each.
+pub fn cube_count(points: &[[f64; 3]], side: f64, padding: f64) -> f64 {
+    let extent = |axis: usize| {
+        let all = || points.iter().map(|point| point[axis]);
+        let [low, high] = [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
+        // A cube's index is an i32.
+        let is_in_reach = low.abs().max(high.abs()) + padding < side * 1e9;
+        if is_in_reach { ((high - low + 2.0 * padding) / side).ceil() + 3.0 } else { f64::INFINITY }
+    };
+    [0, 1, 2].map(extent).iter().product()
+}
+
 /// The nodes on the way along a cube's diagonal, one axis after the other.
 fn corner_steps(cell: &[i32; 3], order: &[usize; 3]) -> [[i32; 3]; 4] {
     let mut nodes = [*cell; 4];

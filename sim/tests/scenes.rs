@@ -55,7 +55,56 @@ fn a_wrong_scene_is_told_with_its_line_and_what_is_known() {
     let huge = scene::parse(&SCENE.replace("[6, 6]", "[60000, 60000]"), "huge").unwrap();
     let refused = Stage::build(&huge, Path::new("."), Threads::ONE).unwrap_err().to_string();
     assert!(refused.contains("take less than"), "{refused}");
+    let build = |text: String| {
+        let spec = scene::parse(&text, "my.toml").unwrap();
+        Stage::build(&spec, Path::new("."), Threads::ONE).map(|_| ()).unwrap_err().to_string()
+    };
+    let ropes = "mesh.rope = { strands = 4000000000, edges = 0, length = 1.0, radius = 0.1, turns = 1.0, height = 1.0, bend = 0.0 }";
+    let many = build(format!("{}\n[[cloth]]\n{ropes}\n", SCENE));
+    assert!(many.contains("take less than"), "{many}");
+    let soft = "mesh.cuboid = { half = [1.0, 1.0, 1.0] }\ncell = 1e-3\ndensity = 1.0\nyoung = 1.0\npoisson = 0.3\n";
+    for (soft, wanted) in [(soft.to_owned(), "cubes"), (soft.replace("1e-3", "1e-30"), "cubes")] {
+        let fine = build(format!("{SCENE}\n[[soft]]\n{soft}"));
+        assert!(fine.contains(wanted) && fine.contains("larger cell"), "{fine}");
+    }
+    let device = build(SCENE.replace("shape = 'field = { shape = \"sphere\", radius = 0.5 }'", "file = \"/dev/zero\""));
+    assert!(device.contains("not a regular file"), "{device}");
     assert!("vertex".parse::<ElementMethod>().unwrap_err().to_string().contains("samples64"));
+}
+
+#[test]
+fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
+    for (from, to, wanted) in [
+        ("height = 0.52", "height = nan", "height = NaN"),
+        ("size = [1.0, 1.0]", "size = [1.0, -inf]", "size = -inf"),
+        ("radius = 0.5", "radius = 1e200", ""),
+        ("thickness = 0.01", "vary = { substeps = [4, 0] }", "substeps = 0"),
+        ("thickness = 0.01", "vary = { rate = [60.0, -1.0] }", "rate = -1"),
+        ("thickness = 0.01", "vary = { speed = [0.0] }", "speed = 0"),
+        ("thickness = 0.01", "vary = { friction = [-0.5] }", "friction = -0.5"),
+        ("thickness = 0.01", "vary = { seeds = 4000000000 }", "4000000000 combinations"),
+    ] {
+        if wanted.is_empty() {
+            // A shape is a text of its own, read when the scene is built.
+            assert!(scene::parse(&SCENE.replace(from, to), "my.toml").is_ok());
+            continue;
+        }
+        let refused = message(|text| text.replace(from, to));
+        assert!(refused.starts_with("my.toml: ") && refused.contains(wanted), "{to}: {refused}");
+    }
+}
+
+#[test]
+fn variants_are_all_combinations_and_the_last_list_changes_fastest() {
+    let vary = "vary = { rate = [30.0, 60.0], substeps = [1, 2, 3], speed = [0.5], seeds = 2 }\nthickness = 0.01";
+    let spec = scene::parse(&SCENE.replace("thickness = 0.01", vary), "my.toml").unwrap();
+    let all: Vec<_> = scene::variants(&spec).map(|spec| (spec.rate, spec.substeps, spec.seed, spec.frames)).collect();
+    let wanted = [30.0, 60.0]
+        .into_iter()
+        .flat_map(|rate| (1..=3).flat_map(move |substeps| (0..2).map(move |seed| (rate, substeps, seed, 12))));
+    assert_eq!(all, wanted.collect::<Vec<_>>());
+    let alone = scene::parse(SCENE, "my.toml").unwrap();
+    assert_eq!(scene::variants(&alone).map(|spec| spec.frames).collect::<Vec<_>>(), [6]);
 }
 
 /// The recording of the scene above, and what was measured.

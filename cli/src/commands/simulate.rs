@@ -43,8 +43,7 @@ fn run_one(
         spec.shrink();
     }
     let stride = if args.small { 8 } else { 1 };
-    let runs = scene::variants(&spec);
-    let total = runs.iter().step_by(stride).map(|spec| u64::from(spec.frames)).sum();
+    let total = scene::variants(&spec).step_by(stride).map(|spec| u64::from(spec.frames)).sum();
     let bar = progress::bar("simulating", total);
     let folder = path.parent().unwrap_or(Path::new("."));
     let threads = sdf_field::Threads::new(args.threads.count.map_or(0, usize::from));

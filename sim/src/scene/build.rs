@@ -9,7 +9,7 @@ use sdf_field::{BakeOptions, Field, GridSize, MeshView, Threads};
 use sdf_procedural::{Mesh, random::Random};
 
 use super::animation::Animation;
-use super::mesh_spec::MeshSpec;
+use super::mesh_spec::{MeshSpec, regular_file};
 use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
 use crate::surface::{Carrier, Surface};
@@ -142,6 +142,12 @@ impl Stage {
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
         let is_wanted = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < reach;
         let (first, first_tet) = (self.world.x.len(), self.world.tets.len());
+        let cubes = soft::cube_count(&mesh.points, spec.cell, spec.padding);
+        if cubes > MAX_CUBES {
+            return Err(format!(
+                "a box of {cubes:.0} cubes around a soft body: use a larger cell, for at most {MAX_CUBES:.0}"
+            ));
+        }
         let surface =
             soft::add(&mut self.world, &mesh.points, &mesh.triangles, spec.cell, spec.padding, &matter, is_wanted);
         if let Some(map) = spec.touched {
@@ -156,6 +162,9 @@ impl Stage {
         Ok(())
     }
 }
+
+/// Most cubes in the box around a soft body.
+const MAX_CUBES: f64 = 1e6;
 
 /// A pose at the start.
 struct Pose {
@@ -211,7 +220,7 @@ fn obstacle_field(spec: &ObstacleSpec, folder: &Path, threads: Threads) -> Resul
             return bake(&mesh, spec.cells, threads);
         }
         (_, Some(text), _) => closed_form(text)?,
-        (_, _, Some(file)) => Field::open(folder.join(file)).map_err(|error| error.to_string())?,
+        (_, _, Some(file)) => Field::open(regular_file(folder, file)?).map_err(|error| error.to_string())?,
         _ => return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned()),
     };
     translated(field, spec)

@@ -27,19 +27,31 @@ pub enum MeshSpec {
     File(PathBuf),
 }
 
+/// A file beside the scene's own. Devices and pipes are refused: they may have no end.
+pub(super) fn regular_file(folder: &Path, path: &Path) -> Result<PathBuf, String> {
+    let path = folder.join(path);
+    match std::fs::metadata(&path) {
+        Ok(metadata) if metadata.is_file() => Ok(path),
+        Ok(_) => Err(format!("{}: is not a regular file: name one beside the scene's file", path.display())),
+        Err(error) => Err(format!("{}: {error}", path.display())),
+    }
+}
+
 /// Most points of a mesh by formula.
 const MAX_POINTS: f64 = 1e7;
 
 impl MeshSpec {
     /// The mesh; files are looked for in `folder`.
     pub(super) fn mesh(&self, folder: &Path) -> Result<Mesh, String> {
+        // Meshes by formula have more points than cells: an end on each line, and at least four lines around.
+        let count = |rows: u32, columns: u32| (f64::from(rows) + 4.0) * (f64::from(columns) + 4.0);
         let points = match self {
-            Self::Sheet(sheet) => f64::from(sheet.cells[0]) * f64::from(sheet.cells[1]),
-            Self::SpikedBall(ball) => 4_f64.powf(f64::from(ball.levels)),
-            Self::Serpent(serpent) => f64::from(serpent.rings) * f64::from(serpent.slices),
-            Self::Bowl(bowl) => f64::from(bowl.slices) * f64::from(bowl.stacks),
-            Self::Pot(pot) => f64::from(pot.slices) * f64::from(pot.stacks),
-            Self::Rope(rope) => f64::from(rope.strands) * f64::from(rope.edges),
+            Self::Sheet(sheet) => count(sheet.cells[0], sheet.cells[1]),
+            Self::SpikedBall(ball) => 20.0 * 4_f64.powf(f64::from(ball.levels)),
+            Self::Serpent(serpent) => count(serpent.rings, serpent.slices),
+            Self::Bowl(bowl) => count(bowl.slices, bowl.stacks),
+            Self::Pot(pot) => 2.0 * count(pot.slices, pot.stacks),
+            Self::Rope(rope) => count(rope.strands, rope.edges),
             Self::Cuboid(_) | Self::File(_) => 0.0,
         };
         if points > MAX_POINTS {
@@ -54,7 +66,8 @@ impl MeshSpec {
             Self::Cuboid(cuboid) => cuboid.mesh(),
             Self::Rope(rope) => rope.mesh(),
             Self::File(path) => {
-                let mesh = sdf_formats::mesh::read(&folder.join(path)).map_err(|error| error.to_string())?;
+                let path = regular_file(folder, path)?;
+                let mesh = sdf_formats::mesh::read(&path).map_err(|error| error.to_string())?;
                 Mesh { points: mesh.points, triangles: mesh.triangles, segments: mesh.segments }
             }
         })

@@ -292,9 +292,6 @@ pub struct Vary {
     pub seeds: u32,
 }
 
-/// Most frames, substeps and bodies of a scene, so that a mistyped number ends in a message.
-const MAX_COUNT: u32 = 1_000_000;
-
 impl From<CageMapSpec> for CageMap {
     fn from(map: CageMapSpec) -> Self {
         match map {
@@ -305,62 +302,6 @@ impl From<CageMapSpec> for CageMap {
 }
 
 impl SceneSpec {
-    pub(super) fn check(&self) -> Result<(), String> {
-        let is_positive = |name: &str, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(())
-            } else {
-                Err(format!("{name} = {value}: give a positive number"))
-            }
-        };
-        let is_count = |name: &str, value: u32| match value {
-            1..=MAX_COUNT => Ok(()),
-            _ => Err(format!("{name} = {value}: give a number from 1 to {MAX_COUNT}")),
-        };
-        is_positive("rate", self.rate)?;
-        is_count("frames", self.frames)?;
-        is_count("substeps", self.substeps)?;
-        let others = [
-            ("thickness", self.thickness),
-            ("friction", self.friction),
-            ("recovery", self.recovery),
-            ("drag", self.drag),
-            ("damping", self.damping),
-        ];
-        if let Some((name, value)) = others.iter().find(|(_, value)| !(0.0..1e9).contains(value)) {
-            return Err(format!("{name} = {value}: give a number that is not negative"));
-        }
-        self.cloth.iter().try_for_each(|cloth| is_positive("mass", cloth.mass))?;
-        for rigid in &self.rigid {
-            is_positive("mass", rigid.mass)?;
-            let [x, y, z] = rigid.count.map(u64::from);
-            is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
-            is_count("cells", rigid.cells)?;
-        }
-        for soft in &self.soft {
-            is_positive("cell", soft.cell)?;
-            is_positive("density", soft.density)?;
-            is_positive("young", soft.young)?;
-            if !(0.0..1e9).contains(&soft.padding) {
-                return Err(format!("padding = {}: give a number that is not negative", soft.padding));
-            }
-            if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
-                return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
-            }
-        }
-        for ObstacleSpec { mesh, shape, becomes, period, file, cells, .. } in &self.obstacle {
-            is_count("cells", *cells)?;
-            is_positive("period", *period)?;
-            if becomes.is_some() && shape.is_none() {
-                return Err("becomes: give the shape to begin with as shape".to_owned());
-            }
-            if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
-                return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
-            }
-        }
-        Ok(())
-    }
-
     /// An eighth of the work: half of the frames and half of the cells of every mesh along each side.
     pub fn shrink(&mut self) {
         self.frames = self.frames.div_ceil(2);

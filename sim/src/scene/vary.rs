@@ -9,7 +9,7 @@ use sdf_field::Threads;
 use super::build::Stage;
 use super::figures::Figures;
 use super::run::{ElementMethod, run};
-use super::spec::SceneSpec;
+use super::spec::{SceneSpec, Vary};
 use super::{SceneError, invalid};
 
 /// Figures of all runs of a scene.
@@ -47,40 +47,54 @@ impl Outcome {
     }
 }
 
-/// The scene with each combination of the values that it lists, or the scene alone.
-pub fn variants(spec: &SceneSpec) -> Vec<SceneSpec> {
-    let mut all = vec![spec.clone()];
-    let vary = &spec.vary;
-    multiply(&mut all, &vary.rate, |spec, value| spec.rate = *value);
-    multiply(&mut all, &vary.substeps, |spec, value| spec.substeps = *value);
-    multiply(&mut all, &vary.friction, |spec, value| spec.friction = *value);
-    multiply(&mut all, &vary.thickness, |spec, value| spec.thickness = *value);
-    multiply(&mut all, &vary.recovery, |spec, value| spec.recovery = *value);
-    multiply(&mut all, &vary.mass_ratio, |spec, value| spec.vary.mass_ratio = vec![*value]);
-    multiply(&mut all, &vary.speed, |spec, factor| {
-        let cloths = spec.cloth.iter_mut().map(|cloth| &mut cloth.start);
-        for start in cloths.chain(spec.rigid.iter_mut().map(|rigid| &mut rigid.start)) {
-            start.velocity = start.velocity.map(|v| v * factor);
-        }
-        spec.obstacle.iter_mut().for_each(|obstacle| obstacle.period /= factor);
-        // What is slow needs as long to arrive.
-        spec.frames = (f64::from(spec.frames) / factor.min(1.0)).min(f64::from(spec.frames) * 20.0) as u32;
-    });
-    let seeds: Vec<u64> = (0..u64::from(vary.seeds)).map(|index| spec.seed + index).collect();
-    multiply(&mut all, &seeds, |spec, seed| spec.seed = *seed);
-    all
+/// Number of combinations of the values that a scene lists; infinite if it cannot be counted.
+pub(super) fn variant_count(vary: &Vary) -> f64 {
+    lengths(vary).into_iter().map(|length| length as f64).product()
 }
 
-fn multiply<T>(all: &mut Vec<SceneSpec>, values: &[T], set: impl Fn(&mut SceneSpec, &T)) {
-    if values.is_empty() {
-        return;
+/// How many values each list offers; an empty one keeps the scene's own.
+fn lengths(vary: &Vary) -> [usize; 8] {
+    let Vary { rate, substeps, friction, thickness, recovery, mass_ratio, speed, seeds } = vary;
+    let lists = [rate, friction, thickness, recovery, mass_ratio, speed].map(Vec::len);
+    let [rate, friction, thickness, recovery, mass_ratio, speed] = lists;
+    [rate, substeps.len(), friction, thickness, recovery, mass_ratio, speed, *seeds as usize]
+        .map(|length| length.max(1))
+}
+
+/// The scene with each combination of the values that it lists, or the scene alone. The last list changes fastest.
+pub fn variants(spec: &SceneSpec) -> impl ExactSizeIterator<Item = SceneSpec> {
+    let lengths = lengths(&spec.vary);
+    (0..lengths.iter().product()).map(move |mut number: usize| {
+        let mut indices = lengths;
+        for (index, length) in indices.iter_mut().zip(lengths).rev() {
+            *index = number % length;
+            number /= length;
+        }
+        variant(spec, indices)
+    })
+}
+
+fn variant(spec: &SceneSpec, indices: [usize; 8]) -> SceneSpec {
+    let [rate, substeps, friction, thickness, recovery, mass_ratio, speed, seed] = indices;
+    let (mut new, vary) = (spec.clone(), &spec.vary);
+    let set = |value: &mut f64, list: &[f64], index: usize| *value = list.get(index).copied().unwrap_or(*value);
+    set(&mut new.rate, &vary.rate, rate);
+    new.substeps = vary.substeps.get(substeps).copied().unwrap_or(spec.substeps);
+    set(&mut new.friction, &vary.friction, friction);
+    set(&mut new.thickness, &vary.thickness, thickness);
+    set(&mut new.recovery, &vary.recovery, recovery);
+    new.vary.mass_ratio = vary.mass_ratio.get(mass_ratio).copied().into_iter().collect();
+    if let Some(factor) = vary.speed.get(speed) {
+        let cloths = new.cloth.iter_mut().map(|cloth| &mut cloth.start);
+        for start in cloths.chain(new.rigid.iter_mut().map(|rigid| &mut rigid.start)) {
+            start.velocity = start.velocity.map(|v| v * factor);
+        }
+        new.obstacle.iter_mut().for_each(|obstacle| obstacle.period /= factor);
+        // What is slow needs as long to arrive.
+        new.frames = (f64::from(spec.frames) / factor.min(1.0)).min(f64::from(spec.frames) * 20.0) as u32;
     }
-    let with = |spec: &SceneSpec, value| {
-        let mut spec = spec.clone();
-        set(&mut spec, value);
-        spec
-    };
-    *all = all.iter().flat_map(|spec| values.iter().map(|value| with(spec, value)).collect::<Vec<_>>()).collect();
+    new.seed = spec.seed.wrapping_add(seed as u64);
+    new
 }
 
 /// Runs all variants of a scene, or every `stride`th. `on_frame` sees the frames of the first run: it may record them.
@@ -94,13 +108,13 @@ pub fn run_all(
 ) -> Result<Outcome, SceneError> {
     let obstacles = Stage::obstacles(spec, folder, threads)?;
     let mut all: Option<Outcome> = None;
-    for (index, variant) in variants(spec).iter().step_by(stride.max(1)).enumerate() {
-        let mut stage = Stage::with_obstacles(variant, folder, threads, obstacles.clone())?;
+    for (index, variant) in variants(spec).step_by(stride.max(1)).enumerate() {
+        let mut stage = Stage::with_obstacles(&variant, folder, threads, obstacles.clone())?;
         if let [ratio] = variant.vary.mass_ratio[..] {
             stage.world.inv_mass.iter_mut().step_by(2).for_each(|inv_mass| *inv_mass /= ratio);
         }
         let mut is_ended = false;
-        let figures = run(variant, &mut stage, method, threads, |frame, stage| {
+        let figures = run(&variant, &mut stage, method, threads, |frame, stage| {
             let flow = on_frame(index, frame, stage);
             is_ended |= flow.is_break();
             flow

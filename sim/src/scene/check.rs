@@ -1,0 +1,110 @@
+//! Are the numbers of a scene such as it can be run with? Each is refused by its key, with what to give instead.
+
+use super::spec::{ObstacleSpec, SceneSpec, Vary};
+use super::vary::variant_count;
+
+/// Most frames, substeps and bodies of a scene, so that a mistyped number ends in a message.
+const MAX_COUNT: u32 = 1_000_000;
+
+/// Most combinations of a scene's lists.
+const MAX_VARIANTS: f64 = 100_000.0;
+
+impl SceneSpec {
+    pub(super) fn check(&self) -> Result<(), String> {
+        let is_positive = |name: &str, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                Ok(())
+            } else {
+                Err(format!("{name} = {value}: give a positive number"))
+            }
+        };
+        let is_count = |name: &str, value: u32| match value {
+            1..=MAX_COUNT => Ok(()),
+            _ => Err(format!("{name} = {value}: give a number from 1 to {MAX_COUNT}")),
+        };
+        is_positive("rate", self.rate)?;
+        is_count("frames", self.frames)?;
+        is_count("substeps", self.substeps)?;
+        let others = [
+            ("thickness", self.thickness),
+            ("friction", self.friction),
+            ("recovery", self.recovery),
+            ("drag", self.drag),
+            ("damping", self.damping),
+        ];
+        others.iter().try_for_each(|(name, value)| is_not_negative(name, *value))?;
+        self.vary.check(&is_positive, &is_count)?;
+        self.cloth.iter().try_for_each(|cloth| is_positive("mass", cloth.mass))?;
+        for rigid in &self.rigid {
+            is_positive("mass", rigid.mass)?;
+            let [x, y, z] = rigid.count.map(u64::from);
+            is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
+            is_count("cells", rigid.cells)?;
+        }
+        for soft in &self.soft {
+            is_positive("cell", soft.cell)?;
+            is_positive("density", soft.density)?;
+            is_positive("young", soft.young)?;
+            is_not_negative("padding", soft.padding)?;
+            if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
+                return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
+            }
+        }
+        for ObstacleSpec { mesh, shape, becomes, period, file, cells, .. } in &self.obstacle {
+            is_count("cells", *cells)?;
+            is_positive("period", *period)?;
+            if becomes.is_some() && shape.is_none() {
+                return Err("becomes: give the shape to begin with as shape".to_owned());
+            }
+            if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
+                return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Vary {
+    /// Checks the values as those of the scene are checked.
+    fn check(
+        &self,
+        is_positive: &impl Fn(&str, f64) -> Result<(), String>,
+        is_count: &impl Fn(&str, u32) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let positive = [("rate", &self.rate), ("mass_ratio", &self.mass_ratio), ("speed", &self.speed)];
+        for (name, values) in positive {
+            values.iter().try_for_each(|value| is_positive(name, *value))?;
+        }
+        self.substeps.iter().try_for_each(|substeps| is_count("substeps", *substeps))?;
+        let others = [("friction", &self.friction), ("thickness", &self.thickness), ("recovery", &self.recovery)];
+        for (name, values) in others {
+            values.iter().try_for_each(|value| is_not_negative(name, *value))?;
+        }
+        match variant_count(self) {
+            0.0..=MAX_VARIANTS => Ok(()),
+            count => Err(format!("vary: {count} combinations: list fewer values, for at most {MAX_VARIANTS}")),
+        }
+    }
+}
+
+fn is_not_negative(name: &str, value: f64) -> Result<(), String> {
+    match value {
+        0.0..1e9 => Ok(()),
+        _ => Err(format!("{name} = {value}: give a number that is not negative")),
+    }
+}
+
+/// Largest number of a scene: sums and squares of such numbers are finite.
+const MAX_NUMBER: f64 = 1e100;
+
+/// Refuses `nan`, `inf` and what is beyond all measure, which TOML allows.
+pub(super) fn check_numbers(key: &str, value: &toml::Value) -> Result<(), String> {
+    match value {
+        toml::Value::Float(number) if !(number.abs() <= MAX_NUMBER) => {
+            Err(format!("{key} = {number}: give a number of at most {MAX_NUMBER:e}"))
+        }
+        toml::Value::Array(values) => values.iter().try_for_each(|value| check_numbers(key, value)),
+        toml::Value::Table(table) => table.iter().try_for_each(|(key, value)| check_numbers(key, value)),
+        _ => Ok(()),
+    }
+}
