@@ -62,8 +62,8 @@ fn about_problems(study: &Study) -> String {
     let count = study.apexes.problems;
     format!(
         "Each set has {count} random problems with fixed seeds. A problem is an edge or a face in or around a body, between a \
-         twentieth of the body's size and all of it. Elements with the minimum at a corner are rejected, because every method \
-         evaluates the corners first; References has the number drawn. \
+         twentieth of the body's size and all of it. Elements with the minimum at a corner are rejected, because the minimizers \
+         evaluate the corners first; References has the number drawn. \
          The error is the value found minus a lower bound that branch and bound proves for the whole element, in lengths of its \
          longest edge. It is at least the true error, and exceeds it by at most the gap of the reference; the grey line in the \
          plots is the median gap. Problems whose reference did not converge are left out and counted under References. \

@@ -43,7 +43,7 @@ pub enum Domain {
 impl<const N: usize> ProblemSet<N> {
     /// Elements in a body's box or around it. Each fits a cube whose side is between 1/20 of the box and the whole box, its
     /// logarithm distributed evenly. Each field gets as many draws. Elements with the minimum at a corner are rejected:
-    /// every method evaluates the corners first.
+    /// the minimizers evaluate the corners first.
     pub fn random(
         name: &'static str,
         about: &'static str,
