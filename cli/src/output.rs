@@ -5,6 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use sdf_field::Field;
+use sdf_field::file::Compression;
 use sdf_formats::contact_file::{self, ContactFormat, Record};
 
 use crate::args::Json;
@@ -32,6 +34,17 @@ pub fn ensure_alone(output: &Path, json: Json) -> Result<()> {
 /// Writes bytes to standard output.
 pub fn print_bytes(bytes: &[u8]) -> Result<()> {
     to_stdout(|out| out.write_all(bytes))
+}
+
+/// Writes a field into a file, or to standard output; the number of bytes.
+pub fn save(field: &Field, output: &Path, compression: Compression) -> Result<u64> {
+    if is_standard_output(output) {
+        let bytes = field.to_packed_bytes(compression)?;
+        print_bytes(&bytes)?;
+        return Ok(bytes.len() as u64);
+    }
+    field.save_packed(output, compression)?;
+    Ok(fs::metadata(output).map_or(0, |file| file.len()))
 }
 
 /// Writes a list of contacts into a file of the format of its name, or as CSV to standard output. `json` writes the document of a

@@ -84,6 +84,11 @@ impl Field {
 
     /// The bytes that [`save`](Self::save) writes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SaveError> {
+        self.to_packed_bytes(Compression::Deflate)
+    }
+
+    /// The bytes that [`save_packed`](Self::save_packed) writes.
+    pub fn to_packed_bytes(&self, compression: Compression) -> Result<Vec<u8>, SaveError> {
         if self.grid().is_none() {
             let text = field_file::to_text(self.as_any(), "the field").map_err(SaveError::ClosedForm)?;
             return Ok(text.into_bytes());
@@ -91,7 +96,7 @@ impl Field {
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
-        let options = WriteOptions { mesh: mesh.as_ref(), ..WriteOptions::default() };
+        let options = WriteOptions { mesh: mesh.as_ref(), compression };
         grid_file::to_bytes_with(grid.lattice(), samples(grid, info), &about, options).map_err(SaveError::Fault)
     }
 

@@ -25,7 +25,7 @@ pub struct BakeArgs {
     pub mesh: PathBuf,
     #[command(flatten)]
     pub fleet: FleetArgs,
-    /// Where to write the grid [default: the mesh's name with .sdf.h5, in the current folder].
+    /// Where to write the grid; - is standard output [default: the mesh's name with .sdf.h5, in the current folder].
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
     /// Number of cells along the longest side of the mesh's box, padding not counted.

@@ -66,7 +66,7 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
 pub struct ImportArgs {
     /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x).
     pub file: PathBuf,
-    /// Where to write the grid [default: the file's name with .sdf.h5, in the current folder].
+    /// Where to write the grid; - is standard output [default: the file's name with .sdf.h5, in the current folder].
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
     /// Distance between neighbouring nodes of a NumPy array.

@@ -103,7 +103,10 @@ pub fn contact_file(path: PathBuf) -> Result<PathBuf, &'static str> {
 }
 
 pub fn grid_file(path: PathBuf) -> Result<PathBuf, &'static str> {
-    ends_in(path, &["h5", "hdf5"], "use a name that ends in .sdf.h5, .h5 or .hdf5")
+    if is_standard_output(&path) {
+        return Ok(path);
+    }
+    ends_in(path, &["h5", "hdf5"], "use a name that ends in .sdf.h5, .h5 or .hdf5, or - for standard output")
 }
 
 pub fn picture_file(path: PathBuf) -> Result<PathBuf, &'static str> {

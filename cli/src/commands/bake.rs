@@ -35,6 +35,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         None => default_output(&args.mesh),
     };
     output::ensure_writable(&output, &[&args.mesh])?;
+    output::ensure_alone(&output, args.json)?;
     if let Some(page) = &args.view {
         output::ensure_writable(page, &[&args.mesh, &output])?;
     }
@@ -44,7 +45,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
 fn bake_into(args: &BakeArgs, output: &Path) -> Result<()> {
     let started = Instant::now();
     let input = mesh_input::read(&args.mesh)?;
-    bake_read(args, input, output, started)?.print(args.json)
+    bake_read(args, input, output, started)?.print_beside(Some(output), args.json)
 }
 
 /// Bakes a mesh that was read into a file.
@@ -56,14 +57,13 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
     let read = started.elapsed().as_secs_f64();
     let (baked, input) = bake(args, input)?;
     let bake = started.elapsed().as_secs_f64() - read;
-    baked.field.save_packed(output, args.compress)?;
+    let file = output::save(&baked.field, output, args.compress)?;
     if let Some(path) = &args.view {
         page::write(path, &Scene::of_field(stem(output), &baked.field))?;
     }
     let write = started.elapsed().as_secs_f64() - read - bake;
-    let file = std::fs::metadata(output).map(|file| file.len()).unwrap_or(0);
     Ok(Report {
-        rows: rows(args, &baked, &input, [read, bake, write], &format!("{}, {file} bytes", output.display()))?,
+        rows: rows(args, &baked, &input, [read, bake, write], &format!("{}, {file} bytes", output::shown(output)))?,
         json: document(&baked, &input, [read, bake, write], output, file)?,
     })
 }

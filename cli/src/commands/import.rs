@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use sdf_core::Sdf;
+use sdf_field::file::Compression;
 use sdf_field::import::ImportFormat;
 use sdf_field::{Field, Source};
 use serde_json::json;
@@ -17,6 +18,7 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     let shown = args.file.display();
     let output = args.output.clone().unwrap_or_else(|| named_after(&args.file, "sdf.h5"));
     output::ensure_writable(&output, &[&args.file])?;
+    output::ensure_alone(&output, args.json)?;
     let format = match (ImportFormat::is_npy(&args.file), args.spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: args.origin.map_or([0.0; 3], |origin| origin.0), spacing },
         (true, None) => bail!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
@@ -28,19 +30,18 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     let source = Source { name, sha256: Sha256::digest(&bytes).into(), triangles: 0 };
     let field = Field::import(&bytes, format, source).with_context(|| shown.to_string())?;
     drop(bytes);
-    field.save(&output)?;
+    let file = output::save(&field, &output, Compression::Deflate)?;
     let (Some(grid), Some(info)) = (field.grid(), field.info()) else {
         bail!("{shown}: made no grid: please report this")
     };
     let lattice = grid.lattice();
-    let file = std::fs::metadata(&output).map_or(0, |file| file.len());
     Report {
         rows: vec![
             ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
             ("slope", format!("at most {}, as measured", number(grid.slope_bound()))),
             ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
             ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
-            ("file", format!("{}, {file} bytes", output.display())),
+            ("file", format!("{}, {file} bytes", output::shown(&output))),
         ],
         json: json!({
             "schema": "sdftool.import/1",
@@ -54,5 +55,5 @@ pub fn run(args: &ImportArgs) -> Result<()> {
             "file_bytes": file,
         }),
     }
-    .print(args.json)
+    .print_beside(Some(&output), args.json)
 }

@@ -29,7 +29,10 @@ fn a_dash_writes_what_the_file_would_hold() {
         ("contacts other.sdf.h5 ball.sdf.h5 --resolution 0.1", "overlap.csv"),
         ("surface ball.sdf.h5", "surface.obj"),
         ("slice ball.sdf.h5 --pixels 32", "slice.png"),
+        ("bake ball.obj --res 16", "again.sdf.h5"),
+        ("bake ball.obj --res 16 --compress none", "none.sdf.h5"),
         ("export ball.sdf.h5 --format npy", "ball.npy"),
+        ("import ball.npy --spacing 0.1", "imported.sdf.h5"),
         ("export ball.sdf.h5 --format vtkhdf", "ball.vtkhdf"),
     ] {
         folder.done(&format!("{words} -o {name}"));
@@ -46,18 +49,22 @@ fn commands_are_joined_by_pipes() {
     let folder = scene();
     let (mesh, _) = piped(&folder, "surface ball.sdf.h5 -o -");
     let assert =
-        folder.sdftool("contacts - other.sdf.h5 --elements vertices -o -").write_stdin(mesh).assert().success();
-    let piped = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+        folder.sdftool("contacts - other.sdf.h5 --elements vertices -o -").write_stdin(mesh.clone()).assert().success();
+    let found = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+    let (grid, _) = piped(&folder, "bake ball.obj --res 16 -o -");
+    let assert = folder.sdftool("surface - -o -").write_stdin(grid).assert().success();
+    assert!(assert.get_output().stdout == mesh);
     folder.done("surface ball.sdf.h5 -o surface.obj");
     folder.done("contacts surface.obj other.sdf.h5 --elements vertices -o contacts.csv");
-    assert!(piped.lines().count() > 10);
-    assert_eq!(piped.as_bytes(), folder.read("contacts.csv"));
+    assert!(found.lines().count() > 10);
+    assert_eq!(found.as_bytes(), folder.read("contacts.csv"));
 }
 
 #[test]
 fn two_things_on_standard_output_are_refused() {
     let folder = scene();
     for words in [
+        "bake ball.obj --res 16",
         "contacts other.obj ball.sdf.h5",
         "contacts other.sdf.h5 ball.sdf.h5",
         "surface ball.sdf.h5",
