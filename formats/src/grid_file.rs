@@ -11,7 +11,7 @@
 
 mod block_mask;
 mod check;
-mod delta;
+mod coding;
 mod digests;
 mod error;
 mod header;
@@ -352,6 +352,7 @@ fn contents<'a>(
     about: &About,
     WriteOptions { mesh, compression }: WriteOptions<'a>,
 ) -> Result<write::Contents<'a>, GridFault> {
-    let header = check::checked_header(lattice, &samples, about, mesh).map_err(GridFault::Refused)?;
+    let coding = coding::Coding::of(compression);
+    let header = check::checked_header(lattice, &samples, about, mesh, coding).map_err(GridFault::Refused)?;
     Ok(write::Contents { samples, mesh, header, compression })
 }

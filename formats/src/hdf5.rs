@@ -6,18 +6,20 @@
 //! | Which elements lie in which chunk? | `tiling` |
 //! | What does a file hold, if nothing in it can be trusted? | `read` and its folder |
 //! | How is a file begun, filled and ended, on disk or in memory? | `write`, in bytes: `write/records` |
-//! | How are chunks compressed on several threads? | `packing` |
+//! | How are chunks compressed on several threads? | `packing`, each by `deflate` |
 //!
 //! Sections named in comments are those of the "HDF5 File Format Specification, version 3.0" (The HDF Group).
 
+mod checksum;
+mod deflate;
 mod element;
 mod packing;
 mod read;
 mod tiling;
 mod write;
 
+pub(crate) use checksum::crc32;
 pub(crate) use element::Element;
-pub(crate) use packing::DIGEST_BYTES;
 pub(crate) use read::{Dataset, Hdf5Reader, Object, ReadError, Value};
 pub(crate) use tiling::Tile;
 pub(crate) use write::{Contiguous, Group, create, to_bytes};

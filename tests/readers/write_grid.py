@@ -16,7 +16,7 @@ def write_by_h5py(path, names, sdf, grid):
             data = grid[name]
             chunks = tuple(np.minimum(data.shape, side))
             dataset = group.create_dataset(name, data=data, chunks=chunks, shuffle=True, compression="gzip")
-            digests.extend(hashlib.sha256(data[chunk].tobytes()).digest() for chunk in dataset.iter_chunks())
+            digests.extend(names["digest"](sdf, data[chunk].tobytes()) for chunk in dataset.iter_chunks())
             return dataset
 
         if sdf["layout"] == "dense":
@@ -40,7 +40,9 @@ def write_by_h5py(path, names, sdf, grid):
         for name in "mesh_vertices mesh_triangles".split():
             if name in grid:
                 put(group, name, 100)
-        rows = np.frombuffer(b"".join(digests), "u1").reshape(-1, 32)
+        rows = np.frombuffer(b"".join(digests), "<u4")
+        if sdf["format_version"] < 4:
+            rows = rows.view("u1").reshape(-1, 32)
         group.create_dataset("digests", data=rows, chunks=rows.shape, compression="gzip")
         checksum = hashlib.sha256(rows.tobytes()).hexdigest()
         for name, value in (sdf | {"tool": "h5py", "digests_sha256": checksum}).items():

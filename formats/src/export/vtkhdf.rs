@@ -12,7 +12,7 @@ use crate::hdf5::{self, Compression, Element, Group};
 
 /// A VTKHDF file of image data with the point data `distance`, which ParaView and VTK open.
 pub fn vtkhdf(lattice: &Lattice, samples: &[f32]) -> Vec<u8> {
-    let mut chunks = Chunks { compression: Compression::Deflate, digests: Vec::new() };
+    let mut chunks = Chunks { compression: Compression::Deflate, checksums: Vec::new() };
     let written = hdf5::to_bytes(|root| chunks.write_vtkhdf(&root.group("VTKHDF"), lattice, samples));
     written.expect("memory takes what is written, and no attribute is long")
 }

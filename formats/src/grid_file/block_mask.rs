@@ -5,7 +5,8 @@
 //! along the axes at the end. So a region costs the same whatever its size.
 //!
 //! A region is skipped if the block bounds prove that no value in it is low enough. Rounding is allowed for as
-//! [`sdf_core::contact`] does when it culls.
+//! [`sdf_core::contact`] does when it culls. The lower bound of each block is computed once: a sparse grid's empty slots have none that is
+//! stored.
 
 use sdf_core::EnclosedSdf;
 use sdf_core::grid::sparse::BRICK;
@@ -43,18 +44,34 @@ impl BlockMask {
         let counts: [usize; 3] = std::array::from_fn(|axis| nodes[axis].div_ceil(BRICK) as usize + 1);
         let blocks = counts.iter().product();
         let mut mask = Self { counts, region_counts: vec![0; blocks], is_marked: vec![false; blocks] };
-        let max_of_lattice = max_magnitude(&lattice.bounds());
+        let bounds = lattice.bounds();
+        let max_of_lattice = max_magnitude(&bounds);
+        let slope_bound = grid.slope_bound().max(1.0);
+        let mut lower_bounds = vec![None; blocks];
+        // Of the last region of which nothing is left to do: its blocks, and the level that they are above.
+        let mut done = None;
         for region in regions {
-            let magnitude = max_magnitude(&region).max(max_of_lattice);
+            let is_inside = bounds.encloses(&region);
+            let magnitude = if is_inside { max_of_lattice } else { max_magnitude(&region).max(max_of_lattice) };
             let near = nodes_near(lattice, &region, magnitude);
             let [first, last] = near.unwrap_or([[0; 3], lattice.cells()]);
             let block = |node: [u32; 3]| node.map(|index| (index / BRICK) as usize);
             let (first, last) = (block(first), block(last));
-            // Most elements of a mesh need only what one before them needed.
-            if mask.is_box_marked(first, last) {
+            let rounding = CULL_ERROR * slope_bound * magnitude.max(level.abs());
+            let is_done = |(blocks, above)| near.is_some() && blocks == (first, last) && level + rounding <= above;
+            if done.is_some_and(is_done) {
                 continue;
             }
-            let rounding = CULL_ERROR * grid.slope_bound().max(1.0) * magnitude.max(level.abs());
+            // Most elements of a mesh need only what one before them needed.
+            if mask.is_box_marked(first, last) {
+                done = Some(((first, last), f64::INFINITY));
+                continue;
+            }
+            // Outside the box values are no lower than at its border.
+            if near.is_some() && mask.is_box_above(first, last, level + rounding, grid.storage(), &mut lower_bounds) {
+                done = Some(((first, last), level + rounding));
+                continue;
+            }
             if near.is_none() || grid.enclose_box(&region).range.lower <= level + rounding {
                 mask.add_box(first, last);
             }
@@ -84,6 +101,26 @@ impl BlockMask {
             self.is_marked[first..=last].iter().all(|is_marked| *is_marked)
         };
         is_small(first, last) && (first[2]..=last[2]).all(|z| (first[1]..=last[1]).all(|y| is_row_marked(y, z)))
+    }
+
+    /// `true` if the box is small, and no sample of its blocks is at most `level`.
+    fn is_box_above(
+        &self,
+        first: [usize; 3],
+        last: [usize; 3],
+        level: f64,
+        storage: &impl Storage,
+        lower_bounds: &mut [Option<f32>],
+    ) -> bool {
+        let mut is_above = |block: [usize; 3]| {
+            let lower = *lower_bounds[self.index(block)].get_or_insert_with(|| {
+                let node = block.map(|index| index as u32 * BRICK);
+                storage.block_bounds(node, node).map_or(f32::NEG_INFINITY, |bounds| bounds.range.lower)
+            });
+            f64::from(lower) > level
+        };
+        let blocks = |axis: usize| first[axis]..=last[axis];
+        is_small(first, last) && blocks(2).all(|z| blocks(1).all(|y| blocks(0).all(|x| is_above([x, y, z]))))
     }
 
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
@@ -121,10 +158,10 @@ impl BlockMask {
     }
 }
 
-/// At most two blocks along each axis, as an element of a mesh needs. In larger boxes, testing each block costs more
+/// At most three blocks along each axis, as an element of a mesh needs. In larger boxes, testing each block costs more
 /// than it saves.
 fn is_small(first: [usize; 3], last: [usize; 3]) -> bool {
-    (0..3).all(|axis| last[axis] - first[axis] < 2)
+    (0..3).all(|axis| last[axis] - first[axis] < 3)
 }
 
 /// First and last node that a region needs; `None` if the region is empty or not finite. `magnitude` is the largest

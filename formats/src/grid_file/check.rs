@@ -5,6 +5,7 @@ use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use sdf_core::grid::{BlockBounds, Lattice};
 
+use super::coding::Coding;
 use super::header::Header;
 use super::{About, GridFault, MeshInfo, Samples, SparseInfo, SparseSamples, StoredMesh, kept_mesh, layout};
 use crate::hdf5::Element;
@@ -15,6 +16,7 @@ pub(super) fn checked_header(
     samples: &Samples,
     about: &About,
     mesh: Option<&StoredMesh>,
+    coding: Coding,
 ) -> Result<Header, String> {
     fn sparse<C>(samples: &SparseSamples<C>, precision: Precision) -> Option<SparseInfo> {
         let SparseSamples { band, deep_values, slots, .. } = *samples;
@@ -34,7 +36,15 @@ pub(super) fn checked_header(
         triangles: mesh.triangles.len(),
         is_sign_continuous: mesh.is_sign_continuous,
     });
-    let header = Header { lattice: *lattice, sparse, about: about.clone(), mesh, digests_sha256: String::new() };
+    let header = Header {
+        version: layout::FORMAT_VERSION,
+        lattice: *lattice,
+        sparse,
+        coding,
+        about: about.clone(),
+        mesh,
+        digests_sha256: String::new(),
+    };
     if let Some(violation) = header.violation() {
         return Err(violation);
     }

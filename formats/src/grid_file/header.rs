@@ -9,6 +9,7 @@ use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sha2::{Digest, Sha256};
 
+use super::coding::Coding;
 use super::{About, DeepValues, GridFault, MeshInfo, SignMethod, Source, SparseInfo, layout, layout_of};
 use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
 
@@ -33,20 +34,25 @@ const COMMON: [&str; 17] = [
     MESH_COUNTS,
 ];
 /// Attributes of sparse grids, after the common ones.
-const SPARSE_ONLY: [&str; 5] = ["band", "precision", "brick_side", "bricks", DEEP_VALUES];
-/// Attributes that files of version 2 do not have.
-const NEW: [&str; 3] = [KEPT_MESH, MESH_COUNTS, DEEP_VALUES];
+const SPARSE_ONLY: [&str; 6] = ["band", "precision", "brick_side", "bricks", DEEP_VALUES, CODING];
+/// Attributes that earlier versions do not have, and the first that has them.
+const NEW: [(&str, i128); 4] = [(KEPT_MESH, 3), (MESH_COUNTS, 3), (DEEP_VALUES, 3), (CODING, 4)];
 const KEPT_MESH: &str = "kept_mesh";
 const MESH_COUNTS: &str = "mesh_counts";
 const DEEP_VALUES: &str = "deep_values";
+const CODING: &str = "coding";
 const DIGESTS: &str = "digests_sha256";
 pub(super) const CHECKSUM: &str = "attributes_sha256";
 
 /// The values of all attributes.
 #[derive(Clone, Debug)]
 pub(super) struct Header {
+    /// Version of the format: [`layout::FORMAT_VERSION`] of what is written.
+    pub version: i128,
     pub lattice: Lattice,
     pub sparse: Option<SparseInfo>,
+    /// Coding of a sparse grid's samples.
+    pub coding: Coding,
     pub about: About,
     /// `None` where the file keeps no mesh.
     pub mesh: Option<MeshInfo>,
@@ -71,7 +77,7 @@ impl Header {
             "sparse" => true,
             _ => return Err(GridFault::not_a_grid("its layout is neither dense nor sparse")),
         };
-        let is_known = |name: &&str| version > layout::OLDEST_VERSION || !NEW.contains(name);
+        let is_known = |name: &&str| NEW.iter().all(|(new, first)| new != name || version >= *first);
         let sparse_only = SPARSE_ONLY.into_iter().filter(|_| is_sparse);
         let names = COMMON.into_iter().chain(sparse_only).chain([DIGESTS]).filter(is_known);
         let attributes = Attributes::read(file, sdf, names)?;
@@ -79,8 +85,10 @@ impl Header {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
         }
         let header = Self {
+            version,
             lattice: attributes.lattice()?,
             sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
+            coding: attributes.coding()?,
             about: attributes.about()?,
             mesh: attributes.mesh()?,
             digests_sha256: attributes.text(DIGESTS)?.to_owned(),
@@ -125,6 +133,7 @@ impl Header {
                 integer(BRICK.into()),
                 integer(bricks as i128),
                 text(deep_values.name()),
+                text(self.coding.name()),
             ];
             attributes.extend(SPARSE_ONLY.into_iter().zip(sparse_only));
         }
@@ -219,6 +228,16 @@ impl Attributes {
         let name = self.text(DEEP_VALUES)?;
         let unknown = || format!("{DEEP_VALUES} is {name:?}, not one of {:?}", DeepValues::ALL.map(DeepValues::name));
         DeepValues::from_name(name).ok_or_else(|| GridFault::damaged(unknown()))
+    }
+
+    /// Earlier versions than 4 know one coding alone, dense grids none.
+    fn coding(&self) -> Result<Coding, GridFault> {
+        if self.value(CODING).is_err() {
+            return Ok(Coding::Differences);
+        }
+        let name = self.text(CODING)?;
+        let unknown = || format!("{CODING} is {name:?}, not one of {:?}", Coding::ALL.map(Coding::name));
+        Coding::ALL.into_iter().find(|coding| coding.name() == name).ok_or_else(|| GridFault::damaged(unknown()))
     }
 
     /// Files of version 2 keep none.

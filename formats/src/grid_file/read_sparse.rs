@@ -7,7 +7,7 @@ use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
 
 use super::block_mask::BlockMask;
-use super::delta::DeltaCoding;
+use super::coding::{BrickCoding, Coding};
 use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
 use super::kept_mesh::MeshReader;
@@ -22,6 +22,7 @@ const SAMPLES_DIGEST: usize = 0;
 /// A sparse grid whose samples are not read yet, but all its tables.
 pub(super) struct SparseReader {
     samples: SampleDataset,
+    coding: Coding,
     tables: OwnedBricks<SamplePlaceholder>,
 }
 
@@ -71,7 +72,7 @@ impl SparseReader {
         };
         check::valid_scales(&tables.scales, precision).map_err(GridFault::damaged)?;
         check::valid_errors(&tables.errors).map_err(GridFault::damaged)?;
-        Ok((Self { samples, tables }, digests, mesh))
+        Ok((Self { samples, coding: header.coding, tables }, digests, mesh))
     }
 
     /// Blocks needed for queries in `regions` that reach `level`.
@@ -91,7 +92,7 @@ impl SparseReader {
         mask: Option<&BlockMask>,
     ) -> Result<(OwnedStorage, ReadCount), GridFault> {
         let total_blocks = self.tables.slots.len();
-        let bricks = BrickReader { file, digests, lattice, mask };
+        let bricks = BrickReader { file, digests, lattice, mask, coding: self.coding };
         let (samples, blocks) = match self.samples {
             SampleDataset::F32(dataset) => {
                 let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
@@ -145,11 +146,12 @@ struct BrickReader<'a> {
     digests: &'a Digests,
     lattice: &'a Lattice,
     mask: Option<&'a BlockMask>,
+    coding: Coding,
 }
 
 impl BrickReader<'_> {
     /// The bricks with their samples, and how many bricks lie in chunks that were read.
-    fn read<C: Code + DeltaCoding>(
+    fn read<C: Code + BrickCoding>(
         &self,
         dataset: &Dataset<C>,
         tables: OwnedBricks<SamplePlaceholder>,
@@ -160,8 +162,10 @@ impl BrickReader<'_> {
         let is_needed = |tile: Tile| is_brick_needed[tile.first[1]..][..tile.size[1]].contains(&true);
         let piece = [1, 1, BRICK_SAMPLES];
         let mut samples = self.digests.elements_in(self.file, dataset, SAMPLES_DIGEST, piece, is_needed)?;
-        let bricks = samples.par_chunks_exact_mut(BRICK_SAMPLES).zip(&is_brick_needed);
-        bricks.filter(|(_, is_needed)| **is_needed).for_each(|(brick, _)| C::delta_decode(brick));
+        if self.coding != Coding::Plain {
+            let bricks = samples.par_chunks_exact_mut(BRICK_SAMPLES).zip(&is_brick_needed);
+            bricks.filter(|(_, is_needed)| **is_needed).for_each(|(brick, _)| C::decode_brick(brick, self.coding));
+        }
         let [_, chunk_bricks, _] = dataset.tiling().sides();
         let chunks_read = is_brick_needed.chunks(chunk_bricks).filter(|chunk| chunk.contains(&true));
         let bricks_read = chunks_read.map(<[bool]>::len).sum();

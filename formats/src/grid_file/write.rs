@@ -7,10 +7,10 @@ use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_core::grid::{BlockBounds, Lattice};
 use sha2::{Digest, Sha256};
 
-use super::delta::DeltaCoding;
+use super::coding::{BrickCoding, Coding};
 use super::header::{Attributes, CHECKSUM, Header};
 use super::{GridFault, Samples, SparseSamples, StoredMesh, kept_mesh, layout};
-use crate::hdf5::{self, Compression, DIGEST_BYTES, Element, Group, Value};
+use crate::hdf5::{self, Compression, Element, Group, Value};
 
 /// Writes the file at `path`.
 pub(super) fn write(path: &Path, contents: Contents) -> Result<(), GridFault> {
@@ -32,7 +32,7 @@ pub(super) struct Contents<'a> {
 
 impl Contents<'_> {
     fn fill(mut self, root: &Group) -> io::Result<()> {
-        let mut chunks = Chunks { compression: self.compression, digests: Vec::new() };
+        let mut chunks = Chunks { compression: self.compression, checksums: Vec::new() };
         let lattice = self.header.lattice;
         let vtkhdf = matches!(self.samples, Samples::Dense { .. }).then(|| root.group("VTKHDF"));
         let sdf = root.group("sdf");
@@ -51,9 +51,10 @@ impl Contents<'_> {
             chunks.put(&sdf, kept_mesh::VERTICES, &[vertices.len(), 3], vertices.as_flattened())?;
             chunks.put(&sdf, kept_mesh::TRIANGLES, &[triangles.len(), 3], triangles.as_flattened())?;
         }
-        let digests = std::mem::take(&mut chunks.digests);
-        chunks.put(&sdf, "digests", &[digests.len() / DIGEST_BYTES, DIGEST_BYTES], &digests)?;
-        self.header.digests_sha256 = layout::hex(&Sha256::digest(&digests));
+        let checksums = std::mem::take(&mut chunks.checksums);
+        chunks.put(&sdf, "digests", &[checksums.len()], &checksums)?;
+        let bytes: Vec<u8> = checksums.into_iter().flat_map(u32::to_le_bytes).collect();
+        self.header.digests_sha256 = layout::hex(&Sha256::digest(&bytes));
         let attributes = self.header.attributes();
         set_attributes(&sdf, &attributes);
         sdf.set_text(CHECKSUM, &attributes.checksum());
@@ -61,10 +62,10 @@ impl Contents<'_> {
     }
 }
 
-/// How chunks are written, and the digests of those that were.
+/// How chunks are written, and the checksums of those that were.
 pub(crate) struct Chunks {
     pub compression: Compression,
-    pub digests: Vec<u8>,
+    pub checksums: Vec<u32>,
 }
 
 impl Chunks {
@@ -83,7 +84,7 @@ impl Chunks {
         Ok(())
     }
 
-    fn write_sparse<C: DeltaCoding>(
+    fn write_sparse<C: BrickCoding>(
         &mut self,
         sdf: &Group,
         lattice: &Lattice,
@@ -91,10 +92,13 @@ impl Chunks {
     ) -> io::Result<()> {
         let count = bricks.slots.len();
         let scales: Vec<f32> = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
-        let encode = |chunk: &mut [C]| chunk.chunks_exact_mut(BRICK_SAMPLES).for_each(C::delta_encode);
+        let coding = Coding::of(self.compression);
+        let encode = |chunk: &mut [C]| {
+            chunk.chunks_exact_mut(BRICK_SAMPLES).for_each(|brick| C::encode_brick(brick, coding));
+        };
         let shape = layout::bricks_shape(count);
         let shapes = [&shape[..], &layout::chunk_shape(&shape)];
-        sdf.chunked("samples", shapes, self.compression, bricks.samples, encode, &mut self.digests)?;
+        sdf.chunked("samples", shapes, self.compression, bricks.samples, encode, &mut self.checksums)?;
         self.put(sdf, "bounds", &[count, 3], &bounds_numbers(bricks.bounds))?;
         self.put(sdf, "places", &[count, 3], bricks.slots.as_flattened())?;
         self.put(sdf, "scales", &[count, 2], &scales)?;
@@ -103,7 +107,7 @@ impl Chunks {
         Ok(())
     }
 
-    /// Adds a dataset to the group, and the digests of its chunks to the others.
+    /// Adds a dataset to the group, and the checksums of its chunks to the others.
     fn put<'f, T: Element>(
         &mut self,
         group: &Group<'f>,
@@ -112,7 +116,7 @@ impl Chunks {
         elements: &[T],
     ) -> io::Result<Group<'f>> {
         let shapes = [shape, &layout::chunk_shape(shape)];
-        group.chunked(name, shapes, self.compression, elements, |_| (), &mut self.digests)
+        group.chunked(name, shapes, self.compression, elements, |_| (), &mut self.checksums)
     }
 }
 

@@ -4,7 +4,10 @@ pub(crate) trait Element: Copy + Default + Send + Sync + 'static {
     const BYTES: usize;
     /// Datatype message, section IV.A.2.d: the class, then all bytes after the version.
     const DATATYPE: (u8, &'static [u8]);
-    fn from_le(bytes: &[u8]) -> Self;
+    /// Sets as many elements as both hold.
+    fn copy_from_le(elements: &mut [Self], bytes: &[u8]);
+    /// Sets the bytes of as many elements as both hold.
+    fn copy_to_le(elements: &[Self], bytes: &mut [u8]);
     fn append_le(self, bytes: &mut Vec<u8>);
     /// `false` for NaN and infinities.
     fn is_finite(self) -> bool {
@@ -19,8 +22,14 @@ macro_rules! element {
             const BYTES: usize = size_of::<Self>();
             const DATATYPE: (u8, &'static [u8]) = ($class, &$datatype);
             #[inline]
-            fn from_le(bytes: &[u8]) -> Self {
-                bytes.try_into().map(Self::from_le_bytes).unwrap_or_default()
+            fn copy_from_le(elements: &mut [Self], bytes: &[u8]) {
+                let (bytes, _) = bytes.as_chunks();
+                elements.iter_mut().zip(bytes).for_each(|(element, bytes)| *element = Self::from_le_bytes(*bytes));
+            }
+            #[inline]
+            fn copy_to_le(elements: &[Self], bytes: &mut [u8]) {
+                let (bytes, _) = bytes.as_chunks_mut();
+                elements.iter().zip(bytes).for_each(|(element, bytes)| *bytes = element.to_le_bytes());
             }
             #[inline]
             fn append_le(self, bytes: &mut Vec<u8>) {

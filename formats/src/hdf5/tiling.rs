@@ -87,8 +87,9 @@ impl Tile {
         (z..z + inner.size[0]).flat_map(move |z| rows.clone().map(move |y| (z * ny + y) * nx + x))
     }
 
-    /// The tile cut at multiples of `sides`, counted from the dataset's first element.
-    pub(crate) fn pieces(self, sides: [usize; 3]) -> impl Iterator<Item = Tile> {
+    /// The needed pieces of the tile, cut at multiples of `sides` that count from the dataset's first element. Neighbours along the last
+    /// axis are one run: its rows are copied at once.
+    pub(crate) fn runs(self, sides: [usize; 3], is_needed: impl Fn(Self) -> bool) -> impl Iterator<Item = Self> {
         let cuts = move |axis: usize| {
             let (first, end, side) = (self.first[axis], self.first[axis] + self.size[axis], sides[axis]);
             (first / side..end.div_ceil(side)).map(move |index| {
@@ -97,8 +98,19 @@ impl Tile {
             })
         };
         let tile =
-            |spans: [(usize, usize); 3]| Tile { first: spans.map(|span| span.0), size: spans.map(|span| span.1) };
-        cuts(0).flat_map(move |z| cuts(1).flat_map(move |y| cuts(2).map(move |x| tile([z, y, x]))))
+            |spans: [(usize, usize); 3]| Self { first: spans.map(|span| span.0), size: spans.map(|span| span.1) };
+        let bars = cuts(0).flat_map(move |z| cuts(1).map(move |y| (z, y)));
+        bars.flat_map(move |(z, y)| {
+            let mut needed = cuts(2).filter(|x| is_needed(tile([z, y, *x]))).peekable();
+            let mut runs = Vec::new();
+            while let Some((first, mut size)) = needed.next() {
+                while let Some((_, more)) = needed.next_if(|(next, _)| *next == first + size) {
+                    size += more;
+                }
+                runs.push(tile([z, y, (first, size)]));
+            }
+            runs
+        })
     }
 }
 

@@ -111,7 +111,7 @@ impl<'f> Group<'f> {
     }
 
     /// Adds a dataset of chunks, deflated or not. `transform` changes the elements of each chunk before they are stored; the
-    /// SHA-256 of each transformed chunk is appended to `digests`.
+    /// CRC-32 of each transformed chunk is appended to `checksums`.
     pub(crate) fn chunked<T: Element>(
         &self,
         name: &str,
@@ -119,14 +119,14 @@ impl<'f> Group<'f> {
         compression: Compression,
         elements: &[T],
         transform: impl Fn(&mut [T]) + Sync,
-        digests: &mut Vec<u8>,
+        checksums: &mut Vec<u32>,
     ) -> io::Result<Self> {
         let tiling = Tiling::new(shape, chunk_shape);
         let mut chunks = Vec::with_capacity(tiling.count().unwrap_or(0));
         packed_chunks(elements, &tiling, compression, transform, |packed| {
             let address = self.file.borrow_mut().put(&packed.packed)?;
             chunks.push(ChunkEntry { address, stored_bytes: packed.packed.len() as u32 });
-            digests.extend(packed.digest);
+            checksums.push(packed.checksum);
             Ok(())
         })?;
         let sides = widened(chunk_shape);

@@ -53,7 +53,7 @@ impl Forged {
         let count = bricks.slots.len();
         let hex: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
         let attributes = vec![
-            ("format_version", Value::Integers(vec![3])),
+            ("format_version", Value::Integers(vec![4])),
             ("layout", text("sparse")),
             ("origin", Value::Numbers(made.lattice.origin().to_vec())),
             ("spacing", Value::Numbers(vec![made.lattice.spacing()])),
@@ -75,6 +75,7 @@ impl Forged {
             ("brick_side", Value::Integers(vec![8])),
             ("bricks", Value::Integers(vec![count as u64])),
             ("deep_values", text("distances")),
+            ("coding", text("differences")),
         ];
         let table = |name, shape: &[usize], elements| {
             let chunk = shape.iter().map(|side| *side.min(&30)).collect();
@@ -102,10 +103,17 @@ impl Forged {
         self
     }
 
-    /// The same grid as version 2 has it.
-    pub fn version_2(mut self) -> Self {
-        self.attributes.retain(|(name, _)| !["deep_values", "kept_mesh", "mesh_counts"].contains(name));
-        self.set("format_version", Value::Integers(vec![2]))
+    /// The same grid as version 2 or 3 has it.
+    pub fn version(mut self, version: u64) -> Self {
+        let news: [(u64, &[&str]); 2] = [(3, &["deep_values", "kept_mesh", "mesh_counts"]), (4, &["coding"])];
+        let is_known = |name: &str| news.iter().all(|(first, names)| version >= *first || !names.contains(&name));
+        self.attributes.retain(|(name, _)| is_known(name));
+        self.set("format_version", Value::Integers(vec![version]))
+    }
+
+    fn has_sha256(&self) -> bool {
+        let (_, version) = self.attributes.iter().find(|(name, _)| *name == "format_version").unwrap();
+        matches!(version, Value::Integers(version) if version[0] < 4)
     }
 
     /// With a tetrahedron as its mesh.
@@ -145,11 +153,15 @@ impl Forged {
         let mut digests = Vec::new();
         for table in &self.tables {
             table.write(&sdf);
-            digests.extend(table.digests());
+            digests.extend(table.digests(self.has_sha256()));
         }
-        let rows = digests.len() / 32;
-        let shape = vec![rows, 32];
-        Table { name: "digests", chunk: shape.clone(), shape, elements: Elements::U8(digests.clone()) }.write(&sdf);
+        let (shape, elements) = if self.has_sha256() {
+            (vec![digests.len() / 32, 32], Elements::U8(digests.clone()))
+        } else {
+            let checksums: Vec<u32> = digests.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
+            (vec![checksums.len()], Elements::U32(checksums))
+        };
+        Table { name: "digests", chunk: shape.clone(), shape, elements }.write(&sdf);
         let mut attributes = self.attributes.clone();
         let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
         let checksum = self.digests_sha256.clone().unwrap_or_else(|| hex(&Sha256::digest(&digests)));
@@ -217,11 +229,11 @@ impl Table {
         }
     }
 
-    /// Digests of the chunks, by sorting each element into its chunk.
-    pub fn digests(&self) -> Vec<u8> {
+    /// SHA-256 or CRC-32 of the chunks, by sorting each element into its chunk.
+    pub fn digests(&self, by_sha256: bool) -> Vec<u8> {
         let bytes = self.bytes();
         if let Elements::FirstChunkOnly(_) = self.elements {
-            return vec![0; 32];
+            return vec![0; if by_sha256 { 32 } else { 4 }];
         }
         let count: usize = self.shape.iter().product();
         let width = bytes.len() / count;
@@ -235,8 +247,16 @@ impl Table {
             }
             chunks.entry(chunk).or_default().extend(&bytes[at * width..][..width]);
         }
-        chunks.values().flat_map(|chunk| Sha256::digest(chunk).to_vec()).collect()
+        let digest = |chunk: &Vec<u8>| if by_sha256 { Sha256::digest(chunk).to_vec() } else { crc32(chunk) };
+        chunks.values().flat_map(digest).collect()
     }
+}
+
+/// CRC-32 of docs/format.md, bit by bit.
+fn crc32(bytes: &[u8]) -> Vec<u8> {
+    let step = |crc: u32| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+    let crc = bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)));
+    (!crc).to_le_bytes().to_vec()
 }
 
 /// Delta coding: for each code, the alternating sum over the corners of the cell that ends at it.

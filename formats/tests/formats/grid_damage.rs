@@ -268,9 +268,9 @@ fn another_version_is_refused_by_its_number() {
     let sample = Sample::new([2, 3, 5]);
     // After the name (15 bytes and a NUL), the type and the space.
     let at = sample.find(b"format_version\0") + 16 + 16 + 8;
-    assert_eq!(sample.bytes[at], 3);
-    let fault = sample.read_with(at, &[4]).unwrap();
-    assert_eq!(fault.to_string(), "format version 4, and this program reads up to 3; update sdftool");
+    assert_eq!(sample.bytes[at], 4);
+    let fault = sample.read_with(at, &[5]).unwrap();
+    assert_eq!(fault.to_string(), "format version 5, and this program reads up to 4; update sdftool");
     let fault = sample.read_with(at, &[1]).unwrap();
     assert_eq!(fault.to_string(), "format version 1, and this program reads versions from 2 on; bake it again");
 }

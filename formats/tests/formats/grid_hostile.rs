@@ -19,11 +19,48 @@ fn a_valid_file_of_another_writer_is_read() {
     assert!(grid_file::read(&path).unwrap().grid == made.grid());
 }
 
+/// Files of version 3 have a SHA-256 of each chunk, and differences of codes.
+#[test]
+fn a_file_of_version_3_is_read() {
+    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let (_folder, path) = Forged::new().with_mesh().version(3).write();
+    let stored = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert!(stored.grid == made.grid() && stored.mesh.is_some());
+    let mut damaged = Forged::new().version(3);
+    damaged.digests_sha256 = Some("0".repeat(64));
+    assert!(damaged.refusal().contains("checksum of the digests does not match"));
+}
+
+/// A foreign writer may choose any coding, whatever the filters.
+#[test]
+fn codes_are_read_in_any_coding() {
+    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let coded = |coding: &str, code: fn(u16) -> u16| {
+        let forged = Forged::new().set("coding", Value::Text(coding.into()));
+        forged.change("samples", |table| match &mut table.elements {
+            Elements::U16(elements) => elements.iter_mut().for_each(|element| *element = code(*element)),
+            _ => panic!("not u16"),
+        })
+    };
+    let zigzag = |difference: u16| match difference as i16 {
+        negative @ ..0 => (-2 * i32::from(negative) - 1) as u16,
+        positive => 2 * positive as u16,
+    };
+    let plain = Forged::new().set("coding", Value::Text("plain".into())).change("samples", |table| {
+        table.elements = Elements::U16(made.u16_bricks().samples.to_vec());
+    });
+    for forged in [coded("differences", |code| code), coded("zigzag", zigzag), plain] {
+        let (_folder, path) = forged.write();
+        assert!(grid_file::read(&path).unwrap_or_else(|error| panic!("{error}")).grid == made.grid());
+    }
+    assert!(coded("guesses", |code| code).refusal().contains("coding is \"guesses\""));
+}
+
 /// Files of version 2 do not say what their deep values are, and so state no bound of them.
 #[test]
 fn a_file_of_version_2_is_read_and_claims_nothing_of_its_deep_values() {
     let made = Made::new([33, 34, 35], Some(Precision::U16));
-    let (_folder, path) = Forged::new().version_2().write();
+    let (_folder, path) = Forged::new().version(2).write();
     let stored = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
     assert!(stored.grid == made.grid().with_deep_error(f64::INFINITY));
     assert_eq!(stored.sparse.unwrap().deep_values, DeepValues::LowerBounds);

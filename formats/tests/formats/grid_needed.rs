@@ -163,6 +163,8 @@ fn a_small_region_costs_little() {
 /// Counted one by one: the chunks of the nodes around the regions, and of one more node to each side.
 #[test]
 fn no_chunk_is_read_that_is_not_needed() {
+    // Nodes of a chunk along x, y and z.
+    const SIDES: [u32; 3] = [32, 16, 16];
     let mut random = Random::from_clock();
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
@@ -175,11 +177,13 @@ fn no_chunk_is_read_that_is_not_needed() {
                 regions.iter().any(|region| {
                     let [first, last] = made.lattice.nodes_around(region).unwrap();
                     (0..3).all(|k| {
-                        first[k].saturating_sub(3) / 32 <= chunk[k] && chunk[k] <= (last[k] + 3).min(nodes[k] - 1) / 32
+                        let side = SIDES[k];
+                        let last = (last[k] + 3).min(nodes[k] - 1);
+                        first[k].saturating_sub(3) / side <= chunk[k] && chunk[k] <= last / side
                     })
                 })
             };
-            let [nx, ny, nz] = nodes.map(|n| n.div_ceil(32));
+            let [nx, ny, nz] = std::array::from_fn(|k| nodes[k].div_ceil(SIDES[k]));
             let chunks = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
             let expected = chunks.filter(|chunk| is_needed(*chunk)).count();
             let part = grid_file::open(&path).unwrap().read_needed(regions.clone(), f64::MAX).unwrap();
@@ -207,6 +211,13 @@ fn a_region_that_is_not_a_box_needs_everything() {
         }
         assert_eq!(read(valid).read.blocks, 0);
     }
+    // Also after a box that takes up all of a small grid and needs nothing of it.
+    let made = Made::new([20, 20, 20], None);
+    made.write(&path);
+    let whole = made.lattice.bounds();
+    let not_a_box = Aabb { min: [f64::NAN; 3], ..whole };
+    let stored = grid_file::open(&path).unwrap().read_needed([whole, not_a_box], -1e9).unwrap();
+    assert_eq!(stored.read.blocks, stored.read.total_blocks);
 }
 
 #[test]

@@ -71,8 +71,8 @@ impl<T: Element> Dataset<T> {
                 self.unpack(source, chunk, unpacker)?;
                 check(chunk, &unpacker.unpacked)?;
                 let tile = tiling.tile(chunk);
-                let mut needed = tile.pieces(piece).filter(|piece| is_needed(*piece));
-                needed.try_for_each(|piece| self.copy_piece(tile, piece, &unpacker.unpacked, first, elements))
+                let mut needed = tile.runs(piece, &is_needed);
+                needed.try_for_each(|run| self.copy_run(tile, run, &unpacker.unpacked, first, elements))
             })
         };
         if self.chunk_count() == 1 {
@@ -121,23 +121,21 @@ impl<T: Element> Dataset<T> {
         Ok(())
     }
 
-    /// Copies a piece of a tile into `elements`, which begin with the dataset's element `first`.
-    fn copy_piece(
+    /// Copies a part of a tile into `elements`, which begin with the dataset's element `first`.
+    fn copy_run(
         &self,
         tile: Tile,
-        piece: Tile,
+        run: Tile,
         unpacked: &[u8],
         first: usize,
         elements: &mut [T],
     ) -> Result<(), ReadError> {
-        let count = piece.size[2];
+        let count = run.size[2];
         let mut is_finite = true;
-        for (from, to) in tile.rows(piece).zip(self.tiling().rows(piece)) {
-            let stored = &unpacked[from * T::BYTES..][..count * T::BYTES];
-            for (element, stored) in elements[to - first..][..count].iter_mut().zip(stored.chunks_exact(T::BYTES)) {
-                *element = T::from_le(stored);
-                is_finite &= element.is_finite();
-            }
+        for (from, to) in tile.rows(run).zip(self.tiling().rows(run)) {
+            let elements = &mut elements[to - first..][..count];
+            T::copy_from_le(elements, &unpacked[from * T::BYTES..][..count * T::BYTES]);
+            is_finite &= elements.iter().fold(true, |is_finite, element| is_finite & element.is_finite());
         }
         if is_finite { Ok(()) } else { Err(ReadError::damaged(format!("a number of {} is not finite", self.name))) }
     }

@@ -1,11 +1,12 @@
 //! Bytes of a file by address. Reads outside of the file are errors, and take no memory.
+//!
+//! Positioned reads, not a mapping: that needs `unsafe`, and another process that cuts the file short would end this one.
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use super::ReadError;
 
@@ -17,7 +18,7 @@ pub(super) struct ByteSource<'a> {
 }
 
 enum Data<'a> {
-    File(Mutex<File>),
+    File(DiskFile),
     Memory(Cow<'a, [u8]>),
 }
 
@@ -29,7 +30,7 @@ impl<'a> ByteSource<'a> {
         }
         let file = File::open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { data: Data::File(Mutex::new(file)), length, bytes_read: AtomicU64::new(0) })
+        Ok(Self { data: Data::File(DiskFile::new(file)), length, bytes_read: AtomicU64::new(0) })
     }
 
     pub(super) fn new(bytes: Cow<'a, [u8]>) -> Self {
@@ -67,10 +68,7 @@ impl<'a> ByteSource<'a> {
         match &self.data {
             Data::File(file) => {
                 buffer.resize(count, 0);
-                // A thread that panicked leaves only a file position behind.
-                let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
-                file.seek(SeekFrom::Start(address))?;
-                file.read_exact(buffer)?;
+                file.read_exact_at(buffer, address)?;
             }
             Data::Memory(bytes) => {
                 buffer.clear();
@@ -79,5 +77,39 @@ impl<'a> ByteSource<'a> {
         }
         self.bytes_read.fetch_add(count as u64, Ordering::Relaxed);
         Ok(())
+    }
+}
+
+/// A file that several threads read, each at its own place.
+#[cfg(unix)]
+struct DiskFile(File);
+
+#[cfg(unix)]
+impl DiskFile {
+    fn new(file: File) -> Self {
+        Self(file)
+    }
+
+    fn read_exact_at(&self, buffer: &mut [u8], address: u64) -> io::Result<()> {
+        std::os::unix::fs::FileExt::read_exact_at(&self.0, buffer, address)
+    }
+}
+
+/// A file that several threads read, one after the other: its position is one for all.
+#[cfg(not(unix))]
+struct DiskFile(std::sync::Mutex<File>);
+
+#[cfg(not(unix))]
+impl DiskFile {
+    fn new(file: File) -> Self {
+        Self(std::sync::Mutex::new(file))
+    }
+
+    fn read_exact_at(&self, buffer: &mut [u8], address: u64) -> io::Result<()> {
+        use std::io::{Read, Seek, SeekFrom};
+        // A thread that panicked leaves only a file position behind.
+        let mut file = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        file.seek(SeekFrom::Start(address))?;
+        file.read_exact(buffer)
     }
 }

@@ -4,8 +4,8 @@
 use std::io;
 
 use super::DatasetStorage;
+use crate::hdf5::deflate;
 use crate::hdf5::element::Element;
-use crate::hdf5::packing::DEFLATE_LEVEL;
 use crate::hdf5::{Compression, SIGNATURE};
 
 /// An address that is none.
@@ -236,7 +236,7 @@ pub(super) fn filters(compression: Compression, element_bytes: usize) -> Option<
     // Number, no name, optional or not, one value, padded to two.
     let filter = |id: u16, value: u32| bytes![id, 0_u16, 0_u16, 1_u16, value, 0_u32];
     let shuffle = (element_bytes > 1).then(|| filter(2, element_bytes as u32));
-    let filters: Vec<_> = shuffle.into_iter().chain([filter(1, DEFLATE_LEVEL)]).collect();
+    let filters: Vec<_> = shuffle.into_iter().chain([filter(1, deflate::LEVEL)]).collect();
     let head = vec![1, filters.len() as u8, 0, 0, 0, 0, 0, 0];
     match compression {
         Compression::Deflate => Some((0x0b, [head, filters.concat()].concat())),
