@@ -15,6 +15,7 @@ mod voxel_walk;
 
 use core::array::from_fn;
 
+pub(super) use cubic::Cubic;
 use nalgebra::Vector3;
 use pieces::Pieces;
 use voxel_walk::VoxelWalk;

@@ -22,21 +22,24 @@
 //! 4 are skipped. Most triangles end after one corner or edge.
 
 mod cell;
-mod cell_face_cuts;
 mod cell_range;
 mod cells;
 mod corners_and_edges;
+mod descent_table;
 mod directions;
 mod grid_triangle;
 mod interior_minimum;
+mod line_parts;
 mod separating_planes;
 mod stationary;
 
-use cell_face_cuts::CellFaceCuts;
 use cells::{Cells, DirectionalBoundsLanes};
+use descent_table::DescentTable;
 use directions::{DirectionalBounds, Directions};
 use grid_triangle::GridTriangle;
+use line_parts::LineParts;
 use nalgebra::Vector3;
+use separating_planes::SeparatingPlanes;
 
 use super::LANES;
 use super::polynomial::Polynomial;
@@ -69,15 +72,20 @@ impl<S: Storage> Grid<S> {
         let rounding = self.triangle_rounding(&corners, value);
         let slope_bound = R::from_f64(self.slope_bound.double * self.lattice.spacing());
         let directions = Directions::new(&triangle, gradient, slope_bound);
-        let bounds = self.directional_bounds(&mut cells, &directions)?;
+        let single = directions.to_single(slope_bound);
+        let bounds = DirectionalBounds::from_single(self.directional_bounds(&mut cells, &single)?);
         let lower_bound = value + bounds.min_rise_from_centroid() - rounding;
         let mut lowest = LowestPoint { weights: [R::from_f64(1.0 / 3.0); 3], value, evaluations: 1 };
         let mut deficit = R::zero();
         if lower_bound <= level {
             corners_and_edges::minimize_on_corners(&bounds, corner_values, &mut lowest);
-            let edges = corners_and_edges::edges(&triangle, &bounds, corner_values, lowest.value);
+            let feasible = corners_and_edges::feasible_on_edges(&bounds, corner_values, lowest.value);
             let is_monotonic = bounds.is_monotonic();
-            self.minimize_on_lines(edges, &mut CellFaceCuts::new(&triangle, !is_monotonic), &mut lowest)?;
+            if !is_monotonic || feasible != [0; 3] {
+                let mut table = DescentTable::new(&triangle);
+                table.fill(&triangle, &cells, feasible, !is_monotonic);
+                self.minimize_on_parts(&triangle, &table, &mut lowest)?;
+            }
             if !is_monotonic {
                 deficit = self.minimize_interiors(&triangle, &cells, &directions, gap, &mut lowest);
             }
@@ -119,11 +127,7 @@ impl<S: Storage> Grid<S> {
 
     /// Intervals of ∇φ·d over all cells. `None` if a sample is not finite.
     #[inline(always)]
-    fn directional_bounds<R: Float>(
-        &self,
-        cells: &mut Cells<R>,
-        directions: &Directions<R>,
-    ) -> Option<DirectionalBounds<R>> {
+    fn directional_bounds(&self, cells: &mut Cells, directions: &Directions<f32>) -> Option<DirectionalBounds<f32>> {
         let mut bounds = DirectionalBoundsLanes::empty();
         let mut from = 0;
         while from < cells.count {
@@ -133,24 +137,40 @@ impl<S: Storage> Grid<S> {
         bounds.merge()
     }
 
+    /// Lowers `lowest` to the minima on those parts of edges and creases that may hold one. `None` if a value is not finite.
+    #[inline(always)]
+    fn minimize_on_parts<R: Float>(
+        &self,
+        triangle: &GridTriangle<R>,
+        table: &DescentTable,
+        lowest: &mut LowestPoint<R>,
+    ) -> Option<()> {
+        let (mut parts, mut to_search) = (LineParts::new(), table.parts());
+        while parts.fill(triangle, &mut to_search) {
+            parts.minimize(triangle, &self.storage, lowest)?;
+        }
+        Some(())
+    }
+
     /// Lowers `lowest` to the minima inside the polygons. Returns the deficit.
     #[inline(never)]
     fn minimize_interiors<R: Float>(
         &self,
         triangle: &GridTriangle<R>,
-        cells: &Cells<R>,
+        cells: &Cells,
         directions: &Directions<R>,
         gap: R,
         lowest: &mut LowestPoint<R>,
     ) -> R {
         let mut deficit = R::zero();
-        for cell in cells.stationary_cells(&self.storage) {
+        let planes = SeparatingPlanes::new(triangle);
+        for cell in cells.stationary_cells(triangle, &self.storage) {
             lowest.evaluations = lowest.evaluations.saturating_add(1);
             let interior = cell.interior_deficit(triangle, lowest);
             let is_settled = interior <= gap;
             deficit = Real::max(
                 deficit,
-                if is_settled { interior } else { cell.stationary_deficit(triangle, directions, gap, lowest) },
+                if is_settled { interior } else { cell.stationary_deficit(triangle, &planes, directions, gap, lowest) },
             );
         }
         deficit
