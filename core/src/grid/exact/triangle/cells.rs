@@ -23,13 +23,15 @@ use crate::number::{Float, Real};
 /// Room for the cells of a triangle's box, and for full lanes after the last.
 const ROOM: usize = MAX_CELLS as usize + LANES;
 
+/// Larger than all numbers of cells.
+const EDGE: u16 = 1024;
+
 /// The cells that a triangle meets.
 pub(super) struct Cells {
     range: CellRange<f32>,
-    /// Numbers of the cells in `range`. From `count` on, the first number is repeated to fill all lanes.
+    /// Numbers of the cells in `range`, plus [`EDGE`] times the edges whose planes they meet, as
+    /// [`SeparatingPlanes::overlap_and_edges`] has them. From `count` on, the first is repeated to fill all lanes.
     numbers: [u16; ROOM],
-    /// For each of them: the edges whose planes it meets, as [`SeparatingPlanes::overlap_and_edges`] has them.
-    edges: [u8; ROOM],
     /// For each of them: the directions along which φ falls everywhere in the cell. Bit k for direction k, bit 4 + k for
     /// its opposite.
     descents: [u8; ROOM],
@@ -52,7 +54,7 @@ impl Cells {
     #[inline(always)]
     pub fn new<R: Float>(triangle: &GridTriangle<R>) -> Self {
         let range = CellRange::new(triangle);
-        Self { range, numbers: [0; ROOM], edges: [0; ROOM], descents: [0; ROOM], count: 0 }
+        Self { range, numbers: [0; ROOM], descents: [0; ROOM], count: 0 }
     }
 
     /// Fills the list with the cells that `triangle` meets. It must be the one passed to [`new`](Self::new).
@@ -61,12 +63,12 @@ impl Cells {
         let [x, y, z] = triangle.cell_counts();
         let extent = R::from_f64(f64::from(x.max(y).max(z)));
         let planes = SeparatingPlanes::new(triangle).to_single(extent);
-        let Self { range, numbers, edges, .. } = self;
+        let Self { range, numbers, .. } = self;
         let cell_count = range.count as u32 as f32;
         let mut count = 0;
         let mut from = 0;
         while from < range.count {
-            let (mut is_met, mut meets) = ([0_u8; LANES], [0.0_f32; LANES]);
+            let (mut is_met, mut entries) = ([0_u8; LANES], [0_u16; LANES]);
             for lane in 0..LANES {
                 let number = from as u32 as f32 + lane as f32;
                 let part = range.clip(number);
@@ -76,14 +78,13 @@ impl Cells {
                     part.offset[2] + part.center[2],
                 );
                 let (overlap, edges) = planes.overlap_and_edges(center, part.half_extents.into());
-                meets[lane] = edges;
+                entries[lane] = (number + edges * f32::from(EDGE)).to_index() as u16;
                 is_met[lane] = u8::from((0.0 <= overlap) & (number < cell_count));
             }
             // Every number is written, but kept only if met: no branch on unpredictable data.
             for lane in 0..LANES {
-                let number = from.wrapping_add(lane);
-                if let (Some(slot), Some(edges)) = (numbers.get_mut(count), edges.get_mut(count)) {
-                    (*slot, *edges) = (number as u16, meets[lane].to_index() as u8);
+                if let Some(slot) = numbers.get_mut(count) {
+                    *slot = entries[lane];
                 }
                 count = count.wrapping_add(usize::from(is_met[lane]));
             }
@@ -109,7 +110,7 @@ impl Cells {
         let numbers = *numbers;
         let mut places = [0.0_f32; LANES];
         for lane in 0..LANES {
-            places[lane] = f32::from(numbers[lane]);
+            places[lane] = f32::from(numbers[lane] % EDGE);
         }
         let numbers = places;
         let mut cells = [[0.0_f32; LANES]; 3];
@@ -154,8 +155,11 @@ impl Cells {
     /// All cells of the list.
     #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = MetCell> {
-        let with_bits = self.numbers.iter().zip(&self.edges).zip(&self.descents).take(self.count);
-        with_bits.map(|((number, edges), descents)| MetCell { number: *number, edges: *edges, descents: *descents })
+        self.numbers.iter().zip(&self.descents).take(self.count).map(|(number, descents)| MetCell {
+            number: number % EDGE,
+            edges: (number / EDGE) as u8,
+            descents: *descents,
+        })
     }
 
     /// The cells that may hold a stationary point of φ along the triangle.

@@ -8,8 +8,8 @@
 //! | corner a, b, c | u and v, −u and w, −v and −w |
 //! | edge ab, ac, bc | v and w, u and −w, −u and −v |
 
+use super::LowestPoint;
 use super::directions::{DirectionalBounds, U, V, W};
-use crate::grid::exact::segment::LowestPoint;
 use crate::number::Float;
 use crate::simplex::corner_weights;
 
@@ -41,11 +41,7 @@ pub(super) fn minimize_on_corners<R: Float>(
 /// For each edge ab, ac and bc the directions that are feasible on it: bit k for direction k, bit 4 + k for its opposite. None
 /// for an edge that cannot hold a minimum below `lowest`.
 #[inline(always)]
-pub(super) fn feasible_on_edges<R: Float>(
-    bounds: &DirectionalBounds<R>,
-    corner_values: [R; 3],
-    lowest: R,
-) -> [u8; 3] {
+pub(super) fn feasible_on_edges<R: Float>(bounds: &DirectionalBounds<R>, corner_values: [R; 3], lowest: R) -> [u8; 3] {
     let mut falling = 0;
     for k in [U, V, W] {
         falling |= u8::from(bounds.is_falling(k)) << k | u8::from(bounds.is_rising(k)) << (4 + k);

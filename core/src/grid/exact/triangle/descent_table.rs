@@ -105,8 +105,9 @@ impl DescentTable {
     /// and faces there: bit k for [`LinePart::line`] k.
     #[inline(never)]
     fn lines_at(&self, entry: usize) -> ([u32; 3], u32) {
-        let (z, in_layer) = (entry / self.layer.max(1), entry % self.layer.max(1));
-        let (y, x) = (in_layer / self.row.max(1), in_layer % self.row.max(1));
+        let (layer, row) = (self.layer.max(1) as u32, self.row.max(1) as u32);
+        let (z, in_layer) = (entry as u32 / layer, entry as u32 % layer);
+        let (y, x) = (in_layer / row, in_layer % row);
         if x == 0 || y == 0 || z == 0 || entry >= self.end {
             return ([0; 3], 0);
         }
@@ -149,7 +150,7 @@ impl DescentTable {
         for edge in 0..3_u32 {
             lines |= u32::from(edges >> (8 * (edge + 1)) & 0xFF != 0) << (edge + 3);
         }
-        ([x, y, z].map(|index| (index as u32).wrapping_sub(1)), lines)
+        ([x.wrapping_sub(1), y.wrapping_sub(1), z.wrapping_sub(1)], lines)
     }
 }
 

@@ -3,14 +3,15 @@
 use nalgebra::Vector3;
 
 use crate::grid::Lattice;
+use crate::grid::node_box::{ROOM, SPILL};
 use crate::number::{Float, Real};
 use crate::rounding::CELL_COORDINATE;
 
 /// Most cells in a triangle's box. A larger triangle is better searched in parts, most of which are culled at once.
 pub(super) const MAX_CELLS: u32 = 512;
 
-/// Most entries in a [`DescentTable`](super::descent_table::DescentTable): product of the cells along each axis and one.
-pub(super) const MAX_ENTRIES: u32 = 1016;
+/// Most nodes in a triangle's box, and entries in a [`DescentTable`](super::descent_table::DescentTable).
+pub(super) const MAX_ENTRIES: u32 = (ROOM - SPILL) as u32;
 
 /// A triangle in cell coordinates.
 pub(super) struct GridTriangle<R: Real> {

@@ -10,10 +10,11 @@
 use nalgebra::Vector3;
 
 use super::LANES;
+use super::LowestPoint;
 use super::descent_table::LinePart;
 use super::grid_triangle::GridTriangle;
 use crate::grid::Storage;
-use crate::grid::exact::segment::{Cubic, LowestPoint};
+use crate::grid::exact::segment::Cubic;
 use crate::number::{Float, Real};
 
 /// Up to [`LANES`] parts, each a line start + t d, 0 ≤ t ≤ 1, in a cell. Vectors are by axis, weights by corner, then by
@@ -110,7 +111,7 @@ impl<R: Float> LineParts<R> {
                     lowest.weights[k] = start * (R::one() - t) + end * t;
                 }
                 lowest.value = value;
-            } else if !(lowest.value <= value) {
+            } else if lowest.value.partial_cmp(&value).is_none() {
                 return None;
             }
         }
@@ -135,8 +136,7 @@ impl<R: Float> LineParts<R> {
             let edge_weights = [[one - from_b, from_b, zero], [zero, to_b, one - to_b]];
             for end in 0..2 {
                 for k in 0..3 {
-                    self.end_weights[end][k][lane] =
-                        R::select(is_edge, edge_weights[end][k], cut_weights[end][k]);
+                    self.end_weights[end][k][lane] = R::select(is_edge, edge_weights[end][k], cut_weights[end][k]);
                 }
             }
             for k in 0..3 {

@@ -14,11 +14,11 @@
 
 use nalgebra::Vector3;
 
+use super::LowestPoint;
 use super::cell::Cell;
 use super::directions::Directions;
 use super::grid_triangle::GridTriangle;
 use super::separating_planes::SeparatingPlanes;
-use crate::grid::exact::segment::LowestPoint;
 use crate::number::{Float, Real};
 
 /// Depth of the stack of boxes. The last box is always cut first, so the stack grows by one box per bisection.
