@@ -32,12 +32,12 @@ pub fn slope_bound_with_outside(inside: f64, has_negative_boundary: bool) -> f64
 /// Slope bound of one cell from its corners, in the order of [`Storage::corners`]: |(Δx, Δy, Δz)| / `spacing`, each Δ
 /// the largest difference along an edge of that axis.
 pub fn cell_slope(corners: [f32; 8], spacing: f64) -> f64 {
-    let [a, b, c, d, e, f, g, h] = corners.map(f64::from);
-    // Side by side: vectors of processors take two or four.
-    let max_difference = |[a, b, c, d]: [f64; 4]| 0.0_f64.max(a.abs()).max(b.abs()).max(c.abs().max(d.abs()));
-    let along_x = max_difference([b - a, d - c, f - e, h - g]);
-    let along_y = max_difference([c - a, d - b, g - e, h - f]);
-    let along_z = max_difference([e - a, f - b, g - c, h - d]);
+    let c = corners.map(f64::from);
+    let max_difference =
+        |edges: [(usize, usize); 4]| edges.iter().fold(0.0_f64, |max, (a, b)| max.max((c[*b] - c[*a]).abs()));
+    let along_x = max_difference([(0, 1), (2, 3), (4, 5), (6, 7)]);
+    let along_y = max_difference([(0, 2), (1, 3), (4, 6), (5, 7)]);
+    let along_z = max_difference([(0, 4), (1, 5), (2, 6), (3, 7)]);
     libm::sqrt(along_x * along_x + along_y * along_y + along_z * along_z) / spacing
 }
 

@@ -56,7 +56,9 @@ use crate::{Aabb, ExactMinimum, Goal};
 
 impl<S: Storage> Grid<S> {
     /// `None` if the triangle leaves the box or meets too many cells, or a sample is not finite.
-    #[inline(always)]
+    // On small processors not inlined: its 8 KB of stack are free again when a search by branch and bound begins.
+    #[cfg_attr(feature = "std", inline(always))]
+    #[cfg_attr(not(feature = "std"), inline(never))]
     pub(in crate::grid) fn minimum_on_triangle<R: Float>(
         &self,
         corners: [Vector3<R>; 3],

@@ -138,7 +138,8 @@ impl DescentTable {
                 let all = zero_bytes(words[at % 8] & words[with_a] & words[with_b] & words[(with_a | with_b) % 8]);
                 known |= all;
                 if at == 0 {
-                    let new = all & !(pairs[a][0] | pairs[b][0] | pairs[a][with_b] | pairs[b][with_a]);
+                    let (pairs_a, pairs_b) = (&pairs[a % 3], &pairs[b % 3]);
+                    let new = all & !(pairs_a[0] | pairs_b[0] | pairs_a[with_b] | pairs_b[with_a]);
                     lines |= u32::from(new & CREASE != 0) << a;
                     edges |= new;
                 }
