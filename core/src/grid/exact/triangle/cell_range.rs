@@ -37,7 +37,7 @@ pub(super) struct ClippedCell<R> {
 }
 
 impl<R: Float> CellRange<R> {
-    /// In other numbers than the triangle's, rounding included.
+    /// The cells of a triangle in numbers of another type, rounding included.
     #[inline(always)]
     pub fn new<T: Float>(triangle: &GridTriangle<T>) -> Self {
         let [x, y, z] = triangle.cell_counts();
