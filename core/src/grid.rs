@@ -9,7 +9,7 @@
 //!               ├─ smooth                  a gradient without jumps at the faces of cells
 //!               ├─ slope                   Lipschitz constants
 //!               ├─ gradient_range          intervals of φ and ∇φ in a box
-//!               └─ exact                   minimum on a segment or triangle
+//!               └─ exact                   minimum on a segment or triangle, on a copy of its nodes (node_box)
 //! ```
 
 pub mod blob;
@@ -21,6 +21,7 @@ mod exact;
 mod gradient_range;
 mod kind;
 mod lattice;
+mod node_box;
 #[cfg(feature = "alloc")]
 pub mod owned;
 mod plain_normals;
@@ -67,6 +68,21 @@ pub trait Storage {
         corners
     }
 
+    /// Is it dear to read a node? A search that reads the same nodes often then copies them first, by
+    /// [`copy_row`](Self::copy_row).
+    const IS_COPIED: bool = false;
+
+    /// Copies `count` samples along x from the node `first` on, and may write up to eight more. `row` has room for them; where it
+    /// has not, fewer are copied.
+    fn copy_row(&self, [x, y, z]: [u32; 3], count: u32, row: &mut [f32]) {
+        for (node, sample) in (x..x.saturating_add(count)).zip(row) {
+            // The last node along an axis is the far corner of the cell before.
+            let back = |index: u32| index.saturating_sub(1);
+            let corner = usize::from(node > 0) | usize::from(y > 0) << 1 | usize::from(z > 0) << 2;
+            *sample = self.corners([back(node), back(y), back(z)])[corner % 8];
+        }
+    }
+
     /// Can [`block_bounds`](Self::block_bounds) return `Some`? If not, it is never called.
     const HAS_BLOCK_BOUNDS: bool = false;
 
@@ -90,6 +106,13 @@ impl<S: Storage> Storage for &S {
     #[inline(always)]
     fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
         (**self).corners_in_lanes(cells)
+    }
+
+    const IS_COPIED: bool = S::IS_COPIED;
+
+    #[inline(always)]
+    fn copy_row(&self, first: [u32; 3], count: u32, row: &mut [f32]) {
+        (**self).copy_row(first, count, row);
     }
 
     const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;

@@ -177,6 +177,9 @@ pub trait Float: Real<Mask = bool, Lane = Self> + PartialOrd {
     /// The same number as f64.
     fn to_f64(self) -> f64;
 
+    /// The nearest f32.
+    fn to_single(self) -> f32;
+
     /// Conversion of an integer in 0 ≤ self < 2³¹.
     fn to_index(self) -> u32;
 
@@ -251,6 +254,10 @@ macro_rules! float {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 self as f64
+            }
+            #[inline(always)]
+            fn to_single(self) -> f32 {
+                self as f32
             }
             #[inline(always)]
             fn to_index(self) -> u32 {

@@ -51,6 +51,13 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
         self.storage.corners_in_lanes(cells)
     }
 
+    const IS_COPIED: bool = S::IS_COPIED;
+
+    #[inline(always)]
+    fn copy_row(&self, first: [u32; 3], count: u32, row: &mut [f32]) {
+        self.storage.copy_row(first, count, row);
+    }
+
     fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         self.storage.error_bound(first, last, at)
     }

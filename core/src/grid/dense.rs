@@ -22,6 +22,11 @@ impl<S: AsRef<[f32]>> Dense<S> {
         self.samples.as_ref()
     }
 
+    /// Samples of which as many as `row` lie along x, and as many as `layer` in a plane.
+    pub(super) fn with_rows(samples: S, row: usize, layer: usize) -> Self {
+        Self { samples, row, layer }
+    }
+
     /// `None` unless there are as many samples as nodes.
     pub fn new(lattice: &Lattice, samples: S) -> Option<Self> {
         let [x, y, _] = lattice.nodes().map(|n| n as usize);
@@ -72,6 +77,20 @@ impl<S: AsRef<[f32]>> Storage for Dense<S> {
         let [[a, b], [c, d]] = [pair(samples, first), pair(samples, first.wrapping_add(self.row))];
         let [[e, f], [g, h]] = [pair(samples, above), pair(samples, above.wrapping_add(self.row))];
         [a, b, c, d, e, f, g, h]
+    }
+
+    #[inline(always)]
+    fn copy_row(&self, node: [u32; 3], count: u32, row: &mut [f32]) {
+        let samples = self.samples.as_ref().get(first_corner(node, self.row, self.layer)..).unwrap_or(&[]);
+        let mut at = 0;
+        while at < count as usize {
+            let (Some(from), Some(to)) = (samples.get(at..), row.get_mut(at..)) else { return };
+            match (from.first_chunk::<8>(), to.first_chunk_mut::<8>()) {
+                (Some(from), Some(to)) => *to = *from,
+                _ => to.iter_mut().zip(from).for_each(|(to, from)| *to = *from),
+            }
+            at = at.saturating_add(8);
+        }
     }
 
     #[inline(always)]

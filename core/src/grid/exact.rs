@@ -31,7 +31,7 @@
 //! |---|---|---|
 //! | φ ≥ lowest corner sample of the cell | the weights of a trilinear mean are ≥ 0 | `segment` |
 //! | ∇φ·d ∈ ∇φ(m)·d ± (Σ_i h_i \|(Hd)_i\| + \|c_xyz\| Σ_i \|d_i\| h_j h_k) | mean value form (Moore 1966, "Interval Analysis", ch. 6) | `triangle/cell` |
-//! | no minimum where U_d < 0 for a feasible d | 0 ∈ ∂φ at a minimum (Clarke 1983, "Optimization and Nonsmooth Analysis", prop. 2.3.2) | `triangle/corners_and_edges`, `triangle/cells` |
+//! | no minimum where U_d < 0, in all cells around, for a feasible d | 0 ∈ ∂φ at a minimum (Clarke 1983, "Optimization and Nonsmooth Analysis", prop. 2.3.2) | `triangle/corners_and_edges`, `triangle/descent_table` |
 //! | φ(x) ≥ φ(centroid) + min_k (lower bound of ∇φ·(corner_k − centroid)) | x − centroid is a mean of the corner_k − centroid | `triangle/directions` |
 //! | min over a polygon ≥ min over its boundary − κ l² / 8 | linear interpolation error on a chord of length l with curvature ≤ κ | `triangle/interior_minimum` |
 //! | φ(s) ≥ φ(x) − ½ max‖H‖ \|x − s\|² at a stationary s | Taylor's theorem | `triangle/stationary` |

@@ -121,6 +121,14 @@ impl Storage for OwnedStorage {
         for_each_storage!(self, dense => dense.corners_in_lanes(cells), sparse => sparse.corners_in_lanes(cells))
     }
 
+    // Dense samples are copied too: the search is so compiled once for all kinds.
+    const IS_COPIED: bool = true;
+
+    #[inline]
+    fn copy_row(&self, first: [u32; 3], count: u32, row: &mut [f32]) {
+        for_each_storage!(self, dense => dense.copy_row(first, count, row), sparse => sparse.copy_row(first, count, row));
+    }
+
     const HAS_BLOCK_BOUNDS: bool = true;
 
     fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {

@@ -216,6 +216,21 @@ impl<B: BrickData> Sparse<B> {
         }
     }
 
+    /// Samples of a brick along x from a node on: as many as wanted, and whatever follows them.
+    #[inline(always)]
+    fn copy_codes(&self, brick: usize, [x, y, z]: [u32; 3], count: u32, samples: &mut [f32; 8]) {
+        let first = (((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK) as usize;
+        let first = brick.wrapping_mul(BRICK_SAMPLES).wrapping_add(first);
+        let (Some(codes), Some(scale)) = (self.bricks.codes().get(first..), self.bricks.scale(brick)) else { return };
+        match codes.first_chunk::<8>() {
+            Some(codes) => samples.iter_mut().zip(codes).for_each(|(sample, code)| *sample = code.decode(scale)),
+            None => {
+                let wanted = samples.iter_mut().take(count as usize);
+                wanted.zip(codes).for_each(|(sample, code)| *sample = code.decode(scale));
+            }
+        }
+    }
+
     /// Corners of a cell that lies in one brick: the first and last of them are 73 samples apart.
     #[inline]
     fn corners_in_brick(&self, brick: usize, [x, y, z]: [u32; 3]) -> [f32; 8] {
@@ -329,6 +344,34 @@ impl<B: BrickData> Storage for Sparse<B> {
                 }
                 corners
             }
+        }
+    }
+
+    const IS_COPIED: bool = true;
+
+    fn copy_row(&self, [x, y, z]: [u32; 3], count: u32, row: &mut [f32]) {
+        let end = x.saturating_add(count);
+        let mut node = x;
+        while node < end {
+            let slot = brick_slot([node, y, z]);
+            let next = slot[0].wrapping_add(1).wrapping_mul(BRICK).min(end);
+            let rest = row.get_mut(node.wrapping_sub(x) as usize..).unwrap_or(&mut []);
+            let rest = rest.get_mut(..BRICK as usize).and_then(|rest| rest.first_chunk_mut::<8>());
+            let Some(rest) = rest else { return };
+            match self.brick_in_slot(slot) {
+                Some(brick) => self.copy_codes(brick, [node, y, z], next.wrapping_sub(node), rest),
+                None => {
+                    let coarse = self.coarse_corners(slot);
+                    let fraction = |index: u32| (index % BRICK) as f32 / BRICK as f32;
+                    let (y, z) = (fraction(y), fraction(z));
+                    // All eight, though the coarse cell ends before: the rest is overwritten.
+                    for (index, sample) in (0..8_u16).zip(rest) {
+                        let x = ((node % BRICK) as f32 + f32::from(index)) / BRICK as f32;
+                        *sample = trilinear::interpolate(coarse, Vector3::new(x, y, z)).0;
+                    }
+                }
+            }
+            node = next;
         }
     }
 

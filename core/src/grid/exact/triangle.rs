@@ -14,33 +14,40 @@
 //! | 1 | Which cells does the triangle meet? | `grid_triangle`, `cell_range`, `separating_planes` (Akenine-Möller 2001), `cells` |
 //! | 2 | In which interval is ∇φ·d, for four directions d in the plane? Mean value form (Moore 1966) | `directions`, `cell`, `cells` |
 //! | 3 | (a), and which edges can hold a minimum? Those without a descent direction (Clarke 1983, prop. 2.3.2) | `corners_and_edges` |
-//! | 4 | (b): minimum on these edges and on the cuts | `cell_face_cuts`, `../segment` |
-//! | 5 | (c): saddle → minimum on the boundary; else at most four Newton steps | `interior_minimum` |
-//! | 6 | What step 5 leaves undecided is bisected and bounded by ½‖H‖r² (Taylor) | `stationary` |
+//! | 4 | (b): on which parts of these edges and of the cuts do the cells around share no descent direction? | `descent_table` |
+//! | 5 | The minimum on these parts | `line_parts` |
+//! | 6 | (c): saddle → minimum on the boundary; else at most four Newton steps | `interior_minimum` |
+//! | 7 | What step 6 leaves undecided is bisected and bounded by ½‖H‖r² (Taylor) | `stationary` |
 //!
-//! If φ is monotonic along some d in all cells, cuts and interiors have no minimum, and steps 5 and 6 and the cuts of
-//! 4 are skipped. Most triangles end after one corner or edge.
+//! If φ is monotonic along some d in all cells, cuts and interiors have no minimum, and only edges are left. Most triangles end
+//! after one corner or edge, the others after a few parts of cuts.
+//!
+//! Steps 1 and 2 only exclude. They are in single precision, which samples have anyway, and widened by its rounding. What is
+//! evaluated is evaluated in the caller's numbers.
 
 mod cell;
-mod cell_face_cuts;
 mod cell_range;
 mod cells;
 mod corners_and_edges;
+mod descent_table;
 mod directions;
 mod grid_triangle;
 mod interior_minimum;
+mod line_parts;
 mod separating_planes;
 mod stationary;
 
-use cell_face_cuts::CellFaceCuts;
 use cells::{Cells, DirectionalBoundsLanes};
+use descent_table::DescentTable;
 use directions::{DirectionalBounds, Directions};
 use grid_triangle::GridTriangle;
+use line_parts::LineParts;
 use nalgebra::Vector3;
+use separating_planes::SeparatingPlanes;
 
 use super::LANES;
 use super::polynomial::Polynomial;
-use super::segment::LowestPoint;
+use crate::grid::node_box::NodeBox;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
 use crate::rounding::rounding;
@@ -49,37 +56,60 @@ use crate::{Aabb, ExactMinimum, Goal};
 
 impl<S: Storage> Grid<S> {
     /// `None` if the triangle leaves the box or meets too many cells, or a sample is not finite.
-    #[inline(always)]
+    // On small processors not inlined: its 8 KB of stack are free again when a search by branch and bound begins.
+    #[cfg_attr(feature = "std", inline(always))]
+    #[cfg_attr(not(feature = "std"), inline(never))]
     pub(in crate::grid) fn minimum_on_triangle<R: Float>(
         &self,
         corners: [Vector3<R>; 3],
-        Goal { level, gap }: Goal<R>,
+        goal: Goal<R>,
     ) -> Option<ExactMinimum<R, 3>> {
         if !self.lattice.bounds().encloses(&Aabb::from_corners(&corners)) {
             return None;
         }
         let triangle = GridTriangle::new(&self.lattice, corners.map(|corner| self.cell_coordinates(corner)))?;
-        let points = self.centroid_and_corners(&triangle.corners);
+        if !S::IS_COPIED {
+            return self.search_triangle(&self.storage, &triangle, corners, goal);
+        }
+        let nodes = NodeBox::new(&self.storage, triangle.first_cell, triangle.cell_counts().map(|n| n.wrapping_add(1)));
+        self.search_triangle(&nodes, &triangle, corners, goal)
+    }
+
+    /// The search, with the nodes of the triangle's box in `storage`.
+    #[inline(always)]
+    fn search_triangle<R: Float, T: Storage>(
+        &self,
+        storage: &T,
+        triangle: &GridTriangle<R>,
+        corners: [Vector3<R>; 3],
+        Goal { level, gap }: Goal<R>,
+    ) -> Option<ExactMinimum<R, 3>> {
+        let points = self.centroid_and_corners(storage, &triangle.corners);
         // Collected here, while the samples come from memory, and long before they are loaded as vectors: numbers
         // just stored one by one stall a vector load.
-        let mut cells = Cells::new(&triangle);
-        cells.collect(&triangle);
+        let mut cells = Cells::new(triangle);
+        cells.collect(triangle);
         let (values, gradient) = points.values();
         let (value, corner_values) = (values[0], [values[1], values[2], values[3]]);
         let rounding = self.triangle_rounding(&corners, value);
         let slope_bound = R::from_f64(self.slope_bound.double * self.lattice.spacing());
-        let directions = Directions::new(&triangle, gradient, slope_bound);
-        let bounds = self.directional_bounds(&mut cells, &directions)?;
+        let directions = Directions::new(triangle, gradient, slope_bound);
+        let single = directions.to_single(slope_bound);
+        let bounds = DirectionalBounds::from_single(directional_bounds(storage, &mut cells, &single)?);
         let lower_bound = value + bounds.min_rise_from_centroid() - rounding;
         let mut lowest = LowestPoint { weights: [R::from_f64(1.0 / 3.0); 3], value, evaluations: 1 };
         let mut deficit = R::zero();
         if lower_bound <= level {
             corners_and_edges::minimize_on_corners(&bounds, corner_values, &mut lowest);
-            let edges = corners_and_edges::edges(&triangle, &bounds, corner_values, lowest.value);
+            let feasible = corners_and_edges::feasible_on_edges(&bounds, corner_values, lowest.value);
             let is_monotonic = bounds.is_monotonic();
-            self.minimize_on_lines(edges, &mut CellFaceCuts::new(&triangle, !is_monotonic), &mut lowest)?;
+            if !is_monotonic || feasible != [0; 3] {
+                let mut table = DescentTable::new(triangle);
+                table.fill(triangle, &cells, feasible, !is_monotonic);
+                minimize_on_parts(storage, triangle, &table, &mut lowest)?;
+            }
             if !is_monotonic {
-                deficit = self.minimize_interiors(&triangle, &cells, &directions, gap, &mut lowest);
+                deficit = minimize_interiors(storage, triangle, &cells, &directions, gap, &mut lowest);
             }
         }
         let LowestPoint { weights, value, evaluations } = lowest;
@@ -99,7 +129,7 @@ impl<S: Storage> Grid<S> {
 
     /// The cells of the centroid and of the corners, with their samples.
     #[inline(always)]
-    fn centroid_and_corners<R: Float>(&self, corners: &[Vector3<R>; 3]) -> CellPoints<R> {
+    fn centroid_and_corners<R: Float, T: Storage>(&self, storage: &T, corners: &[Vector3<R>; 3]) -> CellPoints<R> {
         let last = self.lattice.cells().map(|cells| R::from_f64(f64::from(cells)) - R::one());
         let [a, b, c] = *corners;
         let points = [mean(corners), a, b, c];
@@ -109,52 +139,77 @@ impl<S: Storage> Grid<S> {
             (cells[0][k], cells[1][k]) = (cell(points[k].x, last[0]), cell(points[k].y, last[1]));
             cells[2][k] = cell(points[k].z, last[2]);
         }
-        let samples = self.storage.corners_in_lanes(cells);
+        let samples = storage.corners_in_lanes(cells);
         let fractions = [0, 1, 2, 3].map(|k: usize| {
             let k = k % 4;
             points[k] - Vector3::new(cells[0][k], cells[1][k], cells[2][k])
         });
         CellPoints { fractions, samples }
     }
+}
 
-    /// Intervals of ∇φ·d over all cells. `None` if a sample is not finite.
-    #[inline(always)]
-    fn directional_bounds<R: Float>(
-        &self,
-        cells: &mut Cells<R>,
-        directions: &Directions<R>,
-    ) -> Option<DirectionalBounds<R>> {
-        let mut bounds = DirectionalBoundsLanes::empty();
-        let mut from = 0;
-        while from < cells.count {
-            cells.bound_directions(&self.storage, directions, from, &mut bounds);
-            from = from.saturating_add(LANES);
-        }
-        bounds.merge()
+/// Intervals of ∇φ·d over all cells. `None` if a sample is not finite.
+#[inline(always)]
+fn directional_bounds<S: Storage>(
+    storage: &S,
+    cells: &mut Cells,
+    directions: &Directions<f32>,
+) -> Option<DirectionalBounds<f32>> {
+    let mut bounds = DirectionalBoundsLanes::empty();
+    let mut from = 0;
+    while from < cells.count {
+        cells.bound_directions(storage, directions, from, &mut bounds);
+        from = from.saturating_add(LANES);
     }
+    bounds.merge()
+}
 
-    /// Lowers `lowest` to the minima inside the polygons. Returns the deficit.
-    #[inline(never)]
-    fn minimize_interiors<R: Float>(
-        &self,
-        triangle: &GridTriangle<R>,
-        cells: &Cells<R>,
-        directions: &Directions<R>,
-        gap: R,
-        lowest: &mut LowestPoint<R>,
-    ) -> R {
-        let mut deficit = R::zero();
-        for cell in cells.stationary_cells(&self.storage) {
-            lowest.evaluations = lowest.evaluations.saturating_add(1);
-            let interior = cell.interior_deficit(triangle, lowest);
-            let is_settled = interior <= gap;
-            deficit = Real::max(
-                deficit,
-                if is_settled { interior } else { cell.stationary_deficit(triangle, directions, gap, lowest) },
-            );
-        }
-        deficit
+/// Lowers `lowest` to the minima on those parts of edges and creases that may hold one. `None` if a value is not finite.
+#[inline(always)]
+fn minimize_on_parts<R: Float, S: Storage>(
+    storage: &S,
+    triangle: &GridTriangle<R>,
+    table: &DescentTable,
+    lowest: &mut LowestPoint<R>,
+) -> Option<()> {
+    let (mut parts, mut to_search) = (LineParts::new(), table.parts());
+    while parts.fill(triangle, &mut to_search) {
+        parts.minimize(triangle, storage, lowest)?;
     }
+    Some(())
+}
+
+/// Lowers `lowest` to the minima inside the polygons. Returns the deficit.
+#[inline(never)]
+fn minimize_interiors<R: Float, S: Storage>(
+    storage: &S,
+    triangle: &GridTriangle<R>,
+    cells: &Cells,
+    directions: &Directions<R>,
+    gap: R,
+    lowest: &mut LowestPoint<R>,
+) -> R {
+    let mut deficit = R::zero();
+    let planes = SeparatingPlanes::new(triangle);
+    for cell in cells.stationary_cells(triangle, storage) {
+        lowest.evaluations = lowest.evaluations.saturating_add(1);
+        let interior = cell.interior_deficit(triangle, lowest);
+        let is_settled = interior <= gap;
+        deficit = Real::max(
+            deficit,
+            if is_settled { interior } else { cell.stationary_deficit(triangle, &planes, directions, gap, lowest) },
+        );
+    }
+    deficit
+}
+
+/// The lowest point of a triangle so far.
+#[derive(Clone, Copy)]
+struct LowestPoint<R> {
+    weights: [R; 3],
+    value: R,
+    /// Points evaluated and parts or cells searched so far.
+    evaluations: u32,
 }
 
 /// Centroid and corners, each in its cell.

@@ -11,7 +11,7 @@ use crate::grid::exact::polynomial::Polynomial;
 use crate::number::{Float, Real};
 
 /// The coefficients k₀ to k₃.
-pub(super) struct Cubic<R>([R; 4]);
+pub(in crate::grid::exact) struct Cubic<R>([R; 4]);
 
 impl<R: Float> Cubic<R> {
     /// `start` counts from the cell's first corner.

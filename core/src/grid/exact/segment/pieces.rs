@@ -1,4 +1,4 @@
-//! Pieces of lines, one cell each, whose minima are computed in all lanes at once.
+//! Pieces of a line, one cell each, whose minima are computed in all lanes at once.
 //!
 //! Arrays are by lane, so that the loop over the lanes in [`Pieces::minima`] becomes one over vectors.
 
@@ -13,11 +13,6 @@ use crate::number::{Float, Real};
 /// Up to [`LANES`] pieces. Vectors are by axis, then by lane.
 pub(super) struct Pieces<R: Real> {
     pub count: usize,
-    /// [`Line::end_weights`] of the piece's line.
-    pub end_weights: [[[R; 3]; 2]; LANES],
-    /// [`Line::lower_bound`] of the piece's line.
-    pub line_bound: [R; LANES],
-    pub is_first_of_line: [bool; LANES],
     /// Index of the cell, as a number.
     cell: [[R; LANES]; 3],
     start: [[R; LANES]; 3],
@@ -43,24 +38,12 @@ impl<R: Float> Pieces<R> {
     #[inline(always)]
     pub fn new() -> Self {
         let zero = [[R::zero(); LANES]; 3];
-        Self {
-            count: 0,
-            end_weights: [[[R::zero(); 3]; 2]; LANES],
-            line_bound: zero[0],
-            is_first_of_line: [false; LANES],
-            cell: zero,
-            start: zero,
-            direction: zero,
-            entry_t: zero[0],
-            exit_t: zero[0],
-        }
+        Self { count: 0, cell: zero, start: zero, direction: zero, entry_t: zero[0], exit_t: zero[0] }
     }
 
     #[inline(always)]
     pub fn push(&mut self, line: &Line<R>, step: &Step<R>) {
         let lane = self.count % LANES;
-        (self.end_weights[lane], self.line_bound[lane]) = (line.end_weights, line.lower_bound);
-        self.is_first_of_line[lane] = step.is_first;
         for axis in 0..3 {
             self.cell[axis][lane] = step.cell[axis];
             self.start[axis][lane] = line.start[axis];

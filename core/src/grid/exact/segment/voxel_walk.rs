@@ -45,7 +45,6 @@ pub(super) struct Step<R: Real> {
     pub cell: Axes<R>,
     pub entry_t: R,
     pub exit_t: R,
-    pub is_first: bool,
     /// The line meets more than [`MAX_CELLS`] cells.
     pub hit_limit: bool,
 }
@@ -115,7 +114,7 @@ impl<R: Float> VoxelWalk<R> {
         let (cell, entry_t) = (self.cell, self.entry_t);
         let axis_exit_t = |k: usize| Real::max(self.axis_exit_t[k], entry_t);
         let exit_t = Real::min(Real::min(axis_exit_t(0), axis_exit_t(1)), Real::min(axis_exit_t(2), R::one()));
-        let step = Step { cell, entry_t, exit_t, is_first: self.steps == 0, hit_limit: MAX_CELLS <= self.steps };
+        let step = Step { cell, entry_t, exit_t, hit_limit: MAX_CELLS <= self.steps };
         self.steps = self.steps.saturating_add(1);
         self.is_done = R::one() <= exit_t;
         for k in 0..3 {

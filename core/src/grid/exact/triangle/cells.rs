@@ -1,9 +1,12 @@
 //! The cells that a triangle meets, and the bounds of ∇φ over them, eight cells at a time.
 //!
 //! 1. [`Cells::collect`] lists the cells of the triangle's box that no plane separates from it (`separating_planes`).
-//! 2. [`Cells::bound_directions`] unites the intervals of ∇φ·d of eight cells with those so far, and marks the cells
-//!    in which φ is monotonic along some direction.
-//! 3. [`Cells::stationary_cells`] yields the cells without that mark.
+//! 2. [`Cells::bound_directions`] unites the intervals of ∇φ·d of eight cells with those so far, and notes along which
+//!    directions φ falls everywhere in a cell.
+//! 3. [`Cells::stationary_cells`] yields the cells without such a direction; `descent_table` compares neighbours.
+//!
+//! Samples are in single precision, and bounds of differences need no more: they are computed in f32 and widened by its
+//! rounding. Whatever is evaluated is evaluated in the caller's numbers.
 
 use nalgebra::Vector3;
 
@@ -12,54 +15,76 @@ use super::cell::Cell;
 use super::cell_range::CellRange;
 use super::directions::{DirectionalBounds, Directions};
 use super::grid_triangle::{GridTriangle, MAX_CELLS};
+use super::separating_planes::SeparatingPlanes;
 use crate::grid::Storage;
 use crate::grid::exact::polynomial::Polynomial;
 use crate::number::{Float, Real};
 
+/// Room for the cells of a triangle's box, and for full lanes after the last.
+const ROOM: usize = MAX_CELLS as usize + LANES;
+
+/// Larger than all numbers of cells.
+const EDGE: u16 = 1024;
+
 /// The cells that a triangle meets.
-pub(super) struct Cells<R> {
-    range: CellRange<R>,
-    /// Numbers of the cells in `range`, plus [`MONOTONIC`] where that holds. From `count` on, the first number is
-    /// repeated to fill all lanes.
-    numbers: [u16; MAX_CELLS as usize + LANES],
+pub(super) struct Cells {
+    range: CellRange<f32>,
+    /// Numbers of the cells in `range`, plus [`EDGE`] times the edges whose planes they meet, as
+    /// [`SeparatingPlanes::overlap_and_edges`] has them. From `count` on, the first is repeated to fill all lanes.
+    numbers: [u16; ROOM],
+    /// For each of them: the directions along which φ falls everywhere in the cell. Bit k for direction k, bit 4 + k for
+    /// its opposite.
+    descents: [u8; ROOM],
     pub count: usize,
 }
 
-/// Added to the number of a cell without stationary points. Larger than all numbers.
-const MONOTONIC: u16 = 1024;
+/// A cell of the list.
+#[derive(Clone, Copy)]
+pub(super) struct MetCell {
+    /// Its number in the triangle's box, x fastest.
+    pub number: u16,
+    /// Bits of the edges that it may meet.
+    pub edges: u8,
+    /// Bits of the directions along which φ falls everywhere in it.
+    pub descents: u8,
+}
 
-impl<R: Float> Cells<R> {
+impl Cells {
     /// An empty list.
     #[inline(always)]
-    pub fn new(triangle: &GridTriangle<R>) -> Self {
-        Self { range: CellRange::new(triangle), numbers: [0; MAX_CELLS as usize + LANES], count: 0 }
+    pub fn new<R: Float>(triangle: &GridTriangle<R>) -> Self {
+        let range = CellRange::new(triangle);
+        Self { range, numbers: [0; ROOM], descents: [0; ROOM], count: 0 }
     }
 
     /// Fills the list with the cells that `triangle` meets. It must be the one passed to [`new`](Self::new).
     #[inline(always)]
-    pub fn collect(&mut self, triangle: &GridTriangle<R>) {
-        let (range, numbers) = (&self.range, &mut self.numbers);
-        let cell_count = R::from_f64(range.count as u32 as f64);
+    pub fn collect<R: Float>(&mut self, triangle: &GridTriangle<R>) {
+        let [x, y, z] = triangle.cell_counts();
+        let extent = R::from_f64(f64::from(x.max(y).max(z)));
+        let planes = SeparatingPlanes::new(triangle).to_single(extent);
+        let Self { range, numbers, .. } = self;
+        let cell_count = range.count as u32 as f32;
         let mut count = 0;
         let mut from = 0;
         while from < range.count {
-            let mut is_met = [0; LANES];
+            let (mut is_met, mut entries) = ([0_u8; LANES], [0_u16; LANES]);
             for lane in 0..LANES {
-                let number = R::from_f64(from as u32 as f64) + R::from_f64(lane as f64);
+                let number = from as u32 as f32 + lane as f32;
                 let part = range.clip(number);
                 let center = Vector3::new(
-                    part.origin[0] + part.center[0],
-                    part.origin[1] + part.center[1],
-                    part.origin[2] + part.center[2],
+                    part.offset[0] + part.center[0],
+                    part.offset[1] + part.center[1],
+                    part.offset[2] + part.center[2],
                 );
-                let is_disjoint = triangle.separating_planes.overlap(center, part.half_extents.into()) < R::zero();
-                is_met[lane] = u8::from(!is_disjoint & (number < cell_count));
+                let (overlap, edges) = planes.overlap_and_edges(center, part.half_extents.into());
+                entries[lane] = (number + edges * f32::from(EDGE)).to_index() as u16;
+                is_met[lane] = u8::from((0.0 <= overlap) & (number < cell_count));
             }
             // Every number is written, but kept only if met: no branch on unpredictable data.
             for lane in 0..LANES {
-                let number = from.wrapping_add(lane);
                 if let Some(slot) = numbers.get_mut(count) {
-                    *slot = number as u16;
+                    *slot = entries[lane];
                 }
                 count = count.wrapping_add(usize::from(is_met[lane]));
             }
@@ -72,24 +97,29 @@ impl<R: Float> Cells<R> {
         self.count = count;
     }
 
-    /// Includes the eight cells from position `from` of the list in `bounds`.
+    /// Includes the eight cells from position `from` of the list in `bounds`, and notes their descents.
     #[inline(always)]
     pub fn bound_directions<S: Storage>(
         &mut self,
         storage: &S,
-        directions: &Directions<R>,
+        directions: &Directions<f32>,
         from: usize,
-        bounds: &mut DirectionalBoundsLanes<R>,
+        bounds: &mut DirectionalBoundsLanes,
     ) {
-        let Some(chunk) = self.numbers.get_mut(from..).and_then(<[u16]>::first_chunk_mut::<LANES>) else { return };
-        let numbers = chunk.map(|number| R::from_f64(f64::from(number)));
-        let mut cells = [[R::zero(); LANES]; 3];
+        let Some(numbers) = self.numbers.get(from..).and_then(<[u16]>::first_chunk::<LANES>) else { return };
+        let numbers = *numbers;
+        let mut places = [0.0_f32; LANES];
+        for lane in 0..LANES {
+            places[lane] = f32::from(numbers[lane] % EDGE);
+        }
+        let numbers = places;
+        let mut cells = [[0.0_f32; LANES]; 3];
         for lane in 0..LANES {
             let cell = self.range.clip(numbers[lane]).origin;
             (cells[0][lane], cells[1][lane], cells[2][lane]) = (cell[0], cell[1], cell[2]);
         }
         let samples = storage.corners_in_lanes(cells);
-        let mut marked = numbers;
+        let mut descents = [0.0_f32; LANES];
         for lane in 0..LANES {
             let part = self.range.clip(numbers[lane]);
             let polynomial = Polynomial::new([
@@ -104,52 +134,67 @@ impl<R: Float> Cells<R> {
             ]);
             let cell = part.with_polynomial(polynomial);
             let form = cell.mean_value_form();
-            // Largest distance of an interval from 0; positive if φ is monotonic along some direction.
-            let mut steepest = R::zero();
+            let mut bits = 0.0_f32;
             for k in 0..4 {
                 let [lower, upper] = form.directional_range(directions, k);
                 bounds.lower[k][lane] = Real::min(bounds.lower[k][lane], lower);
                 bounds.upper[k][lane] = Real::max(bounds.upper[k][lane], upper);
-                steepest = Real::max(steepest, Real::max(lower, -upper));
+                bits += Real::select(upper < 0.0, (1 << k) as f32, 0.0);
+                bits += Real::select(0.0 < lower, (16 << k) as f32, 0.0);
             }
-            let mark = if R::zero() < steepest { R::from_f64(f64::from(MONOTONIC)) } else { R::zero() };
-            marked[lane] = numbers[lane] + mark;
-            bounds.nan_check[lane] += cell.polynomial.xyz * R::zero();
+            descents[lane] = bits;
+            bounds.nan_check[lane] += cell.polynomial.xyz * 0.0;
         }
-        *chunk = marked.map(|number| number.to_index() as u16);
+        if let Some(slots) = self.descents.get_mut(from..).and_then(<[u8]>::first_chunk_mut::<LANES>) {
+            for lane in 0..LANES {
+                slots[lane] = descents[lane].to_index() as u8;
+            }
+        }
+    }
+
+    /// All cells of the list.
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = MetCell> {
+        self.numbers.iter().zip(&self.descents).take(self.count).map(|(number, descents)| MetCell {
+            number: number % EDGE,
+            edges: (number / EDGE) as u8,
+            descents: *descents,
+        })
     }
 
     /// The cells that may hold a stationary point of φ along the triangle.
-    pub fn stationary_cells<S: Storage>(&self, storage: &S) -> impl Iterator<Item = Cell<R>> {
-        let numbers = self.numbers.iter().take(self.count);
-        numbers.filter(|number| **number < MONOTONIC).map(|number| self.cell(storage, *number))
-    }
-
-    fn cell<S: Storage>(&self, storage: &S, number: u16) -> Cell<R> {
-        let part = self.range.clip(R::from_f64(f64::from(number)));
-        let samples = storage.corners(part.origin.map(Float::to_index));
-        part.with_polynomial(Polynomial::new(samples.map(R::from_stored)))
+    pub fn stationary_cells<R: Float, S: Storage>(
+        &self,
+        triangle: &GridTriangle<R>,
+        storage: &S,
+    ) -> impl Iterator<Item = Cell<R>> {
+        let range = CellRange::<R>::new(triangle);
+        self.iter().filter(|cell| cell.descents == 0).map(move |cell| {
+            let part = range.clip(R::from_f64(f64::from(cell.number)));
+            let samples = storage.corners(part.origin.map(Float::to_index));
+            part.with_polynomial(Polynomial::new(samples.map(R::from_stored)))
+        })
     }
 }
 
 /// [`DirectionalBounds`] over all cells so far, lane by lane.
-pub(super) struct DirectionalBoundsLanes<R> {
-    lower: [[R; LANES]; 4],
-    upper: [[R; LANES]; 4],
+pub(super) struct DirectionalBoundsLanes {
+    lower: [[f32; LANES]; 4],
+    upper: [[f32; LANES]; 4],
     /// 0 as long as all samples are finite, then NaN.
-    nan_check: [R; LANES],
+    nan_check: [f32; LANES],
 }
 
-impl<R: Float> DirectionalBoundsLanes<R> {
+impl DirectionalBoundsLanes {
     #[inline(always)]
     pub fn empty() -> Self {
-        let DirectionalBounds { lower, upper } = DirectionalBounds::empty();
-        Self { lower: lower.map(|x| [x; LANES]), upper: upper.map(|x| [x; LANES]), nan_check: [R::zero(); LANES] }
+        let DirectionalBounds { lower, upper } = DirectionalBounds::<f32>::empty();
+        Self { lower: lower.map(|x| [x; LANES]), upper: upper.map(|x| [x; LANES]), nan_check: [0.0; LANES] }
     }
 
     /// Union of all lanes, by halves. `None` if a sample is not finite.
     #[inline(always)]
-    pub fn merge(mut self) -> Option<DirectionalBounds<R>> {
+    pub fn merge(mut self) -> Option<DirectionalBounds<f32>> {
         let mut stride = LANES / 2;
         while stride > 0 {
             for lane in 0..stride {
@@ -165,6 +210,6 @@ impl<R: Float> DirectionalBoundsLanes<R> {
         }
         let bounds =
             DirectionalBounds { lower: self.lower.map(|lanes| lanes[0]), upper: self.upper.map(|lanes| lanes[0]) };
-        (self.nan_check[0] == R::zero()).then_some(bounds)
+        (self.nan_check[0] == 0.0).then_some(bounds)
     }
 }

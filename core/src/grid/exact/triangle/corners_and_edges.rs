@@ -8,9 +8,8 @@
 //! | corner a, b, c | u and v, −u and w, −v and −w |
 //! | edge ab, ac, bc | v and w, u and −w, −u and −v |
 
+use super::LowestPoint;
 use super::directions::{DirectionalBounds, U, V, W};
-use super::grid_triangle::GridTriangle;
-use crate::grid::exact::segment::{Line, LowestPoint};
 use crate::number::Float;
 use crate::simplex::corner_weights;
 
@@ -39,28 +38,23 @@ pub(super) fn minimize_on_corners<R: Float>(
     }
 }
 
-/// The three edges with lower bounds. An edge that cannot hold a minimum below `lowest` has an infinite one.
+/// For each edge ab, ac and bc the directions that are feasible on it: bit k for direction k, bit 4 + k for its opposite. None
+/// for an edge that cannot hold a minimum below `lowest`.
 #[inline(always)]
-pub(super) fn edges<R: Float>(
-    triangle: &GridTriangle<R>,
-    bounds: &DirectionalBounds<R>,
-    corner_values: [R; 3],
-    lowest: R,
-) -> [Line<R>; 3] {
-    let infinity = R::from_f64(f64::INFINITY);
-    let (rising, falling) = (|d| bounds.is_rising(d), |d| bounds.is_falling(d));
-    let edge = |direction: usize, [start, end]: [usize; 2], has_descent: bool| {
+pub(super) fn feasible_on_edges<R: Float>(bounds: &DirectionalBounds<R>, corner_values: [R; 3], lowest: R) -> [u8; 3] {
+    let mut falling = 0;
+    for k in [U, V, W] {
+        falling |= u8::from(bounds.is_falling(k)) << k | u8::from(bounds.is_rising(k)) << (4 + k);
+    }
+    let edge = |direction: usize, [start, end]: [usize; 2], feasible: u8| {
         let bound = bounds.edge_lower_bound(direction, [corner_values[start % 3], corner_values[end % 3]]);
-        Line {
-            start: triangle.corners[start % 3],
-            direction: triangle.corners[end % 3] - triangle.corners[start % 3],
-            end_weights: [corner_weights(start), corner_weights(end)],
-            lower_bound: if !has_descent && bound < lowest { bound } else { infinity },
-        }
+        if falling & feasible == 0 && bound < lowest { feasible } else { 0 }
     };
+    const ALONG: [u8; 3] = [1, 2, 4];
+    const AGAINST: [u8; 3] = [16, 32, 64];
     [
-        edge(U, [0, 1], rising(U) | falling(U) | falling(V) | falling(W)),
-        edge(V, [0, 2], rising(V) | falling(V) | falling(U) | rising(W)),
-        edge(W, [1, 2], rising(W) | falling(W) | rising(U) | rising(V)),
+        edge(U, [0, 1], ALONG[U] | AGAINST[U] | ALONG[V] | ALONG[W]),
+        edge(V, [0, 2], ALONG[V] | AGAINST[V] | ALONG[U] | AGAINST[W]),
+        edge(W, [1, 2], ALONG[W] | AGAINST[W] | AGAINST[U] | AGAINST[V]),
     ]
 }

@@ -11,6 +11,9 @@ use super::grid_triangle::GridTriangle;
 use crate::number::{Float, Real};
 use crate::rounding::{DIRECTIONAL_DERIVATIVE, MIN_SINE_SQ};
 
+/// Length of a direction, in cells, below which f32 holds too few of its digits.
+const SHORTEST: f64 = 1e-30;
+
 /// Index of u = b − a in arrays by direction.
 pub(super) const U: usize = 0;
 /// Index of v = c − a.
@@ -53,6 +56,23 @@ impl<R: Float> Directions<R> {
     }
 }
 
+impl<R: Float> Directions<R> {
+    /// The same directions in single precision, and zero in place of one so short that its digits would be lost.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn to_single(&self, slope_bound: R) -> Directions<f32> {
+        let shortest = R::from_f64(SHORTEST);
+        let is_long: [bool; 4] =
+            core::array::from_fn(|k| shortest < self.x[k % 4].abs() + self.y[k % 4].abs() + self.z[k % 4].abs());
+        let single = |components: &[R; 4]| {
+            core::array::from_fn(|k| R::select(is_long[k % 4], components[k % 4], R::zero()).to_single())
+        };
+        let (x, y, z): ([f32; 4], [f32; 4], [f32; 4]) = (single(&self.x), single(&self.y), single(&self.z));
+        let unit_rounding = slope_bound.to_single() * (DIRECTIONAL_DERIVATIVE * <f32 as Real>::EPSILON) as f32;
+        let rounding = core::array::from_fn(|k| (x[k % 4].abs() + y[k % 4].abs() + z[k % 4].abs()) * unit_rounding);
+        Directions { x, y, z, rounding }
+    }
+}
+
 /// Interval of ∇φ·d for each of the [`Directions`], over some part of the grid.
 #[derive(Clone, Copy)]
 pub(super) struct DirectionalBounds<R> {
@@ -64,6 +84,12 @@ impl<R: Float> DirectionalBounds<R> {
     /// Empty intervals.
     pub fn empty() -> Self {
         Self { lower: [R::from_f64(f64::INFINITY); 4], upper: [R::from_f64(f64::NEG_INFINITY); 4] }
+    }
+
+    /// The same intervals as single ones, which numbers of any type hold.
+    #[inline(always)]
+    pub fn from_single(single: DirectionalBounds<f32>) -> Self {
+        Self { lower: single.lower.map(R::from_stored), upper: single.upper.map(R::from_stored) }
     }
 
     /// Does φ rise everywhere along a direction?

@@ -2,20 +2,22 @@
 
 use nalgebra::Vector3;
 
-use super::separating_planes::SeparatingPlanes;
 use crate::grid::Lattice;
+use crate::grid::node_box::{ROOM, SPILL};
 use crate::number::{Float, Real};
 use crate::rounding::CELL_COORDINATE;
 
 /// Most cells in a triangle's box. A larger triangle is better searched in parts, most of which are culled at once.
 pub(super) const MAX_CELLS: u32 = 512;
 
+/// Most nodes in a triangle's box, and entries in a [`DescentTable`](super::descent_table::DescentTable).
+pub(super) const MAX_ENTRIES: u32 = (ROOM - SPILL) as u32;
+
 /// A triangle in cell coordinates.
 pub(super) struct GridTriangle<R: Real> {
     pub corners: [Vector3<R>; 3],
     /// (b − a) × (c − a).
     pub normal: Vector3<R>,
-    pub separating_planes: SeparatingPlanes<R>,
     /// Lower corner of its box, rounding included.
     pub lower: Vector3<R>,
     /// Upper corner of its box, rounding included.
@@ -24,6 +26,8 @@ pub(super) struct GridTriangle<R: Real> {
     pub first_cell: [u32; 3],
     /// Last cell of its box along each axis.
     pub last_cell: [u32; 3],
+    /// Bound of the rounding of a coordinate.
+    pub rounding: R,
 }
 
 impl<R: Float> GridTriangle<R> {
@@ -44,21 +48,27 @@ impl<R: Float> GridTriangle<R> {
         };
         let (first_cell, last_cell) = (cell(lower), cell(upper));
         let cells = |k: usize| last_cell[k % 3].checked_sub(first_cell[k % 3])?.checked_add(1);
-        let count = cells(0)?.checked_mul(cells(1)?)?.checked_mul(cells(2)?)?;
-        if count > MAX_CELLS {
+        let [x, y, z] = [cells(0)?, cells(1)?, cells(2)?];
+        let entries = [x, y, z].iter().try_fold(1, |product: u32, along| product.checked_mul(along.checked_add(1)?))?;
+        if x.checked_mul(y)?.checked_mul(z)? > MAX_CELLS || entries > MAX_ENTRIES {
             return None;
         }
         let (u, v) = (b - a, c - a);
         let normal = u.cross(&v);
-        let separating_planes = SeparatingPlanes::new(&corners, normal, rounding);
-        Some(Self { corners, normal, separating_planes, lower, upper, first_cell, last_cell })
+        Some(Self { corners, normal, lower, upper, first_cell, last_cell, rounding })
     }
 
-    /// Number of planes of cell faces, by axis, that lie between cells of its box.
+    /// Number of cells of its box along each axis.
     #[inline(always)]
-    pub fn face_plane_counts(&self) -> [u32; 3] {
-        let count = |axis: usize| self.last_cell[axis % 3].wrapping_sub(self.first_cell[axis % 3]);
+    pub fn cell_counts(&self) -> [u32; 3] {
+        let count = |axis: usize| self.last_cell[axis % 3].wrapping_sub(self.first_cell[axis % 3]).wrapping_add(1);
         [count(0), count(1), count(2)]
+    }
+
+    /// The first cell of its box, as numbers.
+    #[inline(always)]
+    pub fn first_node(&self) -> Vector3<R> {
+        Vector3::from(self.first_cell.map(|index| R::from_f64(f64::from(index))))
     }
 
     /// u = b − a and v = c − a.

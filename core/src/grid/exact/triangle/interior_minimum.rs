@@ -18,10 +18,10 @@
 
 use nalgebra::Vector3;
 
+use super::LowestPoint;
 use super::cell::Cell;
 use super::grid_triangle::GridTriangle;
 use crate::grid::exact::polynomial::MixedDerivatives;
-use crate::grid::exact::segment::LowestPoint;
 use crate::number::{Float, Real};
 use crate::rounding::DIRECTIONAL_DERIVATIVE;
 use crate::vector::norm;

@@ -19,8 +19,9 @@ use core::array::from_fn;
 
 use nalgebra::Vector3;
 
+use super::grid_triangle::GridTriangle;
 use crate::number::{Float, Real};
-use crate::rounding::PLANE_DISTANCE;
+use crate::rounding::{CELL_COORDINATE, PLANE_DISTANCE};
 
 /// The four planes: the triangle's, then those of the edges ab, bc and ca. Arrays are by plane.
 pub(super) struct SeparatingPlanes<R> {
@@ -36,9 +37,12 @@ pub(super) struct SeparatingPlanes<R> {
 }
 
 impl<R: Float> SeparatingPlanes<R> {
-    /// `coordinate_rounding` bounds the rounding of a corner's coordinate.
+    /// Planes of positions that count from the triangle's first cell.
     #[cfg_attr(feature = "std", inline(always))]
-    pub fn new(&[a, b, c]: &[Vector3<R>; 3], normal: Vector3<R>, coordinate_rounding: R) -> Self {
+    pub fn new(triangle: &GridTriangle<R>) -> Self {
+        let (normal, coordinate_rounding) = (triangle.normal, triangle.rounding);
+        let first = triangle.first_node();
+        let [a, b, c] = triangle.corners.map(|corner| corner - first);
         let norm_1 = |vector: Vector3<R>| vector.x.abs() + vector.y.abs() + vector.z.abs();
         let (u, v, w) = (b - a, c - a, c - b);
         let normals = [normal, normal.cross(&u), normal.cross(&w), v.cross(&normal)];
@@ -57,7 +61,28 @@ impl<R: Float> SeparatingPlanes<R> {
         }
     }
 
-    /// Is the box certainly disjoint from the triangle? The box must lie in the triangle's box.
+    /// The same planes in single precision, with normals of length 1 in the sum norm, for points as far from the first cell
+    /// as `extent`.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn to_single(&self, extent: R) -> SeparatingPlanes<f32> {
+        let coordinate_rounding = extent * R::from_f64(CELL_COORDINATE * <f32 as Real>::EPSILON);
+        let [x, y, z] = &self.abs_normals;
+        let scale: [R; 4] = from_fn(|k| {
+            let length = x[k % 4] + y[k % 4] + z[k % 4];
+            R::select(R::zero() < length, R::one() / length, R::zero())
+        });
+        let single = |by_plane: &[R; 4]| from_fn(|k| (by_plane[k % 4] * scale[k % 4]).to_single());
+        SeparatingPlanes {
+            normal_x: single(&self.normal_x),
+            normal_y: single(&self.normal_y),
+            normal_z: single(&self.normal_z),
+            abs_normals: [single(x), single(y), single(z)],
+            offset: single(&self.offset),
+            rounding: from_fn(|k| (self.rounding[k % 4] * scale[k % 4] + coordinate_rounding).to_single()),
+        }
+    }
+
+    /// Is the box certainly disjoint from the triangle? The box must lie in the triangle's box, its centre counts from the first cell.
     #[inline(always)]
     pub fn is_disjoint(&self, center: Vector3<R>, half_extents: Vector3<R>) -> bool {
         self.overlap(center, half_extents) < R::zero()
@@ -67,11 +92,20 @@ impl<R: Float> SeparatingPlanes<R> {
     /// meaningful.
     #[inline(always)]
     pub fn overlap(&self, center: Vector3<R>, half_extents: Vector3<R>) -> R {
-        let plane_overlap = |k: usize| {
+        self.overlap_and_edges(center, half_extents).0
+    }
+
+    /// [`overlap`](Self::overlap), and the sum of 1, 2 and 4 for the planes through ab, ac and bc that the box meets.
+    #[inline(always)]
+    pub fn overlap_and_edges(&self, center: Vector3<R>, half_extents: Vector3<R>) -> (R, R) {
+        let [distance, reach] = self.distance_and_reach(0, center, half_extents);
+        let (mut overlap, mut edges) = (reach - distance.abs(), R::zero());
+        for (k, bit) in [(1, 1.0), (2, 4.0), (3, 2.0)] {
             let [distance, reach] = self.distance_and_reach(k, center, half_extents);
-            if k == 0 { reach - distance.abs() } else { distance + reach }
-        };
-        Real::min(Real::min(plane_overlap(0), plane_overlap(1)), Real::min(plane_overlap(2), plane_overlap(3)))
+            overlap = Real::min(overlap, distance + reach);
+            edges += R::select(distance.le(reach), R::from_f64(bit), R::zero());
+        }
+        (overlap, edges)
     }
 
     /// s and r of plane `k`.

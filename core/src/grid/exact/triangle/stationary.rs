@@ -14,10 +14,11 @@
 
 use nalgebra::Vector3;
 
+use super::LowestPoint;
 use super::cell::Cell;
 use super::directions::Directions;
 use super::grid_triangle::GridTriangle;
-use crate::grid::exact::segment::LowestPoint;
+use super::separating_planes::SeparatingPlanes;
 use crate::number::{Float, Real};
 
 /// Depth of the stack of boxes. The last box is always cut first, so the stack grows by one box per bisection.
@@ -31,18 +32,20 @@ impl<R: Float> Cell<R> {
     pub fn stationary_deficit(
         &self,
         triangle: &GridTriangle<R>,
+        planes: &SeparatingPlanes<R>,
         directions: &Directions<R>,
         gap: R,
         lowest: &LowestPoint<R>,
     ) -> R {
         let mut boxes = [(self.center, self.half_extents); MAX_BOXES];
+        let first = triangle.first_node();
         let (mut count, mut deficit) = (1_usize, R::zero());
         for _ in 0..MAX_EXAMINED {
             let Some(last) = count.checked_sub(1) else { return deficit };
             count = last;
             let Some((center, half_extents)) = boxes.get(last).copied() else { break };
             let part = Self { center, half_extents, ..*self };
-            if triangle.separating_planes.is_disjoint(part.origin + part.center, part.half_extents)
+            if planes.is_disjoint(part.origin - first + part.center, part.half_extents)
                 || part.directional_bounds(directions).is_monotonic()
             {
                 continue;

@@ -1,0 +1,58 @@
+//! The samples of a small box of nodes, copied out of a storage.
+//!
+//! A search on one triangle reads the same few nodes again and again. From a sparse grid each would be found anew in the table of
+//! bricks and decoded; copied once, row by row, they lie side by side as in a dense grid.
+
+use super::{Dense, Storage};
+use crate::number::Float;
+
+/// Most nodes in a box, those that are read beyond the last row included.
+pub(super) const ROOM: usize = 1024;
+
+/// Nodes that [`Storage::copy_row`] may write beyond the end of a row.
+pub(super) const SPILL: usize = 8;
+
+/// A copy of the nodes of a box. Cells are counted as in the grid.
+pub(super) struct NodeBox {
+    samples: Dense<[f32; ROOM]>,
+    first: [u32; 3],
+}
+
+impl NodeBox {
+    /// A copy of so many nodes from `first` on. Their number is at most [`ROOM`] − [`SPILL`].
+    #[inline(always)]
+    pub fn new<S: Storage>(storage: &S, first: [u32; 3], counts: [u32; 3]) -> Self {
+        let [x, y, z] = counts;
+        let mut samples = [0.0; ROOM];
+        let mut at = 0_usize;
+        for k in 0..z {
+            for j in 0..y {
+                let node = [first[0], first[1].wrapping_add(j), first[2].wrapping_add(k)];
+                // In this order: what is written beyond a row's end is overwritten by the next.
+                storage.copy_row(node, x, samples.get_mut(at..).unwrap_or(&mut []));
+                at = at.wrapping_add(x as usize);
+            }
+        }
+        let row = x as usize;
+        Self { samples: Dense::with_rows(samples, row, row.wrapping_mul(y as usize)), first }
+    }
+}
+
+impl Storage for NodeBox {
+    #[inline(always)]
+    fn corners(&self, [x, y, z]: [u32; 3]) -> [f32; 8] {
+        let [x0, y0, z0] = self.first;
+        self.samples.corners([x.wrapping_sub(x0), y.wrapping_sub(y0), z.wrapping_sub(z0)])
+    }
+
+    #[inline(always)]
+    fn corners_in_lanes<R: Float, const N: usize>(&self, mut cells: [[R; N]; 3]) -> [[R; N]; 8] {
+        for axis in 0..3 {
+            let first = R::from_f64(f64::from(self.first[axis]));
+            for cell in 0..N {
+                cells[axis][cell] -= first;
+            }
+        }
+        self.samples.corners_in_lanes(cells)
+    }
+}

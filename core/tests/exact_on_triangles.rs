@@ -1,0 +1,180 @@
+//! The exact minimum of a grid on a triangle is not above its minimum on any edge, or on any line along which the faces of cells
+//! cut it. Those are found another way here: plane by plane, by the exact minimum on a segment.
+
+use sdf_core::grid::sparse::{BRICK, BrickSlices, NO_BRICK, Scale, Sparse, brick_counts};
+use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, measure_slope_bound};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::{EnclosedSdf, Goal, Interval};
+
+type Corners = [Vector3<f64>; 3];
+
+const SPACING: f64 = 0.125;
+const NODES: [u32; 3] = [13, 11, 18];
+
+/// Splitmix64, as numbers from 0 to 1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+fn lattice() -> Lattice {
+    Lattice::new([-0.5, 0.25, -1.0], SPACING, NODES).unwrap()
+}
+
+/// Noise, a rough ball, a ball, a cube.
+fn samples(kind: usize, random: &mut Random) -> Vec<f32> {
+    let bounds = lattice().bounds();
+    let middle: [f64; 3] = std::array::from_fn(|k| random.between(bounds.min[k], bounds.max[k]));
+    let radius = random.between(0.1, 0.7);
+    let mut samples = vec![];
+    for z in 0..NODES[2] {
+        for y in 0..NODES[1] {
+            for x in 0..NODES[0] {
+                let node = lattice().node([x, y, z]);
+                let offset = Vector3::from(std::array::from_fn(|k| node[k] - middle[k]));
+                samples.push(match kind {
+                    0 => random.between(-1.0, 1.0),
+                    1 => offset.norm() - radius + random.between(-0.02, 0.02),
+                    2 => offset.norm() - radius,
+                    _ => offset.amax() - radius,
+                } as f32);
+            }
+        }
+    }
+    samples
+}
+
+/// A random triangle: with corners or edges in faces of cells, through a node, collinear, or as it comes.
+fn triangle(case: usize, random: &mut Random) -> Corners {
+    let bounds = lattice().bounds();
+    let (min, max) = (Vector3::from(bounds.min), Vector3::from(bounds.max));
+    let snap = |x: f64| (x / SPACING).round() * SPACING;
+    let size = 10.0_f64.powf(random.between(-2.5, 0.0));
+    let about = Vector3::from_fn(|k, _| random.between(min[k], max[k]));
+    let mut corners: Corners = std::array::from_fn(|_| Vector3::from_fn(|k, _| about[k] + random.between(-size, size)));
+    match case {
+        0 => corners.iter_mut().for_each(|corner| corner.y = snap(about.y)),
+        1 => corners.iter_mut().for_each(|corner| *corner = corner.map(snap)),
+        2 => corners[..2].iter_mut().for_each(|corner| corner.y = snap(about.y)),
+        3 => corners[..2].iter_mut().for_each(|corner| (corner.x, corner.y) = (snap(about.x), snap(about.y))),
+        4 => corners[2] = corners[0] + (corners[1] - corners[0]) * 0.3,
+        5 => {
+            let to_node = about.map(snap) - (corners[0] + corners[1] + corners[2]) / 3.0;
+            corners.iter_mut().for_each(|corner| *corner += to_node);
+        }
+        6 => corners.iter_mut().for_each(|corner| corner.y = snap(about.y) + random.between(-1e-15, 1e-15)),
+        _ => {}
+    }
+    corners.map(|corner| corner.zip_zip_map(&min, &max, |x, min: f64, max: f64| x.clamp(min, max)))
+}
+
+/// The edges of a triangle, and its cuts with the faces of cells.
+fn lines(corners: &Corners) -> Vec<[Vector3<f64>; 2]> {
+    let [a, b, c] = *corners;
+    let mut lines = vec![[a, b], [b, c], [c, a]];
+    for axis in 0..3 {
+        for plane in 0..NODES[axis] {
+            let plane = lattice().origin()[axis] + SPACING * f64::from(plane);
+            let crossing = |[from, to]: [Vector3<f64>; 2]| {
+                let (s, r) = (from[axis] - plane, to[axis] - plane);
+                (s * r < 0.0).then(|| {
+                    let mut point = from + (to - from) * (s / (s - r));
+                    point[axis] = plane;
+                    point
+                })
+            };
+            let ends: Vec<_> = [[a, b], [b, c], [c, a]].into_iter().filter_map(crossing).collect();
+            lines.extend(ends.first_chunk::<2>());
+        }
+    }
+    lines
+}
+
+fn check<S: Storage>(name: &str, grid: &Grid<S>, corners: Corners) -> bool {
+    let goal = Goal { level: f64::INFINITY, gap: 1e-3 };
+    let Some(minimum) = grid.exact_minimum(corners, goal) else { return false };
+    for line in lines(&corners) {
+        let Some(on_line) = grid.exact_minimum(line, Goal::exact()) else { continue };
+        assert!(
+            minimum.value <= on_line.value + 1e-12,
+            "{name}: {minimum:?} on {corners:?}, but {on_line:?} on {line:?}"
+        );
+        assert!(minimum.lower_bound <= on_line.value + 1e-12, "{name}: {minimum:?} on {corners:?}");
+    }
+    true
+}
+
+#[test]
+fn the_exact_minimum_on_a_triangle_is_not_above_that_on_any_edge_or_cut() {
+    let mut random = Random(17);
+    let mut answered = 0;
+    for round in 0..60 {
+        let samples = samples(round % 4, &mut random);
+        let dense = Dense::new(&lattice(), &samples[..]).unwrap();
+        let slope_bound = measure_slope_bound(&lattice(), &dense);
+        let dense = Grid::new(lattice(), dense, slope_bound).unwrap();
+        let bricks = Bricks::new(&samples, &mut random);
+        let sparse = Sparse::new(&lattice(), bricks.slices()).unwrap();
+        let slope_bound = measure_slope_bound(&lattice(), &sparse);
+        let sparse = Grid::new(lattice(), sparse, slope_bound).unwrap();
+        for case in 0..100 {
+            let corners = triangle(case % 12, &mut random);
+            answered += u32::from(check("dense", &dense, corners)) + u32::from(check("sparse", &sparse, corners));
+        }
+    }
+    assert!(answered > 10_000, "{answered}");
+}
+
+/// A sparse grid of u16 with a brick in most slots.
+struct Bricks {
+    table: Vec<u32>,
+    scales: Vec<Scale>,
+    samples: Vec<u16>,
+    bounds: Vec<BlockBounds>,
+    coarse: Vec<f32>,
+}
+
+impl Bricks {
+    fn new(samples: &[f32], random: &mut Random) -> Self {
+        let at = |node: [u32; 3]| samples[lattice().index(std::array::from_fn(|k| node[k].min(NODES[k] - 1)))];
+        let [nx, ny, nz] = brick_counts(&lattice());
+        let mut bricks = Self { table: vec![], scales: vec![], samples: vec![], bounds: vec![], coarse: vec![] };
+        for slot in nodes([nx, ny, nz]) {
+            if random.next() < 0.3 {
+                bricks.table.push(NO_BRICK);
+                continue;
+            }
+            bricks.table.push(bricks.scales.len() as u32);
+            bricks.scales.push(Scale { base: -3.0, step: 6.0 / 65535.0 });
+            let range = Interval { lower: -3.0, upper: 3.0 };
+            bricks.bounds.push(BlockBounds { range, slope_bound: 100.0 });
+            for node in nodes([BRICK; 3]) {
+                let sample = at(std::array::from_fn(|k| slot[k] * BRICK + node[k]));
+                bricks.samples.push(((sample + 3.0) / 6.0 * 65535.0) as u16);
+            }
+        }
+        bricks.coarse = nodes([nx + 1, ny + 1, nz + 1]).map(|node| at(node.map(|index| index * BRICK))).collect();
+        bricks
+    }
+
+    fn slices(&self) -> BrickSlices<'_, u16> {
+        let Self { table, scales, samples, bounds, coarse } = self;
+        BrickSlices { table, scales, samples, bounds, coarse }
+    }
+}
+
+/// Indices of so many nodes, x fastest.
+fn nodes([x, y, z]: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+    (0..x * y * z).map(move |index| [index % x, index / x % y, index / (x * y)])
+}
