@@ -43,6 +43,8 @@ pub struct Forged {
     pub tables: Vec<Table>,
     /// Replaces the true checksum.
     pub digests_sha256: Option<String>,
+    /// The first chunk has another checksum than its own.
+    pub is_first_digest_wrong: bool,
 }
 
 impl Forged {
@@ -95,7 +97,7 @@ impl Forged {
             table("errors", &[count], Elements::F32(bricks.errors.clone())),
             table("coarse", &[6, 6, 6], Elements::F32(bricks.coarse.clone())),
         ];
-        Self { attributes, tables, digests_sha256: None }
+        Self { attributes, tables, digests_sha256: None, is_first_digest_wrong: false }
     }
 
     pub fn set(mut self, name: &str, value: Value) -> Self {
@@ -155,6 +157,7 @@ impl Forged {
             table.write(&sdf);
             digests.extend(table.digests(self.has_sha256()));
         }
+        digests[0] ^= u8::from(self.is_first_digest_wrong);
         let (shape, elements) = if self.has_sha256() {
             (vec![digests.len() / 32, 32], Elements::U8(digests.clone()))
         } else {

@@ -31,6 +31,15 @@ fn a_file_of_version_3_is_read() {
     assert!(damaged.refusal().contains("checksum of the digests does not match"));
 }
 
+#[test]
+fn a_chunk_is_held_against_its_checksum_in_every_version() {
+    for version in [2, 3, 4] {
+        let forged = Forged { is_first_digest_wrong: true, ..Forged::new().version(version) };
+        let refusal = forged.refusal();
+        assert!(refusal.contains("checksum of a chunk of samples does not match"), "version {version}: {refusal}");
+    }
+}
+
 /// A foreign writer may choose any coding, whatever the filters.
 #[test]
 fn codes_are_read_in_any_coding() {
