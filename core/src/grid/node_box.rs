@@ -6,8 +6,8 @@
 use super::{Dense, Storage};
 use crate::number::Float;
 
-/// Most nodes in a box, those that are read beyond the last row included.
-pub(super) const ROOM: usize = 1024;
+/// Most nodes in a box, those that are read beyond the last row included. Small processors have less memory for a stack.
+pub(super) const ROOM: usize = if cfg!(feature = "std") { 1024 } else { 256 };
 
 /// Nodes that [`Storage::copy_row`] may write beyond the end of a row.
 pub(super) const SPILL: usize = 8;

@@ -49,6 +49,10 @@ pub(super) struct MetCell {
     pub descents: u8,
 }
 
+/// Bits of the directions, as numbers, and of their opposites.
+const ALONG: [f32; 4] = [1.0, 2.0, 4.0, 8.0];
+const AGAINST: [f32; 4] = [16.0, 32.0, 64.0, 128.0];
+
 impl Cells {
     /// An empty list.
     #[inline(always)]
@@ -139,8 +143,8 @@ impl Cells {
                 let [lower, upper] = form.directional_range(directions, k);
                 bounds.lower[k][lane] = Real::min(bounds.lower[k][lane], lower);
                 bounds.upper[k][lane] = Real::max(bounds.upper[k][lane], upper);
-                bits += Real::select(upper < 0.0, (1 << k) as f32, 0.0);
-                bits += Real::select(0.0 < lower, (16 << k) as f32, 0.0);
+                bits += Real::select(upper < 0.0, ALONG[k], 0.0);
+                bits += Real::select(0.0 < lower, AGAINST[k], 0.0);
             }
             descents[lane] = bits;
             bounds.nan_check[lane] += cell.polynomial.xyz * 0.0;

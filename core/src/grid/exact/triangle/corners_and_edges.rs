@@ -42,16 +42,17 @@ pub(super) fn minimize_on_corners<R: Float>(
 /// for an edge that cannot hold a minimum below `lowest`.
 #[inline(always)]
 pub(super) fn feasible_on_edges<R: Float>(bounds: &DirectionalBounds<R>, corner_values: [R; 3], lowest: R) -> [u8; 3] {
+    const ALONG: [u8; 3] = [1, 2, 4];
+    const AGAINST: [u8; 3] = [16, 32, 64];
     let mut falling = 0;
     for k in [U, V, W] {
-        falling |= u8::from(bounds.is_falling(k)) << k | u8::from(bounds.is_rising(k)) << (4 + k);
+        falling |= if bounds.is_falling(k) { ALONG[k % 3] } else { 0 };
+        falling |= if bounds.is_rising(k) { AGAINST[k % 3] } else { 0 };
     }
     let edge = |direction: usize, [start, end]: [usize; 2], feasible: u8| {
         let bound = bounds.edge_lower_bound(direction, [corner_values[start % 3], corner_values[end % 3]]);
         if falling & feasible == 0 && bound < lowest { feasible } else { 0 }
     };
-    const ALONG: [u8; 3] = [1, 2, 4];
-    const AGAINST: [u8; 3] = [16, 32, 64];
     [
         edge(U, [0, 1], ALONG[U] | AGAINST[U] | ALONG[V] | ALONG[W]),
         edge(V, [0, 2], ALONG[V] | AGAINST[V] | ALONG[U] | AGAINST[W]),

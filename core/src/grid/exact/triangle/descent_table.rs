@@ -20,6 +20,9 @@ use super::grid_triangle::{GridTriangle, MAX_ENTRIES};
 use crate::grid::exact::LANES;
 use crate::number::Float;
 
+/// One step along each axis, in an index of the eight cells around a corner.
+const BIT: [usize; 3] = [1, 2, 4];
+
 /// The byte of all directions of descent.
 const CREASE: u32 = 0xFF;
 
@@ -62,10 +65,10 @@ impl DescentTable {
         for cell in cells.iter() {
             let descents = u32::from(cell.descents);
             let mut word = descents | crease_mask;
-            for (edge, feasible) in feasible.into_iter().enumerate() {
-                let is_met = feasible != 0 && cell.edges >> edge & 1 != 0;
+            for (edge, feasible) in (0..3_u32).zip(feasible) {
+                let is_met = feasible != 0 && u32::from(cell.edges).wrapping_shr(edge) & 1 != 0;
                 let byte = if is_met { descents & u32::from(feasible) } else { 0xFF };
-                word |= byte << (8 * (edge + 1));
+                word |= byte.wrapping_shl(edge.wrapping_add(1).wrapping_mul(8));
             }
             // The half keeps rounding away from the next integer.
             let number = usize::from(cell.number);
@@ -121,26 +124,26 @@ impl DescentTable {
         let mut pairs = [[0; 8]; 3];
         for axis in 0..3 {
             for at in 0..8 {
-                if at >> axis & 1 == 0 {
-                    pairs[axis][at] = zero_bytes(words[at] & words[(at | 1 << axis) % 8]);
+                if at & BIT[axis] == 0 {
+                    pairs[axis][at] = zero_bytes(words[at] & words[(at | BIT[axis]) % 8]);
                 }
             }
-            let neighbour = words[(1 << axis) % 8];
+            let neighbour = words[BIT[axis] % 8];
             let is_crease = words[0] & CREASE != CREASE && neighbour & CREASE != CREASE;
-            lines |= u32::from(is_crease && pairs[axis][0] & CREASE != 0) << axis;
+            lines |= u32::from(is_crease && pairs[axis][0] & CREASE != 0).wrapping_shl(axis as u32);
             edges |= pairs[axis][0] & !first & !zero_bytes(neighbour);
         }
         // Of four, two by two.
         let mut known = 0;
         for (a, b, across) in [(0, 1, 4), (1, 2, 1), (2, 0, 2)] {
             for at in [0, across] {
-                let (with_a, with_b) = ((at | 1 << a) % 8, (at | 1 << b) % 8);
+                let (with_a, with_b) = ((at | BIT[a % 3]) % 8, (at | BIT[b % 3]) % 8);
                 let all = zero_bytes(words[at % 8] & words[with_a] & words[with_b] & words[(with_a | with_b) % 8]);
                 known |= all;
                 if at == 0 {
                     let (pairs_a, pairs_b) = (&pairs[a % 3], &pairs[b % 3]);
                     let new = all & !(pairs_a[0] | pairs_b[0] | pairs_a[with_b] | pairs_b[with_a]);
-                    lines |= u32::from(new & CREASE != 0) << a;
+                    lines |= u32::from(new & CREASE != 0).wrapping_shl(a as u32);
                     edges |= new;
                 }
             }
@@ -149,7 +152,8 @@ impl DescentTable {
         lines |= u32::from(new & CREASE != 0);
         edges |= new;
         for edge in 0..3_u32 {
-            lines |= u32::from(edges >> (8 * (edge + 1)) & 0xFF != 0) << (edge + 3);
+            let byte = edges.wrapping_shr(edge.wrapping_add(1).wrapping_mul(8)) & 0xFF;
+            lines |= u32::from(byte != 0).wrapping_shl(edge.wrapping_add(3));
         }
         ([x.wrapping_sub(1), y.wrapping_sub(1), z.wrapping_sub(1)], lines)
     }
@@ -206,7 +210,7 @@ impl PartsToSearch<'_> {
         }
         let mut lanes = 0;
         for lane in 0..LANES {
-            lanes |= u32::from(zero_bytes(joint[lane]) != 0) << lane;
+            lanes |= u32::from(zero_bytes(joint[lane]) != 0).wrapping_shl(lane as u32);
         }
         (self.first, self.lanes) = (self.next, lanes);
         self.next = self.next.saturating_add(LANES);

@@ -8,7 +8,7 @@ use crate::number::{Float, Real};
 use crate::rounding::CELL_COORDINATE;
 
 /// Most cells in a triangle's box. A larger triangle is better searched in parts, most of which are culled at once.
-pub(super) const MAX_CELLS: u32 = 512;
+pub(super) const MAX_CELLS: u32 = if cfg!(feature = "std") { 512 } else { MAX_ENTRIES };
 
 /// Most nodes in a triangle's box, and entries in a [`DescentTable`](super::descent_table::DescentTable).
 pub(super) const MAX_ENTRIES: u32 = (ROOM - SPILL) as u32;
