@@ -100,7 +100,7 @@ const MAX_NUMBER: f64 = 1e100;
 /// Refuses `nan`, `inf` and what is beyond all measure, which TOML allows.
 pub(super) fn check_numbers(key: &str, value: &toml::Value) -> Result<(), String> {
     match value {
-        toml::Value::Float(number) if !(number.abs() <= MAX_NUMBER) => {
+        toml::Value::Float(number) if number.is_nan() || number.abs() > MAX_NUMBER => {
             Err(format!("{key} = {number}: give a number of at most {MAX_NUMBER:e}"))
         }
         toml::Value::Array(values) => values.iter().try_for_each(|value| check_numbers(key, value)),
