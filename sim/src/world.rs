@@ -4,12 +4,14 @@
 //! | constraint | file |
 //! |---|---|
 //! | distance between two particles: stretch and bending | `stretch` |
+//! | edges that carry much, once more | `loaded` |
 //! | neo-Hookean tetrahedra (Macklin and Müller 2021) | `tets` |
 //! | contacts with Coulomb friction, both ways | `touch` |
 //!
 //! A pass goes there and back: contacts, stretch, tetrahedra, then all of it in reverse. Then what still moves along a distance is
 //! damped. docs/simulation.md derives why a pass one way explodes, and why damping never harms.
 
+mod loaded;
 mod stretch;
 mod tets;
 mod touch;
@@ -60,11 +62,16 @@ pub struct World {
     /// Speed at which sides that are too near are parted. A push never makes two sides part faster: contacts that share a vertex
     /// push it once, not each.
     pub recovery_speed: f64,
+    /// Rounds over edges that carry much, and all contacts, at either end of a step (docs/simulation.md). 2 keep a sheet on needles from
+    /// stretching; where it would rest without them, it rests less well.
+    pub loaded_rounds: u32,
     /// Order of a pass.
     pub passes: Passes,
     previous: Vec<V3>,
     previous_poses: Vec<(V3, UnitQuaternion<f64>)>,
     stretch_multipliers: Vec<f64>,
+    /// Edges that carried much in the last step.
+    loaded: Vec<u32>,
     tet_multipliers: Vec<[f64; 2]>,
 }
 
@@ -103,10 +110,12 @@ impl Default for World {
             damping: DAMPING,
             outer: Impulses::default(),
             recovery_speed: 1.0,
+            loaded_rounds: 0,
             passes: Passes::ThereAndBack,
             previous: vec![],
             previous_poses: vec![],
             stretch_multipliers: vec![],
+            loaded: vec![],
             tet_multipliers: vec![],
         }
     }
@@ -143,22 +152,26 @@ impl World {
         self.tet_multipliers.clear();
         self.tet_multipliers.resize(self.tets.len(), [0.0; 2]);
         let (stretches, tets, touches) = (self.stretches.len(), self.tets.len(), rows.touches.len());
+        let speed = self.recovery_speed;
         let there_and_back = self.passes == Passes::ThereAndBack;
         // A body that rests on many points needs more than one pass; particles are as light as what holds them.
         let rounds = if self.bodies.is_empty() { 0 } else { RIGID_ROUNDS };
         if there_and_back {
+            self.relax_loaded(rows, soft, dt);
             (0..rounds).for_each(|_| self.touch_all(rows, touches, dt));
-            (0..touches).for_each(|index| self.touch(rows, index, dt));
+            (0..touches).for_each(|index| self.touch(rows, index, dt, speed));
         }
         (0..stretches).for_each(|index| self.stretch(index, soft));
         (0..tets).for_each(|index| self.deform(index, soft, false));
         if there_and_back {
             (0..tets).rev().for_each(|index| self.deform(index, soft, true));
             (0..stretches).rev().for_each(|index| self.stretch(index, soft));
-            (0..touches).rev().for_each(|index| self.touch(rows, index, dt));
+            (0..touches).rev().for_each(|index| self.touch(rows, index, dt, speed));
             (0..rounds).for_each(|_| self.touch_all(rows, touches, dt));
+            self.relax_loaded(rows, soft, dt);
+            self.note_loaded();
         } else {
-            (0..touches).for_each(|index| self.touch(rows, index, dt));
+            (0..touches).for_each(|index| self.touch(rows, index, dt, speed));
         }
         for ((v, x), previous) in self.v.iter_mut().zip(&self.x).zip(&self.previous) {
             *v = (x - previous) / dt;
@@ -171,7 +184,8 @@ impl World {
 
     /// All rows, there and back.
     fn touch_all(&mut self, rows: &mut Rows, count: usize, dt: f64) {
-        (0..count).chain((0..count).rev()).for_each(|index| self.touch(rows, index, dt));
+        let speed = self.recovery_speed;
+        (0..count).chain((0..count).rev()).for_each(|index| self.touch(rows, index, dt, speed));
     }
 
     fn predict(&mut self, dt: f64) {

@@ -40,6 +40,9 @@ pub struct SceneSpec {
     /// Time of the dashpots beside all distances; 0 for none.
     #[serde(default = "dashpot")]
     pub damping: f64,
+    /// Rounds over edges that carry much, at either end of a step.
+    #[serde(default)]
+    pub loaded_rounds: u32,
     /// Contacts are searched without a margin for what moves.
     #[serde(default)]
     pub no_margin: bool,

@@ -111,7 +111,8 @@ impl World {
         }
     }
 
-    pub(super) fn touch(&mut self, rows: &mut Rows, index: usize, dt: f64) {
+    /// Goes over one row; depth from before is undone at no more than `recovery_speed`.
+    pub(super) fn touch(&mut self, rows: &mut Rows, index: usize, dt: f64, recovery_speed: f64) {
         let touch = rows.touches[index];
         let Touch { element, field, normal, friction, pushed, held, .. } = &touch;
         let way = touch.velocity * rows.age;
@@ -132,7 +133,7 @@ impl World {
         let approach = -normal.dot(&slid);
         let push = ((-gap).min(approach.max(0.0)) / weight).min(most);
         self.push_apart(&touch, rows, normal * push, dt);
-        let depth = (-gap - approach.max(0.0)).min(self.recovery_speed * dt + approach.min(0.0));
+        let depth = (-gap - approach.max(0.0)).min(recovery_speed * dt + approach.min(0.0));
         if depth > 0.0 {
             self.shift_apart(&touch, rows, normal * (depth / weight).min(most));
         }

@@ -166,6 +166,23 @@ fn a_stiff_sheet_explodes_one_way_and_not_there_and_back() {
 }
 
 #[test]
+fn a_sheet_that_hangs_from_one_point_stretches_less_with_rounds_over_loaded_edges() {
+    let stretch = |rounds| {
+        let mut run = Run::new(&sheet(40, 1.0, 0.0), 10);
+        run.world.inv_mass[20 * 41 + 20] = 0.0;
+        run.world.drag = 5.0;
+        run.world.loaded_rounds = rounds;
+        for _ in 0..600 {
+            run.world.step(1.0 / 300.0, run.contacts.rows());
+        }
+        run.world.max_stretch()
+    };
+    let [without, with] = [0, 2].map(stretch);
+    println!("without {without}, with {with}");
+    assert!(with - 1.0 < 0.5 * (without - 1.0), "without {without}, with {with}");
+}
+
+#[test]
 fn faces_keep_a_coarse_sheet_off_thin_spikes_and_vertices_do_not() {
     let field = spiked_ball();
     let deep = |elements| {
