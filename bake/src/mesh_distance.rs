@@ -91,7 +91,10 @@ impl<'a> MeshDistance<'a> {
         let method = sign.unwrap_or(if bounds_one_solid { SignMethod::PseudoNormal } else { SignMethod::Winding });
         let sign_reason = sign_reason(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
-        let winding = WindingNumbers::of_mesh(mesh_of_signs, tree_of_signs, &oriented, orientations);
+        let winding = WindingNumbers::of_mesh(mesh_of_signs, &oriented, orientations);
+        if pseudo_normals.is_none() {
+            winding.prepare(tree_of_signs);
+        }
         Self { mesh, tree, solid, topology, winding, pseudo_normals, sign_reason, cancel: None }
     }
 
@@ -233,6 +236,12 @@ impl<'a> MeshDistance<'a> {
     /// Normals of all faces, if pseudo-normals give every sign and the mesh bounds one solid.
     pub(crate) fn solid_normals(&self) -> Option<&PseudoNormals> {
         self.pseudo_normals.as_ref().filter(|_| self.topology.bounds_one_solid())
+    }
+
+    /// Orientations of all triangles in the tree's order, 1 if wound outward and −1 if inward, if pseudo-normals give every
+    /// sign and the mesh bounds one solid.
+    pub(crate) fn solid_orientations(&self) -> Option<&[f64]> {
+        self.solid_normals().map(|_| self.winding.orientations())
     }
 
     /// Indices of the corners of a triangle in the tree.

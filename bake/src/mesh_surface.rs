@@ -79,7 +79,7 @@ impl MeshSurface {
         let has_normals = sign == SignMethod::PseudoNormal && solid.is_none();
         let pseudo_normals = has_normals.then(|| PseudoNormals::new(&mesh, &oriented));
         let is_complete = pseudo_normals.as_ref().is_some_and(PseudoNormals::are_known);
-        let windings = || WindingNumbers::of_mesh(mesh_of_signs, tree_of_signs, &oriented, orientations.clone());
+        let windings = || WindingNumbers::of_mesh(mesh_of_signs, &oriented, orientations.clone());
         let winding = (!is_complete).then(windings);
         // The surface of a solid is wound outward.
         let orientations = if solid.is_some() { vec![1.0; tree.triangles.len()] } else { orientations };

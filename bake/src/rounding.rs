@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | ε | 1 | `SAMPLE` |
 //! | 2 ε … 4 ε | 3 … 7 | `ESTIMATE`, `COARSE_DISTANCE`, `DEQUANTIZED`, `BOUND` |
-//! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP`, `PIECE` |
+//! | 8 ε | 15 | `DETERMINANT`, `CONE_FACTOR`, `NODE_STEP`, `PIECE`, `SLOPE` |
 //! | 16 ε | 31 | `NODE_POSITION`, `COARSE_DIFFERENCE`, `BRICK_DISTANCE` |
 //! | 32 ε | 63 | `POINT_ON_MESH` |
 //! | 64 ε | 127 | `APPROX_DISTANCE` |
@@ -61,11 +61,14 @@ pub(crate) const BOUND_ROUNDING: f64 = 4.0 * EPSILON_F32;
 /// both ends.
 pub(crate) const COARSE_DIFFERENCE_ROUNDING: f64 = 16.0 * EPSILON_F32;
 
+/// Squared slope of a cell in f32, relative to it: differences, quotients, squares and sums.
+pub(crate) const SLOPE_ROUNDING: f64 = 8.0 * EPSILON_F32;
+
 /// Approximate distance to a triangle in a unit frame: a few dozen operations in f32 come to a third of it. 2⁻¹⁷.
 pub(crate) const APPROX_DISTANCE_ROUNDING: f32 = 64.0 * f32::EPSILON;
 
-/// Distance to a triangle in f32, relative to the coordinates of the point in the triangle's frame, which is computed in
-/// f64. Coordinates take 5 roundings each, the edges 8 more, the root 3: 32 roundings in all, √3 of the first.
+/// Distance to a triangle in f32, relative to the coordinates of the point in the triangle's frame and to its offset from
+/// the middle of its block, whose coordinates are computed in f64. Coordinates take 5 roundings each, the edges 8 more, the root 3: 32 roundings in all, √3 of the first.
 pub(crate) const BRICK_DISTANCE_ROUNDING: f32 = 16.0 * f32::EPSILON;
 
 // Slacks, as fractions of the quantity that they widen.

@@ -31,10 +31,11 @@
 //! | or, where signs cannot be carried along edges and at the jumps of an open mesh, node by node | `brick` |
 //! | 3. certify a tight error of interpolation | `interpolation_error` |
 //! | 4. encode samples | `quantize` |
-//! | 5. join bricks, add those that close an open mesh, and bound values, slopes and errors | `assemble` |
+//! | 5. join bricks, add those that close an open mesh, and bound values, slopes and errors | `assemble`, `brick_bounds` |
 
 mod assemble;
 mod brick;
+mod brick_bounds;
 mod brick_map;
 mod interpolation_error;
 mod quantize;
@@ -48,6 +49,8 @@ use crate::MeshDistance;
 use brick::Brick;
 use brick_map::BrickMap;
 pub use quantize::Quantize;
+use splat::can_splat;
+use splat::frame::{PlaneFrame, plane_frames};
 
 /// A baked sparse grid and certified bounds. Bricks are in Hilbert order; after them, in the same order, those that
 /// only close an open mesh.
@@ -113,13 +116,15 @@ pub struct SparseBaker<'a> {
     mesh: &'a MeshDistance<'a>,
     lattice: Lattice,
     map: BrickMap,
+    /// Frames of all triangles, if they are to be splatted.
+    frames: Vec<PlaneFrame>,
     certify: Certify,
 }
 
 /// How the error of each brick is bounded. Both bounds are proven; neither is stated where nothing is known of the normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Certify {
-    /// Bound by the cap of the normals that can matter to 4 × 2 × 2 cells: (√3/2) sin θ, at no cost.
+    /// Bound by the cap of the normals that can matter to 4 × 4 × 4 cells: (√3/2) sin θ, at no cost.
     #[default]
     Fast,
     /// Bound by the normals of single cells and of single corners of the mesh where that is smaller: half the time of a bake.
@@ -133,7 +138,13 @@ const SLOTS_AT_A_TIME: usize = 1024;
 impl<'a> SparseBaker<'a> {
     /// Measures the distance at the middle of each slot. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
-        Self { mesh, lattice: *lattice, map: BrickMap::new(mesh, lattice, band), certify: Certify::default() }
+        let frames = if can_splat(mesh) {
+            plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / lattice.spacing())
+        } else {
+            vec![]
+        };
+        let map = BrickMap::new(mesh, lattice, band);
+        Self { mesh, lattice: *lattice, map, frames, certify: Certify::default() }
     }
 
     /// The same grid with other error bounds.

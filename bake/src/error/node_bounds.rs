@@ -11,15 +11,22 @@ use sdf_core::Interval;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
 
+use crate::rounding::SLOPE_ROUNDING;
 use crate::simd::{max, min};
 
 /// Nodes of a brick along each axis, with a halo of one: cells have corners in several bricks.
 const SIDE: usize = BRICK as usize + 2;
 const CELLS: usize = SIDE - 1;
 
+/// Length of a row in memory: a multiple of all registers, so that rows are bounded in whole ones.
+const STRIDE: usize = 16;
+
+/// Rows of samples with a halo of one node, x fastest.
+pub(crate) type Halo = [[[f32; STRIDE]; SIDE]; SIDE];
+
 /// A brick's 8³ samples with a halo of one node, x fastest; NaN outside the lattice.
 pub(crate) struct HaloBlock {
-    values: [[[f32; SIDE]; SIDE]; SIDE],
+    pub values: Halo,
     spacing: f64,
     /// Number of cells along each axis whose first corner is in the brick.
     own_cells: [usize; 3],
@@ -30,14 +37,11 @@ impl HaloBlock {
     /// given one on, all in one brick.
     #[inline(always)]
     pub fn new(lattice: &Lattice, brick: [u32; 3], read_row: impl Fn([u32; 3], &mut [f32])) -> Self {
-        let mut values = [[[f32::NAN; SIDE]; SIDE]; SIDE];
         let own = brick.map(|n| n * BRICK);
-        // The array's first node is one before the brick's, and may be outside the lattice, as may be its last.
-        let starts = own.map(|n| usize::from(n == 0));
-        let ends: [usize; 3] = std::array::from_fn(|axis| SIDE.min((lattice.nodes()[axis] - own[axis]) as usize + 1));
+        let (mut block, [starts, ends]) = Self::empty(lattice, brick);
         for z in starts[2]..ends[2] {
             for y in starts[1]..ends[1] {
-                let row = &mut values[z][y];
+                let row = &mut block.values[z][y];
                 for [start, end] in [[0, 1], [1, SIDE - 1], [SIDE - 1, SIDE]] {
                     let (start, end) = (start.max(starts[0]), end.min(ends[0]));
                     if start < end {
@@ -47,23 +51,38 @@ impl HaloBlock {
                 }
             }
         }
+        block
+    }
+
+    /// A block without samples yet. The nodes in the lattice are from the first to before the second of the returned ones.
+    #[inline(always)]
+    pub fn empty(lattice: &Lattice, brick: [u32; 3]) -> (Self, [[usize; 3]; 2]) {
+        let own = brick.map(|n| n * BRICK);
+        // The array's first node is one before the brick's, and may be outside the lattice, as may be its last.
+        let starts = own.map(|n| usize::from(n == 0));
+        let ends = std::array::from_fn(|axis| SIDE.min((lattice.nodes()[axis] - own[axis]) as usize + 1));
         let own_cells =
             std::array::from_fn(|axis| (lattice.cells()[axis].saturating_sub(own[axis])).min(BRICK) as usize);
-        Self { values, spacing: lattice.spacing(), own_cells }
+        let values = [[[f32::NAN; STRIDE]; SIDE]; SIDE];
+        (Self { values, spacing: lattice.spacing(), own_cells }, [starts, ends])
     }
 
     /// Range of the brick's samples, and slope bound of all cells with a corner in it.
+    #[inline(always)]
     pub fn bounds(&self) -> BlockBounds {
         let (mut lowers, mut uppers) = ([f32::INFINITY; BRICK as usize], [f32::NEG_INFINITY; BRICK as usize]);
-        for row in self.values[1..SIDE - 1].iter().flat_map(|layer| &layer[1..SIDE - 1]) {
-            for x in 0..BRICK as usize {
-                lowers[x] = min(row[x + 1], lowers[x]);
-                uppers[x] = max(row[x + 1], uppers[x]);
+        for layer in &self.values[1..SIDE - 1] {
+            for row in &layer[1..SIDE - 1] {
+                for x in 0..BRICK as usize {
+                    lowers[x] = min(row[x + 1], lowers[x]);
+                    uppers[x] = max(row[x + 1], uppers[x]);
+                }
             }
         }
         let lower = lowers.into_iter().fold(f32::INFINITY, f32::min);
         let upper = uppers.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        let slope_bound = pulp::Arch::new().dispatch(MaxSlopeSq(self)).sqrt() / self.spacing;
+        let slope_sq = f64::from(pulp::Arch::new().dispatch(MaxSlopeSq(self)));
+        let slope_bound = (slope_sq * (1.0 + SLOPE_ROUNDING)).sqrt();
         BlockBounds { range: Interval { lower, upper }, slope_bound: round_up(slope_bound) }
     }
 
@@ -71,62 +90,99 @@ impl HaloBlock {
     ///
     /// Only cells whose first corner is in the brick count. Each value is off by `rounding` at most.
     pub fn largest_at_sign_change(&self, rounding: f32, max_magnitude: f32) -> f32 {
-        let mut largest = 0.0_f32;
-        for z in 1..=self.own_cells[2] {
-            for y in 1..=self.own_cells[1] {
-                let rows = [[y, z], [y + 1, z], [y, z + 1], [y + 1, z + 1]].map(|[y, z]| &self.values[z][y]);
-                for x in 1..=self.own_cells[0] {
-                    let (mut lower, mut upper) = (f32::INFINITY, f32::NEG_INFINITY);
-                    for row in rows {
-                        lower = lower.min(row[x]).min(row[x + 1]);
-                        upper = upper.max(row[x]).max(row[x + 1]);
-                    }
-                    let magnitude = upper.max(-lower);
-                    let changes_sign = lower <= rounding && upper >= -rounding && magnitude <= max_magnitude;
-                    largest = if changes_sign { largest.max(magnitude) } else { largest };
-                }
-            }
-        }
-        largest
+        pulp::Arch::new().dispatch(LargestAtSignChange { halo: self, rounding, max_magnitude })
     }
 }
 
-/// Σ over the axes of a cell's largest squared difference along it, in the steepest cell.
-///
-/// The square of [`cell_slope`](sdf_core::grid::cell_slope) times the spacing. A cell partly outside the lattice has
-/// NaN differences, which count as zero; the cell beside it with the same corners is at least as steep.
-struct MaxSlopeSq<'a>(&'a HaloBlock);
+struct LargestAtSignChange<'a> {
+    halo: &'a HaloBlock,
+    rounding: f32,
+    max_magnitude: f32,
+}
 
-impl pulp::WithSimd for MaxSlopeSq<'_> {
-    type Output = f64;
+impl pulp::NullaryFnOnce for LargestAtSignChange<'_> {
+    type Output = f32;
+
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-        let values = &self.0.values;
-        let mut steepest = [0.0_f64; CELLS];
-        for z in 0..CELLS {
-            for y in 0..CELLS {
-                let [a, b, c, d] = [&values[z][y], &values[z][y + 1], &values[z + 1][y], &values[z + 1][y + 1]];
+    fn call(self) -> f32 {
+        let Self { halo: HaloBlock { values, own_cells, .. }, rounding, max_magnitude } = self;
+        let mut largest = [0.0_f32; CELLS];
+        for z in 1..=own_cells[2] {
+            for y in 1..=own_cells[1] {
+                let rows = [[y, z], [y + 1, z], [y, z + 1], [y + 1, z + 1]].map(|[y, z]| &values[z][y]);
+                let before = largest;
                 for x in 0..CELLS {
-                    let along_x = [a, b, c, d].map(|row| difference(row[x], row[x + 1]));
-                    let along_y = [[a, b], [c, d]]
-                        .map(|[from, to]| max(difference(from[x], to[x]), difference(from[x + 1], to[x + 1])));
-                    let along_z = [[a, c], [b, d]]
-                        .map(|[from, to]| max(difference(from[x], to[x]), difference(from[x + 1], to[x + 1])));
-                    let max_x = max(max(along_x[0], along_x[1]), max(along_x[2], along_x[3]));
-                    let (max_y, max_z) = (max(along_y[0], along_y[1]), max(along_z[0], along_z[1]));
-                    let slope_sq = max_x * max_x + max_y * max_y + max_z * max_z;
-                    steepest[x] = max(slope_sq, steepest[x]);
+                    let (mut lower, mut upper) = (rows[0][x], rows[0][x]);
+                    for row in rows {
+                        lower = min(min(row[x], row[x + 1]), lower);
+                        upper = max(max(row[x], row[x + 1]), upper);
+                    }
+                    let magnitude = max(upper, -lower);
+                    let is_own = (1 <= x) & (x <= own_cells[0]);
+                    let counts = is_own & (lower <= rounding) & (upper >= -rounding) & (magnitude <= max_magnitude);
+                    largest[x] = if counts { max(magnitude, before[x]) } else { before[x] };
                 }
             }
         }
-        steepest.into_iter().fold(0.0, f64::max)
+        largest.into_iter().fold(0.0, f32::max)
+    }
+}
+
+/// Σ over the axes of the square of a cell's largest difference along it over the spacing, in the steepest cell.
+///
+/// The square of [`cell_slope`](sdf_core::grid::cell_slope), but for rounding. A cell partly outside the lattice has
+/// NaN differences, which count as zero; the cell beside it with the same corners is at least as steep.
+struct MaxSlopeSq<'a>(&'a HaloBlock);
+
+impl pulp::NullaryFnOnce for MaxSlopeSq<'_> {
+    type Output = f32;
+    #[inline(always)]
+    fn call(self) -> f32 {
+        let values = &self.0.values;
+        let inv_spacing = (1.0 / self.0.spacing) as f32;
+        // In whole registers: what is beyond the last node of a row is not a number.
+        let mut next = [[[f32::NAN; STRIDE]; SIDE]; 2];
+        let mut steepest = [0.0_f32; STRIDE];
+        for z in 0..SIDE {
+            next[0] = next[1];
+            for (next, row) in next[1].iter_mut().zip(&values[z]) {
+                next[..STRIDE - 1].copy_from_slice(&row[1..]);
+            }
+            if z == 0 {
+                continue;
+            }
+            let z = z - 1;
+            for y in 0..CELLS {
+                let near = [&values[z][y], &values[z][y + 1], &values[z + 1][y], &values[z + 1][y + 1]];
+                let far = [&next[0][y], &next[0][y + 1], &next[1][y], &next[1][y + 1]];
+                let before = steepest;
+                for x in 0..STRIDE {
+                    let (mut along_x, mut along_y, mut along_z) = (0.0, 0.0, 0.0);
+                    for row in 0..4 {
+                        along_x = max(difference(near[row][x], far[row][x]), along_x);
+                    }
+                    for row in 0..2 {
+                        for side in [near, far] {
+                            along_y = max(difference(side[2 * row][x], side[2 * row + 1][x]), along_y);
+                            along_z = max(difference(side[row][x], side[row + 2][x]), along_z);
+                        }
+                    }
+                    along_x *= inv_spacing;
+                    along_y *= inv_spacing;
+                    along_z *= inv_spacing;
+                    let slope_sq = along_x.mul_add(along_x, along_y.mul_add(along_y, along_z * along_z));
+                    steepest[x] = max(slope_sq, before[x]);
+                }
+            }
+        }
+        steepest.into_iter().fold(0.0, f32::max)
     }
 }
 
 /// |b − a|; zero if one of them is NaN.
 #[inline(always)]
-fn difference(a: f32, b: f32) -> f64 {
-    max((f64::from(b) - f64::from(a)).abs(), 0.0)
+fn difference(a: f32, b: f32) -> f32 {
+    max((b - a).abs(), 0.0)
 }
 
 /// Smallest f32 that is at least `x`.

@@ -23,6 +23,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME, NODE_POSITION_ROUNDING};
+use crate::simd::{LANES, Lanes, VectorX8, dot, max, min};
 use crate::triangle::area_vector;
 
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
@@ -79,33 +80,44 @@ fn count_pairs(
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
 ) -> usize {
     let boxes: Vec<Aabb> = tree.corners.par_iter().map(box_around).collect();
-    let count_in_group = |first: usize| {
-        let is_counted = |slot: &usize| orientations[*slot] != 0.0;
+    let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
+    let is_counted = |slot: &usize| orientations[*slot] != 0.0;
+    let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
         let group = first..boxes.len().min(first + GROUP_SIZE);
         let group_box = boxes[group.clone()].iter().copied().reduce(|a, b| a.union(&b));
-        let mut near = vec![];
         let Some(group_box) = group_box else { return 0 };
+        near.clear();
+        // Pairs are counted from the first of both.
         tree.visit_overlapping(group_box.min.into(), group_box.max.into(), |slot| {
-            near.extend(Some(slot).filter(is_counted));
+            near.extend(Some(slot).filter(|slot| *slot > first && is_counted(slot)));
             ControlFlow::Continue(())
         });
-        let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
-        let count_with = |slot: usize| {
+        packed.clear();
+        packed.extend(near.chunks(LANES).map(|slots| CornersX8::new(slots, corners)));
+        let mut count_with = |slot: usize| {
             let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot]));
-            let others = near.iter().filter(|other| slot < **other && boxes_meet(&boxes[slot], &boxes[**other]));
-            others.filter(|other| test(&plane, triangle, corners(**other), [slot, **other])).count()
+            masks.resize(packed.len(), 0);
+            let (bounds, points) = (&boxes[slot], triangle.0);
+            tree.arch.dispatch(FindNotApart { triangles: packed, bounds, plane: &plane, points, masks });
+            let mut count = 0;
+            for (others, mask) in near.chunks(LANES).zip(masks.iter()) {
+                let mut mask = *mask;
+                while mask != 0 {
+                    let other = others[mask.trailing_zeros() as usize];
+                    mask &= mask - 1;
+                    count += usize::from(slot < other && test(&plane, triangle, corners(other), [slot, other]));
+                }
+            }
+            count
         };
-        group.filter(is_counted).map(count_with).sum()
+        group.filter(is_counted).map(&mut count_with).sum()
     };
-    (0..boxes.len()).into_par_iter().step_by(GROUP_SIZE).map(count_in_group).sum()
+    let groups = (0..boxes.len()).into_par_iter().step_by(GROUP_SIZE);
+    groups.map_init(Default::default, count_in_group).sum()
 }
 
 fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
     Aabb { min: a.inf(b).inf(c).into(), max: a.sup(b).sup(c).into() }
-}
-
-fn boxes_meet(a: &Aabb, b: &Aabb) -> bool {
-    (0..3).all(|axis| (a.min[axis] <= b.max[axis]) & (b.min[axis] <= a.max[axis]))
 }
 
 /// A triangle as the indices and positions of its corners.
@@ -140,6 +152,76 @@ impl Plane {
         let own = || points.iter().zip(corners).filter(|(point, _)| !other.contains(point));
         let sides = || own().map(|(_, corner)| self.certain_side(corner));
         own().next().is_some() && (sides().all(|side| side > 0.0) || sides().all(|side| side < 0.0))
+    }
+}
+
+/// [`CornersX8::not_apart`] of many triangles, dispatched to the instruction set of the machine.
+struct FindNotApart<'a> {
+    triangles: &'a [CornersX8],
+    bounds: &'a Aabb,
+    plane: &'a Plane,
+    points: &'a [u32; 3],
+    masks: &'a mut [u32],
+}
+
+impl pulp::NullaryFnOnce for FindNotApart<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (triangles, mask) in self.triangles.iter().zip(self.masks) {
+            *mask = triangles.not_apart(self.bounds, self.plane, self.points);
+        }
+    }
+}
+
+/// Eight triangles side by side. Lanes after the last hold NaN.
+struct CornersX8 {
+    points: [Lanes<u64>; 3],
+    positions: [VectorX8<f64>; 3],
+}
+
+impl CornersX8 {
+    fn new<'a>(slots: &[usize], corners: impl Fn(usize) -> Corners<'a>) -> Self {
+        let mut all = Self { points: [[0; LANES]; 3], positions: [[[f64::NAN; LANES]; 3]; 3] };
+        for (lane, slot) in slots.iter().enumerate() {
+            let (points, positions) = corners(*slot);
+            for corner in 0..3 {
+                all.points[corner][lane] = points[corner].into();
+                for axis in 0..3 {
+                    all.positions[corner][axis][lane] = positions[corner][axis];
+                }
+            }
+        }
+        all
+    }
+
+    /// Bits of the triangles whose boxes meet a box, and which a plane does not certainly separate from the triangle of
+    /// some points ([`Plane::separates`]).
+    #[inline(always)]
+    fn not_apart(&self, bounds: &Aabb, plane: &Plane, points: &[u32; 3]) -> u32 {
+        let points = points.map(u64::from);
+        let mut is_kept = [0_u8; LANES];
+        for lane in 0..LANES {
+            let mut meets = true;
+            for axis in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|corner: usize| self.positions[corner][axis][lane]);
+                meets &= (bounds.min[axis] <= max(max(a, b), c)) & (min(min(a, b), c) <= bounds.max[axis]);
+            }
+            let (mut are_above, mut are_below, mut is_any) = (true, true, false);
+            for corner in 0..3 {
+                let point = self.points[corner][lane];
+                let is_shared = (point == points[0]) | (point == points[1]) | (point == points[2]);
+                let offset = [0, 1, 2].map(|axis: usize| self.positions[corner][axis][lane] - plane.origin[axis]);
+                let side = dot(plane.normal.into(), offset);
+                let rounding = dot(plane.rounding.into(), offset.map(f64::abs)) + MIN_VOLUME;
+                are_above &= is_shared | (side > rounding);
+                are_below &= is_shared | (side < -rounding);
+                is_any |= !is_shared;
+            }
+            is_kept[lane] = u8::from(meets & !(is_any & (are_above | are_below)));
+        }
+        (u64::from_le_bytes(is_kept).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32
     }
 }
 

@@ -19,6 +19,8 @@ mod boundary_cone;
 mod moments;
 mod sum;
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
@@ -48,33 +50,30 @@ pub(crate) fn nearest_congruent(estimate: Estimate, fraction: f64) -> Option<f64
     (estimate.error <= MAX_CONGRUENT_ERROR).then(|| fraction + (estimate.value - fraction).round())
 }
 
-/// Hierarchy of moments over the triangles of a tree.
+/// Winding numbers of the triangles of a tree.
 pub(crate) struct WindingNumbers {
-    /// Bottom up: `levels[0]` holds the groups of [`ARITY`] triangles, the last level the root alone. Nodes with one
-    /// parent stand together.
-    levels: Vec<Vec<MomentsX8>>,
-    /// Number of nodes of each level.
-    node_counts: Vec<usize>,
+    /// Computed when first asked for: of a closed mesh seldom.
+    moments: OnceLock<MomentTree>,
     /// Orientation of each triangle, in the tree's order.
     orientations: Vec<f64>,
     boundary: MeshBoundary,
 }
 
-impl WindingNumbers {
-    /// Winding numbers of a mesh and its tree, by the orientations of its triangles in the tree's order.
-    pub fn of_mesh(mesh: &TriangleMesh, tree: &Bvh, oriented: &OrientedMesh, orientations: Vec<f64>) -> Self {
-        let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
-        let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));
-        Self::new(tree, orientations, MeshBoundary::new(edges))
-    }
+/// Hierarchy of moments.
+struct MomentTree {
+    /// Bottom up: `levels[0]` holds the groups of [`ARITY`] triangles, the last level the root alone. Nodes with one
+    /// parent stand together.
+    levels: Vec<Vec<MomentsX8>>,
+    /// Number of nodes of each level.
+    node_counts: Vec<usize>,
+}
 
-    /// Computes all moments. Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for
-    /// one that does not count. `boundary` is that of the triangles so oriented.
-    pub fn new(tree: &Bvh, orientations: Vec<f64>, boundary: MeshBoundary) -> Self {
+impl MomentTree {
+    fn new(tree: &Bvh, orientations: &[f64]) -> Self {
         let triangles: Vec<WeightedTriangle> = tree
             .corners
             .par_iter()
-            .zip(&orientations)
+            .zip(orientations)
             .map(|(corners, orientation)| WeightedTriangle::new(corners, *orientation))
             .collect();
         let (mut levels, mut node_counts) = (vec![], vec![]);
@@ -89,10 +88,38 @@ impl WindingNumbers {
             levels.push(moments.chunks(ARITY).map(MomentsX8::new).collect());
             node_counts.push(moments.len());
             if moments.len() == 1 {
-                return Self { levels, node_counts, orientations, boundary };
+                return Self { levels, node_counts };
             }
             triangles_below *= ARITY;
         }
+    }
+}
+
+impl WindingNumbers {
+    /// Winding numbers of a mesh, by the orientations of its triangles in the tree's order.
+    pub fn of_mesh(mesh: &TriangleMesh, oriented: &OrientedMesh, orientations: Vec<f64>) -> Self {
+        let corners = |points: [u32; 2]| points.map(|point| mesh.points[point as usize]);
+        let edges = oriented.boundary().map(|(points, multiplicity)| (corners(points), multiplicity));
+        Self::new(orientations, MeshBoundary::new(edges))
+    }
+
+    /// Orientations, in the tree's order: 1 for a triangle wound outward, −1 for inward, 0 for one that does not count.
+    /// `boundary` is that of the triangles so oriented.
+    pub fn new(orientations: Vec<f64>, boundary: MeshBoundary) -> Self {
+        Self { moments: OnceLock::new(), orientations, boundary }
+    }
+
+    /// Computes all moments, where many points will be asked for.
+    pub fn prepare(&self, tree: &Bvh) {
+        self.moments(tree);
+    }
+
+    /// The moments. They are computed outside of the lock: a thread that waits for others within it could come back to it.
+    fn moments(&self, tree: &Bvh) -> &MomentTree {
+        self.moments.get().unwrap_or_else(|| {
+            let moments = MomentTree::new(tree, &self.orientations);
+            self.moments.get_or_init(|| moments)
+        })
     }
 
     /// Winding number with an error below `max_error`, and on the exact side of 1/2 but for rounding.

@@ -6,8 +6,9 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, NO_BRICK, Scale,
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 
 use super::brick::Brick;
+use super::brick_bounds::{BoundedBricks, SampleBounds};
 use super::brick_map::BrickMap;
-use super::splat::{BLOCK, BrickRecord, Splatter};
+use super::splat::{BLOCK, BrickRecord, Splatter, can_splat};
 use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker, SparseGrid};
 use crate::MeshDistance;
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
@@ -42,23 +43,12 @@ impl SparseBaker<'_> {
         let slices =
             BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
         let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table refers to bricks that exist") };
+        let bricks = BoundedBricks { lattice, storage: &storage, roundings: &roundings };
         let brick_bounds = |(brick, slot): (usize, &[u32; 3])| {
-            // Neighbours by their offset from −1 to 1 along each axis, x fastest.
-            let neighbours: [Option<usize>; 27] = std::array::from_fn(|index| {
-                let offset = [index % 3, index / 3 % 3, index / 9].map(|n| n as u32);
-                storage.brick_at(std::array::from_fn(|axis| (slot[axis] + offset[axis]).wrapping_sub(1)))
-            });
-            let halo = HaloBlock::new(lattice, *slot, |node, row| {
-                let [x, y, z] = [0, 1, 2].map(|axis: usize| (node[axis] / BRICK + 1 - slot[axis]) as usize);
-                read_row(&storage, neighbours[9 * z + 3 * y + x], node, row);
-            });
-            // The brick's cells have corners in the bricks above along each axis too.
-            let upper_slots = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
-            let roundings = upper_slots.filter_map(|slot| storage.brick_at(slot)).map(|brick| roundings[brick]);
-            let rounding = roundings.fold(0.0, f64::max);
+            let SampleBounds { bounds, rounding, halo } = bricks.bound(mesh.tree().arch, *slot);
             let at_jump = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&halo, rounding) };
             // The terms of `dense::error_bound`.
-            (halo.bounds(), round_up(interpolations[brick] + rounding + 2.0 * at_jump))
+            (bounds, round_up(interpolations[brick] + rounding + 2.0 * at_jump))
         };
         let (bounds, errors): (Vec<BlockBounds>, Vec<f32>) = slots.par_iter().enumerate().map(brick_bounds).unzip();
         let slope_bound = slope_bound(lattice, &storage, map, &table, &bounds);
@@ -99,7 +89,7 @@ impl SparseBaker<'_> {
                 (slots, own)
             })
             .collect();
-        let can_splat = self.can_splat();
+        let can_splat = can_splat(self.mesh);
         let records: Vec<(usize, Vec<BrickRecord>)> = blocks
             .into_par_iter()
             .with_max_len(1)
@@ -155,24 +145,6 @@ impl SparseBaker<'_> {
         let rounding = round_up(rounding);
         let exact_within = round_up(self.map.exact_within()) + rounding;
         halo.largest_at_sign_change(rounding, exact_within.next_up()).into()
-    }
-}
-
-/// Reads nodes of one slot, which may have a brick, from the given one on along x.
-#[inline(always)]
-fn read_row<C: Quantize>(storage: &Sparse<BrickSlices<C>>, brick: Option<usize>, node: [u32; 3], row: &mut [f32]) {
-    let Some(brick) = brick else {
-        for (x, value) in (node[0]..).zip(row) {
-            *value = storage.node([x, node[1], node[2]]);
-        }
-        return;
-    };
-    let [x, y, z] = node.map(|n| (n % BRICK) as usize);
-    let first = brick * BRICK_SAMPLES + (z * BRICK as usize + y) * BRICK as usize + x;
-    let bricks = storage.bricks();
-    let scale = bricks.scales[brick];
-    for (value, code) in row.iter_mut().zip(&bricks.samples[first..]) {
-        *value = code.decode(scale);
     }
 }
 

@@ -20,7 +20,7 @@
 //! [`BRICK_DISTANCE_ROUNDING`]: crate::rounding::BRICK_DISTANCE_ROUNDING
 
 mod distances;
-mod frame;
+pub(super) mod frame;
 mod lists;
 mod nearest_test;
 mod packed;
@@ -28,7 +28,6 @@ mod sides;
 mod values;
 
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
-use sdf_core::nalgebra::Vector3;
 
 use super::{Certify, Quantize, SparseBaker};
 use crate::error::normal_cones::MAX_ERROR;
@@ -37,7 +36,7 @@ use crate::sign::flood_fill::NodeBlock;
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
 use distances::{BrickDistances, BrickQuery, NODES};
-use frame::TriangleFrame;
+use frame::{PlaneFrame, TriangleFrame};
 use lists::{SlotLists, WantedSlot};
 use sides::NodeBits;
 use values::SignedBrick;
@@ -80,6 +79,11 @@ struct SlotPlan {
     is_at_jump: bool,
 }
 
+/// Can signs be carried along clear edges? Not if pseudo-normals were asked for where they contradict each other.
+pub(super) fn can_splat(mesh: &MeshDistance) -> bool {
+    mesh.solid_normals().is_some() || mesh.sign_method() == SignMethod::Winding
+}
+
 impl Splatter {
     pub fn new() -> Self {
         Self { lists: SlotLists::new(), brick: BrickDistances::new(), signed: Box::new([0.0; NODES]) }
@@ -87,11 +91,6 @@ impl Splatter {
 }
 
 impl SparseBaker<'_> {
-    /// Can signs be carried along clear edges? Not if pseudo-normals were asked for where they contradict each other.
-    pub(super) fn can_splat(&self) -> bool {
-        self.mesh.solid_normals().is_some() || self.mesh.sign_method() == SignMethod::Winding
-    }
-
     /// Bakes some slots of one block, whose codes follow each other in `codes`. `None` if too many triangles are near.
     pub(super) fn splat<C: Quantize>(
         &self,
@@ -101,7 +100,7 @@ impl SparseBaker<'_> {
     ) -> Option<Vec<BrickRecord>> {
         let plans: Vec<SlotPlan> = slots.iter().map(|slot| self.slot_plan(*slot)).collect();
         let wanted: Vec<WantedSlot> = plans.iter().map(|plan| plan.wanted).collect();
-        if !splatter.lists.fill(self.mesh, &self.lattice, &wanted, MAX_TRIANGLES) {
+        if !splatter.lists.fill(self.mesh, &self.lattice, &self.frames, &wanted, MAX_TRIANGLES) {
             return None;
         }
         let mut records = vec![];
@@ -126,6 +125,31 @@ impl SparseBaker<'_> {
         SlotPlan { wanted: WantedSlot { slot, reach: (reach as f32).next_up() }, is_at_jump }
     }
 
+    /// Distances beyond which nodes of each octant need none, in voxels: beyond K and the coarse grid's values.
+    fn octant_reaches(&self, plan: &SlotPlan) -> [f32; 8] {
+        let SlotPlan { wanted: WantedSlot { slot, reach }, is_at_jump } = *plan;
+        if is_at_jump {
+            return [reach; 8];
+        }
+        let in_voxels = |length: f64| (length / self.lattice.spacing() * (1.0 + SINGLE_SLACK)) as f32;
+        let (kept_within, coarse) =
+            (in_voxels(self.map.kept_within()), self.map.corner_magnitudes(slot).map(in_voxels));
+        // The interpolant is largest at a corner of the octant: at ends or middles of the slot's edges.
+        std::array::from_fn(|octant| {
+            let corners = (0..8_usize).map(|corner| {
+                let weights = (0..8_usize).map(|of| {
+                    let along = |axis: usize| match (octant >> axis & 1) + (corner >> axis & 1) {
+                        1 => 0.5,
+                        end => f32::from(u8::from(end / 2 == of >> axis & 1)),
+                    };
+                    along(0) * along(1) * along(2) * coarse[of]
+                });
+                weights.sum::<f32>()
+            });
+            corners.fold(kept_within, f32::max).min(reach).next_up()
+        })
+    }
+
     /// Bakes the brick of a slot. `None` if none of its nodes lies within K of the surface.
     fn splat_brick<C: Quantize>(
         &self,
@@ -144,21 +168,18 @@ impl SparseBaker<'_> {
         let in_voxels = |length: f64| (length * inv_spacing) as f32;
         let is_solid = mesh.solid_normals().is_some();
         let is_certified = is_solid && self.certify == Certify::Fast;
-        let middle = Vector3::from_fn(|axis, _| {
-            lattice.origin()[axis] + spacing * (f64::from(slot[axis] * BRICK) + 0.5 * (SIDE - 1) as f64)
-        });
         brick.measure(
             arch,
             BrickQuery {
                 triangles: &lists.triangles,
                 list,
-                middle,
-                inv_spacing,
-                reach,
+                offset: lists.offset(slot),
+                reaches: self.octant_reaches(plan),
+                position_rounding: self.position_rounding() as f32,
                 certified_band: is_certified.then(|| in_voxels(map.band())),
             },
         );
-        let rounding = brick.rounding + self.position_rounding() as f32;
+        let rounding = brick.rounding;
         let kept_within = in_voxels(map.kept_within()) + rounding;
         if !brick.distances.iter().any(|distance| *distance <= kept_within) {
             return None;
@@ -167,19 +188,19 @@ impl SparseBaker<'_> {
             *bound = (distance.min(reach) - rounding).max(0.0);
         }
         let triangle = |index: u32| lists.triangles[list[(index as usize).min(list.len() - 1)] as usize].slot as usize;
+        let offset = |step: [usize; 3]| step.map(|n| n as f32 - 0.5 * (SIDE - 1) as f32);
         let inside = if is_solid {
+            let known = [brick.decided, brick.inside];
             let is_inside = |node: usize| {
                 let (step, position) = (step_of(node), self.node(slot, step_of(node)));
-                if signed[node] >= reach - 2.0 * rounding {
+                let candidates = brick.nearest_to(arch, offset(step), list.len());
+                if signed[node] >= in_voxels(map.kept_within()) - 2.0 * rounding {
                     // Its nearest triangle may not be in the list.
-                    return mesh.nearest(position, triangle(brick.nearest[node])).is_inside;
+                    return mesh.nearest(position, triangle(candidates[0])).is_inside;
                 }
-                let offset = step.map(|n| n as f32 - 0.5 * (SIDE - 1) as f32);
-                let candidates = brick.nearest_to(arch, offset, list.len(), rounding);
-                let slots = candidates.iter().map(|index| triangle(*index));
-                mesh.is_inside_by_nearest_of(position, slots)
+                mesh.is_inside_by_nearest_of(position, candidates.iter().map(|index| triangle(*index)))
             };
-            sides::nodes_inside(arch, signed, reach - 2.0 * rounding, CLEARANCE + rounding, is_inside)
+            sides::nodes_inside(arch, signed, known, CLEARANCE + rounding, is_inside)
         } else {
             self.inside_by_winding(slot, signed)
         };
@@ -195,8 +216,9 @@ impl SparseBaker<'_> {
             Certify::Fast if is_solid => f64::from(brick.interpolation).min(MAX_ERROR) * spacing,
             Certify::Fast => MAX_ERROR * spacing,
             Certify::Tight => self.slot_error(slot, |[x, y, z]| {
-                let triangle = triangle(brick.nearest[(z * SIDE + y) * SIDE + x]);
-                let nearest = nearest_on_triangle(self.node(slot, [x, y, z]), mesh.tree().corners[triangle]);
+                let step = [x, y, z];
+                let triangle = triangle(brick.nearest_to(arch, offset(step), list.len())[0]);
+                let nearest = nearest_on_triangle(self.node(slot, step), mesh.tree().corners[triangle]);
                 (nearest.distance_sq.sqrt(), triangle)
             }),
         };
@@ -225,9 +247,11 @@ impl SparseBaker<'_> {
     }
 }
 
-/// Memory of the triangles around one block.
+/// Memory of all frames, and of the triangles around one block.
 pub(super) fn max_bytes(mesh: &MeshDistance) -> usize {
-    mesh.tree().corners.len().min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
+    let triangles = mesh.tree().corners.len();
+    triangles * size_of::<PlaneFrame>()
+        + triangles.min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
 }
 
 fn step_of(node: usize) -> [usize; 3] {

@@ -144,7 +144,8 @@ fn smooth_parts_of_a_mesh_have_small_error_bounds() {
     // Between them nothing but the rounding of distances to triangles of 80 voxels is left.
     let flat = |errors: &[f64]| errors.iter().filter(|error| **error < 1e-3).count();
     assert!(flat(&errors) * 2 > errors.len(), "cube: {} of {} bricks are flat", flat(&errors), errors.len());
-    assert!(flat(&fast) * 3 > fast.len(), "cube: {} of {} bricks are flat", flat(&fast), fast.len());
+    // The fast bound asks 4 × 4 × 4 cells at once.
+    assert!(flat(&fast) * 4 > fast.len(), "cube: {} of {} bricks are flat", flat(&fast), fast.len());
     assert!(quantile(errors.clone(), 0.9) < 0.43, "cube: {} at its edges", quantile(errors, 0.9));
 }
 

@@ -126,7 +126,7 @@ pub enum Sign {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Certify {
-    /// Bound by the cap of the normals near 4 × 2 × 2 cells: at no cost.
+    /// Bound by the cap of the normals near 4 × 4 × 4 cells: at no cost.
     Fast,
     /// Bound by the normals near single cells where those say less: a bake of a closed mesh takes about twice as long.
     Tight,

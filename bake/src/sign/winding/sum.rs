@@ -24,13 +24,14 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use sdf_core::nalgebra::Vector3;
 
 use super::moments::MomentsX8;
-use super::{Estimate, WindingNumbers};
+use super::{Estimate, MomentTree, WindingNumbers};
 use crate::bvh::{ARITY, Bvh, STACK};
 use crate::rounding::SUM_SLACK;
 use crate::simd::{Lanes, cross, dot, lane_of};
 
 struct FastSum<'a> {
-    windings: &'a WindingNumbers,
+    moments: &'a MomentTree,
+    orientations: &'a [f64],
     tree: &'a Bvh,
     point: Vector3<f64>,
     beta: f64,
@@ -46,27 +47,31 @@ impl pulp::WithSimd for FastSum<'_> {
     type Output = Estimate;
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Estimate {
-        self.windings.sum_here(self.tree, self.point, self.beta)
+        self.sum()
     }
 }
 
 impl WindingNumbers {
     /// Nodes farther than `beta` of their radii count by their moments, others by their triangles.
     pub(super) fn sum(&self, tree: &Bvh, point: Vector3<f64>, beta: f64) -> Estimate {
-        pulp::Arch::new().dispatch(FastSum { windings: self, tree, point, beta })
+        let (moments, orientations) = (self.moments(tree), &self.orientations[..]);
+        tree.arch.dispatch(FastSum { moments, orientations, tree, point, beta })
     }
+}
 
+impl FastSum<'_> {
     #[inline(always)]
-    fn sum_here(&self, tree: &Bvh, point: Vector3<f64>, beta: f64) -> Estimate {
+    fn sum(&self) -> Estimate {
+        let Self { moments: MomentTree { levels, node_counts }, orientations, tree, point, beta } = *self;
         let mut sums = Sums { values: [0.0; ARITY], errors: [0.0; ARITY] };
         let mut stack = [(0, 0); STACK];
         let mut waiting = 1;
-        stack[0] = (self.levels.len() - 1, 0);
+        stack[0] = (levels.len() - 1, 0);
         while waiting > 0 {
             waiting -= 1;
             let (level, parent) = stack[waiting];
-            let is_far = add_far_nodes(&self.levels[level][parent], point, beta, &mut sums);
-            for node in parent * ARITY..self.node_counts[level].min((parent + 1) * ARITY) {
+            let is_far = add_far_nodes(&levels[level][parent], point, beta, &mut sums);
+            for node in parent * ARITY..node_counts[level].min((parent + 1) * ARITY) {
                 if is_far[node % ARITY] {
                     continue;
                 }
@@ -75,7 +80,7 @@ impl WindingNumbers {
                     waiting += 1;
                 } else {
                     let leaf = node * ARITY..tree.corners.len().min((node + 1) * ARITY);
-                    add_triangles(&tree.corners[leaf.clone()], &self.orientations[leaf], point, &mut sums.values);
+                    add_triangles(&tree.corners[leaf.clone()], &orientations[leaf], point, &mut sums.values);
                 }
             }
         }

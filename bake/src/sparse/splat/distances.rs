@@ -1,36 +1,60 @@
-//! Distances of a brick's 8³ nodes to the triangles of its list, in f32 around its middle, in voxels.
+//! Distances and sides of a brick's 8³ nodes, from the triangles of its list, in f32 around its middle, in voxels.
 //!
-//! Octants of 4³ nodes, then groups of 4 × 2 × 2, keep only the triangles that can be nearest to one of their points
-//! (`nearest_test`). Sixteen triangles are looked at from one middle, then sixteen nodes are measured to one triangle.
-
-use sdf_core::nalgebra::Vector3;
+//! An octant of 4³ nodes keeps only the triangles that can be nearest to one of its nodes (`nearest_test`). Each of them has
+//! a supporting plane at its point nearest to the octant's middle, and no point of it is beyond:
+//!
+//! ```text
+//! distance of (middle + v) ≥ d + v·f,   d and f: distance and direction of the middle from the triangle.
+//! ```
+//!
+//! So sixteen nodes are measured to a triangle only if its plane is nearer to one of them than the nearest triangle so far.
+//!
+//! A node is outside if it is above the planes of all triangles that can be nearest to it, and inside if below all: so is
+//! its angle-weighted pseudo-normal, whose faces are among them, for the node's height over a face that has its nearest
+//! point is its product with that face's normal. The least distances to triangles that have the node above and below are
+//! kept apart; a node is decided if they differ by more than rounding.
 
 use super::frame::{TriangleFrame, greater, lesser};
 use super::nearest_test::{NearestTest, Region, largest_sine};
-use super::packed::{PackedTriangles, View, WIDTH};
+use super::packed::{PackedTriangles, View, WIDTH, Wide};
+use super::sides::NodeBits;
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BRICK_DISTANCE_ROUNDING, CHAIN_SLACK_F32};
 
 /// Nodes of a brick.
 pub(super) const NODES: usize = 512;
 
-/// Lists of more packs than this are copied for each octant; shorter ones are masked.
-const MAX_MASKED_PACKS: usize = 6;
+/// Groups of 4 × 2 × 2 nodes in an octant.
+const GROUPS: usize = 4;
 
-/// Half diagonal of the 4 × 2 × 2 nodes of a group, in voxels, rounded up.
-const GROUP_RADIUS: f32 = 1.6584;
+/// Half diagonal of an octant's nodes, in voxels, rounded up.
+const OCTANT_RADIUS: f32 = 2.5981;
+
+/// Nodes of an octant, around their middle.
+const OCTANT_NODES: Region = Region { lower: [-1.5; 3], upper: [1.5; 3] };
+
+/// Cells whose first corners are these nodes.
+const OCTANT_CELLS: Region = Region { lower: [-1.5; 3], upper: [2.5; 3] };
+
+/// Distance to a triangle below which its direction is not known, in voxels. Beyond it, a direction is off by a hundred
+/// times the rounding at most.
+const MIN_DIRECTION: f32 = 0.02;
+
+/// What a supporting plane is off by at most, in roundings: (1 + |v| / [`MIN_DIRECTION`]), and two for the decision.
+const PLANE_ROUNDINGS: f32 = 160.0;
 
 /// Query of one brick.
 #[derive(Clone, Copy)]
 pub(super) struct BrickQuery<'a> {
     pub triangles: &'a [TriangleFrame],
-    /// Indices of the triangles that can be nearest to a node within `reach`, or to a cell in the band.
+    /// Indices of the triangles that can be nearest to a node within the largest reach, or to a cell in the band.
     pub list: &'a [u32],
-    /// Middle of the nodes.
-    pub middle: Vector3<f64>,
-    pub inv_spacing: f64,
-    /// Nodes farther than this from the surface need no distance.
-    pub reach: f32,
+    /// Middle of the nodes, from the block's middle.
+    pub offset: [f32; 3],
+    /// Nodes of each octant farther than this from the surface need no distance.
+    pub reaches: [f32; 8],
+    /// Rounding of the positions of nodes and triangles, in voxels.
+    pub position_rounding: f32,
     /// Half width of the band if the error is wanted.
     pub certified_band: Option<f32>,
 }
@@ -39,39 +63,62 @@ pub(super) struct BrickQuery<'a> {
 pub(super) struct BrickDistances {
     /// In voxels, x fastest; of nodes beyond the reach, anything beyond it.
     pub distances: Box<[f32; NODES]>,
-    /// Index in the list of the nearest triangle, or of one near it.
-    pub nearest: Box<[u32; NODES]>,
+    /// Nodes whose side is decided, and those of them that are inside.
+    pub decided: NodeBits,
+    pub inside: NodeBits,
     /// Largest error of the distances, in voxels.
     pub rounding: f32,
     /// Error bound of interpolation in the cells that the band enters, in voxels.
     pub interpolation: f32,
     packed: Vec<PackedTriangles>,
-    octant_packed: Vec<PackedTriangles>,
-    octant_list: Vec<u32>,
-    masks: Vec<u32>,
     views: Vec<View>,
+    masks: Vec<u32>,
+    planes: Vec<[Wide; 4]>,
     picked: Vec<u32>,
+    /// Triangles that matter to an octant, by their distances from its middle, whose bits are the higher half.
+    by_distance: Vec<u64>,
 }
 
-/// Nodes and cells of an octant, around the middle of its cells.
-const OCTANT: Region = Region::symmetric([2.0; 3]);
-const GROUP_NODES: Region = Region::symmetric([1.5, 0.5, 0.5]);
-/// The cells whose first corners are the nodes of a group.
-const GROUP_CELLS: Region = Region { lower: [-1.5, -0.5, -0.5], upper: [2.5, 1.5, 1.5] };
+/// Points of the groups of an octant, around its middle.
+static GROUP_POINTS: [[Wide; 3]; GROUPS] = group_points();
+
+const fn group_points() -> [[Wide; 3]; GROUPS] {
+    let mut points = [[[0.0; WIDTH]; 3]; GROUPS];
+    let mut index = 0;
+    while index < GROUPS * WIDTH {
+        let (group, lane) = (index / WIDTH, index % WIDTH);
+        points[group][0][lane] = (lane % 4) as f32 - 1.5;
+        points[group][1][lane] = (lane / 4 % 2 + 2 * (group % 2)) as f32 - 1.5;
+        points[group][2][lane] = (lane / 8 + 2 * (group / 2)) as f32 - 1.5;
+        index += 1;
+    }
+    points
+}
+
+/// An octant's nodes, and their least squared distances so far.
+struct Nearest {
+    /// The nodes, around the middle of the brick.
+    points: [[Wide; 3]; GROUPS],
+    all: [Wide; GROUPS],
+    /// To triangles that have the node above them, and below.
+    above: [Wide; GROUPS],
+    below: [Wide; GROUPS],
+}
 
 impl BrickDistances {
     pub fn new() -> Self {
         Self {
             distances: Box::new([0.0; NODES]),
-            nearest: Box::new([0; NODES]),
+            decided: [0; 8],
+            inside: [0; 8],
             rounding: 0.0,
             interpolation: 0.0,
             packed: vec![],
-            octant_packed: vec![],
-            octant_list: vec![],
-            masks: vec![],
             views: vec![],
+            masks: vec![],
+            planes: vec![],
             picked: vec![],
+            by_distance: vec![],
         }
     }
 
@@ -80,11 +127,11 @@ impl BrickDistances {
         arch.dispatch(Measure { brick: self, query });
     }
 
-    /// Indices in the list of the triangles whose distances from a point exceed the least by no more than twice
-    /// `rounding`. `offset` is the point's from the middle, in voxels. To be asked after [`Self::measure`].
-    pub fn nearest_to(&mut self, arch: pulp::Arch, offset: [f32; 3], list_length: usize, rounding: f32) -> &[u32] {
+    /// Indices in the list of the triangles whose distances from a point exceed the least by no more than twice the
+    /// rounding. `offset` is the point's from the middle, in voxels. To be asked after [`Self::measure`].
+    pub fn nearest_to(&mut self, arch: pulp::Arch, offset: [f32; 3], list_length: usize) -> &[u32] {
         let packs = list_length.div_ceil(WIDTH);
-        let count = arch.dispatch(FindNearest { brick: self, packs, offset, rounding });
+        let count = arch.dispatch(FindNearest { brick: self, packs, offset });
         &self.picked[..count]
     }
 
@@ -93,166 +140,144 @@ impl BrickDistances {
         let packs = query.list.len().div_ceil(WIDTH);
         if self.packed.len() < packs {
             self.packed.resize(packs, PackedTriangles::default());
-            self.octant_packed.resize(packs, PackedTriangles::default());
-            self.octant_list.resize(packs * WIDTH, 0);
+            self.planes.resize(packs, [[0.0; WIDTH]; 4]);
             self.masks.resize(packs, 0);
             self.views.resize(packs, View::default());
             self.picked.resize(packs * WIDTH, 0);
         }
-        let mut size = 0.0;
-        for index in 0..packs * WIDTH {
+        let mut sizes = [0.0; WIDTH];
+        for (indices, pack) in query.list.chunks(WIDTH).zip(&mut self.packed) {
             // The last triangle fills the rest: nothing changes by a triangle that occurs twice.
-            let triangle = &query.triangles[query.list[index.min(query.list.len() - 1)] as usize];
-            let pack = &mut self.packed[index / WIDTH];
-            size = greater(size, pack.set(index % WIDTH, triangle, query.middle, query.inv_spacing));
+            let mut all = [indices[indices.len() - 1]; WIDTH];
+            all[..indices.len()].copy_from_slice(indices);
+            let (now, before) = (pack.load(query.triangles, &all, query.offset), sizes);
+            for lane in 0..WIDTH {
+                sizes[lane] = greater(now[lane], before[lane]);
+            }
         }
-        self.rounding = BRICK_DISTANCE_ROUNDING * (size + 8.0);
+        let size = sizes.into_iter().fold(0.0, greater);
+        self.rounding = BRICK_DISTANCE_ROUNDING * (size + 16.0) + query.position_rounding;
         self.interpolation = 0.0;
+        (self.decided, self.inside) = ([0; 8], [0; 8]);
     }
 
     #[inline(always)]
     fn octant(&mut self, octant: usize, query: &BrickQuery) {
         let packs = query.list.len().div_ceil(WIDTH);
         let side = |axis: usize| if octant >> axis & 1 == 0 { 0 } else { 4 };
-        let first = [side(0), side(1), side(2)];
-        // Middle of the nodes, and of the cells.
+        let first: [usize; 3] = [side(0), side(1), side(2)];
         let middle = first.map(|side| side as f32 - 2.0);
-        let cells_middle = middle.map(|x| x + 0.5);
+        let reach = query.reaches[octant];
+        let farthest = reach + 1.0;
         for (pack, view) in self.packed[..packs].iter().zip(&mut self.views) {
-            pack.view(cells_middle, view);
+            pack.view(middle, view);
         }
-        let (pack, lane) = nearest_of(&self.views[..packs], None);
-        let (nearest_sq, offset) = lane_of(&self.views[pack], lane);
-        // The nodes are in the cells.
-        let farthest = query.reach + 2.0 * 3.0_f32.sqrt() + 4.0 * self.rounding;
-        if nearest_sq.sqrt() > farthest * 1.0001 {
-            let base = node_index(first);
-            let nearest = (pack * WIDTH + lane) as u32;
-            self.fill_beyond(base, [4, 4, 4], query.reach, nearest);
+        let (pack, lane) = nearest_of(&self.views[..packs]);
+        let (nearest_sq, offset) = self.views[pack].lane(lane);
+        if nearest_sq.sqrt() > (farthest + OCTANT_RADIUS + 4.0 * self.rounding) * 1.0001 {
+            for row in 0..16 {
+                let at = first[0] + 8 * (first[1] + row % 4 + 8 * (first[2] + row / 4));
+                self.distances[at..at + 4].fill(farthest);
+            }
             return;
         }
-        let test = NearestTest::new(OCTANT, nearest_sq, offset, self.rounding);
-        for (view, mask) in self.views[..packs].iter().zip(&mut self.masks) {
-            *mask = test.pass(view);
-        }
-        if packs > MAX_MASKED_PACKS {
-            let kept = self.copy_masked(packs);
-            let packs = kept.div_ceil(WIDTH);
-            for [y, z] in [[0, 0], [2, 0], [0, 2], [2, 2]] {
-                self.group::<true>([first[0], first[1] + y, first[2] + z], packs, query);
+        let test = NearestTest::new(OCTANT_NODES, nearest_sq, offset, self.rounding);
+        let margin = PLANE_ROUNDINGS * self.rounding;
+        self.by_distance.clear();
+        for (index, (view, planes)) in self.views[..packs].iter().zip(&mut self.planes).enumerate() {
+            let mut mask = test.pass(view);
+            if mask != 0 {
+                *planes = view.supporting_planes(MIN_DIRECTION, margin);
             }
-        } else {
-            for [y, z] in [[0, 0], [2, 0], [0, 2], [2, 2]] {
-                self.group::<false>([first[0], first[1] + y, first[2] + z], packs, query);
-            }
-        }
-    }
-
-    /// Copies the triangles of the masks to the octant's own packs, and returns their number.
-    #[inline(always)]
-    fn copy_masked(&mut self, packs: usize) -> usize {
-        let mut kept = 0;
-        for pack in 0..packs {
-            let mut mask = self.masks[pack];
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize;
                 mask &= mask - 1;
-                self.octant_packed[kept / WIDTH].copy(kept % WIDTH, &self.packed[pack], lane);
-                self.octant_list[kept] = (pack * WIDTH + lane) as u32;
-                kept += 1;
+                let key = u64::from(view.distances_sq[lane].to_bits()) << 32;
+                self.by_distance.push(key | (WIDTH * index + lane) as u64);
             }
         }
-        let last = kept - 1;
-        for index in kept..kept.next_multiple_of(WIDTH) {
-            let from = self.octant_packed[last / WIDTH];
-            self.octant_packed[index / WIDTH].copy(index % WIDTH, &from, last % WIDTH);
-            self.octant_list[index] = self.octant_list[last];
+        self.by_distance.sort_unstable();
+        let far_sq = [[farthest * farthest; WIDTH]; GROUPS];
+        let mut points = GROUP_POINTS;
+        for group in &mut points {
+            for axis in 0..3 {
+                group[axis].iter_mut().for_each(|x| *x += middle[axis]);
+            }
         }
-        self.masks[..kept.div_ceil(WIDTH)].fill(0xffff);
-        kept
+        let mut nearest = Nearest { points, all: far_sq, above: far_sq, below: far_sq };
+        for key in &self.by_distance {
+            let (pack, lane) = (*key as u32 as usize / WIDTH, *key as u32 as usize % WIDTH);
+            let plane = [0, 1, 2, 3].map(|k: usize| self.planes[pack][k][lane]);
+            // The branch keeps the test in vectors: its result used otherwise, the compiler takes it apart.
+            for group in 0..GROUPS {
+                if nearest.can_improve(group, plane) {
+                    nearest.update(group, &self.packed[pack], lane, self.rounding);
+                }
+            }
+        }
+        self.store(first, &nearest, reach);
+        let Some(band) = query.certified_band else { return };
+        let farthest = (band + OCTANT_CELLS.radius_sq().sqrt() + 4.0 * self.rounding) * 1.0001;
+        if nearest_sq.sqrt() <= farthest && self.interpolation < MAX_ERROR as f32 {
+            let test = NearestTest::new(OCTANT_CELLS, nearest_sq, offset, self.rounding);
+            for (view, mask) in self.views[..packs].iter().zip(&mut self.masks) {
+                *mask = test.pass(view);
+            }
+            let sine = largest_sine(&self.packed[..packs], &self.masks[..packs]);
+            self.interpolation = greater(self.interpolation, MAX_ERROR as f32 * sine);
+        }
     }
 
-    /// Measures 4 × 2 × 2 nodes.
     #[inline(always)]
-    fn group<const IS_COPIED: bool>(&mut self, first: [usize; 3], packs: usize, query: &BrickQuery) {
-        let packed = if IS_COPIED { &self.octant_packed[..packs] } else { &self.packed[..packs] };
-        let start = first.map(|n| n as f32 - 3.5);
-        let middle = [start[0] + 1.5, start[1] + 0.5, start[2] + 0.5];
-        for pack in 0..packs {
-            if self.masks[pack] != 0 {
-                packed[pack].view(middle, &mut self.views[pack]);
-            }
-        }
-        let (pack, lane) = nearest_of(&self.views[..packs], Some(&self.masks));
-        let (nearest_sq, offset) = lane_of(&self.views[pack], lane);
-        let nearest = nearest_sq.sqrt();
-        let is_in_reach = nearest <= (query.reach + GROUP_RADIUS + 4.0 * self.rounding) * 1.0001;
-        let is_certified = query.certified_band.is_some_and(|band| {
-            let radius = GROUP_CELLS.radius_sq().sqrt();
-            nearest <= (band + radius + 4.0 * self.rounding) * 1.0001
-        });
-        let base = node_index(first);
-        if !is_in_reach {
-            let index = if IS_COPIED { self.octant_list[pack * WIDTH + lane] } else { (pack * WIDTH + lane) as u32 };
-            self.fill_beyond(base, [4, 2, 2], query.reach, index);
-            return;
-        }
-        let nodes_test = NearestTest::new(GROUP_NODES, nearest_sq, offset, self.rounding);
-        let mut picked = 0;
-        for pack in 0..packs {
-            if self.masks[pack] == 0 {
-                continue;
-            }
-            let mut mask = nodes_test.pass(&self.views[pack]) & self.masks[pack];
-            while mask != 0 {
-                self.picked[picked] = (pack * WIDTH) as u32 + mask.trailing_zeros();
-                mask &= mask - 1;
-                picked += 1;
-            }
-        }
-        if is_certified && f64::from(self.interpolation) < MAX_ERROR {
-            let test = NearestTest::new(GROUP_CELLS, nearest_sq, offset, self.rounding);
-            let sine = largest_sine(packed, &self.masks, &self.views, &test);
-            self.interpolation = greater(self.interpolation, (MAX_ERROR as f32) * sine);
-        }
-        let mut points = [[0.0; WIDTH]; 3];
-        for lane in 0..WIDTH {
-            points[0][lane] = start[0] + (lane % 4) as f32;
-            points[1][lane] = start[1] + (lane / 4 % 2) as f32;
-            points[2][lane] = start[2] + (lane / 8) as f32;
-        }
-        let (mut least, mut indices) = ([f32::INFINITY; WIDTH], [0_u32; WIDTH]);
-        for index in &self.picked[..picked] {
-            let now = packed[*index as usize / WIDTH].distances_sq(*index as usize % WIDTH, &points);
-            let (before, mut next) = (least, indices);
+    fn store(&mut self, first: [usize; 3], nearest: &Nearest, reach: f32) {
+        let limit = reach - 2.0 * self.rounding;
+        for group in 0..GROUPS {
+            let (mut distances, mut decided, mut inside) = ([0.0; WIDTH], [0_u8; WIDTH], [0_u8; WIDTH]);
             for lane in 0..WIDTH {
-                next[lane] = if now[lane] < before[lane] { *index } else { indices[lane] };
-                least[lane] = lesser(now[lane], before[lane]);
+                let (above, below) = (nearest.above[group][lane], nearest.below[group][lane]);
+                let distance = nearest.all[group][lane].sqrt();
+                distances[lane] = distance;
+                let sure = 2.0_f32.mul_add(self.rounding, distance) * (1.0 + CHAIN_SLACK_F32);
+                decided[lane] = u8::from((greater(above, below) > sure * sure) & (distance < limit));
+                inside[lane] = u8::from(below < above);
             }
-            indices = next;
-        }
-        for lane in 0..WIDTH {
-            least[lane] = least[lane].sqrt();
-        }
-        for row in 0..4 {
-            let at = base + 8 * (row % 2) + 64 * (row / 2);
-            for x in 0..4 {
-                let index = indices[4 * row + x];
-                self.distances[at + x] = least[4 * row + x];
-                self.nearest[at + x] = if IS_COPIED { self.octant_list[index as usize] } else { index };
+            let (decided, inside) = (pack_bits(&decided), pack_bits(&inside));
+            for row in 0..4 {
+                let (y, z) = (first[1] + 2 * (group % 2) + row % 2, first[2] + 2 * (group / 2) + row / 2);
+                let at = first[0] + 8 * (y + 8 * z);
+                self.distances[at..at + 4].copy_from_slice(&distances[4 * row..4 * row + 4]);
+                self.decided[z] |= (decided >> (4 * row) & 0xf) << (at % 64);
+                self.inside[z] |= (inside >> (4 * row) & 0xf) << (at % 64);
             }
         }
     }
+}
 
-    /// Marks nodes as beyond the reach.
+impl Nearest {
+    /// Can a triangle with this supporting plane be nearer to a node of the group than those so far?
     #[inline(always)]
-    fn fill_beyond(&mut self, base: usize, counts: [usize; 3], reach: f32, nearest: u32) {
-        for z in 0..counts[2] {
-            for y in 0..counts[1] {
-                let at = base + 8 * (y + 8 * z);
-                self.distances[at..at + counts[0]].fill(reach + 1.0);
-                self.nearest[at..at + counts[0]].fill(nearest);
-            }
+    fn can_improve(&self, group: usize, [x, y, z, distance]: [f32; 4]) -> bool {
+        let points = &GROUP_POINTS[group];
+        let mut can_improve = false;
+        for lane in 0..WIDTH {
+            let at = [points[0][lane], points[1][lane], points[2][lane]];
+            let bound = at[0].mul_add(x, at[1].mul_add(y, at[2].mul_add(z, distance)));
+            let bound = greater(bound, 0.0);
+            can_improve |= bound * bound <= self.all[group][lane];
+        }
+        can_improve
+    }
+
+    #[inline(always)]
+    fn update(&mut self, group: usize, pack: &PackedTriangles, lane: usize, rounding: f32) {
+        let (now, heights) = pack.measure(lane, &self.points[group]);
+        let (all, above, below) = (self.all[group], self.above[group], self.below[group]);
+        for lane in 0..WIDTH {
+            let as_above = if heights[lane] > -rounding { now[lane] } else { f32::INFINITY };
+            let as_below = if heights[lane] < rounding { now[lane] } else { f32::INFINITY };
+            self.all[group][lane] = lesser(now[lane], all[lane]);
+            self.above[group][lane] = lesser(as_above, above[lane]);
+            self.below[group][lane] = lesser(as_below, below[lane]);
         }
     }
 }
@@ -279,7 +304,6 @@ struct FindNearest<'a> {
     brick: &'a mut BrickDistances,
     packs: usize,
     offset: [f32; 3],
-    rounding: f32,
 }
 
 impl pulp::NullaryFnOnce for FindNearest<'_> {
@@ -287,7 +311,7 @@ impl pulp::NullaryFnOnce for FindNearest<'_> {
 
     #[inline(always)]
     fn call(self) -> usize {
-        let Self { brick: BrickDistances { packed, views, picked, .. }, packs, offset, rounding } = self;
+        let Self { brick: BrickDistances { packed, views, picked, rounding, .. }, packs, offset } = self;
         let mut least = [f32::INFINITY; WIDTH];
         for (pack, view) in packed[..packs].iter().zip(views.iter_mut()) {
             view.distances_sq = pack.distances_sq_from(offset);
@@ -296,7 +320,7 @@ impl pulp::NullaryFnOnce for FindNearest<'_> {
                 least[lane] = lesser(view.distances_sq[lane], before[lane]);
             }
         }
-        let most = least.into_iter().fold(f32::INFINITY, lesser).sqrt() + 2.0 * rounding;
+        let most = least.into_iter().fold(f32::INFINITY, lesser).sqrt() + 2.0 * *rounding;
         let most_sq = most * most * (1.0 + CHAIN_SLACK_F32);
         let mut count = 0;
         for (pack, view) in views[..packs].iter().enumerate() {
@@ -309,18 +333,21 @@ impl pulp::NullaryFnOnce for FindNearest<'_> {
     }
 }
 
-fn node_index([x, y, z]: [usize; 3]) -> usize {
-    x + 8 * (y + 8 * z)
+/// Bits of sixteen bytes that are 0 or 1: eight at a time by a product, in which no two bits meet.
+#[inline(always)]
+fn pack_bits(bytes: &[u8; WIDTH]) -> u64 {
+    let eight = |from: usize| {
+        let word = u64::from_le_bytes(std::array::from_fn(|byte| bytes[from + byte]));
+        word.wrapping_mul(0x0102_0408_1020_4080) >> 56
+    };
+    eight(0) | eight(8) << 8
 }
 
 /// Pack and lane of the nearest triangle, the first of equals.
 #[inline(always)]
-fn nearest_of(views: &[View], masks: Option<&[u32]>) -> (usize, usize) {
+fn nearest_of(views: &[View]) -> (usize, usize) {
     let (mut least, mut packs) = ([f32::INFINITY; WIDTH], [0_u32; WIDTH]);
     for (pack, view) in (0_u32..).zip(views) {
-        if masks.is_some_and(|masks| masks[pack as usize] == 0) {
-            continue;
-        }
         let (before, mut next) = (least, packs);
         for lane in 0..WIDTH {
             next[lane] = if view.distances_sq[lane] < before[lane] { pack } else { packs[lane] };
@@ -333,9 +360,4 @@ fn nearest_of(views: &[View], masks: Option<&[u32]>) -> (usize, usize) {
         nearest = if least[lane] < least[nearest] { lane } else { nearest };
     }
     (packs[nearest] as usize, nearest)
-}
-
-#[inline(always)]
-fn lane_of(view: &View, lane: usize) -> (f32, [f32; 3]) {
-    (view.distances_sq[lane], [view.offsets[0][lane], view.offsets[1][lane], view.offsets[2][lane]])
 }

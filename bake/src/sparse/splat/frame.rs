@@ -8,14 +8,22 @@
 //! With the longest edge along u, "inside" needs three signs that rounding cannot all turn: behind A or B one of them is a
 //! sum of two numbers of one sign, and the angle at C is at least 60°.
 
+use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
+
+use crate::bvh::Bvh;
+use crate::rounding::SLIVER_SINE_SQ;
+use crate::simd::{cross, dot, sub};
 
 /// Height over the longest edge, relative to it, below which a triangle is its longest edge.
 const MIN_HEIGHT: f64 = 1e-9;
 
+/// Triangles that one thread takes at a time.
+const CHUNK: usize = 1024;
+
 /// Shape in the plane, as a kernel needs it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Shape {
+pub(in crate::sparse) struct Shape {
     /// B = (b, 0).
     pub b: f32,
     /// C = (cₓ, c_y).
@@ -27,39 +35,67 @@ pub(super) struct Shape {
     pub bc_x: f32,
 }
 
-/// Frame and shape of one triangle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TriangleFrame {
-    /// A, in the unit of the mesh.
-    pub origin: Vector3<f64>,
+/// Axes and shape of one triangle, wherever it is seen from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::sparse) struct PlaneFrame {
     /// u, v and n.
-    pub axes: [Vector3<f64>; 3],
+    pub axes: [[f32; 3]; 3],
     pub shape: Shape,
     /// 1 or −1 if n is the outward normal or its opposite, 0 if that is unknown.
     pub outward: f32,
+    /// Corner of the triangle that is A.
+    first: u8,
+}
+
+/// A triangle seen from one point, such as the middle of a block of slots.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TriangleFrame {
+    /// Coordinates of the point: rounded, and what rounding took.
+    pub middle: [f32; 3],
+    pub middle_rest: [f32; 3],
+    pub plane: PlaneFrame,
     /// Slot of the triangle in the tree.
     pub slot: u32,
 }
 
-impl TriangleFrame {
-    /// `outward` is the unit normal out of the solid, or zero.
-    pub fn new(slot: u32, corners: &[Vector3<f64>; 3], outward: Vector3<f64>, inv_spacing: f64) -> Self {
-        let edge_sq = |corner: usize| (corners[(corner + 1) % 3] - corners[corner]).norm_squared();
-        let lengths_sq = [0, 1, 2].map(edge_sq);
+/// Frames of all triangles of the tree. `orientations` are 1 for triangles wound outward, −1 for inward.
+pub(in crate::sparse) fn plane_frames(tree: &Bvh, orientations: Option<&[f64]>, inv_spacing: f64) -> Vec<PlaneFrame> {
+    let mut frames = vec![PlaneFrame::default(); tree.corners.len()];
+    frames.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, frames)| {
+        tree.arch.dispatch(|| {
+            for (slot, frame) in (CHUNK * chunk..).zip(frames) {
+                let orientation = orientations.map_or(0.0, |orientations| orientations[slot]);
+                *frame = PlaneFrame::new(&tree.corners[slot], orientation, inv_spacing);
+            }
+        });
+    });
+    frames
+}
+
+impl PlaneFrame {
+    #[inline(always)]
+    fn new(corners: &[Vector3<f64>; 3], orientation: f64, inv_spacing: f64) -> Self {
+        let corners = [0, 1, 2].map(|corner: usize| [corners[corner].x, corners[corner].y, corners[corner].z]);
+        let edges = [0, 1, 2].map(|corner: usize| sub(corners[(corner + 1) % 3], corners[corner]));
+        let lengths_sq = edges.map(|edge| dot(edge, edge));
         let after_first = if lengths_sq[1] >= lengths_sq[2] { 1 } else { 2 };
         let first = if lengths_sq[0] >= lengths_sq[after_first] { 0 } else { after_first };
-        let [a, b, c] = [0, 1, 2].map(|step: usize| corners[(first + step) % 3]);
-        let [ab, ac] = [b, c].map(|corner| (corner - a) * inv_spacing);
-        let length = ab.norm();
-        let u = if length > 0.0 { ab / length } else { Vector3::x() };
-        let c_x = ac.dot(&u);
-        let height = ac - u * c_x;
-        let c_y = height.norm();
-        let is_flat = c_y > MIN_HEIGHT * length;
-        let any_across = || if u.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-        let v = if is_flat { height / c_y } else { u.cross(&any_across()).normalize() };
-        let c_y = if is_flat { c_y } else { 0.0 };
-        let n = u.cross(&v);
+        let scaled = |vector: [f64; 3], by: f64| vector.map(|x| x * by);
+        let (ab, ac) = (scaled(edges[first], inv_spacing), scaled(edges[(first + 2) % 3], -inv_spacing));
+        let length = dot(ab, ab).sqrt();
+        let u = if length > 0.0 { scaled(ab, 1.0 / length) } else { [1.0, 0.0, 0.0] };
+        let c_x = dot(ac, u);
+        let height = sub(ac, scaled(u, c_x));
+        let c_y = dot(height, height).sqrt();
+        let has_height = c_y > MIN_HEIGHT * length;
+        let v = if has_height {
+            scaled(height, 1.0 / c_y)
+        } else {
+            let across = cross(u, if u[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] });
+            scaled(across, 1.0 / dot(across, across).sqrt())
+        };
+        let c_y = if has_height { c_y } else { 0.0 };
+        let n = cross(u, v);
         let inverse = |x: f64| if x > 0.0 { (1.0 / x) as f32 } else { 0.0 };
         let bc_x = c_x - length;
         let shape = Shape {
@@ -69,17 +105,23 @@ impl TriangleFrame {
             inv_bc_sq: inverse(bc_x * bc_x + c_y * c_y),
             bc_x: bc_x as f32,
         };
-        let along = outward.dot(&n);
-        let outward = if along.abs() > 0.5 { along.signum() as f32 } else { 0.0 };
-        Self { origin: a, axes: [u, v, n], shape, outward, slot }
+        // n is the winding's normal: v points to the third corner. In voxels, nothing overflows.
+        let doubled_area = cross(ab, ac);
+        let is_sliver = dot(doubled_area, doubled_area) <= SLIVER_SINE_SQ * dot(ab, ab) * dot(ac, ac);
+        let outward = if is_sliver { 0.0 } else { orientation as f32 };
+        Self { axes: [u, v, n].map(|axis| axis.map(|x| x as f32)), shape, outward, first: first as u8 }
     }
+}
 
-    /// Coordinates of a point in the frame, in voxels.
+impl TriangleFrame {
     #[inline(always)]
-    pub fn coordinates(&self, point: Vector3<f64>, inv_spacing: f64) -> [f64; 3] {
-        let offset = (point - self.origin) * inv_spacing;
-        let dot = |axis: &Vector3<f64>| axis.x * offset.x + axis.y * offset.y + axis.z * offset.z;
-        [dot(&self.axes[0]), dot(&self.axes[1]), dot(&self.axes[2])]
+    pub fn new(slot: u32, plane: &PlaneFrame, corners: &[Vector3<f64>; 3], middle: [f64; 3], inv_spacing: f64) -> Self {
+        let a = corners[usize::from(plane.first)];
+        let from_a = sub(middle, [a.x, a.y, a.z]).map(|x| x * inv_spacing);
+        let coordinates = plane.axes.map(|axis| dot(from_a, axis.map(f64::from)));
+        let middle = coordinates.map(|x| x as f32);
+        let middle_rest = [0, 1, 2].map(|axis: usize| (coordinates[axis] - f64::from(middle[axis])) as f32);
+        Self { middle, middle_rest, plane: *plane, slot }
     }
 }
 

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
-use super::frame::{TriangleFrame, planar_distance_sq};
+use super::frame::{PlaneFrame, TriangleFrame, planar_distance_sq};
 use super::packed::WIDTH;
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
@@ -30,6 +30,8 @@ pub(super) struct SlotLists {
     pub triangles: Vec<TriangleFrame>,
     lists: Vec<Vec<u32>>,
     base: [u32; 3],
+    /// Slots of the triangles in the tree.
+    near: Vec<u32>,
 }
 
 /// A slot that is to be measured.
@@ -42,7 +44,7 @@ pub(super) struct WantedSlot {
 
 impl SlotLists {
     pub fn new() -> Self {
-        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3] }
+        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3], near: vec![] }
     }
 
     /// Fills the lists of some slots of one block. Returns false, and fills nothing, if more than `max_triangles` are
@@ -51,6 +53,7 @@ impl SlotLists {
         &mut self,
         mesh: &MeshDistance,
         lattice: &Lattice,
+        frames: &[PlaneFrame],
         wanted: &[WantedSlot],
         max_triangles: usize,
     ) -> bool {
@@ -70,16 +73,14 @@ impl SlotLists {
         };
         let around = Vector3::repeat(f64::from(max_reach + MARGIN) * spacing);
         let tree = mesh.tree();
-        self.triangles.clear();
+        self.near.clear();
         let mut is_too_many = false;
         tree.visit_overlapping(corner(lower) - around, corner(upper) + around, |slot| {
-            is_too_many = self.triangles.len() == max_triangles;
+            is_too_many = self.near.len() == max_triangles;
             if is_too_many {
                 return ControlFlow::Break(());
             }
-            let frame =
-                TriangleFrame::new(slot as u32, &tree.corners[slot], mesh.outward_normal(slot as u32), inv_spacing);
-            self.triangles.push(frame);
+            self.near.push(slot as u32);
             ControlFlow::Continue(())
         });
         if is_too_many {
@@ -87,9 +88,14 @@ impl SlotLists {
         }
         self.lists.iter_mut().for_each(Vec::clear);
         let base = corner(self.base);
-        let splat = Splat { lists: self, mesh, reaches: &reaches, max_reach, base, inv_spacing };
-        tree.arch.dispatch(splat);
+        tree.arch.dispatch(Splat { lists: self, mesh, frames, reaches: &reaches, max_reach, base, inv_spacing });
         true
+    }
+
+    /// Middle of a slot's nodes, from the middle of the block.
+    pub fn offset(&self, slot: [u32; 3]) -> [f32; 3] {
+        let half_block = 0.5 * SLOT_SIDE as f32 * BLOCK as f32;
+        [0, 1, 2].map(|axis: usize| SLOT_SIDE as f32 * (slot[axis] - self.base[axis]) as f32 + 3.5 - half_block)
     }
 
     /// Indices of the triangles near a slot of the block.
@@ -107,6 +113,7 @@ impl SlotLists {
 struct Splat<'a, 'b> {
     lists: &'a mut SlotLists,
     mesh: &'a MeshDistance<'b>,
+    frames: &'a [PlaneFrame],
     reaches: &'a [f32; BLOCK_SLOTS],
     max_reach: f32,
     /// First node of the block.
@@ -119,19 +126,22 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { lists, mesh, reaches, max_reach, base, inv_spacing } = self;
+        let Self { lists, mesh, frames, reaches, max_reach, base, inv_spacing } = self;
         let half_side = 0.5 * SLOT_SIDE as f32;
         let middle = base + Vector3::repeat(0.5 * f64::from(BLOCK) * SLOT_SIDE / inv_spacing);
-        let SlotLists { triangles, lists, .. } = lists;
+        let SlotLists { triangles, lists, near, .. } = lists;
+        let corners = &mesh.tree().corners;
+        triangles.clear();
+        triangles.extend(near.iter().map(|slot| {
+            let index = *slot as usize;
+            TriangleFrame::new(*slot, &frames[index], &corners[index], middle.into(), inv_spacing)
+        }));
         for (index, triangle) in (0..).zip(triangles.iter()) {
-            let TriangleFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = triangle;
-            let [u, v, w] = triangle.coordinates(middle, inv_spacing).map(|x| x as f32);
+            let TriangleFrame { middle: [u, v, w], plane, .. } = *triangle;
+            let PlaneFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = plane;
             let rounding = BRICK_DISTANCE_ROUNDING * (u.abs() + v.abs() + w.abs() + shape.b + 32.0);
             let margin = MARGIN + 2.0 * rounding;
-            let rows =
-                slots_near_box(&mesh.tree().corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
-            let [u_axis, v_axis, n_axis] =
-                [u_axis, v_axis, n_axis].map(|axis| [axis.x, axis.y, axis.z].map(|x| x as f32));
+            let rows = slots_near_box(&corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
             let plane_reach = half_side * (n_axis[0].abs() + n_axis[1].abs() + n_axis[2].abs()) + margin;
             for layer in 0..BLOCK as usize {
                 let in_layer = (rows >> (WIDTH * layer)) as u32 & 0xffff;
@@ -146,7 +156,7 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
                     let along =
                         |axis: [f32; 3], from: f32| x.mul_add(axis[0], y.mul_add(axis[1], z.mul_add(axis[2], from)));
                     let (u, v, w) = (along(u_axis, u), along(v_axis, v), along(n_axis, w));
-                    let distance_sq = w.mul_add(w, planar_distance_sq(u, v, shape));
+                    let distance_sq = w.mul_add(w, planar_distance_sq(u, v, &shape));
                     let reach = reaches[WIDTH * layer + lane];
                     let ball = reach + SLOT_RADIUS + margin;
                     let is_near = (w.abs() <= reach + plane_reach) & (distance_sq <= ball * ball) & (reach >= 0.0);

@@ -23,10 +23,6 @@ pub(super) struct Region {
 }
 
 impl Region {
-    pub const fn symmetric([x, y, z]: [f32; 3]) -> Self {
-        Self { lower: [-x, -y, -z], upper: [x, y, z] }
-    }
-
     #[inline(always)]
     pub fn radius_sq(&self) -> f32 {
         let farthest = [0, 1, 2].map(|axis: usize| greater(-self.lower[axis], self.upper[axis]));
@@ -72,23 +68,18 @@ impl NearestTest {
     }
 }
 
-/// Largest sine of the angles between the mean of the normals that pass a test and each of them; 1 if one is unknown or
-/// at a right angle or more.
+/// Largest sine of the angles between the mean of the normals of the masks and each of them; 1 if one is unknown or at a
+/// right angle or more.
 #[inline(always)]
-pub(super) fn largest_sine(packed: &[PackedTriangles], masks: &[u32], views: &[View], test: &NearestTest) -> f32 {
-    let mut passed = [0_u32; 64];
-    if packed.len() > passed.len() {
-        return 1.0;
-    }
+pub(super) fn largest_sine(packed: &[PackedTriangles], masks: &[u32]) -> f32 {
     let mut sums = [[0.0_f32; WIDTH]; 3];
-    for pack in 0..packed.len() {
-        passed[pack] = if masks[pack] == 0 { 0 } else { masks[pack] & test.pass(&views[pack]) };
-        if passed[pack] == 0 {
+    for (pack, mask) in packed.iter().zip(masks) {
+        if *mask == 0 {
             continue;
         }
         for lane in 0..WIDTH {
-            let share = (passed[pack] >> lane & 1) as f32;
-            let normal = packed[pack].normal(lane);
+            let share = (*mask >> lane & 1) as f32;
+            let normal = pack.normal(lane);
             for axis in 0..3 {
                 sums[axis][lane] = share.mul_add(normal[axis], sums[axis][lane]);
             }
@@ -98,22 +89,22 @@ pub(super) fn largest_sine(packed: &[PackedTriangles], masks: &[u32], views: &[V
     let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
     let axis = sum.map(|x| x / greater(length, 1e-6));
     let (mut cosines, mut sines_sq) = ([1.0_f32; WIDTH], [0.0_f32; WIDTH]);
-    for pack in 0..packed.len() {
-        if passed[pack] == 0 {
+    for (pack, mask) in packed.iter().zip(masks) {
+        if *mask == 0 {
             continue;
         }
         let (before, before_sq) = (cosines, sines_sq);
         for lane in 0..WIDTH {
-            let normal = packed[pack].normal(lane);
+            let normal = pack.normal(lane);
             let cosine = normal[0].mul_add(axis[0], normal[1].mul_add(axis[1], normal[2] * axis[2]));
             let mut sine_sq = 0.0;
             for k in 0..3 {
                 let across = (-cosine).mul_add(axis[k], normal[k]);
                 sine_sq += across * across;
             }
-            let is_passed = passed[pack] >> lane & 1 == 1;
-            cosines[lane] = if is_passed { lesser(cosine, before[lane]) } else { before[lane] };
-            sines_sq[lane] = if is_passed { greater(sine_sq, before_sq[lane]) } else { before_sq[lane] };
+            let is_masked = *mask >> lane & 1 == 1;
+            cosines[lane] = if is_masked { lesser(cosine, before[lane]) } else { before[lane] };
+            sines_sq[lane] = if is_masked { greater(sine_sq, before_sq[lane]) } else { before_sq[lane] };
         }
     }
     let cosine = cosines.into_iter().fold(1.0, lesser);

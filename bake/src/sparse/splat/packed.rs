@@ -1,7 +1,5 @@
 //! Sixteen triangles side by side, and how they look from one point.
 
-use sdf_core::nalgebra::Vector3;
-
 use super::frame::{Shape, TriangleFrame, planar_distance_sq, planar_offset};
 
 /// Numbers per register: sixteen `f32` fill 512 bits.
@@ -27,38 +25,66 @@ pub(super) struct View {
     pub offsets: [Wide; 3],
 }
 
-impl PackedTriangles {
-    /// Places a triangle in a lane. Returns the size of its coordinates, to which rounding is relative.
+impl View {
+    /// Squared distance and offset of one lane.
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, triangle: &TriangleFrame, middle: Vector3<f64>, inv_spacing: f64) -> f32 {
-        let middle = triangle.coordinates(middle, inv_spacing);
-        let Shape { b, c, inv_ac_sq, inv_bc_sq, bc_x } = triangle.shape;
-        for axis in 0..3 {
-            self.middle[axis][lane] = middle[axis] as f32;
-            for coordinate in 0..3 {
-                self.axes[axis][coordinate][lane] = triangle.axes[axis][coordinate] as f32;
-            }
-        }
-        for (field, value) in self.shape.iter_mut().zip([b, c[0], c[1], inv_ac_sq, inv_bc_sq, bc_x]) {
-            field[lane] = value;
-        }
-        self.outward[lane] = triangle.outward;
-        middle.iter().map(|x| x.abs() as f32).sum::<f32>() + b
+    pub fn lane(&self, lane: usize) -> (f32, [f32; 3]) {
+        (self.distances_sq[lane], [self.offsets[0][lane], self.offsets[1][lane], self.offsets[2][lane]])
     }
 
-    /// Copies one lane of another pack.
+    /// Unit normals of the planes beyond which no triangle has a point, and the point's heights over them less `margin`.
+    /// Both are zero where the triangle is nearer than `min_distance`.
     #[inline(always)]
-    pub fn copy(&mut self, lane: usize, from: &Self, from_lane: usize) {
-        for axis in 0..3 {
-            self.middle[axis][lane] = from.middle[axis][from_lane];
-            for coordinate in 0..3 {
-                self.axes[axis][coordinate][lane] = from.axes[axis][coordinate][from_lane];
+    pub fn supporting_planes(&self, min_distance: f32, margin: f32) -> [Wide; 4] {
+        let mut planes = [[0.0; WIDTH]; 4];
+        for lane in 0..WIDTH {
+            let distance = self.distances_sq[lane].sqrt();
+            let inv = if distance > min_distance { 1.0 / distance } else { 0.0 };
+            for axis in 0..3 {
+                planes[axis][lane] = self.offsets[axis][lane] * inv;
             }
+            planes[3][lane] = if distance > min_distance { distance - margin } else { -margin };
         }
-        for (field, from) in self.shape.iter_mut().zip(&from.shape) {
-            field[lane] = from[from_lane];
+        planes
+    }
+}
+
+impl PackedTriangles {
+    /// Takes sixteen triangles over, seen from the point at `offset` from the block's middle. Returns the sizes of their
+    /// coordinates, to which rounding is relative.
+    #[inline(always)]
+    pub fn load(&mut self, triangles: &[TriangleFrame], indices: &[u32; WIDTH], offset: [f32; 3]) -> Wide {
+        let mut rest = [[0.0; WIDTH]; 3];
+        for lane in 0..WIDTH {
+            let triangle = &triangles[indices[lane] as usize];
+            for axis in 0..3 {
+                self.middle[axis][lane] = triangle.middle[axis];
+                rest[axis][lane] = triangle.middle_rest[axis];
+                for coordinate in 0..3 {
+                    self.axes[axis][coordinate][lane] = triangle.plane.axes[axis][coordinate];
+                }
+            }
+            let Shape { b, c, inv_ac_sq, inv_bc_sq, bc_x } = triangle.plane.shape;
+            for (field, value) in self.shape.iter_mut().zip([b, c[0], c[1], inv_ac_sq, inv_bc_sq, bc_x]) {
+                field[lane] = value;
+            }
+            self.outward[lane] = triangle.plane.outward;
         }
-        self.outward[lane] = from.outward[from_lane];
+        let mut sizes = self.shape[0];
+        for axis in 0..3 {
+            let mut moved = [0.0; WIDTH];
+            for lane in 0..WIDTH {
+                let along = |coordinate: usize| self.axes[axis][coordinate][lane];
+                let by = offset[0]
+                    .mul_add(along(0), offset[1].mul_add(along(1), offset[2].mul_add(along(2), rest[axis][lane])));
+                moved[lane] = self.middle[axis][lane] + by;
+            }
+            for lane in 0..WIDTH {
+                sizes[lane] += moved[lane].abs();
+            }
+            self.middle[axis] = moved;
+        }
+        sizes
     }
 
     #[inline(always)]
@@ -119,17 +145,18 @@ impl PackedTriangles {
         distances_sq
     }
 
-    /// Squared distances of sixteen points to the triangle of one lane.
+    /// Squared distances of sixteen points to the triangle of one lane, and their heights over its plane, outward.
     #[inline(always)]
-    pub fn distances_sq(&self, lane: usize, points: &[Wide; 3]) -> Wide {
-        let shape = self.shape(lane);
-        let mut distances_sq = [0.0; WIDTH];
+    pub fn measure(&self, lane: usize, points: &[Wide; 3]) -> (Wide, Wide) {
+        let (shape, outward) = (self.shape(lane), self.outward[lane]);
+        let (mut distances_sq, mut heights) = ([0.0; WIDTH], [0.0; WIDTH]);
         for point in 0..WIDTH {
             let at = [points[0][point], points[1][point], points[2][point]];
             let (u, v) = (self.coordinate(0, lane, at), self.coordinate(1, lane, at));
             let w = self.coordinate(2, lane, at);
             distances_sq[point] = w.mul_add(w, planar_distance_sq(u, v, &shape));
+            heights[point] = w * outward;
         }
-        distances_sq
+        (distances_sq, heights)
     }
 }

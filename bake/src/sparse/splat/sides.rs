@@ -1,8 +1,8 @@
 //! Which nodes of a brick are inside a solid: bits that flood along clear edges of the grid.
 //!
 //! An edge of the grid is *clear* if the distances at its ends sum to more than its length (`sign::flood_fill`): no
-//! triangle meets it, and both ends are on one side. Layers of 8 × 8 nodes are words of 64 bits. Seeds are asked of the
-//! caller, far from the surface first: they reach the most.
+//! triangle meets it, and both ends are on one side. Layers of 8 × 8 nodes are words of 64 bits. Sides flood
+//! from the nodes that `distances` decided. Others are asked of the caller, far from the surface first: they reach the most.
 
 use super::distances::NODES;
 
@@ -15,17 +15,23 @@ struct ClearEdges([NodeBits; 3]);
 /// Distances, in voxels, above which nodes are seeds, one round after the other.
 const SEED_DISTANCES: [f32; 3] = [1.0, 0.5, f32::NEG_INFINITY];
 
-/// Nodes inside. `distances` are lower bounds, and those of `reach` or more are not exact; an edge is clear if its ends'
-/// sum to more than `clearance`. `is_inside(node)` tells the side of one, and takes longest where distances are not exact.
+/// Nodes inside. `distances` are lower bounds; an edge is clear if its ends' sum to more than `clearance`. The sides of the
+/// nodes `known` are those of `inside`. `is_inside(node)` tells the side of another one.
 pub(super) fn nodes_inside(
     arch: pulp::Arch,
     distances: &[f32; NODES],
-    reach: f32,
+    [mut known, mut inside]: [NodeBits; 2],
     clearance: f32,
     mut is_inside: impl FnMut(usize) -> bool,
 ) -> NodeBits {
+    for (inside, known) in inside.iter_mut().zip(known) {
+        *inside &= known;
+    }
+    if known == [u64::MAX; 8] {
+        return inside;
+    }
     let edges = arch.dispatch(FindClearEdges { distances, clearance });
-    let (mut known, mut inside) = ([0_u64; 8], [0_u64; 8]);
+    edges.flood(&mut known, &mut inside);
     for min_distance in SEED_DISTANCES {
         for layer in 0..8 {
             let mut unknown = !known[layer];
@@ -33,8 +39,7 @@ pub(super) fn nodes_inside(
                 let bit = unknown.trailing_zeros() as usize;
                 unknown &= unknown - 1;
                 let node = 64 * layer + bit;
-                let is_last_round = min_distance == f32::NEG_INFINITY;
-                if is_last_round || min_distance < distances[node] && distances[node] < reach {
+                if min_distance < distances[node] {
                     known[layer] |= 1 << bit;
                     inside[layer] |= u64::from(is_inside(node)) << bit;
                     edges.flood(&mut known, &mut inside);

@@ -1,0 +1,112 @@
+//! Bounds of the samples of each brick: value, slope, and magnitude at jumps of the sign.
+//!
+//! A brick's halo is read from the bricks and the coarse cells around it, part by part, with the bits of
+//! [`Sparse::node`](sdf_core::grid::sparse::Sparse::node).
+
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Sparse};
+use sdf_core::grid::{BlockBounds, Lattice};
+
+use super::Quantize;
+use crate::error::node_bounds::{Halo, HaloBlock};
+
+const SIDE: usize = BRICK as usize;
+
+/// A baked grid whose bricks are to be bounded.
+#[derive(Clone, Copy)]
+pub(super) struct BoundedBricks<'a, C> {
+    pub lattice: &'a Lattice,
+    pub storage: &'a Sparse<BrickSlices<'a, C>>,
+    /// Errors of the samples of each brick.
+    pub roundings: &'a [f64],
+}
+
+/// What is known of one brick's samples.
+pub(super) struct SampleBounds {
+    pub bounds: BlockBounds,
+    /// Largest error of the samples at the corners of the brick's cells.
+    pub rounding: f64,
+    /// The brick and what is around it.
+    pub halo: HaloBlock,
+}
+
+impl<C: Quantize> BoundedBricks<'_, C> {
+    pub fn bound(self, arch: pulp::Arch, slot: [u32; 3]) -> SampleBounds {
+        arch.dispatch(Bound { bricks: self, slot })
+    }
+
+    /// Fills the nodes of the halo that are in the slot at `part` − 1 from the brick's, from `starts` to before `ends`.
+    #[inline(always)]
+    fn fill(
+        &self,
+        halo: &mut Halo,
+        slot: [u32; 3],
+        part: [usize; 3],
+        starts: [usize; 3],
+        ends: [usize; 3],
+    ) -> Option<usize> {
+        let range = |axis: usize| {
+            let [first, end] = [[0, 1], [1, SIDE + 1], [SIDE + 1, SIDE + 2]][part[axis]];
+            first.max(starts[axis])..end.min(ends[axis])
+        };
+        let [xs, ys, zs] = [range(0), range(1), range(2)];
+        if xs.is_empty() || ys.is_empty() || zs.is_empty() {
+            return None;
+        }
+        let local = |at: usize| (at + SIDE - 1) % SIDE;
+        let slot: [u32; 3] = std::array::from_fn(|axis| slot[axis] + part[axis] as u32 - 1);
+        let Some(brick) = self.storage.brick_at(slot) else {
+            let corners = self.storage.coarse_corners(slot);
+            let mix = |a: f32, b: f32, at: usize| a + (b - a) * (local(at) as f32 / SIDE as f32);
+            for x in xs {
+                let along_x: [f32; 4] = std::array::from_fn(|edge| mix(corners[2 * edge], corners[2 * edge + 1], x));
+                for y in ys.clone() {
+                    let ends = [mix(along_x[0], along_x[1], y), mix(along_x[2], along_x[3], y)];
+                    for z in zs.clone() {
+                        halo[z][y][x] = mix(ends[0], ends[1], z);
+                    }
+                }
+            }
+            return None;
+        };
+        let bricks = self.storage.bricks();
+        let (scale, codes) = (bricks.scales[brick], &bricks.samples[brick * BRICK_SAMPLES..][..BRICK_SAMPLES]);
+        for z in zs {
+            for y in ys.clone() {
+                let row = &codes[SIDE * (SIDE * local(z) + local(y))..][..SIDE];
+                if xs.len() == SIDE {
+                    for x in 0..SIDE {
+                        halo[z][y][x + 1] = row[x].decode(scale);
+                    }
+                } else {
+                    xs.clone().for_each(|x| halo[z][y][x] = row[local(x)].decode(scale));
+                }
+            }
+        }
+        Some(brick)
+    }
+}
+
+struct Bound<'a, C> {
+    bricks: BoundedBricks<'a, C>,
+    slot: [u32; 3],
+}
+
+impl<C: Quantize> pulp::NullaryFnOnce for Bound<'_, C> {
+    type Output = SampleBounds;
+
+    #[inline(always)]
+    fn call(self) -> SampleBounds {
+        let Self { bricks, slot } = self;
+        let mut rounding = 0.0_f64;
+        let (mut halo, [starts, ends]) = HaloBlock::empty(bricks.lattice, slot);
+        for part in 0..27_usize {
+            let part = [part % 3, part / 3 % 3, part / 9];
+            let brick = bricks.fill(&mut halo.values, slot, part, starts, ends);
+            // The brick's cells have corners in the bricks above along each axis too.
+            if part[0] > 0 && part[1] > 0 && part[2] > 0 {
+                rounding = brick.map_or(rounding, |brick| rounding.max(bricks.roundings[brick]));
+            }
+        }
+        SampleBounds { bounds: halo.bounds(), rounding, halo }
+    }
+}
