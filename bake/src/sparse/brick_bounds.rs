@@ -20,7 +20,7 @@ pub(super) struct BoundedBricks<'a, C> {
     pub roundings: &'a [f64],
 }
 
-/// What is known of one brick's samples.
+/// Bounds of one brick's samples, and the samples around it.
 pub(super) struct SampleBounds {
     pub bounds: BlockBounds,
     /// Largest error of the samples at the corners of the brick's cells.

@@ -222,7 +222,7 @@ fn a_larger_budget_never_makes_the_worst_error_or_the_misses_more() {
     let study = json(measured());
     for set in sets(&study) {
         for curve in list(&set["curves"]) {
-            if set["elements"] == "edges" && curve["method"] == "sampling" {
+            if set["elements"] == "edges" && curve["unit"] == "samples" {
                 continue;
             }
             for two in list(&curve["points"]).windows(2) {

@@ -40,7 +40,7 @@ const OCTANT_CELLS: Region = Region { lower: [-1.5; 3], upper: [2.5; 3] };
 /// times the rounding at most.
 const MIN_DIRECTION: f32 = 0.02;
 
-/// What a supporting plane is off by at most, in roundings: (1 + |v| / [`MIN_DIRECTION`]), and two for the decision.
+/// Error bound of a supporting plane, in roundings: (1 + |v| / [`MIN_DIRECTION`]), and two for the decision.
 const PLANE_ROUNDINGS: f32 = 160.0;
 
 /// Query of one brick.

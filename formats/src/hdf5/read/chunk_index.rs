@@ -160,6 +160,14 @@ impl TreeWalk<'_> {
         if stored_bytes > self.source.length() {
             return Err(declared_too_large(self.name));
         }
+        let mut extents: Vec<[u64; 2]> = chunks
+            .iter()
+            .map(|chunk| [chunk.address, chunk.address.saturating_add(chunk.stored_bytes as u64)])
+            .collect();
+        extents.sort_unstable();
+        if extents.windows(2).any(|two| two[0][1] > two[1][0]) {
+            return Err(ReadError::damaged(format!("chunks of {} share bytes", self.name)));
+        }
         Ok((chunks, stored_bytes))
     }
 }

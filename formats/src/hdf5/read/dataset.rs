@@ -144,7 +144,8 @@ impl<T: Element> Dataset<T> {
     fn inflate(&self, inflater: &mut Decompress, stored: &[u8], out: &mut [u8]) -> Result<(), ReadError> {
         inflater.reset(true);
         let status = inflater.decompress(stored, out, FlushDecompress::Finish);
-        let is_full = inflater.total_out() == out.len() as u64;
+        // Nothing is left over on either side: a size that the index gives wrong is damage.
+        let is_full = inflater.total_out() == out.len() as u64 && inflater.total_in() == stored.len() as u64;
         match status {
             Ok(Status::StreamEnd) if is_full => Ok(()),
             _ => Err(ReadError::damaged(format!("a chunk of {} does not inflate to its size", self.name))),
