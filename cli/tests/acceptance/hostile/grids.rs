@@ -42,7 +42,8 @@ fn check_flipped_bits(layout: &str) {
                 assert_eq!(content(&String::from_utf8_lossy(&printed.stdout)), content(&expected[1]), "byte {at}");
             }
         } else {
-            says(&bad_field(&folder, "damaged.sdf.h5"), &["damaged.sdf.h5: "]);
+            // Commands that do not read the damaged chunk may succeed.
+            says(&folder.refused(eval), &["damaged.sdf.h5: "]);
         }
         if folder.sdftool(surface).output().unwrap().status.success() {
             assert!(folder.read("surface.obj") == expected_surface, "byte {at}");
