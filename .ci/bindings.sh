@@ -9,9 +9,10 @@ cd "$(dirname "$0")/.."
 
 . .ci/packages.sh
 
-if ! { command -v cmake g++ pkg-config valgrind && python3 -c 'import ensurepip, venv'; } >/dev/null 2>&1; then
-    install_packages cmake g++ pkg-config python3 python3-venv valgrind
-fi
+missing=()
+for program in cmake g++ pkg-config valgrind; do command -v "$program" >/dev/null || missing+=("$program"); done
+python3 -c 'import ensurepip, venv' 2>/dev/null || missing+=(python3 python3-venv)
+install_packages "${missing[@]}"
 # One target folder for all: what the doors and the program share is built once.
 CARGO_TARGET_DIR=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 export CARGO_TARGET_DIR
