@@ -67,10 +67,10 @@ class Program:
                 function = found[2]
                 calls.setdefault(function, set())
                 starts[int(found[1], 16)] = function
-            elif function and re.search(r"\tblx\tr\d", line):
+            elif function and (re.search(r"\tblx\tr\d", line) or (re.search(r"\tjalr\t", line) and "<" not in line)):
                 sys.exit(f"{self.query}: {function} calls through a pointer")
-            elif function and (found := re.search(r"0x([0-9a-f]+) <([^+>]*)>", line)):
-                calls[function].add(found[2])
+            elif function and (found := re.search(r"(?:0x[0-9a-f]+|\((?:ra|t1)\)) <([^+>]*)>", line)):
+                calls[function].add(found[1])
 
         def depth(name, above):
             if name in above:
