@@ -129,10 +129,11 @@ fn remove_leftovers(folder: &Path, id: u64) {
     let suffix = suffix(id);
     let is_temporary = |name: &OsStr| name.to_str().is_some_and(|n| n.starts_with(PREFIX) && n.ends_with(&suffix));
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_temporary(&entry.file_name())) {
-        if let Ok(lock) = File::open(entry.path().join(LOCK))
-            && lock.try_lock().is_ok()
-        {
-            let _ = fs::remove_dir_all(entry.path());
+        match File::open(entry.path().join(LOCK)) {
+            Ok(lock) if lock.try_lock().is_ok() => drop(fs::remove_dir_all(entry.path())),
+            // Killed before it had a lock, or after it had removed it. Only an empty folder goes.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => drop(fs::remove_dir(entry.path())),
+            _ => {}
         }
     }
 }

@@ -163,6 +163,10 @@ fn a_write_in_progress_elsewhere_is_left_alone() {
     let mut note = |path: &Path| name = path.parent().unwrap().file_name().unwrap().to_str().unwrap().to_owned();
     write(&mut note).unwrap();
     let other = old.folder.path().join(name.replacen(&std::process::id().to_string(), "1", 1));
+    // Empty: killed between the folder and its lock.
+    fs::create_dir(&other).unwrap();
+    write(&mut |_| {}).unwrap();
+    assert!(!other.exists());
     fs::create_dir(&other).unwrap();
     fs::write(other.join("file"), "half of the n").unwrap();
     // Not locked yet: it may be about to be.
