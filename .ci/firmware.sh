@@ -21,7 +21,7 @@ target_dir=$(realpath -m "${CARGO_TARGET_DIR:-$workspace/target}")
 triple=thumbv7em-none-eabihf
 elf=$target_dir/board/$triple/release/board
 sdftool=${SDFTOOL:+$(realpath "$SDFTOOL")}
-apt_options=--no-remove task=check
+apt_options=--no-remove apt_advice='if other packages conflict, pass --may-remove' task=check
 for option; do
     case $option in
         --may-remove) apt_options=--remove ;;

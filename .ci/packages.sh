@@ -3,7 +3,7 @@
 #
 #     install_packages PACKAGE...    as root, installs those that are missing; else says which they are, and stops the script
 #
-# apt_options holds further options of `apt-get install`.
+# apt_options holds a further option of `apt-get install`, apt_advice what to say where that fails.
 
 install_packages() {
     local missing=() package script
@@ -16,5 +16,5 @@ install_packages() {
     echo "$script: installing ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
     { apt-get update && apt-get install --yes --no-install-recommends ${apt_options:+"$apt_options"} "${missing[@]}"; } >/dev/null ||
-        { echo "$script: apt-get cannot install ${missing[*]}" >&2; exit 1; }
+        { echo "$script: apt-get cannot install ${missing[*]}${apt_advice:+; $apt_advice}" >&2; exit 1; }
 }

@@ -68,7 +68,8 @@ pub(crate) const SLOPE_ROUNDING: f64 = 8.0 * EPSILON_F32;
 pub(crate) const APPROX_DISTANCE_ROUNDING: f32 = 64.0 * f32::EPSILON;
 
 /// Distance to a triangle in f32, relative to the coordinates of the point in the triangle's frame and to its offset from
-/// the middle of its block, whose coordinates are computed in f64. Coordinates take 5 roundings each, the edges 8 more, the root 3: 32 roundings in all, √3 of the first.
+/// the middle of its block, whose coordinates are computed in f64. Coordinates take 5 roundings each, the edges 8 more,
+/// the root 3: 32 roundings in all, √3 of the first.
 pub(crate) const BRICK_DISTANCE_ROUNDING: f32 = 16.0 * f32::EPSILON;
 
 // Slacks, as fractions of the quantity that they widen.

@@ -78,6 +78,7 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
         ("height = 0.52", "height = nan", "height = NaN"),
         ("size = [1.0, 1.0]", "size = [1.0, -inf]", "size = -inf"),
         ("radius = 0.5", "radius = 1e200", ""),
+        ("thickness = 0.01", "loaded_rounds = 101", "loaded_rounds = 101: give a number from 0 to 100"),
         ("thickness = 0.01", "vary = { substeps = [4, 0] }", "substeps = 0"),
         ("thickness = 0.01", "vary = { rate = [60.0, -1.0] }", "rate = -1"),
         ("thickness = 0.01", "vary = { speed = [0.0] }", "speed = 0"),

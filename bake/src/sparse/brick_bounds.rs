@@ -110,3 +110,63 @@ impl<C: Quantize> pulp::NullaryFnOnce for Bound<'_, C> {
         SampleBounds { bounds: halo.bounds(), rounding, halo }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sdf_core::grid::sparse::{NO_BRICK, Scale, brick_counts};
+
+    use super::*;
+    use crate::testing::random;
+
+    /// The promise of the module's header: each node of a halo has the bits of `Sparse::node`, in bricks, in slots without one, and at
+    /// the ends of the lattice.
+    #[test]
+    fn a_halo_holds_the_nodes_of_the_grid_bit_for_bit() {
+        let mut state = 9;
+        for counts in [[9, 17, 20], [8, 8, 8], [25, 18, 10]] {
+            let lattice = Lattice::new([0.0; 3], 0.3, counts).unwrap();
+            let slot_counts = brick_counts(&lattice);
+            let mut bricks = 0;
+            let table: Vec<u32> = (0..slot_counts.iter().product::<u32>())
+                .map(|_| if random(&mut state) > 0.0 { NO_BRICK } else { (bricks, bricks += 1).0 })
+                .collect();
+            let mut number = || random(&mut state) as f32;
+            let scales: Vec<Scale> =
+                (0..bricks).map(|_| Scale { base: number(), step: 1e-4 * number().abs() }).collect();
+            let samples: Vec<u16> =
+                (0..bricks as usize * BRICK_SAMPLES).map(|_| (3e4 * (number() + 1.0)) as u16).collect();
+            let coarse: Vec<f32> = (0..slot_counts.iter().map(|n| n + 1).product::<u32>()).map(|_| number()).collect();
+            let bounds = vec![
+                BlockBounds { range: sdf_core::Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 };
+                bricks as usize
+            ];
+            let slices =
+                BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &bounds, coarse: &coarse };
+            let storage = Sparse::new(&lattice, slices).unwrap();
+            let roundings: Vec<f64> = (0..bricks).map(f64::from).collect();
+            let all = BoundedBricks { lattice: &lattice, storage: &storage, roundings: &roundings };
+            for slot in (0..table.len() as u32).map(|index| {
+                let [x, y, _] = slot_counts;
+                [index % x, index / x % y, index / x / y]
+            }) {
+                let found = all.bound(pulp::Arch::new(), slot);
+                let mut rounding = 0.0_f64;
+                for index in 0..1000_u32 {
+                    let at = [index % 10, index / 10 % 10, index / 100];
+                    let node: [u32; 3] = std::array::from_fn(|axis| (slot[axis] * BRICK + at[axis]).wrapping_sub(1));
+                    let value = found.halo.values[at[2] as usize][at[1] as usize][at[0] as usize];
+                    if node.iter().zip(counts).any(|(node, count)| *node >= count) {
+                        assert!(value.is_nan(), "{slot:?} {at:?} of {counts:?}");
+                        continue;
+                    }
+                    assert_eq!(value.to_bits(), storage.node(node).to_bits(), "{node:?} around {slot:?} of {counts:?}");
+                    let brick = storage.brick_at(node.map(|n| n / BRICK));
+                    if at.iter().all(|at| *at > 0) {
+                        rounding = brick.map_or(rounding, |brick| rounding.max(roundings[brick]));
+                    }
+                }
+                assert_eq!(found.rounding, rounding, "{slot:?} of {counts:?}");
+            }
+        }
+    }
+}

@@ -30,7 +30,8 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if format == ExportFormat::Raw {
         output::ensure_writable(&description_path(&output), &[&args.sdf])?;
     }
-    if output::is_standard_output(&output) {
+    let to_stdout = output::is_standard_output(&output);
+    if to_stdout {
         if format == ExportFormat::Raw {
             bail!("--format raw writes two files: name one by --output");
         }
@@ -44,7 +45,6 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         precision: args.precision,
         ..ExportOptions::default()
     };
-    let to_stdout = output::is_standard_output(&output);
     let exported = progress::on_threads(args.threads, || {
         if to_stdout {
             let Exported { lattice, bytes, .. } = field.export(format, &options)?;

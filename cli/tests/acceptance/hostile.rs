@@ -39,16 +39,21 @@ fn bad_mesh(folder: &Folder, name: &str) -> String {
 /// Checks that every command that reads a field refuses `name` with the same message. Returns it.
 fn bad_field(folder: &Folder, name: &str) -> String {
     let line = folder.refused(&format!("eval {name} --points points.csv"));
-    for words in [
-        format!("contacts cube.obj {name} -o list.csv"),
-        format!("verify {name} cube.obj --points 10"),
-        format!("slice {name} -o slice.png"),
-        format!("surface {name} -o surface.obj"),
-    ] {
+    for words in readers_of(name) {
         assert_eq!(folder.refused(&words), line);
     }
     assert!(line.starts_with(name), "{line}");
     line
+}
+
+/// Commands, beside `eval`, that read a field and the cube.
+fn readers_of(name: &str) -> [String; 4] {
+    [
+        format!("contacts cube.obj {name} -o list.csv"),
+        format!("verify {name} cube.obj --points 10"),
+        format!("slice {name} -o slice.png"),
+        format!("surface {name} -o surface.obj"),
+    ]
 }
 
 /// Files that are neither mesh nor field: empty, a picture, a page, an archive, zeros, a folder.

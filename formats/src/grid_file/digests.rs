@@ -45,7 +45,7 @@ impl DatasetList {
             (Checksums::Sha256(digests.as_chunks().0.to_vec()), digests)
         } else {
             let checksums = self.read_all::<u32>(file, sdf, &[count])?;
-            let bytes = checksums.iter().copied().flat_map(u32::to_le_bytes).collect();
+            let bytes = little_endian(&checksums);
             (Checksums::Crc32(checksums), bytes)
         };
         if layout::hex(&Sha256::digest(&bytes)) != header.digests_sha256 {
@@ -70,6 +70,11 @@ pub(super) struct Digests {
     /// Samples first, digests last.
     pub parts: Vec<Part>,
     checksums: Checksums,
+}
+
+/// The bytes of checksums, of which the header has the SHA-256.
+pub(super) fn little_endian(checksums: &[u32]) -> Vec<u8> {
+    checksums.iter().copied().flat_map(u32::to_le_bytes).collect()
 }
 
 enum Checksums {

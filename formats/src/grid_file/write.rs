@@ -8,6 +8,7 @@ use sdf_core::grid::{BlockBounds, Lattice};
 use sha2::{Digest, Sha256};
 
 use super::coding::{BrickCoding, Coding};
+use super::digests::little_endian;
 use super::header::{Attributes, CHECKSUM, Header};
 use super::{GridFault, Samples, SparseSamples, StoredMesh, kept_mesh, layout};
 use crate::hdf5::{self, Compression, Element, Group, Value};
@@ -53,8 +54,7 @@ impl Contents<'_> {
         }
         let checksums = std::mem::take(&mut chunks.checksums);
         chunks.put(&sdf, "digests", &[checksums.len()], &checksums)?;
-        let bytes: Vec<u8> = checksums.into_iter().flat_map(u32::to_le_bytes).collect();
-        self.header.digests_sha256 = layout::hex(&Sha256::digest(&bytes));
+        self.header.digests_sha256 = layout::hex(&Sha256::digest(little_endian(&checksums)));
         let attributes = self.header.attributes();
         set_attributes(&sdf, &attributes);
         sdf.set_text(CHECKSUM, &attributes.checksum());

@@ -60,7 +60,7 @@ impl Stage {
         let mut world = World::new(spec.gravity);
         world.drag = spec.drag;
         world.damping = spec.damping;
-        world.loaded_rounds = spec.loaded_rounds.min(100);
+        world.loaded_rounds = spec.loaded_rounds;
         world.recovery_speed = spec.recovery;
         let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
         let animations =

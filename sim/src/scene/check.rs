@@ -6,6 +6,9 @@ use super::vary::variant_count;
 /// Most frames, substeps and bodies of a scene, so that a mistyped number ends in a message.
 const MAX_COUNT: u32 = 1_000_000;
 
+/// Most rounds over loaded edges: each costs as much as a pass over all contacts.
+const MAX_ROUNDS: u32 = 100;
+
 /// Most combinations of a scene's lists.
 const MAX_VARIANTS: f64 = 100_000.0;
 
@@ -33,6 +36,9 @@ impl SceneSpec {
             ("damping", self.damping),
         ];
         others.iter().try_for_each(|(name, value)| is_not_negative(name, *value))?;
+        if self.loaded_rounds > MAX_ROUNDS {
+            return Err(format!("loaded_rounds = {}: give a number from 0 to {MAX_ROUNDS}", self.loaded_rounds));
+        }
         self.vary.check(&is_positive, &is_count)?;
         self.cloth.iter().try_for_each(|cloth| is_positive("mass", cloth.mass))?;
         for rigid in &self.rigid {

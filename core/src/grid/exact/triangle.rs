@@ -203,6 +203,13 @@ fn minimize_interiors<R: Float, S: Storage>(
     deficit
 }
 
+/// Samples at the corners of one lane's cell.
+#[inline(always)]
+fn in_lane<T: Copy>(samples: &[[T; LANES]; 8], lane: usize) -> [T; 8] {
+    let [a, b, c, d, e, f, g, h] = samples;
+    [a[lane], b[lane], c[lane], d[lane], e[lane], f[lane], g[lane], h[lane]]
+}
+
 /// The lowest point of a triangle so far.
 #[derive(Clone, Copy)]
 struct LowestPoint<R> {

@@ -15,6 +15,7 @@ use super::cell::Cell;
 use super::cell_range::CellRange;
 use super::directions::{DirectionalBounds, Directions};
 use super::grid_triangle::{GridTriangle, MAX_CELLS};
+use super::in_lane;
 use super::separating_planes::SeparatingPlanes;
 use crate::grid::Storage;
 use crate::grid::exact::polynomial::Polynomial;
@@ -126,16 +127,7 @@ impl Cells {
         let mut descents = [0.0_f32; LANES];
         for lane in 0..LANES {
             let part = self.range.clip(numbers[lane]);
-            let polynomial = Polynomial::new([
-                samples[0][lane],
-                samples[1][lane],
-                samples[2][lane],
-                samples[3][lane],
-                samples[4][lane],
-                samples[5][lane],
-                samples[6][lane],
-                samples[7][lane],
-            ]);
+            let polynomial = Polynomial::new(in_lane(&samples, lane));
             let cell = part.with_polynomial(polynomial);
             let form = cell.mean_value_form();
             let mut bits = 0.0_f32;

@@ -13,6 +13,7 @@ use super::LANES;
 use super::LowestPoint;
 use super::descent_table::LinePart;
 use super::grid_triangle::GridTriangle;
+use super::in_lane;
 use crate::grid::Storage;
 use crate::grid::exact::segment::Cubic;
 use crate::number::{Float, Real};
@@ -86,16 +87,7 @@ impl<R: Float> LineParts<R> {
         for lane in 0..LANES {
             let vector = |axes: &[[R; LANES]; 3]| Vector3::new(axes[0][lane], axes[1][lane], axes[2][lane]);
             let (cell, start, direction) = (vector(&self.cell), vector(&self.start), vector(&self.direction));
-            let corners = [
-                samples[0][lane],
-                samples[1][lane],
-                samples[2][lane],
-                samples[3][lane],
-                samples[4][lane],
-                samples[5][lane],
-                samples[6][lane],
-                samples[7][lane],
-            ];
+            let corners = in_lane(&samples, lane);
             let (from, span) = (self.from[lane], self.to[lane] - self.from[lane]);
             let (t, value) = Cubic::restrict(corners, start + direction * from - cell, direction * span).minimum();
             at[lane] = from + span * t;
