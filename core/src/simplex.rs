@@ -41,7 +41,7 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     }
 
     /// Largest distance from a point to a point of the simplex. A corner attains it.
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     pub fn max_distance_from(&self, point: Vector3<R>) -> R {
         max_distance(point, &self.corners)
     }

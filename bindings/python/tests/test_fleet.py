@@ -8,13 +8,16 @@ from pathlib import Path
 import pytest
 import sdftool
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
+EXAMPLES = str(Path(__file__).parent.parent / "examples")
+sys.path.insert(0, EXAMPLES)
 OPTIONS = {"res": 16, "layout": "sparse"}
 
 
 @pytest.mark.parametrize("runner", ["dask", "ray"])
-def test_three_killed_workers_lose_nothing(runner, tmp_path):
+def test_three_killed_workers_lose_nothing(runner, tmp_path, monkeypatch):
     pytest.importorskip({"dask": "distributed", "ray": "ray"}[runner])
+    # Ray's workers import what is not a script: by the environment.
+    monkeypatch.setenv("PYTHONPATH", EXAMPLES)
     import fleet
 
     for index in range(200):

@@ -32,7 +32,7 @@ pub(super) struct WeightedSample<R: Real, const N: usize> {
 pub(super) type KernelSample<R, const N: usize> = ([R; N], [R; 1], Vector3<R>);
 
 impl<R: Real, const N: usize> WeightedSample<R, N> {
-    #[inline(always)]
+    #[cfg_attr(feature = "std", inline(always))]
     fn new<F: EnclosedSdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
         let point = run(&PointOfWeights, (*simplex, weights));
         Self { weights, sample: field.evaluate(point) }
@@ -144,7 +144,8 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
         self.best = WeightedSample { weights, sample: Sample { value, gradient, status } };
     }
 
-    #[cfg_attr(feature = "std", inline(always))]
+    /// What is known of the best point. Inlined: a program that does not use the lower bound does not compute it.
+    #[inline(always)]
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let WeightedSample { weights, sample } = self.best;
         let point = run(&PointOfWeights, (*self.simplex, weights));
