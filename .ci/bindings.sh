@@ -3,7 +3,8 @@
 # against the program and on a fleet, the library by each way of linking it, under valgrind, and against its header, the colliders at rest.
 # The program is that of SDFTOOL, else the project's release, which another step has built as a rule.
 #
-# Needs PyPI (dask, maturin, numpy, pytest, ray, trimesh; SDFTOOL_RAY=0 leaves out ray, 236 MB). As root it installs missing Debian packages.
+# Needs PyPI (dask, maturin, numpy, open3d-cpu, pytest, ray, trimesh; SDFTOOL_LARGE=0 leaves out Open3D and ray, 550 MB together). As
+# root it installs missing Debian packages.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -41,7 +42,7 @@ PIP_QUIET=1 bash -e "$folder/python.sh"
 wheel=$(find "$CARGO_TARGET_DIR/wheels" -name 'sdftool-*.whl' -newer "$folder/python.sh" | head -n 1)
 [ -n "$wheel" ] && [ "$(stat -c %s "$wheel")" -le 4000000 ] || { echo "the wheel has more than 4 MB, or is missing: $wheel" >&2; exit 1; }
 pip install --quiet 'dask[distributed]' mypy pytest trimesh
-[ "${SDFTOOL_RAY:-1}" = 0 ] || pip install --quiet ray
+[ "${SDFTOOL_LARGE:-1}" = 0 ] || pip install --quiet open3d-cpu ray
 # The stub against the module. Reflected operators exist beside the others, and overloads have no defaults.
 printf '%s\n' 'sdftool\.Sdf\.__r(and|or|sub)__' 'sdftool\.signed_distance' > "$folder/allowlist"
 (cd "$folder" && python -m mypy.stubtest sdftool --allowlist allowlist >/dev/null || python -m mypy.stubtest sdftool --allowlist allowlist)

@@ -3,7 +3,7 @@
     exports.py SDFTOOL GRID.sdf.h5
 
 nanovdb_validate, nanovdb_convert and vdb_print check NanoVDB files where they are installed; Warp reads one where it is
-(it is 400 MB, so CI does without). numpy, pynrrd, VTK and trimesh read the other formats.
+(`SDFTOOL_LARGE=0` in `.ci/readers.sh` leaves out its 400 MB). numpy, pynrrd, VTK and trimesh read the other formats.
 """
 
 import csv
