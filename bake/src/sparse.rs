@@ -31,13 +31,16 @@
 //! | or, where signs cannot be carried along edges and at the jumps of an open mesh, node by node | `brick` |
 //! | 3. certify a tight error of interpolation | `interpolation_error` |
 //! | 4. encode samples | `quantize` |
-//! | 5. join bricks, add those that close an open mesh, and bound values, slopes and errors | `assemble`, `brick_bounds` |
+//! | 5. cut the Hilbert curve into parts, add the bricks that close an open mesh | `part`; what is left of the map: `coarse_map` |
+//! | 6. join bricks, and bound values, slopes and errors | `assemble`, `brick_bounds` |
 
 mod assemble;
 mod brick;
 mod brick_bounds;
 mod brick_map;
+mod coarse_map;
 mod interpolation_error;
+mod part;
 mod quantize;
 mod splat;
 
@@ -46,8 +49,11 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::MeshDistance;
+pub use assemble::{BrickSamples, BrickSources, NoSample, UnboundedGrid};
 use brick::Brick;
 use brick_map::BrickMap;
+pub use coarse_map::CoarseMap;
+pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;
 use splat::can_splat;
 use splat::frame::{PlaneFrame, plane_frames};
@@ -135,6 +141,9 @@ pub enum Certify {
 /// the samples are hardly ever in memory twice.
 const SLOTS_AT_A_TIME: usize = 1024;
 
+/// Slots whose bricks are baked before their samples are given away, where they are not kept in memory.
+pub const STREAMED_SLOTS: usize = 32_768;
+
 impl<'a> SparseBaker<'a> {
     /// Measures the distance at the middle of each slot. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
@@ -181,6 +190,19 @@ impl<'a> SparseBaker<'a> {
         let bricks = self.max_bricks().saturating_mul(per_brick);
         let in_progress = in_progress + splat::max_bytes(self.mesh);
         bricks.saturating_add(in_progress).saturating_add(self.map.bytes())
+    }
+
+    /// Does the sign change at triangles alone? It jumps elsewhere too at the holes of an open mesh.
+    pub fn is_continuous(&self) -> bool {
+        self.mesh.is_continuous()
+    }
+
+    /// Estimate of the peak memory of a bake whose samples are given away [`STREAMED_SLOTS`] at a time, in bytes, without the mesh.
+    pub fn max_streamed_bytes<C>(&self) -> usize {
+        let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 4])>();
+        let samples = 3 * STREAMED_SLOTS * BRICK_SAMPLES * size_of::<C>();
+        let bricks = self.max_bricks().saturating_mul(per_brick);
+        bricks.saturating_add(samples + splat::max_bytes(self.mesh)).saturating_add(self.map.bytes())
     }
 
     /// Error of interpolating exact distances within the band, in the grid that [`Self::bake`] returns. `None` if it

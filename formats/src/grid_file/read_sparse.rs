@@ -26,7 +26,7 @@ pub(super) struct SparseReader {
     tables: OwnedBricks<SamplePlaceholder>,
 }
 
-enum SampleDataset {
+pub(super) enum SampleDataset {
     F32(Dataset<f32>),
     U16(Dataset<u16>),
     U8(Dataset<u8>),
@@ -112,7 +112,7 @@ impl SparseReader {
 }
 
 impl SampleDataset {
-    fn open(
+    pub(super) fn open(
         file: &Hdf5Reader,
         sdf: &Object,
         bricks: usize,

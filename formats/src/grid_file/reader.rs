@@ -21,6 +21,7 @@ use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
 use super::kept_mesh::MeshReader;
+use super::part;
 use super::read_dense::DenseReader;
 use super::read_sparse::SparseReader;
 use super::{About, GridFault, GridFileError, MeshInfo, SparseInfo, StoredGrid, StoredMesh, Summary};
@@ -134,7 +135,10 @@ enum Contents {
 
 impl<'a> OpenGrid<'a> {
     fn open(file: Hdf5Reader<'a>) -> Result<Self, GridFault> {
-        let sdf = file.member(None, "sdf")?;
+        let sdf = match file.member(None, "sdf") {
+            Ok(sdf) => sdf,
+            Err(missing) => return Err(part::fault(&file).unwrap_or_else(|| missing.into())),
+        };
         let header = Header::read(&file, &sdf)?;
         let (contents, digests, mesh) = match header.sparse {
             None => {
