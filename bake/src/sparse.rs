@@ -52,6 +52,7 @@ use crate::MeshDistance;
 pub use assemble::{BrickSamples, BrickSources, NoSample, UnboundedGrid};
 use brick::Brick;
 use brick_map::BrickMap;
+pub use brick_map::STREAMED_SLOT_BYTES;
 pub use coarse_map::CoarseMap;
 pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;
@@ -141,9 +142,6 @@ pub enum Certify {
 /// the samples are hardly ever in memory twice.
 const SLOTS_AT_A_TIME: usize = 1024;
 
-/// Slots whose bricks are baked before their samples are given away, where they are not kept in memory.
-pub const STREAMED_SLOTS: usize = 32_768;
-
 impl<'a> SparseBaker<'a> {
     /// Measures the distance at the middle of each slot. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
@@ -197,12 +195,14 @@ impl<'a> SparseBaker<'a> {
         self.mesh.is_continuous()
     }
 
-    /// Estimate of the peak memory of a bake whose samples are given away [`STREAMED_SLOTS`] at a time, in bytes, without the mesh.
-    pub fn max_streamed_bytes<C>(&self) -> usize {
+    /// Estimate of the peak memory of [`Self::bake_part`] that gives away the samples of so many slots at once, and of joining the parts
+    /// again, in bytes, without the mesh.
+    pub fn max_streamed_bytes<C>(&self, slots_at_a_time: usize) -> usize {
         let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 4])>();
-        let samples = 3 * STREAMED_SLOTS * BRICK_SAMPLES * size_of::<C>();
-        let bricks = self.max_bricks().saturating_mul(per_brick);
-        bricks.saturating_add(samples + splat::max_bytes(self.mesh)).saturating_add(self.map.bytes())
+        let bricks = self.max_bricks();
+        let at_a_time = 3 * bricks.min(slots_at_a_time) * BRICK_SAMPLES * size_of::<C>();
+        let in_progress = at_a_time + splat::max_bytes(self.mesh);
+        bricks.saturating_mul(per_brick).saturating_add(in_progress).saturating_add(self.map.streamed_bytes())
     }
 
     /// Error of interpolating exact distances within the band, in the grid that [`Self::bake`] returns. `None` if it

@@ -1,5 +1,7 @@
 //! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
 
+#[cfg(feature = "files")]
+mod join;
 mod options;
 #[cfg(feature = "files")]
 mod parts;
@@ -7,7 +9,7 @@ mod parts;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_bake::error_budget::ErrorBudget;
-use sdf_bake::sparse::SparseBaker;
+use sdf_bake::sparse::{STREAMED_SLOT_BYTES, SparseBaker};
 use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
@@ -18,9 +20,11 @@ pub use sdf_bake::error_budget::ErrorBudgetError;
 pub use sdf_bake::sparse::Certify;
 pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Topology};
 
+#[cfg(feature = "files")]
+pub use join::merge_parts;
 pub use options::{BakeOptions, GridSize, InnerFaces, MaxError};
 #[cfg(feature = "files")]
-pub use parts::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk, GridShard, merge_parts};
+pub use parts::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk, GridShard};
 
 use crate::info::{GridInfo, SignMethod};
 use crate::{Field, KeptMesh, MeshView, memory};
@@ -172,7 +176,7 @@ fn bake_grid(
     match (options.size.spacing(&bounds), options.layout) {
         (Err(max_error), _) => bake_within(distance, options, &bounds, max_error, memory, on_progress),
         (Ok(spacing), Layout::Dense) => {
-            let lattice = lattice(options, &bounds, spacing, memory)?;
+            let lattice = lattice(options, &bounds, spacing, 0, memory)?;
             on_progress(Progress::Total(lattice.node_count() as u64));
             let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
             Ok((dense.into_grid(&lattice), None))
@@ -264,7 +268,11 @@ fn sparse_baker<'a>(
     spacing: f64,
     memory: Memory,
 ) -> Result<SparseBaker<'a>, BakeError> {
-    let lattice = lattice(options, &distance.bounds(), spacing, memory)?;
+    let slot_bytes = match distance.sign_method() {
+        sdf_bake::SignMethod::PseudoNormal => STREAMED_SLOT_BYTES,
+        sdf_bake::SignMethod::Winding => SLOT_BYTES,
+    };
+    let lattice = lattice(options, &distance.bounds(), spacing, slot_bytes, memory)?;
     let band = f64::from(options.band) * lattice.spacing();
     Ok(SparseBaker::new(distance, &lattice, band).certified(options.certify))
 }
@@ -306,20 +314,31 @@ fn bake_within(
     Ok((baked, Some(band)))
 }
 
+/// Bytes for each slot while winding numbers sign what is known of its middle.
+const SLOT_BYTES: usize = 72;
+
 /// Largest side of a cell in sides of the mesh's box. One says nothing of the mesh already; from 1e16 on, the nodes are so far
 /// away that the whole mesh is one point.
 const MAX_SIDES: f64 = 1e3;
 
-fn lattice(options: &BakeOptions, bounds: &Aabb, spacing: f64, memory: Memory) -> Result<Lattice, BakeError> {
+/// `slot_bytes`: memory for each slot of a sparse grid.
+fn lattice(
+    options: &BakeOptions,
+    bounds: &Aabb,
+    spacing: f64,
+    slot_bytes: usize,
+    memory: Memory,
+) -> Result<Lattice, BakeError> {
     let side = bounds.longest_side();
     if spacing > MAX_SIDES * side {
         return Err(BakeError::VoxelTooLarge { side });
     }
     let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 2.0 * f64::from(options.padding) + 1.0);
-    // A sparse grid has a number for each slot of 8 × 8 × 8 nodes, and while it is baked what is known of its middle.
+    // A sparse grid has a number for each slot of 8 × 8 × 8 nodes, and while it is baked what is known of its middle. Whether its bricks
+    // fit is known later.
     let bytes_per_node = match options.layout {
         Layout::Dense => size_of::<f32>() as f64 + size_of::<&mut [f32]>() as f64 / nodes[0],
-        Layout::Sparse => 72.0 / BRICK_SAMPLES as f64,
+        Layout::Sparse => slot_bytes as f64 / BRICK_SAMPLES as f64,
     };
     let sign_bytes = match (options.layout, options.sign) {
         (Layout::Sparse, _) | (_, Some(SignMethod::PseudoNormal)) => 0.0,

@@ -16,9 +16,6 @@ use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::nearest::PacketSearch;
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
 
-/// Bricks that are bounded together where their samples are not in memory: 16 MiB of u16, and their neighbours.
-const BRICKS_AT_A_TIME: usize = 16_384;
-
 /// Stands for a sample that is kept elsewhere; takes no memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NoSample;
@@ -38,7 +35,7 @@ pub trait BrickSamples<C> {
     fn all(&self) -> Option<&[C]> {
         None
     }
-    /// Those of some bricks, in ascending order.
+    /// Codes of some bricks, in ascending order.
     fn read(&self, bricks: &[u32]) -> Result<Vec<C>, Self::Error>;
 }
 
@@ -102,10 +99,12 @@ impl UnboundedGrid {
         self.missing
     }
 
-    /// The grid without its samples, once they have been read for the bounds. Holds those of few bricks at a time, unless all are in memory.
+    /// The grid without its samples, once they have been read for the bounds. Unless all are in memory, holds those of `bricks_at_a_time`
+    /// bricks and of the bricks around them.
     pub fn bounded<C: Quantize, S: BrickSamples<C>>(
         self,
         samples: &S,
+        bricks_at_a_time: usize,
     ) -> Result<(SparseGrid<NoSample>, BrickSources), S::Error> {
         let Self { lattice, band, is_continuous, columns, coarse, table, sources, .. } = self;
         let coarse = coarse.into_values(&table);
@@ -143,8 +142,8 @@ impl UnboundedGrid {
         if let Some(codes) = samples.all() {
             keep((0..slots.len()).into_par_iter().map(|brick| bound(Window { bricks: None, codes }, brick)).unzip());
         } else {
-            for first in (0..slots.len()).step_by(BRICKS_AT_A_TIME) {
-                let batch = first..slots.len().min(first + BRICKS_AT_A_TIME);
+            for first in (0..slots.len()).step_by(bricks_at_a_time.max(1)) {
+                let batch = first..slots.len().min(first.saturating_add(bricks_at_a_time.max(1)));
                 let bricks = with_neighbours(&storage, &slots, batch.clone());
                 let codes = samples.read(&bricks.iter().map(|brick| sources.place(*brick)).collect::<Vec<_>>())?;
                 let window = Window { bricks: Some(&bricks), codes: &codes };
@@ -211,7 +210,8 @@ impl SparseBaker<'_> {
         };
         let Ok(part) = self.bake_part(BrickShard::WHOLE, usize::MAX, &mut take, on_slots_done);
         all.0.shrink_to_fit();
-        let Ok((grid, _)) = UnboundedGrid::new(&self.lattice, self.band(), self.is_continuous(), part).bounded(&all);
+        let Ok((grid, _)) =
+            UnboundedGrid::new(&self.lattice, self.band(), self.is_continuous(), part).bounded(&all, usize::MAX);
         let SparseGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, .. } = grid;
         SparseGrid { table, slots, scales, samples: all.0, bounds, errors, coarse, slope_bound, error_bound }
     }

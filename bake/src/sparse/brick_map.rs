@@ -32,6 +32,9 @@ use crate::{MeshDistance, SignMethod};
 /// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
 
+/// Bytes for each slot at the peak of a map that pseudo-normals sign: distance and triangle, each twice for a moment, and a side.
+pub const STREAMED_SLOT_BYTES: usize = 20;
+
 /// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
 pub(super) struct BrickMap {
     counts: [u32; 3],
@@ -139,13 +142,22 @@ impl BrickMap {
 
     /// Memory of the map, of a table and a list of slots, and of a coarse grid.
     pub fn bytes(&self) -> usize {
+        self.winding_bytes()
+            + self.distances.len() * size_of::<(f32, u32, usize)>()
+            + self.magnitudes.len() * size_of::<([f32; 3], bool)>()
+    }
+
+    /// Peak memory of the map, and what is left of it and a table when bricks are joined.
+    pub fn streamed_bytes(&self) -> usize {
+        self.winding_bytes() + self.magnitudes.len() * STREAMED_SLOT_BYTES
+    }
+
+    fn winding_bytes(&self) -> usize {
         let windings = self.windings.as_ref().map_or(0, |windings| {
             (windings.middles.len() + windings.nodes.len()) * size_of::<Winding>()
                 + size_of_val(&windings.node_distances[..])
         });
-        self.distances.len() * size_of::<(f32, u32, usize)>()
-            + self.magnitudes.len() * size_of::<([f32; 3], bool)>()
-            + windings
+        windings
     }
 
     pub fn band(&self) -> f64 {
@@ -230,7 +242,7 @@ impl BrickMap {
         coarse_nodes(self.counts)
     }
 
-    /// What outlives the map: the coarse grid and the sides.
+    /// The coarse grid and the sides, which outlive the map.
     pub fn coarse_map(&self) -> CoarseMap {
         CoarseMap {
             counts: self.counts,

@@ -35,7 +35,7 @@ impl CoarseMap {
         fits.then_some(Self { counts, magnitudes, are_slots_inside, are_nodes_inside })
     }
 
-    /// What [`new`](Self::new) takes: for each node, x fastest, the magnitude; for each slot, is its middle inside? For each node, is it
+    /// Arguments of [`new`](Self::new): for each node, x fastest, the magnitude; for each slot, is its middle inside? For each node, is it
     /// inside? `None` where pseudo-normals give the sign.
     pub fn into_parts(self) -> (Vec<f32>, Vec<bool>, Option<Vec<bool>>) {
         (self.magnitudes, self.are_slots_inside, self.are_nodes_inside)

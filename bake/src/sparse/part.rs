@@ -19,7 +19,7 @@ use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker};
 /// A part of the bricks of a grid: the `index`-th of `count` parts, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BrickShard {
-    /// Less than the count.
+    /// Index, less than the count.
     pub index: u32,
     /// Number of parts.
     pub count: u32,

@@ -94,10 +94,12 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
     };
     let times = [read, bake, write];
     let mut rows = rows(args, &facts, &input, times, &format!("{}, {file} bytes", output::shown(output)));
+    let mut json = document(&facts, &input, times, output, file);
     if matches!(outcome, BakeOutcome::OnDisk(_)) {
         rows.push(("memory", "bricks were streamed into the file as they came".to_owned()));
+        json["streamed"] = true.into();
     }
-    Ok(Report { rows, json: document(&facts, &input, times, output, file) })
+    Ok(Report { rows, json })
 }
 
 /// Bakes `input` in memory and frees its points and triangles.

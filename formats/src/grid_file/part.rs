@@ -28,7 +28,7 @@ pub use write::write;
 /// The group that stands in place of a grid's `sdf`.
 const GROUP: &str = "sdf_part";
 
-/// What is known of a bake before its bricks, and which part this is.
+/// Facts of a bake that are known before its bricks, and which part this is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartInfo {
     /// Index of the part, counted from 0.
@@ -111,7 +111,7 @@ fn map_sizes(lattice: &Lattice) -> Option<[usize; 2]> {
     Some([count(0)?, count(1)?])
 }
 
-/// What to say of a file that is no grid but a part; `None` where it is none.
+/// Fault of a file that is a part in place of a grid; `None` where it is not a part.
 pub(super) fn fault(file: &Hdf5Reader) -> Option<GridFault> {
     let part = file.member(None, GROUP).ok()?;
     let (index, count) = read::part_and_count(file, &part).unwrap_or_default();

@@ -106,7 +106,7 @@ impl GridReader<'_> {
         Ok(StoredGrid { mesh, ..stored })
     }
 
-    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero, and the mesh is
+    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples have no meaning, and the mesh is
     /// not read.
     /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole
     /// grid would read missing samples.

@@ -15,7 +15,7 @@ use crate::memory;
 use crate::mesh_input::MeshFacts;
 use crate::report::{counts, number, seconds};
 
-/// What a bake found out.
+/// Facts that a bake found out.
 pub struct GridFacts<'a> {
     pub lattice: Lattice,
     pub info: &'a GridInfo,

@@ -14,7 +14,7 @@ use crate::hdf5::{Elements, Tile, Tiling};
 
 /// The parts of one bake, whose bricks are counted so: those near the surface of all parts, then the others of all parts.
 pub struct JoinedParts {
-    /// By index.
+    /// In the order of their indices.
     parts: Vec<PartReader>,
     /// For each part and for the end: bricks near the surface before it.
     near: Vec<usize>,
@@ -58,7 +58,7 @@ impl JoinedParts {
         Ok(Self { parts, near, others })
     }
 
-    /// What the parts have in common, as the first states it.
+    /// Facts that the parts have in common, as the first states them.
     pub fn info(&self) -> &PartInfo {
         &self.parts[0].info
     }

@@ -99,7 +99,7 @@ impl<T: Element> Dataset<T> {
             return Err(ReadError::damaged(format!("rows of {} are not where they are declared", self.name)));
         }
         let chunk = |row: &u32| *row as usize / chunk_rows;
-        let mut elements = vec![T::default(); rows.len() * columns];
+        let mut elements = zeros([1, rows.len(), columns], self.name)?;
         let mut free = &mut elements[..];
         let groups = rows.chunk_by(|a, b| chunk(a) == chunk(b)).map(|rows| {
             let (own, rest) = std::mem::take(&mut free).split_at_mut(rows.len() * columns);
