@@ -58,12 +58,15 @@ impl CoarseMap {
     ///
     /// With `may_be_empty` true of the slots without a brick alone, these are the slots whose bricks close the mesh.
     pub(super) fn slots_at_sign_jumps(&self, may_be_empty: impl Fn(usize) -> bool + Sync) -> BTreeSet<usize> {
+        let side = |slot: &usize| self.are_slots_inside[*slot];
         let jumps_at = |(index, node): (usize, [u32; 3])| {
-            let around: Vec<usize> = slots_around(self.counts, node).filter(|slot| may_be_empty(*slot)).collect();
             let node_side = self.are_nodes_inside.as_ref().map(|nodes| nodes[index]);
-            let mut sides = around.iter().map(|slot| self.are_slots_inside[*slot]).chain(node_side);
-            let first = sides.next();
-            if sides.all(|side| Some(side) == first) { Vec::new() } else { around }
+            // Most nodes are far from the surface.
+            if are_all_equal(slots_around(self.counts, node).map(|slot| side(&slot)).chain(node_side)) {
+                return Vec::new();
+            }
+            let around: Vec<usize> = slots_around(self.counts, node).filter(|slot| may_be_empty(*slot)).collect();
+            if are_all_equal(around.iter().map(side).chain(node_side)) { Vec::new() } else { around }
         };
         coarse_nodes(self.counts).enumerate().flat_map_iter(jumps_at).collect()
     }
@@ -78,6 +81,11 @@ impl CoarseMap {
         });
         magnitudes
     }
+}
+
+fn are_all_equal(mut sides: impl Iterator<Item = bool>) -> bool {
+    let first = sides.next();
+    sides.all(|side| Some(side) == first)
 }
 
 pub(super) fn slot_index([row, rows, _]: [u32; 3], [x, y, z]: [u32; 3]) -> usize {

@@ -78,7 +78,7 @@ fn a_grid_that_does_not_fit_into_memory_is_streamed_into_the_same_bytes() {
             assert_eq!(whole[key], streamed[key], "{key} of {words}");
         }
     }
-    says(&folder.refused("bake closed.obj --layout sparse --res 160 --memory 1MB"), &["--memory allows", "--res 160"]);
+    says(&folder.refused("bake closed.obj --layout sparse --res 160 --memory 1MB"), &["--memory allows", " bricks"]);
     says(&folder.wrong_usage("bake closed.obj --res 8 --memory much"), &["--memory", "500MB"]);
     says(&folder.refused("bake closed.obj --res 64 --memory 100kB"), &["--memory allows", "--layout sparse"]);
 }
