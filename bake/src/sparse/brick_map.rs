@@ -153,11 +153,10 @@ impl BrickMap {
     }
 
     fn winding_bytes(&self) -> usize {
-        let windings = self.windings.as_ref().map_or(0, |windings| {
+        self.windings.as_ref().map_or(0, |windings| {
             (windings.middles.len() + windings.nodes.len()) * size_of::<Winding>()
                 + size_of_val(&windings.node_distances[..])
-        });
-        windings
+        })
     }
 
     pub fn band(&self) -> f64 {

@@ -2,9 +2,7 @@
 
 use std::convert::Infallible;
 
-use sdf_bake::sparse::{
-    self, BakedPart, BrickColumns, BrickSamples, BrickShard, SparseBaker, SparseGrid, UnboundedGrid,
-};
+use sdf_bake::sparse::{BakedPart, BrickColumns, BrickSamples, BrickShard, SparseBaker, SparseGrid, UnboundedGrid};
 use sdf_bake::{MeshDistance, lattice_around};
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Sparse};

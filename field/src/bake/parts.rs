@@ -52,7 +52,6 @@ pub struct GridShard {
 
 /// A bake in memory or in its file.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "a program has one or two")]
 pub enum BakeOutcome {
     /// In memory; the target is not written.
     InMemory(Baked),
