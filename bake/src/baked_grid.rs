@@ -58,6 +58,15 @@ impl SparseBaker<'_> {
         }
     }
 
+    /// [`max_streamed_bytes`](Self::max_streamed_bytes) of a precision known only at run time.
+    pub fn max_streamed_bytes_as(&self, precision: Precision, slots_at_a_time: usize) -> usize {
+        match precision {
+            Precision::F32 => self.max_streamed_bytes::<f32>(slots_at_a_time),
+            Precision::U16 => self.max_streamed_bytes::<u16>(slots_at_a_time),
+            Precision::U8 => self.max_streamed_bytes::<u8>(slots_at_a_time),
+        }
+    }
+
     /// [`bake`](Self::bake) in a precision known only at run time.
     pub fn bake_as(&self, precision: Precision, on_slots_done: &(dyn Fn(usize) + Sync)) -> BakedGrid {
         match precision {

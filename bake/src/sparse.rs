@@ -31,13 +31,16 @@
 //! | or, where signs cannot be carried along edges and at the jumps of an open mesh, node by node | `brick` |
 //! | 3. certify a tight error of interpolation | `interpolation_error` |
 //! | 4. encode samples | `quantize` |
-//! | 5. join bricks, add those that close an open mesh, and bound values, slopes and errors | `assemble`, `brick_bounds` |
+//! | 5. cut the Hilbert curve into parts, add the bricks that close an open mesh | `part`; what is left of the map: `coarse_map` |
+//! | 6. join bricks, and bound values, slopes and errors | `assemble`, `brick_bounds` |
 
 mod assemble;
 mod brick;
 mod brick_bounds;
 mod brick_map;
+mod coarse_map;
 mod interpolation_error;
+mod part;
 mod quantize;
 mod splat;
 
@@ -46,8 +49,12 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::MeshDistance;
+pub use assemble::{BrickSamples, BrickSources, NoSample, UnboundedGrid};
 use brick::Brick;
 use brick_map::BrickMap;
+pub use brick_map::STREAMED_SLOT_BYTES;
+pub use coarse_map::CoarseMap;
+pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;
 use splat::can_splat;
 use splat::frame::{PlaneFrame, plane_frames};
@@ -181,6 +188,21 @@ impl<'a> SparseBaker<'a> {
         let bricks = self.max_bricks().saturating_mul(per_brick);
         let in_progress = in_progress + splat::max_bytes(self.mesh);
         bricks.saturating_add(in_progress).saturating_add(self.map.bytes())
+    }
+
+    /// Does the sign change at triangles alone? It jumps elsewhere too at the holes of an open mesh.
+    pub fn is_continuous(&self) -> bool {
+        self.mesh.is_continuous()
+    }
+
+    /// Estimate of the peak memory of [`Self::bake_part`] that gives away the samples of so many slots at once, and of joining the parts
+    /// again, in bytes, without the mesh.
+    pub fn max_streamed_bytes<C>(&self, slots_at_a_time: usize) -> usize {
+        let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 4])>();
+        let bricks = self.max_bricks();
+        let at_a_time = 3 * bricks.min(slots_at_a_time) * BRICK_SAMPLES * size_of::<C>();
+        let in_progress = at_a_time + splat::max_bytes(self.mesh);
+        bricks.saturating_mul(per_brick).saturating_add(in_progress).saturating_add(self.map.streamed_bytes())
     }
 
     /// Error of interpolating exact distances within the band, in the grid that [`Self::bake`] returns. `None` if it

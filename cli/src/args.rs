@@ -15,6 +15,7 @@ pub use simulate::{MethodWord, SimulateArgs};
 
 use std::path::PathBuf;
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::Method;
@@ -35,6 +36,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Bake(BakeArgs),
+    Merge(MergeArgs),
     Contacts(ContactsArgs),
     Compare(CompareArgs),
     Eval(EvalArgs),
@@ -72,6 +74,15 @@ impl Command {
             Self::Bake(args) if args.max_error.is_some() && args.precision.is_some() => {
                 Err("--max-error chooses the precision: remove --precision")
             }
+            Self::Bake(args) if args.shard_of_bricks().is_some() && args.max_error.is_some() => {
+                Err("--shard of one mesh needs the size of cells: give --res or --voxel-size in place of --max-error")
+            }
+            Self::Bake(args) if args.shard_of_bricks().is_some() && args.layout() == Layout::Dense => {
+                Err("--shard of one mesh is a part of its bricks: add --layout sparse")
+            }
+            Self::Bake(args) if args.shard_of_bricks().is_some() && args.view.is_some() => {
+                Err("--view shows a whole grid: merge the parts, then use `view`")
+            }
             Self::Contacts(args) if args.all_minima && !matches!(args.method, Method::Auto | Method::Certified) => {
                 Err("--all-minima needs a certified search: remove --method")
             }
@@ -95,6 +106,23 @@ pub struct DemoArgs {
     /// The folder to write into; it is made if missing.
     #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo")]
     pub output: PathBuf,
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// Join the parts of a sparse bake, written by `bake --shard`, into one grid.
+///
+/// The file has the bytes that one bake would write. Parts of other meshes, options or versions, and missing ones, are refused.
+#[derive(Debug, Parser)]
+pub struct MergeArgs {
+    /// All parts of one bake, in any order.
+    #[arg(value_name = "PART", required = true)]
+    pub parts: Vec<PathBuf>,
+    /// Where to write the grid.
+    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(values::grid_file))]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
 }

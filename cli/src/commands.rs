@@ -7,6 +7,7 @@ pub mod eval;
 pub mod export;
 pub mod import;
 pub mod info;
+pub mod merge;
 pub mod overlap;
 pub mod shell;
 pub mod simulate;

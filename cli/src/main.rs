@@ -55,6 +55,7 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> anyhow::Result<()> {
     match command {
         Command::Bake(args) => commands::bake::run(args),
+        Command::Merge(args) => commands::merge::run(args),
         Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(args),
         Command::Contacts(args) => commands::contacts::run(args),
         Command::Compare(args) => commands::compare::run(args),

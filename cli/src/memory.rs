@@ -19,6 +19,14 @@ pub fn shortage(bytes: Option<f64>, free: Option<f64>) -> String {
     }
 }
 
+/// As [`shortage`], where --memory sets the limit.
+pub fn shortage_of_budget(bytes: Option<f64>, budget: Option<f64>) -> String {
+    match (bytes, budget) {
+        (Some(bytes), Some(budget)) => format!("needs {}, and --memory allows {}", words(bytes), words(budget)),
+        _ => shortage(bytes, budget),
+    }
+}
+
 /// The peak memory of this process in bytes; `None` if the system does not report it.
 pub fn peak() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;

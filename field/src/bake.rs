@@ -1,11 +1,15 @@
 //! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
 
+#[cfg(feature = "files")]
+mod join;
 mod options;
+#[cfg(feature = "files")]
+mod parts;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_bake::error_budget::ErrorBudget;
-use sdf_bake::sparse::SparseBaker;
+use sdf_bake::sparse::{STREAMED_SLOT_BYTES, SparseBaker};
 use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
@@ -16,7 +20,11 @@ pub use sdf_bake::error_budget::ErrorBudgetError;
 pub use sdf_bake::sparse::Certify;
 pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Topology};
 
+#[cfg(feature = "files")]
+pub use join::merge_parts;
 pub use options::{BakeOptions, GridSize, InnerFaces, MaxError};
+#[cfg(feature = "files")]
+pub use parts::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk, GridShard};
 
 use crate::info::{GridInfo, SignMethod};
 use crate::{Field, KeptMesh, MeshView, memory};
@@ -126,17 +134,22 @@ impl Field {
         cancel: &AtomicBool,
     ) -> Result<Baked, BakeError> {
         let baked = options.threads.install(|| {
-            let mesh = options.repairs()?.apply(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
-            let mesh = match (options.inner_faces, options.sign) {
-                (InnerFaces::Keep, _) => mesh,
-                (InnerFaces::Drop, Some(SignMethod::PseudoNormal)) => mesh.without_inner_shells(),
-                (InnerFaces::Drop, _) => mesh.without_inner_faces(),
-            };
+            let mesh = solid_mesh(mesh, options)?;
             bake(&mesh, options, on_progress, cancel)
         });
         // What was skipped may look like any other error.
         if cancel.load(Ordering::Relaxed) { Err(BakeError::Cancelled) } else { baked }
     }
+}
+
+/// The mesh with what is asked to be put right.
+fn solid_mesh(mesh: MeshView, options: &BakeOptions) -> Result<TriangleMesh, BakeError> {
+    let mesh = options.repairs()?.apply(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
+    Ok(match (options.inner_faces, options.sign) {
+        (InnerFaces::Keep, _) => mesh,
+        (InnerFaces::Drop, Some(SignMethod::PseudoNormal)) => mesh.without_inner_shells(),
+        (InnerFaces::Drop, _) => mesh.without_inner_faces(),
+    })
 }
 
 /// Bakes on the threads of the current pool.
@@ -148,44 +161,77 @@ fn bake(
 ) -> Result<Baked, BakeError> {
     let method = options.sign.and_then(SignMethod::for_mesh);
     let distance = MeshDistance::new(mesh, method).with_cancel(cancel);
-    let bounds = mesh.bounds();
-    let (BakedGrid { grid, error_bound }, band) = match options.size {
-        GridSize::Cells(cells) => {
-            bake_size(&distance, options, &bounds, bounds.longest_side() / f64::from(cells), on_progress)?
+    let memory = Memory { limit: None };
+    let grid = bake_grid(&distance, options, memory, on_progress)?;
+    Ok(finished(mesh, &distance, options, grid))
+}
+
+fn bake_grid(
+    distance: &MeshDistance,
+    options: &BakeOptions,
+    memory: Memory,
+    on_progress: &(dyn Fn(Progress) + Sync),
+) -> Result<GridAndBand, BakeError> {
+    let bounds = distance.bounds();
+    match (options.size.spacing(&bounds), options.layout) {
+        (Err(max_error), _) => bake_within(distance, options, &bounds, max_error, memory, on_progress),
+        (Ok(spacing), Layout::Dense) => {
+            let lattice = lattice(options, &bounds, spacing, 0, memory)?;
+            on_progress(Progress::Total(lattice.node_count() as u64));
+            let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
+            Ok((dense.into_grid(&lattice), None))
         }
-        GridSize::VoxelSize(spacing) => bake_size(&distance, options, &bounds, spacing, on_progress)?,
-        GridSize::MaxError(max_error) => bake_within(&distance, options, &bounds, max_error, on_progress)?,
-    };
-    let sign_method = match distance.sign_method() {
-        sdf_bake::SignMethod::PseudoNormal => SignMethod::PseudoNormal,
-        sdf_bake::SignMethod::Winding => SignMethod::Winding,
-    };
-    let grid_box = grid.lattice().bounds();
-    let inside = |axis: usize| (bounds.min[axis] - grid_box.min[axis]).min(grid_box.max[axis] - bounds.max[axis]);
-    let info = GridInfo {
-        sign_method,
-        sign_reason: format!("{}{}", distance.sign_reason(), dropped(&mesh.report())),
-        error_bound,
-        padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
-        band,
-        source: options.source.clone(),
-        tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
-        options: options.words(),
-    };
+        (Ok(spacing), Layout::Sparse) => {
+            let baker = sparse_baker(distance, options, spacing, memory)?;
+            bake_bricks(&baker, options, memory, on_progress)
+        }
+    }
+}
+
+/// A baked grid with all that is known of it.
+fn finished(
+    mesh: &TriangleMesh,
+    distance: &MeshDistance,
+    options: &BakeOptions,
+    (BakedGrid { grid, error_bound }, band): GridAndBand,
+) -> Baked {
+    let info = grid_info(mesh, distance, options, &grid.lattice().bounds(), error_bound, band);
     let regions = distance.error_regions(&grid, band);
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();
         field = field.with_mesh(KeptMesh::new(points, faces, distance.is_continuous()));
     }
-    Ok(Baked {
-        field,
-        mesh: mesh.report(),
-        topology: *distance.topology(),
-        is_proven: distance.is_continuous(),
-        regions,
-    })
+    Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_proven: distance.is_continuous(), regions }
 }
+
+fn grid_info(
+    mesh: &TriangleMesh,
+    distance: &MeshDistance,
+    options: &BakeOptions,
+    grid_box: &Aabb,
+    error_bound: f64,
+    band: Option<f64>,
+) -> GridInfo {
+    let bounds = mesh.bounds();
+    let inside = |axis: usize| (bounds.min[axis] - grid_box.min[axis]).min(grid_box.max[axis] - bounds.max[axis]);
+    GridInfo {
+        sign_method: match distance.sign_method() {
+            sdf_bake::SignMethod::PseudoNormal => SignMethod::PseudoNormal,
+            sdf_bake::SignMethod::Winding => SignMethod::Winding,
+        },
+        sign_reason: format!("{}{}", distance.sign_reason(), dropped(&mesh.report())),
+        error_bound,
+        padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
+        band,
+        source: options.source.clone(),
+        tool: TOOL.to_owned(),
+        options: options.words(),
+    }
+}
+
+/// The program and its version, as a grid states them.
+const TOOL: &str = concat!("sdftool ", env!("CARGO_PKG_VERSION"));
 
 /// Shells and faces that were dropped, or could not be, and what was closed, in words to follow the reason of the sign method.
 fn dropped(report: &MeshReport) -> String {
@@ -215,28 +261,33 @@ fn dropped(report: &MeshReport) -> String {
 /// A grid, and the half width of its band.
 type GridAndBand = (BakedGrid, Option<f64>);
 
-fn bake_size(
-    distance: &MeshDistance,
+/// A sparse grid before it is baked.
+fn sparse_baker<'a>(
+    distance: &'a MeshDistance,
     options: &BakeOptions,
-    bounds: &Aabb,
     spacing: f64,
+    memory: Memory,
+) -> Result<SparseBaker<'a>, BakeError> {
+    let slot_bytes = match distance.sign_method() {
+        sdf_bake::SignMethod::PseudoNormal => STREAMED_SLOT_BYTES,
+        sdf_bake::SignMethod::Winding => SLOT_BYTES,
+    };
+    let lattice = lattice(options, &distance.bounds(), spacing, slot_bytes, memory)?;
+    let band = f64::from(options.band) * lattice.spacing();
+    Ok(SparseBaker::new(distance, &lattice, band).certified(options.certify))
+}
+
+fn bake_bricks(
+    baker: &SparseBaker,
+    options: &BakeOptions,
+    memory: Memory,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<GridAndBand, BakeError> {
-    let lattice = lattice(options, bounds, spacing)?;
-    if options.layout == Layout::Dense {
-        on_progress(Progress::Total(lattice.node_count() as u64));
-        let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
-        return Ok((dense.into_grid(&lattice), None));
-    }
-    let band = f64::from(options.band) * lattice.spacing();
-    let baker = SparseBaker::new(distance, &lattice, band).certified(options.certify);
     let precision = options.precision.unwrap_or(Precision::U16);
-    let bytes = baker.max_bytes_as(precision);
-    let nodes = lattice.nodes().map(f64::from);
-    require_memory(nodes, Some(baker.max_bricks()), bytes as f64)?;
+    memory.require(baker.lattice().nodes().map(f64::from), Some(baker), baker.max_bytes_as(precision) as f64)?;
     on_progress(Progress::Total(baker.slot_count() as u64));
     let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
-    Ok((baker.bake_as(precision, &on_done), Some(band)))
+    Ok((baker.bake_as(precision, &on_done), Some(baker.band())))
 }
 
 fn bake_within(
@@ -244,13 +295,14 @@ fn bake_within(
     options: &BakeOptions,
     bounds: &Aabb,
     max_error: MaxError,
+    memory: Memory,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<GridAndBand, BakeError> {
     let max_error = match max_error {
         MaxError::Length(length) => length,
         MaxError::Fraction(fraction) => fraction * bounds.diagonal(),
     };
-    let max_bytes = memory::free_bytes().unwrap_or(memory::ASSUMED_BYTES) as usize;
+    let max_bytes = memory.bytes() as usize;
     let budget = ErrorBudget { max_error, band: f64::from(options.band), padding: options.padding, max_bytes };
     let on_done = |slots: usize| {
         // How many there are is known only when a size has been picked.
@@ -262,34 +314,64 @@ fn bake_within(
     Ok((baked, Some(band)))
 }
 
+/// Bytes for each slot while winding numbers sign what is known of its middle.
+const SLOT_BYTES: usize = 72;
+
 /// Largest side of a cell in sides of the mesh's box. One says nothing of the mesh already; from 1e16 on, the nodes are so far
 /// away that the whole mesh is one point.
 const MAX_SIDES: f64 = 1e3;
 
-fn lattice(options: &BakeOptions, bounds: &Aabb, spacing: f64) -> Result<Lattice, BakeError> {
+/// `slot_bytes`: memory for each slot of a sparse grid.
+fn lattice(
+    options: &BakeOptions,
+    bounds: &Aabb,
+    spacing: f64,
+    slot_bytes: usize,
+    memory: Memory,
+) -> Result<Lattice, BakeError> {
     let side = bounds.longest_side();
     if spacing > MAX_SIDES * side {
         return Err(BakeError::VoxelTooLarge { side });
     }
     let nodes = bounds.extents().map(|extent| (extent / spacing).ceil() + 2.0 * f64::from(options.padding) + 1.0);
-    // A sparse grid has a number for each slot of 8 × 8 × 8 nodes, and while it is baked what is known of its middle.
+    // A sparse grid has a number for each slot of 8 × 8 × 8 nodes, and while it is baked what is known of its middle. Whether its bricks
+    // fit is known later.
     let bytes_per_node = match options.layout {
         Layout::Dense => size_of::<f32>() as f64 + size_of::<&mut [f32]>() as f64 / nodes[0],
-        Layout::Sparse => 72.0 / BRICK_SAMPLES as f64,
+        Layout::Sparse => slot_bytes as f64 / BRICK_SAMPLES as f64,
     };
     let sign_bytes = match (options.layout, options.sign) {
         (Layout::Sparse, _) | (_, Some(SignMethod::PseudoNormal)) => 0.0,
         _ => rayon::current_num_threads() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
     };
-    require_memory(nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
+    memory.require(nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
     let too_large = BakeError::TooLarge { nodes, bricks: None, bytes: None, free: None };
     lattice_around(bounds, spacing, options.padding).ok_or(too_large)
 }
 
-fn require_memory(nodes: [f64; 3], bricks: Option<usize>, bytes: f64) -> Result<(), BakeError> {
-    let free = memory::free_bytes();
-    if bytes > free.unwrap_or(memory::ASSUMED_BYTES) {
-        return Err(BakeError::TooLarge { nodes, bricks, bytes: Some(bytes), free });
+/// Memory that a bake may take.
+#[derive(Clone, Copy)]
+struct Memory {
+    /// At most so many bytes; in any case no more than are free.
+    limit: Option<u64>,
+}
+
+impl Memory {
+    fn free(self) -> Option<f64> {
+        let limit = self.limit.map(|bytes| bytes as f64);
+        memory::free_bytes().into_iter().chain(limit).reduce(f64::min)
     }
-    Ok(())
+
+    fn bytes(self) -> f64 {
+        self.free().unwrap_or(memory::ASSUMED_BYTES)
+    }
+
+    /// Refuses what needs more.
+    fn require(self, nodes: [f64; 3], baker: Option<&SparseBaker>, bytes: f64) -> Result<(), BakeError> {
+        if bytes > self.bytes() {
+            let bricks = baker.map(SparseBaker::max_bricks);
+            return Err(BakeError::TooLarge { nodes, bricks, bytes: Some(bytes), free: self.free() });
+        }
+        Ok(())
+    }
 }

@@ -159,7 +159,7 @@ fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
     }
 }
 
-fn info_from(about: About, band: Option<f64>) -> GridInfo {
+pub(crate) fn info_from(about: About, band: Option<f64>) -> GridInfo {
     let About { sign_method, sign_reason, error_bound, padding, source, tool, options, .. } = about;
     GridInfo {
         sign_method: match sign_method {
@@ -178,6 +178,10 @@ fn info_from(about: About, band: Option<f64>) -> GridInfo {
 }
 
 fn about_from(grid: &OwnedGrid, info: &GridInfo) -> About {
+    about(info, sdf_core::Sdf::slope_bound(grid))
+}
+
+pub(crate) fn about(info: &GridInfo, slope_bound: f64) -> About {
     let GridInfo { sign_method, sign_reason, error_bound, padding, source, tool, options, .. } = info.clone();
     About {
         sign_method: match sign_method {
@@ -186,7 +190,7 @@ fn about_from(grid: &OwnedGrid, info: &GridInfo) -> About {
             SignMethod::Given => grid_file::SignMethod::Given,
         },
         sign_reason,
-        slope_bound: sdf_core::Sdf::slope_bound(grid),
+        slope_bound,
         error_bound,
         padding,
         source: grid_file::Source { name: source.name, sha256: source.sha256, triangles: source.triangles },

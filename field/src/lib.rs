@@ -53,6 +53,8 @@ pub use bake::{
     BakeError, BakeOptions, Baked, Certify, ErrorBudgetError, ErrorRegion, ErrorRegions, GridSize, InnerFaces,
     InvalidMesh, MaxError, MeshReport, Progress, Topology,
 };
+#[cfg(all(feature = "bake", feature = "files"))]
+pub use bake::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk, GridShard, merge_parts};
 pub use combine::CombineError;
 #[cfg(feature = "files")]
 pub use contact_row::ContactRow;

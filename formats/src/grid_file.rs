@@ -1,7 +1,7 @@
 //! Grid files: baked grids in HDF5. docs/format.md describes the format.
 //!
 //! h5py and h5dump open every grid file; ParaView and VTK open dense ones. `write` and `check` write a file, `reader`
-//! and the modules that it lists read one, whole or in part.
+//! and the modules that it lists read one, whole or in part. Grids that are baked in parts: [`part`].
 //!
 //! ```no_run
 //! let stored = sdf_formats::grid_file::read("dragon.sdf.h5".as_ref())?;
@@ -17,6 +17,7 @@ mod error;
 mod header;
 mod kept_mesh;
 mod layout;
+pub mod part;
 mod placeholder;
 mod read_dense;
 mod read_sparse;
@@ -353,6 +354,6 @@ fn contents<'a>(
     WriteOptions { mesh, compression }: WriteOptions<'a>,
 ) -> Result<write::Contents<'a>, GridFault> {
     let coding = coding::Coding::of(compression);
-    let header = check::checked_header(lattice, &samples, about, mesh, coding).map_err(GridFault::Refused)?;
-    Ok(write::Contents { samples, mesh, header, compression })
+    let header = check::checked_header(lattice, &samples, about, mesh, coding, true).map_err(GridFault::Refused)?;
+    Ok(write::Contents { samples, elsewhere: None, mesh, header, compression })
 }

@@ -20,9 +20,10 @@ mod write;
 
 pub(crate) use checksum::crc32;
 pub(crate) use element::Element;
+pub(crate) use packing::Elements;
 pub(crate) use read::{Dataset, Hdf5Reader, Object, ReadError, Value};
-pub(crate) use tiling::Tile;
-pub(crate) use write::{Contiguous, Group, create, to_bytes};
+pub(crate) use tiling::{Tile, Tiling};
+pub(crate) use write::{Appended, Contiguous, Group, create, to_bytes};
 
 /// Packing of a file's chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

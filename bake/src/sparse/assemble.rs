@@ -1,28 +1,194 @@
-//! From single bricks to a grid: order, table, coarse grid and certified bounds.
+//! From single bricks to a grid: order, table, coarse grid and certified bounds, with the samples in memory or elsewhere.
 
 use rayon::prelude::*;
 use sdf_core::Interval;
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 
 use super::brick::Brick;
-use super::brick_bounds::{BoundedBricks, SampleBounds};
-use super::brick_map::BrickMap;
+use super::brick_bounds::{BoundedBricks, SampleBounds, Window};
+use super::brick_map::exact_within;
+use super::coarse_map::CoarseMap;
+use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::splat::{BLOCK, BrickRecord, Splatter, can_splat};
-use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker, SparseGrid};
-use crate::MeshDistance;
+use super::{Quantize, SparseBaker, SparseGrid};
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::nearest::PacketSearch;
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
-use sdf_core::hilbert::hilbert_index;
 
-/// The bricks so far, as a structure of arrays.
-struct BrickColumns<C> {
-    slots: Vec<[u32; 3]>,
-    scales: Vec<Scale>,
-    samples: Vec<C>,
-    roundings: Vec<f64>,
-    interpolations: Vec<f64>,
+/// Stands for a sample that is kept elsewhere; takes no memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NoSample;
+
+impl Code for NoSample {
+    fn decode(self, _scale: Scale) -> f32 {
+        0.0
+    }
+}
+
+/// Samples of baked bricks, wherever they are kept, in the order in which they were baked: of several parts those of all
+/// [`BakedPart::near`], then those of all [`BakedPart::closing`].
+pub trait BrickSamples<C> {
+    /// Why they cannot be read.
+    type Error;
+    /// All of them, if they are in memory.
+    fn all(&self) -> Option<&[C]> {
+        None
+    }
+    /// Codes of some bricks, in ascending order.
+    fn read(&self, bricks: &[u32]) -> Result<Vec<C>, Self::Error>;
+}
+
+/// The bricks of a whole grid before they are bounded: of one part or of several, in their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnboundedGrid {
+    lattice: Lattice,
+    band: f64,
+    is_continuous: bool,
+    columns: BrickColumns,
+    coarse: CoarseMap,
+    table: Vec<u32>,
+    sources: BrickSources,
+    missing: Option<[u32; 3]>,
+}
+
+/// Where the samples of a grid's bricks stand among those of [`BrickSamples`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrickSources {
+    /// Number of bricks near the surface, which come first. Those that close an open mesh come after them.
+    near_count: u32,
+    /// For each of those its place among the bricks that might have been, ascending.
+    taken: Vec<u32>,
+}
+
+impl BrickSources {
+    /// Place of a brick: it grows with the brick.
+    pub fn place(&self, brick: u32) -> u32 {
+        match brick.checked_sub(self.near_count) {
+            Some(closing) => self.near_count + self.taken[closing as usize],
+            None => brick,
+        }
+    }
+}
+
+impl UnboundedGrid {
+    /// Joins the bricks of all parts. `is_continuous`: does the sign change at triangles alone? See [`SparseBaker::is_continuous`].
+    pub fn new(lattice: &Lattice, band: f64, is_continuous: bool, parts: BakedPart) -> Self {
+        let BakedPart { near: mut columns, closing, coarse } = parts;
+        let near_count = columns.slots.len() as u32;
+        let mut table = coarse.table(&columns.slots);
+        let mut at_jumps = coarse.slots_at_sign_jumps(|slot| table[slot] == NO_BRICK);
+        let mut taken = vec![];
+        for (brick, slot) in closing.slots.iter().enumerate() {
+            let index = coarse.index(*slot);
+            if at_jumps.remove(&index) {
+                table[index] = columns.slots.len() as u32;
+                columns.append_one(&closing, brick);
+                taken.push(brick as u32);
+            }
+        }
+        let [row, rows, _] = coarse.counts.map(|n| n as usize);
+        let slot = |index: &usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        let missing = at_jumps.first().map(slot);
+        let sources = BrickSources { near_count, taken };
+        Self { lattice: *lattice, band, is_continuous, columns, coarse, table, sources, missing }
+    }
+
+    /// A slot whose brick should close an open mesh and is in no part: the parts are not of one bake, or the bake was cancelled.
+    pub fn missing(&self) -> Option<[u32; 3]> {
+        self.missing
+    }
+
+    /// The grid without its samples, once they have been read for the bounds. Unless all are in memory, holds those of `bricks_at_a_time`
+    /// bricks and of the bricks around them.
+    pub fn bounded<C: Quantize, S: BrickSamples<C>>(
+        self,
+        samples: &S,
+        bricks_at_a_time: usize,
+    ) -> Result<(SparseGrid<NoSample>, BrickSources), S::Error> {
+        let Self { lattice, band, is_continuous, columns, coarse, table, sources, .. } = self;
+        let coarse = coarse.into_values(&table);
+        let BrickColumns { slots, scales, roundings, interpolations } = columns;
+        // Placeholders: nothing reads bounds before they are computed.
+        let no_bounds =
+            vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; scales.len()];
+        let no_samples = vec![NoSample; scales.len() * BRICK_SAMPLES];
+        let slices =
+            BrickSlices { table: &table, scales: &scales, samples: &no_samples, bounds: &no_bounds, coarse: &coarse };
+        let Some(storage) = Sparse::new(&lattice, slices) else {
+            unreachable!("the table refers to bricks that exist")
+        };
+        let arch = pulp::Arch::new();
+        let exact_within = exact_within(band, lattice.spacing());
+        let last_slot = lattice.cells().map(|cells| cells / BRICK);
+        let bound = |window: Window<C>, brick: usize| {
+            let bricks = BoundedBricks { lattice: &lattice, storage: &storage, samples: window, roundings: &roundings };
+            let slot = slots[brick];
+            let SampleBounds { bounds, rounding, halo } = bricks.bound(arch, slot);
+            let at_jump = if is_continuous { 0.0 } else { largest_at_sign_change(exact_within, &halo, rounding) };
+            let is_at_box = (0..3).any(|axis| slot[axis] == 0 || slot[axis] == last_slot[axis]);
+            let reaches_box = is_at_box && is_inside_at_box(&halo, &lattice, slot);
+            // The terms of `dense::error_bound`.
+            (bounds, (round_up(interpolations[brick] + rounding + 2.0 * at_jump), reaches_box))
+        };
+        let mut all_bounds = Vec::with_capacity(slots.len());
+        let mut errors = Vec::with_capacity(slots.len());
+        let mut reaches_box = false;
+        let mut keep = |found: (Vec<BlockBounds>, Vec<(f32, bool)>)| {
+            all_bounds.extend(found.0);
+            reaches_box |= found.1.iter().any(|(_, reaches_box)| *reaches_box);
+            errors.extend(found.1.into_iter().map(|(error, _)| error));
+        };
+        if let Some(codes) = samples.all() {
+            keep((0..slots.len()).into_par_iter().map(|brick| bound(Window { bricks: None, codes }, brick)).unzip());
+        } else {
+            for first in (0..slots.len()).step_by(bricks_at_a_time.max(1)) {
+                let batch = first..slots.len().min(first.saturating_add(bricks_at_a_time.max(1)));
+                let bricks = with_neighbours(&storage, &slots, batch.clone());
+                let codes = samples.read(&bricks.iter().map(|brick| sources.place(*brick)).collect::<Vec<_>>())?;
+                let window = Window { bricks: Some(&bricks), codes: &codes };
+                keep(batch.into_par_iter().map(|brick| bound(window, brick)).unzip());
+            }
+        }
+        let slope_bound = slope_bound(&lattice, &storage, &table, &all_bounds, reaches_box);
+        let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
+        let (bounds, samples) = (all_bounds, no_samples);
+        let grid = SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound };
+        Ok((grid, sources))
+    }
+}
+
+/// Some bricks and all around them, ascending.
+fn with_neighbours(
+    storage: &Sparse<BrickSlices<NoSample>>,
+    slots: &[[u32; 3]],
+    batch: std::ops::Range<usize>,
+) -> Vec<u32> {
+    let mut bricks: Vec<u32> = batch.clone().map(|brick| brick as u32).collect();
+    for slot in &slots[batch.clone()] {
+        for part in 0..27_u32 {
+            let step = [part % 3, part / 3 % 3, part / 9];
+            let neighbour = std::array::from_fn(|axis| (slot[axis] + step[axis]).wrapping_sub(1));
+            let outside = storage.brick_at(neighbour).filter(|brick| !batch.contains(brick));
+            bricks.extend(outside.map(|brick| brick as u32));
+        }
+    }
+    bricks.sort_unstable();
+    bricks.dedup();
+    bricks
+}
+
+/// All samples, in memory.
+struct AllSamples<C>(Vec<C>);
+
+impl<C> BrickSamples<C> for AllSamples<C> {
+    type Error = std::convert::Infallible;
+    fn all(&self) -> Option<&[C]> {
+        Some(&self.0)
+    }
+    fn read(&self, _bricks: &[u32]) -> Result<Vec<C>, Self::Error> {
+        unreachable!("all samples are in memory")
+    }
 }
 
 impl SparseBaker<'_> {
@@ -32,52 +198,31 @@ impl SparseBaker<'_> {
     /// Calls `on_slots_done` with the number of slots just finished, out of [`Self::slot_count`], from any thread. The
     /// result does not depend on the number of threads.
     pub fn bake<C: Quantize>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> SparseGrid<C> {
-        let Self { mesh, lattice, map, .. } = self;
-        let columns = self.all_bricks(on_slots_done);
-        let table = columns.table(map);
-        let coarse = map.coarse_values(&table);
-        let BrickColumns { slots, scales, samples, roundings, interpolations } = columns;
-        // Placeholders: nothing reads bounds before they are computed.
-        let no_bounds =
-            vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; scales.len()];
-        let slices =
-            BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &no_bounds, coarse: &coarse };
-        let Some(storage) = Sparse::new(lattice, slices) else { unreachable!("the table refers to bricks that exist") };
-        let bricks = BoundedBricks { lattice, storage: &storage, roundings: &roundings };
-        let brick_bounds = |(brick, slot): (usize, &[u32; 3])| {
-            let SampleBounds { bounds, rounding, halo } = bricks.bound(mesh.tree().arch, *slot);
-            let at_jump = if mesh.is_continuous() { 0.0 } else { self.largest_at_sign_change(&halo, rounding) };
-            // The terms of `dense::error_bound`.
-            (bounds, round_up(interpolations[brick] + rounding + 2.0 * at_jump))
+        let mut all = AllSamples(Vec::new());
+        let mut take = |samples: Vec<C>| {
+            // The first are those of all bricks near the surface.
+            if all.0.is_empty() {
+                all.0 = samples;
+            } else {
+                all.0.extend(samples);
+            }
+            Ok::<(), std::convert::Infallible>(())
         };
-        let (bounds, errors): (Vec<BlockBounds>, Vec<f32>) = slots.par_iter().enumerate().map(brick_bounds).unzip();
-        let slope_bound = slope_bound(lattice, &storage, map, &table, &bounds);
-        let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
-        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
-    }
-
-    /// Computes bricks near the surface, and then those that close an open mesh, both in Hilbert order.
-    fn all_bricks<C: Quantize>(&self, on_slots_done: &(dyn Fn(usize) + Sync)) -> BrickColumns<C> {
-        let Self { mesh, map, .. } = self;
-        let mut near_surface: Vec<usize> = (0..map.slot_count()).filter(|index| map.may_need_brick(*index)).collect();
-        near_surface.par_sort_by_cached_key(|index| hilbert_index(map.slot(*index)));
-        on_slots_done(map.slot_count() - near_surface.len());
-        let slots: Vec<[u32; 3]> = near_surface.into_iter().map(|index| map.slot(index)).collect();
-        let mut columns = self.near_bricks(&slots, on_slots_done);
-        let mut at_jumps: Vec<usize> = map.slots_at_sign_jumps(&columns.table(map)).into_iter().collect();
-        at_jumps.sort_unstable_by_key(|index| hilbert_index(map.slot(*index)));
-        for indices in at_jumps.chunks(SLOTS_AT_A_TIME) {
-            columns.extend(mesh, indices, |search, index| {
-                if mesh.is_cancelled() { None } else { self.brick(search, map.slot(index), f64::INFINITY) }
-            });
-        }
-        columns.samples.shrink_to_fit();
-        columns
+        let Ok(part) = self.bake_part(BrickShard::WHOLE, usize::MAX, &mut take, on_slots_done);
+        all.0.shrink_to_fit();
+        let Ok((grid, _)) =
+            UnboundedGrid::new(&self.lattice, self.band(), self.is_continuous(), part).bounded(&all, usize::MAX);
+        let SparseGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, .. } = grid;
+        SparseGrid { table, slots, scales, samples: all.0, bounds, errors, coarse, slope_bound, error_bound }
     }
 
     /// Computes the bricks of slots in Hilbert order, block by block. Samples are written where they stay, and the gaps of
     /// slots without a brick are closed at the end.
-    fn near_bricks<C: Quantize>(&self, slots: &[[u32; 3]], on_slots_done: &(dyn Fn(usize) + Sync)) -> BrickColumns<C> {
+    pub(super) fn near_bricks<C: Quantize>(
+        &self,
+        slots: &[[u32; 3]],
+        on_slots_done: &(dyn Fn(usize) + Sync),
+    ) -> (BrickColumns, Vec<C>) {
         let mut samples = vec![C::default(); slots.len() * BRICK_SAMPLES];
         let block = |slot: &[u32; 3]| slot.map(|n| n / BLOCK);
         let mut free = &mut samples[..];
@@ -109,7 +254,7 @@ impl SparseBaker<'_> {
                 },
             )
             .collect();
-        let mut columns = BrickColumns::with_capacity(records.iter().map(|(_, records)| records.len()).sum());
+        let mut columns = BrickColumns::default();
         let (mut from, mut to) = (0, 0);
         for (slots, records) in records {
             let length = records.len() * BRICK_SAMPLES;
@@ -120,8 +265,7 @@ impl SparseBaker<'_> {
             records.into_iter().for_each(|record| columns.push(record));
         }
         samples.truncate(to);
-        columns.samples = samples;
-        columns
+        (columns, samples)
     }
 
     /// Computes the bricks of some slots node by node, where they cannot be splatted.
@@ -139,69 +283,50 @@ impl SparseBaker<'_> {
         records
     }
 
-    /// Largest magnitude at a corner of a cell of the slot that the band can enter and whose corners can have both
-    /// signs. Samples are off by `rounding` at most.
-    fn largest_at_sign_change(&self, halo: &HaloBlock, rounding: f64) -> f64 {
-        let rounding = round_up(rounding);
-        let exact_within = round_up(self.map.exact_within()) + rounding;
-        halo.largest_at_sign_change(rounding, exact_within.next_up()).into()
+    /// Single bricks of slots, in parallel.
+    pub(super) fn bricks<C: Quantize>(
+        &self,
+        indices: &[usize],
+        brick: impl Fn(&mut PacketSearch, usize) -> Option<Brick<C>> + Sync,
+    ) -> Vec<Brick<C>> {
+        let search = || PacketSearch::new(self.mesh.tree());
+        indices.par_iter().map_init(search, |search, index| brick(search, *index)).flatten().collect()
     }
 }
 
-impl<C: Quantize> BrickColumns<C> {
-    fn with_capacity(bricks: usize) -> Self {
-        Self {
-            slots: Vec::with_capacity(bricks),
-            scales: Vec::with_capacity(bricks),
-            samples: vec![],
-            roundings: Vec::with_capacity(bricks),
-            interpolations: Vec::with_capacity(bricks),
-        }
-    }
+/// Largest magnitude at a corner of a cell of the brick that the band can enter and whose corners can have both
+/// signs. Samples are off by `rounding` at most.
+fn largest_at_sign_change(exact_within: f64, halo: &HaloBlock, rounding: f64) -> f64 {
+    let rounding = round_up(rounding);
+    let exact_within = round_up(exact_within) + rounding;
+    halo.largest_at_sign_change(rounding, exact_within.next_up()).into()
+}
 
-    fn push(&mut self, record: BrickRecord) {
-        self.slots.push(record.slot);
-        self.scales.push(record.scale);
-        self.roundings.push(record.rounding);
-        self.interpolations.push(record.interpolation);
-    }
-
-    fn extend(
-        &mut self,
-        mesh: &MeshDistance,
-        indices: &[usize],
-        brick: impl Fn(&mut PacketSearch, usize) -> Option<Brick<C>> + Sync,
-    ) {
-        let bricks =
-            indices.par_iter().map_init(|| PacketSearch::new(mesh.tree()), |search, index| brick(search, *index));
-        let bricks: Vec<Brick<C>> = bricks.flatten().collect();
-        for brick in bricks {
-            self.samples.extend(brick.samples);
-            self.push(brick.record);
-        }
-    }
-
-    /// Index of the brick in each slot.
-    fn table(&self, map: &BrickMap) -> Vec<u32> {
-        let mut table = vec![NO_BRICK; map.slot_count()];
-        for (brick, slot) in (0..).zip(&self.slots) {
-            table[map.index(*slot)] = brick;
-        }
-        table
-    }
+/// Is a node of the brick that lies on the lattice's box inside?
+fn is_inside_at_box(halo: &HaloBlock, lattice: &Lattice, slot: [u32; 3]) -> bool {
+    let nodes = lattice.nodes();
+    (0..BRICK_SAMPLES as u32).any(|index| {
+        let step = [index % BRICK, index / BRICK % BRICK, index / BRICK / BRICK];
+        let node: [u32; 3] = std::array::from_fn(|axis| slot[axis] * BRICK + step[axis]);
+        let is_on_box = (0..3).any(|axis| node[axis] == 0 || node[axis] + 1 == nodes[axis]);
+        let [x, y, z] = step.map(|n| n as usize + 1);
+        is_on_box && halo.values[z][y][x] < 0.0
+    })
 }
 
 /// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid. It is
-/// at most as steep, up to the rounding of interpolation in f32.
-fn slope_bound<C: Quantize>(
+/// at most as steep, up to the rounding of interpolation in f32. `reaches_box`: is a brick inside at the lattice's box?
+fn slope_bound(
     lattice: &Lattice,
-    storage: &Sparse<BrickSlices<C>>,
-    map: &BrickMap,
+    storage: &Sparse<BrickSlices<NoSample>>,
     table: &[u32],
     bricks: &[BlockBounds],
+    reaches_box: bool,
 ) -> f64 {
+    let [row, rows, _] = sdf_core::grid::sparse::brick_counts(lattice).map(|n| n as usize);
     let coarse_slope = |index: usize| {
-        let corners = storage.coarse_corners(map.slot(index));
+        let slot = [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        let corners = storage.coarse_corners(slot);
         let max_magnitude = corners.iter().fold(0.0_f32, |max, corner| max.max(corner.abs()));
         let rounding = COARSE_DIFFERENCE_ROUNDING * f64::from(max_magnitude) / lattice.spacing();
         cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
@@ -209,5 +334,7 @@ fn slope_bound<C: Quantize>(
     let without_brick = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);
     let coarse = without_brick.map(coarse_slope).reduce(|| 0.0, f64::max);
     let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
-    slope_bound_with_outside(inside, inside_reaches_box(lattice, |node| storage.node(node)))
+    // Nodes in bricks count as zero here.
+    let reaches_box = reaches_box || inside_reaches_box(lattice, |node| storage.node(node));
+    slope_bound_with_outside(inside, reaches_box)
 }

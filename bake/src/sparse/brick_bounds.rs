@@ -6,7 +6,7 @@
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice};
 
-use super::Quantize;
+use super::{NoSample, Quantize};
 use crate::error::node_bounds::{Halo, HaloBlock};
 
 const SIDE: usize = BRICK as usize;
@@ -15,9 +15,31 @@ const SIDE: usize = BRICK as usize;
 #[derive(Clone, Copy)]
 pub(super) struct BoundedBricks<'a, C> {
     pub lattice: &'a Lattice,
-    pub storage: &'a Sparse<BrickSlices<'a, C>>,
+    pub storage: &'a Sparse<BrickSlices<'a, NoSample>>,
+    pub samples: Window<'a, C>,
     /// Errors of the samples of each brick.
     pub roundings: &'a [f64],
+}
+
+/// Samples of some bricks.
+#[derive(Clone, Copy)]
+pub(super) struct Window<'a, C> {
+    /// The bricks, ascending; `None` stands for all.
+    pub bricks: Option<&'a [u32]>,
+    /// Codes of one after the other.
+    pub codes: &'a [C],
+}
+
+impl<'a, C> Window<'a, C> {
+    /// Codes of a brick, which must be one of them.
+    #[inline(always)]
+    fn brick(self, brick: usize) -> &'a [C] {
+        let index = match self.bricks {
+            None => brick,
+            Some(bricks) => bricks.partition_point(|other| (*other as usize) < brick),
+        };
+        &self.codes[index * BRICK_SAMPLES..][..BRICK_SAMPLES]
+    }
 }
 
 /// Bounds of one brick's samples, and the samples around it.
@@ -68,8 +90,7 @@ impl<C: Quantize> BoundedBricks<'_, C> {
             }
             return None;
         };
-        let bricks = self.storage.bricks();
-        let (scale, codes) = (bricks.scales[brick], &bricks.samples[brick * BRICK_SAMPLES..][..BRICK_SAMPLES]);
+        let (scale, codes) = (self.storage.bricks().scales[brick], self.samples.brick(brick));
         for z in zs {
             for y in ys.clone() {
                 let row = &codes[SIDE * (SIDE * local(z) + local(y))..][..SIDE];
@@ -143,8 +164,13 @@ mod tests {
             let slices =
                 BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &bounds, coarse: &coarse };
             let storage = Sparse::new(&lattice, slices).unwrap();
+            let without = vec![NoSample; samples.len()];
+            let slices =
+                BrickSlices { table: &table, scales: &scales, samples: &without, bounds: &bounds, coarse: &coarse };
+            let tables = Sparse::new(&lattice, slices).unwrap();
             let roundings: Vec<f64> = (0..bricks).map(f64::from).collect();
-            let all = BoundedBricks { lattice: &lattice, storage: &storage, roundings: &roundings };
+            let samples = Window { bricks: None, codes: &samples };
+            let all = BoundedBricks { lattice: &lattice, storage: &tables, samples, roundings: &roundings };
             for slot in (0..table.len() as u32).map(|index| {
                 let [x, y, _] = slot_counts;
                 [index % x, index / x % y, index / x / y]

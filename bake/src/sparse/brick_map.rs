@@ -16,13 +16,12 @@
 //! At a node without a brick both interpolate to at most its distance: the first by the slot's bound, the second as
 //! shown at [`BrickMap::tilted`]. The slope of T gives descent methods a direction outside the band.
 
-use std::collections::BTreeSet;
-
 use rayon::prelude::*;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::sparse::{BRICK, NO_BRICK, brick_counts};
+use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
+use super::coarse_map::{CoarseMap, coarse_nodes, slots_around};
 use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sign::flood_fill::{NodeBlock, Seed, Winding};
@@ -32,6 +31,9 @@ use crate::{MeshDistance, SignMethod};
 /// Minimum slope of the coarse grid away from the surface. A greater one keeps more bricks: a sixteenth costs 0.87
 /// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
+
+/// Bytes for each slot at the peak of a map that pseudo-normals sign: distance and triangle, each twice for a moment, and a side.
+pub const STREAMED_SLOT_BYTES: usize = 20;
 
 /// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
 pub(super) struct BrickMap {
@@ -140,13 +142,21 @@ impl BrickMap {
 
     /// Memory of the map, of a table and a list of slots, and of a coarse grid.
     pub fn bytes(&self) -> usize {
-        let windings = self.windings.as_ref().map_or(0, |windings| {
+        self.winding_bytes()
+            + self.distances.len() * size_of::<(f32, u32, usize)>()
+            + self.magnitudes.len() * size_of::<([f32; 3], bool)>()
+    }
+
+    /// Peak memory of the map, and what is left of it and a table when bricks are joined.
+    pub fn streamed_bytes(&self) -> usize {
+        self.winding_bytes() + self.magnitudes.len() * STREAMED_SLOT_BYTES
+    }
+
+    fn winding_bytes(&self) -> usize {
+        self.windings.as_ref().map_or(0, |windings| {
             (windings.middles.len() + windings.nodes.len()) * size_of::<Winding>()
                 + size_of_val(&windings.node_distances[..])
-        });
-        self.distances.len() * size_of::<(f32, u32, usize)>()
-            + self.magnitudes.len() * size_of::<([f32; 3], bool)>()
-            + windings
+        })
     }
 
     pub fn band(&self) -> f64 {
@@ -170,7 +180,7 @@ impl BrickMap {
     /// W: nodes within this of the surface hold their exact distances. They include all corners of cells that the band
     /// enters.
     pub fn exact_within(&self) -> f64 {
-        self.band + 3.0_f64.sqrt() * self.spacing
+        exact_within(self.band, self.spacing)
     }
 
     /// K: a node within this of the surface has a brick. The excess over W is what [`Self::tilted`] can be too great
@@ -193,6 +203,11 @@ impl BrickMap {
         lower <= self.kept_within() + self.half_diagonal()
     }
 
+    /// Can all nodes of the slot be beyond K? Its middle is one of them.
+    pub fn may_have_no_brick(&self, index: usize) -> bool {
+        f64::from(self.distances[index].abs()) * (1.0 + COARSE_DISTANCE_ROUNDING) >= self.kept_within()
+    }
+
     /// max(D − R, W): lower bound of the distance at the nodes of a slot without a brick.
     fn lower_bound(&self, index: usize) -> f64 {
         (f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING) - self.half_diagonal())
@@ -201,10 +216,7 @@ impl BrickMap {
 
     /// Upper bound of the number of bricks: slots near the surface, and slots that may have to close a mesh.
     pub fn max_bricks(&self) -> usize {
-        // The middle of a slot is one of its nodes.
-        let may_have_no_brick = |index: usize| {
-            f64::from(self.distances[index].abs()) * (1.0 + COARSE_DISTANCE_ROUNDING) >= self.kept_within()
-        };
+        let may_have_no_brick = |index: usize| self.may_have_no_brick(index);
         let may_be_at_jump = |index: usize| {
             let slot = self.slot(index);
             let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
@@ -221,22 +233,25 @@ impl BrickMap {
         all.filter(|index| self.may_need_brick(*index) || may_be_at_jump(*index)).count()
     }
 
-    /// Indices of the slots around a coarse node, at most eight.
     fn slots_around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
-        (0..8_u32).filter_map(move |corner| {
-            let slot: [Option<u32>; 3] = std::array::from_fn(|axis| {
-                let slot = node[axis].checked_sub(corner >> axis & 1)?;
-                (slot < self.counts[axis]).then_some(slot)
-            });
-            let [Some(x), Some(y), Some(z)] = slot else { return None };
-            Some(self.index([x, y, z]))
-        })
+        slots_around(self.counts, node)
     }
 
     fn coarse_nodes(&self) -> impl IndexedParallelIterator<Item = [u32; 3]> + use<> {
-        let [row, rows, layers] = self.counts.map(|n| n as usize + 1);
-        let node = move |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-        (0..row * rows * layers).into_par_iter().map(node)
+        coarse_nodes(self.counts)
+    }
+
+    /// The coarse grid and the sides, which outlive the map.
+    pub fn coarse_map(&self) -> CoarseMap {
+        CoarseMap {
+            counts: self.counts,
+            magnitudes: self.magnitudes.clone(),
+            are_slots_inside: self.distances.iter().map(|distance| distance.is_sign_negative()).collect(),
+            are_nodes_inside: self
+                .windings
+                .as_ref()
+                .map(|windings| windings.nodes.iter().map(|node| node.is_inside()).collect()),
+        }
     }
 
     /// Magnitudes of the coarse grid at the corners of a slot, x fastest.
@@ -253,22 +268,6 @@ impl BrickMap {
     /// Distance at the middle of a slot.
     pub fn middle_distance(&self, slot: [u32; 3]) -> f64 {
         self.distances[self.index(slot)].abs().into()
-    }
-
-    /// Slots without a brick where the sign jumps: around a coarse node, their middles and the node are not all on one
-    /// side.
-    ///
-    /// No triangle lies between those points, so the mesh is open there, and the surface that closes it needs bricks
-    /// too.
-    pub fn slots_at_sign_jumps(&self, table: &[u32]) -> BTreeSet<usize> {
-        let jumps_at = |(index, node): (usize, [u32; 3])| {
-            let without_brick: Vec<usize> = self.slots_around(node).filter(|slot| table[*slot] == NO_BRICK).collect();
-            let node_side = self.windings.as_ref().map(|windings| windings.is_node_inside(index));
-            let mut sides = without_brick.iter().map(|slot| self.is_inside(*slot)).chain(node_side);
-            let first = sides.next();
-            if sides.all(|side| Some(side) == first) { Vec::new() } else { without_brick }
-        };
-        self.coarse_nodes().enumerate().flat_map_iter(jumps_at).collect()
     }
 
     /// Points with known winding numbers around a slot: its middle and its corners.
@@ -300,21 +299,17 @@ impl BrickMap {
     fn is_inside(&self, index: usize) -> bool {
         self.distances[index].is_sign_negative()
     }
-
-    /// Values of the coarse grid. The sign of a node is that of the slots around it without a brick.
-    pub fn coarse_values(&self, table: &[u32]) -> Vec<f32> {
-        let value = |(node, magnitude): ([u32; 3], &f32)| {
-            let without_brick = self.slots_around(node).find(|slot| table[*slot] == NO_BRICK);
-            without_brick.map_or(0.0, |slot| if self.is_inside(slot) { -magnitude } else { *magnitude })
-        };
-        self.coarse_nodes().zip(&self.magnitudes).map(value).collect()
-    }
 }
 
 impl Windings {
     fn is_node_inside(&self, node: usize) -> bool {
         self.nodes[node].is_inside()
     }
+}
+
+/// W of a band in a grid of this spacing: see [`BrickMap::exact_within`].
+pub(super) fn exact_within(band: f64, spacing: f64) -> f64 {
+    band + 3.0_f64.sqrt() * spacing
 }
 
 /// Layers of nodes per slab. Slabs are signed in parallel.

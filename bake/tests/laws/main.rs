@@ -17,6 +17,7 @@ mod repeatable;
 mod scanned_meshes;
 mod signs;
 mod sparse;
+mod sparse_parts;
 mod topologies;
 mod triangle_meshes;
 mod winding_numbers;

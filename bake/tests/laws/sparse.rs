@@ -17,7 +17,7 @@ use crate::random::Random;
 /// Band in voxels.
 const BAND: f64 = 3.0;
 
-fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+pub fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let turn = random.rotation();
     vec![
         ("sphere", meshes::icosphere(2)),
@@ -30,7 +30,7 @@ fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
+pub fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let sphere = meshes::icosphere(2);
     let bowl: Vec<usize> = (0..sphere.triangles.len()).filter(|t| sphere.corners()[*t][0].z > 0.1).collect();
     vec![

@@ -7,9 +7,11 @@ use clap::builder::{OsStringValueParser, PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Parser, ValueEnum};
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::file::Compression;
-use sdf_field::{BakeOptions, GridSize, SignMethod, Source};
+use sdf_field::{BakeOptions, GridShard, GridSize, SignMethod, Source};
 
-use super::values::{ErrorLimit, Shard, compressions, grid_file, layouts, max_error, page_file, positive, precisions};
+use super::values::{
+    ErrorLimit, Shard, bytes, compressions, grid_file, layouts, max_error, page_file, positive, precisions,
+};
 use super::{Json, Threads};
 
 /// Bake a mesh into a grid of exact signed distances.
@@ -53,6 +55,9 @@ pub struct BakeArgs {
     /// Pack the file's chunks, or write them as they are: larger, but written and read faster.
     #[arg(long, value_parser = compressions(), default_value = Compression::Deflate.name())]
     pub compress: Compression,
+    /// Memory that the bake may take, such as 2GiB or 500MB: a sparse grid that takes more is streamed into its file, brick by brick [default: what is free].
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    pub memory: Option<u64>,
     /// Cells added around the mesh's box, on each side; limits the --margin of contacts.
     #[arg(long, value_name = "VOXELS", default_value_t = 4)]
     pub padding: u32,
@@ -96,8 +101,9 @@ pub struct FleetArgs {
     /// Number of meshes to bake at a time; the threads are shared out among them.
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = MANY, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: u16,
-    /// Bake only every n-th mesh, from the i-th on, counted from 0: with 0/3, 1/3 and 2/3 three machines share the work.
-    #[arg(long, value_name = "I/N", help_heading = MANY)]
+    /// Bake the I-th of N shares of the work, counted from 0: with 0/3, 1/3 and 2/3 three machines share it. Of one mesh, a share is a
+    /// part of its bricks, for `merge`; with --list, --out-dir or more meshes, every N-th mesh from the I-th on.
+    #[arg(long, value_name = "I/N", help_heading = "Sharing the work")]
     pub shard: Option<Shard>,
     /// Keep grids that are there already, of the same mesh by its SHA-256, with the same options and version.
     #[arg(long, help_heading = MANY)]
@@ -109,8 +115,8 @@ const MANY: &str = "Several meshes";
 impl FleetArgs {
     /// Is this about several meshes?
     pub fn is_wanted(&self) -> bool {
-        let Self { more, list, out_dir, jobs, shard, resume } = self;
-        !more.is_empty() || list.is_some() || out_dir.is_some() || *jobs > 1 || shard.is_some() || *resume
+        let Self { more, list, out_dir, jobs, shard: _, resume } = self;
+        !more.is_empty() || list.is_some() || out_dir.is_some() || *jobs > 1 || *resume
     }
 }
 
@@ -149,6 +155,12 @@ impl BakeArgs {
     /// Half width of the band, in cells.
     pub fn band(&self) -> u32 {
         self.band.unwrap_or(BakeOptions::default().band)
+    }
+
+    /// The part of one mesh's bricks that is asked for; `None` where whole meshes are shared out.
+    pub fn shard_of_bricks(&self) -> Option<GridShard> {
+        let shard = self.fleet.shard.filter(|_| !self.fleet.is_wanted())?;
+        Some(GridShard { index: shard.index, count: shard.count })
     }
 
     /// The options of the library.

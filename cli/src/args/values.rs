@@ -134,7 +134,20 @@ pub fn mesh_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     is_known.then_some(path).ok_or("use a name that ends in .obj, .ply, .stl or .off, or - for OBJ on standard output")
 }
 
-/// A part of a list: elements `index`, `index + count`, …
+/// A number of bytes: 500MB, 2GiB, 1.5G.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let units = [("KiB", 10), ("MiB", 20), ("GiB", 30), ("TiB", 40)].map(|(unit, bits)| (unit, (1_u64 << bits) as f64));
+    let units = units.into_iter().chain([("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12)]);
+    let mut units = units.chain([("K", 1024.0), ("M", 1_048_576.0), ("G", 1_073_741_824.0), ("B", 1.0), ("", 1.0)]);
+    let number =
+        units.find_map(|(unit, bytes)| text.strip_suffix(unit)?.trim_end().parse::<f64>().ok().map(|n| n * bytes));
+    match number {
+        Some(bytes) if bytes >= 1.0 && bytes < u64::MAX as f64 => Ok(bytes as u64),
+        _ => Err(format!("{text:?} is not a size: use a number and a unit, such as 500MB or 2GiB")),
+    }
+}
+
+/// A share of the work: of a list, elements `index`, `index + count`, …
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     pub index: u32,

@@ -1,16 +1,18 @@
 //! Bakes a mesh and reports on the grid. Errors of the library become messages that name the option to change.
 
+pub mod facts;
+
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail};
-use indicatif::ProgressDrawTarget;
-use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{Layout, OwnedGrid};
-use sdf_core::grid::sparse::BRICK;
+use indicatif::{ProgressBar, ProgressDrawTarget};
+use sdf_core::grid::owned::Layout;
 use sdf_field::page::Scene;
 use sdf_field::{
-    BakeError, Baked, ErrorBudgetError, ErrorRegions, Field, GridInfo, MeshReport, MeshView, Progress, Source,
+    BakeError, BakeFileError, BakeOptions, BakeOutcome, BakeTarget, Baked, BakedFile, ErrorBudgetError, Field,
+    GridShard, MeshView, Progress, Source,
 };
 use serde_json::json;
 
@@ -21,6 +23,7 @@ use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
 use crate::{memory, output, progress};
+use facts::{GridFacts, document, mesh_row, rows};
 
 /// The program and its version, as a grid that it baked states them.
 pub const TOOL: &str = concat!("sdftool ", env!("CARGO_PKG_VERSION"));
@@ -32,8 +35,12 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let output = match &args.output {
         Some(output) => output.clone(),
         None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),
-        None => default_output(&args.mesh),
+        None => default_output(args),
     };
+    let is_streamed = args.fleet.shard.is_some() || args.memory.is_some();
+    if is_streamed && output::is_standard_output(&output) {
+        bail!("--shard and --memory need a file to write bricks into as they come: name one with -o");
+    }
     output::ensure_writable(&output, &[&args.mesh])?;
     output::ensure_alone(&output, args.json)?;
     if let Some(page) = &args.view {
@@ -55,38 +62,139 @@ pub fn bake_file(args: &BakeArgs, input: MeshInput, output: &Path) -> Result<Rep
 
 fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant) -> Result<Report<serde_json::Value>> {
     let read = started.elapsed().as_secs_f64();
-    let (baked, input) = bake(args, input)?;
+    let MeshInput { mesh, facts: input } = input;
+    mesh.require_triangles(&args.mesh.display().to_string())?;
+    let options = args.options(source(&input))?;
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    if let Some(shard) = args.shard_of_bricks() {
+        let baked = with_progress(args, |on_progress| {
+            Field::bake_part(view, &options, target(args, output), shard, on_progress)
+                .map_err(|error| failure(args, error))
+        })?;
+        let times = [read, started.elapsed().as_secs_f64() - read];
+        return Ok(part_report(shard, &baked, &input, times, output));
+    }
+    let outcome = with_progress(args, |on_progress| bake_whole(args, view, &options, output, on_progress))?;
+    drop(mesh);
     let bake = started.elapsed().as_secs_f64() - read;
-    let file = output::save(&baked.field, output, args.compress)?;
+    let file = match &outcome {
+        BakeOutcome::InMemory(baked) => output::save(&baked.field, output, args.compress)?,
+        BakeOutcome::OnDisk(_) => fs::metadata(output).map_or(0, |file| file.len()),
+    };
     if let Some(path) = &args.view {
+        let BakeOutcome::InMemory(baked) = &outcome else {
+            bail!("{}: is written, but too large for --view, which holds a grid in memory", output.display());
+        };
         page::write(path, &Scene::of_field(stem(output), &baked.field))?;
     }
     let write = started.elapsed().as_secs_f64() - read - bake;
-    Ok(Report {
-        rows: rows(args, &baked, &input, [read, bake, write], &format!("{}, {file} bytes", output::shown(output)))?,
-        json: document(&baked, &input, [read, bake, write], output, file)?,
-    })
+    let facts = match &outcome {
+        BakeOutcome::InMemory(baked) => GridFacts::of_baked(baked)?,
+        BakeOutcome::OnDisk(baked) => GridFacts::of_file(baked),
+    };
+    let times = [read, bake, write];
+    let mut rows = rows(args, &facts, &input, times, &format!("{}, {file} bytes", output::shown(output)));
+    let mut json = document(&facts, &input, times, output, file);
+    if matches!(outcome, BakeOutcome::OnDisk(_)) {
+        rows.push(("memory", "bricks were streamed into the file as they came".to_owned()));
+        json["streamed"] = true.into();
+    }
+    Ok(Report { rows, json })
 }
 
-/// Bakes `input` and frees its points and triangles.
-pub fn bake(args: &BakeArgs, input: MeshInput) -> Result<(Baked, MeshFacts)> {
-    let MeshInput { mesh, facts } = input;
-    mesh.require_triangles(&args.mesh.display().to_string())?;
-    let source = Source { name: facts.name.clone(), sha256: facts.sha256, triangles: facts.triangles as u64 };
-    let options = args.options(source)?;
-    let bar = progress::bar("baking", 0);
+/// Bakes `input` in memory and frees its points and triangles.
+pub fn bake(args: &BakeArgs, MeshInput { mesh, facts }: MeshInput) -> Result<(Baked, MeshFacts)> {
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    let options = args.options(source(&facts))?;
+    let baked = with_progress(args, |on_progress| {
+        Field::bake_with_progress(view, &options, on_progress).map_err(|error| refusal(args, error))
+    });
+    Ok((baked?, facts))
+}
+
+fn source(facts: &MeshFacts) -> Source {
+    Source { name: facts.name.clone(), sha256: facts.sha256, triangles: facts.triangles as u64 }
+}
+
+fn target<'a>(args: &BakeArgs, path: &'a Path) -> BakeTarget<'a> {
+    BakeTarget { path, compression: args.compress, max_bytes: args.memory }
+}
+
+/// Bakes a grid in memory, or into its file if it does not fit.
+fn bake_whole(
+    args: &BakeArgs,
+    view: MeshView,
+    options: &BakeOptions,
+    output: &Path,
+    on_progress: &(dyn Fn(Progress) + Sync),
+) -> Result<BakeOutcome> {
+    if output::is_standard_output(output) {
+        let baked = Field::bake_with_progress(view, options, on_progress);
+        return baked.map(BakeOutcome::InMemory).map_err(|error| refusal(args, error));
+    }
+    Field::bake_or_stream(view, options, target(args, output), on_progress).map_err(|error| failure(args, error))
+}
+
+fn with_progress<T>(args: &BakeArgs, bake: impl FnOnce(&(dyn Fn(Progress) + Sync)) -> Result<T>) -> Result<T> {
+    let bar: ProgressBar = progress::bar("baking", 0);
     // Bars of several meshes would overwrite each other.
     if args.fleet.is_wanted() {
         bar.set_draw_target(ProgressDrawTarget::hidden());
     }
-    let on_progress = |progress: Progress| match progress {
+    let baked = bake(&|progress: Progress| match progress {
         Progress::Total(steps) => bar.inc_length(steps),
         Progress::Done(steps) => bar.inc(steps),
-    };
-    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
-    let baked = Field::bake_with_progress(view, &options, &on_progress);
+    });
     bar.finish_and_clear();
-    Ok((baked.map_err(|error| refusal(args, error))?, facts))
+    baked
+}
+
+fn part_report(
+    GridShard { index, count }: GridShard,
+    baked: &BakedFile,
+    input: &MeshFacts,
+    [read, bake]: [f64; 2],
+    output: &Path,
+) -> Report<serde_json::Value> {
+    let (grid, info) = (&baked.grid, &baked.grid.info);
+    let (lattice, bricks) = (&grid.lattice, grid.slots.len());
+    let file = fs::metadata(output).map_or(0, |file| file.len());
+    let rows = vec![
+        ("mesh", mesh_row(input, &baked.mesh)),
+        ("sign", info.sign_reason.clone()),
+        ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
+        (
+            "part",
+            format!("{index}/{count}, {bricks} bricks in {}: join all parts by sdftool merge", grid.precision.name()),
+        ),
+        ("time", format!("{} to read, {} to bake and write", seconds(read), seconds(bake))),
+        ("file", format!("{}, {file} bytes", output.display())),
+    ];
+    let json = json!({
+        "schema": "sdftool.part/1",
+        "output": output.display().to_string(),
+        "part": [index, count],
+        "triangles": input.triangles,
+        "sign_method": info.sign_method.name(),
+        "sign_verdict": info.sign_reason,
+        "precision": grid.precision.name(),
+        "counts": lattice.nodes(),
+        "origin": lattice.origin(),
+        "spacing": lattice.spacing(),
+        "band": info.band,
+        "bricks": bricks,
+        "file_bytes": file,
+        "peak_memory_bytes": memory::peak(),
+        "seconds": {"read": read, "bake": bake},
+    });
+    Report { rows, json }
+}
+
+fn failure(args: &BakeArgs, error: BakeFileError) -> anyhow::Error {
+    match error {
+        BakeFileError::Bake(error) => refusal(args, error),
+        other => other.into(),
+    }
 }
 
 /// The error in the words of the command line: what, where, and which option to change.
@@ -99,6 +207,10 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
         }
     };
     let shown = args.mesh.display();
+    let shortage = |bytes, free| match args.memory {
+        Some(_) => memory::shortage_of_budget(bytes, free),
+        None => memory::shortage(bytes, free),
+    };
     match error {
         BakeError::InvalidMesh(invalid) => anyhow!("{shown}: {invalid}"),
         BakeError::VoxelTooLarge { side } => {
@@ -110,7 +222,7 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
         BakeError::ErrorBudget(_) => anyhow!("{shown}: {size}: {error}: {smaller}"),
         BakeError::TooLarge { bricks: Some(bricks), bytes, free, .. } => {
             let smaller = "use a smaller --res, a larger --voxel-size, a smaller --band or --precision u8";
-            anyhow!("{shown}: {bricks} bricks {}: {smaller}", memory::shortage(bytes, free))
+            anyhow!("{shown}: {bricks} bricks {}: {smaller}", shortage(bytes, free))
         }
         BakeError::TooLarge { nodes, bytes, free, .. } => {
             let is_padded = 2.0 * f64::from(args.padding) > nodes.iter().fold(0.0, |a: f64, b| a.max(*b)) / 2.0;
@@ -121,198 +233,18 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
             };
             let or_sparse = if args.layout() == Layout::Dense { ", or --layout sparse" } else { "" };
             let nodes = nodes.map(many).join(" × ");
-            anyhow!("{size}: a grid of {nodes} nodes {}: {smaller}{or_sparse}", memory::shortage(bytes, free))
+            anyhow!("{size}: a grid of {nodes} nodes {}: {smaller}{or_sparse}", shortage(bytes, free))
         }
         other => anyhow!("{shown}: {other}"),
     }
 }
 
-/// The grid that was baked, and its info.
-fn parts(baked: &Baked) -> Result<(&OwnedGrid, &GridInfo)> {
-    match (baked.field.grid(), baked.field.info()) {
-        (Some(grid), Some(info)) => Ok((grid, info)),
-        _ => bail!("a bake made no grid: please report this"),
+/// The mesh's stem with .sdf.h5, in the current folder; of a part with its number.
+fn default_output(args: &BakeArgs) -> PathBuf {
+    let mut name = args.mesh.file_stem().unwrap_or_default().to_owned();
+    match args.shard_of_bricks() {
+        Some(GridShard { index, count }) => name.push(format!(".part-{index}-of-{count}.h5")),
+        None => name.push(".sdf.h5"),
     }
-}
-
-type Rows = Vec<(&'static str, String)>;
-
-fn rows(args: &BakeArgs, baked: &Baked, input: &MeshFacts, times: [f64; 3], file: &str) -> Result<Rows> {
-    let (grid, info) = parts(baked)?;
-    let lattice = grid.lattice();
-    let median = median_error(grid).map_or(String::new(), |error| format!(", {} in half of the bricks", number(error)));
-    // Away from the triangles of an open mesh, the sign may change within a cell.
-    let proof = if baked.is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
-    let [read, bake, write] = times.map(seconds);
-    let mut rows = vec![
-        ("mesh", mesh_row(input, &baked.mesh)),
-        ("sign", info.sign_reason.clone()),
-        ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
-    ];
-    if args.max_error.is_some() {
-        rows.push(("picked", format!("a voxel of {}, a band of {} voxels", number(lattice.spacing()), args.band())));
-    }
-    if let (Some(bricks), Some(band)) = (grid.storage().brick_count(), info.band) {
-        let precision = grid.storage().precision().name();
-        rows.push(("bricks", format!("{bricks} in {precision}, with distances within {}", number(band))));
-    }
-    rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
-    rows.extend(baked.regions.as_ref().map(|regions| ("regions", regions_row(regions))));
-    rows.extend([("time", format!("{read} to read, {bake} to bake, {write} to write")), ("file", file.to_owned())]);
-    Ok(rows)
-}
-
-fn document(
-    baked: &Baked,
-    input: &MeshFacts,
-    [read, bake, write]: [f64; 3],
-    output: &Path,
-    file: u64,
-) -> Result<serde_json::Value> {
-    let (grid, info) = parts(baked)?;
-    let (lattice, storage) = (grid.lattice(), grid.storage());
-    let [stored_nodes, stored_cells] = stored(grid);
-    Ok(json!({
-        "schema": "sdftool.bake/1",
-        "output": output.display().to_string(),
-        "triangles": input.triangles,
-        "objects": input.objects,
-        "polygons": input.polygon_counts.total,
-        "polygons_cut_blindly": input.polygon_counts.unverified,
-        "degenerate_triangles": baked.mesh.degenerate_triangles,
-        "repeated_triangles": baked.mesh.repeated_triangles,
-        "inner_shells": baked.mesh.inner_shells,
-        "inner_triangles": baked.mesh.inner_triangles,
-        "entangled_shells": baked.mesh.entangled_shells,
-        "crossing_triangles": baked.mesh.crossing_triangles,
-        "kept_pieces": baked.mesh.kept_pieces,
-        "dropped_pieces": baked.mesh.dropped_pieces,
-        "uncertain_pieces": baked.mesh.uncertain_pieces,
-        "merged_points": baked.mesh.merged_points,
-        "capped_loops": baked.mesh.capped_loops,
-        "cap_triangles": baked.mesh.cap_triangles,
-        "open_loops": baked.mesh.open_loops,
-        "unreferenced_points": baked.mesh.unreferenced_points,
-        "welded_points": baked.mesh.welded_points,
-        "boundary_edges": baked.topology.boundary_edges,
-        "non_manifold_edges": baked.topology.non_manifold_edges,
-        "wrongly_wound": baked.topology.wrongly_wound,
-        "shells": baked.topology.shells,
-        "intersecting_pairs": baked.topology.intersecting_pairs,
-        "sign_method": info.sign_method.name(),
-        "sign_verdict": info.sign_reason,
-        "layout": storage.layout().name(),
-        "precision": storage.precision().name(),
-        "nodes": lattice.node_count(),
-        "counts": lattice.nodes(),
-        "origin": lattice.origin(),
-        "spacing": lattice.spacing(),
-        "padding": info.padding,
-        "band": info.band,
-        "bricks": storage.brick_count(),
-        "stored_nodes": stored_nodes,
-        "stored_cells": stored_cells,
-        "slope_bound": baked.field.slope_bound(),
-        "error_bound": info.error_bound,
-        "median_error_bound": median_error(grid),
-        "error_regions": baked.regions.as_ref().map(regions_document),
-        "file_bytes": file,
-        "peak_memory_bytes": memory::peak(),
-        "seconds": {"read": read, "bake": bake, "write": write},
-    }))
-}
-
-/// The share of cells with the error of a closed mesh, and where the others are.
-fn regions_row(found: &ErrorRegions) -> String {
-    let share = found.cells_within as f64 / found.cells.max(1) as f64;
-    let within = format!("{:.2} % of {} cells are within {}", 100.0 * share, found.cells, number(found.error_bound));
-    let Some(largest) = found.regions.first() else { return within };
-    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-    let (from, to, cells) = (corner(largest.bounds.min), corner(largest.bounds.max), largest.cells);
-    let count = match found.region_count {
-        1 => "the others are".to_owned(),
-        count => format!("the others are in {count} regions, the largest of {cells} cells"),
-    };
-    format!("{within}; {count} from ({from}) to ({to}), within {}", number(largest.error_bound))
-}
-
-fn regions_document(found: &ErrorRegions) -> serde_json::Value {
-    let region = |region: &sdf_field::ErrorRegion| {
-        json!({
-            "min": region.bounds.min,
-            "max": region.bounds.max,
-            "cells": region.cells,
-            "error_bound": region.error_bound,
-        })
-    };
-    json!({
-        "cells": found.cells,
-        "cells_within": found.cells_within,
-        "error_bound_within": found.error_bound,
-        "region_count": found.region_count,
-        "largest_regions": found.regions.iter().map(region).collect::<Vec<_>>(),
-    })
-}
-
-/// Median of the bricks' error bounds; `None` for a dense grid.
-fn median_error(grid: &OwnedGrid) -> Option<f64> {
-    let mut errors = grid.storage().brick_errors().to_vec();
-    errors.sort_unstable_by(f32::total_cmp);
-    errors.get(errors.len() / 2).copied().map(f64::from)
-}
-
-/// Nodes that have a sample, and cells with all corners among them.
-fn stored(grid: &OwnedGrid) -> [usize; 2] {
-    let lattice = grid.lattice();
-    if grid.storage().layout() == Layout::Dense {
-        return [lattice.node_count(), lattice.cells().iter().fold(1, |count: usize, n| count * *n as usize)];
-    }
-    stored_in_bricks(grid, lattice)
-}
-
-/// Counts for each brick the cells whose first corner it has. Their other corners are in the same brick or in the next ones.
-fn stored_in_bricks(grid: &OwnedGrid, lattice: &Lattice) -> [usize; 2] {
-    let nodes = lattice.nodes();
-    let mut stored = [0, 0];
-    for slot in grid.storage().slots() {
-        let sides: [u32; 3] = std::array::from_fn(|axis| (nodes[axis] - slot[axis] * BRICK).min(BRICK));
-        stored[0] += sides.iter().map(|n| *n as usize).product::<usize>();
-        for next in 0..8_u32 {
-            let step: [u32; 3] = std::array::from_fn(|axis| next >> axis & 1);
-            if grid.storage().brick_at(std::array::from_fn(|axis| slot[axis] + step[axis])).is_some() {
-                // Along axes with a step: one layer of cells, which need the next brick; along the others all but that layer.
-                let cells = |axis: usize| if step[axis] == 1 { 1 } else { sides[axis] as usize - 1 };
-                stored[1] += cells(0) * cells(1) * cells(2);
-            }
-        }
-    }
-    stored
-}
-
-/// The mesh's stem with .sdf.h5, in the current folder.
-fn default_output(mesh: &Path) -> PathBuf {
-    let mut name = mesh.file_stem().unwrap_or_default().to_owned();
-    name.push(".sdf.h5");
     name.into()
-}
-
-fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
-    let mut row = format!("{} points, {} triangles", mesh.points, mesh.triangles);
-    let objects = if mesh.objects > 1 { mesh.objects } else { 0 };
-    let rest = [
-        (objects, "object", "objects"),
-        (report.welded_points, "duplicate point", "duplicate points"),
-        (report.merged_points, "point welded", "points welded"),
-        (report.cap_triangles, "triangle added by caps", "triangles added by caps"),
-        (report.unreferenced_points, "unused point", "unused points"),
-        (report.degenerate_triangles, "triangle without area dropped", "triangles without area dropped"),
-        (report.repeated_triangles, "repeated triangle", "repeated triangles"),
-        (report.inner_triangles, "triangle inside of the solid dropped", "triangles inside of the solid dropped"),
-        (report.crossing_triangles, "triangle cut where others meet it", "triangles cut where others meet them"),
-        (mesh.polygon_counts.unverified, "polygon cut unverified", "polygons cut unverified"),
-    ];
-    for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {
-        row.push_str(&format!(", {count} {}", if count == 1 { one } else { several }));
-    }
-    row
 }

@@ -2,8 +2,8 @@
 
 use crate::folder::{Folder, says};
 
-const COMMANDS: [&str; 13] = [
-    "bake", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view",
+const COMMANDS: [&str; 14] = [
+    "bake", "merge", "contacts", "compare", "eval", "info", "verify", "slice", "surface", "export", "import", "view",
     "simulate", "demo",
 ];
 

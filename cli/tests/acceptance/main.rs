@@ -17,6 +17,7 @@ mod help;
 mod hostile;
 mod interrupted;
 mod overlap;
+mod parts;
 mod pictures;
 mod poses;
 mod progress;

@@ -159,6 +159,12 @@ impl<B: Bricks> Sparse<B> {
     /// slots along each axis, every entry [`NO_BRICK`] or the number of a brick, and one scale, one bound and
     /// [`BRICK_SAMPLES`] samples per brick.
     pub fn new(lattice: &Lattice, bricks: B) -> Option<Self> {
+        let samples = bricks.scales().len().checked_mul(BRICK_SAMPLES);
+        if samples == Some(bricks.samples().len()) { Self::with_first_samples(lattice, bricks) } else { None }
+    }
+
+    /// As [`new`](Self::new), but only the first bricks need have samples: the others have bounds, and a meaningless value.
+    pub fn with_first_samples(lattice: &Lattice, bricks: B) -> Option<Self> {
         let slot_counts = brick_counts(lattice);
         let count =
             |more: usize| slot_counts.iter().try_fold(1, |n: usize, slots| n.checked_mul(*slots as usize + more));
@@ -167,7 +173,6 @@ impl<B: Bricks> Sparse<B> {
         let fits = Some(bricks.table().len()) == count(0)
             && Some(bricks.coarse().len()) == count(1)
             && bricks.bounds().len() == scales
-            && scales.checked_mul(BRICK_SAMPLES) == Some(bricks.samples().len())
             && bricks.table().iter().all(in_range);
         fits.then(|| Self::of_checked(lattice, bricks))
     }

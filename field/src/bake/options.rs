@@ -2,6 +2,7 @@
 
 use sdf_bake::Repairs;
 use sdf_bake::sparse::Certify;
+use sdf_core::Aabb;
 use sdf_core::grid::owned::{Layout, Precision};
 
 use super::BakeError;
@@ -17,6 +18,17 @@ pub enum GridSize {
     VoxelSize(f64),
     /// The largest voxels and the coarsest precision with which a sparse grid certifies at most this error in its band.
     MaxError(MaxError),
+}
+
+impl GridSize {
+    /// The side of a cell for a mesh with these bounds, or the error that chooses it.
+    pub(super) fn spacing(self, bounds: &Aabb) -> Result<f64, MaxError> {
+        match self {
+            Self::Cells(cells) => Ok(bounds.longest_side() / f64::from(cells)),
+            Self::VoxelSize(spacing) => Ok(spacing),
+            Self::MaxError(max_error) => Err(max_error),
+        }
+    }
 }
 
 /// A length, or a fraction of the mesh's size.

@@ -47,7 +47,8 @@ impl BlockMask {
         let bounds = lattice.bounds();
         let max_of_lattice = max_magnitude(&bounds);
         let slope_bound = grid.slope_bound().max(1.0);
-        let mut lower_bounds = vec![None; blocks];
+        // Zeros, of which the system provides only what is written to.
+        let mut lower_bounds = vec![0; blocks];
         // Of the last region of which nothing is left to do: its blocks, and the level that they are above.
         let mut done = None;
         for region in regions {
@@ -110,14 +111,16 @@ impl BlockMask {
         last: [usize; 3],
         level: f64,
         storage: &impl Storage,
-        lower_bounds: &mut [Option<f32>],
+        lower_bounds: &mut [u32],
     ) -> bool {
         let mut is_above = |block: [usize; 3]| {
-            let lower = *lower_bounds[self.index(block)].get_or_insert_with(|| {
+            let bits = &mut lower_bounds[self.index(block)];
+            if *bits == 0 {
                 let node = block.map(|index| index as u32 * BRICK);
-                storage.block_bounds(node, node).map_or(f32::NEG_INFINITY, |bounds| bounds.range.lower)
-            });
-            f64::from(lower) > level
+                let lower = storage.block_bounds(node, node).map_or(f32::NEG_INFINITY, |bounds| bounds.range.lower);
+                *bits = lower.to_bits();
+            }
+            f64::from(f32::from_bits(*bits)) > level
         };
         let blocks = |axis: usize| first[axis]..=last[axis];
         is_small(first, last) && blocks(2).all(|z| blocks(1).all(|y| blocks(0).all(|x| is_above([x, y, z]))))

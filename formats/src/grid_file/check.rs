@@ -10,13 +10,15 @@ use super::header::Header;
 use super::{About, GridFault, MeshInfo, Samples, SparseInfo, SparseSamples, StoredMesh, kept_mesh, layout};
 use crate::hdf5::Element;
 
-/// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid.
+/// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid. A sparse grid's
+/// samples need not be here.
 pub(super) fn checked_header(
     lattice: &Lattice,
     samples: &Samples,
     about: &About,
     mesh: Option<&StoredMesh>,
     coding: Coding,
+    are_samples_here: bool,
 ) -> Result<Header, String> {
     fn sparse<C>(samples: &SparseSamples<C>, precision: Precision) -> Option<SparseInfo> {
         let SparseSamples { band, deep_values, slots, .. } = *samples;
@@ -45,7 +47,7 @@ pub(super) fn checked_header(
         mesh,
         digests_sha256: String::new(),
     };
-    if let Some(violation) = header.violation() {
+    if let Some(violation) = header.violation().or_else(|| header.brick_violation()) {
         return Err(violation);
     }
     match samples {
@@ -55,9 +57,9 @@ pub(super) fn checked_header(
             all_finite("sample", distances)?;
             valid_bounds(bounds)?;
         }
-        Samples::F32(samples) => sparse_samples(lattice, samples, Precision::F32)?,
-        Samples::U16(samples) => sparse_samples(lattice, samples, Precision::U16)?,
-        Samples::U8(samples) => sparse_samples(lattice, samples, Precision::U8)?,
+        Samples::F32(samples) => sparse_samples(lattice, samples, Precision::F32, are_samples_here)?,
+        Samples::U16(samples) => sparse_samples(lattice, samples, Precision::U16, are_samples_here)?,
+        Samples::U8(samples) => sparse_samples(lattice, samples, Precision::U8, are_samples_here)?,
     }
     Ok(header)
 }
@@ -66,10 +68,13 @@ fn sparse_samples<C: Element>(
     lattice: &Lattice,
     samples: &SparseSamples<C>,
     precision: Precision,
+    are_samples_here: bool,
 ) -> Result<(), String> {
     let bricks = samples.slots.len();
     count("scales", samples.scales.len(), Some(bricks))?;
-    count("samples", samples.samples.len(), bricks.checked_mul(BRICK_SAMPLES))?;
+    // Others are checked when they are read.
+    let count_here = if are_samples_here { bricks.checked_mul(BRICK_SAMPLES) } else { Some(0) };
+    count("samples", samples.samples.len(), count_here)?;
     count("bounds", samples.bounds.len(), Some(bricks))?;
     count("errors", samples.errors.len(), Some(bricks))?;
     count("nodes of the coarse grid", samples.coarse.len(), coarse_count(lattice))?;

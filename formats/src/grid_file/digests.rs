@@ -44,7 +44,8 @@ impl DatasetList {
             let digests = self.read_all::<u8>(file, sdf, &[count, SHA256_BYTES])?;
             (Checksums::Sha256(digests.as_chunks().0.to_vec()), digests)
         } else {
-            let checksums = self.read_all::<u32>(file, sdf, &[count])?;
+            // Only a part of a bake can be empty.
+            let checksums = if count == 0 { vec![] } else { self.read_all::<u32>(file, sdf, &[count])? };
             let bytes = little_endian(&checksums);
             (Checksums::Crc32(checksums), bytes)
         };
@@ -112,12 +113,27 @@ impl Digests {
         piece: [usize; 3],
         is_needed: impl Fn(Tile) -> bool + Sync,
     ) -> Result<Vec<T>, ReadError> {
-        file.elements(dataset, piece, is_needed, |chunk, bytes| {
-            if self.checksums.matches(first + chunk, bytes) {
-                return Ok(());
-            }
-            Err(ReadError::damaged(format!("checksum of a chunk of {} does not match", dataset.name())))
-        })
+        file.elements(dataset, piece, is_needed, |chunk, bytes| self.check(dataset.name(), first + chunk, bytes))
+    }
+}
+
+impl Digests {
+    /// Some rows of a dataset, checked. See [`Hdf5Reader::rows`].
+    pub(super) fn rows<T: Element>(
+        &self,
+        file: &Hdf5Reader,
+        dataset: &Dataset<T>,
+        first: usize,
+        rows: &[u32],
+    ) -> Result<Vec<T>, ReadError> {
+        file.rows(dataset, rows, |chunk, bytes| self.check(dataset.name(), first + chunk, bytes))
+    }
+
+    fn check(&self, name: &str, chunk: usize, bytes: &[u8]) -> Result<(), ReadError> {
+        if self.checksums.matches(chunk, bytes) {
+            return Ok(());
+        }
+        Err(ReadError::damaged(format!("checksum of a chunk of {name} does not match")))
     }
 }
 

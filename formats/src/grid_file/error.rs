@@ -46,6 +46,17 @@ pub enum GridFault {
     /// The file contradicts itself, its length or a checksum.
     #[error("{0}: the file is damaged; bake it again")]
     Damaged(String),
+    /// The file is a part of a bake: see [`super::part`].
+    #[error("part {index}/{count} of a bake, not a whole grid; join all {count} parts by `sdftool merge`")]
+    IsPart {
+        /// Counted from 0.
+        index: u32,
+        /// Number of parts.
+        count: u32,
+    },
+    /// Parts do not make one grid.
+    #[error("{0}")]
+    DoesNotJoin(String),
     /// The grid to be written would be refused by [`super::read`].
     #[error("cannot be written: {0}")]
     Refused(String),

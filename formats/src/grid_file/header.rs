@@ -63,15 +63,7 @@ pub(super) struct Header {
 impl Header {
     /// Reads all attributes and verifies their checksum.
     pub(super) fn read(file: &Hdf5Reader, sdf: &Object) -> Result<Self, GridFault> {
-        let [version] = Attributes::read(file, sdf, ["format_version"])?.integers("format_version")?;
-        match version {
-            layout::OLDEST_VERSION..=layout::FORMAT_VERSION => {}
-            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::OLDEST_VERSION }),
-            later if later > layout::FORMAT_VERSION => {
-                return Err(GridFault::LaterVersion { found: later, known: layout::FORMAT_VERSION });
-            }
-            unknown => return Err(GridFault::not_a_grid(format!("its format version is {unknown}"))),
-        }
+        let version = Self::read_version(file, sdf)?;
         let is_sparse = match Attributes::read(file, sdf, ["layout"])?.text("layout")? {
             "dense" => false,
             "sparse" => true,
@@ -84,7 +76,48 @@ impl Header {
         if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
         }
-        let header = Self {
+        let header = Self::from_attributes(version, is_sparse, &attributes)?;
+        match header.violation().or_else(|| header.brick_violation()) {
+            Some(violation) => Err(GridFault::damaged(violation)),
+            None => Ok(header),
+        }
+    }
+
+    /// Reads the header of a part of a sparse grid and the attributes that only parts have, and verifies their checksum. The number of
+    /// bricks is the part's own, the bounds and slopes are zero.
+    pub(super) fn read_part(
+        file: &Hdf5Reader,
+        part: &Object,
+        part_only: impl IntoIterator<Item = &'static str>,
+    ) -> Result<(Self, Attributes), GridFault> {
+        let version = Self::read_version(file, part)?;
+        let names = COMMON.into_iter().chain(SPARSE_ONLY).chain([DIGESTS]).chain(part_only);
+        let attributes = Attributes::read(file, part, names)?;
+        if Attributes::read(file, part, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
+            return Err(GridFault::damaged("checksum of the attributes does not match"));
+        }
+        let header = Self::from_attributes(version, true, &attributes)?;
+        match header.violation() {
+            Some(violation) => Err(GridFault::damaged(violation)),
+            None => Ok((header, attributes)),
+        }
+    }
+
+    fn read_version(file: &Hdf5Reader, sdf: &Object) -> Result<i128, GridFault> {
+        let [version] = Attributes::read(file, sdf, ["format_version"])?.integers("format_version")?;
+        match version {
+            layout::OLDEST_VERSION..=layout::FORMAT_VERSION => {}
+            1 => return Err(GridFault::EarlierVersion { found: version, known: layout::OLDEST_VERSION }),
+            later if later > layout::FORMAT_VERSION => {
+                return Err(GridFault::LaterVersion { found: later, known: layout::FORMAT_VERSION });
+            }
+            unknown => return Err(GridFault::not_a_grid(format!("its format version is {unknown}"))),
+        }
+        Ok(version)
+    }
+
+    fn from_attributes(version: i128, is_sparse: bool, attributes: &Attributes) -> Result<Self, GridFault> {
+        Ok(Self {
             version,
             lattice: attributes.lattice()?,
             sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
@@ -92,11 +125,7 @@ impl Header {
             about: attributes.about()?,
             mesh: attributes.mesh()?,
             digests_sha256: attributes.text(DIGESTS)?.to_owned(),
-        };
-        match header.violation() {
-            Some(violation) => Err(GridFault::damaged(violation)),
-            None => Ok(header),
-        }
+        })
     }
 
     /// All attributes but their checksum, which comes last.
@@ -153,15 +182,19 @@ impl Header {
         if about.error_bound.is_nan() || about.error_bound < 0.0 {
             return Some(format!("error_bound is {}", about.error_bound));
         }
-        if let Some(SparseInfo { bricks, .. }) = self.sparse {
-            let slots = brick_counts(&self.lattice).iter().map(|slots| u128::from(*slots)).product::<u128>();
-            if bricks == 0 || bricks as u128 > slots.min(layout::MAX_BRICKS as u128) {
-                return Some(format!("{bricks} bricks for {slots} brick slots"));
-            }
-        }
         let texts = [&about.sign_reason, &about.source.name, &about.tool, &about.options];
         let bad = texts.into_iter().find(|text| text.len() > MAX_TEXT_BYTES || text.contains('\0'));
         bad.map(|text| format!("a text of {} bytes is longer than 65536 or contains a NUL", text.len()))
+    }
+}
+
+impl Header {
+    /// A number of bricks that no grid has, in words.
+    pub(super) fn brick_violation(&self) -> Option<String> {
+        let SparseInfo { bricks, .. } = self.sparse?;
+        let slots = brick_counts(&self.lattice).iter().map(|slots| u128::from(*slots)).product::<u128>();
+        let is_bad = bricks == 0 || bricks as u128 > slots.min(layout::MAX_BRICKS as u128);
+        is_bad.then(|| format!("{bricks} bricks for {slots} brick slots"))
     }
 }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, Scale, Sparse};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
 
 use super::block_mask::BlockMask;
 use super::coding::{BrickCoding, Coding};
@@ -26,7 +26,7 @@ pub(super) struct SparseReader {
     tables: OwnedBricks<SamplePlaceholder>,
 }
 
-enum SampleDataset {
+pub(super) enum SampleDataset {
     F32(Dataset<f32>),
     U16(Dataset<u16>),
     U8(Dataset<u8>),
@@ -112,7 +112,7 @@ impl SparseReader {
 }
 
 impl SampleDataset {
-    fn open(
+    pub(super) fn open(
         file: &Hdf5Reader,
         sdf: &Object,
         bricks: usize,
@@ -150,7 +150,8 @@ struct BrickReader<'a> {
 }
 
 impl BrickReader<'_> {
-    /// The bricks with their samples, and how many bricks lie in chunks that were read.
+    /// The bricks with their samples, and how many bricks lie in chunks that were read. Of a part, the bricks that are needed come
+    /// first, and memory is taken for their samples alone.
     fn read<C: Code + BrickCoding>(
         &self,
         dataset: &Dataset<C>,
@@ -159,18 +160,45 @@ impl BrickReader<'_> {
         let is_slot_needed =
             |slot: &[u32; 3]| self.mask.is_none_or(|mask| mask.contains(slot.map(|index| index as usize)));
         let is_brick_needed: Vec<bool> = tables.slots.iter().map(is_slot_needed).collect();
-        let is_needed = |tile: Tile| is_brick_needed[tile.first[1]..][..tile.size[1]].contains(&true);
-        let piece = [1, 1, BRICK_SAMPLES];
-        let mut samples = self.digests.elements_in(self.file, dataset, SAMPLES_DIGEST, piece, is_needed)?;
-        if self.coding != Coding::Plain {
-            let bricks = samples.par_chunks_exact_mut(BRICK_SAMPLES).zip(&is_brick_needed);
-            bricks.filter(|(_, is_needed)| **is_needed).for_each(|(brick, _)| C::decode_brick(brick, self.coding));
-        }
-        let [_, chunk_bricks, _] = dataset.tiling().sides();
+        let [_, chunk_bricks, chunk_samples] = dataset.tiling().sides();
         let chunks_read = is_brick_needed.chunks(chunk_bricks).filter(|chunk| chunk.contains(&true));
         let bricks_read = chunks_read.map(<[bool]>::len).sum();
+        // Chunks that cut bricks are none of ours.
+        let is_partial = chunk_samples == BRICK_SAMPLES && is_brick_needed.contains(&false);
+        let (tables, mut samples) = if is_partial {
+            let (tables, needed) = with_needed_first(tables, &is_brick_needed);
+            (tables, self.digests.rows(self.file, dataset, SAMPLES_DIGEST, &needed)?)
+        } else {
+            let is_needed = |tile: Tile| is_brick_needed[tile.first[1]..][..tile.size[1]].contains(&true);
+            let piece = [1, 1, BRICK_SAMPLES];
+            (tables, self.digests.elements_in(self.file, dataset, SAMPLES_DIGEST, piece, is_needed)?)
+        };
+        if self.coding != Coding::Plain {
+            samples.par_chunks_exact_mut(BRICK_SAMPLES).for_each(|brick| C::decode_brick(brick, self.coding));
+        }
         let OwnedBricks { table, slots, scales, bounds, errors, coarse, .. } = tables;
         let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
-        Ok((Sparse::new(self.lattice, bricks).expect("the tables were checked"), bricks_read))
+        Ok((Sparse::with_first_samples(self.lattice, bricks).expect("the tables were checked"), bricks_read))
     }
+}
+
+/// The same bricks, those that are needed first; and these, as they were numbered.
+fn with_needed_first(
+    tables: OwnedBricks<SamplePlaceholder>,
+    is_needed: &[bool],
+) -> (OwnedBricks<SamplePlaceholder>, Vec<u32>) {
+    fn sorted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
+        order.iter().map(|brick| column[*brick as usize]).collect()
+    }
+    let bricks = 0..is_needed.len() as u32;
+    let needed: Vec<u32> = bricks.clone().filter(|brick| is_needed[*brick as usize]).collect();
+    let mut order = needed.clone();
+    order.extend(bricks.filter(|brick| !is_needed[*brick as usize]));
+    let OwnedBricks { mut table, slots, scales, samples, bounds, errors, coarse } = tables;
+    let mut place = vec![NO_BRICK; order.len()];
+    (0..).zip(&order).for_each(|(new, old)| place[*old as usize] = new);
+    table.iter_mut().filter(|brick| **brick != NO_BRICK).for_each(|brick| *brick = place[*brick as usize]);
+    let (slots, scales) = (sorted(&slots, &order), sorted(&scales, &order));
+    let (bounds, errors) = (sorted(&bounds, &order), sorted(&errors, &order));
+    (OwnedBricks { table, slots, scales, samples, bounds, errors, coarse }, needed)
 }

@@ -21,6 +21,7 @@ use super::block_mask::BlockMask;
 use super::digests::Digests;
 use super::header::Header;
 use super::kept_mesh::MeshReader;
+use super::part;
 use super::read_dense::DenseReader;
 use super::read_sparse::SparseReader;
 use super::{About, GridFault, GridFileError, MeshInfo, SparseInfo, StoredGrid, StoredMesh, Summary};
@@ -105,7 +106,7 @@ impl GridReader<'_> {
         Ok(StoredGrid { mesh, ..stored })
     }
 
-    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples are zero, and the mesh is
+    /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples have no meaning, and the mesh is
     /// not read.
     /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole
     /// grid would read missing samples.
@@ -134,7 +135,10 @@ enum Contents {
 
 impl<'a> OpenGrid<'a> {
     fn open(file: Hdf5Reader<'a>) -> Result<Self, GridFault> {
-        let sdf = file.member(None, "sdf")?;
+        let sdf = match file.member(None, "sdf") {
+            Ok(sdf) => sdf,
+            Err(missing) => return Err(part::fault(&file).unwrap_or_else(|| missing.into())),
+        };
         let header = Header::read(&file, &sdf)?;
         let (contents, digests, mesh) = match header.sparse {
             None => {

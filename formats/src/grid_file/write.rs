@@ -11,7 +11,7 @@ use super::coding::{BrickCoding, Coding};
 use super::digests::little_endian;
 use super::header::{Attributes, CHECKSUM, Header};
 use super::{GridFault, Samples, SparseSamples, StoredMesh, kept_mesh, layout};
-use crate::hdf5::{self, Compression, Element, Group, Value};
+use crate::hdf5::{self, Compression, Element, Elements, Group, Value};
 
 /// Writes the file at `path`.
 pub(super) fn write(path: &Path, contents: Contents) -> Result<(), GridFault> {
@@ -23,9 +23,19 @@ pub(super) fn to_bytes(contents: Contents) -> Result<Vec<u8>, GridFault> {
     hdf5::to_bytes(|root| contents.fill(root)).map_err(GridFault::Io)
 }
 
+/// Samples by brick, of the precision that the grid has.
+#[derive(Clone, Copy)]
+pub(super) enum SamplesElsewhere<'a> {
+    F32(&'a dyn Elements<f32>),
+    U16(&'a dyn Elements<u16>),
+    U8(&'a dyn Elements<u8>),
+}
+
 /// All that a file holds. The header's checksum of the digests is not known before it is written.
 pub(super) struct Contents<'a> {
     pub samples: Samples<'a>,
+    /// The samples of a sparse grid that are not in [`Self::samples`].
+    pub elsewhere: Option<SamplesElsewhere<'a>>,
     pub mesh: Option<&'a StoredMesh>,
     pub header: Header,
     pub compression: Compression,
@@ -44,9 +54,18 @@ impl Contents<'_> {
                 }
                 chunks.put(&sdf, "bounds", &[bounds.len(), 3], &bounds_numbers(bounds))?;
             }
-            Samples::F32(bricks) => chunks.write_sparse(&sdf, &lattice, bricks)?,
-            Samples::U16(bricks) => chunks.write_sparse(&sdf, &lattice, bricks)?,
-            Samples::U8(bricks) => chunks.write_sparse(&sdf, &lattice, bricks)?,
+            Samples::F32(bricks) => match self.elsewhere {
+                Some(SamplesElsewhere::F32(samples)) => chunks.write_sparse(&sdf, &lattice, bricks, samples)?,
+                _ => chunks.write_sparse(&sdf, &lattice, bricks, &bricks.samples)?,
+            },
+            Samples::U16(bricks) => match self.elsewhere {
+                Some(SamplesElsewhere::U16(samples)) => chunks.write_sparse(&sdf, &lattice, bricks, samples)?,
+                _ => chunks.write_sparse(&sdf, &lattice, bricks, &bricks.samples)?,
+            },
+            Samples::U8(bricks) => match self.elsewhere {
+                Some(SamplesElsewhere::U8(samples)) => chunks.write_sparse(&sdf, &lattice, bricks, samples)?,
+                _ => chunks.write_sparse(&sdf, &lattice, bricks, &bricks.samples)?,
+            },
         }
         if let Some(StoredMesh { vertices, triangles, .. }) = self.mesh {
             chunks.put(&sdf, kept_mesh::VERTICES, &[vertices.len(), 3], vertices.as_flattened())?;
@@ -89,6 +108,7 @@ impl Chunks {
         sdf: &Group,
         lattice: &Lattice,
         bricks: &SparseSamples<C>,
+        samples: &(dyn Elements<C> + '_),
     ) -> io::Result<()> {
         let count = bricks.slots.len();
         let scales: Vec<f32> = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
@@ -98,7 +118,7 @@ impl Chunks {
         };
         let shape = layout::bricks_shape(count);
         let shapes = [&shape[..], &layout::chunk_shape(&shape)];
-        sdf.chunked("samples", shapes, self.compression, bricks.samples, encode, &mut self.checksums)?;
+        sdf.chunked_from("samples", shapes, self.compression, samples, encode, &mut self.checksums)?;
         self.put(sdf, "bounds", &[count, 3], &bounds_numbers(bricks.bounds))?;
         self.put(sdf, "places", &[count, 3], bricks.slots.as_flattened())?;
         self.put(sdf, "scales", &[count, 2], &scales)?;
@@ -108,7 +128,7 @@ impl Chunks {
     }
 
     /// Adds a dataset to the group, and the checksums of its chunks to the others.
-    fn put<'f, T: Element>(
+    pub(crate) fn put<'f, T: Element>(
         &mut self,
         group: &Group<'f>,
         name: &str,
@@ -124,7 +144,7 @@ fn bounds_numbers(bounds: &[BlockBounds]) -> Vec<f32> {
     bounds.iter().flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound]).collect()
 }
 
-fn set_attributes(group: &Group, attributes: &Attributes) {
+pub(super) fn set_attributes(group: &Group, attributes: &Attributes) {
     for (name, value) in &attributes.0 {
         match value {
             Value::Text(text) => group.set_text(name, text),

@@ -10,11 +10,24 @@ use super::Compression;
 use super::checksum::crc32;
 use super::deflate::Deflater;
 use super::element::Element;
-use super::tiling::Tiling;
+use super::tiling::{Tile, Tiling};
 
 /// Chunks that each thread packs before they are written. With fewer, threads wait for each other; more take more
 /// memory. Four of 128 KiB take half a megabyte a thread.
 const CHUNKS_PER_THREAD: usize = 4;
+
+/// The elements of a dataset, in memory or elsewhere.
+pub(crate) trait Elements<T>: Sync {
+    /// Appends the elements of a tile of the dataset.
+    fn read(&self, tiling: &Tiling, tile: Tile, elements: &mut Vec<T>) -> io::Result<()>;
+}
+
+impl<T: Element> Elements<T> for &[T] {
+    fn read(&self, tiling: &Tiling, tile: Tile, elements: &mut Vec<T>) -> io::Result<()> {
+        tiling.rows(tile).for_each(|row| elements.extend_from_slice(&self[row..][..tile.size[2]]));
+        Ok(())
+    }
+}
 
 /// A chunk as it stands in the file.
 pub(super) struct PackedChunk {
@@ -26,7 +39,7 @@ pub(super) struct PackedChunk {
 /// Calls `emit` with each chunk of a dataset, in order, after `transform` has changed its elements. Holds only a few
 /// chunks at a time. The bytes do not depend on the number of threads.
 pub(super) fn packed_chunks<T: Element>(
-    elements: &[T],
+    elements: &(dyn Elements<T> + '_),
     tiling: &Tiling,
     compression: Compression,
     transform: impl Fn(&mut [T]) + Sync,
@@ -54,10 +67,15 @@ struct Packer<'a, T> {
 }
 
 impl<T: Element> Packer<'_, T> {
-    fn pack(&mut self, elements: &[T], chunk: usize, transform: impl Fn(&mut [T])) -> io::Result<PackedChunk> {
+    fn pack(
+        &mut self,
+        elements: &(dyn Elements<T> + '_),
+        chunk: usize,
+        transform: impl Fn(&mut [T]),
+    ) -> io::Result<PackedChunk> {
         let (tile, sides) = (self.tiling.tile(chunk), self.tiling.sides());
         self.elements.clear();
-        self.tiling.rows(tile).for_each(|row| self.elements.extend_from_slice(&elements[row..][..tile.size[2]]));
+        elements.read(self.tiling, tile, &mut self.elements)?;
         transform(&mut self.elements);
         let [_, sy, sx] = sides;
         let mut bytes = vec![0; self.elements.len() * T::BYTES];

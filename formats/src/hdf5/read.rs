@@ -102,6 +102,16 @@ impl<'a> Hdf5Reader<'a> {
     ) -> Result<Vec<T>, ReadError> {
         dataset.read(&self.source, piece, is_needed, check)
     }
+
+    /// See [`Dataset::read_rows`].
+    pub(crate) fn rows<T: Element>(
+        &self,
+        dataset: &Dataset<T>,
+        rows: &[u32],
+        check: impl Fn(usize, &[u8]) -> Result<(), ReadError> + Sync,
+    ) -> Result<Vec<T>, ReadError> {
+        dataset.read_rows(&self.source, rows, check)
+    }
 }
 
 /// Address of the root group's object header: section II.A, version 0.

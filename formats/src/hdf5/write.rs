@@ -13,8 +13,9 @@ use std::io::{self, BufWriter, Cursor, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use super::Compression;
+use super::checksum::crc32;
 use super::element::Element;
-use super::packing::packed_chunks;
+use super::packing::{Elements, packed_chunks};
 use super::tiling::Tiling;
 use records::{Attribute, AttributeValue, ChunkEntry, ChunkTree, Heap};
 
@@ -121,6 +122,19 @@ impl<'f> Group<'f> {
         transform: impl Fn(&mut [T]) + Sync,
         checksums: &mut Vec<u32>,
     ) -> io::Result<Self> {
+        self.chunked_from(name, [shape, chunk_shape], compression, &elements, transform, checksums)
+    }
+
+    /// [`chunked`](Self::chunked) of elements that need not be in memory: of few chunks at a time.
+    pub(crate) fn chunked_from<T: Element>(
+        &self,
+        name: &str,
+        [shape, chunk_shape]: [&[usize]; 2],
+        compression: Compression,
+        elements: &(dyn Elements<T> + '_),
+        transform: impl Fn(&mut [T]) + Sync,
+        checksums: &mut Vec<u32>,
+    ) -> io::Result<Self> {
         let tiling = Tiling::new(shape, chunk_shape);
         let mut chunks = Vec::with_capacity(tiling.count().unwrap_or(0));
         packed_chunks(elements, &tiling, compression, transform, |packed| {
@@ -133,6 +147,40 @@ impl<'f> Group<'f> {
         let storage = DatasetStorage::Chunked { sides, element_bytes: T::BYTES, compression, chunks };
         let parts = DatasetParts { datatype: records::datatype::<T>(), shape: widened(shape), storage };
         Ok(self.member(name, Some(parts)))
+    }
+
+    /// Begins a dataset of rows that are appended as they come, in chunks of so many, not deflated.
+    pub(crate) fn appended<T: Element>(&self, columns: usize, chunk_rows: usize) -> Appended<'f, T> {
+        let pending = Vec::with_capacity(columns * chunk_rows);
+        Appended { file: self.file, columns, chunk_rows, pending, rows: 0, chunks: vec![], checksums: vec![] }
+    }
+
+    /// Adds a dataset whose rows are all appended, if there are any, and the CRC-32 of its chunks to `checksums`.
+    pub(crate) fn end_appended<T: Element>(
+        &self,
+        name: &str,
+        mut appended: Appended<'f, T>,
+        checksums: &mut Vec<u32>,
+    ) -> io::Result<()> {
+        let rows = appended.rows + appended.pending.len() / appended.columns;
+        if rows == 0 {
+            return Ok(());
+        }
+        // Chunks are no larger than the dataset, and all of one size.
+        let chunk_rows = appended.chunk_rows.min(rows);
+        if !appended.pending.is_empty() {
+            appended.put(chunk_rows)?;
+        }
+        checksums.append(&mut appended.checksums);
+        let storage = DatasetStorage::Chunked {
+            sides: widened(&[chunk_rows, appended.columns]),
+            element_bytes: T::BYTES,
+            compression: Compression::None,
+            chunks: appended.chunks,
+        };
+        let shape = widened(&[rows, appended.columns]);
+        self.member(name, Some(DatasetParts { datatype: records::datatype::<T>(), shape, storage }));
+        Ok(())
     }
 
     /// Adds a dataset in one block, whose rows are written later.
@@ -155,6 +203,48 @@ impl<'f> Group<'f> {
         file.objects.push(Object { dataset, ..Object::default() });
         file.objects[self.object].members.insert(name.to_owned(), object);
         Self { file: self.file, object }
+    }
+}
+
+/// A dataset of rows so far.
+pub(crate) struct Appended<'f, T> {
+    file: &'f RefCell<File>,
+    columns: usize,
+    chunk_rows: usize,
+    /// Elements of the chunk that is not full yet.
+    pending: Vec<T>,
+    /// Rows in chunks that are written.
+    rows: usize,
+    chunks: Vec<ChunkEntry>,
+    checksums: Vec<u32>,
+}
+
+impl<T: Element> Appended<'_, T> {
+    /// Appends elements of whole rows.
+    pub(crate) fn append(&mut self, mut elements: &[T]) -> io::Result<()> {
+        let full = self.columns * self.chunk_rows;
+        while !elements.is_empty() {
+            let (some, rest) = elements.split_at(elements.len().min(full - self.pending.len()));
+            self.pending.extend_from_slice(some);
+            elements = rest;
+            if self.pending.len() == full {
+                self.put(self.chunk_rows)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the pending elements as a chunk of so many rows, filled up with zeros.
+    fn put(&mut self, chunk_rows: usize) -> io::Result<()> {
+        let mut bytes = vec![0; self.columns * chunk_rows * T::BYTES];
+        let used = self.pending.len() * T::BYTES;
+        T::copy_to_le(&self.pending, &mut bytes[..used]);
+        self.checksums.push(crc32(&bytes[..used]));
+        let address = self.file.borrow_mut().put(&bytes)?;
+        self.chunks.push(ChunkEntry { address, stored_bytes: bytes.len() as u32 });
+        self.rows += self.pending.len() / self.columns;
+        self.pending.clear();
+        Ok(())
     }
 }
 

@@ -86,6 +86,44 @@ impl<T: Element> Dataset<T> {
         Ok(elements)
     }
 
+    /// Some rows of a dataset of two axes whose chunks hold whole rows, in ascending order, one after the other; on all threads.
+    /// `check`: as of [`read`](Self::read).
+    pub(super) fn read_rows(
+        &self,
+        source: &ByteSource,
+        rows: &[u32],
+        check: impl Fn(usize, &[u8]) -> Result<(), ReadError> + Sync,
+    ) -> Result<Vec<T>, ReadError> {
+        let ([_, count, columns], [_, chunk_rows, chunk_columns]) = (self.tiling().shape(), self.tiling().sides());
+        if chunk_columns != columns || rows.last().is_some_and(|row| *row as usize >= count) {
+            return Err(ReadError::damaged(format!("rows of {} are not where they are declared", self.name)));
+        }
+        let chunk = |row: &u32| *row as usize / chunk_rows;
+        let mut elements = zeros([1, rows.len(), columns], self.name)?;
+        let mut free = &mut elements[..];
+        let groups = rows.chunk_by(|a, b| chunk(a) == chunk(b)).map(|rows| {
+            let (own, rest) = std::mem::take(&mut free).split_at_mut(rows.len() * columns);
+            free = rest;
+            (rows, own)
+        });
+        let groups: Vec<(&[u32], &mut [T])> = groups.collect();
+        let read = |unpacker: &mut Unpacker, (rows, own): (&[u32], &mut [T])| {
+            let chunk = chunk(&rows[0]);
+            self.unpack(source, chunk, unpacker)?;
+            check(chunk, &unpacker.unpacked)?;
+            let mut is_finite = true;
+            for (row, own) in rows.iter().zip(own.chunks_exact_mut(columns)) {
+                let first = (*row as usize - chunk * chunk_rows) * columns * T::BYTES;
+                T::copy_from_le(own, &unpacker.unpacked[first..][..columns * T::BYTES]);
+                is_finite &= own.iter().all(|element| element.is_finite());
+            }
+            if is_finite { Ok(()) } else { Err(ReadError::damaged(format!("a number of {} is not finite", self.name))) }
+        };
+        let results: Vec<Result<(), ReadError>> = groups.into_par_iter().map_init(Unpacker::new, read).collect();
+        results.into_iter().collect::<Result<(), ReadError>>()?;
+        Ok(elements)
+    }
+
     /// Leaves the chunk's little-endian elements in `unpacked`, cut to the dataset. A whole chunk that is not packed is read into
     /// its place.
     fn unpack(&self, source: &ByteSource, chunk: usize, unpacker: &mut Unpacker) -> Result<(), ReadError> {

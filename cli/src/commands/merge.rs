@@ -1,0 +1,52 @@
+use std::fs;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use sdf_field::{GridOnDisk, merge_parts};
+use serde_json::{Value, json};
+
+use crate::args::MergeArgs;
+use crate::report::{Report, counts, number, seconds};
+use crate::{memory, output, progress};
+
+pub fn run(args: &MergeArgs) -> Result<()> {
+    if output::is_standard_output(&args.output) {
+        bail!("merge writes a file: name one with -o");
+    }
+    let parts: Vec<_> = args.parts.iter().map(|part| part.as_path()).collect();
+    output::ensure_writable(&args.output, &parts)?;
+    let started = Instant::now();
+    let grid = progress::on_threads(args.threads, || merge_parts(&args.parts, &args.output))??;
+    report(args, &grid, started.elapsed().as_secs_f64()).print(args.json)
+}
+
+fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
+    let GridOnDisk { lattice, info, precision, slope_bound, slots, is_proven, .. } = grid;
+    let file = fs::metadata(&args.output).map_or(0, |file| file.len());
+    let proof = if *is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
+    let rows = vec![
+        ("mesh", format!("{}, {} triangles", info.source.name, info.source.triangles)),
+        ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
+        ("bricks", format!("{} in {}, of {} parts", slots.len(), precision.name(), args.parts.len())),
+        ("error", format!("at most {}, {proof}", number(info.error_bound))),
+        ("time", seconds(time)),
+        ("file", format!("{}, {file} bytes", args.output.display())),
+    ];
+    let json = json!({
+        "schema": "sdftool.merge/1",
+        "output": args.output.display().to_string(),
+        "parts": args.parts.len(),
+        "precision": precision.name(),
+        "counts": lattice.nodes(),
+        "origin": lattice.origin(),
+        "spacing": lattice.spacing(),
+        "band": info.band,
+        "bricks": slots.len(),
+        "slope_bound": slope_bound,
+        "error_bound": info.error_bound,
+        "file_bytes": file,
+        "peak_memory_bytes": memory::peak(),
+        "seconds": time,
+    });
+    Report { rows, json }
+}

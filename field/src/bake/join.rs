@@ -1,0 +1,140 @@
+//! Parts of a bake joined into a grid file: their bricks bounded and their samples copied, some thousands at a time.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use sdf_bake::sparse::{BakedPart, BrickColumns, BrickSamples, CoarseMap, Quantize, SparseGrid, UnboundedGrid};
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::Precision;
+use sdf_formats::atomic_write;
+use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables};
+use sdf_formats::grid_file::{About, DeepValues, GridFault, GridFileError, Samples, SparseSamples};
+
+use super::TOOL;
+use super::parts::{BRICKS_AT_A_TIME, BakeFileError, GridOnDisk};
+use crate::file::info_from;
+
+/// Joins the parts of one bake, in any order, into a grid file: the bytes of a bake at once. Holds the samples of a few thousand bricks.
+pub fn merge_parts(parts: &[PathBuf], output: &Path) -> Result<GridOnDisk, BakeFileError> {
+    let joined = JoinedParts::open(parts).map_err(BakeFileError::File)?;
+    let tool = &joined.info().about.tool;
+    if tool != TOOL {
+        let fault = GridFault::DoesNotJoin(format!("was baked by {tool}, and this is {TOOL}: merge with the former"));
+        return Err(BakeFileError::File(GridFileError { path: parts[0].clone(), fault }));
+    }
+    let written = atomic_write(output, |temporary| join(joined, temporary, BRICKS_AT_A_TIME));
+    written.map_err(|failure: Failure| failure.at(output))
+}
+
+/// Why a file was not written.
+pub(super) enum Failure {
+    Fault(GridFault),
+    File(GridFileError),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Fault(error.into())
+    }
+}
+
+impl From<GridFault> for Failure {
+    fn from(fault: GridFault) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+impl From<GridFileError> for Failure {
+    fn from(error: GridFileError) -> Self {
+        Self::File(error)
+    }
+}
+
+impl Failure {
+    pub(super) fn at(self, path: &Path) -> BakeFileError {
+        BakeFileError::File(match self {
+            Self::Fault(fault) => GridFileError { path: path.to_owned(), fault },
+            Self::File(error) => error,
+        })
+    }
+}
+
+/// Writes the grid of all parts.
+pub(super) fn join(parts: JoinedParts, path: &Path, at_a_time: usize) -> Result<GridOnDisk, Failure> {
+    match parts.info().precision {
+        Precision::F32 => join_as::<f32>(parts, path, at_a_time),
+        Precision::U16 => join_as::<u16>(parts, path, at_a_time),
+        Precision::U8 => join_as::<u8>(parts, path, at_a_time),
+    }
+}
+
+fn join_as<C: Quantize>(mut parts: JoinedParts, path: &Path, at_a_time: usize) -> Result<GridOnDisk, Failure>
+where
+    for<'a> SamplesOfParts<'a>: BrickSamples<C, Error = GridFileError>,
+    for<'a> Samples<'a>: From<SparseSamples<'a, C>>,
+{
+    let PartInfo { lattice, band, precision, is_sign_continuous, about, .. } = parts.info().clone();
+    let baked = baked_part(&lattice, parts.take_tables())?;
+    let unbounded = UnboundedGrid::new(&lattice, band, is_sign_continuous, baked);
+    if let Some(slot) = unbounded.missing() {
+        return Err(
+            GridFault::DoesNotJoin(format!("its parts lack the brick of slot {slot:?}: bake them again")).into()
+        );
+    }
+    let (grid, sources) = unbounded.bounded(&SamplesOfParts(&parts), at_a_time)?;
+    let SparseGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, .. } = grid;
+    drop(table);
+    let about = About { slope_bound, error_bound, ..about };
+    let mesh = parts.mesh()?;
+    let deep_values = DeepValues::Distances;
+    let samples = SparseSamples::<C> {
+        band,
+        deep_values,
+        slots: &slots,
+        scales: &scales,
+        samples: &[],
+        bounds: &bounds,
+        errors: &errors,
+        coarse: &coarse,
+    };
+    part::write_joined(path, &parts, samples, &|brick| sources.place(brick), &about, mesh.as_ref())?;
+    let info = info_from(about, Some(band));
+    Ok(GridOnDisk { lattice, info, precision, slope_bound, slots, errors, is_proven: is_sign_continuous })
+}
+
+fn baked_part(lattice: &Lattice, tables: PartTables) -> Result<BakedPart, GridFault> {
+    let PartTables { near, mut slots, mut scales, mut roundings, mut interpolations, .. } = tables;
+    let closing = BrickColumns {
+        slots: slots.split_off(near),
+        scales: scales.split_off(near),
+        roundings: roundings.split_off(near),
+        interpolations: interpolations.split_off(near),
+    };
+    let near = BrickColumns { slots, scales, roundings, interpolations };
+    let node_sides = Some(tables.node_sides).filter(|sides| !sides.is_empty());
+    let coarse = CoarseMap::new(lattice, tables.magnitudes, tables.slot_sides, node_sides);
+    let coarse =
+        coarse.ok_or_else(|| GridFault::Damaged("the parts' shares of the coarse grid do not add up".to_owned()))?;
+    Ok(BakedPart { near, closing, coarse })
+}
+
+/// The samples of joined parts.
+struct SamplesOfParts<'a>(&'a JoinedParts);
+
+macro_rules! brick_samples {
+    ($code:ty, $precision:ident) => {
+        impl BrickSamples<$code> for SamplesOfParts<'_> {
+            type Error = GridFileError;
+            fn read(&self, bricks: &[u32]) -> Result<Vec<$code>, GridFileError> {
+                match self.0.codes(bricks)? {
+                    Codes::$precision(codes) => Ok(codes),
+                    _ => unreachable!("parts have the precision that they state"),
+                }
+            }
+        }
+    };
+}
+
+brick_samples!(f32, F32);
+brick_samples!(u16, U16);
+brick_samples!(u8, U8);
