@@ -108,6 +108,47 @@ fn a_solids_slots_are_marked_and_its_coarse_nodes_are_distances_inside_and_never
 }
 
 #[test]
+fn far_from_crossed_slots_magnitudes_interpolate_to_no_more_than_the_distance_from_them() {
+    let mut state = 97;
+    println!("seed {state}");
+    let mesh = solid(&mut state);
+    let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 24.0, 60).unwrap();
+    let mesh = MeshDistance::new(&mesh, None);
+    let spacing = lattice.spacing();
+    let frames = plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / spacing);
+    let (map, marked) = BrickMap::marked(&mesh, &lattice, 3.0 * spacing, &frames).unwrap();
+    let middle_gaps = marked.middle_gaps(&map);
+    let slots: Vec<usize> = (0..middle_gaps.len()).collect();
+    let crossed: Vec<[u32; 3]> =
+        slots.iter().filter(|slot| middle_gaps[**slot] == 0.0).map(|slot| map.slot(*slot)).collect();
+    let mut count = 0;
+    for slot in slots.into_iter().filter(|slot| marked.gaps[*slot] >= 16.0) {
+        let first = map.slot(slot);
+        let values: [f64; 8] = std::array::from_fn(|corner| {
+            let node = std::array::from_fn(|axis| first[axis] + (corner as u32 >> axis & 1));
+            f64::from(marked.outside_magnitude(&map, &marked.node(&map, node), 0.0)) / spacing
+        });
+        for step in (0..27).map(|n: usize| [n % 3, n / 3 % 3, n / 9].map(|n| 0.5 * n as f64)) {
+            let weight = |corner: usize, axis: usize| {
+                if corner >> axis & 1 == 1 { step[axis] } else { 1.0 - step[axis] }
+            };
+            let value: f64 = (0..8).map(|c| weight(c, 0) * weight(c, 1) * weight(c, 2) * values[c]).sum();
+            let distance_sq = |other: &[u32; 3]| {
+                let along = |axis: usize| {
+                    let at = f64::from(first[axis]) + step[axis] - f64::from(other[axis]);
+                    (-at).max(at - 1.0).max(0.0)
+                };
+                (0..3).map(|axis| along(axis).powi(2)).sum::<f64>()
+            };
+            let distance = 8.0 * crossed.iter().map(distance_sq).fold(f64::INFINITY, f64::min).sqrt();
+            assert!(value <= distance * (1.0 + 1e-6), "{first:?} {step:?}: {value} of {distance}");
+            count += 1;
+        }
+    }
+    assert!(count > 1000, "{count}");
+}
+
+#[test]
 fn distances_from_crossed_slots_are_those_to_each_of_them_and_steps_are_limited() {
     let mut state = 89;
     for counts in [[1, 1, 1], [5, 7, 3], [20, 9, 14]] {
