@@ -163,6 +163,12 @@ impl<'a> MeshDistance<'a> {
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
     }
 
+    /// Distance of a point, too great by at most `tolerance`, and the slot of the triangle it was measured to.
+    pub(crate) fn distance_within(&self, point: Vector3<f64>, guess: usize, tolerance: f64) -> (f64, usize) {
+        let NearestTriangle { slot, on_triangle } = self.tree.nearest_within(point, guess, tolerance);
+        (on_triangle.distance_sq.sqrt(), slot)
+    }
+
     /// Nearest triangle of a node of a searched packet, or a lower bound of its distance. A measured point near the
     /// node saves time.
     pub(crate) fn nearest_to_node(

@@ -9,9 +9,9 @@
 //! | beyond, in a brick | the lesser of the distance and the coarse grid's interpolant, but no less than W |
 //! | in a slot without a brick, all its nodes beyond K = W + √3/2 h | the coarse grid's interpolant |
 //!
-//! The coarse grid holds the distance d at its nodes inside, but no less than W. Outside, its magnitude is the greater of
-//! two values (`brick_map`): a lower bound of the distance in the slots around the node, and a value that rises slowly
-//! with the node's distance. There it is at most the distance at nodes without a brick. It is 1-Lipschitz along each
+//! The coarse grid holds the distance d at its nodes inside, but no less than W, and far from bricks perhaps h more. Outside, its
+//! magnitude is a lower bound of the distance in the slots around the node, or a value that rises slowly with the node's
+//! distance (`brick_map`). There it interpolates to at most the distance at nodes without a brick. It is 1-Lipschitz along each
 //! axis, as the distance is; so is the lesser of both.
 //!
 //! Inside, a coarse cell is 8 h wide and d is 1-Lipschitz, so its interpolant errs by at most 4√3 h, and with the last
@@ -26,7 +26,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | 1. measure the middle of each slot; which slots may need bricks, and what is the coarse grid? | `brick_map` |
+//! | 1. mark the slots near the surface; which may need bricks, and what is the coarse grid? | `brick_map` |
 //! | 2. compute the samples of bricks by writing triangles into their lists, and certify a fast error bound | `splat` |
 //! | or, where signs cannot be carried along edges and at the jumps of an open mesh, node by node | `brick` |
 //! | 3. certify a tight error of interpolation | `interpolation_error` |
@@ -143,14 +143,14 @@ pub enum Certify {
 const SLOTS_AT_A_TIME: usize = 1024;
 
 impl<'a> SparseBaker<'a> {
-    /// Measures the distance at the middle of each slot. `band` is a length.
+    /// Finds which slots are near the surface. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
         let frames = if can_splat(mesh) {
             plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / lattice.spacing())
         } else {
             vec![]
         };
-        let map = BrickMap::new(mesh, lattice, band);
+        let map = BrickMap::new(mesh, lattice, band, &frames);
         Self { mesh, lattice: *lattice, map, frames, certify: Certify::default() }
     }
 

@@ -1,7 +1,8 @@
 //! Queries of the tree, depth first with a fixed stack.
 //!
 //! The nearest triangle is found by branch and bound. Children wait by their squared box distance, the nearest on top.
-//! They are discarded if that exceeds the best squared distance so far by more than rounding.
+//! They are discarded if that exceeds the best squared distance so far by more than rounding, or with a tolerance, if they
+//! could improve it by no more than that.
 
 use std::ops::ControlFlow;
 
@@ -19,11 +20,12 @@ pub(crate) struct NearestTriangle {
     pub on_triangle: NearestOnTriangle,
 }
 
-/// [`Bvh::nearest`], dispatched to the instruction set of the machine.
+/// [`Bvh::nearest_within`], dispatched to the instruction set of the machine.
 struct NearestQuery<'a> {
     tree: &'a Bvh,
     point: Vector3<f64>,
     guess: usize,
+    tolerance: f64,
 }
 
 impl pulp::NullaryFnOnce for NearestQuery<'_> {
@@ -31,7 +33,34 @@ impl pulp::NullaryFnOnce for NearestQuery<'_> {
 
     #[inline(always)]
     fn call(self) -> NearestTriangle {
-        self.tree.find_nearest(self.point, self.guess)
+        self.tree.find_nearest(self.point, self.guess, self.tolerance)
+    }
+}
+
+/// [`Bvh::visit_overlapping`], dispatched to the instruction set of the machine.
+struct OverlapQuery<'a, V> {
+    tree: &'a Bvh,
+    min: Vector3<f64>,
+    max: Vector3<f64>,
+    visit: V,
+}
+
+impl<V: FnMut(usize) -> ControlFlow<()>> pulp::NullaryFnOnce for OverlapQuery<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { tree, min, max, visit } = self;
+        let meets = |boxes: &ChildBoxes| {
+            let mut meets = [true; ARITY];
+            for axis in 0..3 {
+                for child in 0..ARITY {
+                    meets[child] &= (min[axis] <= boxes.max[axis][child]) & (boxes.min[axis][child] <= max[axis]);
+                }
+            }
+            meets
+        };
+        tree.traverse(meets, visit);
     }
 }
 
@@ -39,25 +68,35 @@ impl Bvh {
     /// Triangle nearest to `point`; among equally near ones that of the lowest slot. `guess` is any slot: the nearer
     /// its triangle, the shorter the search. The result does not depend on it.
     pub fn nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
-        self.arch.dispatch(NearestQuery { tree: self, point, guess })
+        self.nearest_within(point, guess, 0.0)
+    }
+
+    /// A triangle that is farther than the nearest by no more than `tolerance`: the greater that is, the shorter the search.
+    pub fn nearest_within(&self, point: Vector3<f64>, guess: usize, tolerance: f64) -> NearestTriangle {
+        self.arch.dispatch(NearestQuery { tree: self, point, guess, tolerance })
     }
 
     #[inline(always)]
-    fn find_nearest(&self, point: Vector3<f64>, guess: usize) -> NearestTriangle {
+    fn find_nearest(&self, point: Vector3<f64>, guess: usize, tolerance: f64) -> NearestTriangle {
         let mut best = NearestTriangle { slot: guess, on_triangle: nearest_on_triangle(point, self.corners[guess]) };
+        let limit_sq = |best_sq: f64| {
+            let limit = if tolerance > 0.0 { max(best_sq.sqrt() - tolerance, 0.0) } else { 0.0 };
+            (if tolerance > 0.0 { limit * limit } else { best_sq }) * (1.0 + PRUNE_SLACK)
+        };
+        let mut max_distance_sq = limit_sq(best.on_triangle.distance_sq);
         let mut stack = [(0.0, 0, 0); STACK];
         let mut depth = 1;
         stack[0] = (0.0, self.levels.len() - 1, 0);
         while depth > 0 {
             depth -= 1;
             let (distance_sq, level, node) = stack[depth];
-            if distance_sq > best.on_triangle.distance_sq * (1.0 + PRUNE_SLACK) {
+            if distance_sq > max_distance_sq {
                 continue;
             }
             let distances_sq = self.levels[level][node].distances_sq(point);
             let first = depth;
             for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                if distance_sq > best.on_triangle.distance_sq * (1.0 + PRUNE_SLACK) {
+                if distance_sq > max_distance_sq {
                     continue;
                 }
                 let index = node * ARITY + child;
@@ -65,6 +104,7 @@ impl Bvh {
                     let on_triangle = nearest_on_triangle(point, self.corners[index]);
                     if (on_triangle.distance_sq, index) < (best.on_triangle.distance_sq, best.slot) {
                         best = NearestTriangle { slot: index, on_triangle };
+                        max_distance_sq = limit_sq(on_triangle.distance_sq);
                     }
                     continue;
                 }
@@ -117,13 +157,11 @@ impl Bvh {
 
     /// Calls `visit` with the slot of every triangle whose box meets the box from `min` to `max`, until it breaks.
     pub fn visit_overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, visit: impl FnMut(usize) -> ControlFlow<()>) {
-        let is_apart = |boxes: &ChildBoxes, child: usize, axis: usize| {
-            boxes.max[axis][child] < min[axis] || max[axis] < boxes.min[axis][child]
-        };
-        self.traverse(|boxes| std::array::from_fn(|child| !(0..3).any(|axis| is_apart(boxes, child, axis))), visit);
+        self.arch.dispatch(OverlapQuery { tree: self, min, max, visit });
     }
 
     /// Calls `visit` with the slots below all children that `enters` selects, until it breaks.
+    #[inline(always)]
     fn traverse(&self, enters: impl Fn(&ChildBoxes) -> Lanes<bool>, mut visit: impl FnMut(usize) -> ControlFlow<()>) {
         let mut stack = [(0, 0); STACK];
         let mut depth = 1;

@@ -1,51 +1,64 @@
-//! Map of all brick slots, before any brick is computed: the distance at the middle of each, and the coarse grid.
+//! Map of all brick slots, before any brick is computed: which may need one, and the coarse grid.
 //!
-//! A slot of side 8 h has half diagonal R = 4√3 h. From the distance D at its middle follows, for all its nodes,
+//! | how | file |
+//! |---|---|
+//! | triangles mark the slots that they come near, and far slots have a distance transform | `marked`, `surface`, `transform`; sides: `solid`, `winding` |
+//! | where they cannot, the distance at the middle of each slot is measured | `middles` |
+//!
+//! The coarse grid's magnitude at a node inside is max(d, W), d its distance: the depth of a contact is a distance, up to
+//! interpolation. Outside, where culls need a lower bound, it is a lower bound of the distance in the slots around the
+//! node, or
 //!
 //! ```text
-//! D − R ≤ distance ≤ D + R,
-//! ```
-//!
-//! so a slot with D > K + R has no brick. The coarse grid's magnitude at a node inside is max(d, W), d its distance: the
-//! depth of a contact is a distance, up to interpolation. Outside, where culls need a lower bound, it is the greater of
-//!
-//! ```text
-//! min over the slots around of max(D − R, W),      T(d) = W + (d − K) / 16.
+//! T(d) = W + (d − K) / 16,   d a lower bound of the node's distance.
 //! ```
 //!
 //! At a node without a brick both interpolate to at most its distance: the first by the slot's bound, the second as
 //! shown at [`BrickMap::tilted`]. The slope of T gives descent methods a direction outside the band.
 
+mod marked;
+mod middles;
+mod solid;
+mod surface;
+mod transform;
+mod winding;
+
 use rayon::prelude::*;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::sparse::{BRICK, brick_counts};
+use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
 use super::coarse_map::{CoarseMap, coarse_nodes, slots_around};
-use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
+use super::splat::frame::PlaneFrame;
+use crate::MeshDistance;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
-use crate::sign::flood_fill::{NodeBlock, Seed, Winding};
-use crate::triangle::nearest_on_triangle;
-use crate::{MeshDistance, SignMethod};
+use crate::sign::flood_fill::{Seed, Winding};
 
 /// Minimum slope of the coarse grid away from the surface. A greater one keeps more bricks: a sixteenth costs 0.87
 /// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
 
-/// Bytes for each slot at the peak of a map that pseudo-normals sign: distance and triangle, each twice for a moment, and a side.
-pub const STREAMED_SLOT_BYTES: usize = 20;
+/// Bytes for each slot at the peak of a map that pseudo-normals sign: marks, distances of slots and nodes by the transform, nodes, their
+/// magnitudes and sides.
+pub const STREAMED_SLOT_BYTES: usize = 40;
 
 /// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
 pub(super) struct BrickMap {
     counts: [u32; 3],
-    /// Signed distance at the middle of each slot.
+    /// For each slot: can a node of it be within K?
+    may_need_brick: Vec<bool>,
+    /// Signed distance at the middle of each slot: exact where a brick may be needed, elsewhere perhaps a lower bound. Of a
+    /// solid 0 where a brick may be needed, infinite elsewhere.
     distances: Vec<f32>,
     /// Magnitude of the coarse grid at each node.
     magnitudes: Vec<f32>,
-    /// For each node of the coarse grid: is it inside?
+    /// For each node of the coarse grid: is it inside? False of nodes around which all slots have bricks, where it is not
+    /// asked for.
     are_nodes_inside: Vec<bool>,
     /// `Some` if winding numbers give the sign.
     windings: Option<Windings>,
+    /// Do pseudo-normals sign a marked map (`solid`)?
+    is_solid: bool,
     spacing: f64,
     band: f64,
 }
@@ -59,68 +72,31 @@ struct Windings {
 }
 
 impl BrickMap {
-    pub fn new(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> Self {
-        let counts = brick_counts(lattice);
-        let slot_counts = counts.map(|n| n as usize);
-        let middles = NodeBlock {
-            counts: slot_counts,
-            spacing: lattice.spacing() * f64::from(BRICK),
-            position: |slot| middle(lattice, slot),
+    /// `frames` are those of all triangles, if signs can be carried along clear edges.
+    pub fn new(mesh: &MeshDistance, lattice: &Lattice, band: f64, frames: &[PlaneFrame]) -> Self {
+        let Some((map, marked)) = Self::marked(mesh, lattice, band, frames) else {
+            return Self::by_middles(mesh, lattice, band);
         };
-        let (mut distances, triangles): (Vec<f32>, Vec<u32>) = nearest_to_middles(mesh, &middles).into_iter().unzip();
-        let is_winding = mesh.sign_method() == SignMethod::Winding;
-        let middle_windings = is_winding.then(|| sign_by_slabs(mesh, &middles, &mut distances));
-        let spacing = lattice.spacing();
-        let (magnitudes, are_nodes_inside) = (vec![], vec![]);
-        let mut map = Self { counts, distances, magnitudes, are_nodes_inside, windings: None, spacing, band };
-        let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
-        let nodes = map
-            .coarse_nodes()
-            .map(|node| map.measure_coarse_node(mesh, node, position(node.map(|n| n as usize)), &triangles));
-        let (mut magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.unzip();
-        let nodes = middle_windings.as_ref().map(|_| {
-            let spacing = spacing * f64::from(BRICK);
-            let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing, position };
-            sign_by_slabs(mesh, &block, &mut node_distances)
-        });
-        for (magnitude, distance) in magnitudes.iter_mut().zip(&node_distances) {
-            *magnitude = if distance.is_sign_negative() { map.inside_magnitude(distance.abs()) } else { *magnitude };
+        if mesh.solid_normals().is_some() {
+            map.with_sides_of_solid(&marked)
+        } else {
+            map.with_sides_of_windings(&marked)
         }
-        map.magnitudes = magnitudes;
-        map.are_nodes_inside = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
-        map.windings = middle_windings.zip(nodes).map(|(middles, nodes)| Windings { middles, nodes, node_distances });
-        map
     }
 
-    /// Magnitude of a coarse node if it is outside, and its distance or a lower bound of it, signed if pseudo-normals
-    /// give the sign.
-    ///
-    /// The nearest triangle is searched only if it matters. `triangles` are those nearest to the middles of the slots;
-    /// one of a slot around the node gives an upper bound of the distance. A node that is not searched is on the side
-    /// of the middles around it, outside: the segments to them, of length R, are clear.
-    fn measure_coarse_node(
-        &self,
-        mesh: &MeshDistance,
-        node: [u32; 3],
-        position: Vector3<f64>,
-        triangles: &[u32],
-    ) -> (f32, f32) {
-        if mesh.is_cancelled() {
-            return (0.0, 0.0);
+    /// A map of which nothing is known yet.
+    fn empty(counts: [u32; 3], spacing: f64, band: f64) -> Self {
+        Self {
+            counts,
+            may_need_brick: vec![],
+            distances: vec![],
+            magnitudes: vec![],
+            are_nodes_inside: vec![],
+            windings: None,
+            is_solid: false,
+            spacing,
+            band,
         }
-        let middle_distance = |index: &usize| self.distances[*index].abs();
-        let nearest_slot = self.slots_around(node).min_by(|a, b| middle_distance(a).total_cmp(&middle_distance(b)));
-        let guess = nearest_slot.map_or(0, |index| triangles[index] as usize);
-        let upper = nearest_on_triangle(position, mesh.tree().corners[guess]).distance_sq.sqrt() as f32;
-        let farthest = self.slots_around(node).map(|index| middle_distance(&index)).fold(0.0, f32::max);
-        let lower = (f64::from(farthest) - self.half_diagonal()) * (1.0 - COARSE_DISTANCE_ROUNDING);
-        let may_be_inside = lower < self.half_diagonal() || self.slots_around(node).any(|index| self.is_inside(index));
-        let flat = self.magnitude(node, 0.0);
-        if !may_be_inside && self.magnitude(node, upper) == flat {
-            return (flat, lower as f32);
-        }
-        let nearest = mesh.nearest(position, guess);
-        (self.magnitude(node, nearest.distance as f32), nearest.signed() as f32)
     }
 
     /// Magnitude of a coarse node inside: its distance. W takes the place of a lesser one, so that no value without a
@@ -197,10 +173,9 @@ impl BrickMap {
         self.exact_within() + MIN_COARSE_SLOPE * (distance - self.kept_within())
     }
 
-    /// Can a node of the slot be within K? D ≤ K + R.
+    /// Can a node of the slot be within K?
     pub fn may_need_brick(&self, index: usize) -> bool {
-        let lower = f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING);
-        lower <= self.kept_within() + self.half_diagonal()
+        self.may_need_brick[index]
     }
 
     /// Can all nodes of the slot be beyond K? Its middle is one of them.
@@ -230,7 +205,7 @@ impl BrickMap {
                 })
         };
         let all = (0..self.slot_count()).into_par_iter();
-        all.filter(|index| self.may_need_brick(*index) || may_be_at_jump(*index)).count()
+        all.filter(|index| self.may_need_brick(*index) || !self.is_solid && may_be_at_jump(*index)).count()
     }
 
     fn slots_around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
@@ -243,10 +218,18 @@ impl BrickMap {
 
     /// The coarse grid and the sides, which outlive the map.
     pub fn coarse_map(&self) -> CoarseMap {
+        let is_slot_inside = |index: usize| {
+            if self.is_solid {
+                // Of a slot without a brick: the segment from a corner to its nearest node is clear.
+                self.are_nodes_inside[corner_node(self.counts, self.slot(index), 0)]
+            } else {
+                self.is_inside(index)
+            }
+        };
         CoarseMap {
             counts: self.counts,
             magnitudes: self.magnitudes.clone(),
-            are_slots_inside: self.distances.iter().map(|distance| distance.is_sign_negative()).collect(),
+            are_slots_inside: (0..self.slot_count()).map(is_slot_inside).collect(),
             are_nodes_inside: self
                 .windings
                 .as_ref()
@@ -310,58 +293,6 @@ impl Windings {
 /// W of a band in a grid of this spacing: see [`BrickMap::exact_within`].
 pub(super) fn exact_within(band: f64, spacing: f64) -> f64 {
     band + 3.0_f64.sqrt() * spacing
-}
-
-/// Layers of nodes per slab. Slabs are signed in parallel.
-const SLAB: usize = 8;
-
-/// [`NodeBlock::sign`] without seeds, in parallel. Returns the winding numbers.
-fn sign_by_slabs<P>(mesh: &MeshDistance, block: &NodeBlock<P>, distances: &mut [f32]) -> Vec<Winding>
-where
-    P: Fn([usize; 3]) -> Vector3<f64> + Sync,
-{
-    let [row, rows, _] = block.counts;
-    let sign_slab = |(slab, distances): (usize, &mut [f32])| -> Vec<Winding> {
-        let counts = [row, rows, distances.len() / (row * rows)];
-        let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
-        let block = NodeBlock { counts, spacing: block.spacing, position };
-        let signed = block.sign_rows(mesh, &[], &mut distances.chunks_mut(row).collect::<Vec<_>>());
-        (0..distances.len())
-            .map(|index| signed.winding([index % row, index / row % rows, index / row / rows]))
-            .collect()
-    };
-    distances.par_chunks_mut(row * rows * SLAB).enumerate().map(sign_slab).collect::<Vec<_>>().concat()
-}
-
-/// Distance at the middle of each slot, signed if pseudo-normals give the sign, and the nearest triangle of the tree.
-fn nearest_to_middles<P>(mesh: &MeshDistance, middles: &NodeBlock<P>) -> Vec<(f32, u32)>
-where
-    P: Fn([usize; 3]) -> Vector3<f64> + Sync,
-{
-    let [row, rows, layers] = middles.counts;
-    let mut nearest = vec![(0.0, 0); row * rows * layers];
-    packet_rows(&mut nearest, middles.counts).into_par_iter().for_each(|([y, z], mut group_rows)| {
-        let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
-        let mut search = PacketSearch::new(mesh.tree());
-        for x in (0..row).step_by(SIDE) {
-            if mesh.is_cancelled() {
-                return;
-            }
-            let coordinates =
-                |axis: usize| std::array::from_fn(|step| (middles.position)([x + step, y + step, z + step])[axis]);
-            let counts = [(row - x).min(SIDE), counts_above[0], counts_above[1]];
-            let nodes = PacketNodes { axes: std::array::from_fn(coordinates), spacing: middles.spacing, counts };
-            search.find(&nodes, f64::INFINITY, f64::INFINITY);
-            for (above, nearest_in_row) in group_rows.iter_mut().enumerate() {
-                for i in 0..counts[0] {
-                    let step = [i, above % counts[1], above / counts[1]];
-                    let nearest = mesh.nearest_to_node(&search, &nodes, step, None);
-                    nearest_in_row[x + i] = (nearest.signed() as f32, nearest.guess as u32);
-                }
-            }
-        }
-    });
-    nearest
 }
 
 /// Middle of a slot: of the cells whose first corners it contains.

@@ -16,7 +16,7 @@
 
 use super::frame::{TriangleFrame, greater, lesser};
 use super::nearest_test::{NearestTest, Region, largest_sine};
-use super::packed::{PackedTriangles, View, WIDTH, Wide};
+use super::packed::{PackedTriangles, View, WIDTH, Wide, pack_bits};
 use super::sides::NodeBits;
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BRICK_DISTANCE_ROUNDING, CHAIN_SLACK_F32};
@@ -331,16 +331,6 @@ impl pulp::NullaryFnOnce for FindNearest<'_> {
         }
         count
     }
-}
-
-/// Bits of sixteen bytes that are 0 or 1: eight at a time by a product, in which no two bits meet.
-#[inline(always)]
-fn pack_bits(bytes: &[u8; WIDTH]) -> u64 {
-    let eight = |from: usize| {
-        let word = u64::from_le_bytes(std::array::from_fn(|byte| bytes[from + byte]));
-        word.wrapping_mul(0x0102_0408_1020_4080) >> 56
-    };
-    eight(0) | eight(8) << 8
 }
 
 /// Pack and lane of the nearest triangle, the first of equals.

@@ -49,7 +49,7 @@ pub(in crate::sparse) struct PlaneFrame {
 
 /// A triangle seen from one point, such as the middle of a block of slots.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TriangleFrame {
+pub(in crate::sparse) struct TriangleFrame {
     /// Coordinates of the point: rounded, and what rounding took.
     pub middle: [f32; 3],
     pub middle_rest: [f32; 3],
@@ -161,7 +161,7 @@ fn from_edges(u: f32, v: f32, shape: &Shape) -> ([[f32; 3]; 3], bool) {
 
 /// Squared distance of a point of the plane to the triangle.
 #[inline(always)]
-pub(super) fn planar_distance_sq(u: f32, v: f32, shape: &Shape) -> f32 {
+pub(in crate::sparse) fn planar_distance_sq(u: f32, v: f32, shape: &Shape) -> f32 {
     let ([ab, ac, bc], is_inside) = from_edges(u, v, shape);
     let outside = lesser(lesser(ab[0], ac[0]), bc[0]);
     if is_inside { 0.0 } else { outside }

@@ -10,7 +10,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
 use super::frame::{PlaneFrame, TriangleFrame, planar_distance_sq};
-use super::packed::WIDTH;
+use super::packed::{WIDTH, pack_bits};
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
 
@@ -132,10 +132,11 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
         let SlotLists { triangles, lists, near, .. } = lists;
         let corners = &mesh.tree().corners;
         triangles.clear();
-        triangles.extend(near.iter().map(|slot| {
+        triangles.reserve(near.len());
+        for slot in near.iter() {
             let index = *slot as usize;
-            TriangleFrame::new(*slot, &frames[index], &corners[index], middle.into(), inv_spacing)
-        }));
+            triangles.push(TriangleFrame::new(*slot, &frames[index], &corners[index], middle.into(), inv_spacing));
+        }
         for (index, triangle) in (0..).zip(triangles.iter()) {
             let TriangleFrame { middle: [u, v, w], plane, .. } = *triangle;
             let PlaneFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = plane;
@@ -144,12 +145,12 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
             let rows = slots_near_box(&corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
             let plane_reach = half_side * (n_axis[0].abs() + n_axis[1].abs() + n_axis[2].abs()) + margin;
             for layer in 0..BLOCK as usize {
-                let in_layer = (rows >> (WIDTH * layer)) as u32 & 0xffff;
+                let in_layer = rows >> (WIDTH * layer) & 0xffff;
                 if in_layer == 0 {
                     continue;
                 }
                 let z = half_side * (2 * layer as i32 - 3) as f32;
-                let mut bits = [0_u32; WIDTH];
+                let mut bits = [0_u8; WIDTH];
                 for lane in 0..WIDTH {
                     let x = half_side * (2 * (lane % 4) as i32 - 3) as f32;
                     let y = half_side * (2 * (lane / 4) as i32 - 3) as f32;
@@ -160,9 +161,9 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
                     let reach = reaches[WIDTH * layer + lane];
                     let ball = reach + SLOT_RADIUS + margin;
                     let is_near = (w.abs() <= reach + plane_reach) & (distance_sq <= ball * ball) & (reach >= 0.0);
-                    bits[lane] = u32::from(is_near) << lane;
+                    bits[lane] = u8::from(is_near);
                 }
-                let mut mask = bits.iter().fold(0, |all, bit| all | bit) & in_layer;
+                let mut mask = pack_bits(&bits) & in_layer;
                 while mask != 0 {
                     lists[WIDTH * layer + mask.trailing_zeros() as usize].push(index);
                     mask &= mask - 1;

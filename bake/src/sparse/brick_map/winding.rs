@@ -1,0 +1,98 @@
+//! Sides of a marked map by winding numbers: of middles and nodes that are far from the surface, and so in few floods.
+
+use rayon::prelude::*;
+use sdf_core::grid::sparse::BRICK;
+use sdf_core::nalgebra::Vector3;
+
+use super::marked::{Marked, MarkedNode};
+use super::middles::sign_by_slabs;
+use super::{BrickMap, Windings, middle};
+use crate::sign::flood_fill::NodeBlock;
+
+/// Distance of the middle of a slot's cells from the sides of the box of its nodes, in voxels.
+const FROM_NODES: f64 = 3.0;
+
+impl BrickMap {
+    /// Fills in the sides and magnitudes of a mesh that winding numbers sign.
+    pub(super) fn with_sides_of_windings(mut self, marked: &Marked) -> Self {
+        let (mesh, lattice, spacing) = (marked.mesh, marked.lattice, self.spacing);
+        let slot_counts = self.counts.map(|n| n as usize);
+        let slot_side = spacing * f64::from(BRICK);
+        let middles = NodeBlock { counts: slot_counts, spacing: slot_side, position: |slot| middle(lattice, slot) };
+        let mut distances = self.middle_distances(marked);
+        let middle_windings = sign_by_slabs(mesh, &middles, &mut distances);
+        self.distances = distances;
+
+        let nodes: Vec<[u32; 3]> = self.coarse_nodes().collect();
+        let row = slot_counts[0] + 1;
+        let rows = nodes.par_chunks(row).flat_map_iter(|nodes| {
+            let mut guess = 0;
+            let found = nodes.iter().map(|node| self.searched_distance(marked, &marked.node(&self, *node), &mut guess));
+            found.collect::<Vec<_>>()
+        });
+        let (mut node_distances, guesses): (Vec<f32>, Vec<u32>) = rows.collect::<Vec<_>>().into_iter().unzip();
+        let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
+        let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing: slot_side, position };
+        let node_windings = sign_by_slabs(mesh, &block, &mut node_distances);
+
+        let rows = nodes.par_chunks(row).zip(node_distances.par_chunks(row)).zip(guesses.par_chunks(row));
+        let found = rows.flat_map_iter(|((nodes, distances), guesses)| {
+            let mut last = None;
+            let value = |((node, distance), guess): ((&[u32; 3], &f32), &u32)| {
+                let at = marked.node(&self, *node);
+                if distance.is_sign_positive() {
+                    last = None;
+                    return marked.outside_magnitude(&self, &at, f64::from(*distance));
+                }
+                // Of nodes inside, the one before is nearer than what was found outside.
+                let guess = if at.is_beside_deep { last.unwrap_or(*guess as usize) } else { *guess as usize };
+                let (depth, triangle) = mesh.distance_within(at.position, guess, marked.tolerance_inside(&self, &at));
+                last = Some(triangle);
+                self.inside_magnitude(depth as f32)
+            };
+            nodes.iter().zip(distances).zip(guesses).map(value).collect::<Vec<_>>()
+        });
+        let magnitudes = found.collect();
+        let inside = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
+        self.set_magnitudes(mesh, magnitudes, inside);
+        self.windings = Some(Windings { middles: middle_windings, nodes: node_windings, node_distances });
+        self
+    }
+
+    /// Distance at the middle of each slot: exact in those that may need a brick, a lower bound in others.
+    fn middle_distances(&self, marked: &Marked) -> Vec<f32> {
+        let gaps = marked.middle_gaps(self);
+        let mut distances = vec![0.0; gaps.len()];
+        let row = self.counts[0] as usize;
+        distances.par_chunks_mut(row).enumerate().for_each(|(line, distances)| {
+            let mut guess = 0;
+            for (x, distance) in distances.iter_mut().enumerate() {
+                let slot = line * row + x;
+                if !marked.is_near(slot) || marked.mesh.is_cancelled() {
+                    let lower = (marked.reach + FROM_NODES).max(f64::from(gaps[slot]));
+                    *distance = (lower * self.spacing) as f32 * (1.0 - f32::EPSILON);
+                    continue;
+                }
+                let at = middle(marked.lattice, self.slot(slot).map(|n| n as usize));
+                marked.nearest_around(std::iter::once(slot), at, &mut guess);
+                let nearest = marked.mesh.nearest(at, guess);
+                (*distance, guess) = (nearest.distance as f32, nearest.guess);
+            }
+        });
+        distances
+    }
+
+    /// Lower bound of the distance at a node of the coarse grid, and a triangle near it. Exact near the surface.
+    fn searched_distance(&self, marked: &Marked, at: &MarkedNode, guess: &mut usize) -> (f32, u32) {
+        let mesh = marked.mesh;
+        let from_crossed = (f64::from(at.gap) * self.spacing) as f32 * (1.0 - f32::EPSILON);
+        if mesh.is_cancelled() || at.is_beside_deep {
+            return (from_crossed, *guess as u32);
+        }
+        let upper = marked.nearest_around(self.slots_around(at.node), at.position, guess);
+        let tolerance = marked.tolerance_outside(self, upper);
+        let distance;
+        (distance, *guess) = mesh.distance_within(at.position, *guess, tolerance);
+        (from_crossed.max((distance - tolerance) as f32 * (1.0 - f32::EPSILON)), *guess as u32)
+    }
+}
