@@ -103,6 +103,20 @@ impl Bvh {
         self.levels[level][node].box_distances_sq(min, max)
     }
 
+    /// The largest direction · x in the boxes of a node's children.
+    #[inline(always)]
+    pub fn box_supports(&self, level: usize, node: usize, direction: Vector3<f64>) -> Lanes<f64> {
+        let boxes = &self.levels[level][node];
+        let mut supports = [0.0; ARITY];
+        for axis in 0..3 {
+            let ends = if direction[axis] > 0.0 { &boxes.max[axis] } else { &boxes.min[axis] };
+            for child in 0..ARITY {
+                supports[child] += direction[axis] * ends[child];
+            }
+        }
+        supports
+    }
+
     /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a
     /// few more. Their order does not depend on the point.
     pub fn visit_within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {

@@ -75,9 +75,10 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
                 continue;
             };
             let distances_sq = tree.box_distances_sq(level, node, min, max);
+            let farthest = tree.box_supports(level, node, parting.direction);
             let first = depth;
             for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                if distance_sq > best_sq * (1.0 + PRUNE_SLACK) {
+                if distance_sq > best_sq * (1.0 + PRUNE_SLACK) || farthest[child] < parting.least {
                     continue;
                 }
                 // Insertion sort: the nearest child is on top.
