@@ -129,6 +129,29 @@ impl Bvh {
         });
     }
 
+    /// As [`Self::visit_within`], for so many triangles at most. Returns false where there are more.
+    pub fn visit_some_within(
+        &self,
+        point: Vector3<f64>,
+        distance_sq: f64,
+        limit: usize,
+        mut visit: impl FnMut(usize),
+    ) -> bool {
+        let is_near = |boxes: &ChildBoxes| {
+            boxes.distances_sq(point).map(|box_distance_sq| box_distance_sq <= distance_sq * (1.0 + PRUNE_SLACK))
+        };
+        let mut left = limit;
+        self.traverse(is_near, |slot| {
+            left = left.wrapping_sub(1);
+            if left == usize::MAX {
+                return ControlFlow::Break(());
+            }
+            visit(slot);
+            ControlFlow::Continue(())
+        });
+        left != usize::MAX
+    }
+
     /// Calls `visit` with the slot of every triangle whose box meets the box from `min` to `max`, until it breaks.
     pub fn visit_overlapping(&self, min: Vector3<f64>, max: Vector3<f64>, visit: impl FnMut(usize) -> ControlFlow<()>) {
         let is_apart = |boxes: &ChildBoxes, child: usize, axis: usize| {
