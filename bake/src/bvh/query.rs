@@ -103,18 +103,20 @@ impl Bvh {
         self.levels[level][node].box_distances_sq(min, max)
     }
 
-    /// The largest direction · x in the boxes of a node's children.
+    /// The least and the largest direction · x in the boxes of a node's children.
     #[inline(always)]
-    pub fn box_supports(&self, level: usize, node: usize, direction: Vector3<f64>) -> Lanes<f64> {
+    pub fn box_extents(&self, level: usize, node: usize, direction: Vector3<f64>) -> [Lanes<f64>; 2] {
         let boxes = &self.levels[level][node];
-        let mut supports = [0.0; ARITY];
+        let mut extents = [[0.0; ARITY]; 2];
         for axis in 0..3 {
-            let ends = if direction[axis] > 0.0 { &boxes.max[axis] } else { &boxes.min[axis] };
+            let (near, far) = (&boxes.min[axis], &boxes.max[axis]);
+            let [near, far] = if direction[axis] > 0.0 { [near, far] } else { [far, near] };
             for child in 0..ARITY {
-                supports[child] += direction[axis] * ends[child];
+                extents[0][child] += direction[axis] * near[child];
+                extents[1][child] += direction[axis] * far[child];
             }
         }
-        supports
+        extents
     }
 
     /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a
