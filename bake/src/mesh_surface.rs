@@ -8,7 +8,7 @@
 //! | Nearest point, signed distance, normal | this file |
 //! | Nearest point to a vertex, an edge or a triangle | `closest`, with the pairs of `element` |
 //! | How near are a corner, edge or face of an element and a triangle? | `element` |
-//! | Deepest point of an edge or a triangle | `deepest`, with the bounds of `game` |
+//! | Deepest point of an edge or a triangle | `deepest`, with the bounds of `game` and the lists of `nearby` |
 //! | In which order is a mesh kept? | `packed` |
 
 mod closest;

@@ -162,17 +162,18 @@ fn bake(
     };
     let grid_box = grid.lattice().bounds();
     let inside = |axis: usize| (bounds.min[axis] - grid_box.min[axis]).min(grid_box.max[axis] - bounds.max[axis]);
+    let regions = distance.error_regions(&grid, band);
     let info = GridInfo {
         sign_method,
         sign_reason: format!("{}{}", distance.sign_reason(), dropped(&mesh.report())),
         error_bound,
+        error_regions: regions.clone(),
         padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
         band,
         source: options.source.clone(),
         tool: concat!("sdftool ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options.words(),
     };
-    let regions = distance.error_regions(&grid, band);
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();

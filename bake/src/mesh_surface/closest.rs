@@ -67,7 +67,10 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
             }
             let Some(level) = height.checked_sub(1) else {
                 let triangle = &tree.corners[node];
-                if node != first && !parting.parts(triangle) && !slab.parts(extents(slab.normal, triangle), best_sq.sqrt()) {
+                if node != first
+                    && !parting.parts(triangle)
+                    && !slab.parts(extents(slab.normal, triangle), best_sq.sqrt())
+                {
                     let pair = nearest_pair(element, tree.corners[node]);
                     if pair.distance_sq < best_sq {
                         (best, best_sq) = (Some((node, pair)), pair.distance_sq);
@@ -149,7 +152,10 @@ impl Slab {
 /// The least and the largest direction · x of some points.
 #[inline(always)]
 fn extents(direction: Vector3<f64>, points: &[Vector3<f64>]) -> [f64; 2] {
-    points.iter().map(|point| direction.dot(point)).fold([f64::INFINITY, f64::NEG_INFINITY], |[least, largest], height| {
-        [f64::min(least, height), f64::max(largest, height)]
-    })
+    points
+        .iter()
+        .map(|point| direction.dot(point))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, largest], height| {
+            [f64::min(least, height), f64::max(largest, height)]
+        })
 }

@@ -1,24 +1,18 @@
 //! How deep inside of a mesh is the deepest point of an element?
 //!
-//! Branch and bound, best first. A part is quartered, by halving it twice across its longest side. Its bound is the value of a game
-//! (`game`) of convex functions that the depth does not exceed on the part:
-//!
-//! - The distance to one triangle: those nearest to its corners and its middle.
-//! - depth(b) + max over n of −n·(x − b) from a corner b, with the outward normals n of the triangles that can be nearest to a point of
-//!   the part (`nearby`): the depth's slope is one of them, or between them where an edge or a corner is nearest. Over a smooth mesh
-//!   this is close where a part has many triangles around it, and it tells what is outside.
-//!
-//! A part without such normals whose corners are all outside and that meets no triangle has no point inside.
+//! Branch and bound, best first. A part is quartered, by halving it twice across its longest side; `bound` tells how deep it can be. The
+//! triangles near a part stand in a list (`nearby`), and all points that a split makes are measured in one pass over it.
+
+mod bound;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use sdf_core::nalgebra::Vector3;
 
-use super::game::game_value;
-use super::nearby::{Distances, reach};
+use super::nearby::{Distances, Nearest, reach};
 use super::{MeshSurface, SurfacePoint};
-use crate::rounding::PRUNE_SLACK;
 use crate::simd::LANES;
 
 /// A point of the element and the nearest point of the mesh.
@@ -54,8 +48,9 @@ pub struct DepthLimits {
     pub evaluations: u32,
 }
 
-/// Pieces into which a part is split.
+/// Pieces into which a part is split, and the corners that this makes.
 const PIECES: usize = 4;
+const NEW: usize = 3;
 
 /// A part of the element that is not settled.
 #[derive(Clone, Copy)]
@@ -140,7 +135,7 @@ impl Search<'_> {
         let count = self.corners.len();
         for corner in 0..count {
             let weights = std::array::from_fn(|index| f64::from(u8::from(index == corner)));
-            let point = self.measured_by_tree(weights, guess);
+            let point = self.measured(weights, guess);
             self.points.push(point);
         }
         if count == 1 {
@@ -149,11 +144,10 @@ impl Search<'_> {
         }
         let mut open = BinaryHeap::new();
         let corners = [0, 1, 2];
-        let middle = self.measured_by_tree(self.middle(corners), guess);
-        let mut list = std::mem::take(&mut self.lists);
-        let found = self.surface.gather(middle.query, middle.depth.abs(), self.radius(corners, middle.query), &mut list);
-        self.lists = list;
-        let list = found.then_some([0, self.lists.len() as u32]);
+        let middle = self.measured(self.middle(corners), guess);
+        let radius = self.radius(corners, middle.query);
+        let is_listed = self.surface.gather(middle.query, middle.depth.abs(), radius, &mut self.lists);
+        let list = is_listed.then_some([0, self.lists.len() as u32]);
         let root = Part { corners, upper: f64::INFINITY, highest: [0.0; 3], list };
         open.extend(self.bounded(root, middle.slot));
         while let Some(part) = open.pop() {
@@ -196,7 +190,7 @@ impl Search<'_> {
         self.corners_of(corners).map(|corner| (corner.query - middle).norm()).fold(0.0, f64::max)
     }
 
-    fn measured_by_tree(&mut self, weights: [f64; 3], guess: usize) -> Point {
+    fn measured(&mut self, weights: [f64; 3], guess: usize) -> Point {
         let query = self.position(weights);
         let at = self.surface.nearest(query, guess, Some(&self.best.at));
         self.noted(Probe { weights, at })
@@ -238,163 +232,77 @@ impl Search<'_> {
         let pieces = [quarters[0][0], quarters[0][1], quarters[1][0], quarters[1][1]];
         let middles = pieces.map(|piece| self.middle(piece));
         let list = part.list.map(|[from, to]| from as usize..to as usize);
-        let is_new = part.highest.iter().all(|weight| *weight < NEAR_A_CORNER);
-        let mut centers = [(0, 0.0); PIECES];
-        if let Some(list) = &list {
-            let mut weights = [part.highest; LANES];
-            (0..3).for_each(|lane| weights[lane] = self.points[first + lane].weights);
-            weights[3..3 + PIECES].copy_from_slice(&middles);
-            let queries = weights.map(|weights| self.position(weights));
-            let slots = &self.lists[list.clone()];
-            self.distances.measure(&self.surface.tree, slots, &queries);
-            for lane in 0..LANES {
-                let (slot, distance) = (self.distances.nearest[lane], self.distances.least[lane].sqrt());
-                if (3..3 + PIECES).contains(&lane) {
-                    centers[lane - 3] = (slot, distance);
+        let nearest = match list.clone() {
+            Some(list) => self.measure_by_list(list, first, &middles, part.highest),
+            None => self.measure_by_tree(first, &middles, part.highest),
+        };
+        std::array::from_fn(|piece| {
+            let (corners, query) = (pieces[piece], self.position(middles[piece]));
+            let Nearest { slot, distance } = nearest[piece];
+            let radius = self.radius(corners, query);
+            let start = self.lists.len() as u32;
+            let is_listed = match &list {
+                Some(list) => {
+                    let reach_sq = reach(query, distance, radius).powi(2);
+                    let near =
+                        |position: &usize| self.distances.squared[position - list.start][NEW + piece] <= reach_sq;
+                    let positions = list.clone().filter(near);
+                    positions.for_each(|position| self.lists.push(self.lists[position]));
+                    true
                 }
-                if lane < 3 || (distance > self.depth() && (lane < LANES - 1 || is_new)) {
-                    let at = self.surface.nearest_on(queries[lane], slot as usize, Some(&self.best.at));
-                    let point = self.noted(Probe { weights: weights[lane], at });
-                    if lane < 3 {
-                        self.points[first + lane] = point;
-                    }
-                }
-            }
-        } else {
-            for index in first..first + 3 {
-                self.points[index] = self.measured_by_tree(self.points[index].weights, self.points[index].slot as usize);
-            }
-            if is_new {
-                self.measured_by_tree(part.highest, self.points[first].slot as usize);
-            }
-            for piece in 0..PIECES {
-                let middle = self.measured_by_tree(middles[piece], self.points[first].slot as usize);
-                centers[piece] = (middle.slot, middle.depth.abs());
-            }
-        }
-        let mut found = [None; PIECES];
-        for (piece, corners) in pieces.into_iter().enumerate() {
-            let middle = self.position(middles[piece]);
-            let (slot, distance) = centers[piece];
-            let radius = self.radius(corners, middle);
-            let start = self.lists.len();
-            let has_list = if let Some(list) = &list {
-                let within = reach(middle, distance, radius);
-                for (position, squared) in self.distances.squared.iter().enumerate() {
-                    if squared[3 + piece] <= within * within {
-                        self.lists.push(self.lists[list.start + position]);
-                    }
-                }
-                true
-            } else {
-                self.surface.gather(middle, distance, radius, &mut self.lists)
+                None => self.surface.gather(query, distance, radius, &mut self.lists),
             };
-            let list = has_list.then_some([start as u32, self.lists.len() as u32]);
-            found[piece] = self.bounded(Part { corners, list, ..part }, slot);
-        }
-        found
+            let own = is_listed.then_some([start, self.lists.len() as u32]);
+            self.bounded(Part { corners, list: own, ..part }, slot)
+        })
     }
 
-    /// The part with its bound; `None` where that settles it. `nearest` is the triangle nearest to its middle.
-    fn bounded(&mut self, part: Part, nearest: u32) -> Option<Part> {
-        let count = self.corners.len();
-        let points = part.corners.map(|corner| self.points[(corner as usize).min(self.points.len() - 1)]);
-        let points = &points[..count];
-        let mut rows = [[0.0; 3]; 3 + 4];
-        let mut used = 0;
-        if let Some(slopes) = self.slopes(&part, points, nearest) {
-            rows[..3].copy_from_slice(&slopes);
-            used = count;
-        }
-        let has_slopes = used > 0;
-        let mut value = game_value(&rows[..used], count, self.target());
-        if value.upper > self.target() {
-            let mut slots = [u32::MAX; 4];
-            for (index, slot) in points.iter().map(|point| point.slot).chain([nearest]).enumerate() {
-                if slots.contains(&slot) {
-                    continue;
-                }
-                slots[index] = slot;
-                for (corner, point) in points.iter().enumerate() {
-                    let is_nearest = point.slot == slot;
-                    rows[used][corner] = if is_nearest {
-                        point.depth.abs()
-                    } else {
-                        self.surface.distance_to_triangle(point.query, slot as usize)
-                    };
-                }
-                used += 1;
-            }
-            value = game_value(&rows[..used], count, self.target());
-        }
-        let upper = value.upper.min(part.upper);
-        if upper <= self.target() {
-            self.settled = self.settled.max(upper);
-            return None;
-        }
-        if !has_slopes && self.is_outside(points) {
-            return None;
-        }
-        let highest = std::array::from_fn(|index| {
-            points.iter().zip(value.weights).map(|(point, weight)| point.weights[index] * weight).sum()
-        });
-        Some(Part { upper, highest, ..part })
-    }
-
-    /// For each corner b the values of depth(b) + max over the slopes of slope·(x − b) at all corners; `None` where a slope is unknown.
-    fn slopes(&self, part: &Part, points: &[Point], nearest: u32) -> Option<[[f64; 3]; 3]> {
-        let [from, to] = part.list?;
-        let axis = self.surface.outward(nearest as usize);
-        // Greatest height of a corner over another along a normal.
-        let mut falls = [[f64::NEG_INFINITY; 3]; 3];
-        let mut least_cosine = f64::INFINITY;
-        for slot in &self.lists[from as usize..to as usize] {
-            let normal = self.surface.outward(*slot as usize);
-            least_cosine = least_cosine.min(normal.dot(&axis));
-            let mut heights = [0.0; 3];
-            points.iter().zip(&mut heights).for_each(|(point, height)| *height = normal.dot(&(point.query - points[0].query)));
-            for base in 0..3 {
-                for corner in 0..3 {
-                    falls[base][corner] = f64::max(falls[base][corner], heights[base] - heights[corner]);
+    /// Measures the new points from `first` on, the middles of the pieces and the highest point of a part, all in one pass over its
+    /// triangles. A point that is no corner needs its sign only if it may be the deepest.
+    fn measure_by_list(
+        &mut self,
+        list: Range<usize>,
+        first: usize,
+        middles: &[[f64; 3]; PIECES],
+        highest: [f64; 3],
+    ) -> [Nearest; PIECES] {
+        let mut weights = [highest; LANES];
+        (0..NEW).for_each(|lane| weights[lane] = self.points[first + lane].weights);
+        weights[NEW..NEW + PIECES].copy_from_slice(middles);
+        let queries = weights.map(|weights| self.position(weights));
+        self.distances.measure(&self.surface.tree, &self.lists[list], &queries);
+        for lane in 0..LANES {
+            let Nearest { slot, distance } = self.distances.nearest(lane);
+            let is_new = lane < NEW + PIECES || is_away_from_corners(highest);
+            if lane < NEW || (is_new && distance > self.depth()) {
+                let at = self.surface.nearest_on(queries[lane], slot as usize, Some(&self.best.at));
+                let point = self.noted(Probe { weights: weights[lane], at });
+                if lane < NEW {
+                    self.points[first + lane] = point;
                 }
             }
         }
-        if least_cosine < MIN_COSINE {
-            return None;
-        }
-        // A unit vector between normals is longer than their mean.
-        let longer = 1.0 / least_cosine;
-        let mut rows = [[0.0; 3]; 3];
-        for (base, point) in points.iter().enumerate() {
-            for corner in 0..points.len() {
-                let fall = falls[base][corner];
-                rows[base][corner] = point.depth + if fall > 0.0 { fall * longer } else { fall };
-            }
-        }
-        Some(rows)
+        std::array::from_fn(|piece| self.distances.nearest(NEW + piece))
     }
 
-    /// Are all points of a part outside, given its corners?
-    fn is_outside(&self, corners: &[Point]) -> bool {
-        if !self.surface.is_continuous() || corners.iter().any(|at| at.depth >= 0.0) {
-            return false;
+    /// The same, one point after the other.
+    fn measure_by_tree(&mut self, first: usize, middles: &[[f64; 3]; PIECES], highest: [f64; 3]) -> [Nearest; PIECES] {
+        for index in first..first + NEW {
+            let Point { weights, slot, .. } = self.points[index];
+            self.points[index] = self.measured(weights, slot as usize);
         }
-        let mut points = [Vector3::zeros(); 3];
-        corners.iter().zip(&mut points).for_each(|(at, point)| *point = at.query);
-        let points = &points[..corners.len()];
-        // A ball about a point outside that reaches no triangle is outside.
-        let reach = |from: Vector3<f64>| points.iter().map(|point| (point - from).norm()).fold(0.0, f64::max);
-        if corners.iter().any(|at| -at.depth > reach(at.query)) {
-            return true;
+        let guess = self.points[first].slot as usize;
+        if is_away_from_corners(highest) {
+            self.measured(highest, guess);
         }
-        // Two edges that cross come within rounding of each other.
-        let touch = PRUNE_SLACK * points.iter().map(|point| point.amax()).fold(0.0, f64::max);
-        self.surface.closest(points, points[0], touch).is_none()
+        middles.map(|middle| {
+            let Point { slot, depth, .. } = self.measured(middle, guess);
+            Nearest { slot, distance: depth.abs() }
+        })
     }
 }
 
-/// A weight above which the point is not measured again: its corner was.
-const NEAR_A_CORNER: f64 = 0.999;
-
-/// Normals that turn farther from the middle's tell too little of the slopes between them.
-const MIN_COSINE: f64 = 0.3;
+/// Is a point of an element worth a measurement? Its corners have been measured.
+fn is_away_from_corners(weights: [f64; 3]) -> bool {
+    weights.iter().all(|weight| *weight < 0.999)
+}

@@ -20,9 +20,15 @@ const MAX_TRIANGLES: usize = 192;
 pub(super) struct Distances {
     /// One entry per triangle.
     pub squared: Vec<Lanes<f64>>,
-    /// The least of each point, and the slot of that triangle; among equally near ones the lowest.
-    pub least: Lanes<f64>,
-    pub nearest: Lanes<u32>,
+    least: Lanes<f64>,
+    nearest: Lanes<u32>,
+}
+
+/// The triangle nearest to a point.
+#[derive(Clone, Copy)]
+pub(super) struct Nearest {
+    pub slot: u32,
+    pub distance: f64,
 }
 
 impl Distances {
@@ -34,6 +40,11 @@ impl Distances {
     pub fn measure(&mut self, tree: &Bvh, slots: &[u32], points: &[Vector3<f64>; LANES]) {
         let points = [0, 1, 2].map(|axis| points.map(|point| point[axis]));
         tree.arch.dispatch(Pass { tree, slots, points: &points, to: self });
+    }
+
+    /// The triangle nearest to a point; among equally near ones that of the lowest slot.
+    pub fn nearest(&self, lane: usize) -> Nearest {
+        Nearest { slot: self.nearest[lane], distance: self.least[lane].sqrt() }
     }
 }
 
@@ -57,7 +68,8 @@ impl pulp::NullaryFnOnce for Pass<'_> {
             let corners = &tree.corners[*slot as usize];
             let squared = distances_sq(points, corners, is_sliver(*corners));
             for lane in 0..LANES {
-                let is_nearer = (squared[lane] < least[lane]) | ((squared[lane] == least[lane]) & (*slot < nearest[lane]));
+                let is_nearer =
+                    (squared[lane] < least[lane]) | ((squared[lane] == least[lane]) & (*slot < nearest[lane]));
                 least[lane] = if is_nearer { squared[lane] } else { least[lane] };
                 nearest[lane] = if is_nearer { *slot } else { nearest[lane] };
             }
@@ -73,7 +85,8 @@ impl MeshSurface {
     pub(super) fn gather(&self, middle: Vector3<f64>, distance: f64, radius: f64, list: &mut Vec<u32>) -> bool {
         let start = list.len();
         let within = reach(middle, distance, radius);
-        let is_complete = self.tree.visit_some_within(middle, within * within, MAX_TRIANGLES, |slot| list.push(slot as u32));
+        let is_complete =
+            self.tree.visit_some_within(middle, within * within, MAX_TRIANGLES, |slot| list.push(slot as u32));
         if !is_complete {
             list.truncate(start);
         }

@@ -9,9 +9,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, OwnedGrid};
 use sdf_core::grid::sparse::BRICK;
 use sdf_field::page::Scene;
-use sdf_field::{
-    BakeError, Baked, ErrorBudgetError, ErrorRegions, Field, GridInfo, MeshReport, MeshView, Progress, Source,
-};
+use sdf_field::{BakeError, Baked, ErrorBudgetError, Field, GridInfo, MeshReport, MeshView, Progress, Source};
 use serde_json::json;
 
 use crate::args::BakeArgs;
@@ -20,7 +18,7 @@ use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
-use crate::{memory, output, progress};
+use crate::{error_regions, memory, output, progress};
 
 /// The program and its version, as a grid that it baked states them.
 pub const TOOL: &str = concat!("sdftool ", env!("CARGO_PKG_VERSION"));
@@ -157,7 +155,7 @@ fn rows(args: &BakeArgs, baked: &Baked, input: &MeshFacts, times: [f64; 3], file
         rows.push(("bricks", format!("{bricks} in {precision}, with distances within {}", number(band))));
     }
     rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
-    rows.extend(baked.regions.as_ref().map(|regions| ("regions", regions_row(regions))));
+    rows.extend(baked.regions.as_ref().map(|regions| ("regions", error_regions::row(regions))));
     rows.extend([("time", format!("{read} to read, {bake} to bake, {write} to write")), ("file", file.to_owned())]);
     Ok(rows)
 }
@@ -215,43 +213,11 @@ fn document(
         "slope_bound": baked.field.slope_bound(),
         "error_bound": info.error_bound,
         "median_error_bound": median_error(grid),
-        "error_regions": baked.regions.as_ref().map(regions_document),
+        "error_regions": baked.regions.as_ref().map(error_regions::document),
         "file_bytes": file,
         "peak_memory_bytes": memory::peak(),
         "seconds": {"read": read, "bake": bake, "write": write},
     }))
-}
-
-/// The share of cells with the error of a closed mesh, and where the others are.
-fn regions_row(found: &ErrorRegions) -> String {
-    let share = found.cells_within as f64 / found.cells.max(1) as f64;
-    let within = format!("{:.2} % of {} cells are within {}", 100.0 * share, found.cells, number(found.error_bound));
-    let Some(largest) = found.regions.first() else { return within };
-    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-    let (from, to, cells) = (corner(largest.bounds.min), corner(largest.bounds.max), largest.cells);
-    let count = match found.region_count {
-        1 => "the others are".to_owned(),
-        count => format!("the others are in {count} regions, the largest of {cells} cells"),
-    };
-    format!("{within}; {count} from ({from}) to ({to}), within {}", number(largest.error_bound))
-}
-
-fn regions_document(found: &ErrorRegions) -> serde_json::Value {
-    let region = |region: &sdf_field::ErrorRegion| {
-        json!({
-            "min": region.bounds.min,
-            "max": region.bounds.max,
-            "cells": region.cells,
-            "error_bound": region.error_bound,
-        })
-    };
-    json!({
-        "cells": found.cells,
-        "cells_within": found.cells_within,
-        "error_bound_within": found.error_bound,
-        "region_count": found.region_count,
-        "largest_regions": found.regions.iter().map(region).collect::<Vec<_>>(),
-    })
 }
 
 /// Median of the bricks' error bounds; `None` for a dense grid.

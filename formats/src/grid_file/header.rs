@@ -10,7 +10,7 @@ use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sha2::{Digest, Sha256};
 
 use super::coding::Coding;
-use super::{About, DeepValues, GridFault, MeshInfo, SignMethod, Source, SparseInfo, layout, layout_of};
+use super::{About, DeepValues, GridFault, MeshInfo, SignMethod, Source, SparseInfo, error_regions, layout, layout_of};
 use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
 
 /// Attributes of both layouts.
@@ -89,7 +89,7 @@ impl Header {
             lattice: attributes.lattice()?,
             sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
             coding: attributes.coding()?,
-            about: attributes.about()?,
+            about: About { error_regions: error_regions::read(file, sdf)?, ..attributes.about()? },
             mesh: attributes.mesh()?,
             digests_sha256: attributes.text(DIGESTS)?.to_owned(),
         };
@@ -152,6 +152,9 @@ impl Header {
         // Infinite where nothing is certified.
         if about.error_bound.is_nan() || about.error_bound < 0.0 {
             return Some(format!("error_bound is {}", about.error_bound));
+        }
+        if about.error_regions.as_ref().is_some_and(|found| !error_regions::is_valid(found)) {
+            return Some("error_regions are not regions".to_owned());
         }
         if let Some(SparseInfo { bricks, .. }) = self.sparse {
             let slots = brick_counts(&self.lattice).iter().map(|slots| u128::from(*slots)).product::<u128>();
@@ -266,6 +269,7 @@ impl Attributes {
             sign_reason: self.text("sign_verdict")?.to_owned(),
             slope_bound,
             error_bound,
+            error_regions: None,
             padding,
             source: self.source()?,
             tool: self.text("tool")?.to_owned(),
