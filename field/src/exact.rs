@@ -24,7 +24,7 @@ use crate::options::{ContactOptions, Elements};
 const START_STEPS: u32 = 8;
 
 /// Depths are certified to this fraction of the diagonal of the mesh's box.
-const TOLERANCE: f64 = 5e-7;
+const TOLERANCE: f64 = 2e-7;
 
 /// Points measured in the search for the deepest point of one element, at most.
 const MAX_EVALUATIONS: u32 = 2048;

@@ -35,8 +35,11 @@ pub(super) fn write(sdf: &Group, found: &ErrorRegions) {
 
 /// `None` where the file has none.
 pub(super) fn read(file: &Hdf5Reader, sdf: &Object) -> Result<Option<ErrorRegions>, GridFault> {
-    if !file.has_attribute(sdf, REGIONS)? {
-        return Ok(None);
+    match [REGIONS, CHECKSUM].map(|name| file.has_attribute(sdf, name)) {
+        [Ok(false), Ok(false)] => return Ok(None),
+        [Ok(true), Ok(true)] => (),
+        [Err(error), _] | [_, Err(error)] => return Err(error.into()),
+        _ => return Err(GridFault::damaged("error_regions and its checksum are not both there")),
     }
     let attributes = Attributes::read(file, sdf, [REGIONS])?;
     if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
