@@ -131,7 +131,7 @@ impl Bvh {
         });
     }
 
-    /// As [`Self::visit_within`], for so many triangles at most. Returns false where there are more.
+    /// Does what [`Self::visit_within`] does for at most `limit` triangles. Returns false where there are more.
     pub fn visit_some_within(
         &self,
         point: Vector3<f64>,

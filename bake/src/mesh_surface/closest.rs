@@ -124,9 +124,9 @@ impl Parting {
     }
 }
 
-/// What lies between two planes that enclose a face; of other elements, everything.
+/// Space between two planes that enclose a face; for other elements, all of it.
 struct Slab {
-    /// Of unit length, or zero.
+    /// Unit vector, or zero.
     normal: Vector3<f64>,
     /// The least and the largest normal · x on the element.
     heights: [f64; 2],

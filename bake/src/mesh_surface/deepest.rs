@@ -89,7 +89,7 @@ impl Eq for Part {}
 struct Point {
     weights: [f64; 3],
     query: Vector3<f64>,
-    /// Of its nearest triangle.
+    /// Slot of the nearest triangle.
     slot: u32,
     depth: f64,
 }

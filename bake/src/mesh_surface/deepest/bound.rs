@@ -66,7 +66,7 @@ impl Search<'_> {
         Some(Part { upper, highest, ..part })
     }
 
-    /// For each corner b the values of depth(b) + max over the slopes of slope·(x − b) at all corners; `None` where a slope is unknown.
+    /// Values at all corners of depth(b) + max over the slopes of slope·(x − b), for each corner b; `None` where a slope is unknown.
     fn slopes(&self, part: &Part, points: &[Point], nearest: u32) -> Option<[[f64; 3]; 3]> {
         let [from, to] = part.list?;
         let axis = self.surface.outward(nearest as usize);
