@@ -50,10 +50,11 @@ mod triangle;
 
 pub use baked_grid::BakedGrid;
 pub use dense::{DenseGrid, lattice_around};
-pub use error::regions::{ErrorRegion, ErrorRegions, MAX_REGIONS};
+pub use error::regions::MAX_REGIONS;
 pub use mesh::topology::Topology;
 pub use mesh::{InvalidMesh, MeshReport, TriangleMesh};
 pub use mesh_distance::{MeshDistance, SignMethod};
 pub use mesh_surface::{ClosestPoints, Deepest, DepthLimits, MeshSurface, Probe, SurfacePoint};
 pub use repair::Repairs;
+pub use sdf_core::grid::owned::{ErrorRegion, ErrorRegions};
 pub use sparse::SparseGrid;

@@ -8,13 +8,14 @@
 //! | Nearest point, signed distance, normal | this file |
 //! | Nearest point to a vertex, an edge or a triangle | `closest`, with the pairs of `element` |
 //! | How near are a corner, edge or face of an element and a triangle? | `element` |
-//! | Deepest point of an edge or a triangle | `deepest`, with the bounds of `game` |
+//! | Deepest point of an edge or a triangle | `deepest`, with the bounds of `game` and the lists of `nearby` |
 //! | In which order is a mesh kept? | `packed` |
 
 mod closest;
 mod deepest;
 mod element;
 mod game;
+mod nearby;
 mod packed;
 
 pub use closest::ClosestPoints;
@@ -99,8 +100,13 @@ impl MeshSurface {
     /// Signed distance and nearest point. `guess` is any slot: a near one saves time. A point whose answer is known, `neighbour`, can
     /// save the search for the sign. Neither changes the answer.
     pub fn nearest(&self, query: Vector3<f64>, guess: usize, neighbour: Option<&SurfacePoint>) -> SurfacePoint {
-        let nearest = self.tree.nearest(query, guess.min(self.tree.corners.len() - 1));
-        let found = SurfacePoint::new(query, nearest.slot, nearest.on_triangle);
+        let slot = self.tree.nearest(query, guess.min(self.tree.corners.len() - 1)).slot;
+        self.nearest_on(query, slot, neighbour)
+    }
+
+    /// [`nearest`](Self::nearest), where the nearest triangle is known.
+    fn nearest_on(&self, query: Vector3<f64>, slot: usize, neighbour: Option<&SurfacePoint>) -> SurfacePoint {
+        let found = SurfacePoint::new(query, slot, nearest_on_triangle(query, self.tree.corners[slot]));
         let is_inside = self.is_inside(&found, neighbour);
         SurfacePoint { distance: if is_inside { -found.distance } else { found.distance }, ..found }
     }
@@ -124,6 +130,12 @@ impl MeshSurface {
             .map_or(Vector3::zeros(), |normals| normals.feature(&self.mesh, self.tree.triangles[at.slot], at.feature));
         let face = area_vector(self.tree.corners[at.slot]) * self.orientations[at.slot];
         feature.try_normalize(0.0).or_else(|| face.try_normalize(0.0)).unwrap_or_default()
+    }
+
+    /// Outward unit normal of a triangle of a surface of one solid; zero where it is unknown.
+    fn outward(&self, slot: usize) -> Vector3<f64> {
+        let normal = |normals: &PseudoNormals| normals.face(self.tree.triangles[slot]);
+        self.pseudo_normals.as_ref().filter(|_| self.is_continuous).map_or(Vector3::zeros(), normal)
     }
 
     fn is_inside(&self, found: &SurfacePoint, neighbour: Option<&SurfacePoint>) -> bool {

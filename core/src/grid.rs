@@ -16,6 +16,8 @@ pub mod blob;
 mod block_bounds;
 mod brick;
 mod dense;
+#[cfg(feature = "alloc")]
+mod error_regions;
 mod evaluate;
 mod exact;
 mod gradient_range;

@@ -197,6 +197,7 @@ fn finished(
 ) -> Baked {
     let info = grid_info(mesh, distance, options, &grid.lattice().bounds(), error_bound, band);
     let regions = distance.error_regions(&grid, band);
+    let info = GridInfo { error_regions: regions.clone(), ..info };
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();
@@ -222,6 +223,7 @@ fn grid_info(
         },
         sign_reason: format!("{}{}", distance.sign_reason(), dropped(&mesh.report())),
         error_bound,
+        error_regions: None,
         padding: (0..3).map(inside).fold(f64::INFINITY, f64::min).max(0.0),
         band,
         source: options.source.clone(),

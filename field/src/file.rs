@@ -42,6 +42,7 @@ impl Field {
             sign_method: SignMethod::Given,
             sign_reason: "given: a blob does not say how".to_owned(),
             error_bound: grid.global_error_bound(),
+            error_regions: None,
             padding,
             band: Some(grid.band()).filter(|band| band.is_finite()),
             source: Source::default(),
@@ -160,7 +161,7 @@ fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
 }
 
 pub(crate) fn info_from(about: About, band: Option<f64>) -> GridInfo {
-    let About { sign_method, sign_reason, error_bound, padding, source, tool, options, .. } = about;
+    let About { sign_method, sign_reason, error_bound, error_regions, padding, source, tool, options, .. } = about;
     GridInfo {
         sign_method: match sign_method {
             grid_file::SignMethod::PseudoNormal => SignMethod::PseudoNormal,
@@ -169,6 +170,7 @@ pub(crate) fn info_from(about: About, band: Option<f64>) -> GridInfo {
         },
         sign_reason,
         error_bound,
+        error_regions,
         padding,
         band,
         source: Source { name: source.name, sha256: source.sha256, triangles: source.triangles },
@@ -182,7 +184,8 @@ fn about_from(grid: &OwnedGrid, info: &GridInfo) -> About {
 }
 
 pub(crate) fn about(info: &GridInfo, slope_bound: f64) -> About {
-    let GridInfo { sign_method, sign_reason, error_bound, padding, source, tool, options, .. } = info.clone();
+    let GridInfo { sign_method, sign_reason, error_bound, error_regions, padding, source, tool, options, .. } =
+        info.clone();
     About {
         sign_method: match sign_method {
             SignMethod::PseudoNormal => grid_file::SignMethod::PseudoNormal,
@@ -192,6 +195,7 @@ pub(crate) fn about(info: &GridInfo, slope_bound: f64) -> About {
         sign_reason,
         slope_bound,
         error_bound,
+        error_regions,
         padding,
         source: grid_file::Source { name: source.name, sha256: source.sha256, triangles: source.triangles },
         tool,

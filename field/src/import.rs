@@ -63,6 +63,7 @@ impl Field {
             sign_method: SignMethod::Given,
             sign_reason: "given: samples of another program, with their signs; no error is certified".to_owned(),
             error_bound: f64::INFINITY,
+            error_regions: None,
             padding,
             band: None,
             source,

@@ -1,3 +1,5 @@
+use sdf_core::grid::owned::ErrorRegions;
+
 /// How inside and outside were told apart when a grid was baked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SignMethod {
@@ -42,6 +44,9 @@ pub struct GridInfo {
     /// Certified bound on |interpolated value − true distance|: in the whole box of a dense grid, in the band of a sparse one.
     /// Infinite of imported grids: nothing is certified.
     pub error_bound: f64,
+    /// Where the error of an open mesh's grid is large, and how many cells are as good as a closed mesh's. `None` where `error_bound` is
+    /// all that is known.
+    pub error_regions: Option<ErrorRegions>,
     /// Least distance from the mesh to the faces of the grid's box.
     pub padding: f64,
     /// Half width of a sparse grid's band: within it values are distances, beyond it coarse ones inside and lower bounds outside. `None` of a dense grid.

@@ -14,6 +14,7 @@ mod check;
 mod coding;
 mod digests;
 mod error;
+mod error_regions;
 mod header;
 mod kept_mesh;
 mod layout;
@@ -26,7 +27,7 @@ mod write;
 
 use std::path::Path;
 
-use sdf_core::grid::owned::{Layout, OwnedGrid, Precision};
+use sdf_core::grid::owned::{ErrorRegions, Layout, OwnedGrid, Precision};
 use sdf_core::grid::sparse::{DEEP_ERROR, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 use serde::Serialize;
@@ -190,6 +191,8 @@ pub struct About {
     /// Certified bound on |interpolated value − true distance|, in the unit of the mesh: anywhere in the box of a dense
     /// grid, anywhere in the band of a sparse one. Infinite of imported samples: nothing is certified.
     pub error_bound: f64,
+    /// Where the error of an open mesh's grid is large; `None` where `error_bound` is all that is known.
+    pub error_regions: Option<ErrorRegions>,
     /// The mesh lies at least this far inside the box, on every side. In the unit of the mesh.
     pub padding: f64,
     /// The mesh that was baked.

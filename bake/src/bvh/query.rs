@@ -143,6 +143,22 @@ impl Bvh {
         self.levels[level][node].box_distances_sq(min, max)
     }
 
+    /// The least and the largest direction · x in the boxes of a node's children.
+    #[inline(always)]
+    pub fn box_extents(&self, level: usize, node: usize, direction: Vector3<f64>) -> [Lanes<f64>; 2] {
+        let boxes = &self.levels[level][node];
+        let mut extents = [[0.0; ARITY]; 2];
+        for axis in 0..3 {
+            let (near, far) = (&boxes.min[axis], &boxes.max[axis]);
+            let [near, far] = if direction[axis] > 0.0 { [near, far] } else { [far, near] };
+            for child in 0..ARITY {
+                extents[0][child] += direction[axis] * near[child];
+                extents[1][child] += direction[axis] * far[child];
+            }
+        }
+        extents
+    }
+
     /// Calls `visit` with the slot of every triangle whose box is within √`distance_sq` of `point`, and perhaps of a
     /// few more. Their order does not depend on the point.
     pub fn visit_within(&self, point: Vector3<f64>, distance_sq: f64, mut visit: impl FnMut(usize)) {
@@ -153,6 +169,29 @@ impl Bvh {
             visit(slot);
             ControlFlow::Continue(())
         });
+    }
+
+    /// Does what [`Self::visit_within`] does for at most `limit` triangles. Returns false where there are more.
+    pub fn visit_some_within(
+        &self,
+        point: Vector3<f64>,
+        distance_sq: f64,
+        limit: usize,
+        mut visit: impl FnMut(usize),
+    ) -> bool {
+        let is_near = |boxes: &ChildBoxes| {
+            boxes.distances_sq(point).map(|box_distance_sq| box_distance_sq <= distance_sq * (1.0 + PRUNE_SLACK))
+        };
+        let mut left = limit;
+        self.traverse(is_near, |slot| {
+            left = left.wrapping_sub(1);
+            if left == usize::MAX {
+                return ControlFlow::Break(());
+            }
+            visit(slot);
+            ControlFlow::Continue(())
+        });
+        left != usize::MAX
     }
 
     /// Calls `visit` with the slot of every triangle whose box meets the box from `min` to `max`, until it breaks.

@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::Storage;
-use sdf_core::grid::owned::{Layout, OwnedGrid, Precision};
+use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, Layout, OwnedGrid, Precision};
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
@@ -23,32 +23,6 @@ use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::DEQUANTIZED_ROUNDING;
 use crate::sign::winding::Estimate;
 use crate::{MeshDistance, SignMethod};
-
-/// The error of an open mesh's grid, cell by cell.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorRegions {
-    /// Cells of a dense grid, or of a sparse grid's band.
-    pub cells: u64,
-    /// Cells whose certified error is at most [`Self::error_bound`].
-    pub cells_within: u64,
-    /// √3/2 of a cell's side, and the rounding of samples: the bound of a closed mesh.
-    pub error_bound: f64,
-    /// The other cells, joined where they share a corner: those with the most cells first, [`MAX_REGIONS`] at most.
-    pub regions: Vec<ErrorRegion>,
-    /// Number of all such regions.
-    pub region_count: usize,
-}
-
-/// Cells next to each other in which the sign of the distance may jump.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorRegion {
-    /// The box around the cells.
-    pub bounds: Aabb,
-    /// How many cells.
-    pub cells: u64,
-    /// Certified bound of the error in them.
-    pub error_bound: f64,
-}
 
 /// Largest number of regions that are reported one by one.
 pub const MAX_REGIONS: usize = 8;

@@ -1,8 +1,8 @@
 //! Which point of an element (a vertex, edge or face of another mesh) is nearest to the mesh?
 //!
 //! Branch and bound over the tree, from the triangle to which the nearest boxes lead. A node is opened, and a triangle measured, only
-//! if its box is nearer to the element's box than the nearest pair so far, and the triangle only if no plane across the way between
-//! that pair parts it from the element.
+//! if its box is nearer to the element's box than the nearest pair so far, and no plane parts it that far from the element: neither
+//! the plane across the way between that pair nor the element's own.
 
 use sdf_core::nalgebra::Vector3;
 
@@ -51,6 +51,7 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
         let first = tree.near_slot(near);
         let pair = nearest_pair(element, tree.corners[first]);
         let mut parting = Parting::new(element, &pair, limit_sq);
+        let slab = Slab::new(element);
         let mut best = (pair.distance_sq <= limit_sq).then_some((first, pair));
         let mut best_sq = pair.distance_sq.min(limit_sq);
         let (min, max) = element.iter().skip(1).fold((element[0], element[0]), |(a, b), p| (a.inf(p), b.sup(p)));
@@ -65,7 +66,11 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
                 continue;
             }
             let Some(level) = height.checked_sub(1) else {
-                if node != first && !parting.parts(&tree.corners[node]) {
+                let triangle = &tree.corners[node];
+                if node != first
+                    && !parting.parts(triangle)
+                    && !slab.parts(extents(slab.normal, triangle), best_sq.sqrt())
+                {
                     let pair = nearest_pair(element, tree.corners[node]);
                     if pair.distance_sq < best_sq {
                         (best, best_sq) = (Some((node, pair)), pair.distance_sq);
@@ -75,9 +80,13 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
                 continue;
             };
             let distances_sq = tree.box_distances_sq(level, node, min, max);
+            let [_, highest] = tree.box_extents(level, node, parting.direction);
+            let [bottom, top] = tree.box_extents(level, node, slab.normal);
+            let distance = best_sq.sqrt();
             let first = depth;
             for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                if distance_sq > best_sq * (1.0 + PRUNE_SLACK) {
+                let is_parted = highest[child] < parting.least || slab.parts([bottom[child], top[child]], distance);
+                if distance_sq > best_sq * (1.0 + PRUNE_SLACK) || is_parted {
                     continue;
                 }
                 // Insertion sort: the nearest child is on top.
@@ -113,4 +122,40 @@ impl Parting {
     fn parts(&self, triangle: &[Vector3<f64>; 3]) -> bool {
         triangle.iter().all(|corner| self.direction.dot(corner) < self.least)
     }
+}
+
+/// Space between two planes that enclose a face; for other elements, all of it.
+struct Slab {
+    /// Unit vector, or zero.
+    normal: Vector3<f64>,
+    /// The least and the largest normal · x on the element.
+    heights: [f64; 2],
+}
+
+impl Slab {
+    fn new(element: &[Vector3<f64>]) -> Self {
+        let normal = match element {
+            [a, b, c] => (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default(),
+            _ => Vector3::zeros(),
+        };
+        Self { normal, heights: extents(normal, element) }
+    }
+
+    /// Is what lies between two heights farther from the element than so much, up to rounding?
+    #[inline(always)]
+    fn parts(&self, [bottom, top]: [f64; 2], distance: f64) -> bool {
+        let distance = distance * (1.0 + PARTING_SLACK);
+        bottom - self.heights[1] > distance || self.heights[0] - top > distance
+    }
+}
+
+/// The least and the largest direction · x of some points.
+#[inline(always)]
+fn extents(direction: Vector3<f64>, points: &[Vector3<f64>]) -> [f64; 2] {
+    points
+        .iter()
+        .map(|point| direction.dot(point))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, largest], height| {
+            [f64::min(least, height), f64::max(largest, height)]
+        })
 }

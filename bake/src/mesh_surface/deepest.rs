@@ -1,18 +1,19 @@
 //! How deep inside of a mesh is the deepest point of an element?
 //!
-//! Inside, the depth is the least of the distances to all triangles, and each is a convex function. So on a part of the element the depth
-//! is at most the value of a game (`game`) of some of these functions: those of the triangles nearest to its corners, and to the point
-//! where their interpolants are highest. Branch and bound, best first: the part with the highest bound is measured there, then halved
-//! across its longest side. A part whose corners are all outside and that meets no triangle has no point inside.
+//! Branch and bound, best first. A part is quartered, by halving it twice across its longest side; `bound` tells how deep it can be. The
+//! triangles near a part stand in a list (`nearby`), and all points that a split makes are measured in one pass over it.
+
+mod bound;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use sdf_core::nalgebra::Vector3;
 
-use super::game::game_value;
+use super::nearby::{Distances, Nearest, reach};
 use super::{MeshSurface, SurfacePoint};
-use crate::rounding::PRUNE_SLACK;
+use crate::simd::LANES;
 
 /// A point of the element and the nearest point of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,18 +48,20 @@ pub struct DepthLimits {
     pub evaluations: u32,
 }
 
-/// Triangles beside those nearest to the corners that take part in a part's bound.
-const EXTRA: usize = 3;
+/// Pieces into which a part is split, and the corners that this makes.
+const PIECES: usize = 4;
+const NEW: usize = 3;
 
 /// A part of the element that is not settled.
 #[derive(Clone, Copy)]
 struct Part {
-    /// Indices of probes; only the first of as many as the element has corners count.
+    /// Indices of points; only the first of as many as the element has corners count.
     corners: [u32; 3],
-    extra: [u32; EXTRA],
     upper: f64,
-    /// Where the interpolants are highest, in the part's own corners.
-    weights: [f64; 3],
+    /// Where the convex functions are highest, in the element's corners.
+    highest: [f64; 3],
+    /// Range of its triangles, if it has few.
+    list: Option<[u32; 2]>,
 }
 
 impl Ord for Part {
@@ -81,13 +84,25 @@ impl PartialEq for Part {
 
 impl Eq for Part {}
 
+/// A measured point of the element.
+#[derive(Clone, Copy)]
+struct Point {
+    weights: [f64; 3],
+    query: Vector3<f64>,
+    /// Slot of the nearest triangle.
+    slot: u32,
+    depth: f64,
+}
+
 struct Search<'a> {
     surface: &'a MeshSurface,
     corners: &'a [Vector3<f64>],
     limits: DepthLimits,
-    probes: Vec<Probe>,
-    /// Index of the deepest probe.
-    best: usize,
+    points: Vec<Point>,
+    /// Lists of triangles, of all parts.
+    lists: Vec<u32>,
+    distances: Distances,
+    best: Probe,
     evaluations: u32,
     /// The highest bound of all parts that are settled.
     settled: f64,
@@ -97,163 +112,197 @@ impl MeshSurface {
     /// The deepest point of an element of one to three corners, or the nearest one known where none is inside. `known` are points of
     /// it that were measured, at least one.
     pub fn deepest(&self, corners: &[Vector3<f64>], known: &[Probe], limits: DepthLimits) -> Deepest {
+        let best = known.iter().copied().fold(known[0], |a, b| if b.at.distance < a.at.distance { b } else { a });
         let mut search = Search {
             surface: self,
             corners,
             limits,
-            probes: known.to_vec(),
-            best: 0,
+            points: vec![],
+            lists: vec![],
+            distances: Distances::new(),
+            best,
             evaluations: 0,
             settled: f64::NEG_INFINITY,
         };
-        search.best =
-            (0..known.len()).fold(0, |best, probe| if search.depth(probe) > search.depth(best) { probe } else { best });
-        let first = search.probes.len() as u32;
-        for corner in 0..corners.len() {
-            search.measure(std::array::from_fn(|index| f64::from(u8::from(index == corner))), known[0].at.slot);
-        }
-        if corners.len() == 1 {
-            search.settled = search.depth(search.best);
-            return search.result(true);
-        }
-        let mut extra = [known[0].at.slot as u32; EXTRA];
-        known.iter().zip(&mut extra).for_each(|(probe, extra)| *extra = probe.at.slot as u32);
-        let root = Part { corners: [first, first + 1, first + 2], extra, upper: f64::INFINITY, weights: [0.0; 3] };
-        let mut open = BinaryHeap::new();
-        open.extend(search.bounded(root));
-        while let Some(part) = open.pop() {
-            if part.upper <= search.target() {
-                search.settled = search.settled.max(part.upper);
-                break;
-            }
-            if search.evaluations >= limits.evaluations {
-                search.settled = search.settled.max(part.upper);
-                return search.result(false);
-            }
-            if let Some(part) = search.refined(part) {
-                open.extend(search.halves(part).into_iter().filter_map(|half| search.bounded(half)));
-            }
-        }
-        search.result(true)
+        let is_settled = search.run(known[0].at.slot);
+        let lower_bound = search.best.at.distance.min(-search.settled);
+        Deepest { probe: search.best, lower_bound, is_settled, evaluations: search.evaluations }
     }
 }
 
 impl Search<'_> {
-    fn depth(&self, probe: usize) -> f64 {
-        -self.probes[probe].at.distance
+    fn run(&mut self, guess: usize) -> bool {
+        let count = self.corners.len();
+        for corner in 0..count {
+            let weights = std::array::from_fn(|index| f64::from(u8::from(index == corner)));
+            let point = self.measured(weights, guess);
+            self.points.push(point);
+        }
+        if count == 1 {
+            self.settled = self.depth();
+            return true;
+        }
+        let mut open = BinaryHeap::new();
+        let corners = [0, 1, 2];
+        let middle = self.measured(self.middle(corners), guess);
+        let radius = self.radius(corners, middle.query);
+        let is_listed = self.surface.gather(middle.query, middle.depth.abs(), radius, &mut self.lists);
+        let list = is_listed.then_some([0, self.lists.len() as u32]);
+        let root = Part { corners, upper: f64::INFINITY, highest: [0.0; 3], list };
+        open.extend(self.bounded(root, middle.slot));
+        while let Some(part) = open.pop() {
+            if part.upper <= self.target() {
+                self.settled = self.settled.max(part.upper);
+                return true;
+            }
+            if self.evaluations >= self.limits.evaluations {
+                self.settled = self.settled.max(part.upper);
+                return false;
+            }
+            open.extend(self.pieces(part).into_iter().flatten());
+        }
+        true
+    }
+
+    fn depth(&self) -> f64 {
+        -self.best.at.distance
     }
 
     /// A part whose bound is no higher is settled.
     fn target(&self) -> f64 {
-        (self.depth(self.best) + self.limits.tolerance).max(self.limits.least_depth)
+        (self.depth() + self.limits.tolerance).max(self.limits.least_depth)
     }
 
-    fn corner(&self, part: &Part, corner: usize) -> &Probe {
-        &self.probes[part.corners[corner] as usize]
+    fn position(&self, weights: [f64; 3]) -> Vector3<f64> {
+        self.corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum()
     }
 
-    fn measure(&mut self, weights: [f64; 3], near: usize) -> usize {
-        let query = self.corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum();
-        let at = self.surface.nearest(query, near, Some(&self.probes[self.best].at));
+    fn corners_of(&self, corners: [u32; 3]) -> impl Iterator<Item = &Point> {
+        corners.into_iter().take(self.corners.len()).map(|corner| &self.points[corner as usize])
+    }
+
+    fn middle(&self, corners: [u32; 3]) -> [f64; 3] {
+        let share = 1.0 / self.corners.len() as f64;
+        std::array::from_fn(|index| self.corners_of(corners).map(|corner| corner.weights[index] * share).sum())
+    }
+
+    fn radius(&self, corners: [u32; 3], middle: Vector3<f64>) -> f64 {
+        self.corners_of(corners).map(|corner| (corner.query - middle).norm()).fold(0.0, f64::max)
+    }
+
+    fn measured(&mut self, weights: [f64; 3], guess: usize) -> Point {
+        let query = self.position(weights);
+        let at = self.surface.nearest(query, guess, Some(&self.best.at));
+        self.noted(Probe { weights, at })
+    }
+
+    fn noted(&mut self, probe: Probe) -> Point {
         self.evaluations += 1;
-        self.probes.push(Probe { weights, at });
-        let probe = self.probes.len() - 1;
-        if self.depth(probe) > self.depth(self.best) {
+        if probe.at.distance < self.best.at.distance {
             self.best = probe;
         }
-        probe
-    }
-
-    /// The part with its bound; `None` where that settles it.
-    fn bounded(&mut self, part: Part) -> Option<Part> {
-        let count = self.corners.len();
-        let mut slots = [0; 3 + EXTRA];
-        let mut rows = [[0.0; 3]; 3 + EXTRA];
-        let mut used = 0;
-        let own = (0..count).map(|corner| self.corner(&part, corner).at.slot);
-        for slot in own.chain(part.extra.iter().map(|slot| *slot as usize)) {
-            if slots[..used].contains(&slot) {
-                continue;
-            }
-            slots[used] = slot;
-            for corner in 0..count {
-                let at = &self.corner(&part, corner).at;
-                let is_nearest = at.slot == slot;
-                rows[used][corner] =
-                    if is_nearest { at.distance.abs() } else { self.surface.distance_to_triangle(at.query, slot) };
-            }
-            used += 1;
-        }
-        let value = game_value(&rows[..used], count, self.target());
-        let upper = value.upper.min(part.upper);
-        if upper <= self.target() {
-            self.settled = self.settled.max(upper);
-            return None;
-        }
-        (!self.is_outside(&part)).then_some(Part { upper, weights: value.weights, ..part })
-    }
-
-    /// Measures the part where its bound is highest. `None` where that settles it.
-    fn refined(&mut self, part: Part) -> Option<Part> {
-        let count = self.corners.len();
-        if part.weights.iter().any(|weight| *weight > NEAR_A_CORNER) {
-            return Some(part);
-        }
-        let mut weights = [0.0; 3];
-        for corner in 0..count {
-            let at_corner = self.corner(&part, corner).weights;
-            (0..3).for_each(|index| weights[index] += part.weights[corner] * at_corner[index]);
-        }
-        let probe = self.measure(weights, self.corner(&part, 0).at.slot);
-        let mut extra = part.extra;
-        extra.rotate_right(1);
-        extra[0] = self.probes[probe].at.slot as u32;
-        self.bounded(Part { extra, ..part })
+        let Probe { weights, at } = probe;
+        Point { weights, query: at.query, slot: at.slot as u32, depth: -at.distance }
     }
 
     /// Both halves of a part, across its longest side.
-    fn halves(&mut self, part: Part) -> [Part; 2] {
+    fn halves(&mut self, corners: [u32; 3]) -> [[u32; 3]; 2] {
         let sides: &[(usize, usize)] = if self.corners.len() == 2 { &[(0, 1)] } else { &[(0, 1), (1, 2), (2, 0)] };
-        let length =
-            |(a, b): (usize, usize)| (self.corner(&part, a).at.query - self.corner(&part, b).at.query).norm_squared();
+        let point = |corner: usize| &self.points[corners[corner] as usize];
+        let length = |(a, b): (usize, usize)| (point(a).query - point(b).query).norm_squared();
         let longest =
             sides.iter().copied().fold(sides[0], |best, side| if length(side) > length(best) { side } else { best });
         let (a, b) = longest;
-        let (start, end) = (*self.corner(&part, a), *self.corner(&part, b));
-        let middle = std::array::from_fn(|index| 0.5 * (start.weights[index] + end.weights[index]));
-        let middle = self.measure(middle, start.at.slot) as u32;
+        let weights = std::array::from_fn(|index| 0.5 * (point(a).weights[index] + point(b).weights[index]));
+        let query = self.position(weights);
+        self.points.push(Point { weights, query, ..*point(a) });
+        let middle = self.points.len() as u32 - 1;
         [a, b].map(|replaced| {
-            let mut half = part;
-            half.corners[replaced] = middle;
+            let mut half = corners;
+            half[replaced] = middle;
             half
         })
     }
 
-    /// Are all points of the part outside?
-    fn is_outside(&self, part: &Part) -> bool {
-        let corners = || (0..self.corners.len()).map(|corner| self.corner(part, corner).at);
-        if !self.surface.is_continuous() || corners().any(|at| at.distance <= 0.0) {
-            return false;
-        }
-        let mut points = [Vector3::zeros(); 3];
-        corners().zip(&mut points).for_each(|(at, point)| *point = at.query);
-        let points = &points[..self.corners.len()];
-        // A ball about a point outside that reaches no triangle is outside.
-        let reach = |from: Vector3<f64>| points.iter().map(|point| (point - from).norm()).fold(0.0, f64::max);
-        if corners().any(|at| at.distance > reach(at.query)) {
-            return true;
-        }
-        // Two edges that cross come within rounding of each other.
-        let touch = PRUNE_SLACK * points.iter().map(|point| point.amax()).fold(0.0, f64::max);
-        self.surface.closest(points, points[0], touch).is_none()
+    /// Four pieces of a part that are not settled.
+    fn pieces(&mut self, part: Part) -> [Option<Part>; PIECES] {
+        let first = self.points.len();
+        let halves = self.halves(part.corners);
+        let quarters = halves.map(|half| self.halves(half));
+        let pieces = [quarters[0][0], quarters[0][1], quarters[1][0], quarters[1][1]];
+        let middles = pieces.map(|piece| self.middle(piece));
+        let list = part.list.map(|[from, to]| from as usize..to as usize);
+        let nearest = match list.clone() {
+            Some(list) => self.measure_by_list(list, first, &middles, part.highest),
+            None => self.measure_by_tree(first, &middles, part.highest),
+        };
+        std::array::from_fn(|piece| {
+            let (corners, query) = (pieces[piece], self.position(middles[piece]));
+            let Nearest { slot, distance } = nearest[piece];
+            let radius = self.radius(corners, query);
+            let start = self.lists.len() as u32;
+            let is_listed = match &list {
+                Some(list) => {
+                    let reach_sq = reach(query, distance, radius).powi(2);
+                    let near =
+                        |position: &usize| self.distances.squared[position - list.start][NEW + piece] <= reach_sq;
+                    let positions = list.clone().filter(near);
+                    positions.for_each(|position| self.lists.push(self.lists[position]));
+                    true
+                }
+                None => self.surface.gather(query, distance, radius, &mut self.lists),
+            };
+            let own = is_listed.then_some([start, self.lists.len() as u32]);
+            self.bounded(Part { corners, list: own, ..part }, slot)
+        })
     }
 
-    fn result(&self, is_settled: bool) -> Deepest {
-        let probe = self.probes[self.best];
-        let lower_bound = probe.at.distance.min(-self.settled);
-        Deepest { probe, lower_bound, is_settled, evaluations: self.evaluations }
+    /// Measures the new points from `first` on, the middles of the pieces and the highest point of a part, all in one pass over its
+    /// triangles. A point that is no corner needs its sign only if it may be the deepest.
+    fn measure_by_list(
+        &mut self,
+        list: Range<usize>,
+        first: usize,
+        middles: &[[f64; 3]; PIECES],
+        highest: [f64; 3],
+    ) -> [Nearest; PIECES] {
+        let mut weights = [highest; LANES];
+        (0..NEW).for_each(|lane| weights[lane] = self.points[first + lane].weights);
+        weights[NEW..NEW + PIECES].copy_from_slice(middles);
+        let queries = weights.map(|weights| self.position(weights));
+        self.distances.measure(&self.surface.tree, &self.lists[list], &queries);
+        for lane in 0..LANES {
+            let Nearest { slot, distance } = self.distances.nearest(lane);
+            let is_new = lane < NEW + PIECES || is_away_from_corners(highest);
+            if lane < NEW || (is_new && distance > self.depth()) {
+                let at = self.surface.nearest_on(queries[lane], slot as usize, Some(&self.best.at));
+                let point = self.noted(Probe { weights: weights[lane], at });
+                if lane < NEW {
+                    self.points[first + lane] = point;
+                }
+            }
+        }
+        std::array::from_fn(|piece| self.distances.nearest(NEW + piece))
+    }
+
+    /// The same, one point after the other.
+    fn measure_by_tree(&mut self, first: usize, middles: &[[f64; 3]; PIECES], highest: [f64; 3]) -> [Nearest; PIECES] {
+        for index in first..first + NEW {
+            let Point { weights, slot, .. } = self.points[index];
+            self.points[index] = self.measured(weights, slot as usize);
+        }
+        let guess = self.points[first].slot as usize;
+        if is_away_from_corners(highest) {
+            self.measured(highest, guess);
+        }
+        middles.map(|middle| {
+            let Point { slot, depth, .. } = self.measured(middle, guess);
+            Nearest { slot, distance: depth.abs() }
+        })
     }
 }
 
-/// A weight above which the point is not measured again: its corner was.
-const NEAR_A_CORNER: f64 = 0.999;
+/// Is a point of an element worth a measurement? Its corners have been measured.
+fn is_away_from_corners(weights: [f64; 3]) -> bool {
+    weights.iter().all(|weight| *weight < 0.999)
+}

@@ -6,7 +6,9 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use crate::triangle::{NearestOnTriangle, TriangleFeature, nearest_on_triangle};
+use crate::simd::{LANES, VectorX8, dot, lane_of, max, min, sub};
+use crate::triangle::nearest::for_each_point;
+use crate::triangle::{NearestOnTriangle, TriangleFeature, is_sliver, nearest_on_triangle};
 
 /// The nearest points of an element and a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -39,25 +41,26 @@ impl Pair {
 #[inline(always)]
 pub(super) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]) -> Pair {
     let mut best = Pair::NONE;
+    let on_triangle = NearestPoints::new(element, &triangle);
     for (index, corner) in element.iter().enumerate() {
-        best.keep_nearer(*corner, nearest_on_triangle(*corner, triangle).point, || unit(index));
+        best.keep_nearer(*corner, on_triangle.point(index), || unit(index));
     }
     let can_cross = !is_on_one_side(element, triangle);
     for (from, to) in sides(element.len()) {
         let along = element[to] - element[from];
-        for side in 0..3 {
-            let (a, b) = (triangle[side], triangle[(side + 1) % 3]);
-            let (s, t) = nearest_on_segments(element[from], along, a, b - a);
-            best.keep_nearer(element[from] + along * s, a + (b - a) * t, || on_side(from, to, s));
-        }
+        let on_sides = NearestOnSides::new(element[from], along, &triangle);
+        let nearest = (1..3).fold(0, |best, side| if on_sides.is_nearer(side, best) { side } else { best });
+        let s = on_sides.s[nearest];
+        best.keep_nearer(element[from] + along * s, on_sides.point(nearest), || on_side(from, to, s));
         if can_cross && let Some((s, point)) = crossing(element[from], along, triangle) {
             best.keep_nearer(point, point, || on_side(from, to, s));
         }
     }
     if let &[a, b, c] = element {
+        let on_element = NearestPoints::new(&triangle, &[a, b, c]);
         for (index, corner) in triangle.iter().enumerate() {
-            let nearest = nearest_on_triangle(*corner, [a, b, c]);
-            best.keep_nearer(nearest.point, *corner, || face_weights(&nearest, [a, b, c]));
+            let weights = || face_weights(&nearest_on_triangle(*corner, [a, b, c]), [a, b, c]);
+            best.keep_nearer(on_element.point(index), *corner, weights);
             let along = triangle[(index + 1) % 3] - corner;
             if can_cross && let Some((_, point)) = crossing(*corner, along, [a, b, c]) {
                 best.keep_nearer(point, point, || face_weights(&nearest_on_triangle(point, [a, b, c]), [a, b, c]));
@@ -67,7 +70,90 @@ pub(super) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]
     best
 }
 
+/// The points of a triangle that are nearest to up to three others, one per lane.
+struct NearestPoints(VectorX8<f64>);
+
+impl NearestPoints {
+    #[inline(always)]
+    fn new(points: &[Vector3<f64>], triangle: &[Vector3<f64>; 3]) -> Self {
+        let lanes = [0, 1, 2].map(|axis| std::array::from_fn(|lane: usize| points[lane.min(points.len() - 1)][axis]));
+        let mut nearest = [[0.0; LANES]; 3];
+        for_each_point(&lanes, triangle, is_sliver(*triangle), |lane, point, _| {
+            (0..3).for_each(|axis| nearest[axis][lane] = point[axis]);
+        });
+        Self(nearest)
+    }
+
+    #[inline(always)]
+    fn point(&self, lane: usize) -> Vector3<f64> {
+        lane_of(&self.0, lane).into()
+    }
+}
+
+/// The nearest points of a segment, from + s along, and each side of a triangle (Ericson 2005, §5.1.9), one side per lane.
+struct NearestOnSides {
+    s: [f64; SIDES],
+    points: [[f64; SIDES]; 3],
+    distances_sq: [f64; SIDES],
+}
+
+/// The three sides of a triangle, and the first again: as many as fill a register.
+const SIDES: usize = 4;
+
+impl NearestOnSides {
+    #[inline(always)]
+    fn new(from: Vector3<f64>, along: Vector3<f64>, triangle: &[Vector3<f64>; 3]) -> Self {
+        let (from, along) = ([from.x, from.y, from.z], [along.x, along.y, along.z]);
+        let corner = |lane: usize, axis: usize| triangle[lane % 3][axis];
+        let starts: [[f64; SIDES]; 3] = [0, 1, 2].map(|axis| std::array::from_fn(|lane| corner(lane, axis)));
+        let ends: [[f64; SIDES]; 3] = [0, 1, 2].map(|axis| std::array::from_fn(|lane| corner(lane + 1, axis)));
+        let mut nearest = Self { s: [0.0; SIDES], points: [[0.0; SIDES]; 3], distances_sq: [0.0; SIDES] };
+        let length_sq = dot(along, along);
+        for lane in 0..SIDES {
+            let [start, end] = [&starts, &ends].map(|points| [points[0][lane], points[1][lane], points[2][lane]]);
+            let (side, offset) = (sub(end, start), sub(from, start));
+            let (side_sq, mixed) = (dot(side, side), dot(along, side));
+            let (c, f) = (dot(along, offset), dot(side, offset));
+            let s = to_unit(ratio(mixed * f - c * side_sq, length_sq * side_sq - mixed * mixed));
+            let free = ratio(mixed * s + f, side_sq);
+            let t = to_unit(free);
+            let s = if t == free { s } else { to_unit(ratio(mixed * t - c, length_sq)) };
+            let mut distance_sq = 0.0;
+            for axis in 0..3 {
+                let point = start[axis] + side[axis] * t;
+                let between = from[axis] + along[axis] * s - point;
+                nearest.points[axis][lane] = point;
+                distance_sq += between * between;
+            }
+            (nearest.s[lane], nearest.distances_sq[lane]) = (s, distance_sq);
+        }
+        nearest
+    }
+
+    #[inline(always)]
+    fn is_nearer(&self, side: usize, other: usize) -> bool {
+        self.distances_sq[side] < self.distances_sq[other]
+    }
+
+    #[inline(always)]
+    fn point(&self, side: usize) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| self.points[axis][side])
+    }
+}
+
+#[inline(always)]
+fn ratio(numerator: f64, denominator: f64) -> f64 {
+    let quotient = numerator / denominator;
+    if denominator > 0.0 { quotient } else { 0.0 }
+}
+
+#[inline(always)]
+fn to_unit(t: f64) -> f64 {
+    max(min(t, 1.0), 0.0)
+}
+
 /// Are all corners of an element strictly on one side of a triangle's plane?
+#[inline(always)]
 fn is_on_one_side(element: &[Vector3<f64>], [a, b, c]: [Vector3<f64>; 3]) -> bool {
     let normal = (b - a).cross(&(c - a));
     let offset = |corner: &Vector3<f64>| normal.dot(&(corner - a));
@@ -79,10 +165,12 @@ fn sides(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).map(move |from| (from, (from + 1) % count)).take(if count < 3 { count - 1 } else { 3 })
 }
 
+#[inline(always)]
 fn unit(index: usize) -> [f64; 3] {
     std::array::from_fn(|corner| if corner == index { 1.0 } else { 0.0 })
 }
 
+#[inline(always)]
 fn on_side(from: usize, to: usize, s: f64) -> [f64; 3] {
     std::array::from_fn(|corner| match corner {
         _ if corner == from => 1.0 - s,
@@ -115,24 +203,8 @@ fn face_weights(nearest: &NearestOnTriangle, corners: [Vector3<f64>; 3]) -> [f64
     }
 }
 
-/// Parameters of the nearest points of two segments, p + s d and q + t e (Ericson 2005, §5.1.9).
-fn nearest_on_segments(p: Vector3<f64>, d: Vector3<f64>, q: Vector3<f64>, e: Vector3<f64>) -> (f64, f64) {
-    let r = p - q;
-    let (a, b, c, f) = (d.norm_squared(), e.norm_squared(), d.dot(&r), e.dot(&r));
-    let ratio = |numerator: f64, denominator: f64| if denominator > 0.0 { numerator / denominator } else { 0.0 };
-    let mixed = d.dot(&e);
-    let s = ratio(mixed * f - c * b, a * b - mixed * mixed).clamp(0.0, 1.0);
-    let t = ratio(mixed * s + f, b);
-    if t < 0.0 {
-        (ratio(-c, a).clamp(0.0, 1.0), 0.0)
-    } else if t > 1.0 {
-        (ratio(mixed - c, a).clamp(0.0, 1.0), 1.0)
-    } else {
-        (s, t)
-    }
-}
-
 /// Where a segment passes through a triangle, up to rounding: where it decides, the pair of two edges is near zero as well.
+#[inline(always)]
 fn crossing(from: Vector3<f64>, along: Vector3<f64>, [a, b, c]: [Vector3<f64>; 3]) -> Option<(f64, Vector3<f64>)> {
     let normal = (b - a).cross(&(c - a));
     let (start, end) = (normal.dot(&(from - a)), normal.dot(&(from + along - a)));

@@ -3,7 +3,7 @@
 //! A convex function is on a simplex at most the linear interpolant of its values at the corners. So the maximum of min_t f_t is at most
 //! max_w min_t Σ_i w_i f_t(c_i): the value of a matrix game (von Neumann 1928). For any weights λ_t ≥ 0 with sum 1,
 //! max_i Σ_t λ_t f_t(c_i) is an upper bound of it, whatever rounding did to λ; it is the value at the best λ, which mixes no more
-//! functions than there are corners. All mixtures of one, two and three are tried.
+//! functions than there are corners.
 
 /// For each function its values at the corners.
 type Rows<'a> = &'a [[f64; 3]];
@@ -17,24 +17,23 @@ pub(super) struct GameValue {
 }
 
 /// The value of the game on a simplex of two or three corners, or any bound that is at most `enough`.
+///
+/// The mixture that is best so far has a worst answer w; the function lowest at w enters, and the best mixture with it is taken.
 pub(super) fn game_value(rows: Rows, corners: usize, enough: f64) -> GameValue {
-    let mut best = GameValue { upper: f64::INFINITY, weights: [0.0; 3] };
-    let mut keep_lower = |lambdas: &[(f64, &[f64; 3])], weights: [f64; 3]| {
-        let at_corner = |corner: usize| lambdas.iter().map(|(lambda, row)| lambda * row[corner]).sum::<f64>();
-        let upper = (0..corners).map(at_corner).fold(f64::NEG_INFINITY, f64::max);
-        if upper < best.upper {
-            best = GameValue { upper, weights };
-        }
-        best.upper <= enough
-    };
-    for row in rows {
+    let mut best = Mixture { value: GameValue { upper: f64::INFINITY, weights: [0.0; 3] }, rows: [usize::MAX; 3] };
+    for (index, row) in rows.iter().enumerate() {
         let highest = (1..corners).fold(0, |highest, corner| if row[corner] > row[highest] { corner } else { highest });
-        if keep_lower(&[(1.0, row)], std::array::from_fn(|corner| f64::from(u8::from(corner == highest)))) {
-            return best;
-        }
+        let weights = std::array::from_fn(|corner| f64::from(u8::from(corner == highest)));
+        best.keep_lower(corners, [index, usize::MAX, usize::MAX], &[(1.0, row)], weights);
     }
-    for (index, s) in rows.iter().enumerate() {
-        for t in &rows[..index] {
+    while best.value.upper > enough {
+        let at = |row: &[f64; 3]| (0..corners).map(|corner| row[corner] * best.value.weights[corner]).sum::<f64>();
+        let entering = (0..rows.len()).min_by(|a, b| at(&rows[*a]).total_cmp(&at(&rows[*b])));
+        let Some(entering) = entering.filter(|row| at(&rows[*row]) < best.value.upper) else { break };
+        let (before, used) = (best, best.rows.into_iter().filter(|row| *row != usize::MAX));
+        let t = &rows[entering];
+        for (position, first) in used.clone().enumerate() {
+            let s = &rows[first];
             for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().take(if corners < 3 { 1 } else { 3 }) {
                 let slope = t[i] - s[i] - t[j] + s[j];
                 let (lambda, weight) = ((s[j] - s[i]) / slope, (s[j] - t[j]) / slope);
@@ -44,25 +43,37 @@ pub(super) fn game_value(rows: Rows, corners: usize, enough: f64) -> GameValue {
                 let weight = weight.clamp(0.0, 1.0);
                 let mut weights = [0.0; 3];
                 (weights[i], weights[j]) = (weight, 1.0 - weight);
-                if keep_lower(&[(lambda, t), (1.0 - lambda, s)], weights) {
-                    return best;
-                }
+                best.keep_lower(corners, [entering, first, usize::MAX], &[(lambda, t), (1.0 - lambda, s)], weights);
+            }
+            for second in used.clone().take(if corners < 3 { 0 } else { position }) {
+                let Some((lambdas, weights)) = equalizers([t, s, &rows[second]]) else { continue };
+                let mixture = [(lambdas[0], t), (lambdas[1], s), (lambdas[2], &rows[second])];
+                best.keep_lower(corners, [entering, first, second], &mixture, weights);
             }
         }
-    }
-    if corners == 3 {
-        for (index, a) in rows.iter().enumerate() {
-            for (before, b) in rows[..index].iter().enumerate() {
-                for c in &rows[..before] {
-                    let Some((lambdas, weights)) = equalizers([a, b, c]) else { continue };
-                    if keep_lower(&[(lambdas[0], a), (lambdas[1], b), (lambdas[2], c)], weights) {
-                        return best;
-                    }
-                }
-            }
+        if best.value.upper >= before.value.upper {
+            break;
         }
     }
-    best
+    best.value
+}
+
+/// A bound, and the functions that are mixed for it.
+#[derive(Clone, Copy)]
+struct Mixture {
+    value: GameValue,
+    /// Up to three indices, then `usize::MAX`.
+    rows: [usize; 3],
+}
+
+impl Mixture {
+    fn keep_lower(&mut self, corners: usize, rows: [usize; 3], lambdas: &[(f64, &[f64; 3])], weights: [f64; 3]) {
+        let at_corner = |corner: usize| lambdas.iter().map(|(lambda, row)| lambda * row[corner]).sum::<f64>();
+        let upper = (0..corners).map(at_corner).fold(f64::NEG_INFINITY, f64::max);
+        if upper < self.value.upper {
+            *self = Self { value: GameValue { upper, weights }, rows };
+        }
+    }
 }
 
 /// Weights of three functions that make the mixture equal at all corners, and weights of the corners at which all three are equal:

@@ -9,6 +9,7 @@ mod flood_fill;
 mod inner_faces;
 mod inner_shells;
 mod lattices;
+mod mesh_surface;
 mod meshes;
 mod oracle;
 mod random;

@@ -8,9 +8,9 @@ use sdf_formats::grid_file::{Summary, layout_of};
 use serde_json::json;
 
 use crate::args::InfoArgs;
-use crate::field_input;
 use crate::read_summary::bytes_of;
 use crate::report::{Report, counts, number};
+use crate::{error_regions, field_input};
 
 fn error_row(bound: f64) -> String {
     if bound.is_finite() {
@@ -41,24 +41,26 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 format!("{} vertices, {} triangles kept{jumps}", mesh.vertices, mesh.triangles)
             });
             let stored = parts.iter().map(|part| format!("{} {}", part.name, part.stored_bytes));
+            let mut rows = vec![
+                ("layout", in_words),
+                ("nodes", counts(lattice.nodes())),
+                ("spacing", number(lattice.spacing())),
+                ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
+                ("sign", about.sign_reason.clone()),
+                ("slope", format!("at most {}", number(about.slope_bound))),
+                ("error", error_row(about.error_bound)),
+                ("source", format!("{}, {} triangles, SHA-256 {sha256}", about.source.name, about.source.triangles)),
+                ("mesh", kept),
+                ("made by", format!("{} {}", about.tool, about.options)),
+                ("padding", format!("{} around the mesh", number(about.padding))),
+                ("file", format!("{file_bytes} bytes: {}", stored.collect::<Vec<_>>().join(", "))),
+            ];
+            if let Some(found) = &about.error_regions {
+                let after_error = rows.iter().position(|(name, _)| *name == "error").map_or(0, |row| row + 1);
+                rows.insert(after_error, ("regions", error_regions::row(found)));
+            }
             Report {
-                rows: vec![
-                    ("layout", in_words),
-                    ("nodes", counts(lattice.nodes())),
-                    ("spacing", number(lattice.spacing())),
-                    ("box", format!("({}) to ({})", corner(bounds.min), corner(bounds.max))),
-                    ("sign", about.sign_reason.clone()),
-                    ("slope", format!("at most {}", number(about.slope_bound))),
-                    ("error", error_row(about.error_bound)),
-                    (
-                        "source",
-                        format!("{}, {} triangles, SHA-256 {sha256}", about.source.name, about.source.triangles),
-                    ),
-                    ("mesh", kept),
-                    ("made by", format!("{} {}", about.tool, about.options)),
-                    ("padding", format!("{} around the mesh", number(about.padding))),
-                    ("file", format!("{file_bytes} bytes: {}", stored.collect::<Vec<_>>().join(", "))),
-                ],
+                rows,
                 json: json!({
                     "schema": "sdftool.info/1",
                     "layout": name,
@@ -73,6 +75,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                     "sign_verdict": about.sign_reason,
                     "slope_bound": about.slope_bound,
                     "error_bound": about.error_bound,
+                    "error_regions": about.error_regions.as_ref().map(error_regions::document),
                     "source": {
                         "name": about.source.name,
                         "sha256": sha256,

@@ -37,6 +37,19 @@ fn merged(folder: &Folder, words: &str, count: usize) -> Vec<u8> {
     folder.read("merged.sdf.h5")
 }
 
+/// Checks that two files have the same bytes: of an open mesh but for the regions of large errors, which only a bake in memory has.
+fn assert_same(found: &[u8], whole: &[u8], words: &str) {
+    if !words.contains("open") {
+        assert!(found == whole, "{words}");
+        return;
+    }
+    let [found, mut whole] =
+        [found, whole].map(|bytes| sdf_formats::grid_file::read_bytes(bytes, words).expect("a grid that was written"));
+    assert!(whole.about.error_regions.take().is_some() && found.about.error_regions.is_none(), "{words}");
+    assert_eq!([found.about.clone()], [whole.about.clone()], "{words}");
+    assert!((found.grid, found.sparse, found.mesh) == (whole.grid, whole.sparse, whole.mesh), "{words}");
+}
+
 #[test]
 fn parts_joined_in_any_order_are_the_bytes_of_one_bake() {
     let folder = bodies();
@@ -53,7 +66,7 @@ fn parts_joined_in_any_order_are_the_bytes_of_one_bake() {
         folder.done(&format!("{words} -o whole.sdf.h5"));
         let whole = folder.read("whole.sdf.h5");
         for count in [1, 2, 5] {
-            assert!(merged(&folder, &words, count) == whole, "{words} in {count} parts");
+            assert_same(&merged(&folder, &words, count), &whole, &format!("{words} in {count} parts"));
         }
     }
     // More parts than blocks of bricks: some are empty.
@@ -73,8 +86,8 @@ fn a_grid_that_does_not_fit_into_memory_is_streamed_into_the_same_bytes() {
         let memory = if options.contains("f32") { "6MB" } else { "3500kB" };
         let streamed = folder.json(&format!("{words} --memory {memory} -o streamed.sdf.h5"));
         assert_eq!((whole.get("streamed"), &streamed["streamed"]), (None, &true.into()), "{words}");
-        assert!(folder.read("whole.sdf.h5") == folder.read("streamed.sdf.h5"), "{words}");
-        for key in ["bricks", "error_bound", "median_error_bound", "slope_bound", "stored_cells", "file_bytes"] {
+        assert_same(&folder.read("streamed.sdf.h5"), &folder.read("whole.sdf.h5"), &words);
+        for key in ["bricks", "error_bound", "median_error_bound", "slope_bound", "stored_cells"] {
             assert_eq!(whole[key], streamed[key], "{key} of {words}");
         }
     }

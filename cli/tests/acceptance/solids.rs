@@ -110,6 +110,12 @@ fn a_hole_is_told_by_region_and_closed_when_asked() {
     assert!(within > cells * 9 / 10 && within < cells, "{within} of {cells}");
     let region = &open["error_regions"]["largest_regions"][0];
     assert!(region["error_bound"].as_f64().unwrap() > open["error_regions"]["error_bound_within"].as_f64().unwrap());
+    // The file keeps it.
+    for layout in ["dense", "sparse"] {
+        let baked = folder.json(&format!("bake open.obj --res 16 --layout {layout} -o kept.sdf.h5"));
+        assert_eq!(folder.json("info kept.sdf.h5")["error_regions"], baked["error_regions"]);
+        says(&folder.done("info kept.sdf.h5"), &["regions", "cells are within"]);
+    }
     says(&folder.refused("bake open.obj --max-error 2%"), &["--weld or --close"]);
 
     // The lid's boundary has a diagonal of √2.
@@ -123,7 +129,7 @@ fn a_hole_is_told_by_region_and_closed_when_asked() {
     let closed = folder.json("bake open.obj --res 16 --close 1.42");
     let counts = ["capped_loops", "cap_triangles", "open_loops", "boundary_edges"].map(|key| closed[key].as_u64());
     assert_eq!(counts, [Some(1), Some(2), Some(0), Some(0)]);
-    assert!(closed["error_regions"].is_null());
+    assert!(closed["error_regions"].is_null() && folder.json("info open.sdf.h5")["error_regions"].is_null());
     says(&folder.wrong_usage("bake open.obj --res 16 --close 0"), &["--close"]);
 }
 

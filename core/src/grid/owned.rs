@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+pub use super::error_regions::{ErrorRegion, ErrorRegions};
 pub use super::kind::{Layout, Precision};
 use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse};
 use super::{BlockBounds, Dense, Grid, Lattice, Sampling, Storage, WithBlockBounds};

@@ -10,7 +10,7 @@ use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sha2::{Digest, Sha256};
 
 use super::coding::Coding;
-use super::{About, DeepValues, GridFault, MeshInfo, SignMethod, Source, SparseInfo, layout, layout_of};
+use super::{About, DeepValues, GridFault, MeshInfo, SignMethod, Source, SparseInfo, error_regions, layout, layout_of};
 use crate::hdf5::{Hdf5Reader, MAX_TEXT_BYTES, Object, Value};
 
 /// Attributes of both layouts.
@@ -76,7 +76,8 @@ impl Header {
         if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
         }
-        let header = Self::from_attributes(version, is_sparse, &attributes)?;
+        let mut header = Self::from_attributes(version, is_sparse, &attributes)?;
+        header.about.error_regions = error_regions::read(file, sdf)?;
         match header.violation().or_else(|| header.brick_violation()) {
             Some(violation) => Err(GridFault::damaged(violation)),
             None => Ok(header),
@@ -181,6 +182,9 @@ impl Header {
         // Infinite where nothing is certified.
         if about.error_bound.is_nan() || about.error_bound < 0.0 {
             return Some(format!("error_bound is {}", about.error_bound));
+        }
+        if about.error_regions.as_ref().is_some_and(|found| !error_regions::is_valid(found)) {
+            return Some("error_regions are not regions".to_owned());
         }
         let texts = [&about.sign_reason, &about.source.name, &about.tool, &about.options];
         let bad = texts.into_iter().find(|text| text.len() > MAX_TEXT_BYTES || text.contains('\0'));
@@ -299,6 +303,7 @@ impl Attributes {
             sign_reason: self.text("sign_verdict")?.to_owned(),
             slope_bound,
             error_bound,
+            error_regions: None,
             padding,
             source: self.source()?,
             tool: self.text("tool")?.to_owned(),

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::coding::{BrickCoding, Coding};
 use super::digests::little_endian;
 use super::header::{Attributes, CHECKSUM, Header};
-use super::{GridFault, Samples, SparseSamples, StoredMesh, kept_mesh, layout};
+use super::{GridFault, Samples, SparseSamples, StoredMesh, error_regions, kept_mesh, layout};
 use crate::hdf5::{self, Compression, Element, Elements, Group, Value};
 
 /// Writes the file at `path`.
@@ -77,6 +77,9 @@ impl Contents<'_> {
         let attributes = self.header.attributes();
         set_attributes(&sdf, &attributes);
         sdf.set_text(CHECKSUM, &attributes.checksum());
+        if let Some(found) = &self.header.about.error_regions {
+            error_regions::write(&sdf, found);
+        }
         Ok(())
     }
 }

@@ -82,6 +82,10 @@ impl<'a> Hdf5Reader<'a> {
         attribute::read(&self.source, object, name)
     }
 
+    pub(crate) fn has_attribute(&self, object: &Object, name: &str) -> Result<bool, ReadError> {
+        attribute::exists(object, name)
+    }
+
     /// The dataset of an object; an error unless it has this type and shape.
     pub(crate) fn dataset<T: Element>(
         &self,

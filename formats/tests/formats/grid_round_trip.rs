@@ -1,10 +1,10 @@
 //! Grids that are written are read again, by our reader and by others.
 
-use sdf_core::Interval;
+use sdf_core::{Aabb, Interval};
 use std::fs;
 
 use hdf5_reader::Hdf5File;
-use sdf_core::grid::owned::{OwnedStorage, Precision};
+use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
 use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
@@ -38,6 +38,44 @@ fn every_shape_comes_back_in_either_layout_and_any_precision() {
         assert_eq!((stored.sparse, &stored.about), (made.sparse(), &about()));
         assert!(stored.read.bytes <= summary.file_bytes + (1 << 16) && stored.read.blocks == stored.read.total_blocks);
         assert!(corners(&stored.grid) == corners(&made.grid()));
+    }
+}
+
+#[test]
+fn regions_of_large_errors_come_back_and_damage_to_them_is_told() {
+    let region = |at: f64| ErrorRegion {
+        bounds: Aabb { min: [at, -1.0, 0.25], max: [at + 0.5, 2.0, 0.75] },
+        cells: 70 + at as u64,
+        error_bound: 0.125 * at,
+    };
+    let found = ErrorRegions {
+        cells: 5000,
+        cells_within: 4711,
+        error_bound: 0.015,
+        regions: (1..9).map(|at| region(f64::from(at))).collect(),
+        region_count: 12,
+    };
+    for kind in KINDS {
+        let made = Made::new([33, 33, 33], kind);
+        let bytes = |found: &ErrorRegions| {
+            let about = About { error_regions: Some(found.clone()), ..about() };
+            grid_file::to_bytes(&made.lattice, made.samples(), &about)
+        };
+        let file = bytes(&found).unwrap();
+        assert_eq!(grid_file::read_bytes(&file, "regions").unwrap().about.error_regions.as_ref(), Some(&found));
+        // The number of cells within, wherever it stands.
+        let place = file.windows(8).position(|bytes| bytes == 4711_f64.to_le_bytes()).unwrap();
+        let mut damaged = file.clone();
+        damaged[place] ^= 1;
+        let refusal = grid_file::read_bytes(&damaged, "regions").err().map(|error| error.to_string());
+        assert!(refusal.as_ref().is_some_and(|text| text.contains("error_regions")), "{refusal:?}");
+        for wrong in [
+            ErrorRegions { cells_within: 5001, ..found.clone() },
+            ErrorRegions { region_count: 7, ..found.clone() },
+            ErrorRegions { error_bound: f64::NAN, ..found.clone() },
+        ] {
+            assert!(bytes(&wrong).is_err(), "{wrong:?}");
+        }
     }
 }
 

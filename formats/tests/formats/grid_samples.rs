@@ -212,6 +212,7 @@ pub fn about() -> About {
         sign_reason: "2 open edges, so the winding number decides; größer als ½".into(),
         slope_bound: 3.5,
         error_bound: 0.0625 + 1e-9,
+        error_regions: None,
         padding: 0.4375,
         source: Source {
             name: "lumpy sphere.obj".into(),

@@ -11,9 +11,9 @@ use sdf_field::{Baked, BakedFile, ErrorRegions, GridInfo, MeshReport, Topology};
 use serde_json::json;
 
 use crate::args::BakeArgs;
-use crate::memory;
 use crate::mesh_input::MeshFacts;
 use crate::report::{counts, number, seconds};
+use crate::{error_regions, memory};
 
 /// Facts that a bake found out.
 pub struct GridFacts<'a> {
@@ -94,7 +94,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
         rows.push(("bricks", format!("{bricks} in {precision}, with distances within {}", number(band))));
     }
     rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
-    rows.extend(facts.regions.map(|regions| ("regions", regions_row(regions))));
+    rows.extend(facts.regions.map(|regions| ("regions", error_regions::row(regions))));
     rows.extend([("time", format!("{read} to read, {bake} to bake, {write} to write")), ("file", file.to_owned())]);
     rows
 }
@@ -151,42 +151,10 @@ pub fn document(
         "slope_bound": facts.slope_bound,
         "error_bound": info.error_bound,
         "median_error_bound": median_error(facts.errors),
-        "error_regions": facts.regions.map(regions_document),
+        "error_regions": facts.regions.map(error_regions::document),
         "file_bytes": file,
         "peak_memory_bytes": memory::peak(),
         "seconds": {"read": read, "bake": bake, "write": write},
-    })
-}
-
-/// The share of cells with the error of a closed mesh, and where the others are.
-fn regions_row(found: &ErrorRegions) -> String {
-    let share = found.cells_within as f64 / found.cells.max(1) as f64;
-    let within = format!("{:.2} % of {} cells are within {}", 100.0 * share, found.cells, number(found.error_bound));
-    let Some(largest) = found.regions.first() else { return within };
-    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-    let (from, to, cells) = (corner(largest.bounds.min), corner(largest.bounds.max), largest.cells);
-    let count = match found.region_count {
-        1 => "the others are".to_owned(),
-        count => format!("the others are in {count} regions, the largest of {cells} cells"),
-    };
-    format!("{within}; {count} from ({from}) to ({to}), within {}", number(largest.error_bound))
-}
-
-fn regions_document(found: &ErrorRegions) -> serde_json::Value {
-    let region = |region: &sdf_field::ErrorRegion| {
-        json!({
-            "min": region.bounds.min,
-            "max": region.bounds.max,
-            "cells": region.cells,
-            "error_bound": region.error_bound,
-        })
-    };
-    json!({
-        "cells": found.cells,
-        "cells_within": found.cells_within,
-        "error_bound_within": found.error_bound,
-        "region_count": found.region_count,
-        "largest_regions": found.regions.iter().map(region).collect::<Vec<_>>(),
     })
 }
 

@@ -8,8 +8,8 @@ use super::{MAX_TEXT_BYTES, ReadError};
 
 const ATTRIBUTE: u16 = 0x0c;
 
-/// Most numbers in an attribute; ours have at most 9.
-const MAX_NUMBERS: u64 = 64;
+/// Most numbers in an attribute; ours have at most 68.
+const MAX_NUMBERS: u64 = 256;
 
 /// Largest heap collection, in bytes: room for all texts of a grid at their longest.
 const MAX_HEAP_BYTES: u64 = 16 * MAX_TEXT_BYTES as u64 + 4096;
@@ -36,8 +36,27 @@ enum Type {
     HeapText,
 }
 
-pub(super) fn read(source: &ByteSource, object: &Object, name: &str) -> Result<Value, ReadError> {
+/// Does an object have an attribute of this name?
+pub(super) fn exists(object: &Object, name: &str) -> Result<bool, ReadError> {
     for body in object.all(ATTRIBUTE) {
+        if Message::read(body)?.name == name.as_bytes() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// An attribute message, split into its parts.
+struct Message<'a> {
+    name: &'a [u8],
+    /// `None` where it is shared.
+    datatype: Option<&'a [u8]>,
+    dataspace: &'a [u8],
+    value: Fields<'a>,
+}
+
+impl<'a> Message<'a> {
+    fn read(body: &'a [u8]) -> Result<Self, ReadError> {
         let mut fields = Fields(body);
         let version = fields.u8()?;
         let flags = fields.u8()?;
@@ -51,11 +70,23 @@ pub(super) fn read(source: &ByteSource, object: &Object, name: &str) -> Result<V
         if version == 3 {
             fields.skip(1)?;
         }
-        if text_before_nul(fields.bytes(name_size)?) != name.as_bytes() {
+        let name = text_before_nul(fields.bytes(name_size)?);
+        let datatype = fields.bytes(type_size)?;
+        let dataspace = fields.bytes(space_size)?;
+        let is_shared = version > 1 && flags != 0;
+        Ok(Self { name, datatype: (!is_shared).then_some(datatype), dataspace, value: fields })
+    }
+}
+
+pub(super) fn read(source: &ByteSource, object: &Object, name: &str) -> Result<Value, ReadError> {
+    for body in object.all(ATTRIBUTE) {
+        let message = Message::read(body)?;
+        if message.name != name.as_bytes() {
             continue;
         }
-        let datatype = if version > 1 && flags != 0 { None } else { datatype(fields.bytes(type_size)?)? };
-        let count = value_count(fields.bytes(space_size)?)?;
+        let mut fields = message.value;
+        let datatype = message.datatype.map(datatype).transpose()?.flatten();
+        let count = value_count(message.dataspace)?;
         let unknown = || ReadError::unexpected(format!("its attribute {name} has an unexpected type"));
         return match (datatype.ok_or_else(unknown)?, count) {
             (Type::HeapText, 1) => heap_text(source, fields),

@@ -1,0 +1,76 @@
+//! Nearest and deepest points of triangles against the least of many sampled distances.
+
+use sdf_bake::{DepthLimits, MeshDistance, MeshSurface, Probe, SignMethod};
+use sdf_core::nalgebra::Vector3;
+
+use crate::meshes::{Mesh, cube, icosphere, tetrahedron};
+use crate::random::Random;
+
+const STEPS: u32 = 48;
+
+fn meshes() -> [(&'static str, Mesh); 4] {
+    let lumpy = icosphere(4).mapped(|p| p * (1.0 + 0.1 * (7.0 * p.x).sin() * (5.0 * p.y + p.z).cos()));
+    let star = icosphere(2).mapped(|p| if (p.x * 9.0).sin() > 0.6 { p * 1.4 } else { p * 0.8 });
+    [
+        ("lumps", lumpy),
+        ("star", star),
+        ("fine cube", cube().refined().refined().refined()),
+        ("tetrahedron", tetrahedron()),
+    ]
+}
+
+/// Points of an element of two or three corners.
+fn lattice(corners: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let share = |step: u32| f64::from(step) / f64::from(STEPS);
+    match *corners {
+        [a, b] => (0..=STEPS).map(|i| a + (b - a) * share(i)).collect(),
+        [a, b, c] => (0..=STEPS)
+            .flat_map(|i| (0..=STEPS - i).map(move |j| a + (b - a) * share(i) + (c - a) * share(j)))
+            .collect(),
+        _ => corners.to_vec(),
+    }
+}
+
+#[test]
+fn no_point_of_an_element_is_nearer_or_deeper_than_what_is_found() {
+    let mut random = Random::from_env();
+    let (mut outside, mut inside, mut settled) = (0, 0, 0);
+    for (name, mesh) in meshes() {
+        let triangles = mesh.baked();
+        let distance = MeshDistance::new(&triangles, None);
+        assert_eq!(distance.sign_method(), SignMethod::PseudoNormal, "{name}");
+        let surface = MeshSurface::new(mesh.baked(), distance.sign_method(), distance.is_continuous());
+        for round in 0..120 {
+            let middle = random.pick(&mesh.points) * random.between(0.85, 1.05);
+            let size = [0.05, 0.2, 0.6][round % 3];
+            let corners: Vec<Vector3<f64>> =
+                (0..if round % 4 == 0 { 2 } else { 3 }).map(|_| middle + random.point_in_cube(size)).collect();
+            let sampled: Vec<f64> = lattice(&corners).into_iter().map(|p| distance.signed_distance(p.into())).collect();
+            let lowest = sampled.iter().copied().fold(f64::INFINITY, f64::min);
+            let context = || format!("{name}, round {round}: {corners:?}, sampled {lowest}");
+
+            let closest = surface.closest(&corners, corners[0], f64::INFINITY).unwrap();
+            let nearest = sampled.iter().map(|d| d.abs()).fold(f64::INFINITY, f64::min);
+            assert!(closest.distance <= nearest + 1e-12, "{closest:?}: {}", context());
+            let at = surface.nearest(closest.at.query, 0, None);
+            assert!((at.distance.abs() - closest.distance).abs() < 1e-9, "{at:?} {closest:?}: {}", context());
+            if lowest > 0.0 {
+                outside += 1;
+                continue;
+            }
+            let limits = DepthLimits { tolerance: 1e-6, least_depth: f64::NEG_INFINITY, evaluations: 4096 };
+            let start = Probe { weights: closest.weights, at };
+            let found = surface.deepest(&corners, &[start], limits);
+            assert!(found.lower_bound <= lowest + 1e-12, "{found:?}: {}", context());
+            let own = distance.signed_distance(found.probe.at.query.into());
+            assert!((own - found.probe.at.distance).abs() < 1e-12, "{own} {found:?}: {}", context());
+            if found.is_settled {
+                settled += 1;
+                assert!(found.probe.at.distance <= found.lower_bound + 1e-6, "{found:?}: {}", context());
+            }
+            inside += 1;
+        }
+    }
+    println!("{outside} outside, {inside} inside, {settled} of them settled");
+    assert!(outside > 30 && inside > 200 && settled * 100 >= inside * 97, "{outside} {inside} {settled}");
+}

@@ -1,0 +1,37 @@
+use sdf_core::grid::owned::{ErrorRegion, ErrorRegions};
+use serde_json::json;
+
+use crate::report::number;
+
+/// The share of cells with the error of a closed mesh, and where the others are.
+pub fn row(found: &ErrorRegions) -> String {
+    let share = found.cells_within as f64 / found.cells.max(1) as f64;
+    let within = format!("{:.2} % of {} cells are within {}", 100.0 * share, found.cells, number(found.error_bound));
+    let Some(largest) = found.regions.first() else { return within };
+    let corner = |corner: [f64; 3]| corner.map(number).join(", ");
+    let (from, to, cells) = (corner(largest.bounds.min), corner(largest.bounds.max), largest.cells);
+    let count = match found.region_count {
+        1 => "the others are".to_owned(),
+        count => format!("the others are in {count} regions, the largest of {cells} cells"),
+    };
+    format!("{within}; {count} from ({from}) to ({to}), within {}", number(largest.error_bound))
+}
+
+/// The same in JSON.
+pub fn document(found: &ErrorRegions) -> serde_json::Value {
+    let region = |region: &ErrorRegion| {
+        json!({
+            "min": region.bounds.min,
+            "max": region.bounds.max,
+            "cells": region.cells,
+            "error_bound": region.error_bound,
+        })
+    };
+    json!({
+        "cells": found.cells,
+        "cells_within": found.cells_within,
+        "error_bound_within": found.error_bound,
+        "region_count": found.region_count,
+        "largest_regions": found.regions.iter().map(region).collect::<Vec<_>>(),
+    })
+}
