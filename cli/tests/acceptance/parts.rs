@@ -46,7 +46,7 @@ fn assert_same(found: &[u8], whole: &[u8], words: &str) {
     let [found, mut whole] =
         [found, whole].map(|bytes| sdf_formats::grid_file::read_bytes(bytes, words).expect("a grid that was written"));
     assert!(whole.about.error_regions.take().is_some() && found.about.error_regions.is_none(), "{words}");
-    assert_eq!([found.about.clone()], [whole.about.clone()], "{words}");
+    assert_eq!(found.about, whole.about, "{words}");
     assert!((found.grid, found.sparse, found.mesh) == (whole.grid, whole.sparse, whole.mesh), "{words}");
 }
 
