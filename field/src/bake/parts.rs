@@ -150,7 +150,7 @@ impl Field {
         })
     }
 
-    /// Bakes a part of a sparse grid's bricks into a file, which is for [`merge_parts`] alone.
+    /// Bakes a part of a sparse grid's bricks into a file, which is for [`merge_parts`](super::merge_parts) alone.
     pub fn bake_part(
         mesh: MeshView,
         options: &BakeOptions,
