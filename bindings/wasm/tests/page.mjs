@@ -13,7 +13,11 @@ const browser = spawn("chromium", ["--headless", "--no-sandbox", "--disable-quic
   "--enable-unsafe-swiftshader", "--window-size=1000,700", "--remote-debugging-pipe", "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
 const limit = setTimeout(() => fail("not done after 180 s"), 180e3);
 const fail = text => { browser.kill(); console.error(`page: ${text}`); process.exit(1); };
-process.on("exit", () => { browser.kill("SIGKILL"); rmSync(work, { recursive: true, force: true, maxRetries: 5 }); });
+process.on("exit", () => {
+  browser.kill("SIGKILL");
+  // Its children may write into their profile a little longer: what they leave is in the folder for temporary files.
+  try { rmSync(work, { recursive: true, force: true, maxRetries: 5 }); } catch (error) { console.log(`page: ${error.code} in ${work}`); }
+});
 
 // A message is JSON ended by a zero, on either pipe.
 const answers = new Map();
