@@ -24,7 +24,9 @@ pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Topology}
 pub use join::merge_parts;
 pub use options::{BakeOptions, GridSize, InnerFaces, MaxError};
 #[cfg(feature = "files")]
-pub use parts::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk, GridShard};
+pub use parts::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk};
+#[cfg(feature = "files")]
+pub use sdf_bake::sparse::BrickShard;
 
 use crate::info::{GridInfo, SignMethod};
 use crate::{Field, KeptMesh, MeshView, memory};
@@ -142,7 +144,7 @@ impl Field {
     }
 }
 
-/// The mesh with what is asked to be put right.
+/// The mesh, welded, closed and without inner faces as the options say.
 fn solid_mesh(mesh: MeshView, options: &BakeOptions) -> Result<TriangleMesh, BakeError> {
     let mesh = options.repairs()?.apply(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
     Ok(match (options.inner_faces, options.sign) {

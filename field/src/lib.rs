@@ -54,7 +54,7 @@ pub use bake::{
     InvalidMesh, MaxError, MeshReport, Progress, Topology,
 };
 #[cfg(all(feature = "bake", feature = "files"))]
-pub use bake::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk, GridShard, merge_parts};
+pub use bake::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, BrickShard, GridOnDisk, merge_parts};
 pub use combine::CombineError;
 #[cfg(feature = "files")]
 pub use contact_row::ContactRow;

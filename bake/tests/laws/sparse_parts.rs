@@ -14,7 +14,7 @@ use crate::sparse::{closed_meshes, open_meshes};
 
 const BAND: f64 = 3.0;
 
-/// Samples of which only those that are asked for are shown.
+/// Samples in memory that are handed out brick by brick, as from a file.
 struct Shelf(Vec<u16>);
 
 impl BrickSamples<u16> for Shelf {

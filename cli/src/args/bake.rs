@@ -7,7 +7,7 @@ use clap::builder::{OsStringValueParser, PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Parser, ValueEnum};
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::file::Compression;
-use sdf_field::{BakeOptions, GridShard, GridSize, SignMethod, Source};
+use sdf_field::{BakeOptions, BrickShard, GridSize, SignMethod, Source};
 
 use super::values::{
     ErrorLimit, Shard, bytes, compressions, grid_file, layouts, max_error, page_file, positive, precisions,
@@ -157,10 +157,10 @@ impl BakeArgs {
         self.band.unwrap_or(BakeOptions::default().band)
     }
 
-    /// The part of one mesh's bricks that is asked for; `None` where whole meshes are shared out.
-    pub fn shard_of_bricks(&self) -> Option<GridShard> {
+    /// The part of one mesh's bricks to bake; `None` without --shard, and where --shard shares out whole meshes.
+    pub fn shard_of_bricks(&self) -> Option<BrickShard> {
         let shard = self.fleet.shard.filter(|_| !self.fleet.is_wanted())?;
-        Some(GridShard { index: shard.index, count: shard.count })
+        Some(BrickShard { index: shard.index, count: shard.count })
     }
 
     /// The options of the library.

@@ -11,8 +11,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget};
 use sdf_core::grid::owned::Layout;
 use sdf_field::page::Scene;
 use sdf_field::{
-    BakeError, BakeFileError, BakeOptions, BakeOutcome, BakeTarget, Baked, BakedFile, ErrorBudgetError, Field,
-    GridShard, MeshView, Progress, Source,
+    BakeError, BakeFileError, BakeOptions, BakeOutcome, BakeTarget, Baked, BakedFile, BrickShard, ErrorBudgetError,
+    Field, MeshView, Progress, Source,
 };
 use serde_json::json;
 
@@ -150,7 +150,7 @@ fn with_progress<T>(args: &BakeArgs, bake: impl FnOnce(&(dyn Fn(Progress) + Sync
 }
 
 fn part_report(
-    GridShard { index, count }: GridShard,
+    BrickShard { index, count }: BrickShard,
     baked: &BakedFile,
     input: &MeshFacts,
     [read, bake]: [f64; 2],
@@ -243,7 +243,7 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
 fn default_output(args: &BakeArgs) -> PathBuf {
     let mut name = args.mesh.file_stem().unwrap_or_default().to_owned();
     match args.shard_of_bricks() {
-        Some(GridShard { index, count }) => name.push(format!(".part-{index}-of-{count}.h5")),
+        Some(BrickShard { index, count }) => name.push(format!(".part-{index}-of-{count}.h5")),
         None => name.push(".sdf.h5"),
     }
     name.into()

@@ -144,7 +144,7 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
         self.best = WeightedSample { weights, sample: Sample { value, gradient, status } };
     }
 
-    /// Makes the result from the best point. Inlined: a program that does not use the lower bound does not compute it.
+    /// Makes the result from the best point. Inlined, as each method calls it once.
     #[inline(always)]
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let WeightedSample { weights, sample } = self.best;

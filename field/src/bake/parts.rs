@@ -41,15 +41,6 @@ impl BakeTarget<'_> {
     }
 }
 
-/// A part of the bricks of a sparse grid: the `index`-th of `count` parts, counted from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GridShard {
-    /// Index, less than the count.
-    pub index: u32,
-    /// Number of parts.
-    pub count: u32,
-}
-
 /// A bake in memory or in its file.
 #[derive(Clone, Debug)]
 pub enum BakeOutcome {
@@ -155,7 +146,7 @@ impl Field {
         mesh: MeshView,
         options: &BakeOptions,
         target: BakeTarget,
-        shard: GridShard,
+        shard: BrickShard,
         on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<BakedFile, BakeFileError> {
         options.threads.install(|| {
@@ -203,7 +194,7 @@ fn stream(
     target: BakeTarget,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<GridOnDisk, BakeFileError> {
-    let shard = GridShard { index: 0, count: 1 };
+    let shard = BrickShard::WHOLE;
     let part = Part { mesh, distance, options, target, shard };
     let write = |temporary: &Path| {
         // In the folder that is removed with the temporary file.
@@ -221,7 +212,7 @@ struct Part<'a> {
     distance: &'a MeshDistance<'a>,
     options: &'a BakeOptions,
     target: BakeTarget<'a>,
-    shard: GridShard,
+    shard: BrickShard,
 }
 
 impl Part<'_> {
@@ -231,7 +222,8 @@ impl Part<'_> {
         path: &Path,
         on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<GridOnDisk, Failure> {
-        let Self { mesh, distance, options, target, shard: GridShard { index, count } } = *self;
+        let Self { mesh, distance, options, target, shard } = *self;
+        let BrickShard { index, count } = shard;
         let (compression, at_a_time) = (target.compression, target.memory().bricks_at_a_time());
         let (lattice, band, is_sign_continuous) = (*baker.lattice(), baker.band(), baker.is_continuous());
         let precision = options.precision.unwrap_or(Precision::U16);
@@ -244,7 +236,6 @@ impl Part<'_> {
         });
         on_progress(Progress::Total(baker.slot_count() as u64));
         let on_done = |slots: usize| on_progress(Progress::Done(slots as u64));
-        let shard = BrickShard { index, count };
         let mut slots = vec![];
         part::write(path, &part_info, kept.as_ref(), |take| {
             let tables = match precision {

@@ -73,7 +73,7 @@ impl JoinedParts {
         self.parts[0].mesh().map_err(|fault| fault.with_path(&self.parts[0].path))
     }
 
-    /// The tables of all parts in one; empty when they are asked for again.
+    /// The tables of all parts in one, taken out: a second call returns empty tables.
     pub fn take_tables(&mut self) -> PartTables {
         let mut all = PartTables { near: self.near[self.parts.len()], ..PartTables::default() };
         let mut tables: Vec<PartTables> = self.parts.iter_mut().map(|part| std::mem::take(&mut part.tables)).collect();
