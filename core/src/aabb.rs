@@ -72,6 +72,12 @@ impl Aabb {
         Self { min: self.min.map(|x| x - distance), max: self.max.map(|x| x + distance) }
     }
 
+    /// Largest |coordinate| of the corners, infinite ones left out; 0 if all are infinite.
+    pub(crate) fn largest_finite_coordinate(&self) -> f64 {
+        let finite = self.min.iter().chain(&self.max).map(|x| x.abs()).filter(|x| x.is_finite());
+        finite.fold(0.0, f64::max)
+    }
+
     /// Side lengths.
     #[inline]
     pub fn extents(&self) -> [f64; 3] {

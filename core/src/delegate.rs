@@ -40,6 +40,9 @@ macro_rules! delegate_sdf {
             fn slope_bound_as<R: $crate::Real>(&self) -> R {
                 match self { $(Self::$variant(field) => field.slope_bound_as()),+ }
             }
+            fn magnitude<R: $crate::Real>(&self) -> R {
+                match self { $(Self::$variant(field) => field.magnitude()),+ }
+            }
         }
 
         impl $crate::EnclosedSdf for $name {

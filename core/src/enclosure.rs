@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::relaxation::{Relaxation, smallest, tangent_planes};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::{max_distance, mean};
 use crate::{Aabb, ErrorBound, Sdf};
 
@@ -40,7 +40,7 @@ pub trait EnclosedSdf: Sdf {
         if Self::IS_CONVEX {
             Relaxation::from_convex(self, about, corners)
         } else {
-            Relaxation::from_enclosure(self.enclosure(about, corners), about, corners)
+            Relaxation::from_enclosure(self, self.enclosure(about, corners), about, corners)
         }
     }
 
@@ -286,7 +286,7 @@ impl<R: Float> Enclosure<R> {
             },
             gradients: GradientBox::from_slope(local.slope_bound),
         };
-        unrounded.widen(rounding(field.slope_bound(), about, distance, value))
+        unrounded.widen(rounding(FieldScale::new(field), about, distance, value))
     }
 
     /// Enclosure of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(p) + ∇φ(p)·(x − p) for p = `about` and for
@@ -302,7 +302,7 @@ impl<R: Float> Enclosure<R> {
             },
             gradients: GradientBox::from_slope(field.slope_bound()),
         };
-        unrounded.widen(rounding(field.slope_bound(), about, distance, value))
+        unrounded.widen(rounding(FieldScale::new(field), about, distance, value))
     }
 
     /// Bounds of −φ.

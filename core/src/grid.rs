@@ -46,7 +46,7 @@ pub use slope::{cell_slope, measure_slope_bound, slope_bound_with_outside};
 
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Parameter, Sample, Sdf};
 
@@ -274,6 +274,13 @@ impl<S: Storage> Sdf for Grid<S> {
     fn slope_bound_as<R: Real>(&self) -> R {
         R::from_parameter(self.slope_bound)
     }
+
+    /// The origin's largest coordinate: the other end of the grid is no farther from it than the point is.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        let ([x, y, z], ..) = self.lattice.in_numbers::<R>();
+        x.abs().max(y.abs()).max(z.abs())
+    }
 }
 
 impl<S: Storage> EnclosedSdf for Grid<S> {
@@ -361,7 +368,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
             },
             gradients: inside.gradients,
         };
-        unrounded.widen(rounding(self.slope_bound(), about, max_distance(about, corners), value))
+        unrounded.widen(rounding(FieldScale::new(self), about, max_distance(about, corners), value))
     }
 }
 

@@ -34,7 +34,7 @@ pub use similarity::Similarity;
 pub use stretch::Stretch;
 
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
 
@@ -54,6 +54,9 @@ pub trait Placement {
 
     /// s: the world length of a local length of 1.
     fn scale(&self) -> f64;
+
+    /// Largest length that `pull` adds or subtracts, in the world: the largest component of the translation t.
+    fn magnitude<R: Real>(&self) -> R;
 }
 
 /// A world point in a field's local frame.
@@ -102,6 +105,14 @@ impl<F: Sdf, P: Placement> Sdf for Placed<F, P> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.placement.slope_factor()
     }
+
+    /// m + s m_l / (s ‖J‖) for the lengths m of the map and m_l of the field: values round by slope bound · m_l in the local frame, and
+    /// s times as much in the world, where the slope bound is s ‖J‖ times the local one.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        self.placement.magnitude::<R>()
+            + self.field.magnitude::<R>() * R::from_f64(self.placement.scale() / self.placement.slope_factor())
+    }
 }
 
 impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
@@ -123,7 +134,7 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let local = self.field.enclosure(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
         let scaled = local.pull_back(&here.jacobian, here.scale);
         // World coordinates may be larger than local ones, and so is their rounding.
-        scaled.widen(rounding(self.slope_bound(), about, max_distance(about, corners), scaled.value))
+        scaled.widen(rounding(FieldScale::new(self), about, max_distance(about, corners), scaled.value))
     }
 
     fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
@@ -131,7 +142,7 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let here = self.placement.pull(about);
         let local = self.field.relaxation(here.point, pulled.get(..corners.len()).unwrap_or(&pulled));
         let scaled = local.pull_back(&here.jacobian, here.scale);
-        scaled.widen(rounding(self.slope_bound(), about, max_distance(about, corners), scaled.enclosure.value))
+        scaled.widen(rounding(FieldScale::new(self), about, max_distance(about, corners), scaled.enclosure.value))
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {
@@ -158,7 +169,7 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
         let scale = R::from_f64(self.placement.scale());
         let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
-        Some(push_minimum(local, &self.placement, self.slope_bound(), corners))
+        Some(push_minimum(local, &self.placement, FieldScale::new(self), corners))
     }
 }
 
@@ -167,13 +178,13 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
 fn push_minimum<R: Float, P: Placement, const N: usize>(
     local: ExactMinimum<R, N>,
     placement: &P,
-    slope_bound: f64,
+    field_scale: FieldScale<R>,
     corners: [Vector3<R>; N],
 ) -> ExactMinimum<R, N> {
     let scale = R::from_f64(placement.scale());
     let (value, distance) = (local.value * scale, max_distance(corners[0], &corners));
     // World coordinates may be larger than local ones, and so is their rounding.
-    let rounding = rounding(slope_bound, corners[0], distance, value);
+    let rounding = rounding(field_scale, corners[0], distance, value);
     ExactMinimum { value, lower_bound: local.lower_bound * scale - rounding, ..local }
 }
 

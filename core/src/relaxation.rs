@@ -22,7 +22,7 @@ pub(crate) use affine::{AffineBounds, highest_mean, largest, lowest_mean, smalle
 
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
 use crate::{Enclosure, GradientBox, Sdf};
 
@@ -41,7 +41,12 @@ pub struct Relaxation<R: Real> {
 impl<R: Float> Relaxation<R> {
     /// Mean value form (Moore 1966): φ(about) + \[∇φ\]·(x − about) is concave below and convex above, so its values at
     /// the corners are those of affine bounds. Or the range itself, where that is narrower.
-    pub fn from_enclosure(enclosure: Enclosure<R>, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
+    pub fn from_enclosure<F: Sdf + ?Sized>(
+        field: &F,
+        enclosure: Enclosure<R>,
+        about: Vector3<R>,
+        corners: &[Vector3<R>],
+    ) -> Self {
         let Enclosure { value, range, gradients } = enclosure;
         let constant = Self { enclosure, lower: [range.lower; 4], upper: [range.upper; 4] };
         let slopes = gradients.lower.iter().chain(&gradients.upper);
@@ -49,7 +54,8 @@ impl<R: Float> Relaxation<R> {
         if !Real::is_finite(steepest) {
             return constant;
         }
-        let rounding = rounding(steepest.to_f64(), about, max_distance(about, corners), value);
+        let scale = FieldScale { slope_bound: steepest, magnitude: field.magnitude() };
+        let rounding = rounding(scale, about, max_distance(about, corners), value);
         let changes = at_corners(corners, |corner| gradients.change_along(corner - about));
         let lower = highest_mean(constant.lower, changes.map(|change| value + change.lower - rounding));
         let upper = lowest_mean(constant.upper, changes.map(|change| value + change.upper + rounding));
@@ -62,7 +68,7 @@ impl<R: Float> Relaxation<R> {
         let upper = at_corners(corners, |corner| field.value(corner));
         let gradients = GradientBox::from_slope(field.slope_bound());
         Self::new(value, lower, upper, gradients).widen(rounding(
-            field.slope_bound(),
+            FieldScale::new(field),
             about,
             max_distance(about, corners),
             value,
@@ -80,7 +86,7 @@ impl<R: Float> Relaxation<R> {
         let (value, slope_bound) = (field.value(about), field.slope_bound());
         let unrounded = Self::new(value, bounds.lower, bounds.upper, GradientBox::from_slope(slope_bound));
         let length = Real::max(max_distance(about, corners), R::from_f64(size));
-        unrounded.widen(rounding(slope_bound, about, length, value))
+        unrounded.widen(rounding(FieldScale::new(field), about, length, value))
     }
 
     fn new(value: R, lower: [R; 4], upper: [R; 4], gradients: GradientBox<R>) -> Self {

@@ -9,6 +9,7 @@
 
 use nalgebra::Vector3;
 
+use crate::Sdf;
 use crate::number::Real;
 
 /// φ at a point: some thirty operations, few of which round at the size of the coordinates. L: see [`rounding`].
@@ -60,16 +61,32 @@ pub(crate) const NESTED_FIELDS: f64 = 8.0;
 /// Multiple of [`rounding`] in a comparison of two bounds: [`NESTED_FIELDS`] on either side.
 pub(crate) const NESTED_FIELDS_TWICE: f64 = 16.0;
 
-/// Bound of |computed φ − exact φ| = [`EVALUATION`]·ε·max(|φ|, slope bound · max(`distance`, |x|, |y|, |z|)): for
+/// Bound of |computed φ − exact φ| = [`EVALUATION`]·ε·max(|φ|, slope bound · max(`distance`, |x|, |y|, |z|, magnitude)): for
 /// `value` at `point`, and for every value no larger than it within `distance` of `point`.
 #[inline(always)]
-pub(crate) fn rounding<R: Real>(slope_bound: f64, point: Vector3<R>, distance: R, value: R) -> R {
-    rounding_as(R::from_f64(slope_bound), point, distance, value)
+pub(crate) fn rounding<R: Real>(field: FieldScale<R>, point: Vector3<R>, distance: R, value: R) -> R {
+    let length = field.magnitude.max(distance).max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
+    (length * field.slope_bound).max(value.abs()) * R::from_f64(EVALUATION * R::EPSILON)
 }
 
-/// [`rounding`] of a field whose slope bound is known in R.
-#[inline(always)]
-pub(crate) fn rounding_as<R: Real>(slope_bound: R, point: Vector3<R>, distance: R, value: R) -> R {
-    let length = distance.max(point.x.abs()).max(point.y.abs()).max(point.z.abs());
-    (length * slope_bound).max(value.abs()) * R::from_f64(EVALUATION * R::EPSILON)
+/// What a field adds to the rounding of its values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FieldScale<R> {
+    /// [`Sdf::slope_bound`].
+    pub slope_bound: R,
+    /// [`Sdf::magnitude`].
+    pub magnitude: R,
+}
+
+impl<R: Real> FieldScale<R> {
+    #[inline(always)]
+    pub fn new<F: Sdf + ?Sized>(field: &F) -> Self {
+        Self { slope_bound: field.slope_bound_as(), magnitude: field.magnitude() }
+    }
+
+    /// The larger of both, for values of either field.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Self { slope_bound: self.slope_bound.max(other.slope_bound), magnitude: self.magnitude.max(other.magnitude) }
+    }
 }

@@ -56,6 +56,16 @@ pub trait Sdf {
         R::from_f64(self.slope_bound())
     }
 
+    /// Largest length that an evaluation near the surface adds to or subtracts from the point's coordinates: the translation of a
+    /// placed field, the origin of a grid. Values are rounded by ε · slope bound · this, however near to zero the point's own coordinates
+    /// are; culls and lower bounds grant it.
+    ///
+    /// By default the largest finite coordinate of [`bounds`](Self::bounds) at level 0, which holds for all formulas that compute with
+    /// centres and lengths of the shape's own size.
+    fn magnitude<R: Real>(&self) -> R {
+        R::from_f64(self.bounds(0.0).largest_finite_coordinate())
+    }
+
     /// φ alone: the same bits as [`evaluate`](Self::evaluate), under the same condition.
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
@@ -103,6 +113,10 @@ impl<F: Sdf + ?Sized> Sdf for &F {
     #[inline(always)]
     fn slope_bound_as<R: Real>(&self) -> R {
         (**self).slope_bound_as()
+    }
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        (**self).magnitude()
     }
     #[inline(always)]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use crate::Aabb;
 use crate::number::kernel::{LaneBundle, LaneKernel};
 use crate::number::{Float, Mask, Real};
-use crate::rounding::rounding_as;
+use crate::rounding::{FieldScale, rounding};
 use crate::vector::norm;
 
 /// The convex hull of `N` corners: a point, segment, triangle or tetrahedron. Corners may coincide.
@@ -57,13 +57,13 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     }
 
     /// Lower bound of φ on the simplex, rounding included, from the value at a point of it and the slope bound there:
-    /// φ ≥ value − slope_bound · max_k |x_k − point| − rounding. `field_slope_bound` is that of the whole field.
+    /// φ ≥ value − slope_bound · max_k |x_k − point| − rounding. `field` is the scale of the whole field.
     #[cfg_attr(feature = "std", inline(always))]
-    pub(crate) fn lower_bound(&self, field_slope_bound: R, slope_bound: R, point: Vector3<R>, value: R) -> R {
+    pub(crate) fn lower_bound(&self, field: FieldScale<R>, slope_bound: R, point: Vector3<R>, value: R) -> R {
         let distance = self.max_distance_from(point);
         // In R a slope bound may overflow to infinity, and 0 · ∞ is NaN.
         let fall = R::select(distance.is_zero(), R::zero(), distance * slope_bound);
-        value - fall - rounding_as(field_slope_bound, point, distance, value)
+        value - fall - rounding(field, point, distance, value)
     }
 
     /// Derivative of φ by each weight minus that by the first: ∂φ/∂w_k − ∂φ/∂w₀ = ∇φ·(x_k − x₀). Eq. (4) of the paper
@@ -114,16 +114,20 @@ pub(crate) fn max_distance<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> 
     largest
 }
 
-/// [`Simplex::lower_bound`] as a kernel: from the simplex, the slope bounds of the whole field and there, a point and its value.
+/// [`Simplex::lower_bound`] as a kernel: from the simplex, the scale of the whole field and the slope bound there, a point and its value.
 pub(crate) struct LowerBound<const N: usize>;
 
 impl<const N: usize> LaneKernel for LowerBound<N> {
-    type From<R: Real> = (Simplex<R, N>, [R; 2], Vector3<R>, [R; 1]);
+    type From<R: Real> = (Simplex<R, N>, [R; 3], Vector3<R>, [R; 1]);
     type To<R: Real> = [R; 1];
 
     #[inline(always)]
-    fn apply<R: Real>(&self, (simplex, [of_field, slope_bound], point, [value]): Self::From<R>) -> [R; 1] {
-        [simplex.lower_bound(of_field, slope_bound, point, value)]
+    fn apply<R: Real>(
+        &self,
+        (simplex, [field_slope_bound, magnitude, slope_bound], point, [value]): Self::From<R>,
+    ) -> [R; 1] {
+        let field = FieldScale { slope_bound: field_slope_bound, magnitude };
+        [simplex.lower_bound(field, slope_bound, point, value)]
     }
 }
 

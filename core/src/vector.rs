@@ -28,6 +28,12 @@ pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
     vector.dot(&vector).sqrt()
 }
 
+/// max(|x|, |y|, |z|).
+#[inline(always)]
+pub(crate) fn largest_component<R: Real>(vector: [f64; 3]) -> R {
+    from_f64::<R>(vector).iter().fold(R::zero(), |largest, x| largest.max(x.abs()))
+}
+
 #[inline(always)]
 pub(crate) fn from_f64<R: Real>(vector: [f64; 3]) -> Vector3<R> {
     Vector3::new(R::from_f64(vector[0]), R::from_f64(vector[1]), R::from_f64(vector[2]))

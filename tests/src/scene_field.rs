@@ -66,6 +66,10 @@ macro_rules! scene_field {
             fn slope_bound(&self) -> f64 {
                 self.as_dyn().slope_bound()
             }
+
+            fn magnitude<R: Real>(&self) -> R {
+                self.as_dyn().magnitude()
+            }
         }
     };
 }

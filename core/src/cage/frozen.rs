@@ -10,7 +10,7 @@ use crate::Aabb;
 use crate::number::Real;
 use crate::placed::affine::spectral_norm;
 use crate::placed::{LocalPoint, Placement};
-use crate::vector::{from_f64, times};
+use crate::vector::{from_f64, largest_component, times};
 
 /// The map of one tetrahedron of a cage, taken for all of the world: what §5.3 of the paper searches a face with, frozen at its
 /// centroid. The placed field is φ_d(x) = φ_m(G (x − v₀) + v₀ₘ), not scaled, with ‖G‖ in its slope bound.
@@ -84,5 +84,12 @@ impl Placement for FrozenMap {
 
     fn scale(&self) -> f64 {
         1.0
+    }
+
+    /// v₀, and v₀ₘ as a length of the world: ‖G‖ is the slope factor.
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        let material = largest_component::<R>(self.material_origin) * R::from_f64(1.0 / self.slope_factor);
+        largest_component::<R>(self.world_origin) + material
     }
 }

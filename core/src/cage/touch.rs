@@ -12,7 +12,7 @@ use super::{Cage, TetStatus};
 use crate::contact::{Contact, Element, Row, RowSide, TetPoint, contact_at};
 use crate::minimize::{Minimizer, Minimum};
 use crate::number::Real;
-use crate::rounding::{BARYCENTRIC, NESTED_FIELDS, rounding};
+use crate::rounding::{BARYCENTRIC, FieldScale, NESTED_FIELDS, rounding};
 use crate::simplex::{max_distance, mean};
 use crate::vector::norm;
 use crate::{Aabb, EnclosedSdf, Simplex};
@@ -89,7 +89,7 @@ pub(super) fn lower_bound<F: EnclosedSdf>(field: &F, corners: &[Vector3<f64>; 4]
     let local = field.enclose_box(&region);
     let middle = mean(corners);
     let (radius, value) = (max_distance(middle, corners), field.value(middle));
-    let slack = rounding(field.slope_bound(), middle, radius, value) * NESTED_FIELDS;
+    let slack = rounding(FieldScale::new(field), middle, radius, value) * NESTED_FIELDS;
     let from_slope = value - radius * local.slope_bound;
     // `max` passes over NaN.
     local.range.lower.max(from_slope) - slack

@@ -42,6 +42,11 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.0.magnitude::<R>().max(self.1.magnitude())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Union<A, B> {
@@ -119,6 +124,11 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.0.magnitude::<R>().max(self.1.magnitude())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Intersection<A, B> {
@@ -180,6 +190,11 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 
     fn slope_bound(&self) -> f64 {
         self.0.slope_bound().max(self.1.slope_bound())
+    }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.0.magnitude::<R>().max(self.1.magnitude())
     }
 }
 

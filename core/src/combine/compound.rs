@@ -68,6 +68,11 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
     fn slope_bound(&self) -> f64 {
         self.combine(0.0, Sdf::slope_bound, f64::max)
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.combine(R::zero(), Sdf::magnitude, R::max)
+    }
 }
 
 impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
@@ -86,9 +91,9 @@ impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
 
     fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
         let parts = self.parts().iter().map(|part| part.relaxation(about, corners));
-        parts
-            .reduce(Relaxation::min)
-            .unwrap_or_else(|| Relaxation::from_enclosure(Enclosure::from_slope(self, about, corners), about, corners))
+        parts.reduce(Relaxation::min).unwrap_or_else(|| {
+            Relaxation::from_enclosure(self, Enclosure::from_slope(self, about, corners), about, corners)
+        })
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

@@ -54,6 +54,11 @@ impl<F: Sdf> Sdf for Offset<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.field.magnitude::<R>() + R::from_f64(self.distance).abs()
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {

@@ -68,6 +68,11 @@ impl<F: Sdf> Sdf for Shell<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound()
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.field.magnitude::<R>() + R::from_f64(0.5 * self.thickness)
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {

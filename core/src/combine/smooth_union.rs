@@ -100,6 +100,11 @@ impl<A: Sdf, B: Sdf> Sdf for SmoothUnion<A, B> {
     fn slope_bound(&self) -> f64 {
         self.a.slope_bound().max(self.b.slope_bound())
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.a.magnitude::<R>().max(self.b.magnitude()) + R::from_f64(self.blend)
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {

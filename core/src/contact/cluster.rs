@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 
 use crate::number::Float;
 use crate::placed::{Placement, Rigid};
-use crate::rounding::{BOX_COORDINATE, NESTED_FIELDS, rounding};
+use crate::rounding::{BOX_COORDINATE, FieldScale, NESTED_FIELDS, rounding};
 use crate::vector::from_f64;
 use crate::{Aabb, EnclosedSdf, hilbert};
 
@@ -200,7 +200,7 @@ impl<R: Float, F: EnclosedSdf> NearTest<'_, R, F> {
         let Self { field, slope_bound, margin, .. } = *self;
         let centre: Vector3<R> = from_f64(core::array::from_fn(|axis| 0.5 * (bounds.min[axis] + bounds.max[axis])));
         let radius = R::from_f64(0.5 * bounds.diagonal());
-        let slack = |value| rounding(slope_bound, centre, radius, value) * R::from_f64(NESTED_FIELDS);
+        let slack = |value| rounding(FieldScale::new(field), centre, radius, value) * R::from_f64(NESTED_FIELDS);
         let value = field.value(centre);
         let around_centre = value - slack(value);
         if margin < around_centre - radius * R::from_f64(slope_bound) {

@@ -2,7 +2,7 @@
 
 use super::{Element, ElementKind, Outcome};
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::{Aabb, EnclosedSdf, Sdf, Simplex};
 
 /// The first half of [`contact`](super::contact): a lower bound of φ on an element, or why there is nothing to search.
@@ -31,13 +31,13 @@ pub(super) fn bound<R: Float, F: EnclosedSdf, const N: usize>(
     if ElementKind::from_corner_count(N).is_none() || !simplex.is_representable() {
         return None;
     }
-    let rounding = box_rounding(field.slope_bound(), margin, simplex);
+    let rounding = box_rounding(FieldScale::new(field), margin, simplex);
     let in_box = BoxBound::new(field, &simplex.bounds(), rounding);
     if margin < in_box.lower {
         return Some(in_box.lower);
     }
     let centroid = simplex.centroid();
-    let from_slope = simplex.lower_bound(field.slope_bound_as(), in_box.slope_bound, centroid, field.value(centroid));
+    let from_slope = simplex.lower_bound(FieldScale::new(field), in_box.slope_bound, centroid, field.value(centroid));
     let lower_bound = Real::max(from_slope, in_box.lower);
     // Neither above nor within: one of the two is NaN.
     (margin.lt(from_slope) || lower_bound.le(margin)).then_some(lower_bound)
@@ -61,9 +61,9 @@ impl<R: Float> BoxBound<R> {
 
 /// Bound of the rounding of values of φ on the element that are no larger than the margin.
 #[inline(always)]
-pub(super) fn box_rounding<R: Real, const N: usize>(slope_bound: f64, margin: R, simplex: &Simplex<R, N>) -> R {
+pub(super) fn box_rounding<R: Real, const N: usize>(field: FieldScale<R>, margin: R, simplex: &Simplex<R, N>) -> R {
     let centroid = simplex.centroid();
-    rounding(slope_bound, centroid, simplex.max_distance_from(centroid), margin)
+    rounding(field, centroid, simplex.max_distance_from(centroid), margin)
 }
 
 /// Verdict of one evaluation at an element's centroid.
@@ -79,10 +79,6 @@ pub struct CentroidBound<R: Real> {
 ///
 /// §3.3 of the paper rejects an element where φ(centroid) ≥ the distance to its corners. Here a contact is made where
 /// φ ≤ margin, and a field may be steeper than one, so that it takes φ(centroid) > margin + slope bound · distance.
-///
-/// The rounding is that of the element's own coordinates. A field whose numbers are far larger (a small element on a box of
-/// a thousand times its size) rounds its values more coarsely, and an element can be culled that is within the margin by
-/// less than that.
 #[inline]
 pub fn centroid_bound<R: Real, F: Sdf, const N: usize>(
     field: &F,
@@ -90,7 +86,7 @@ pub fn centroid_bound<R: Real, F: Sdf, const N: usize>(
     margin: R,
 ) -> CentroidBound<R> {
     let centroid = simplex.centroid();
-    let slope_bound = field.slope_bound_as();
-    let lower_bound = simplex.lower_bound(slope_bound, slope_bound, centroid, field.value(centroid));
+    let scale = FieldScale::new(field);
+    let lower_bound = simplex.lower_bound(scale, scale.slope_bound, centroid, field.value(centroid));
     CentroidBound { may_touch: !margin.lt(lower_bound), lower_bound }
 }

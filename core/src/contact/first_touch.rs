@@ -19,7 +19,7 @@ use super::Element;
 use crate::minimize::{Certified, Minimizer, Minimum};
 use crate::moving::{MovingSdf, position, product, swept_bounds};
 use crate::number::{Float, Real};
-use crate::rounding::{NESTED_FIELDS, rounding};
+use crate::rounding::{FieldScale, NESTED_FIELDS, rounding};
 use crate::{EnclosedSdf, Simplex};
 
 /// A vertex, edge or face whose corners move linearly between the times 0 and 1.
@@ -148,7 +148,7 @@ impl FirstTouch {
     fn slack<R: Float, F: EnclosedSdf, const N: usize>(&self, field: &F, thickness: R, simplex: &Simplex<R, N>) -> R {
         let centroid = simplex.centroid();
         let radius = simplex.max_distance_from(centroid);
-        rounding(field.slope_bound(), centroid, radius, thickness) * R::from_f64(2.0 * NESTED_FIELDS)
+        rounding(FieldScale::new(field), centroid, radius, thickness) * R::from_f64(2.0 * NESTED_FIELDS)
     }
 
     /// The minimum on the element at a moment, its bound so near to its value that a step is worth it, and what that cost.

@@ -16,7 +16,7 @@ use crate::EnclosedSdf;
 use crate::minimize::Minimizer;
 use crate::moving::MovingSdf;
 use crate::number::{Float, Real};
-use crate::rounding::NESTED_FIELDS;
+use crate::rounding::{FieldScale, NESTED_FIELDS};
 
 /// The bound and the weights that the last query of an element has left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ impl<R: Float, const N: usize> ElementMemory<R, N> {
 
     /// Is all of the element certainly above the margin, so that nothing need be asked?
     pub fn is_apart<F: EnclosedSdf>(&self, field: &F, margin: R, element: &Element<R, N>) -> bool {
-        let rounding = box_rounding(field.slope_bound(), margin, &element.simplex) * R::from_f64(NESTED_FIELDS);
+        let rounding = box_rounding(FieldScale::new(field), margin, &element.simplex) * R::from_f64(NESTED_FIELDS);
         element.simplex.is_representable() && margin + rounding < self.lower_bound
     }
 

@@ -24,6 +24,10 @@ impl<S: Storage> Sdf for PlainNormals<S> {
     fn slope_bound_as<R: Real>(&self) -> R {
         self.0.slope_bound_as()
     }
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        self.0.magnitude()
+    }
 }
 
 impl<S: Storage> EnclosedSdf for PlainNormals<S> {}

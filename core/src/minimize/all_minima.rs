@@ -17,7 +17,7 @@
 use super::sub_simplex::{SubSimplex, WeightedValue};
 use super::{Certified, Minimizer, Minimum};
 use crate::number::{Float, Real};
-use crate::rounding::{NESTED_FIELDS_TWICE, rounding};
+use crate::rounding::{FieldScale, NESTED_FIELDS_TWICE, rounding};
 use crate::simplex::mean;
 use crate::{EnclosedSdf, Simplex};
 
@@ -103,7 +103,7 @@ impl AllMinima {
         minima: &mut [Minimum<R, N>],
     ) -> MinimaSummary<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
-        let rounding = rounding(slope_bound, simplex.corners[0], longest_edge, level);
+        let rounding = rounding(FieldScale::new(field), simplex.corners[0], longest_edge, level);
         let max_rise = longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0)
             + rounding * R::from_f64(NESTED_FIELDS_TWICE);
         let global_minimum = self.search.minimize_below(field, simplex, level);

@@ -29,7 +29,7 @@ use super::sub_simplex::SubSimplex;
 use super::{Minimizer, Minimum, Newton};
 use crate::number::kernel::LaneBundle;
 use crate::number::{Float, Real};
-use crate::rounding::{NESTED_FIELDS, rounding};
+use crate::rounding::{FieldScale, NESTED_FIELDS, rounding};
 use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Goal, Simplex};
 
@@ -153,7 +153,7 @@ impl Certified {
         longest_edge: R,
         value: R,
     ) -> Slack<R> {
-        let rounding = rounding(field.slope_bound(), simplex.corners[0], longest_edge, value);
+        let rounding = rounding(FieldScale::new(field), simplex.corners[0], longest_edge, value);
         Slack { gap: self.tolerance_on(field, longest_edge) + rounding * R::from_f64(NESTED_FIELDS), rounding }
     }
 

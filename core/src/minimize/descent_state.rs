@@ -9,6 +9,7 @@ use super::Minimum;
 use crate::number::kernel::LaneKernel;
 use crate::number::kernel::run;
 use crate::number::{Mask, Real};
+use crate::rounding::FieldScale;
 use crate::simplex::{LowerBound, corner_weights};
 use crate::vector::select;
 use crate::{EnclosedSdf, Sample, Simplex, Status};
@@ -149,8 +150,9 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
     pub fn finish(self, converged: R::Mask) -> Minimum<R, N> {
         let WeightedSample { weights, sample } = self.best;
         let point = run(&PointOfWeights, (*self.simplex, weights));
-        let slope_bound = self.field.slope_bound_as();
-        let [lower_bound] = run(&LowerBound, (*self.simplex, [slope_bound; 2], point, [sample.value]));
+        let FieldScale { slope_bound, magnitude } = FieldScale::new(self.field);
+        let scale = [slope_bound, magnitude, slope_bound];
+        let [lower_bound] = run(&LowerBound, (*self.simplex, scale, point, [sample.value]));
         Minimum { weights, point, sample, lower_bound, evaluations: self.evaluations, converged }
     }
 }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::{Animated, MovingSdf, product};
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, GradientBox, Interval, Relaxation, Sample, Sdf};
 
@@ -75,8 +75,10 @@ impl<A: EnclosedSdf, B: EnclosedSdf> MovingSdf for Morphing<A, B> {
             false => f64::INFINITY,
             true => {
                 let difference = self.now.value(centre) - self.later.value(centre);
-                let slope_bound = self.now.slope_bound() + self.later.slope_bound();
-                let slack = rounding(slope_bound, centre, radius, difference);
+                let [of_now, of_later] = [FieldScale::new(&self.now), FieldScale::new(&self.later)];
+                let slope_bound = of_now.slope_bound + of_later.slope_bound;
+                let scale = FieldScale { slope_bound, ..of_now.max(of_later) };
+                let slack = rounding(scale, centre, radius, difference);
                 difference + product(now.slope_bound + later.slope_bound, radius) + slack
             }
         };
@@ -162,6 +164,11 @@ impl<A: Sdf, B: Sdf> Sdf for Blend<A, B> {
     fn slope_bound(&self) -> f64 {
         self.mean_bound(self.first.slope_bound(), self.second.slope_bound())
     }
+
+    #[inline]
+    fn magnitude<R: Real>(&self) -> R {
+        self.first.magnitude::<R>().max(self.second.magnitude())
+    }
 }
 
 impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {
@@ -191,14 +198,14 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         let (first, second) = (self.first.enclosure(about, corners), self.second.enclosure(about, corners));
         let larger = Real::max(first.value.abs(), second.value.abs());
-        let rounding = rounding(self.slope_bound(), about, max_distance(about, corners), larger);
+        let rounding = rounding(FieldScale::new(self), about, max_distance(about, corners), larger);
         self.mean_enclosure(first, second).widen(rounding)
     }
 
     fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
         let (first, second) = (self.first.relaxation(about, corners), self.second.relaxation(about, corners));
         let larger = Real::max(first.enclosure.value.abs(), second.enclosure.value.abs());
-        let rounding = rounding(self.slope_bound(), about, max_distance(about, corners), larger);
+        let rounding = rounding(FieldScale::new(self), about, max_distance(about, corners), larger);
         let mean = |a: [R; 4], b: [R; 4]| core::array::from_fn(|k| self.mean(a[k], b[k]));
         Relaxation {
             enclosure: self.mean_enclosure(first.enclosure, second.enclosure),

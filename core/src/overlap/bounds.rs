@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use super::{OverlapPoint, Pair};
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::vector::{from_f64, norm};
 use crate::{Aabb, BoxEnclosure, EnclosedSdf};
 
@@ -139,10 +139,10 @@ fn center<R: Real>(region: &Aabb) -> Vector3<R> {
 impl<A: EnclosedSdf, B: EnclosedSdf> Pair<'_, A, B> {
     /// Rounding of a value of this size at any point of the region.
     fn rounding<R: Float>(&self, value: R) -> R {
-        let slope_bound = self.a.slope_bound().max(self.b.slope_bound());
+        let scale = FieldScale::new(self.a).max(FieldScale::new(self.b));
         let diagonal = R::from_f64(self.region.diagonal());
         [self.region.min, self.region.max]
-            .map(|corner| rounding(slope_bound, from_f64(corner), diagonal, value))
+            .map(|corner| rounding(scale, from_f64(corner), diagonal, value))
             .into_iter()
             .fold(R::zero(), Real::max)
     }

@@ -10,7 +10,7 @@ use super::{LocalPoint, Placement, similarity::map_bounds};
 use crate::Aabb;
 use crate::number::Real;
 use crate::rounding::{INVERSE_RESIDUAL, SPECTRAL_NORM};
-use crate::vector::{from_f64, times};
+use crate::vector::{from_f64, largest_component, times};
 
 /// An affine map: x = t + A p. Sign and surface are exact; the magnitude is a lower bound of the distance, and of slope σ₃/σ₁ at
 /// least where the field is a distance.
@@ -86,6 +86,11 @@ impl Placement for Affine {
 
     fn scale(&self) -> f64 {
         self.scale
+    }
+
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        largest_component(self.translation)
     }
 }
 

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::{Placed, Placement, Rigid};
 use crate::number::{Float, Real};
+use crate::rounding::FieldScale;
 use crate::{
     Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, PartVisitor, Relaxation, Sample, Sdf,
 };
@@ -64,6 +65,14 @@ impl<F: Sdf> Sdf for Posed<F> {
         match self.placed() {
             None => self.field.slope_bound(),
             Some(placed) => placed.slope_bound(),
+        }
+    }
+
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        match self.placed() {
+            None => self.field.magnitude(),
+            Some(placed) => placed.magnitude(),
         }
     }
 }
@@ -127,7 +136,7 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
         let found = self.field.exact_minimum(pulled, goal)?;
         Some(match &self.pose {
             None => found,
-            Some(pose) => super::push_minimum(found, pose, self.slope_bound(), corners),
+            Some(pose) => super::push_minimum(found, pose, FieldScale::new(self), corners),
         })
     }
 

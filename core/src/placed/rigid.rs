@@ -56,4 +56,9 @@ impl Placement for Rigid {
     fn scale(&self) -> f64 {
         1.0
     }
+
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        self.0.magnitude()
+    }
 }

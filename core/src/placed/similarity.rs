@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::{LocalPoint, Placement};
 use crate::Aabb;
 use crate::number::Real;
-use crate::vector::{from_f64, times};
+use crate::vector::{from_f64, largest_component, times};
 
 /// A similarity: x = t + s R p. J = Rᵀ/s, so s ‖J‖ = 1: distances stay exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +85,11 @@ impl Placement for Similarity {
 
     fn scale(&self) -> f64 {
         self.scale
+    }
+
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        largest_component(self.translation)
     }
 }
 

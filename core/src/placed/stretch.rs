@@ -66,4 +66,9 @@ impl Placement for Stretch {
     fn scale(&self) -> f64 {
         self.smallest
     }
+
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }

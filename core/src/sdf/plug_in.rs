@@ -33,6 +33,8 @@ pub trait DynSdf:
     fn dyn_bounds(&self, level: f64) -> Aabb;
     /// [`Sdf::slope_bound`].
     fn dyn_slope_bound(&self) -> f64;
+    /// [`Sdf::magnitude`].
+    fn dyn_magnitude(&self) -> f64;
     /// [`EnclosedSdf::enclose_box`].
     fn dyn_enclose_box(&self, region: &Aabb) -> BoxEnclosure;
     /// [`EnclosedSdf::linearization_error`].
@@ -47,6 +49,9 @@ impl<F: EnclosedSdf> DynSdf for F {
     }
     fn dyn_slope_bound(&self) -> f64 {
         self.slope_bound()
+    }
+    fn dyn_magnitude(&self) -> f64 {
+        self.magnitude()
     }
     fn dyn_enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         self.enclose_box(region)
@@ -164,6 +169,10 @@ impl Sdf for dyn DynSdf + '_ {
     fn slope_bound(&self) -> f64 {
         self.dyn_slope_bound()
     }
+
+    fn magnitude<R: Real>(&self) -> R {
+        R::from_f64(self.dyn_magnitude())
+    }
 }
 
 impl EnclosedSdf for dyn DynSdf + '_ {
@@ -196,7 +205,7 @@ impl EnclosedSdf for dyn DynSdf + '_ {
             query: Query<f32> => self.relaxation_in(query.0, first(&query.1, count));
             query: Query<f64> => self.relaxation_in(query.0, first(&query.1, count));
         }
-        Relaxation::from_enclosure(self.enclosure(about, corners), about, corners)
+        Relaxation::from_enclosure(self, self.enclosure(about, corners), about, corners)
     }
 
     fn is_convex_on<R: Float>(&self, corners: &[Vector3<R>]) -> bool {

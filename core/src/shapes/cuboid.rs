@@ -41,6 +41,12 @@ impl Sdf for Cuboid {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// Near the surface an axis with |x_i| far from h_i is not the one that counts.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for Cuboid {

@@ -53,6 +53,12 @@ impl Sdf for Cylinder {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// Near the surface an axis whose |x| is far from the size there is not the one that counts.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for Cylinder {

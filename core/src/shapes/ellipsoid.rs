@@ -50,6 +50,12 @@ impl Sdf for Ellipsoid {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// Near the surface the squeezed length and the smallest radius are no larger than |x|.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for Ellipsoid {

@@ -52,6 +52,12 @@ impl Sdf for HalfSpace {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// n·x − offset has terms of the size of x near the surface.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for HalfSpace {

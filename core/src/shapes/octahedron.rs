@@ -53,6 +53,12 @@ impl Sdf for Octahedron {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// |x| + |y| + |z| − s has terms of the size of x near the surface.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for Octahedron {

@@ -42,6 +42,12 @@ impl Sdf for RoundedBox {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// Near the surface an axis with |x_i| far from h_i is not the one that counts.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for RoundedBox {

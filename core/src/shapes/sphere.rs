@@ -39,6 +39,12 @@ impl Sdf for Sphere {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// |x| − r has terms of the size of x near the surface.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for Sphere {

@@ -52,6 +52,12 @@ impl Sdf for Torus {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// ρ − R rounds at the size of R, also in the hole of a fat torus, and r ≤ R.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::from_f64(self.major_radius)
+    }
 }
 
 /// Bounds of φ = G(ρ − R, z) − r, where the norm G is convex (see `relaxation`). The bound of ρ is a tangent plane outside

@@ -28,6 +28,9 @@ impl<F: Sdf> Sdf for Steep<F> {
     fn slope_bound(&self) -> f64 {
         self.field.slope_bound() * self.steepness
     }
+    fn magnitude<R: Real>(&self) -> R {
+        self.field.magnitude()
+    }
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for Steep<F> {

@@ -73,11 +73,6 @@ impl<'a> Problem<'a> {
         self.corners.iter().fold(self.body.largest_length, |max, corner| max.max(corner.amax()))
     }
 
-    /// Are all coordinates of the element below a thousandth of the largest length in the field's definition?
-    pub fn is_minute(&self) -> bool {
-        self.corners.iter().all(|corner| corner.amax() < 1e-3 * self.body.largest_length)
-    }
-
     /// The allowed distance of a converged certified search from the truth: its tolerance, and roundings as core counts them,
     /// with the slope bound taken as at least 1.
     pub fn gap(&self, number: Number, value: f64) -> f64 {

@@ -83,9 +83,7 @@ impl Tally {
         self.check_point(problem, number, &found);
         let bound = self.check_truth(problem, method, number, &found);
         self.check_against_f64(problem, number, &found, bound, in_f64);
-        // The cull of a minute element allows for the rounding of its own coordinates, not of the field's lengths.
-        let slack = if problem.is_minute() { problem.rounding(number, found.value) } else { 0.0 };
-        let resting = query(&problem.body.field, method, found.value + slack, &problem.corners, number);
+        let resting = query(&problem.body.field, method, found.value, &problem.corners, number);
         let is_contact = matches!(resting.fate, Fate::Contact(_));
         self.expect(is_contact, "what rests at the margin exactly is a contact", problem, &(found.value, &resting));
         let rounding = problem.rounding(number, problem.truth);

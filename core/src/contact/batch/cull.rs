@@ -9,6 +9,7 @@ use crate::contact::cull::{BoxBound, box_rounding};
 use crate::contact::{Element, ElementKind};
 use crate::number::kernel::run;
 use crate::number::{Float, Real};
+use crate::rounding::FieldScale;
 use crate::simplex::LowerBound;
 use crate::{Aabb, EnclosedSdf, Lanes};
 
@@ -88,7 +89,7 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
     fn boxes(&self, first: usize) -> Boxes<R, L> {
         let mut boxes = Boxes::zero();
         let Some(last) = self.elements.len().checked_sub(1) else { return boxes };
-        let slope_bound = self.field.slope_bound();
+        let scale = FieldScale::new(self.field);
         // Numbers alone, and no branch, in a loop over the lanes: that is what compilers turn into vectors.
         for lane in 0..L {
             let index = first.saturating_add(lane).min(last);
@@ -102,7 +103,7 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
                 }
                 (boxes.min[axis][lane], boxes.max[axis][lane]) = (min, max);
             }
-            boxes.rounding[lane] = box_rounding(slope_bound, self.margin.margin(index), &element.simplex);
+            boxes.rounding[lane] = box_rounding(scale, self.margin.margin(index), &element.simplex);
             boxes.is_representable[lane] = R::select(element.simplex.is_representable(), R::one(), R::zero());
         }
         boxes
@@ -125,10 +126,11 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
     fn bound_at_centroids(&self, near: &[CullSurvivor<R>; L]) -> [Result<R, CullReason>; L] {
         let simplex = simplices_in_lanes(self.elements, near.map(|near| near.index));
         let centroid = simplex.centroid();
+        let scale = FieldScale::new(self.field);
         let slope_bound = Lanes(near.map(|near| near.in_box.slope_bound));
         let [from_slope] = run(
             &LowerBound,
-            (simplex, [self.field.slope_bound_as(), slope_bound], centroid, [self.field.value(centroid)]),
+            (simplex, [scale.slope_bound, scale.magnitude, slope_bound], centroid, [self.field.value(centroid)]),
         );
         let lower_bound = Real::max(from_slope, Lanes(near.map(|near| near.in_box.lower)));
         let margin = Lanes(near.map(|near| self.margin.margin(near.index)));

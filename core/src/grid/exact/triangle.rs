@@ -50,7 +50,7 @@ use super::polynomial::Polynomial;
 use crate::grid::node_box::NodeBox;
 use crate::grid::{Grid, Storage};
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::{max_distance, mean};
 use crate::{Aabb, ExactMinimum, Goal};
 
@@ -118,13 +118,11 @@ impl<S: Storage> Grid<S> {
         Some(ExactMinimum { weights, value, lower_bound, evaluations })
     }
 
-    /// Rounding of φ on the triangle: from the corners' coordinates in the world and the grid's, whichever are larger.
+    /// Rounding of φ on the triangle.
     #[inline(always)]
     fn triangle_rounding<R: Float>(&self, corners: &[Vector3<R>; 3], value: R) -> R {
-        let Aabb { min, max } = self.lattice.bounds();
-        let largest = min.iter().chain(&max).fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        let distance = Real::max(max_distance(corners[0], corners), R::from_f64(largest));
-        rounding(self.slope_bound.double, corners[0], distance, value)
+        let distance = max_distance(corners[0], corners);
+        rounding(FieldScale::new(self), corners[0], distance, value)
     }
 
     /// The cells of the centroid and of the corners, with their samples.

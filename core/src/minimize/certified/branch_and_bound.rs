@@ -9,7 +9,7 @@ use crate::best_first::{BestFirstQueue, Node};
 use crate::minimize::sub_simplex::{SubSimplex, WeightedValue};
 use crate::minimize::{Minimizer, Minimum, Newton};
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::{EnclosedSdf, Goal, Simplex};
 
 /// Room for open nodes: 5 KB for triangles in f64.
@@ -150,7 +150,7 @@ impl<'a, R: Float, F: EnclosedSdf, const N: usize> BranchAndBound<'a, R, F, N> {
         let weights = node.part.weights(exact.weights);
         let point = self.simplex.point(weights);
         let value = self.field.value(point);
-        let rounding = rounding(self.field.slope_bound(), point, self.simplex.longest_edge(), value);
+        let rounding = rounding(FieldScale::new(self.field), point, self.simplex.longest_edge(), value);
         let lower_bound = Real::max(exact.lower_bound - rounding, node.lower_bound);
         if value < self.best.value {
             (self.best, self.needs_polish) = (WeightedValue { weights, value }, lower_bound < value - gap);

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use super::Slack;
 use crate::minimize::Minimum;
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Goal, Sample, Simplex};
 
@@ -99,7 +99,7 @@ pub(super) fn minimum_on_segment<R: Float, F: EnclosedSdf, const N: usize>(
     weights.iter_mut().zip(exact.weights).for_each(|(weight, exact)| *weight = exact);
     let point = simplex.point(weights);
     let sample = field.evaluate(point);
-    let rounding = rounding(field.slope_bound(), point, simplex.longest_edge(), sample.value);
+    let rounding = rounding(FieldScale::new(field), point, simplex.longest_edge(), sample.value);
     Some(Minimum {
         weights,
         point,

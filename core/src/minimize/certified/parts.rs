@@ -12,7 +12,7 @@ use super::branch_and_bound::BranchAndBound;
 use crate::enclosure::PartVisitor;
 use crate::minimize::Minimum;
 use crate::number::{Float, Real};
-use crate::rounding::rounding;
+use crate::rounding::{FieldScale, rounding};
 use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Simplex};
 
@@ -184,7 +184,7 @@ impl<R: Float, const N: usize> PartVisitor for PartsSearch<'_, R, N> {
         let enclosure = part.enclose_box(&self.simplex.bounds());
         let by_box = R::from_f64(enclosure.range.lower);
         let by_box =
-            by_box - rounding(part.slope_bound(), self.simplex.corners[0], self.simplex.longest_edge(), by_box);
+            by_box - rounding(FieldScale::new(part), self.simplex.corners[0], self.simplex.longest_edge(), by_box);
         if level < by_box {
             return self.include(by_box, false);
         }
@@ -192,7 +192,7 @@ impl<R: Float, const N: usize> PartVisitor for PartsSearch<'_, R, N> {
             return self.leave_out(by_box);
         }
         let (centroid, slope_bound) = (self.simplex.centroid(), R::from_f64(enclosure.slope_bound));
-        let by_slope = self.simplex.lower_bound(part.slope_bound_as(), slope_bound, centroid, part.value(centroid));
+        let by_slope = self.simplex.lower_bound(FieldScale::new(part), slope_bound, centroid, part.value(centroid));
         self.spend(1);
         if level < by_slope {
             return self.include(by_slope, false);

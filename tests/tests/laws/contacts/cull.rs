@@ -3,13 +3,15 @@
 use nalgebra::Vector3;
 use sdf_core::contact::{Outcome, centroid_bound, contact};
 use sdf_core::minimize::FrankWolfe;
+use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{HalfSpace, Sphere};
-use sdf_core::{Float, Lanes, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Float, Lanes, Sdf, Simplex};
 use sdf_tests::lanes::pack_simplices;
 use sdf_tests::oracle::{cast, element, lattice_minimum, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scene_field::SceneField;
-use sdf_tests::scenes::{Meaning, Steep, cube_lattice, sampled, scenes};
+use sdf_tests::scenes::{Meaning, Scene, Steep, cube_lattice, sampled, scenes};
+use sdf_tests::stability::answer::Number;
 
 /// Checks that no element with a value within the margin is culled, and that the cull's lower bound holds.
 fn check_cull<R: Float, const N: usize>(field: &SceneField, name: &str, size: f64, rounds: usize, random: &mut Random) {
@@ -48,6 +50,54 @@ fn a_culled_element_has_no_value_within_the_margin() {
         check_cull::<f32, 2>(&scene.field, scene.name, scene.size, 200, &mut random);
         check_cull::<f32, 3>(&scene.field, scene.name, scene.size, 200, &mut random);
     }
+}
+
+/// A field rounds by its own lengths too: a surface through the world's origin that is far from the origin of its own frame, or
+/// from that of its grid, has values there that are less certain than the coordinates of the element.
+#[test]
+fn a_small_element_on_a_large_field_is_not_culled_by_rounding() {
+    let mut random = Random::seeded();
+    let mut culled = 0;
+    for Scene { name, field, size, .. } in scenes(1.0) {
+        for _ in 0..200 {
+            let Some(on_surface) = surface_point(&field, size, &mut random) else { continue };
+            let pose = Rigid::new((-on_surface).into(), [0.0, 0.0, 0.0, 1.0]).unwrap();
+            let field = Placed { field: &field, placement: pose };
+            culled += check_small_element(&field, name, 1e-5 * size, &mut random);
+        }
+    }
+    for _ in 0..2000 {
+        let plane = HalfSpace::new(random.direction().into(), 0.0).unwrap();
+        let grid = sampled(&plane, cube_lattice(random.between(0.5, 1.0), 5), 1.0);
+        culled += check_small_element(&grid, "a grid", 1e-5, &mut random);
+    }
+    assert!(culled > 1000, "the cull dropped {culled} elements: it can do better");
+}
+
+/// Checks that an f32 element with a value at the margin in f64 is not culled. Was it, with a margin below by a thousandth of
+/// the field's lengths?
+fn check_small_element<F: EnclosedSdf>(field: &F, name: &str, size: f64, random: &mut Random) -> usize {
+    let simplex = cast::<f32, 3>(&random_simplex(random, size));
+    let exact = Simplex { corners: simplex.corners.map(|corner| corner.map(f64::from)) };
+    let lowest = lattice_minimum(field, &exact, 4);
+    let margin = Number::Single.round_up(lowest) as f32;
+    let cull = centroid_bound(field, &simplex, margin);
+    let context = || format!("{name}: {cull:?} with {margin:e}, but {lowest:e} on {simplex:?}");
+    assert!(cull.may_touch, "{}", context());
+    assert!(f64::from(cull.lower_bound) <= lowest, "{}", context());
+    let contact = contact(field, &FrankWolfe::default(), margin, &element(0, simplex));
+    assert!(!matches!(contact, Outcome::Culled), "{}", context());
+    usize::from(!centroid_bound(field, &simplex, margin - 100.0 * size as f32).may_touch)
+}
+
+/// A point with φ ≈ 0 by Newton steps along the gradient, if they arrive.
+fn surface_point(field: &SceneField, size: f64, random: &mut Random) -> Option<Vector3<f64>> {
+    let mut point = random.in_cube(size);
+    for _ in 0..20 {
+        let sample = field.sample(point);
+        point -= sample.gradient * (sample.value / sample.gradient.norm_squared().max(1e-3));
+    }
+    (point.amax() < 2.0 * size && field.sample(point).value.abs() < 1e-9 * size).then_some(point)
 }
 
 /// §3.3 of the paper compares the value with the radius alone, as if every slope bound were 1.
