@@ -16,7 +16,6 @@ pub mod bounding_disc;
 mod prune;
 mod query;
 
-use rayon::prelude::*;
 use sdf_core::hilbert::{BITS, hilbert_index};
 use sdf_core::nalgebra::Vector3;
 
@@ -71,13 +70,13 @@ impl Bvh {
     pub fn with_discs_above(mesh: &TriangleMesh, min_nodes: usize) -> Self {
         let tree = Self::for_points(mesh);
         let Self { corners, levels, frame, .. } = &tree;
-        let approx = corners.par_iter().map(|corners| ApproxTriangle::new(*corners, frame)).collect();
+        let approx = sdf_parallel::map(corners.len(), |slot| ApproxTriangle::new(corners[slot], frame));
         let mut bounding_discs = vec![];
         let mut triangles_below = 1;
         for level in levels.iter().take_while(|level| level.len() > min_nodes || level.len() == levels[0].len()) {
             triangles_below *= ARITY;
             let disc = |node: usize| BoundingDisc::enclosing(corners, node * triangles_below, triangles_below, frame);
-            bounding_discs.push((0..level.len()).into_par_iter().map(disc).collect());
+            bounding_discs.push(sdf_parallel::map(level.len(), disc));
         }
         Self { approx, bounding_discs, ..tree }
     }
@@ -85,8 +84,8 @@ impl Bvh {
     /// Builds a tree for queries of single points, which need neither discs nor approximations.
     pub fn for_points(mesh: &TriangleMesh) -> Self {
         let triangles = Self::order(mesh);
-        let corners: Vec<_> =
-            triangles.par_iter().map(|triangle| mesh.corner_points(mesh.triangles[*triangle as usize])).collect();
+        let corners =
+            sdf_parallel::map(triangles.len(), |slot| mesh.corner_points(mesh.triangles[triangles[slot] as usize]));
         let mut levels = vec![group(&corners, box_around)];
         while levels[levels.len() - 1].len() > 1 {
             levels.push(group(&levels[levels.len() - 1], ChildBoxes::union));
@@ -99,15 +98,12 @@ impl Bvh {
     pub fn order(mesh: &TriangleMesh) -> Vec<u32> {
         let bounds = mesh.bounds();
         let cells_per_length = f64::from((1_u32 << BITS) - 1) / bounds.longest_side();
-        let mut order: Vec<(u64, u32)> = (0..mesh.triangle_count() as u32)
-            .into_par_iter()
-            .map(|triangle| {
-                let [a, b, c] = mesh.corner_points(mesh.triangles[triangle as usize]);
-                let from_corner = a / 3.0 + b / 3.0 + c / 3.0 - Vector3::from(bounds.min);
-                (hilbert_index((from_corner * cells_per_length).map(|x| x as u32).into()), triangle)
-            })
-            .collect();
-        order.par_sort_unstable();
+        let mut order: Vec<(u64, u32)> = sdf_parallel::map(mesh.triangle_count(), |triangle| {
+            let [a, b, c] = mesh.corner_points(mesh.triangles[triangle]);
+            let from_corner = a / 3.0 + b / 3.0 + c / 3.0 - Vector3::from(bounds.min);
+            (hilbert_index((from_corner * cells_per_length).map(|x| x as u32).into()), triangle as u32)
+        });
+        sdf_parallel::sort(&mut order);
         order.into_iter().map(|(_, triangle)| triangle).collect()
     }
 
@@ -146,7 +142,9 @@ fn group<T: Sync>(children: &[T], bounds: impl Fn(&T) -> [Vector3<f64>; 2] + Syn
         }
         boxes
     };
-    children.par_chunks(ARITY).map(node).collect()
+    sdf_parallel::map(children.len().div_ceil(ARITY), |index| {
+        node(&children[index * ARITY..children.len().min((index + 1) * ARITY)])
+    })
 }
 
 #[cfg(test)]

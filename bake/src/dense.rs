@@ -1,6 +1,7 @@
 //! Dense grid: a distance at every node.
 
-use rayon::prelude::*;
+use std::ops::Range;
+
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::brick_counts;
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, slope_bound_with_outside};
@@ -31,12 +32,17 @@ impl DenseGrid {
     /// Samples that were not baked here, one for each node, x fastest: their bounds and slope are measured, nothing is certified of
     /// their error. `None` unless there is a finite sample for every node.
     pub fn from_samples(lattice: &Lattice, distances: Vec<f32>) -> Option<Self> {
-        if distances.len() != lattice.node_count() || !distances.par_iter().all(|distance| distance.is_finite()) {
+        if distances.len() != lattice.node_count() || !are_finite(&distances) {
             return None;
         }
         let (bounds, slope_bound) = measured(lattice, &distances);
         slope_bound.is_finite().then_some(Self { distances, bounds, slope_bound, error_bound: f64::INFINITY })
     }
+}
+
+fn are_finite(samples: &[f32]) -> bool {
+    let are_finite = |chunk: Range<usize>| samples[chunk].iter().all(|sample| sample.is_finite());
+    sdf_parallel::map_chunks(samples.len(), are_finite).into_iter().all(|are_finite| are_finite)
 }
 
 /// Bounds of each block, and a Lipschitz constant of all.
@@ -73,7 +79,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
     let mut distances = vec![0.0_f32; lattice.node_count()];
     measure(mesh, lattice, &mut distances, on_nodes_done);
     if mesh.sign_method() == SignMethod::Winding {
-        packet_rows(&mut distances, counts).into_par_iter().for_each(|([y, z], mut rows)| {
+        sdf_parallel::for_each(packet_rows(&mut distances, counts), |([y, z], mut rows)| {
             if mesh.is_cancelled() {
                 return;
             }
@@ -91,7 +97,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
 fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nodes_done: &(dyn Fn(usize) + Sync)) {
     let counts = lattice.nodes().map(|n| n as usize);
     let [row, rows, layers] = counts;
-    packet_rows(distances, counts).into_par_iter().for_each(|([y, z], mut group_rows)| {
+    sdf_parallel::for_each(packet_rows(distances, counts), |([y, z], mut group_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut search = PacketSearch::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {
@@ -124,8 +130,7 @@ fn block_bounds(lattice: &Lattice, distances: &[f32]) -> Vec<BlockBounds> {
     };
     let [row, rows, layers] = brick_counts(lattice).map(|n| n as usize);
     let block = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-    let blocks = (0..row * rows * layers).into_par_iter().map(block);
-    blocks.map(|block| HaloBlock::new(lattice, block, values).bounds()).collect()
+    sdf_parallel::map(row * rows * layers, |index| HaloBlock::new(lattice, block(index), values).bounds())
 }
 
 fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
@@ -144,7 +149,8 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 /// cell is not found.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
-    let max_distance = distances.par_iter().map(|distance| distance.abs()).reduce(|| 0.0, f32::max);
+    let max_in = |chunk: Range<usize>| distances[chunk].iter().fold(0.0, |max: f32, distance| max.max(distance.abs()));
+    let max_distance = sdf_parallel::map_chunks(distances.len(), max_in).into_iter().fold(0.0, f32::max);
     let rounding = f64::from(max_distance) * f64::from(SAMPLE_ROUNDING) + mesh.rounding();
     let at_jump = if mesh.is_continuous() { 0.0 } else { max_distance_at_sign_change(lattice, distances) };
     half_diagonal + rounding + 2.0 * at_jump
@@ -162,5 +168,5 @@ fn max_distance_at_sign_change(lattice: &Lattice, distances: &[f32]) -> f64 {
             if inside % 8 == 0 { max } else { corners.iter().fold(max, |max, corner| max.max(corner.abs())) }
         })
     };
-    f64::from((0..cells_z).into_par_iter().map(max_in_layer).reduce(|| 0.0, f32::max))
+    f64::from(sdf_parallel::map(cells_z as usize, |z| max_in_layer(z as u32)).into_iter().fold(0.0, f32::max))
 }

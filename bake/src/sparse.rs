@@ -44,7 +44,8 @@ mod part;
 mod quantize;
 mod splat;
 
-use rayon::prelude::*;
+use std::ops::Range;
+
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
@@ -225,7 +226,10 @@ impl<'a> SparseBaker<'a> {
             });
             (error <= max_error).then_some(error)
         };
-        let wanted = (0..self.slot_count()).into_par_iter().filter(|index| self.map.may_need_brick(*index));
-        wanted.map(slot_error).try_reduce(|| 0.0, |a, b| Some(a.max(b)))
+        let wanted = |slots: Range<usize>| slots.filter(|index| self.map.may_need_brick(*index));
+        let max_of_slots =
+            |slots: Range<usize>| wanted(slots).map(slot_error).try_fold(0.0, |max, error| Some(error?.max(max)));
+        let errors = sdf_parallel::map_chunks(self.slot_count(), max_of_slots);
+        errors.into_iter().try_fold(0.0, |max: f64, error| Some(error?.max(max)))
     }
 }

@@ -69,7 +69,7 @@ pub(crate) fn rounding<R: Real>(field: FieldScale<R>, point: Vector3<R>, distanc
     (length * field.slope_bound).max(value.abs()) * R::from_f64(EVALUATION * R::EPSILON)
 }
 
-/// What a field adds to the rounding of its values.
+/// Numbers of a field that the rounding of its values follows from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FieldScale<R> {
     /// [`Sdf::slope_bound`].

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
 use ndshape::{RuntimeShape, Shape};
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, AnyField, EnclosedSdf, Sdf};
@@ -35,17 +34,14 @@ const BLOCK: u32 = 16;
 fn extract(field: &AnyField, level: f64, lattice: &Lattice) -> SurfaceMesh {
     let counts = lattice.cells().map(|cells| cells.div_ceil(BLOCK) as usize);
     let [along_x, along_y, along_z] = counts;
-    let pieces: Vec<Piece> = (0..along_x * along_y * along_z)
-        .into_par_iter()
-        .filter_map(|index| {
-            let block = [index % along_x, index / along_x % along_y, index / along_x / along_y];
-            Piece::extract(field, level, lattice, block.map(|n| n as u32 * BLOCK))
-        })
-        .collect();
+    let pieces = sdf_parallel::map(along_x * along_y * along_z, |index| {
+        let block = [index % along_x, index / along_x % along_y, index / along_x / along_y];
+        Piece::extract(field, level, lattice, block.map(|n| n as u32 * BLOCK))
+    });
     let mut surface = SurfaceMesh::default();
     // Each cell has one point at most; blocks share cells at their borders.
     let mut point_of_cell = HashMap::new();
-    for piece in pieces {
+    for piece in pieces.into_iter().flatten() {
         let numbers: Vec<u32> = std::iter::zip(piece.cells, piece.points)
             .map(|(cell, point)| {
                 *point_of_cell.entry(cell).or_insert_with(|| {

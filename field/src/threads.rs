@@ -48,9 +48,9 @@ impl Threads {
     {
         #[cfg(feature = "threads")]
         if self != Self::ONE && items.len() > size {
-            use rayon::prelude::*;
-            let chunks = || items.par_chunks(size).enumerate().map(|(chunk, items)| map(chunk * size, items)).collect();
-            return self.install(chunks);
+            let chunks = || items.chunks(size).enumerate().collect();
+            let map = |(chunk, items): (usize, &[T])| map(chunk * size, items);
+            return self.install(|| sdf_parallel::map_items(chunks(), || (), |(), chunk| map(chunk)));
         }
         items.chunks(size).enumerate().map(|(chunk, items)| map(chunk * size, items)).collect()
     }

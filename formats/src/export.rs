@@ -104,12 +104,14 @@ pub fn dense_samples(grid: &OwnedGrid) -> Cow<'_, [f32]> {
 }
 
 fn decoded<B: Bricks + Sync>(lattice: &Lattice, sparse: &Sparse<B>) -> Vec<f32> {
-    use rayon::prelude::*;
     let [nx, ny, _] = lattice.nodes();
     let mut samples = vec![0.0; lattice.node_count()];
-    samples.par_chunks_mut(nx as usize).enumerate().for_each(|(row, samples)| {
-        let [y, z] = [row as u32 % ny, row as u32 / ny];
-        (0..nx).zip(samples).for_each(|(x, sample)| *sample = sparse.node([x, y, z]));
-    });
+    sdf_parallel::for_each(
+        samples.chunks_mut(nx as usize).enumerate().collect(),
+        |(row, samples): (usize, &mut [f32])| {
+            let [y, z] = [row as u32 % ny, row as u32 / ny];
+            (0..nx).zip(samples).for_each(|(x, sample)| *sample = sparse.node([x, y, z]));
+        },
+    );
     samples
 }

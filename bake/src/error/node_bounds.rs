@@ -6,7 +6,6 @@
 //! |∇φ|² ≤ (max Δx² + max Δy² + max Δz²) / h²
 //! ```
 
-use rayon::prelude::*;
 use sdf_core::Interval;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
@@ -201,7 +200,8 @@ pub(crate) fn inside_reaches_box(lattice: &Lattice, value: impl Fn([u32; 3]) -> 
             (node[second], node[third]) = (i, j);
             value(node) < 0.0
         };
-        (0..nodes[third]).into_par_iter().any(|j| (0..nodes[second]).any(|i| is_negative(i, j)))
+        let is_row_inside = |j: usize| (0..nodes[second]).any(|i| is_negative(i, j as u32));
+        sdf_parallel::map(nodes[third] as usize, is_row_inside).contains(&true)
     };
     (0..3).any(|axis| is_face_inside(axis, 0) || is_face_inside(axis, nodes[axis] - 1))
 }

@@ -12,7 +12,6 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::Storage;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, Layout, OwnedGrid, Precision};
@@ -65,7 +64,8 @@ impl MeshDistance<'_> {
                 (0..ny).for_each(|y| (0..nx).for_each(|x| visit(&mut count, [x, y, z])));
                 count
             };
-            (0..nz).into_par_iter().map(layer).reduce(Jumps::default, Jumps::joined)
+            let layers = sdf_parallel::map(nz as usize, |z| layer(z as u32));
+            layers.into_iter().fold(Jumps::default(), Jumps::joined)
         } else {
             let brick = |slot: &[u32; 3]| {
                 let mut count = Jumps::default();
@@ -77,7 +77,8 @@ impl MeshDistance<'_> {
                 }
                 count
             };
-            storage.slots().par_iter().map(brick).reduce(Jumps::default, Jumps::joined)
+            let bricks = sdf_parallel::map(storage.slots().len(), |index| brick(&storage.slots()[index]));
+            bricks.into_iter().fold(Jumps::default(), Jumps::joined)
         };
         // Half a step of a code, and the roundings of f32.
         let is_coded = storage.precision() != Precision::F32;

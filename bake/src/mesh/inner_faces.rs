@@ -19,7 +19,6 @@ mod sides;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use super::has_area;
@@ -90,13 +89,19 @@ impl TriangleMesh {
             self.report.has_too_many_crossings = true;
             return self;
         };
-        let mut pairs: Vec<[u32; 2]> = pairs.into_iter().flat_map(|[a, b]| [[a, b], [b, a]]).collect();
-        pairs.par_sort_unstable_by_key(|[triangle, other]| (*triangle, other.wrapping_mul(SCATTER)));
+        let keyed =
+            |triangle: u32, other: u32| (u64::from(triangle) << 32 | u64::from(other.wrapping_mul(SCATTER)), other);
+        let mut pairs: Vec<(u64, u32)> = pairs.into_iter().flat_map(|[a, b]| [keyed(a, b), keyed(b, a)]).collect();
+        sdf_parallel::sort(&mut pairs);
+        let pairs: Vec<[u32; 2]> = pairs.into_iter().map(|(key, other)| [(key >> 32) as u32, other]).collect();
         let groups: Vec<&[[u32; 2]]> = pairs.chunk_by(|a, b| a[0] == b[0]).collect();
         let sides = Sides { mesh: &self, tree: &tree, orientations: &oriented.orientations };
         let corners = |triangle: u32| self.corner_points(self.triangles[triangle as usize]);
         let (piece_count, max_pieces) = (AtomicUsize::new(0), MAX_PIECES[0] * self.triangles.len() + MAX_PIECES[1]);
-        let divide = |group: &&[[u32; 2]]| {
+        let divide = |group: &[[u32; 2]]| {
+            if piece_count.load(Ordering::Relaxed) > max_pieces {
+                return None;
+            }
             let others: Vec<_> = group.iter().map(|[_, other]| corners(*other)).collect();
             let face = corners(group[0][0]);
             let with_verdict = |piece: pieces::Piece| {
@@ -112,7 +117,8 @@ impl TriangleMesh {
             Some(Divided { triangle: group[0][0] as usize, parts })
         };
         // Whether they are too many does not depend on the order of threads.
-        let Some(divided) = groups.par_iter().map(divide).collect::<Option<Vec<Divided>>>() else {
+        let divided = sdf_parallel::map(groups.len(), |group| divide(groups[group]));
+        let Some(divided) = divided.into_iter().collect::<Option<Vec<Divided>>>() else {
             self.report.has_too_many_crossings = true;
             return self;
         };
@@ -150,7 +156,7 @@ impl TriangleMesh {
             // What is not certain stays.
             verdicts.into_iter().find(|verdict| verdict.is_certain).unwrap_or(Verdict::UNKNOWN)
         };
-        let by_root: Vec<Verdict> = samples.par_iter().map(verdict).collect();
+        let by_root: Vec<Verdict> = sdf_parallel::map(samples.len(), |root| verdict(&samples[root]));
         roots.into_iter().map(|root| by_root[root]).collect()
     }
 

@@ -16,7 +16,6 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use super::intersections::{for_meeting_pairs, ray_crossings};
@@ -74,7 +73,8 @@ impl TriangleMesh {
             let orientation = if volumes[index] > 0.0 { 1 } else { -1 };
             Some(Shell { is_free: is_free(index), orientation, windings })
         };
-        let Some(shells) = (0..count).into_par_iter().map(shell).collect::<Option<Vec<Shell>>>() else { return self };
+        let shells = sdf_parallel::map(count, shell).into_iter().collect::<Option<Vec<Shell>>>();
+        let Some(shells) = shells else { return self };
         let is_inner = inner(&shells);
         self.report.inner_shells = is_inner.iter().filter(|is_inner| **is_inner).count();
         let count_before = self.triangles.len();

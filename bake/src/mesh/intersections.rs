@@ -15,7 +15,6 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
@@ -79,7 +78,7 @@ fn count_pairs(
     orientations: &[f64],
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
 ) -> usize {
-    let boxes: Vec<Aabb> = tree.corners.par_iter().map(box_around).collect();
+    let boxes: Vec<Aabb> = sdf_parallel::map(tree.corners.len(), |slot| box_around(&tree.corners[slot]));
     let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
     let is_counted = |slot: &usize| orientations[*slot] != 0.0;
     let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
@@ -112,8 +111,11 @@ fn count_pairs(
         };
         group.filter(is_counted).map(&mut count_with).sum()
     };
-    let groups = (0..boxes.len()).into_par_iter().step_by(GROUP_SIZE);
-    groups.map_init(Default::default, count_in_group).sum()
+    let counts = sdf_parallel::map_chunks(boxes.len().div_ceil(GROUP_SIZE), |groups| {
+        let mut buffers = Default::default();
+        groups.map(|group| count_in_group(&mut buffers, group * GROUP_SIZE)).sum::<usize>()
+    });
+    counts.into_iter().sum()
 }
 
 fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {

@@ -4,7 +4,6 @@
 //! Let q be the point of a closed surface nearest to x, on a face, an edge or a corner. With α_f the angle of face f at
 //! that feature (π for both faces of an edge), n = Σ α_f n_f satisfies: x is inside if and only if n·(x − q) < 0.
 
-use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
@@ -23,12 +22,12 @@ pub(crate) struct PseudoNormals {
 
 impl PseudoNormals {
     pub fn new(mesh: &TriangleMesh, oriented: &OrientedMesh) -> Self {
-        let unit_normal = |(corners, orientation): (&[u32; 3], &f64)| {
-            let corners = mesh.corner_points(*corners);
+        let unit_normal = |triangle: usize| {
+            let corners = mesh.corner_points(mesh.triangles[triangle]);
             let normal = area_vector(corners).try_normalize(0.0).filter(|_| !is_sliver(corners));
-            normal.unwrap_or_default() * *orientation
+            normal.unwrap_or_default() * oriented.orientations[triangle]
         };
-        let faces: Vec<_> = mesh.triangles.par_iter().zip(&oriented.orientations).map(unit_normal).collect();
+        let faces: Vec<Vector3<f64>> = sdf_parallel::map(mesh.triangles.len(), unit_normal);
 
         let mut edges = vec![[Vector3::zeros(); 3]; faces.len()];
         for edge in oriented.half_edges.chunk_by(same_edge) {
@@ -43,23 +42,24 @@ impl PseudoNormals {
             }
         }
 
-        let weighted = |(corners, normal): (&[u32; 3], &Vector3<f64>)| {
-            let positions = mesh.corner_points(*corners);
+        let weighted = |triangle: usize| {
+            let positions = mesh.corner_points(mesh.triangles[triangle]);
             [0, 1, 2].map(|corner| {
                 let [here, next, last] = [0, 1, 2].map(|step| positions[(corner + step) % 3]);
-                *normal * (next - here).angle(&(last - here))
+                faces[triangle] * (next - here).angle(&(last - here))
             })
         };
-        let weighted: Vec<_> = mesh.triangles.par_iter().zip(&faces).map(weighted).collect();
+        let weighted: Vec<[Vector3<f64>; 3]> = sdf_parallel::map(mesh.triangles.len(), weighted);
         let mut points = vec![Vector3::zeros(); mesh.points.len()];
         for (corners, normals) in mesh.triangles.iter().zip(&weighted) {
             corners.iter().zip(normals).for_each(|(point, normal)| points[*point as usize] += normal);
         }
-        let slivers: Vec<_> =
-            mesh.triangles.par_iter().filter(|corners| is_sliver(mesh.corner_points(**corners))).collect();
+        let is_triangle_sliver = |triangle: usize| is_sliver(mesh.corner_points(mesh.triangles[triangle]));
+        let slivers = sdf_parallel::filter(mesh.triangles.len(), is_triangle_sliver);
+        let slivers = slivers.into_iter().map(|triangle| &mesh.triangles[triangle]);
         let stitches = mesh.stitches.iter().zip(&oriented.orientations[mesh.triangles.len()..]);
         let counted = stitches.filter(|(_, orientation)| **orientation != 0.0).map(|(corners, _)| corners);
-        slivers.into_iter().chain(counted).flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
+        slivers.chain(counted).flatten().for_each(|point| points[*point as usize] = Vector3::zeros());
         Self { faces, edges, points }
     }
 

@@ -21,7 +21,6 @@ mod sum;
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
@@ -70,21 +69,17 @@ struct MomentTree {
 
 impl MomentTree {
     fn new(tree: &Bvh, orientations: &[f64]) -> Self {
-        let triangles: Vec<WeightedTriangle> = tree
-            .corners
-            .par_iter()
-            .zip(orientations)
-            .map(|(corners, orientation)| WeightedTriangle::new(corners, *orientation))
-            .collect();
+        let weighted = |slot: usize| WeightedTriangle::new(&tree.corners[slot], orientations[slot]);
+        let triangles: Vec<WeightedTriangle> = sdf_parallel::map(tree.corners.len(), weighted);
         let (mut levels, mut node_counts) = (vec![], vec![]);
         let mut triangles_below = ARITY;
         loop {
-            let node_moments = |first: usize| {
+            let node_moments = |node: usize| {
+                let first = node * triangles_below;
                 let end = triangles.len().min(first + triangles_below);
                 Moments::new(&tree.corners[first..end], &triangles[first..end])
             };
-            let moments: Vec<Moments> =
-                (0..triangles.len()).into_par_iter().step_by(triangles_below).map(node_moments).collect();
+            let moments = sdf_parallel::map(triangles.len().div_ceil(triangles_below), node_moments);
             levels.push(moments.chunks(ARITY).map(MomentsX8::new).collect());
             node_counts.push(moments.len());
             if moments.len() == 1 {

@@ -1,6 +1,7 @@
 //! From single bricks to a grid: order, table, coarse grid and certified bounds, with the samples in memory or elsewhere.
 
-use rayon::prelude::*;
+use std::ops::Range;
+
 use sdf_core::Interval;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
@@ -134,20 +135,22 @@ impl UnboundedGrid {
         let mut all_bounds = Vec::with_capacity(slots.len());
         let mut errors = Vec::with_capacity(slots.len());
         let mut reaches_box = false;
-        let mut keep = |found: (Vec<BlockBounds>, Vec<(f32, bool)>)| {
-            all_bounds.extend(found.0);
-            reaches_box |= found.1.iter().any(|(_, reaches_box)| *reaches_box);
-            errors.extend(found.1.into_iter().map(|(error, _)| error));
+        let mut keep = |found: Vec<(BlockBounds, (f32, bool))>| {
+            for (bounds, (error, brick_reaches_box)) in found {
+                all_bounds.push(bounds);
+                errors.push(error);
+                reaches_box |= brick_reaches_box;
+            }
         };
         if let Some(codes) = samples.all() {
-            keep((0..slots.len()).into_par_iter().map(|brick| bound(Window { bricks: None, codes }, brick)).unzip());
+            keep(sdf_parallel::map(slots.len(), |brick| bound(Window { bricks: None, codes }, brick)));
         } else {
             for first in (0..slots.len()).step_by(bricks_at_a_time.max(1)) {
                 let batch = first..slots.len().min(first.saturating_add(bricks_at_a_time.max(1)));
                 let bricks = with_neighbours(&storage, &slots, batch.clone());
                 let codes = samples.read(&bricks.iter().map(|brick| sources.place(*brick)).collect::<Vec<_>>())?;
                 let window = Window { bricks: Some(&bricks), codes: &codes };
-                keep(batch.into_par_iter().map(|brick| bound(window, brick)).unzip());
+                keep(sdf_parallel::map(batch.len(), |index| bound(window, batch.start + index)));
             }
         }
         let slope_bound = slope_bound(&lattice, &storage, &table, &all_bounds, reaches_box);
@@ -235,25 +238,22 @@ impl SparseBaker<'_> {
             })
             .collect();
         let can_splat = can_splat(self.mesh);
-        let records: Vec<(usize, Vec<BrickRecord>)> = blocks
-            .into_par_iter()
-            .with_max_len(1)
-            .map_init(
-                || (Splatter::new(), None),
-                |(splatter, search), (slots, codes)| {
-                    if self.mesh.is_cancelled() {
-                        return (slots.len(), vec![]);
-                    }
-                    let splatted = if can_splat { self.splat(splatter, slots, codes) } else { None };
-                    let records = splatted.unwrap_or_else(|| {
-                        let search = search.get_or_insert_with(|| PacketSearch::new(self.mesh.tree()));
-                        self.search_bricks(search, slots, codes)
-                    });
-                    on_slots_done(slots.len());
-                    (slots.len(), records)
-                },
-            )
-            .collect();
+        let records: Vec<(usize, Vec<BrickRecord>)> = sdf_parallel::map_items(
+            blocks,
+            || (Splatter::new(), None),
+            |(splatter, search), (slots, codes)| {
+                if self.mesh.is_cancelled() {
+                    return (slots.len(), vec![]);
+                }
+                let splatted = if can_splat { self.splat(splatter, slots, codes) } else { None };
+                let records = splatted.unwrap_or_else(|| {
+                    let search = search.get_or_insert_with(|| PacketSearch::new(self.mesh.tree()));
+                    self.search_bricks(search, slots, codes)
+                });
+                on_slots_done(slots.len());
+                (slots.len(), records)
+            },
+        );
         let mut columns = BrickColumns::default();
         let (mut from, mut to) = (0, 0);
         for (slots, records) in records {
@@ -289,8 +289,11 @@ impl SparseBaker<'_> {
         indices: &[usize],
         brick: impl Fn(&mut PacketSearch, usize) -> Option<Brick<C>> + Sync,
     ) -> Vec<Brick<C>> {
-        let search = || PacketSearch::new(self.mesh.tree());
-        indices.par_iter().map_init(search, |search, index| brick(search, *index)).flatten().collect()
+        let bricks = sdf_parallel::map_chunks(indices.len(), |chunk| {
+            let mut search = PacketSearch::new(self.mesh.tree());
+            indices[chunk].iter().filter_map(|index| brick(&mut search, *index)).collect::<Vec<_>>()
+        });
+        bricks.into_iter().flatten().collect()
     }
 }
 
@@ -331,8 +334,9 @@ fn slope_bound(
         let rounding = COARSE_DIFFERENCE_ROUNDING * f64::from(max_magnitude) / lattice.spacing();
         cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
     };
-    let without_brick = (0..table.len()).into_par_iter().filter(|index| table[*index] == NO_BRICK);
-    let coarse = without_brick.map(coarse_slope).reduce(|| 0.0, f64::max);
+    let steepest =
+        |slots: Range<usize>| slots.filter(|index| table[*index] == NO_BRICK).map(coarse_slope).fold(0.0, f64::max);
+    let coarse = sdf_parallel::map_chunks(table.len(), steepest).into_iter().fold(0.0, f64::max);
     let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
     // Nodes in bricks count as zero here.
     let reaches_box = reaches_box || inside_reaches_box(lattice, |node| storage.node(node));

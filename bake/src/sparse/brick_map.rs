@@ -23,12 +23,11 @@ mod surface;
 mod transform;
 mod winding;
 
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
-use super::coarse_map::{CoarseMap, coarse_nodes, slots_around};
+use super::coarse_map::{CoarseMap, map_coarse_nodes, slots_around};
 use super::splat::frame::PlaneFrame;
 use crate::MeshDistance;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
@@ -204,16 +203,16 @@ impl BrickMap {
                     may_have_no_brick(index) && nodes.any(|node| windings.is_node_inside(node) != is_inside)
                 })
         };
-        let all = (0..self.slot_count()).into_par_iter();
-        all.filter(|index| self.may_need_brick(*index) || !self.is_solid && may_be_at_jump(*index)).count()
+        let may_have = |index: &usize| self.may_need_brick(*index) || !self.is_solid && may_be_at_jump(*index);
+        sdf_parallel::map_chunks(self.slot_count(), |slots| slots.filter(may_have).count()).into_iter().sum()
     }
 
     fn slots_around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
         slots_around(self.counts, node)
     }
 
-    fn coarse_nodes(&self) -> impl IndexedParallelIterator<Item = [u32; 3]> + use<> {
-        coarse_nodes(self.counts)
+    fn map_coarse_nodes<T: Send>(&self, map: impl Fn([u32; 3]) -> T + Sync) -> Vec<T> {
+        map_coarse_nodes(self.counts, |_, node| map(node))
     }
 
     /// The coarse grid and the sides, which outlive the map.

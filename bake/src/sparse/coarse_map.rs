@@ -6,7 +6,6 @@
 
 use std::collections::BTreeSet;
 
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{NO_BRICK, brick_counts};
 
@@ -59,7 +58,7 @@ impl CoarseMap {
     /// With `may_be_empty` true of the slots without a brick alone, these are the slots whose bricks close the mesh.
     pub(super) fn slots_at_sign_jumps(&self, may_be_empty: impl Fn(usize) -> bool + Sync) -> BTreeSet<usize> {
         let side = |slot: &usize| self.are_slots_inside[*slot];
-        let jumps_at = |(index, node): (usize, [u32; 3])| {
+        let jumps_at = |index: usize, node: [u32; 3]| {
             let node_side = self.are_nodes_inside.as_ref().map(|nodes| nodes[index]);
             // Most nodes are far from the surface.
             if are_all_equal(slots_around(self.counts, node).map(|slot| side(&slot)).chain(node_side)) {
@@ -68,18 +67,17 @@ impl CoarseMap {
             let around: Vec<usize> = slots_around(self.counts, node).filter(|slot| may_be_empty(*slot)).collect();
             if are_all_equal(around.iter().map(side).chain(node_side)) { Vec::new() } else { around }
         };
-        coarse_nodes(self.counts).enumerate().flat_map_iter(jumps_at).collect()
+        map_coarse_nodes(self.counts, jumps_at).into_iter().flatten().collect()
     }
 
     /// Values of the coarse grid. The sign of a node is that of the slots around it without a brick.
     pub(super) fn into_values(self, table: &[u32]) -> Vec<f32> {
-        let Self { counts, mut magnitudes, are_slots_inside, .. } = self;
-        coarse_nodes(counts).zip(&mut magnitudes).for_each(|(node, magnitude)| {
+        let Self { counts, magnitudes, are_slots_inside, .. } = self;
+        map_coarse_nodes(counts, |index, node| {
             let without_brick = slots_around(counts, node).find(|slot| table[*slot] == NO_BRICK);
-            *magnitude =
-                without_brick.map_or(0.0, |slot| if are_slots_inside[slot] { -*magnitude } else { *magnitude });
-        });
-        magnitudes
+            let signed = |slot: usize| if are_slots_inside[slot] { -magnitudes[index] } else { magnitudes[index] };
+            without_brick.map_or(0.0, signed)
+        })
     }
 }
 
@@ -104,9 +102,9 @@ pub(super) fn slots_around(counts: [u32; 3], node: [u32; 3]) -> impl Iterator<It
     })
 }
 
-/// Nodes of the coarse grid, x fastest: one more along each axis than there are slots.
-pub(super) fn coarse_nodes(counts: [u32; 3]) -> impl IndexedParallelIterator<Item = [u32; 3]> + use<> {
+/// The results of `map` for all nodes of the coarse grid with their indices, x fastest: one more along each axis than there are slots.
+pub(super) fn map_coarse_nodes<T: Send>(counts: [u32; 3], map: impl Fn(usize, [u32; 3]) -> T + Sync) -> Vec<T> {
     let [row, rows, layers] = counts.map(|n| n as usize + 1);
     let node = move |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-    (0..row * rows * layers).into_par_iter().map(node)
+    sdf_parallel::map(row * rows * layers, |index| map(index, node(index)))
 }

@@ -8,7 +8,6 @@
 //! close an open mesh depends on which slots have none, in all parts. So a part bakes every slot of its stretch that may be such a
 //! brick, whatever the other parts have; few are in vain, at the ends of the stretch.
 
-use rayon::prelude::*;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, NO_BRICK, Scale};
 use sdf_core::hilbert::hilbert_index;
 
@@ -130,10 +129,11 @@ impl SparseBaker<'_> {
     /// Slots that may need a brick, in Hilbert order.
     fn near_slots(&self) -> Vec<[u32; 3]> {
         let map = &self.map;
-        let near = (0..map.slot_count()).filter(|index| map.may_need_brick(*index));
-        let mut near: Vec<[u32; 3]> = near.map(|index| map.slot(index)).collect();
-        near.par_sort_by_cached_key(|slot| hilbert_index(*slot));
-        near
+        let near = sdf_parallel::filter(map.slot_count(), |index| map.may_need_brick(index));
+        let slot = |at: usize| map.slot(near[at]);
+        let mut order = sdf_parallel::map(near.len(), |at| (hilbert_index(slot(at)), at as u32));
+        sdf_parallel::sort(&mut order);
+        order.into_iter().map(|(_, at)| slot(at as usize)).collect()
     }
 }
 

@@ -1,6 +1,5 @@
 //! Sparse grids: bricks of 8 × 8 × 8 samples near the surface, over a coarse grid.
 
-use rayon::prelude::*;
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
@@ -174,13 +173,21 @@ impl BrickReader<'_> {
             (tables, self.digests.elements_in(self.file, dataset, SAMPLES_DIGEST, piece, is_needed)?)
         };
         if self.coding != Coding::Plain {
-            samples.par_chunks_exact_mut(BRICK_SAMPLES).for_each(|brick| C::decode_brick(brick, self.coding));
+            sdf_parallel::for_each(
+                samples.chunks_mut(BRICKS_AT_A_TIME * BRICK_SAMPLES).collect(),
+                |bricks: &mut [C]| {
+                    bricks.chunks_exact_mut(BRICK_SAMPLES).for_each(|brick| C::decode_brick(brick, self.coding));
+                },
+            );
         }
         let OwnedBricks { table, slots, scales, bounds, errors, coarse, .. } = tables;
         let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
         Ok((Sparse::with_first_samples(self.lattice, bricks).expect("the tables were checked"), bricks_read))
     }
 }
+
+/// Bricks that a thread decodes at once.
+const BRICKS_AT_A_TIME: usize = 64;
 
 /// The same bricks, those that are needed first; and these, as they were numbered.
 fn with_needed_first(

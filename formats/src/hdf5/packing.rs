@@ -4,8 +4,6 @@
 
 use std::io;
 
-use rayon::prelude::*;
-
 use super::Compression;
 use super::checksum::crc32;
 use super::deflate::Deflater;
@@ -46,12 +44,12 @@ pub(super) fn packed_chunks<T: Element>(
     mut emit: impl FnMut(PackedChunk) -> io::Result<()>,
 ) -> io::Result<()> {
     let count = tiling.count().unwrap_or(0);
-    let batch = CHUNKS_PER_THREAD * rayon::current_num_threads();
+    let batch = CHUNKS_PER_THREAD * sdf_parallel::thread_count();
     for first in (0..count).step_by(batch) {
         let chunks = first..count.min(first + batch);
         let packer = || Packer { tiling, compression, deflater: Deflater::new(), elements: Vec::new() };
         let pack = |packer: &mut Packer<T>, chunk| packer.pack(elements, chunk, &transform);
-        let packed: Vec<_> = chunks.into_par_iter().map_init(packer, pack).collect();
+        let packed = sdf_parallel::map_items(chunks.collect(), packer, pack);
         packed.into_iter().try_for_each(|packed| emit(packed?))?;
     }
     Ok(())

@@ -63,12 +63,16 @@ fn regions_of_large_errors_come_back_and_damage_to_them_is_told() {
         };
         let file = bytes(&found).unwrap();
         assert_eq!(grid_file::read_bytes(&file, "regions").unwrap().about.error_regions.as_ref(), Some(&found));
-        // The number of cells within, wherever it stands.
-        let place = file.windows(8).position(|bytes| bytes == 4711_f64.to_le_bytes()).unwrap();
-        let mut damaged = file.clone();
-        damaged[place] ^= 1;
-        let refusal = grid_file::read_bytes(&damaged, "regions").err().map(|error| error.to_string());
-        assert!(refusal.as_ref().is_some_and(|text| text.contains("error_regions")), "{refusal:?}");
+        // The error bound within, wherever it stands, a little larger; and the checksum under another name.
+        for (wanted, offset, told) in [
+            (&0.015_f64.to_le_bytes()[..], 0, "checksum of error_regions does not match"),
+            (b"error_regions_sha256", 19, "error_regions and its checksum are not both there"),
+        ] {
+            let mut damaged = file.clone();
+            damaged[file.windows(wanted.len()).position(|bytes| bytes == wanted).unwrap() + offset] ^= 1;
+            let refusal = grid_file::read_bytes(&damaged, "regions").err().map(|error| error.to_string());
+            assert!(refusal.as_ref().is_some_and(|text| text.contains(told)), "{refusal:?}");
+        }
         for wrong in [
             ErrorRegions { cells_within: 5001, ..found.clone() },
             ErrorRegions { region_count: 7, ..found.clone() },

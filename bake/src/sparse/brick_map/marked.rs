@@ -22,7 +22,6 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
@@ -79,7 +78,9 @@ impl<'a> Marked<'a> {
             gaps.iter_mut().for_each(|gap| *gap *= BRICK as f32);
             gaps
         };
-        let (gaps, node_gaps) = rayon::join(|| in_voxels(From::Slots), || in_voxels(From::Corners));
+        let mut both =
+            sdf_parallel::map_items(vec![From::Slots, From::Corners], || (), |(), from| in_voxels(from)).into_iter();
+        let [gaps, node_gaps] = [(); 2].map(|()| both.next().unwrap_or_default());
         let mut marked = Self { mesh, lattice, slots, reach, gaps, node_gaps, deep: vec![] };
         marked.deep = marked.deep_slots(map);
         marked
@@ -110,12 +111,12 @@ impl<'a> Marked<'a> {
 
     fn deep_slots(&self, map: &BrickMap) -> Vec<bool> {
         let min_gap = (map.exact_within() / map.spacing).max(f64::from(BRICK)) as f32;
-        let least: Vec<f32> = map.coarse_nodes().map(|node| self.least_gap(map, node)).collect();
+        let least: Vec<f32> = map.map_coarse_nodes(|node| self.least_gap(map, node));
         let is_deep = |index: usize| {
             let slot = map.slot(index);
             (0..8).all(|corner| least[corner_node(map.counts, slot, corner)] >= min_gap)
         };
-        (0..self.gaps.len()).into_par_iter().map(is_deep).collect()
+        sdf_parallel::map(self.gaps.len(), is_deep)
     }
 
     pub fn node(&self, map: &BrickMap, node: [u32; 3]) -> MarkedNode {

@@ -2,7 +2,6 @@
 //! D − R ≤ distance ≤ D + R at its nodes, R = 4√3 h half the diagonal of a slot. A slot with D > K + R has no brick, and the
 //! magnitude of a node outside is the greater of T(d) and the least max(D − R, W) of the slots around it.
 
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
@@ -36,10 +35,10 @@ impl BrickMap {
         };
         map.may_need_brick = map.distances.iter().map(may_need_brick).collect();
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
-        let nodes = map
-            .coarse_nodes()
-            .map(|node| map.measure_coarse_node(mesh, node, position(node.map(|n| n as usize)), &triangles));
-        let (mut magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.unzip();
+        let nodes = map.map_coarse_nodes(|node| {
+            map.measure_coarse_node(mesh, node, position(node.map(|n| n as usize)), &triangles)
+        });
+        let (mut magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.into_iter().unzip();
         let nodes = middle_windings.as_ref().map(|_| {
             let spacing = spacing * f64::from(BRICK);
             let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing, position };
@@ -104,7 +103,8 @@ where
             .map(|index| signed.winding([index % row, index / row % rows, index / row / rows]))
             .collect()
     };
-    distances.par_chunks_mut(row * rows * SLAB).enumerate().map(sign_slab).collect::<Vec<_>>().concat()
+    let slabs = distances.chunks_mut(row * rows * SLAB).enumerate().collect();
+    sdf_parallel::map_items(slabs, || (), |(), slab| sign_slab(slab)).concat()
 }
 
 /// Distance at the middle of each slot, signed if pseudo-normals give the sign, and the nearest triangle of the tree.
@@ -114,7 +114,7 @@ where
 {
     let [row, rows, layers] = middles.counts;
     let mut nearest = vec![(0.0, 0); row * rows * layers];
-    packet_rows(&mut nearest, middles.counts).into_par_iter().for_each(|([y, z], mut group_rows)| {
+    sdf_parallel::for_each(packet_rows(&mut nearest, middles.counts), |([y, z], mut group_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut search = PacketSearch::new(mesh.tree());
         for x in (0..row).step_by(SIDE) {

@@ -3,7 +3,6 @@
 //! Slots without nodes near the surface are on one side with their neighbours, so one search tells the side of each
 //! connected part of them, and of the nodes beside them.
 
-use rayon::prelude::*;
 use sdf_core::grid::sparse::BRICK;
 
 use super::marked::Marked;
@@ -17,13 +16,13 @@ impl BrickMap {
     pub(super) fn with_sides_of_solid(mut self, marked: &Marked) -> Self {
         let slots_inside = self.far_slots_inside(marked);
         let row = self.counts[0] as usize + 1;
-        let nodes: Vec<[u32; 3]> = self.coarse_nodes().collect();
-        let rows = nodes.par_chunks(row).flat_map_iter(|nodes| {
+        let nodes: Vec<[u32; 3]> = self.map_coarse_nodes(|node| node);
+        let rows = sdf_parallel::map(nodes.len() / row, |line| {
             let mut guess = 0;
-            let found = nodes.iter().map(|node| self.solid_node(marked, &slots_inside, *node, &mut guess));
-            found.collect::<Vec<_>>()
+            let nodes = nodes[line * row..(line + 1) * row].iter();
+            nodes.map(|node| self.solid_node(marked, &slots_inside, *node, &mut guess)).collect::<Vec<_>>()
         });
-        let (magnitudes, nodes_inside) = rows.collect::<Vec<_>>().into_iter().unzip();
+        let (magnitudes, nodes_inside) = rows.into_iter().flatten().unzip();
         self.set_magnitudes(marked.mesh, magnitudes, nodes_inside);
         let far = |(slot, is_inside): (usize, bool)| match (marked.is_near(slot), is_inside) {
             (true, _) => 0.0,

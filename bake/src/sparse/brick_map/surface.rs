@@ -4,7 +4,6 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
@@ -54,7 +53,7 @@ impl SurfaceSlots {
             near: (0..count).map(all).collect(),
             nearest: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
         };
-        (0..tree.corners.len().div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
+        sdf_parallel::for_each_index(tree.corners.len().div_ceil(CHUNK), &|chunk| {
             let range = chunk * CHUNK..tree.corners.len().min((chunk + 1) * CHUNK);
             tree.arch.dispatch(Mark { slots: &slots, tree, frames, lattice, counts, reach, range });
         });

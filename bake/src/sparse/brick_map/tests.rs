@@ -78,7 +78,7 @@ fn a_solids_slots_are_marked_and_its_coarse_nodes_are_distances_inside_and_never
                 assert!(is_lower, "{node:?}: {interpolated} for {}", nearest.distance);
             }
         }
-        let nodes: Vec<[u32; 3]> = map.coarse_nodes().collect();
+        let nodes: Vec<[u32; 3]> = map.map_coarse_nodes(|node| node);
         for (index, node) in nodes.into_iter().enumerate() {
             for axis in 0..3 {
                 let next: [u32; 3] = std::array::from_fn(|other| node[other] + u32::from(other == axis));
@@ -215,7 +215,7 @@ fn a_marked_map_signed_by_winding_numbers_has_the_sides_of_one_that_is_measured_
         }
         let windings = map.windings.as_ref().unwrap();
         let mut deep = 0;
-        for (index, node) in map.coarse_nodes().collect::<Vec<_>>().into_iter().enumerate() {
+        for (index, node) in map.map_coarse_nodes(|node| node).into_iter().enumerate() {
             let distance = mesh.nearest(lattice.node(node.map(|n| n * BRICK)).into(), 0).distance as f32;
             assert!(windings.node_distances[index].abs() <= distance * (1.0 + f32::EPSILON), "{node:?}");
             let magnitude = map.magnitudes[index];
@@ -247,7 +247,7 @@ fn distances_and_magnitudes_are_those_of_every_node_searched_by_itself() {
             assert_eq!(map.distances[index].abs(), wanted, "slot {index}");
         }
         let mut tilted = 0;
-        let nodes: Vec<[u32; 3]> = map.coarse_nodes().collect();
+        let nodes: Vec<[u32; 3]> = map.map_coarse_nodes(|node| node);
         for (index, node) in nodes.into_iter().enumerate() {
             let at = Vector3::from(lattice.node(node.map(|n| n * BRICK)));
             let distance = mesh.nearest(at, 0).distance as f32;

@@ -1,6 +1,5 @@
 //! Sides of a marked map by winding numbers: of middles and nodes that are far from the surface, and so in few floods.
 
-use rayon::prelude::*;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
@@ -23,20 +22,22 @@ impl BrickMap {
         let middle_windings = sign_by_slabs(mesh, &middles, &mut distances);
         self.distances = distances;
 
-        let nodes: Vec<[u32; 3]> = self.coarse_nodes().collect();
+        let nodes: Vec<[u32; 3]> = self.map_coarse_nodes(|node| node);
         let row = slot_counts[0] + 1;
-        let rows = nodes.par_chunks(row).flat_map_iter(|nodes| {
+        let rows = sdf_parallel::map(nodes.len() / row, |line| {
             let mut guess = 0;
-            let found = nodes.iter().map(|node| self.searched_distance(marked, &marked.node(&self, *node), &mut guess));
+            let nodes = nodes[line * row..(line + 1) * row].iter();
+            let found = nodes.map(|node| self.searched_distance(marked, &marked.node(&self, *node), &mut guess));
             found.collect::<Vec<_>>()
         });
-        let (mut node_distances, guesses): (Vec<f32>, Vec<u32>) = rows.collect::<Vec<_>>().into_iter().unzip();
+        let (mut node_distances, guesses): (Vec<f32>, Vec<u32>) = rows.into_iter().flatten().unzip();
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
         let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing: slot_side, position };
         let node_windings = sign_by_slabs(mesh, &block, &mut node_distances);
 
-        let rows = nodes.par_chunks(row).zip(node_distances.par_chunks(row)).zip(guesses.par_chunks(row));
-        let found = rows.flat_map_iter(|((nodes, distances), guesses)| {
+        let found = sdf_parallel::map(nodes.len() / row, |line| {
+            let range = line * row..(line + 1) * row;
+            let (nodes, distances, guesses) = (&nodes[range.clone()], &node_distances[range.clone()], &guesses[range]);
             let mut last = None;
             let value = |((node, distance), guess): ((&[u32; 3], &f32), &u32)| {
                 let at = marked.node(&self, *node);
@@ -52,7 +53,7 @@ impl BrickMap {
             };
             nodes.iter().zip(distances).zip(guesses).map(value).collect::<Vec<_>>()
         });
-        let magnitudes = found.collect();
+        let magnitudes = found.concat();
         let inside = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
         self.set_magnitudes(mesh, magnitudes, inside);
         self.windings = Some(Windings { middles: middle_windings, nodes: node_windings, node_distances });
@@ -64,7 +65,7 @@ impl BrickMap {
         let gaps = marked.middle_gaps(self);
         let mut distances = vec![0.0; gaps.len()];
         let row = self.counts[0] as usize;
-        distances.par_chunks_mut(row).enumerate().for_each(|(line, distances)| {
+        sdf_parallel::for_each(distances.chunks_mut(row).enumerate().collect(), |(line, distances)| {
             let mut guess = 0;
             for (x, distance) in distances.iter_mut().enumerate() {
                 let slot = line * row + x;

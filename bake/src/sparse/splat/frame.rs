@@ -8,7 +8,6 @@
 //! With the longest edge along u, "inside" needs three signs that rounding cannot all turn: behind A or B one of them is a
 //! sum of two numbers of one sign, and the angle at C is at least 60°.
 
-use rayon::prelude::*;
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
@@ -61,7 +60,7 @@ pub(in crate::sparse) struct TriangleFrame {
 /// Frames of all triangles of the tree. `orientations` are 1 for triangles wound outward, −1 for inward.
 pub(in crate::sparse) fn plane_frames(tree: &Bvh, orientations: Option<&[f64]>, inv_spacing: f64) -> Vec<PlaneFrame> {
     let mut frames = vec![PlaneFrame::default(); tree.corners.len()];
-    frames.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, frames)| {
+    sdf_parallel::for_each(frames.chunks_mut(CHUNK).enumerate().collect(), |(chunk, frames)| {
         tree.arch.dispatch(|| {
             for (slot, frame) in (CHUNK * chunk..).zip(frames) {
                 let orientation = orientations.map_or(0.0, |orientations| orientations[slot]);

@@ -1,6 +1,5 @@
 //! How far is a field from the exact distance? Statistics over the samples; in a sparse grid within and beyond the band.
 
-use rayon::prelude::*;
 use sdf_bake::MeshDistance;
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::BRICK;
@@ -127,9 +126,8 @@ impl Findings {
                     let corner = |corner: u32| std::array::from_fn(|axis| (cell[axis] + (corner >> axis & 1)) / BRICK);
                     (0..8).all(|index| grid.storage().brick_at(corner(index)).is_some())
                 };
-                let on_surface =
-                    (0..u64::from(args.points)).into_par_iter().map(|index| surface.point(args.seed, 8 * index));
-                let missing = on_surface.filter(|point| !is_whole(*point)).count();
+                let is_missing = |index: usize| !is_whole(surface.point(args.seed, 8 * index as u64));
+                let missing = sdf_parallel::filter(args.points as usize, is_missing).len();
                 let missing_near = samples.iter().filter(|sample| !is_whole(sample.point)).count();
                 let beyond = samples.iter().filter(is_beyond).count();
                 (samples, Some(FarErrors::new(&far, bound)), Some(missing + missing_near), Some(beyond))

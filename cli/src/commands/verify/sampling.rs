@@ -2,7 +2,6 @@
 //!
 //! Each sample depends on the seed and its own index alone: the number of threads does not change it.
 
-use rayon::prelude::*;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
@@ -47,7 +46,7 @@ pub fn sample<F: EnclosedSdf + Sync>(
         let truth = truth.signed_distance(point);
         PointSample { point, value: sample.value, slope: sample.gradient.norm(), truth, rounding: 0.0 }
     };
-    (0..u64::from(args.points)).into_par_iter().map(sample).collect()
+    sdf_parallel::map(args.points as usize, |index| sample(index as u64))
 }
 
 /// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks, and only those whose sample is exact:
@@ -63,11 +62,12 @@ pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, trut
         let value = stored_at(grid, node);
         is_exact.then_some(PointSample { point: lattice.node(node), value, slope: 0.0, truth, rounding })
     };
+    let samples = |found: Vec<Option<PointSample>>| found.into_iter().flatten().collect();
     if args.all_nodes {
-        (0..count).into_par_iter().filter_map(check).collect()
+        samples(sdf_parallel::map(count, check))
     } else {
         let draw = |index: u32| (unit_at(args.seed, u64::from(index)) * count as f64) as usize;
-        (0..args.points).into_par_iter().map(draw).filter_map(check).collect()
+        samples(sdf_parallel::map(args.points as usize, |index| check(draw(index as u32))))
     }
 }
 

@@ -1,6 +1,5 @@
 //! Which bytes has each part of a NanoVDB file? Offsets as in NanoVDB.h of OpenVDB 10 and 11 (version 32.6), little-endian.
 
-use rayon::prelude::*;
 use sdf_core::grid::Lattice;
 
 use super::tree::{Node, Tree};
@@ -220,8 +219,9 @@ impl Writer<'_> {
     }
 
     fn leaves(&self, bytes: &mut [u8], leaf: impl Fn([u32; 3]) -> ([f32; 512], [bool; 512]) + Sync) -> Active {
-        let nodes = bytes.par_chunks_exact_mut(size::LEAF).zip(&self.tree.leaves);
-        nodes.map(|(bytes, slot)| self.leaf(bytes, *slot, leaf(*slot))).reduce(|| Active::NONE, Active::union)
+        let nodes = bytes.chunks_exact_mut(size::LEAF).zip(&self.tree.leaves).collect();
+        let active = sdf_parallel::map_items(nodes, || (), |(), (bytes, slot)| self.leaf(bytes, *slot, leaf(*slot)));
+        active.into_iter().fold(Active::NONE, Active::union)
     }
 
     fn leaf(&self, bytes: &mut [u8], slot: [u32; 3], (values, is_node): ([f32; 512], [bool; 512])) -> Active {

@@ -3,7 +3,6 @@
 use std::marker::PhantomData;
 
 use flate2::{Decompress, FlushDecompress, Status};
-use rayon::prelude::*;
 
 use super::ReadError;
 use super::chunk_index::{ChunkIndex, Packing, declared_too_large};
@@ -80,9 +79,8 @@ impl<T: Element> Dataset<T> {
             read_slab(&mut Unpacker::new(), (0, &mut elements))?;
             return Ok(elements);
         }
-        let slabs = elements.par_chunks_mut(tiling.slab_elements()).enumerate();
-        let results: Vec<Result<(), ReadError>> = slabs.map_init(Unpacker::new, read_slab).collect();
-        results.into_iter().collect::<Result<(), ReadError>>()?;
+        let slabs = elements.chunks_mut(tiling.slab_elements()).enumerate().collect();
+        sdf_parallel::map_items(slabs, Unpacker::new, read_slab).into_iter().collect::<Result<(), ReadError>>()?;
         Ok(elements)
     }
 
@@ -119,8 +117,7 @@ impl<T: Element> Dataset<T> {
             }
             if is_finite { Ok(()) } else { Err(ReadError::damaged(format!("a number of {} is not finite", self.name))) }
         };
-        let results: Vec<Result<(), ReadError>> = groups.into_par_iter().map_init(Unpacker::new, read).collect();
-        results.into_iter().collect::<Result<(), ReadError>>()?;
+        sdf_parallel::map_items(groups, Unpacker::new, read).into_iter().collect::<Result<(), ReadError>>()?;
         Ok(elements)
     }
 

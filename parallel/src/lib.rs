@@ -1,0 +1,114 @@
+//! Which loops run on all threads of the rayon pool? These, each compiled once.
+//!
+//! rayon compiles its parallel iterators anew for every closure, about 5 kB each time: a tenth of the program once. Here it
+//! gets one closure behind a pointer, which is called once for each of at most 512 chunks of indices. Results come
+//! in the order of the indices, so that they do not depend on the number of threads.
+
+use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::prelude::*;
+
+/// Most chunks that a loop is cut into: many more than threads, so that none waits long for the last.
+const CHUNKS: usize = 512;
+
+/// Calls `work` with each index below `count`, in any order.
+pub fn for_each_index(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    // One by one: an index may stand for much work.
+    (0..count).into_par_iter().with_max_len(1).for_each(work);
+}
+
+/// Calls `work` with each of a few items, such as rows of nodes to write to, in any order.
+pub fn for_each<T: Send>(items: Vec<T>, work: impl Fn(T) + Sync) {
+    map_items(items, || (), |(), item| work(item));
+}
+
+/// The results of `map` for each of a few items, in order. A thread lends it a state that `init` makes, such as buffers, and other items
+/// get the same afterwards.
+pub fn map_items<I: Send, S: Send, T: Send>(
+    items: Vec<I>,
+    init: impl Fn() -> S + Sync,
+    map: impl Fn(&mut S, I) -> T + Sync,
+) -> Vec<T> {
+    let states = Mutex::new(vec![]);
+    let items: Vec<_> = items.into_iter().map(|item| (Mutex::new(Some(item)), Mutex::new(None))).collect();
+    for_each_index(items.len(), &|index| {
+        let (item, result) = &items[index];
+        let Some(item) = lock(item).take() else { return };
+        let state = lock(&states).pop();
+        let mut state = state.unwrap_or_else(&init);
+        *lock(result) = Some(map(&mut state, item));
+        lock(&states).push(state);
+    });
+    items.into_iter().filter_map(|(_, result)| into_inner(result)).collect()
+}
+
+/// Threads of the pool that loops called from here run on.
+pub fn thread_count() -> usize {
+    rayon::current_num_threads()
+}
+
+/// Sorts keys, each with the index of what it belongs to.
+pub fn sort(keyed: &mut [(u64, u32)]) {
+    keyed.par_sort_unstable();
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn into_inner<T>(mutex: Mutex<T>) -> T {
+    mutex.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The results of `map` for all indices below `count`, in order.
+pub fn map<T: Send>(count: usize, map: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    concat(map_chunks(count, |chunk| chunk.map(&map).collect::<Vec<T>>()))
+}
+
+/// The indices below `count` that pass a test, in order.
+pub fn filter(count: usize, test: impl Fn(usize) -> bool + Sync) -> Vec<usize> {
+    concat(map_chunks(count, |chunk| chunk.filter(|index| test(*index)).collect()))
+}
+
+/// The results of `map` for chunks of the indices below `count`, in order. The chunks depend on `count` alone.
+pub fn map_chunks<T: Send>(count: usize, map: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    let size = count.div_ceil(CHUNKS).max(1);
+    let results: Vec<Mutex<Option<T>>> = (0..count.div_ceil(size)).map(|_| Mutex::new(None)).collect();
+    for_each_index(results.len(), &|chunk| {
+        let result = map(chunk * size..count.min((chunk + 1) * size));
+        *lock(&results[chunk]) = Some(result);
+    });
+    results.into_iter().filter_map(into_inner).collect()
+}
+
+/// All items of all chunks, in order.
+fn concat<T>(chunks: Vec<Vec<T>>) -> Vec<T> {
+    let count = chunks.iter().map(Vec::len).sum();
+    let mut all = Vec::with_capacity(count);
+    chunks.into_iter().for_each(|mut chunk| all.append(&mut chunk));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_those_of_a_loop_for_any_count() {
+        for count in [0, 1, 2, CHUNKS - 1, CHUNKS, CHUNKS + 1, 10 * CHUNKS + 7] {
+            assert_eq!(map(count, |index| 3 * index), (0..count).map(|index| 3 * index).collect::<Vec<_>>());
+            assert_eq!(filter(count, |index| index % 3 == 1), (0..count).filter(|i| i % 3 == 1).collect::<Vec<_>>());
+            let chunks = map_chunks(count, |chunk| chunk);
+            assert_eq!(chunks.into_iter().flatten().collect::<Vec<_>>(), (0..count).collect::<Vec<_>>());
+            let mut items = vec![0; count];
+            for_each(items.iter_mut().enumerate().collect(), |(index, item)| *item += index);
+            assert_eq!(items, (0..count).collect::<Vec<_>>());
+            let doubled = map_items(items, Vec::new, |seen, item| {
+                seen.push(item);
+                2 * item
+            });
+            assert_eq!(doubled, (0..count).map(|index| 2 * index).collect::<Vec<_>>());
+        }
+    }
+}
