@@ -15,6 +15,8 @@ pub struct Similarity {
     /// Rᵀ / s.
     local_from_world: Matrix3<f64>,
     translation: [f64; 3],
+    /// Largest component of t.
+    largest_translation: f64,
     /// The quaternion as given.
     rotation: [f64; 4],
     scale: f64,
@@ -37,6 +39,7 @@ impl Similarity {
             world_from_local: matrix * scale,
             local_from_world: matrix.transpose() * inv_scale,
             translation,
+            largest_translation: largest_component(translation),
             rotation,
             scale,
         })
@@ -89,7 +92,7 @@ impl Placement for Similarity {
 
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
-        largest_component(self.translation)
+        R::from_f64(self.largest_translation)
     }
 }
 

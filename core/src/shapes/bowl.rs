@@ -83,6 +83,12 @@ impl Sdf for Bowl {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// |x| − r rounds at the size of r, also near the centre of a thick wall.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::from_f64(self.radius)
+    }
 }
 
 /// Bounds from two distances (see `relaxation`): ||x| − r| to the whole sphere is a lower bound of the distance to the arc,

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use crate::number::Real;
-use crate::vector::{direction, from_f64};
+use crate::vector::{direction, from_f64, largest_component};
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// All points within `radius` of the segment from `a` to `b`: φ = |x − a − t (b − a)| − r, t = clamp((x − a)·(b − a)
@@ -18,6 +18,8 @@ pub struct Capsule {
     radius: f64,
     /// (b − a) / |b − a|², or zero if the ends coincide: t is its product with x − a.
     axis: [f64; 3],
+    /// Largest coordinate of the ends.
+    largest_coordinate: f64,
     /// Gradient on the segment: a unit vector normal to it.
     normal: [f64; 3],
 }
@@ -32,7 +34,8 @@ impl Capsule {
         let normal = if length_sq > 0.0 { side / libm::sqrt(side.dot(&side)) } else { Vector3::x() };
         let (axis, normal) = (axis.into(), normal.into());
         let is_valid = [a, b, axis, normal, [length_sq; 3]].iter().flatten().all(|x: &f64| x.is_finite());
-        (is_valid && is_length(radius)).then_some(Self { a, b, radius, axis, normal })
+        let largest_coordinate = largest_component::<f64>(a).max(largest_component(b));
+        (is_valid && is_length(radius)).then_some(Self { a, b, radius, axis, largest_coordinate, normal })
     }
 
     /// One end of the segment.
@@ -70,6 +73,12 @@ impl Sdf for Capsule {
 
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    /// x − a, and the nearest point of the segment.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::from_f64(self.largest_coordinate)
     }
 }
 

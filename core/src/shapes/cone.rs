@@ -87,6 +87,12 @@ impl Sdf for Cone {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// The apex is at the origin: near the surface every sum has terms of the size of x.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::zero()
+    }
 }
 
 impl EnclosedSdf for Cone {

@@ -126,6 +126,12 @@ impl Sdf for Horseshoe {
     fn slope_bound(&self) -> f64 {
         1.0
     }
+
+    /// |(x, y)| − r and the distance from the leg's end round at the size of r and of the leg, also near the centre of a thick bar.
+    #[inline(always)]
+    fn magnitude<R: Real>(&self) -> R {
+        R::from_f64(self.radius + self.leg)
+    }
 }
 
 /// Bounds operation by operation (see `relaxation`). `across` is at least `outward` − r and at most |(x, y)| − r. Each is
