@@ -82,6 +82,7 @@ impl TriangleMesh {
             let count = intersecting_pairs(&self, &tree, &orientations);
             self.intersecting_pairs = Some(count);
             if count == 0 {
+                self.order = Some(tree.triangles);
                 return self;
             }
         }
@@ -204,6 +205,7 @@ impl TriangleMesh {
             report,
             rounding,
             intersecting_pairs: None,
+            order: None,
             solid: Some(Arc::new(self)),
         }
     }
