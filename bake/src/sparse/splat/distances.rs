@@ -379,3 +379,6 @@ fn nearest_of(views: &[View]) -> (usize, usize) {
     }
     (packs[nearest] as usize, nearest)
 }
+
+#[cfg(test)]
+mod tests;
