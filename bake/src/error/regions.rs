@@ -215,3 +215,6 @@ fn regions(
     }
     regions
 }
+
+#[cfg(test)]
+mod tests;
