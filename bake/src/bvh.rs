@@ -57,7 +57,7 @@ pub(crate) struct Bvh {
     pub arch: pulp::Arch,
 }
 
-/// What searches of packets ask for beside the tree.
+/// Approximations and discs, which searches of packets ask for beside the tree.
 struct ForPackets {
     /// Approximation of each slot in [`Bvh::frame`].
     approx: Vec<ApproxTriangle>,
