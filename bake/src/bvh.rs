@@ -16,6 +16,8 @@ pub mod bounding_disc;
 mod prune;
 mod query;
 
+use std::sync::OnceLock;
+
 use sdf_core::hilbert::{BITS, hilbert_index};
 use sdf_core::nalgebra::Vector3;
 
@@ -43,15 +45,23 @@ pub(crate) struct Bvh {
     pub corners: Vec<[Vector3<f64>; 3]>,
     /// Index in the mesh of each slot.
     pub triangles: Vec<u32>,
-    /// Approximation of each slot in [`Self::frame`].
-    pub approx: Vec<ApproxTriangle>,
     pub frame: UnitFrame,
     /// From the bottom up: `levels[0][i]` holds the boxes of the triangles 8i … 8i + 7, `levels[1][i]` those of the
     /// nodes 8i … 8i + 7 of level 0. The last level is the root alone.
     levels: Vec<Vec<ChildBoxes>>,
+    /// Made when first asked for: a sparse bake seldom searches packets.
+    for_packets: OnceLock<ForPackets>,
+    /// Levels with more nodes than this have discs.
+    disc_nodes: usize,
+    pub arch: pulp::Arch,
+}
+
+/// Approximations and discs, which searches of packets ask for beside the tree.
+struct ForPackets {
+    /// Approximation of each slot in [`Bvh::frame`].
+    approx: Vec<ApproxTriangle>,
     /// `bounding_discs[k][i]` encloses the triangles of `levels[k][i]`, for the lowest levels.
     bounding_discs: Vec<Vec<BoundingDisc>>,
-    pub arch: pulp::Arch,
 }
 
 /// Boxes of a node's children, side by side. Unused lanes hold an empty box, infinitely far from everything.
@@ -68,20 +78,32 @@ impl Bvh {
 
     /// Builds a tree with bounding discs on its lowest level and on each level with more than `min_nodes` nodes.
     pub fn with_discs_above(mesh: &TriangleMesh, min_nodes: usize) -> Self {
-        let tree = Self::for_points(mesh);
-        let Self { corners, levels, frame, .. } = &tree;
+        Self { disc_nodes: min_nodes, ..Self::for_points(mesh) }
+    }
+
+    /// Makes what searches of packets ask for, unless it is there. Outside of the lock: a thread that waits for others within it
+    /// could come back to it.
+    pub fn prepare_packets(&self) {
+        if self.for_packets.get().is_none() {
+            let for_packets = self.new_for_packets();
+            self.for_packets.get_or_init(|| for_packets);
+        }
+    }
+
+    fn new_for_packets(&self) -> ForPackets {
+        let Self { corners, levels, frame, disc_nodes, .. } = self;
         let approx = sdf_parallel::map(corners.len(), |slot| ApproxTriangle::new(corners[slot], frame));
         let mut bounding_discs = vec![];
         let mut triangles_below = 1;
-        for level in levels.iter().take_while(|level| level.len() > min_nodes || level.len() == levels[0].len()) {
+        for level in levels.iter().take_while(|level| level.len() > *disc_nodes || level.len() == levels[0].len()) {
             triangles_below *= ARITY;
             let disc = |node: usize| BoundingDisc::enclosing(corners, node * triangles_below, triangles_below, frame);
             bounding_discs.push(sdf_parallel::map(level.len(), disc));
         }
-        Self { approx, bounding_discs, ..tree }
+        ForPackets { approx, bounding_discs }
     }
 
-    /// Builds a tree for queries of single points, which need neither discs nor approximations.
+    /// Builds a tree. Searches of packets ask for more: [`Self::prepare_packets`].
     pub fn for_points(mesh: &TriangleMesh) -> Self {
         let triangles = Self::order(mesh);
         let corners =
@@ -91,11 +113,15 @@ impl Bvh {
             levels.push(group(&levels[levels.len() - 1], ChildBoxes::union));
         }
         let frame = UnitFrame::enclosing(&mesh.bounds());
-        Self { corners, triangles, approx: vec![], frame, levels, bounding_discs: vec![], arch: pulp::Arch::new() }
+        let (for_packets, disc_nodes) = (OnceLock::new(), MAX_EXPANDED);
+        Self { corners, triangles, frame, levels, for_packets, disc_nodes, arch: pulp::Arch::new() }
     }
 
     /// The triangles in the order of the tree: along a Hilbert curve by their centroids.
     pub fn order(mesh: &TriangleMesh) -> Vec<u32> {
+        if let Some(order) = &mesh.order {
+            return order.clone();
+        }
         let bounds = mesh.bounds();
         let cells_per_length = f64::from((1_u32 << BITS) - 1) / bounds.longest_side();
         let mut order: Vec<(u64, u32)> = sdf_parallel::map(mesh.triangle_count(), |triangle| {
@@ -107,11 +133,18 @@ impl Bvh {
         order.into_iter().map(|(_, triangle)| triangle).collect()
     }
 
+    /// Approximations of all slots in [`Self::frame`]; none before [`Self::prepare_packets`].
+    #[inline(always)]
+    pub fn approx(&self) -> &[ApproxTriangle] {
+        self.for_packets.get().map_or(&[], |for_packets| &for_packets.approx)
+    }
+
     /// Disc around the triangles of a node. Nodes directly above triangles have height 1. Only the levels that
-    /// [`Self::with_discs_above`] chose have discs.
+    /// [`Self::with_discs_above`] chose have discs, once [`Self::prepare_packets`] made them.
     #[inline(always)]
     pub fn bounding_disc(&self, height: usize, node: u32) -> &BoundingDisc {
-        &self.bounding_discs[height - 1][node as usize]
+        let discs = self.for_packets.get().map_or(&[][..], |for_packets| &for_packets.bounding_discs);
+        &discs[height - 1][node as usize]
     }
 }
 

@@ -97,6 +97,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
 fn measure(mesh: &MeshDistance, lattice: &Lattice, distances: &mut [f32], on_nodes_done: &(dyn Fn(usize) + Sync)) {
     let counts = lattice.nodes().map(|n| n as usize);
     let [row, rows, layers] = counts;
+    mesh.tree().prepare_packets();
     sdf_parallel::for_each(packet_rows(distances, counts), |([y, z], mut group_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut search = PacketSearch::new(mesh.tree());

@@ -34,6 +34,8 @@ pub struct TriangleMesh {
     pub(crate) report: MeshReport,
     /// Number of pairs of triangles that cross, where it was counted before.
     pub(crate) intersecting_pairs: Option<usize>,
+    /// The triangles in the order of a tree, where one was built before.
+    pub(crate) order: Option<Vec<u32>>,
     /// The mesh whose winding numbers give the signs, where this is only the surface of its solid.
     pub(crate) solid: Option<Arc<TriangleMesh>>,
     /// Distance by which the surface may be off, as its corners are rounded.
@@ -150,8 +152,8 @@ impl TriangleMesh {
         let bounds = with_extent(Aabb::from_points(corners).ok_or(InvalidMesh::NoArea)?)?;
         let counts = MeshReport { welded_points, unreferenced_points, ..MeshReport::default() };
         let report = MeshReport { degenerate_triangles, repeated_triangles, ..counts };
-        let (intersecting_pairs, solid) = (None, None);
-        Ok(Self { points, triangles, stitches, bounds, report, intersecting_pairs, solid, rounding: 0.0 })
+        let (intersecting_pairs, order, solid) = (None, None, None);
+        Ok(Self { points, triangles, stitches, bounds, report, intersecting_pairs, order, solid, rounding: 0.0 })
     }
 
     /// Are all coordinates finite and in range, and all indices those of points?

@@ -54,6 +54,7 @@ pub(crate) struct NearestToNode {
 
 impl<'a> PacketSearch<'a> {
     pub fn new(tree: &'a Bvh) -> Self {
+        tree.prepare_packets();
         Self {
             tree,
             nearest: vec![NearestToNode::default(); NODES],

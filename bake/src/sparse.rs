@@ -212,6 +212,7 @@ impl<'a> SparseBaker<'a> {
         if !self.mesh.is_continuous() {
             return None;
         }
+        self.mesh.tree().prepare_packets();
         let slot_error = |index: usize| {
             if self.mesh.is_cancelled() {
                 return None;

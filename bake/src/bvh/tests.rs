@@ -121,3 +121,26 @@ fn a_box_meets_the_triangles_whose_boxes_it_meets() {
         assert_eq!(found, wanted);
     }
 }
+
+/// Two tetrahedra, one in the other.
+fn nested_tetrahedra() -> TriangleMesh {
+    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    let inner = corners.map(|corner: [f64; 3]| corner.map(|x| 0.1 * x));
+    let faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
+    let inner_faces = faces.map(|face: [u32; 3]| face.map(|corner| corner + 4));
+    TriangleMesh::new(&[corners, inner].concat(), &[faces, inner_faces].concat()).unwrap()
+}
+
+#[test]
+fn an_order_that_is_kept_is_that_of_the_triangles_that_are_left() {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let solid = TriangleMesh::new(&corners, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).unwrap();
+    let mut solid = solid.without_inner_faces();
+    let order = solid.order.take();
+    assert_eq!(order, Some(Bvh::order(&solid)));
+
+    let mut nested = nested_tetrahedra();
+    nested.order = Some(Bvh::order(&nested));
+    let left = nested.without_inner_shells();
+    assert_eq!((left.triangle_count(), &left.order), (4, &None));
+}

@@ -66,6 +66,7 @@ impl BlocksX8 {
 
 impl<'a> Candidates<'a> {
     pub fn new(tree: &'a Bvh) -> Self {
+        tree.prepare_packets();
         let (offsets, memberships) = (vec![], vec![]);
         Self { tree, offsets, nearest: CenterOffsetX8::NONE, lists: LaneLists::new(), memberships }
     }
@@ -112,9 +113,10 @@ impl pulp::NullaryFnOnce for FindCandidates<'_, '_> {
         let Self { candidates: Candidates { tree, offsets, nearest, lists, memberships }, triangles, blocks } = self;
         offsets.clear();
         *nearest = CenterOffsetX8::NONE;
+        let approx = tree.approx();
         for slot in triangles {
             let slot = *slot as usize;
-            let offset = CenterOffsetX8::new(&tree.corners[slot], tree.approx[slot].is_sliver, &blocks.centers);
+            let offset = CenterOffsetX8::new(&tree.corners[slot], approx[slot].is_sliver, &blocks.centers);
             nearest.keep_nearer(&offset);
             offsets.push(offset);
         }

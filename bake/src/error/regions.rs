@@ -8,20 +8,23 @@
 //! |w(c) mod 1 − ½| > error + r max |∇w|   excludes a jump (`winding::boundary`).
 //! ```
 //!
-//! All other cells may err by 2 max |φ at the corners| more. They are joined to regions: cells that share a corner.
+//! The ball of a slot decides for all of its cells, or else its octants and theirs do. All other cells may err by 2 max |φ at the corners| more. They are joined to regions: cells that share a corner.
 
 use std::collections::HashMap;
 
 use sdf_core::Aabb;
 use sdf_core::grid::Storage;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, Layout, OwnedGrid, Precision};
-use sdf_core::grid::sparse::BRICK;
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::DEQUANTIZED_ROUNDING;
 use crate::sign::winding::Estimate;
+use crate::simd::{max, min};
 use crate::{MeshDistance, SignMethod};
+
+const SIDE: usize = BRICK as usize;
 
 /// Largest number of regions that are reported one by one.
 pub const MAX_REGIONS: usize = 8;
@@ -40,46 +43,37 @@ impl MeshDistance<'_> {
             return None;
         }
         let (lattice, storage) = (grid.lattice(), grid.storage());
-        let [nx, ny, nz] = lattice.cells();
         let spacing = lattice.spacing();
         let half_diagonal = MAX_ERROR * spacing;
         let exact_within = band.map_or(f64::INFINITY, |band| band + 2.0 * half_diagonal) as f32;
-        let visit = |count: &mut Jumps, cell: [u32; 3]| {
-            let corners = storage.corners(cell);
-            let magnitude = corners.iter().fold(0.0_f32, |max, corner| max.max(corner.abs()));
-            if magnitude > exact_within {
-                return;
+        let jumps_in = |slot: [u32; 3]| {
+            let mut found = JumpsOfSlot::new(grid, slot).find(self.tree().arch, exact_within);
+            // What a ball excludes, all balls in it exclude: most slots are decided at once.
+            for side in [BRICK, BRICK / 2, BRICK / 4, 1] {
+                let mut excluded = [None; BRICK_SAMPLES];
+                found.jumps.retain(|(cell, _)| {
+                    let [x, y, z] = cell.map(|n| (n % BRICK / side) as usize);
+                    let exclude = || {
+                        let middle = cell.map(|n| f64::from(n / side * side) + 0.5 * f64::from(side));
+                        let center = |axis: usize| lattice.origin()[axis] + spacing * middle[axis];
+                        self.excludes_jump([0, 1, 2].map(center).into(), f64::from(side) * half_diagonal)
+                    };
+                    let at = (z * BRICK as usize + y) * BRICK as usize + x;
+                    !*excluded[at].get_or_insert_with(exclude)
+                });
             }
-            count.cells += 1;
-            count.max_magnitude = count.max_magnitude.max(magnitude);
-            let inside = corners.iter().filter(|corner| **corner < 0.0).count();
-            let center = lattice.node(cell).map(|x| x + 0.5 * spacing).into();
-            if inside % 8 != 0 && !self.excludes_jump(center, half_diagonal) {
-                count.jumps.push((cell, magnitude));
+            found
+        };
+        let all = match storage.layout() {
+            Layout::Dense => {
+                let [row, rows, layers] = brick_counts(lattice);
+                let slot = |index: u32| [index % row, index / row % rows, index / row / rows];
+                (0..row * rows * layers).map(slot).collect()
             }
+            Layout::Sparse => storage.slots().to_vec(),
         };
-        let count = if grid.storage().layout() == Layout::Dense {
-            let layer = |z: u32| {
-                let mut count = Jumps::default();
-                (0..ny).for_each(|y| (0..nx).for_each(|x| visit(&mut count, [x, y, z])));
-                count
-            };
-            let layers = sdf_parallel::map(nz as usize, |z| layer(z as u32));
-            layers.into_iter().fold(Jumps::default(), Jumps::joined)
-        } else {
-            let brick = |slot: &[u32; 3]| {
-                let mut count = Jumps::default();
-                let ends: [u32; 3] = std::array::from_fn(|axis| ((slot[axis] + 1) * BRICK).min(lattice.cells()[axis]));
-                for z in slot[2] * BRICK..ends[2] {
-                    for y in slot[1] * BRICK..ends[1] {
-                        (slot[0] * BRICK..ends[0]).for_each(|x| visit(&mut count, [x, y, z]));
-                    }
-                }
-                count
-            };
-            let bricks = sdf_parallel::map(storage.slots().len(), |index| brick(&storage.slots()[index]));
-            bricks.into_iter().fold(Jumps::default(), Jumps::joined)
-        };
+        let found = sdf_parallel::map(all.len(), |index| jumps_in(all[index]));
+        let count = found.into_iter().fold(Jumps::default(), Jumps::joined);
         // Half a step of a code, and the roundings of f32.
         let is_coded = storage.precision() != Precision::F32;
         let step = storage.scales().iter().filter(|_| is_coded).map(|scale| scale.step).fold(0.0, f32::max);
@@ -127,6 +121,65 @@ impl Jumps {
     }
 }
 
+/// Nodes of the cells of one slot.
+struct JumpsOfSlot {
+    slot: [u32; 3],
+    /// Cells along each axis.
+    cells: [usize; 3],
+    /// Values, x fastest. Rows are copied eight nodes at a time.
+    values: [[[f32; 2 * SIDE]; SIDE + 1]; SIDE + 1],
+}
+
+impl JumpsOfSlot {
+    fn new(grid: &OwnedGrid, slot: [u32; 3]) -> Self {
+        let first = slot.map(|n| n * BRICK);
+        let cells: [usize; 3] =
+            std::array::from_fn(|axis| grid.lattice().cells()[axis].saturating_sub(first[axis]).min(BRICK) as usize);
+        let mut values = [[[0.0; 2 * SIDE]; SIDE + 1]; SIDE + 1];
+        for (z, layer) in (first[2]..).zip(&mut values[..=cells[2]]) {
+            for (y, row) in (first[1]..).zip(&mut layer[..=cells[1]]) {
+                grid.storage().copy_row([first[0], y, z], cells[0] as u32 + 1, row);
+            }
+        }
+        Self { slot, cells, values }
+    }
+
+    /// Cells with corners of both signs and none beyond `exact_within`.
+    fn find(&self, arch: pulp::Arch, exact_within: f32) -> Jumps {
+        arch.dispatch(|| self.find_in_lanes(exact_within))
+    }
+
+    #[inline(always)]
+    fn find_in_lanes(&self, exact_within: f32) -> Jumps {
+        let mut found = Jumps::default();
+        for z in 0..self.cells[2] {
+            for y in 0..self.cells[1] {
+                let rows = [[y, z], [y + 1, z], [y, z + 1], [y + 1, z + 1]].map(|[y, z]| &self.values[z][y]);
+                let (mut lower, mut upper) = ([f32::INFINITY; SIDE], [f32::NEG_INFINITY; SIDE]);
+                for row in rows {
+                    for x in 0..SIDE {
+                        lower[x] = min(min(row[x], row[x + 1]), lower[x]);
+                        upper[x] = max(max(row[x], row[x + 1]), upper[x]);
+                    }
+                }
+                for x in 0..self.cells[0] {
+                    let magnitude = max(upper[x], -lower[x]);
+                    if magnitude > exact_within {
+                        continue;
+                    }
+                    found.cells += 1;
+                    found.max_magnitude = max(magnitude, found.max_magnitude);
+                    if lower[x] < 0.0 && upper[x] >= 0.0 {
+                        let [i, j, k] = self.slot.map(|n| n * BRICK);
+                        found.jumps.push(([i + x as u32, j + y as u32, k + z as u32], magnitude));
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
 /// Cells that share a corner with each other, directly or through others. `node` is the position of a cell's first corner.
 fn regions(
     jumps: &[JumpCell],
@@ -163,3 +216,6 @@ fn regions(
     }
     regions
 }
+
+#[cfg(test)]
+mod tests;

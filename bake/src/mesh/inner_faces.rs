@@ -81,6 +81,7 @@ impl TriangleMesh {
             let count = intersecting_pairs(&self, &tree, &orientations);
             self.intersecting_pairs = Some(count);
             if count == 0 {
+                self.order = Some(tree.triangles);
                 return self;
             }
         }
@@ -210,6 +211,7 @@ impl TriangleMesh {
             report,
             rounding,
             intersecting_pairs: None,
+            order: None,
             solid: Some(Arc::new(self)),
         }
     }

@@ -80,6 +80,7 @@ impl TriangleMesh {
         let count_before = self.triangles.len();
         let mut triangle = 0..;
         self.triangles.retain(|_| !is_inner[labels[triangle.next().unwrap_or(0)]]);
+        self.order = None;
         self.report.inner_triangles = count_before - self.triangles.len();
         self
     }

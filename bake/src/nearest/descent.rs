@@ -84,7 +84,7 @@ impl PacketSearch<'_> {
     /// Searches 4 × 4 × 4 nodes from `first` on, whose candidates are triangles.
     #[inline(always)]
     fn search_triangles(&mut self, nodes: &PacketNodes, first: [usize; 3], suboctants: &Octants, max_distance: f64) {
-        let Bvh { approx, frame, .. } = self.tree;
+        let (approx, frame) = (self.tree.approx(), &self.tree.frame);
         self.prefilter.filter(approx, &self.candidates, suboctants);
         let lower_bounds =
             if max_distance < f64::INFINITY { self.prefilter.lower_bounds(suboctants) } else { [0.0; LANES] };
@@ -153,7 +153,7 @@ impl PacketSearch<'_> {
             self.tree.expand(height, &self.candidates, &bound, &mut self.expanded);
             std::mem::swap(&mut self.candidates, &mut self.expanded);
         }
-        let triangles = &self.tree.approx;
+        let triangles = self.tree.approx();
         let mut nearest = NearestPoints::NONE;
         for slot in &self.candidates {
             nearest.update(*slot, triangles[*slot as usize].first_corner(), &local);

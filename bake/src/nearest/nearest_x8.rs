@@ -37,5 +37,5 @@ impl NearestX8 {
 #[inline(always)]
 fn distances_to_slot_sq(tree: &Bvh, points: &VectorX8<f64>, slot: u32) -> Lanes<f64> {
     let slot = slot as usize;
-    distances_sq(points, &tree.corners[slot], tree.approx[slot].is_sliver)
+    distances_sq(points, &tree.corners[slot], tree.approx()[slot].is_sliver)
 }

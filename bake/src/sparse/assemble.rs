@@ -12,7 +12,7 @@ use super::brick_map::exact_within;
 use super::coarse_map::CoarseMap;
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::splat::{BLOCK, BrickRecord, Splatter, can_splat};
-use super::{Quantize, SparseBaker, SparseGrid};
+use super::{Certify, Quantize, SparseBaker, SparseGrid};
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::nearest::PacketSearch;
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
@@ -238,6 +238,9 @@ impl SparseBaker<'_> {
             })
             .collect();
         let can_splat = can_splat(self.mesh);
+        if !can_splat || self.certify == Certify::Tight {
+            self.mesh.tree().prepare_packets();
+        }
         let records: Vec<(usize, Vec<BrickRecord>)> = sdf_parallel::map_items(
             blocks,
             || (Splatter::new(), None),
@@ -289,6 +292,9 @@ impl SparseBaker<'_> {
         indices: &[usize],
         brick: impl Fn(&mut PacketSearch, usize) -> Option<Brick<C>> + Sync,
     ) -> Vec<Brick<C>> {
+        if !indices.is_empty() {
+            self.mesh.tree().prepare_packets();
+        }
         let bricks = sdf_parallel::map_chunks(indices.len(), |chunk| {
             let mut search = PacketSearch::new(self.mesh.tree());
             indices[chunk].iter().filter_map(|index| brick(&mut search, *index)).collect::<Vec<_>>()

@@ -125,31 +125,6 @@ impl SparseBaker<'_> {
         SlotPlan { wanted: WantedSlot { slot, reach: (reach as f32).next_up() }, is_at_jump }
     }
 
-    /// Distances beyond which nodes of each octant need none, in voxels: beyond K and the coarse grid's values.
-    fn octant_reaches(&self, plan: &SlotPlan) -> [f32; 8] {
-        let SlotPlan { wanted: WantedSlot { slot, reach }, is_at_jump } = *plan;
-        if is_at_jump {
-            return [reach; 8];
-        }
-        let in_voxels = |length: f64| (length / self.lattice.spacing() * (1.0 + SINGLE_SLACK)) as f32;
-        let (kept_within, coarse) =
-            (in_voxels(self.map.kept_within()), self.map.corner_magnitudes(slot).map(in_voxels));
-        // The interpolant is largest at a corner of the octant: at ends or middles of the slot's edges.
-        std::array::from_fn(|octant| {
-            let corners = (0..8_usize).map(|corner| {
-                let weights = (0..8_usize).map(|of| {
-                    let along = |axis: usize| match (octant >> axis & 1) + (corner >> axis & 1) {
-                        1 => 0.5,
-                        end => f32::from(u8::from(end / 2 == of >> axis & 1)),
-                    };
-                    along(0) * along(1) * along(2) * coarse[of]
-                });
-                weights.sum::<f32>()
-            });
-            corners.fold(kept_within, f32::max).min(reach).next_up()
-        })
-    }
-
     /// Bakes the brick of a slot. `None` if none of its nodes lies within K of the surface.
     fn splat_brick<C: Quantize>(
         &self,
@@ -166,6 +141,7 @@ impl SparseBaker<'_> {
         }
         let (spacing, inv_spacing, arch) = (lattice.spacing(), 1.0 / lattice.spacing(), mesh.tree().arch);
         let in_voxels = |length: f64| (length * inv_spacing) as f32;
+        let coarse = (!is_at_jump).then(|| map.corner_magnitudes(slot).map(in_voxels));
         let is_solid = mesh.solid_normals().is_some();
         let is_certified = is_solid && self.certify == Certify::Fast;
         brick.measure(
@@ -174,7 +150,9 @@ impl SparseBaker<'_> {
                 triangles: &lists.triangles,
                 list,
                 offset: lists.offset(slot),
-                reaches: self.octant_reaches(plan),
+                reach,
+                kept_within: in_voxels(map.kept_within()),
+                coarse,
                 position_rounding: self.position_rounding() as f32,
                 certified_band: is_certified.then(|| in_voxels(map.band())),
             },
@@ -207,7 +185,7 @@ impl SparseBaker<'_> {
         let signed_brick = SignedBrick {
             distances: &brick.distances,
             inside: &inside,
-            coarse: (!is_at_jump).then(|| map.corner_magnitudes(slot).map(in_voxels)),
+            coarse,
             exact_within: in_voxels(map.exact_within()),
             spacing: spacing as f32,
         };

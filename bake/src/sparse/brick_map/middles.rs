@@ -114,6 +114,7 @@ where
 {
     let [row, rows, layers] = middles.counts;
     let mut nearest = vec![(0.0, 0); row * rows * layers];
+    mesh.tree().prepare_packets();
     sdf_parallel::for_each(packet_rows(&mut nearest, middles.counts), |([y, z], mut group_rows)| {
         let counts_above = [rows - y, layers - z].map(|count| count.min(SIDE));
         let mut search = PacketSearch::new(mesh.tree());

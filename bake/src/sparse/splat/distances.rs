@@ -14,7 +14,7 @@
 //! point is its product with that face's normal. The least distances to triangles that have the node above and below are
 //! kept apart; a node is decided if they differ by more than rounding.
 
-use super::frame::{TriangleFrame, greater, lesser};
+use super::frame::{TriangleFrame, greater, lesser, mix};
 use super::nearest_test::{NearestTest, Region, largest_sine};
 use super::packed::{PackedTriangles, View, WIDTH, Wide, pack_bits};
 use super::sides::NodeBits;
@@ -51,8 +51,11 @@ pub(super) struct BrickQuery<'a> {
     pub list: &'a [u32],
     /// Middle of the nodes, from the block's middle.
     pub offset: [f32; 3],
-    /// Nodes of each octant farther than this from the surface need no distance.
-    pub reaches: [f32; 8],
+    /// Nodes farther from the surface than this need no distance, nor do those beyond this and the coarse grid's value.
+    pub reach: f32,
+    pub kept_within: f32,
+    /// The coarse grid's magnitudes at the corners of the slot, in voxels. `None`: all nodes within the reach need distances.
+    pub coarse: Option<[f32; 8]>,
     /// Rounding of the positions of nodes and triangles, in voxels.
     pub position_rounding: f32,
     /// Half width of the band if the error is wanted.
@@ -61,7 +64,7 @@ pub(super) struct BrickQuery<'a> {
 
 /// Distances of one brick, and scratch buffers.
 pub(super) struct BrickDistances {
-    /// In voxels, x fastest; of nodes beyond the reach, anything beyond it.
+    /// In voxels, x fastest; of nodes that need none, a number that is too great to be stored and no greater than the distance.
     pub distances: Box<[f32; NODES]>,
     /// Nodes whose side is decided, and those of them that are inside.
     pub decided: NodeBits,
@@ -99,6 +102,8 @@ const fn group_points() -> [[Wide; 3]; GROUPS] {
 struct Nearest {
     /// The nodes, around the middle of the brick.
     points: [[Wide; 3]; GROUPS],
+    /// Distances beyond which they need none.
+    limits: [Wide; GROUPS],
     all: [Wide; GROUPS],
     /// To triangles that have the node above them, and below.
     above: [Wide; GROUPS],
@@ -167,8 +172,8 @@ impl BrickDistances {
         let side = |axis: usize| if octant >> axis & 1 == 0 { 0 } else { 4 };
         let first: [usize; 3] = [side(0), side(1), side(2)];
         let middle = first.map(|side| side as f32 - 2.0);
-        let reach = query.reaches[octant];
-        let farthest = reach + 1.0;
+        let mut nearest = Nearest::new(middle, query, self.rounding);
+        let farthest = nearest.limits.iter().flatten().copied().fold(0.0, greater);
         for (pack, view) in self.packed[..packs].iter().zip(&mut self.views) {
             pack.view(middle, view);
         }
@@ -181,7 +186,8 @@ impl BrickDistances {
             }
             return;
         }
-        let test = NearestTest::new(OCTANT_NODES, nearest_sq, offset, self.rounding);
+        let test = NearestTest::new(OCTANT_NODES, nearest_sq, offset, self.rounding)
+            .within(farthest + OCTANT_RADIUS + 4.0 * self.rounding);
         let margin = PLANE_ROUNDINGS * self.rounding;
         self.by_distance.clear();
         for (index, (view, planes)) in self.views[..packs].iter().zip(&mut self.planes).enumerate() {
@@ -197,14 +203,6 @@ impl BrickDistances {
             }
         }
         self.by_distance.sort_unstable();
-        let far_sq = [[farthest * farthest; WIDTH]; GROUPS];
-        let mut points = GROUP_POINTS;
-        for group in &mut points {
-            for axis in 0..3 {
-                group[axis].iter_mut().for_each(|x| *x += middle[axis]);
-            }
-        }
-        let mut nearest = Nearest { points, all: far_sq, above: far_sq, below: far_sq };
         for key in &self.by_distance {
             let (pack, lane) = (*key as u32 as usize / WIDTH, *key as u32 as usize % WIDTH);
             let plane = [0, 1, 2, 3].map(|k: usize| self.planes[pack][k][lane]);
@@ -215,7 +213,7 @@ impl BrickDistances {
                 }
             }
         }
-        self.store(first, &nearest, reach);
+        self.store(first, &nearest);
         let Some(band) = query.certified_band else { return };
         let farthest = (band + OCTANT_CELLS.radius_sq().sqrt() + 4.0 * self.rounding) * 1.0001;
         if nearest_sq.sqrt() <= farthest && self.interpolation < MAX_ERROR as f32 {
@@ -229,8 +227,7 @@ impl BrickDistances {
     }
 
     #[inline(always)]
-    fn store(&mut self, first: [usize; 3], nearest: &Nearest, reach: f32) {
-        let limit = reach - 2.0 * self.rounding;
+    fn store(&mut self, first: [usize; 3], nearest: &Nearest) {
         for group in 0..GROUPS {
             let (mut distances, mut decided, mut inside) = ([0.0; WIDTH], [0_u8; WIDTH], [0_u8; WIDTH]);
             for lane in 0..WIDTH {
@@ -238,6 +235,7 @@ impl BrickDistances {
                 let distance = nearest.all[group][lane].sqrt();
                 distances[lane] = distance;
                 let sure = 2.0_f32.mul_add(self.rounding, distance) * (1.0 + CHAIN_SLACK_F32);
+                let limit = nearest.limits[group][lane] - 4.0 * self.rounding;
                 decided[lane] = u8::from((greater(above, below) > sure * sure) & (distance < limit));
                 inside[lane] = u8::from(below < above);
             }
@@ -254,6 +252,36 @@ impl BrickDistances {
 }
 
 impl Nearest {
+    /// The nodes of the octant around a point.
+    #[inline(always)]
+    fn new(middle: [f32; 3], query: &BrickQuery, rounding: f32) -> Self {
+        let mut points = GROUP_POINTS;
+        for group in &mut points {
+            for axis in 0..3 {
+                group[axis].iter_mut().for_each(|x| *x += middle[axis]);
+            }
+        }
+        let mut limits = [[query.reach; WIDTH]; GROUPS];
+        if let Some(coarse) = &query.coarse {
+            for (limits, points) in limits.iter_mut().zip(&points) {
+                for lane in 0..WIDTH {
+                    let [x, y, z] = [0, 1, 2].map(|axis: usize| (points[axis][lane] + 3.5) * 0.125);
+                    let along_x = [0, 2, 4, 6].map(|edge: usize| mix(coarse[edge], coarse[edge + 1], x));
+                    let value = mix(mix(along_x[0], along_x[1], y), mix(along_x[2], along_x[3], y), z);
+                    limits[lane] = greater(value, query.kept_within);
+                }
+            }
+        }
+        let mut limits_sq = limits;
+        for (limits, limits_sq) in limits.iter_mut().zip(&mut limits_sq) {
+            for lane in 0..WIDTH {
+                limits[lane] = limits[lane].mul_add(1.0001, 8.0 * rounding);
+                limits_sq[lane] = limits[lane] * limits[lane];
+            }
+        }
+        Self { points, limits, all: limits_sq, above: limits_sq, below: limits_sq }
+    }
+
     /// Can a triangle with this supporting plane be nearer to a node of the group than those so far?
     #[inline(always)]
     fn can_improve(&self, group: usize, [x, y, z, distance]: [f32; 4]) -> bool {
@@ -351,3 +379,6 @@ fn nearest_of(views: &[View]) -> (usize, usize) {
     }
     (packs[nearest] as usize, nearest)
 }
+
+#[cfg(test)]
+mod tests;

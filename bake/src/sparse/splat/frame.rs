@@ -134,6 +134,12 @@ pub(super) fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+/// Linear interpolation from `a` to `b`.
+#[inline(always)]
+pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
+    (b - a).mul_add(t, a)
+}
+
 /// `x` between 0 and `top`; NaN, as of an edge without a length, becomes 0.
 #[inline(always)]
 fn clamp(x: f32, top: f32) -> f32 {

@@ -190,3 +190,28 @@ fn slots_near_box(corners: &[Vector3<f64>; 3], base: Vector3<f64>, inv_spacing: 
     let (x, y, z) = (along(0), spread(along(1), 4), spread(along(2), 16));
     (x * y) * z
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_is_near_a_box_up_to_the_reach_and_not_beyond() {
+        let (base, spacing, reach) = (Vector3::new(3.0, -1.0, 2.0), 0.25, 5.0);
+        for axis in 0..3 {
+            for slot in 0..BLOCK as usize {
+                for (is_before, gap, is_near) in
+                    [(true, 4.9, true), (true, 5.1, false), (false, 4.9, true), (false, 5.1, false), (true, 1.1, true)]
+                {
+                    let mut at = Vector3::repeat(4.0);
+                    let start = SLOT_SIDE * slot as f64;
+                    at[axis] = if is_before { start - gap } else { start + SLOT_SIDE + gap };
+                    let corners = [base + at * spacing; 3];
+                    let bits = slots_near_box(&corners, base, 1.0 / spacing, reach);
+                    let index = slot << (2 * axis);
+                    assert_eq!(bits >> index & 1 == 1, is_near, "slot {slot} along {axis}, {gap} away");
+                }
+            }
+        }
+    }
+}

@@ -38,6 +38,7 @@ pub(super) struct NearestTest {
     /// k e.
     slope: [f32; 3],
     margin: f32,
+    max_distance_sq: f32,
 }
 
 impl NearestTest {
@@ -47,7 +48,13 @@ impl NearestTest {
         let slope = offset.map(|x| x / distance);
         // An error of each distance and offset by `rounding` moves the test by at most this.
         let margin = 8.0 * rounding * (distance + 8.0);
-        Self { region, distance, slope, margin }
+        Self { region, distance, slope, margin, max_distance_sq: f32::INFINITY }
+    }
+
+    /// As [`new`](Self::new); triangles farther from the middle do not pass.
+    #[inline(always)]
+    pub fn within(self, max_distance: f32) -> Self {
+        Self { max_distance_sq: max_distance * max_distance * (1.0 + CHAIN_SLACK_F32), ..self }
     }
 
     /// Bits of the triangles that pass.
@@ -62,7 +69,8 @@ impl NearestTest {
                 most += greater(self.region.lower[axis] * difference, self.region.upper[axis] * difference);
             }
             let margin = CHAIN_SLACK_F32.mul_add(most.abs() + view.distances_sq[lane], self.margin);
-            bits[lane] = u32::from(view.distances_sq[lane] <= most + margin) << lane;
+            let most = lesser(most + margin, self.max_distance_sq);
+            bits[lane] = u32::from(view.distances_sq[lane] <= most) << lane;
         }
         bits.iter().fold(0, |all, bit| all | bit)
     }

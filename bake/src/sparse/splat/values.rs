@@ -3,7 +3,7 @@
 use sdf_core::grid::sparse::Scale;
 
 use super::distances::NODES;
-use super::frame::{greater, lesser};
+use super::frame::{greater, lesser, mix};
 use super::packed::{WIDTH, Wide};
 use super::sides::NodeBits;
 use crate::sparse::Quantize;
@@ -44,11 +44,6 @@ impl SignedBrick<'_> {
         }
         values
     }
-}
-
-#[inline(always)]
-fn mix(a: f32, b: f32, t: f32) -> f32 {
-    (b - a).mul_add(t, a)
 }
 
 struct Encode<'a, 'b, C> {
