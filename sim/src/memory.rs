@@ -55,7 +55,7 @@ pub(crate) struct Asked<const N: usize> {
 /// Contacts from before, evaluated again.
 #[derive(Default)]
 pub(crate) struct Again {
-    /// Those whose plane is kept, and the gap that it tells now.
+    /// Contacts whose plane is kept, and the gap that it tells now.
     planes: Vec<(Contact<f64>, f64)>,
     /// The others, as they are now.
     points: Vec<Contact<f64>>,

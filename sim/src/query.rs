@@ -46,7 +46,7 @@ pub struct Query {
     pub friction: f64,
     /// A contact is kept until its element has moved farther than this against the obstacle: see [`Memory`].
     pub hold: f64,
-    /// Its plane is kept where the element is searched anew, until its point has moved farther than this.
+    /// Way of a contact's point within which its plane is kept where the element is searched anew: see [`Memory`].
     pub keep: f64,
     /// How many threads search. The contacts do not depend on it.
     pub threads: Threads,
