@@ -5,6 +5,7 @@
 //! |---|---|
 //! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged` |
 //! | What need not be searched again? | [`memory`](Memory) |
+//! | Which way is a sheet pushed by what is thinner than a cell? | `sheet_normal` |
 //! | What does a contact push, and how far? Core's [`Row`] | [`row`](Rows), `world/touch` |
 //! | How does everything move? XPBD (Macklin et al. 2016) in substeps, each pass there and back | [`World`] |
 //! | Sheets and nets, rigid bodies, soft bodies | `cloth`, `rigid`, `soft` |
@@ -54,6 +55,7 @@ pub mod record;
 mod rigid;
 mod row;
 pub mod scene;
+mod sheet_normal;
 pub mod soft;
 mod surface;
 mod world;

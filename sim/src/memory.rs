@@ -8,6 +8,9 @@
 //!   the gap is measured anew. The element's true minimum is below that by no more than 2 · slope bound · hold.
 //! - **It is searched anew.** The points where it touched before are evaluated again and stay contacts, three at most. A face that
 //!   rests on two places would else be told of the deeper one, sink at the other, be told of that, and rock for ever.
+//! - **Its plane stays** until its point has moved farther than [`Query::keep`](crate::Query::keep): a face that swings about the tip of
+//!   a spine keeps point and normal there. A minimum found at that point takes its place if the plane tells over 2 · hold more, and one found
+//!   elsewhere is added: so the guarantee above holds.
 //!
 //! So what is at rest keeps its contacts, bit for bit, and a solver comes to rest on them. A search anew finds another point of the
 //! same flat minimum, and its push starts the next one.
@@ -35,7 +38,7 @@ pub(crate) struct Known {
     corners: Vec<[V3; 3]>,
     /// Margin of the last search.
     margins: Vec<f64>,
-    /// Each element's contacts, the last minimum first.
+    /// Each element's contacts: planes that were kept, the last minimum, other points.
     contacts: BTreeMap<u32, Vec<Contact<f64>>>,
 }
 
@@ -47,6 +50,27 @@ pub(crate) struct Asked<const N: usize> {
     pub margins: Vec<f64>,
     /// Contacts of them from before.
     pub old: Vec<Contact<f64>>,
+}
+
+/// Contacts from before, evaluated again.
+#[derive(Default)]
+pub(crate) struct Again {
+    /// Contacts whose plane is kept, and the gap that it tells now.
+    planes: Vec<(Contact<f64>, f64)>,
+    /// The others, as they are now.
+    points: Vec<Contact<f64>>,
+}
+
+impl Again {
+    /// Adds a contact from before, which was found as `now` at the same point of its element. Its plane is kept if the point moved no
+    /// farther than `keep`.
+    pub fn add(&mut self, before: &Contact<f64>, now: Contact<f64>, keep: f64) {
+        let way = now.point - before.point;
+        match way.norm() <= keep {
+            true => self.planes.push((*before, before.distance + before.normal.dot(&way))),
+            false => self.points.push(now),
+        }
+    }
 }
 
 /// Contacts of one element that are kept at most: a triangle rests on three points.
@@ -96,37 +120,47 @@ impl Known {
         asked
     }
 
-    /// Keeps what a search of the elements asked found, its contacts numbered as they were asked.
-    pub fn tell(&mut self, ids: &[u32], found: Vec<Contact<f64>>, frame: &Isometry3<f64>) {
+    /// Keeps what a search of the elements asked found, its contacts numbered as they were asked, and what is left of those before.
+    pub fn tell(&mut self, ids: &[u32], found: Vec<Contact<f64>>, again: Again, hold: f64, frame: &Isometry3<f64>) {
+        let mut planes: BTreeMap<u32, Vec<(Contact<f64>, f64)>> = BTreeMap::new();
+        for (contact, gap) in again.planes {
+            planes.entry(contact.element).or_default().push((contact, gap));
+        }
         for contact in found {
             let Some(id) = ids.get(contact.element as usize) else { continue };
             let feature = if let Feature::Face(_) = contact.feature { Feature::Face(*id) } else { contact.feature };
-            self.add(into_frame(frame, Contact { element: *id, feature, ..contact }));
+            let minimum = into_frame(frame, Contact { element: *id, feature, ..contact });
+            let mut kept = planes.remove(id).unwrap_or_default();
+            kept.retain(|(plane, gap)| !is_same(plane, &minimum) || *gap <= minimum.distance + 2.0 * hold);
+            if !kept.iter().any(|(plane, _)| is_same(plane, &minimum)) {
+                kept.truncate(MAX_CONTACTS - 1);
+            }
+            kept.into_iter().for_each(|(plane, _)| self.add(plane));
+            self.add(minimum);
         }
+        planes.into_values().flatten().for_each(|(plane, _)| self.add(plane));
+        again.points.into_iter().for_each(|contact| self.add(contact));
+        self.contacts.retain(|_, contacts| !contacts.is_empty());
     }
 
     /// Adds a contact of an element behind its others, unless it is one of them, too far off, or one too many.
-    pub fn add(&mut self, contact: Contact<f64>) {
+    fn add(&mut self, contact: Contact<f64>) {
         let others = self.contacts.entry(contact.element).or_default();
-        let is_same = |other: &Contact<f64>| {
-            let weights = other.weights.iter().zip(contact.weights);
-            weights.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) <= SAME_POINT
-        };
         let is_near = contact.distance <= self.margins[contact.element as usize];
-        if is_near && others.len() < MAX_CONTACTS && !others.iter().any(is_same) {
+        if is_near && others.len() < MAX_CONTACTS && !others.iter().any(|other| is_same(other, &contact)) {
             others.push(Contact { rank: others.len() as u32, ..contact });
         }
-    }
-
-    /// Forgets elements without a contact, so that their margin counts.
-    pub fn settle(&mut self) {
-        self.contacts.retain(|_, contacts| !contacts.is_empty());
     }
 
     /// All contacts, in the order of their elements.
     pub fn contacts(&self) -> impl Iterator<Item = &Contact<f64>> {
         self.contacts.values().flatten()
     }
+}
+
+/// Are two points of an element one?
+fn is_same(a: &Contact<f64>, b: &Contact<f64>) -> bool {
+    a.weights.iter().zip(b.weights).all(|(a, b)| (a - b).abs() <= SAME_POINT)
 }
 
 /// The point of its element that a contact lies on, now.
@@ -156,5 +190,69 @@ pub(crate) fn in_world(frame: &Isometry3<f64>, kept: &Contact<f64>, points: &[[f
         point,
         normal,
         ..*kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sdf_core::minimize::FrankWolfe;
+    use sdf_core::shapes::HalfSpace;
+    use sdf_core::{Simplex, contact};
+
+    use super::*;
+
+    const HOLD: f64 = 0.01;
+    const KEEP: f64 = 0.1;
+
+    fn found() -> Contact<f64> {
+        let floor = HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap();
+        let corners = [V3::new(0.0, 0.0, 0.1), V3::new(1.0, 0.0, 0.2), V3::new(0.0, 1.0, 0.2)];
+        let element = contact::Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
+        let contact::Outcome::Contact(contact) = contact::contact(&floor, &FrankWolfe::default(), 1.0, &element) else {
+            panic!()
+        };
+        contact
+    }
+
+    /// Contacts of a face after a search that found `minimum`, where `now` is at the point that was touched before.
+    fn after(now: Contact<f64>, minimum: Contact<f64>) -> Vec<Contact<f64>> {
+        let mut known = Known { margins: vec![1.0], ..Known::default() };
+        let mut again = Again::default();
+        again.add(&found(), now, KEEP);
+        known.tell(&[0], vec![minimum], again, HOLD, &Isometry3::identity());
+        known.contacts().copied().collect()
+    }
+
+    #[test]
+    fn a_plane_is_kept_unless_its_point_is_far_or_the_minimum_is_lower() {
+        let before = found();
+        let now = |way: f64| Contact { point: before.point + V3::x() * way, normal: V3::new(0.6, 0.0, 0.8), ..before };
+        let minimum = |lower: f64| Contact { distance: before.distance - lower, ..now(0.0) };
+        let is_kept = |way, lower| {
+            let contacts = after(now(way), minimum(lower));
+            assert_eq!(contacts.len(), 1);
+            contacts[0].normal == before.normal
+        };
+        assert!(is_kept(0.9 * KEEP, 0.0) && is_kept(0.0, 1.9 * HOLD));
+        assert!(!is_kept(1.1 * KEEP, 0.0) && !is_kept(0.9 * KEEP, 2.1 * HOLD));
+        // A minimum elsewhere in the face is added.
+        let elsewhere = Contact { weights: [0.5, 0.5, 0.0], ..minimum(0.05) };
+        let told: Vec<_> = after(now(0.0), elsewhere).iter().map(|contact| contact.weights).collect();
+        assert_eq!(told, [before.weights, elsewhere.weights]);
+    }
+
+    #[test]
+    fn a_minimum_has_room_beside_three_planes() {
+        let weights = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut known = Known { margins: vec![1.0], ..Known::default() };
+        let mut again = Again::default();
+        for weights in weights {
+            let contact = Contact { weights, ..found() };
+            again.add(&contact, contact, KEEP);
+        }
+        let minimum = Contact { weights: [0.4, 0.3, 0.3], ..found() };
+        known.tell(&[0], vec![minimum], again, HOLD, &Isometry3::identity());
+        let told: Vec<_> = known.contacts().map(|contact| (contact.rank, contact.weights)).collect();
+        assert_eq!(told, [(0, weights[0]), (1, weights[1]), (2, minimum.weights)]);
     }
 }

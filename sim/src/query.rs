@@ -4,9 +4,10 @@ use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, MeshInMotion, MeshView, Method, QueryError, Threads};
 
-use crate::memory::{self, Asked, Known, Memory};
+use crate::memory::{self, Again, Asked, Memory};
 use crate::obstacle::Obstacle;
 use crate::row::Rows;
+use crate::sheet_normal::SheetNormals;
 use crate::surface::{Carrier, Surface};
 use crate::{V3, World};
 
@@ -45,6 +46,8 @@ pub struct Query {
     pub friction: f64,
     /// A contact is kept until its element has moved farther than this against the obstacle: see [`Memory`].
     pub hold: f64,
+    /// Way of a contact's point within which its plane is kept where the element is searched anew: see [`Memory`].
+    pub keep: f64,
     /// How many threads search. The contacts do not depend on it.
     pub threads: Threads,
 }
@@ -58,6 +61,7 @@ impl Default for Query {
             thickness: 0.0,
             friction: 0.3,
             hold: 0.0,
+            keep: 0.0,
             threads: Threads::ONE,
         }
     }
@@ -203,10 +207,13 @@ impl Query {
             found = [minima, others].concat();
         }
         guide(&mut found);
+        let is_sheet = !surface.faces.is_empty() && !matches!(surface.carrier, Carrier::Body { .. });
+        let normals = is_sheet.then(|| SheetNormals::new(surface, &pair.points));
         for contact in found {
             match Row::from_contact(&contact, self.thickness) {
                 Some(row) => {
-                    let row = row.with_friction(self.friction).with_element(surface.side(&contact, world));
+                    let normal = normals.as_ref().map_or(row.normal, |normals| normals.direction(&contact));
+                    let row = Row { normal, friction: self.friction, element: surface.side(&contact, world), ..row };
                     contacts.rows.push(obstacle.complete(row));
                     contacts.contacts.push(contact);
                 }
@@ -240,8 +247,8 @@ impl Query {
             let found = pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, 0.0))?;
             contacts.element_count += surface.faces.len();
             contacts.searched_count += found.searched_count;
-            known.tell(&asked.ids, found.contacts, frame);
-            self.look_again(pair, &asked.old, known)?;
+            let again = self.look_again(pair, &asked.old)?;
+            known.tell(&asked.ids, found.contacts, again, self.hold, frame);
             kept.extend(known.contacts());
         }
         if self.elements.edges {
@@ -249,8 +256,7 @@ impl Query {
             let asked = known.ask(&surface.edges, &local, |edge| reach(edge), self.hold, *slope_bound);
             let found = self.search_edges(pair, &asked, contacts)?;
             contacts.element_count += surface.edges.len() - asked.ids.len();
-            known.tell(&asked.ids, found, frame);
-            self.look_again(pair, &asked.old, known)?;
+            known.tell(&asked.ids, found, self.look_again(pair, &asked.old)?, self.hold, frame);
             kept.extend(known.contacts());
         }
         let mut found: Vec<_> = kept.into_iter().map(|kept| memory::in_world(frame, kept, points)).collect();
@@ -268,16 +274,18 @@ impl Query {
     }
 
     /// Evaluates the field where elements touched before.
-    fn look_again(&self, pair: &Pair, old: &[Contact<f64>], known: &mut Known) -> Result<(), QueryError> {
+    fn look_again(&self, pair: &Pair, old: &[Contact<f64>]) -> Result<Again, QueryError> {
         let points: Vec<[f64; 3]> = old.iter().map(|contact| memory::point_on(contact, &pair.points).into()).collect();
         let options = self.options(sdf_field::Elements::Vertices, f64::INFINITY);
         let found = pair.obstacle.contacts(MeshView { points: &points, faces: &[] }, &[], &options)?;
+        let mut again = Again::default();
         for now in found.contacts {
-            let Contact { kind, element, vertices, feature, weights, .. } = old[now.element as usize];
-            known.add(memory::into_frame(&pair.frame, Contact { kind, element, vertices, feature, weights, ..now }));
+            let before = &old[now.element as usize];
+            let Contact { kind, element, vertices, feature, weights, .. } = *before;
+            let now = Contact { kind, element, vertices, feature, weights, ..now };
+            again.add(before, memory::into_frame(&pair.frame, now), self.keep);
         }
-        known.settle();
-        Ok(())
+        Ok(again)
     }
 
     /// A rigid surface: clusters of its faces, then edges and vertices of the faces that touch. All of it is kept while it moves no

@@ -128,6 +128,7 @@ impl<'a> Run<'a> {
             thickness: spec.thickness,
             friction: spec.friction,
             hold: HOLD * spec.thickness,
+            keep: spec.thickness,
             threads,
             ..Query::default()
         };
