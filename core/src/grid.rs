@@ -255,7 +255,8 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         }
     }
 
-    /// Of a storage whose slopes cost more than its samples. Outside, a point is at least as far from the box as along one axis.
+    /// Lower bound from samples alone, where a storage's slopes cost more. Outside, a point is as far from the grid as along one
+    /// axis at least.
     #[inline(always)]
     fn lowest_in_box(&self, region: &Aabb) -> f64 {
         let nodes = if S::HAS_LOWEST { self.lattice.nodes_around(region) } else { None };

@@ -13,7 +13,7 @@ fn random(seed: &mut u64) -> u64 {
     *seed >> 33
 }
 
-/// A sparse grid of random samples whose slots are empty by turns.
+/// A sparse grid of random samples between a lowest one and two more, with some slots empty.
 struct Bricks {
     table: Vec<u32>,
     scales: Vec<Scale>,
@@ -23,7 +23,7 @@ struct Bricks {
 }
 
 impl Bricks {
-    fn new(lattice: &Lattice) -> Self {
+    fn new(lattice: &Lattice, lowest: f32) -> Self {
         let mut seed = 7;
         let [x, y, z] = brick_counts(lattice);
         let mut bricks = Self { table: vec![], scales: vec![], samples: vec![], bounds: vec![], coarse: vec![] };
@@ -33,11 +33,13 @@ impl Bricks {
                 continue;
             }
             bricks.table.push(bricks.scales.len() as u32);
-            bricks.scales.push(Scale { base: -1.0, step: 2.0 / 65535.0 });
-            bricks.bounds.push(BlockBounds { range: Interval { lower: -1.0, upper: 1.0 }, slope_bound: 9.0 });
+            bricks.scales.push(Scale { base: lowest, step: 2.0 / 65535.0 });
+            bricks
+                .bounds
+                .push(BlockBounds { range: Interval { lower: lowest, upper: lowest + 2.0 }, slope_bound: 9.0 });
             bricks.samples.extend((0..BRICK * BRICK * BRICK).map(|_| random(&mut seed) as u16));
         }
-        let coarse = (0..(x + 1) * (y + 1) * (z + 1)).map(|_| random(&mut seed) as f32 / 2.0_f32.powi(30) - 0.5);
+        let coarse = (0..(x + 1) * (y + 1) * (z + 1)).map(|_| lowest + random(&mut seed) as f32 / 2.0_f32.powi(30));
         bricks.coarse = coarse.collect();
         bricks
     }
@@ -55,7 +57,7 @@ fn lattice() -> Lattice {
 #[test]
 fn a_copied_box_has_the_samples_of_its_nodes() {
     let (lattice, mut seed) = (lattice(), 1);
-    let bricks = Bricks::new(&lattice);
+    let bricks = Bricks::new(&lattice, -1.0);
     let sparse = bricks.storage(&lattice);
     for case in 0..300 {
         // The first boxes are longer than all slots that are held at once.
@@ -86,14 +88,15 @@ fn a_copied_box_has_the_samples_of_its_nodes() {
 #[test]
 fn the_smooth_gradient_of_a_sparse_grid_is_that_of_its_samples_bit_for_bit() {
     let (lattice, mut seed) = (lattice(), 2);
-    let bricks = Bricks::new(&lattice);
+    let bricks = Bricks::new(&lattice, -1.0);
     let sparse = bricks.storage(&lattice);
     let [x, y, z] = NODES;
     let nodes = (0..x * y * z).map(|index| sparse.node([index % x, index / x % y, index / (x * y)]));
     let dense = Dense::new(&lattice, nodes.collect::<Vec<_>>()).unwrap();
     let (sparse, dense) = (Grid::new(lattice, sparse, 9.0).unwrap(), Grid::new(lattice, dense, 9.0).unwrap());
     for _ in 0..2000 {
-        let point = Vector3::from(NODES.map(|nodes| random(&mut seed) as f64 / f64::from(1 << 31) * f64::from(nodes)));
+        let point =
+            Vector3::from(NODES.map(|nodes| random(&mut seed) as f64 / f64::from(1_u32 << 31) * f64::from(nodes)));
         let [a, b] = [sparse.evaluate_smooth(point).gradient, dense.evaluate_smooth(point).gradient];
         assert_eq!(a.map(f64::to_bits), b.map(f64::to_bits), "{point:?}: {a:?}, {b:?}");
     }
@@ -102,19 +105,21 @@ fn the_smooth_gradient_of_a_sparse_grid_is_that_of_its_samples_bit_for_bit() {
 #[test]
 fn a_lower_bound_without_slopes_is_not_above_that_of_the_enclosure() {
     let (lattice, mut seed) = (lattice(), 3);
-    let bricks = Bricks::new(&lattice);
-    let grid = Grid::new(lattice, bricks.storage(&lattice), 9.0).unwrap();
-    let mut known = 0;
-    for _ in 0..2000 {
-        // Inside of the grid, across its border and beyond.
-        let min: [f64; 3] =
-            NODES.map(|nodes| (random(&mut seed) as f64 / f64::from(1 << 31) * 2.0 - 0.5) * f64::from(nodes));
-        let region = Aabb { min, max: min.map(|x| x + random(&mut seed) as f64 / f64::from(1 << 29)) };
-        let (lowest, enclosed) = (grid.lowest_in_box(&region), grid.enclose_box(&region).range.lower);
-        assert!(lowest <= enclosed, "{region:?}: {lowest}, {enclosed}");
-        let is_inside = grid.lattice().bounds().encloses(&region);
-        assert!(!is_inside || lowest == enclosed, "{region:?}: {lowest}, {enclosed}");
-        known += usize::from(lowest > f64::NEG_INFINITY);
+    for lowest in [-1.0, 0.25] {
+        let bricks = Bricks::new(&lattice, lowest);
+        let grid = Grid::new(lattice, bricks.storage(&lattice), 9.0).unwrap();
+        let mut known = 0;
+        for _ in 0..2000 {
+            // Inside of the grid, across its border and beyond.
+            let share = |seed: &mut u64| random(seed) as f64 / f64::from(1_u32 << 31);
+            let min: [f64; 3] = NODES.map(|nodes| (share(&mut seed) * 2.0 - 0.5) * f64::from(nodes));
+            let region = Aabb { min, max: min.map(|x| x + 4.0 * share(&mut seed)) };
+            let (lowest, enclosed) = (grid.lowest_in_box(&region), grid.enclose_box(&region).range.lower);
+            assert!(lowest <= enclosed, "{region:?}: {lowest}, {enclosed}");
+            let is_inside = grid.lattice().bounds().encloses(&region);
+            assert!(!is_inside || lowest == enclosed, "{region:?}: {lowest}, {enclosed}");
+            known += usize::from(lowest > f64::NEG_INFINITY);
+        }
+        assert!(known > 1500, "{known}");
     }
-    assert!(known > 1500, "{known}");
 }
