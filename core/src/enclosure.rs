@@ -24,6 +24,12 @@ pub trait EnclosedSdf: Sdf {
         BoxEnclosure { slope_bound: self.slope_bound(), ..BoxEnclosure::ANYTHING }
     }
 
+    /// Lower bound of φ in a box, at most that of [`enclose_box`](Self::enclose_box), in less time; −∞ where there is none.
+    #[inline(always)]
+    fn lowest_in_box(&self, _region: &Aabb) -> f64 {
+        f64::NEG_INFINITY
+    }
+
     /// Bounds of φ and ∇φ on the convex hull of one to four points, from one or two evaluations, the first at `about`, a point
     /// of the hull: the nearer that is to the minimum, the tighter.
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
@@ -98,6 +104,10 @@ impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
     #[inline(always)]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         (**self).enclose_box(region)
+    }
+    #[inline(always)]
+    fn lowest_in_box(&self, region: &Aabb) -> f64 {
+        (**self).lowest_in_box(region)
     }
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
         (**self).enclosure(about, corners)

@@ -30,6 +30,7 @@ mod plain_normals;
 mod slope;
 mod smooth;
 pub mod sparse;
+mod storage;
 mod trilinear;
 
 use nalgebra::Vector3;
@@ -43,91 +44,13 @@ pub use lattice::Lattice;
 pub use plain_normals::PlainNormals;
 use slope::lowest_boundary_sample;
 pub use slope::{cell_slope, measure_slope_bound, slope_bound_with_outside};
+pub use storage::Storage;
 
 use crate::number::interval::Interval;
 use crate::number::{Float, Real};
 use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Parameter, Sample, Sdf};
-
-/// Access to a grid's samples.
-pub trait Storage {
-    /// Samples at the eight corners of a cell, x fastest: 000, 100, 010, 110, 001, 101, 011, 111. The cell's indices
-    /// are below [`Lattice::cells`].
-    fn corners(&self, cell: [u32; 3]) -> [f32; 8];
-
-    /// [`corners`](Self::corners) of `N` cells. Indices are given axis by axis as whole numbers; the result is by
-    /// corner, then by cell.
-    #[inline(always)]
-    fn corners_in_lanes<R: Float, const N: usize>(&self, [x, y, z]: [[R; N]; 3]) -> [[R; N]; 8] {
-        let mut corners = [[R::zero(); N]; 8];
-        for cell in 0..N {
-            let samples = self.corners([x[cell].to_index(), y[cell].to_index(), z[cell].to_index()]);
-            for corner in 0..8 {
-                corners[corner][cell] = R::from_stored(samples[corner]);
-            }
-        }
-        corners
-    }
-
-    /// Is it dear to read a node? A search that reads the same nodes often then copies them first, by
-    /// [`copy_row`](Self::copy_row).
-    const IS_COPIED: bool = false;
-
-    /// Copies `count` samples along x from the node `first` on, and may write up to eight more. `row` has room for them; where it
-    /// has not, fewer are copied.
-    fn copy_row(&self, [x, y, z]: [u32; 3], count: u32, row: &mut [f32]) {
-        for (node, sample) in (x..x.saturating_add(count)).zip(row) {
-            // The last node along an axis is the far corner of the cell before.
-            let back = |index: u32| index.saturating_sub(1);
-            let corner = usize::from(node > 0) | usize::from(y > 0) << 1 | usize::from(z > 0) << 2;
-            *sample = self.corners([back(node), back(y), back(z)])[corner % 8];
-        }
-    }
-
-    /// Can [`block_bounds`](Self::block_bounds) return `Some`? If not, it is never called.
-    const HAS_BLOCK_BOUNDS: bool = false;
-
-    /// Error bounds of the cells between the nodes `first` and `last`, if the storage has them.
-    fn error_bound(&self, _first: [u32; 3], _last: [u32; 3], _at: Sampling) -> Option<ErrorBound> {
-        None
-    }
-
-    /// Bounds of the nodes from `first` to `last`, if the storage has them without visiting each node.
-    fn block_bounds(&self, _first: [u32; 3], _last: [u32; 3]) -> Option<BlockBounds> {
-        None
-    }
-}
-
-impl<S: Storage> Storage for &S {
-    #[inline(always)]
-    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        (**self).corners(cell)
-    }
-
-    #[inline(always)]
-    fn corners_in_lanes<R: Float, const N: usize>(&self, cells: [[R; N]; 3]) -> [[R; N]; 8] {
-        (**self).corners_in_lanes(cells)
-    }
-
-    const IS_COPIED: bool = S::IS_COPIED;
-
-    #[inline(always)]
-    fn copy_row(&self, first: [u32; 3], count: u32, row: &mut [f32]) {
-        (**self).copy_row(first, count, row);
-    }
-
-    const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;
-
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
-        (**self).error_bound(first, last, at)
-    }
-
-    #[inline(always)]
-    fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
-        (**self).block_bounds(first, last)
-    }
-}
 
 /// Bounds of a block of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -337,6 +260,20 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
             [a, b, c] => self.minimum_on_triangle([a, b, c], goal).map(resize),
             _ => None,
         }
+    }
+
+    /// Lower bound from samples alone, where a storage's slopes cost more. Outside, a point is as far from the grid as along one
+    /// axis at least.
+    #[inline(always)]
+    fn lowest_in_box(&self, region: &Aabb) -> f64 {
+        let nodes = if S::HAS_LOWEST { self.lattice.nodes_around(region) } else { None };
+        let Some(lowest) = nodes.and_then(|[first, last]| self.storage.lowest(first, last)) else {
+            return f64::NEG_INFINITY;
+        };
+        let (bounds, lowest) = (self.lattice.bounds(), f64::from(lowest));
+        let gap = |k: usize| (bounds.min[k] - region.max[k]).max(region.min[k] - bounds.max[k]);
+        let distance = gap(0).max(gap(1)).max(gap(2)).max(0.0);
+        if lowest < 0.0 { lowest + distance } else { lowest.max(distance) }
     }
 
     /// φ(c) + ∇φ(c)·(x − c) − φ(x) ≤ ½ (upper − lower)·s, with all gradients in \[lower, upper\] and s the box's

@@ -58,6 +58,11 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
         self.storage.copy_row(first, count, row);
     }
 
+    #[inline(always)]
+    fn copy_box(&self, first: [u32; 3], counts: [u32; 3], samples: &mut [f32]) {
+        self.storage.copy_box(first, counts, samples);
+    }
+
     fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         self.storage.error_bound(first, last, at)
     }

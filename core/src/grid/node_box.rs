@@ -1,7 +1,7 @@
 //! The samples of a small box of nodes, copied out of a storage.
 //!
 //! A search on one triangle reads the same few nodes again and again. From a sparse grid each would be found anew in the table of
-//! bricks and decoded; copied once, row by row, they lie side by side as in a dense grid.
+//! bricks and decoded; copied once, brick by brick, they lie side by side as in a dense grid.
 
 use super::{Dense, Storage};
 use crate::number::Float;
@@ -9,7 +9,7 @@ use crate::number::Float;
 /// Most nodes in a box, those that are read beyond the last row included. Small processors have less memory for a stack.
 pub(super) const ROOM: usize = if cfg!(feature = "std") { 1024 } else { 256 };
 
-/// Nodes that [`Storage::copy_row`] may write beyond the end of a row.
+/// Nodes that [`Storage::copy_box`] may write beyond the end of the box.
 pub(super) const SPILL: usize = 8;
 
 /// A copy of the nodes of a box. Cells are counted as in the grid.
@@ -22,17 +22,9 @@ impl NodeBox {
     /// A copy of so many nodes from `first` on. Their number is at most [`ROOM`] − [`SPILL`].
     #[inline(always)]
     pub fn new<S: Storage>(storage: &S, first: [u32; 3], counts: [u32; 3]) -> Self {
-        let [x, y, z] = counts;
+        let [x, y, _] = counts;
         let mut samples = [0.0; ROOM];
-        let mut at = 0_usize;
-        for k in 0..z {
-            for j in 0..y {
-                let node = [first[0], first[1].wrapping_add(j), first[2].wrapping_add(k)];
-                // In this order: what is written beyond a row's end is overwritten by the next.
-                storage.copy_row(node, x, samples.get_mut(at..).unwrap_or(&mut []));
-                at = at.wrapping_add(x as usize);
-            }
-        }
+        storage.copy_box(first, counts, &mut samples);
         let row = x as usize;
         Self { samples: Dense::with_rows(samples, row, row.wrapping_mul(y as usize)), first }
     }

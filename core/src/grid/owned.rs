@@ -130,6 +130,17 @@ impl Storage for OwnedStorage {
         for_each_storage!(self, dense => dense.copy_row(first, count, row), sparse => sparse.copy_row(first, count, row));
     }
 
+    fn copy_box(&self, first: [u32; 3], counts: [u32; 3], to: &mut [f32]) {
+        for_each_storage!(self, dense => dense.copy_box(first, counts, to), sparse => sparse.copy_box(first, counts, to));
+    }
+
+    const HAS_LOWEST: bool = true;
+
+    #[inline]
+    fn lowest(&self, first: [u32; 3], last: [u32; 3]) -> Option<f32> {
+        for_each_storage!(self, dense => dense.lowest(first, last), sparse => sparse.lowest(first, last))
+    }
+
     const HAS_BLOCK_BOUNDS: bool = true;
 
     fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {

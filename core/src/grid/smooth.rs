@@ -24,15 +24,21 @@
 //! ```text
 //! g(x) = (|φ(P)| ∇S(P) + x − P) / √(d² + φ(P)²)
 //! ```
+//!
+//! Away from the border the samples of a sparse grid are copied before they are summed, so that each brick is found once.
 
 use nalgebra::Vector3;
 
+use super::node_box::SPILL;
 use super::{Lattice, Storage};
 use crate::number::Float;
 use crate::vector::norm;
 
 /// Nodes along each axis that a point's value depends on.
 const TAPS: usize = 6;
+
+/// Rows of nodes along x that a point's value depends on.
+const ROWS: usize = TAPS * TAPS;
 
 /// ∇S at the point, continued outside the grid; `value_at_box` returns φ at the nearest point of the box.
 pub(super) fn smooth_gradient<R: Float, S: Storage>(
@@ -44,7 +50,9 @@ pub(super) fn smooth_gradient<R: Float, S: Storage>(
     let ((origin, spacing, inv_spacing), cells) = (lattice.in_numbers::<R>(), lattice.cells());
     let axes: [AxisTaps<R>; 3] =
         core::array::from_fn(|axis| AxisTaps::new(cells[axis], (point[axis] - origin[axis]) * inv_spacing));
-    let inside = contract(&axes, storage) * inv_spacing;
+    // Small processors have less room for code.
+    let is_copied = S::IS_COPIED && cfg!(feature = "std") && axes.iter().all(AxisTaps::is_in_row);
+    let inside = if is_copied { contract_rows(&axes, storage) } else { contract(&axes, storage) } * inv_spacing;
     if axes.iter().all(|taps| taps.is_inside) {
         return inside;
     }
@@ -70,6 +78,12 @@ struct AxisTaps<R> {
 }
 
 impl<R: Float> AxisTaps<R> {
+    /// Are the nodes six in a row?
+    fn is_in_row(&self) -> bool {
+        let [first, second, third] = self.cells;
+        second == first.wrapping_add(2) && third == first.wrapping_add(4)
+    }
+
     /// For each cell: its index, and the weights of its two corners.
     fn corner_pairs(&self) -> impl Iterator<Item = (u32, [R; 2], [R; 2])> {
         (0..TAPS / 2).map(|k| {
@@ -151,6 +165,33 @@ fn by_cell<R: Float>(weights: [R; TAPS], first: u32, cells: [u32; TAPS / 2]) -> 
         let node = cells[corner / 2].wrapping_add(corner as u32 & 1).wrapping_sub(first);
         if node < wanted { R::zero() } else { weights.get(node as usize).copied().unwrap_or_else(R::zero) }
     })
+}
+
+/// [`contract`] of nodes that are six in a row along each axis: the same sums in the same order, and so the same bits.
+fn contract_rows<R: Float, S: Storage>([x, y, z]: &[AxisTaps<R>; 3], storage: &S) -> Vector3<R> {
+    let mut samples = [0.0_f32; ROWS * TAPS + SPILL];
+    storage.copy_box([x.cells[0], y.cells[0], z.cells[0]], [TAPS as u32; 3], &mut samples);
+    // Along each row, the sums of S and of its slope.
+    let mut sums = [[R::zero(); 2]; ROWS];
+    for (sum, row) in sums.iter_mut().zip(samples.chunks_exact(TAPS)) {
+        for pair in 0..TAPS / 2 {
+            let (low, high) = (R::from_stored(row[2 * pair]), R::from_stored(row[2 * pair + 1]));
+            sum[0] += low * x.weights[2 * pair] + high * x.weights[2 * pair + 1];
+            sum[1] += low * x.slopes[2 * pair] + high * x.slopes[2 * pair + 1];
+        }
+    }
+    let mut gradient = Vector3::zeros();
+    for k in (0..TAPS).step_by(2) {
+        for j in (0..TAPS).step_by(2) {
+            for layer in k..k + 2 {
+                let [low, high] = [sums[layer * TAPS + j], sums[layer * TAPS + j + 1]];
+                gradient.x += (low[1] * y.weights[j] + high[1] * y.weights[j + 1]) * z.weights[layer];
+                gradient.y += (low[0] * y.slopes[j] + high[0] * y.slopes[j + 1]) * z.weights[layer];
+                gradient.z += (low[0] * y.weights[j] + high[0] * y.weights[j + 1]) * z.slopes[layer];
+            }
+        }
+    }
+    gradient
 }
 
 /// The three derivatives of the spline: sums over six nodes along x, then y, then z, cell by cell.

@@ -7,6 +7,8 @@
 //! A node is found in two steps, as in the two-level grids of OpenVDB (Museth 2013): `table` maps its slot to a brick
 //! number, and the node's position modulo 8 gives the sample within the brick.
 
+mod copy;
+
 use nalgebra::Vector3;
 
 use super::block_bounds::{merge_blocks, merge_slots};
@@ -221,21 +223,6 @@ impl<B: BrickData> Sparse<B> {
         }
     }
 
-    /// Samples of a brick along x from a node on: as many as wanted, and whatever follows them.
-    #[inline(always)]
-    fn copy_codes(&self, brick: usize, [x, y, z]: [u32; 3], count: u32, samples: &mut [f32; 8]) {
-        let first = (((z % BRICK) * BRICK + y % BRICK) * BRICK + x % BRICK) as usize;
-        let first = brick.wrapping_mul(BRICK_SAMPLES).wrapping_add(first);
-        let (Some(codes), Some(scale)) = (self.bricks.codes().get(first..), self.bricks.scale(brick)) else { return };
-        match codes.first_chunk::<8>() {
-            Some(codes) => samples.iter_mut().zip(codes).for_each(|(sample, code)| *sample = code.decode(scale)),
-            None => {
-                let wanted = samples.iter_mut().take(count as usize);
-                wanted.zip(codes).for_each(|(sample, code)| *sample = code.decode(scale));
-            }
-        }
-    }
-
     /// Corners of a cell that lies in one brick: the first and last of them are 73 samples apart.
     #[inline]
     fn corners_in_brick(&self, brick: usize, [x, y, z]: [u32; 3]) -> [f32; 8] {
@@ -282,6 +269,13 @@ impl<B: BrickData> Sparse<B> {
         }
     }
 
+    /// Interval of the samples at the nodes of a slot: that of [`slot_bounds`](Self::slot_bounds).
+    #[inline(always)]
+    fn slot_range(&self, slot: [u32; 3]) -> Interval<f32> {
+        let stored = self.brick_in_slot(slot).and_then(|brick| self.bricks.bounds_of_brick(brick));
+        stored.map_or_else(|| range_of(self.coarse_corners(slot)), |bounds| bounds.range)
+    }
+
     /// Bounds of the nodes of a slot.
     ///
     /// An empty slot has those of its coarse cell: a cell with all corners in empty slots lies in one coarse cell,
@@ -290,14 +284,22 @@ impl<B: BrickData> Sparse<B> {
         let stored = self.brick_in_slot(slot).and_then(|brick| self.bricks.bounds_of_brick(brick));
         stored.unwrap_or_else(|| {
             let corners = self.coarse_corners(slot);
-            let lower = corners.into_iter().fold(f32::INFINITY, f32::min);
-            let upper = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            let Interval { lower, upper } = range_of(corners);
             let Self { spacing, .. } = *self;
             let rounding = INTERPOLATION * f64::from(f32::EPSILON) * f64::from(upper.max(-lower)) / spacing;
             let slope_bound = (cell_slope(corners, spacing * f64::from(BRICK)) + rounding) as f32;
             BlockBounds { range: Interval { lower, upper }, slope_bound }
         })
     }
+}
+
+/// The lowest and the highest of the samples at the corners of a cell.
+#[inline(always)]
+fn range_of(corners: [f32; 8]) -> Interval<f32> {
+    // As `min` and `max` for what is not NaN, in one instruction each.
+    let lower = corners.into_iter().fold(f32::INFINITY, |lower, x| if x < lower { x } else { lower });
+    let upper = corners.into_iter().fold(f32::NEG_INFINITY, |upper, x| if upper < x { x } else { upper });
+    Interval { lower, upper }
 }
 
 impl<B: BrickData> Sparse<B> {
@@ -317,7 +319,7 @@ impl<B: BrickData> Sparse<B> {
     /// Lipschitz bound 4 √3 h of a coarse cell and √3/2 h of one voxel.
     fn coarse_error(&self, slot: [u32; 3], near: f64, at: Sampling) -> ErrorBound {
         let Sampling { spacing, band, deep_error } = at;
-        let BlockBounds { range, .. } = self.slot_bounds(slot);
+        let range = self.slot_range(slot);
         let magnitude = f64::from(range.upper.max(-range.lower));
         let rounding = INTERPOLATION * f64::from(f32::EPSILON) * magnitude;
         let rise = near.max(3.0 / 8.0 * spacing * spacing / band + rounding);
@@ -354,30 +356,22 @@ impl<B: BrickData> Storage for Sparse<B> {
 
     const IS_COPIED: bool = true;
 
-    fn copy_row(&self, [x, y, z]: [u32; 3], count: u32, row: &mut [f32]) {
-        let end = x.saturating_add(count);
-        let mut node = x;
-        while node < end {
-            let slot = brick_slot([node, y, z]);
-            let next = slot[0].wrapping_add(1).wrapping_mul(BRICK).min(end);
-            let rest = row.get_mut(node.wrapping_sub(x) as usize..).unwrap_or(&mut []);
-            let rest = rest.get_mut(..BRICK as usize).and_then(|rest| rest.first_chunk_mut::<8>());
-            let Some(rest) = rest else { return };
-            match self.brick_in_slot(slot) {
-                Some(brick) => self.copy_codes(brick, [node, y, z], next.wrapping_sub(node), rest),
-                None => {
-                    let coarse = self.coarse_corners(slot);
-                    let fraction = |index: u32| (index % BRICK) as f32 / BRICK as f32;
-                    let (y, z) = (fraction(y), fraction(z));
-                    // All eight, though the coarse cell ends before: the rest is overwritten.
-                    for (index, sample) in (0..8_u16).zip(rest) {
-                        let x = ((node % BRICK) as f32 + f32::from(index)) / BRICK as f32;
-                        *sample = trilinear::interpolate(coarse, Vector3::new(x, y, z)).0;
-                    }
-                }
-            }
-            node = next;
-        }
+    #[inline]
+    fn copy_row(&self, first: [u32; 3], count: u32, row: &mut [f32]) {
+        self.copy_slots_along_row(first, count, row);
+    }
+
+    #[inline]
+    fn copy_box(&self, first: [u32; 3], counts: [u32; 3], samples: &mut [f32]) {
+        self.copy_slots_of_box(first, counts, samples);
+    }
+
+    // Slopes of empty slots are computed.
+    const HAS_LOWEST: bool = true;
+
+    #[inline(always)]
+    fn lowest(&self, first: [u32; 3], last: [u32; 3]) -> Option<f32> {
+        merge_slots(first, last, f32::INFINITY, |slot| Some(self.slot_range(slot).lower), f32::min)
     }
 
     const HAS_BLOCK_BOUNDS: bool = true;

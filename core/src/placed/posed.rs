@@ -91,6 +91,13 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
         }
     }
 
+    #[inline(always)]
+    fn lowest_in_box(&self, region: &Aabb) -> f64 {
+        let local = self.pose.as_ref().map_or(*region, |pose| pose.pull_bounds(*region));
+        let lowest = self.field.lowest_in_box(&local);
+        self.pose.as_ref().map_or(lowest, |pose| lowest * pose.scale())
+    }
+
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         match self.placed() {
             None => self.field.error_bound(region),

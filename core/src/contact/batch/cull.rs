@@ -117,8 +117,13 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
         }
         let corner = |bounds: &[[R; L]; 3]| from_fn(|axis| bounds[axis][lane].to_f64());
         let region = Aabb { min: corner(&boxes.min), max: corner(&boxes.max) };
+        // Most elements are far off, and need no slope bound.
+        let margin = self.margin.margin(index);
+        if margin < R::from_f64(self.field.lowest_in_box(&region)) - boxes.rounding[lane] {
+            return Err(CullReason::Culled);
+        }
         let in_box = BoxBound::new(self.field, &region, boxes.rounding[lane]);
-        if self.margin.margin(index) < in_box.lower { Err(CullReason::Culled) } else { Ok(in_box) }
+        if margin < in_box.lower { Err(CullReason::Culled) } else { Ok(in_box) }
     }
 
     /// The second half of it: a lower bound on each survivor.
