@@ -3,7 +3,7 @@
 # each kernel takes with .ci/gpu.txt. No card is needed.
 #
 #     .ci/gpu.sh              compare
-#     .ci/gpu.sh --write      write the file anew
+#     .ci/gpu.sh --write      write the file anew, and the table of docs/gpu.md after it
 #     .ci/gpu.sh --out DIR    build only: DIR/kernels.ptx, DIR/kernels.sm_80.cubin, DIR/kernels.sm_90.cubin
 #
 # Fails if a kernel has more spilled bytes, f64 operations or calls than in the file, if any is contracted to an fma, or if something
@@ -17,6 +17,7 @@ cd "$(dirname "$0")/.."
 . .ci/packages.sh
 
 file=.ci/gpu.txt
+table=docs/gpu.md
 ptxas_package=nvidia-cuda-nvcc-cu12==12.9.86
 targets=(sm_80 sm_90)
 target_dir=$(realpath -m "${CARGO_TARGET_DIR:-target}")/gpu-kernels
@@ -37,6 +38,8 @@ main() {
         --write)
             { grep '^#' "$file" | sed "s/^# versions: .*/# versions: $(versions)/"; measure; } >"$target_dir/new"
             cp "$target_dir/new" "$file"
+            document >"$target_dir/new"
+            cp "$target_dir/new" "$table"
             ;;
         *) compare ;;
     esac
@@ -90,7 +93,19 @@ measure() {
     done | sort
 }
 
+# docs/gpu.md with the numbers of the file in the table of kernels.
+document() {
+    awk '
+        FNR == NR { if ($2 == "sm_90") of[$1] = $3 " | " $4 " | " $5 " | " $6 " | " $7; next }
+        match($0, /^\| `[a-z0-9_]+` \|/) {
+            kernel = substr($0, 4, RLENGTH - 6)
+            if (kernel in of) { print "| `" kernel "` | " of[kernel] " |"; next }
+        }
+        { print }' "$file" "$table"
+}
+
 compare() {
+    document | cmp -s - "$table" || fail "the table of $table is not that of $file: .ci/gpu.sh --write"
     local same=yes status=0 line
     [ "$(sed -n 's/^# versions: //p' "$file")" = "$(versions)" ] || same=no
     measure >"$target_dir/found"

@@ -12,8 +12,8 @@
 //! n = (∇φ ± (1 − |∇φ|) m) / |…|        m: the face's inside of a face, else that of the vertices, by the contact's weights
 //! ```
 //!
-//! On a smooth surface |∇φ| = 1, and n is the field's. So it is inside of a body: there |∇φ| falls short of 1 near the middle too, which is
-//! no tip.
+//! On a smooth surface |∇φ| = 1, and n is the field's. Inside of a body it always is: there |∇φ| falls short of 1 near the middle too,
+//! which is no tip.
 
 use sdf_core::contact::{Contact, ElementKind, Feature};
 

@@ -99,6 +99,7 @@ fn doc_comments_begin_with_a_noun_or_a_verb() {
 
 #[test]
 fn no_two_public_types_of_a_crate_share_a_name() {
+    let mut all = 0;
     for member in members() {
         let mut sources = Vec::new();
         read_sources(&root().join(&member).join("src"), &mut sources);
@@ -109,10 +110,11 @@ fn no_two_public_types_of_a_crate_share_a_name() {
                 files.entry(name).or_default().push(path);
             }
         }
-        assert!(!files.is_empty(), "{member} has no public types");
+        all += files.len();
         files.retain(|_, files| files.len() > 1);
         assert!(files.is_empty(), "{member}: rename all but one of these types: {files:#?}");
     }
+    assert!(all > 100, "found {all} public types only");
 }
 
 /// The name of the public type that a line declares.
