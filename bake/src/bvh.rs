@@ -16,6 +16,7 @@ pub mod bounding_disc;
 mod prune;
 mod query;
 
+use std::ops::Deref;
 use std::sync::OnceLock;
 
 use sdf_core::hilbert::{BITS, hilbert_index};
@@ -56,6 +57,33 @@ pub(crate) struct Bvh {
     pub arch: pulp::Arch,
 }
 
+/// A tree whose approximations and discs are there: reads go straight to them.
+#[derive(Clone, Copy)]
+pub(crate) struct PacketTree<'a> {
+    tree: &'a Bvh,
+    /// Approximation of each slot in [`Bvh::frame`].
+    pub approx: &'a [ApproxTriangle],
+    bounding_discs: &'a [Vec<BoundingDisc>],
+}
+
+impl Deref for PacketTree<'_> {
+    type Target = Bvh;
+
+    #[inline(always)]
+    fn deref(&self) -> &Bvh {
+        self.tree
+    }
+}
+
+impl PacketTree<'_> {
+    /// Disc around the triangles of a node. Nodes directly above triangles have height 1. Only the levels that
+    /// [`Bvh::with_discs_above`] chose have discs.
+    #[inline(always)]
+    pub fn bounding_disc(&self, height: usize, node: u32) -> &BoundingDisc {
+        &self.bounding_discs[height - 1][node as usize]
+    }
+}
+
 /// Approximations and discs, which searches of packets ask for beside the tree.
 struct ForPackets {
     /// Approximation of each slot in [`Bvh::frame`].
@@ -81,13 +109,15 @@ impl Bvh {
         Self { disc_nodes: min_nodes, ..Self::for_points(mesh) }
     }
 
-    /// Makes what searches of packets ask for, unless it is there. Outside of the lock: a thread that waits for others within it
-    /// could come back to it.
-    pub fn prepare_packets(&self) {
+    /// The tree with what searches of packets ask for, which is made unless it is there. Outside of the lock: a thread that waits for
+    /// others within it could come back to it.
+    pub fn prepare_packets(&self) -> PacketTree<'_> {
         if self.for_packets.get().is_none() {
             let for_packets = self.new_for_packets();
             self.for_packets.get_or_init(|| for_packets);
         }
+        let ForPackets { approx, bounding_discs } = self.for_packets.get_or_init(|| self.new_for_packets());
+        PacketTree { tree: self, approx, bounding_discs }
     }
 
     fn new_for_packets(&self) -> ForPackets {
@@ -137,14 +167,6 @@ impl Bvh {
     #[inline(always)]
     pub fn approx(&self) -> &[ApproxTriangle] {
         self.for_packets.get().map_or(&[], |for_packets| &for_packets.approx)
-    }
-
-    /// Disc around the triangles of a node. Nodes directly above triangles have height 1. Only the levels that
-    /// [`Self::with_discs_above`] chose have discs, once [`Self::prepare_packets`] made them.
-    #[inline(always)]
-    pub fn bounding_disc(&self, height: usize, node: u32) -> &BoundingDisc {
-        let discs = self.for_packets.get().map_or(&[][..], |for_packets| &for_packets.bounding_discs);
-        &discs[height - 1][node as usize]
     }
 }
 

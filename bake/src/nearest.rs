@@ -20,7 +20,7 @@ pub mod octant_cull;
 mod octants;
 mod prefilter;
 
-use crate::bvh::{Bvh, MAX_EXPANDED, NearestTriangle};
+use crate::bvh::{Bvh, MAX_EXPANDED, NearestTriangle, PacketTree};
 use crate::simd::{LANES, LaneLists};
 pub(crate) use nodes::{NODES, PacketNodes, SIDE, packet_rows};
 use octants::corner;
@@ -28,7 +28,7 @@ use prefilter::Prefilter;
 
 /// Searches packets, and keeps the nearest triangle of each node of the last one.
 pub(crate) struct PacketSearch<'a> {
-    tree: &'a Bvh,
+    tree: PacketTree<'a>,
     /// Results, x fastest. Entries of nodes outside the packet's counts are meaningless.
     nearest: Vec<NearestToNode>,
     /// Slot of the triangle nearest to the center of the last packet.
@@ -54,9 +54,8 @@ pub(crate) struct NearestToNode {
 
 impl<'a> PacketSearch<'a> {
     pub fn new(tree: &'a Bvh) -> Self {
-        tree.prepare_packets();
         Self {
-            tree,
+            tree: tree.prepare_packets(),
             nearest: vec![NearestToNode::default(); NODES],
             guess: 0,
             last: None,

@@ -5,7 +5,7 @@ use sdf_core::nalgebra::Vector3;
 use super::nearest_x8::NearestX8;
 use super::octants::{Octants, corner};
 use super::{NearestToNode, PacketNodes, PacketSearch, SIDE};
-use crate::bvh::{Bvh, PruneBound};
+use crate::bvh::{PacketTree, PruneBound};
 use crate::nearest::octant_cull::{NearestPoints, OctantCull};
 use crate::rounding::{CHAIN_SLACK, NODE_POSITION_ROUNDING};
 use crate::simd::{LANES, LaneLists, Lanes, VectorX8, lane_of, or_lanes};
@@ -84,7 +84,7 @@ impl PacketSearch<'_> {
     /// Searches 4 × 4 × 4 nodes from `first` on, whose candidates are triangles.
     #[inline(always)]
     fn search_triangles(&mut self, nodes: &PacketNodes, first: [usize; 3], suboctants: &Octants, max_distance: f64) {
-        let (approx, frame) = (self.tree.approx(), &self.tree.frame);
+        let (approx, frame) = (self.tree.approx, self.tree.frame);
         self.prefilter.filter(approx, &self.candidates, suboctants);
         let lower_bounds =
             if max_distance < f64::INFINITY { self.prefilter.lower_bounds(suboctants) } else { [0.0; LANES] };
@@ -153,7 +153,7 @@ impl PacketSearch<'_> {
             self.tree.expand(height, &self.candidates, &bound, &mut self.expanded);
             std::mem::swap(&mut self.candidates, &mut self.expanded);
         }
-        let triangles = self.tree.approx();
+        let triangles = self.tree.approx;
         let mut nearest = NearestPoints::NONE;
         for slot in &self.candidates {
             nearest.update(*slot, triangles[*slot as usize].first_corner(), &local);
@@ -187,14 +187,14 @@ fn suboctant_first(first: [usize; 3], part: usize) -> [usize; 3] {
 
 /// A point of the mesh: the corner of a triangle in the middle of a tree node's disc.
 #[inline(always)]
-fn disc_corner(tree: &Bvh, height: usize, node: u32) -> Vector3<f64> {
+fn disc_corner(tree: PacketTree, height: usize, node: u32) -> Vector3<f64> {
     tree.corners[tree.bounding_disc(height, node).slot as usize][0]
 }
 
 /// Fills each octant's list with the tree nodes of one height that can hold the nearest to a point of the octant.
 /// Returns the tree node whose disc's center is nearest to each octant's.
 #[inline(always)]
-fn distribute(tree: &Bvh, height: usize, nodes: &[u32], octants: &Octants, lists: &mut LaneLists) -> Lanes<u32> {
+fn distribute(tree: PacketTree, height: usize, nodes: &[u32], octants: &Octants, lists: &mut LaneLists) -> Lanes<u32> {
     let centers = octants.centers();
     let mut nearest = NearestPoints::NONE;
     for node in nodes {
@@ -210,7 +210,7 @@ fn distribute(tree: &Bvh, height: usize, nodes: &[u32], octants: &Octants, lists
 
 /// Keeps those tree nodes of one height that can hold the nearest to one of eight points.
 #[inline(always)]
-fn retain_near(tree: &Bvh, height: usize, nodes: &mut Vec<u32>, points: &VectorX8<f32>, rounding: f32) {
+fn retain_near(tree: PacketTree, height: usize, nodes: &mut Vec<u32>, points: &VectorX8<f32>, rounding: f32) {
     let mut nearest = NearestPoints::NONE;
     for node in nodes.iter() {
         nearest.update(*node, tree.bounding_disc(height, *node).center, points);

@@ -1,4 +1,4 @@
-use crate::bvh::Bvh;
+use crate::bvh::PacketTree;
 use crate::nearest::NearestToNode;
 use crate::simd::{LANES, Lanes, VectorX8};
 use crate::triangle::nearest::distances_sq;
@@ -11,13 +11,13 @@ pub(super) struct NearestX8 {
 
 impl NearestX8 {
     #[inline(always)]
-    pub fn new(tree: &Bvh, points: &VectorX8<f64>, slot: u32) -> Self {
+    pub fn new(tree: PacketTree, points: &VectorX8<f64>, slot: u32) -> Self {
         Self { slots: [slot; LANES], distances_sq: distances_to_slot_sq(tree, points, slot) }
     }
 
     /// Takes a triangle where it is nearer, or equally near and of a lower slot.
     #[inline(always)]
-    pub fn update(&mut self, tree: &Bvh, points: &VectorX8<f64>, slot: u32) {
+    pub fn update(&mut self, tree: PacketTree, points: &VectorX8<f64>, slot: u32) {
         let found_sq = distances_to_slot_sq(tree, points, slot);
         for lane in 0..LANES {
             let (best, best_sq) = (self.slots[lane], self.distances_sq[lane]);
@@ -35,7 +35,7 @@ impl NearestX8 {
 }
 
 #[inline(always)]
-fn distances_to_slot_sq(tree: &Bvh, points: &VectorX8<f64>, slot: u32) -> Lanes<f64> {
+fn distances_to_slot_sq(tree: PacketTree, points: &VectorX8<f64>, slot: u32) -> Lanes<f64> {
     let slot = slot as usize;
-    distances_sq(points, &tree.corners[slot], tree.approx()[slot].is_sliver)
+    distances_sq(points, &tree.corners[slot], tree.approx[slot].is_sliver)
 }
