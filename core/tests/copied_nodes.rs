@@ -1,6 +1,9 @@
 //! Short cuts of sparse grids: boxes of nodes that are copied, smooth gradients from such copies, lower bounds without slopes.
 
-use sdf_core::grid::sparse::{BRICK, BrickSlices, NO_BRICK, Scale, Sparse, brick_counts};
+mod bricks;
+
+use bricks::Bricks;
+use sdf_core::grid::sparse::{BRICK, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf, Interval, Sdf};
@@ -14,40 +17,23 @@ fn random(seed: &mut u64) -> u64 {
 }
 
 /// A sparse grid of random samples between a lowest one and two more, with some slots empty.
-struct Bricks {
-    table: Vec<u32>,
-    scales: Vec<Scale>,
-    samples: Vec<u16>,
-    bounds: Vec<BlockBounds>,
-    coarse: Vec<f32>,
-}
-
-impl Bricks {
-    fn new(lattice: &Lattice, lowest: f32) -> Self {
-        let mut seed = 7;
-        let [x, y, z] = brick_counts(lattice);
-        let mut bricks = Self { table: vec![], scales: vec![], samples: vec![], bounds: vec![], coarse: vec![] };
-        for _ in 0..x * y * z {
-            if random(&mut seed).is_multiple_of(3) {
-                bricks.table.push(NO_BRICK);
-                continue;
-            }
-            bricks.table.push(bricks.scales.len() as u32);
-            bricks.scales.push(Scale { base: lowest, step: 2.0 / 65535.0 });
-            bricks
-                .bounds
-                .push(BlockBounds { range: Interval { lower: lowest, upper: lowest + 2.0 }, slope_bound: 9.0 });
-            bricks.samples.extend((0..BRICK * BRICK * BRICK).map(|_| random(&mut seed) as u16));
+fn random_bricks(lattice: &Lattice, lowest: f32) -> Bricks {
+    let mut seed = 7;
+    let [x, y, z] = brick_counts(lattice);
+    let mut bricks = Bricks::default();
+    for _ in 0..x * y * z {
+        if random(&mut seed).is_multiple_of(3) {
+            bricks.table.push(NO_BRICK);
+            continue;
         }
-        let coarse = (0..(x + 1) * (y + 1) * (z + 1)).map(|_| lowest + random(&mut seed) as f32 / 2.0_f32.powi(30));
-        bricks.coarse = coarse.collect();
-        bricks
+        bricks.table.push(bricks.scales.len() as u32);
+        bricks.scales.push(Scale { base: lowest, step: 2.0 / 65535.0 });
+        bricks.bounds.push(BlockBounds { range: Interval { lower: lowest, upper: lowest + 2.0 }, slope_bound: 9.0 });
+        bricks.samples.extend((0..BRICK * BRICK * BRICK).map(|_| random(&mut seed) as u16));
     }
-
-    fn storage(&self, lattice: &Lattice) -> Sparse<BrickSlices<'_, u16>> {
-        let Self { table, scales, samples, bounds, coarse } = self;
-        Sparse::new(lattice, BrickSlices { table, scales, samples, bounds, coarse }).unwrap()
-    }
+    let coarse = (0..(x + 1) * (y + 1) * (z + 1)).map(|_| lowest + random(&mut seed) as f32 / 2.0_f32.powi(30));
+    bricks.coarse = coarse.collect();
+    bricks
 }
 
 fn lattice() -> Lattice {
@@ -57,8 +43,8 @@ fn lattice() -> Lattice {
 #[test]
 fn a_copied_box_has_the_samples_of_its_nodes() {
     let (lattice, mut seed) = (lattice(), 1);
-    let bricks = Bricks::new(&lattice, -1.0);
-    let sparse = bricks.storage(&lattice);
+    let bricks = random_bricks(&lattice, -1.0);
+    let sparse = Sparse::new(&lattice, bricks.slices()).unwrap();
     for case in 0..300 {
         // The first boxes are longer than all slots that are held at once.
         let first = NODES.map(|nodes| if case < 5 { 0 } else { random(&mut seed) as u32 % nodes });
@@ -88,8 +74,8 @@ fn a_copied_box_has_the_samples_of_its_nodes() {
 #[test]
 fn the_smooth_gradient_of_a_sparse_grid_is_that_of_its_samples_bit_for_bit() {
     let (lattice, mut seed) = (lattice(), 2);
-    let bricks = Bricks::new(&lattice, -1.0);
-    let sparse = bricks.storage(&lattice);
+    let bricks = random_bricks(&lattice, -1.0);
+    let sparse = Sparse::new(&lattice, bricks.slices()).unwrap();
     let [x, y, z] = NODES;
     let nodes = (0..x * y * z).map(|index| sparse.node([index % x, index / x % y, index / (x * y)]));
     let dense = Dense::new(&lattice, nodes.collect::<Vec<_>>()).unwrap();
@@ -106,8 +92,8 @@ fn the_smooth_gradient_of_a_sparse_grid_is_that_of_its_samples_bit_for_bit() {
 fn a_lower_bound_without_slopes_is_not_above_that_of_the_enclosure() {
     let (lattice, mut seed) = (lattice(), 3);
     for lowest in [-1.0, 0.25] {
-        let bricks = Bricks::new(&lattice, lowest);
-        let grid = Grid::new(lattice, bricks.storage(&lattice), 9.0).unwrap();
+        let bricks = random_bricks(&lattice, lowest);
+        let grid = Grid::new(lattice, Sparse::new(&lattice, bricks.slices()).unwrap(), 9.0).unwrap();
         let mut known = 0;
         for _ in 0..2000 {
             // Inside of the grid, across its border and beyond.

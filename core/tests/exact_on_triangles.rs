@@ -1,7 +1,10 @@
 //! The exact minimum of a grid on a triangle is not above its minimum on any edge, or on any line along which the faces of cells
 //! cut it. Those are found another way here: plane by plane, by the exact minimum on a segment.
 
-use sdf_core::grid::sparse::{BRICK, BrickSlices, NO_BRICK, Scale, Sparse, brick_counts};
+mod bricks;
+
+use bricks::Bricks;
+use sdf_core::grid::sparse::{BRICK, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, measure_slope_bound};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Goal, Interval};
@@ -124,7 +127,7 @@ fn the_exact_minimum_on_a_triangle_is_not_above_that_on_any_edge_or_cut() {
         let dense = Dense::new(&lattice(), &samples[..]).unwrap();
         let slope_bound = measure_slope_bound(&lattice(), &dense);
         let dense = Grid::new(lattice(), dense, slope_bound).unwrap();
-        let bricks = Bricks::new(&samples, &mut random);
+        let bricks = sampled_bricks(&samples, &mut random);
         let sparse = Sparse::new(&lattice(), bricks.slices()).unwrap();
         let slope_bound = measure_slope_bound(&lattice(), &sparse);
         let sparse = Grid::new(lattice(), sparse, slope_bound).unwrap();
@@ -137,41 +140,26 @@ fn the_exact_minimum_on_a_triangle_is_not_above_that_on_any_edge_or_cut() {
 }
 
 /// A sparse grid of u16 with a brick in most slots.
-struct Bricks {
-    table: Vec<u32>,
-    scales: Vec<Scale>,
-    samples: Vec<u16>,
-    bounds: Vec<BlockBounds>,
-    coarse: Vec<f32>,
-}
-
-impl Bricks {
-    fn new(samples: &[f32], random: &mut Random) -> Self {
-        let at = |node: [u32; 3]| samples[lattice().index(std::array::from_fn(|k| node[k].min(NODES[k] - 1)))];
-        let [nx, ny, nz] = brick_counts(&lattice());
-        let mut bricks = Self { table: vec![], scales: vec![], samples: vec![], bounds: vec![], coarse: vec![] };
-        for slot in nodes([nx, ny, nz]) {
-            if random.next() < 0.3 {
-                bricks.table.push(NO_BRICK);
-                continue;
-            }
-            bricks.table.push(bricks.scales.len() as u32);
-            bricks.scales.push(Scale { base: -3.0, step: 6.0 / 65535.0 });
-            let range = Interval { lower: -3.0, upper: 3.0 };
-            bricks.bounds.push(BlockBounds { range, slope_bound: 100.0 });
-            for node in nodes([BRICK; 3]) {
-                let sample = at(std::array::from_fn(|k| slot[k] * BRICK + node[k]));
-                bricks.samples.push(((sample + 3.0) / 6.0 * 65535.0) as u16);
-            }
+fn sampled_bricks(samples: &[f32], random: &mut Random) -> Bricks {
+    let at = |node: [u32; 3]| samples[lattice().index(std::array::from_fn(|k| node[k].min(NODES[k] - 1)))];
+    let [nx, ny, nz] = brick_counts(&lattice());
+    let mut bricks = Bricks::default();
+    for slot in nodes([nx, ny, nz]) {
+        if random.next() < 0.3 {
+            bricks.table.push(NO_BRICK);
+            continue;
         }
-        bricks.coarse = nodes([nx + 1, ny + 1, nz + 1]).map(|node| at(node.map(|index| index * BRICK))).collect();
-        bricks
+        bricks.table.push(bricks.scales.len() as u32);
+        bricks.scales.push(Scale { base: -3.0, step: 6.0 / 65535.0 });
+        let range = Interval { lower: -3.0, upper: 3.0 };
+        bricks.bounds.push(BlockBounds { range, slope_bound: 100.0 });
+        for node in nodes([BRICK; 3]) {
+            let sample = at(std::array::from_fn(|k| slot[k] * BRICK + node[k]));
+            bricks.samples.push(((sample + 3.0) / 6.0 * 65535.0) as u16);
+        }
     }
-
-    fn slices(&self) -> BrickSlices<'_, u16> {
-        let Self { table, scales, samples, bounds, coarse } = self;
-        BrickSlices { table, scales, samples, bounds, coarse }
-    }
+    bricks.coarse = nodes([nx + 1, ny + 1, nz + 1]).map(|node| at(node.map(|index| index * BRICK))).collect();
+    bricks
 }
 
 /// Indices of so many nodes, x fastest.
