@@ -112,11 +112,13 @@ impl Bvh {
     /// The tree with what searches of packets ask for, which is made unless it is there. Outside of the lock: a thread that waits for
     /// others within it could come back to it.
     pub fn prepare_packets(&self) -> PacketTree<'_> {
-        if self.for_packets.get().is_none() {
-            let for_packets = self.new_for_packets();
-            self.for_packets.get_or_init(|| for_packets);
-        }
-        let ForPackets { approx, bounding_discs } = self.for_packets.get_or_init(|| self.new_for_packets());
+        let ForPackets { approx, bounding_discs } = match self.for_packets.get() {
+            Some(made) => made,
+            None => {
+                let made = self.new_for_packets();
+                self.for_packets.get_or_init(|| made)
+            }
+        };
         PacketTree { tree: self, approx, bounding_discs }
     }
 

@@ -45,6 +45,7 @@ mod quantize;
 mod splat;
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
@@ -213,8 +214,9 @@ impl<'a> SparseBaker<'a> {
             return None;
         }
         self.mesh.tree().prepare_packets();
+        let is_exceeded = AtomicBool::new(false);
         let slot_error = |index: usize| {
-            if self.mesh.is_cancelled() {
+            if self.mesh.is_cancelled() || is_exceeded.load(Ordering::Relaxed) {
                 return None;
             }
             let slot = self.map.slot(index);
@@ -225,7 +227,11 @@ impl<'a> SparseBaker<'a> {
                 guess = nearest.guess;
                 (nearest.distance, nearest.guess)
             });
-            (error <= max_error).then_some(error)
+            if error <= max_error {
+                return Some(error);
+            }
+            is_exceeded.store(true, Ordering::Relaxed);
+            None
         };
         let wanted = |slots: Range<usize>| slots.filter(|index| self.map.may_need_brick(*index));
         let max_of_slots =

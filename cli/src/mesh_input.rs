@@ -44,7 +44,7 @@ pub struct MeshFacts {
 pub fn read(path: &Path) -> Result<MeshInput> {
     let bytes = bytes(path)?;
     let shown = shown(path);
-    let (mesh, sha256) = rayon::join(|| read_bytes(&bytes, &shown), || Sha256::digest(&bytes).into());
+    let (mesh, sha256) = sdf_parallel::join(|| read_bytes(&bytes, &shown), || Sha256::digest(&bytes).into());
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(MeshInput::new(name, mesh?, sha256))
 }

@@ -60,8 +60,8 @@ pub trait Sdf {
     /// placed field, the origin of a grid. Values are rounded by ε · slope bound · this, however near to zero the point's own coordinates
     /// are; culls and lower bounds grant it.
     ///
-    /// By default the largest finite coordinate of [`bounds`](Self::bounds) at level 0, which holds for all formulas that compute with
-    /// centres and lengths of the shape's own size.
+    /// By default the largest finite coordinate of the shape's box, [`bounds`](Self::bounds) at level 0: enough for a formula whose
+    /// centres and lengths are no larger.
     fn magnitude<R: Real>(&self) -> R {
         R::from_f64(self.bounds(0.0).largest_finite_coordinate())
     }

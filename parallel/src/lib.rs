@@ -7,6 +7,8 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// Two calls, each on a thread of its own if one is free.
+pub use rayon::join;
 use rayon::prelude::*;
 
 /// Most chunks that a loop is cut into: many more than threads, so that none waits long for the last.

@@ -120,7 +120,8 @@ impl Known {
         asked
     }
 
-    /// Keeps what a search of the elements asked found, its contacts numbered as they were asked, and what is left of those before.
+    /// Records the contacts that a search of the asked elements found, numbered as they were asked, and the earlier contacts that still
+    /// hold.
     pub fn tell(&mut self, ids: &[u32], found: Vec<Contact<f64>>, again: Again, hold: f64, frame: &Isometry3<f64>) {
         let mut planes: BTreeMap<u32, Vec<(Contact<f64>, f64)>> = BTreeMap::new();
         for (contact, gap) in again.planes {

@@ -78,9 +78,7 @@ impl<'a> Marked<'a> {
             gaps.iter_mut().for_each(|gap| *gap *= BRICK as f32);
             gaps
         };
-        let mut both =
-            sdf_parallel::map_items(vec![From::Slots, From::Corners], || (), |(), from| in_voxels(from)).into_iter();
-        let [gaps, node_gaps] = [(); 2].map(|()| both.next().unwrap_or_default());
+        let (gaps, node_gaps) = sdf_parallel::join(|| in_voxels(From::Slots), || in_voxels(From::Corners));
         let mut marked = Self { mesh, lattice, slots, reach, gaps, node_gaps, deep: vec![] };
         marked.deep = marked.deep_slots(map);
         marked
