@@ -83,7 +83,7 @@ pub fn bake(mesh: &MeshDistance, lattice: &Lattice, on_nodes_done: &(dyn Fn(usiz
             if mesh.is_cancelled() {
                 return;
             }
-            let position = |[x, above, behind]: [usize; 3]| node(lattice, [x, y + above, z + behind]);
+            let position = &|[x, above, behind]: [usize; 3]| node(lattice, [x, y + above, z + behind]);
             let counts = [counts[0], (counts[1] - y).min(SIDE), (counts[2] - z).min(SIDE)];
             NodeBlock { counts, spacing: lattice.spacing(), position }.sign_rows(mesh, &[], &mut rows);
         });

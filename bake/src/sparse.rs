@@ -52,12 +52,12 @@ use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::MeshDistance;
 pub use assemble::{BrickSamples, BrickSources, NoSample, UnboundedGrid};
-use brick::Brick;
 use brick_map::BrickMap;
 pub use brick_map::STREAMED_SLOT_BYTES;
 pub use coarse_map::CoarseMap;
 pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;
+use quantize::{CodesMut, CodesRef};
 use splat::can_splat;
 use splat::frame::{PlaneFrame, plane_frames};
 
@@ -185,8 +185,7 @@ impl<'a> SparseBaker<'a> {
     pub fn max_bytes<C>(&self) -> usize {
         let per_brick =
             BRICK_SAMPLES * size_of::<C>() + size_of::<([u32; 3], Scale, [f64; 2], [BlockBounds; 2], f32)>();
-        let in_progress =
-            self.slot_count().min(SLOTS_AT_A_TIME) * (BRICK_SAMPLES * size_of::<C>() + size_of::<Brick<C>>());
+        let in_progress = self.slot_count().min(SLOTS_AT_A_TIME) * BRICK_SAMPLES * size_of::<C>();
         let bricks = self.max_bricks().saturating_mul(per_brick);
         let in_progress = in_progress + splat::max_bytes(self.mesh);
         bricks.saturating_add(in_progress).saturating_add(self.map.bytes())

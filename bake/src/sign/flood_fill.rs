@@ -38,10 +38,11 @@ pub(crate) const CLEARANCE: f64 = 1.0 + SINGLE_SLACK;
 const ON_SURFACE: f64 = 1e-4;
 
 /// Nodes of a regular grid, x fastest.
-pub(crate) struct NodeBlock<P> {
+#[derive(Clone, Copy)]
+pub(crate) struct NodeBlock<'a> {
     pub counts: [usize; 3],
     pub spacing: f64,
-    pub position: P,
+    pub position: &'a (dyn Fn([usize; 3]) -> Vector3<f64> + Sync),
 }
 
 /// A point with a known winding number, beside a node of a block.
@@ -72,7 +73,7 @@ fn padded_index(node: [usize; 3], strides: [usize; 3]) -> usize {
     (0..3).map(|axis| (node[axis] + 1) * strides[axis]).sum()
 }
 
-impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
+impl NodeBlock<'_> {
     /// Negates the distances of all nodes inside, x fastest. Each is a lower bound of the true one.
     ///
     /// The signs do not depend on the seeds, but the time does.
@@ -82,7 +83,7 @@ impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
 
     /// As [`Self::sign`], for rows that lie anywhere in memory: y fastest, then z. Returns the winding numbers.
     pub fn sign_rows(&self, mesh: &MeshDistance, seeds: &[Seed], rows: &mut [&mut [f32]]) -> SignedBlock {
-        let mut flood = FloodFill::new(self, mesh, rows);
+        let mut flood = FloodFill::new(*self, mesh, rows);
         for seed in seeds {
             flood.plant(seed);
         }
@@ -96,15 +97,15 @@ impl<P: Fn([usize; 3]) -> Vector3<f64>> NodeBlock<P> {
         SignedBlock { strides: flood.strides, windings: flood.windings }
     }
 
-    fn rows(&self) -> impl Iterator<Item = [usize; 2]> + use<P> {
+    fn rows(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let [_, rows, layers] = self.counts;
         (0..layers).flat_map(move |z| (0..rows).map(move |y| [y, z]))
     }
 }
 
 /// A block padded to whole cubes and by one node on each side, so that each of its nodes has all neighbours.
-struct FloodFill<'a, P> {
-    block: &'a NodeBlock<P>,
+struct FloodFill<'a> {
+    block: NodeBlock<'a>,
     mesh: &'a MeshDistance<'a>,
     /// Index step to the next node along each axis.
     strides: [usize; 3],
@@ -118,8 +119,8 @@ struct FloodFill<'a, P> {
     frontier: VecDeque<[usize; 2]>,
 }
 
-impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
-    fn new(block: &'a NodeBlock<P>, mesh: &'a MeshDistance<'a>, rows: &[&mut [f32]]) -> Self {
+impl<'a> FloodFill<'a> {
+    fn new(block: NodeBlock<'a>, mesh: &'a MeshDistance<'a>, rows: &[&mut [f32]]) -> Self {
         let padded_counts = block.counts.map(|n| n.next_multiple_of(SIDE) + 2);
         let strides = [1, padded_counts[0], padded_counts[0] * padded_counts[1]];
         let mut distances = vec![f32::NEG_INFINITY; padded_counts.iter().product()];
@@ -130,7 +131,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
             }
         }
         let windings = vec![Winding::UNKNOWN; distances.len()];
-        let ends = [[0; 3], block.counts.map(|n| n - 1)].map(&block.position);
+        let ends = [[0; 3], block.counts.map(|n| n - 1)].map(block.position);
         let max_coordinate = ends.iter().map(|end| end.amax()).fold(0.0, f64::max);
         let clearance = CLEARANCE + NODE_STEP_ROUNDING * max_coordinate / block.spacing;
         let regions = Regions::new(block.counts, mesh, clearance);
@@ -175,7 +176,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
         }
         let node = self.node(index);
         let has_cone = self.mesh.boundary().has_cone();
-        if let Some(carried) = self.regions.cube(self.block, self.mesh, node).carry(winding, length, has_cone) {
+        if let Some(carried) = self.regions.cube(&self.block, self.mesh, node).carry(winding, length, has_cone) {
             return self.fill(index, carried, SIDE);
         }
         if has_cone && let Some(carried) = self.sub_cube(node, SIDE / 2).carry(winding, length, true) {
@@ -192,7 +193,7 @@ impl<'a, P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'a, P> {
     }
 
     fn sub_cube(&mut self, node: [usize; 3], side: usize) -> Region {
-        self.regions.sub_cube(self.block, self.mesh, node, side)
+        self.regions.sub_cube(&self.block, self.mesh, node, side)
     }
 
     /// Winding number of this node alone, near the boundary.

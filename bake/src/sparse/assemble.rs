@@ -6,13 +6,12 @@ use sdf_core::Interval;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 
-use super::brick::Brick;
 use super::brick_bounds::{BoundedBricks, SampleBounds, Window};
 use super::brick_map::exact_within;
 use super::coarse_map::CoarseMap;
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::splat::{BLOCK, BrickRecord, Splatter, can_splat};
-use super::{Certify, Quantize, SparseBaker, SparseGrid};
+use super::{Certify, CodesMut, Quantize, SparseBaker, SparseGrid};
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::nearest::PacketSearch;
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
@@ -122,7 +121,7 @@ impl UnboundedGrid {
         let arch = pulp::Arch::new();
         let exact_within = exact_within(band, lattice.spacing());
         let last_slot = lattice.cells().map(|cells| cells / BRICK);
-        let bound = |window: Window<C>, brick: usize| {
+        let bound = |window: Window, brick: usize| {
             let bricks = BoundedBricks { lattice: &lattice, storage: &storage, samples: window, roundings: &roundings };
             let slot = slots[brick];
             let SampleBounds { bounds, rounding, halo } = bricks.bound(arch, slot);
@@ -143,13 +142,13 @@ impl UnboundedGrid {
             }
         };
         if let Some(codes) = samples.all() {
-            keep(sdf_parallel::map(slots.len(), |brick| bound(Window { bricks: None, codes }, brick)));
+            keep(sdf_parallel::map(slots.len(), |brick| bound(Window { bricks: None, codes: C::codes(codes) }, brick)));
         } else {
             for first in (0..slots.len()).step_by(bricks_at_a_time.max(1)) {
                 let batch = first..slots.len().min(first.saturating_add(bricks_at_a_time.max(1)));
                 let bricks = with_neighbours(&storage, &slots, batch.clone());
                 let codes = samples.read(&bricks.iter().map(|brick| sources.place(*brick)).collect::<Vec<_>>())?;
-                let window = Window { bricks: Some(&bricks), codes: &codes };
+                let window = Window { bricks: Some(&bricks), codes: C::codes(&codes) };
                 keep(sdf_parallel::map(batch.len(), |index| bound(window, batch.start + index)));
             }
         }
@@ -219,44 +218,51 @@ impl SparseBaker<'_> {
         SparseGrid { table, slots, scales, samples: all.0, bounds, errors, coarse, slope_bound, error_bound }
     }
 
-    /// Computes the bricks of slots in Hilbert order, block by block. Samples are written where they stay, and the gaps of
-    /// slots without a brick are closed at the end.
+    /// Computes the bricks of slots near the surface, in Hilbert order, block by block.
     pub(super) fn near_bricks<C: Quantize>(
         &self,
         slots: &[[u32; 3]],
         on_slots_done: &(dyn Fn(usize) + Sync),
     ) -> (BrickColumns, Vec<C>) {
-        let mut samples = vec![C::default(); slots.len() * BRICK_SAMPLES];
         let block = |slot: &[u32; 3]| slot.map(|n| n / BLOCK);
-        let mut free = &mut samples[..];
-        let blocks: Vec<(&[[u32; 3]], &mut [C])> = slots
-            .chunk_by(|a, b| block(a) == block(b))
-            .map(|slots| {
-                let (own, rest) = std::mem::take(&mut free).split_at_mut(slots.len() * BRICK_SAMPLES);
-                free = rest;
-                (slots, own)
-            })
-            .collect();
         let can_splat = can_splat(self.mesh);
         if !can_splat || self.certify == Certify::Tight {
             self.mesh.tree().prepare_packets();
         }
-        let records: Vec<(usize, Vec<BrickRecord>)> = sdf_parallel::map_items(
-            blocks,
-            || (Splatter::new(), None),
-            |(splatter, search), (slots, codes)| {
-                if self.mesh.is_cancelled() {
-                    return (slots.len(), vec![]);
-                }
-                let splatted = if can_splat { self.splat(splatter, slots, codes) } else { None };
-                let records = splatted.unwrap_or_else(|| {
-                    let search = search.get_or_insert_with(|| PacketSearch::new(self.mesh.tree()));
-                    self.search_bricks(search, slots, codes)
-                });
-                on_slots_done(slots.len());
-                (slots.len(), records)
-            },
-        );
+        self.collect(slots.chunk_by(|a, b| block(a) == block(b)), slots.len(), &|workspace, slots, codes| {
+            let splatted = if can_splat { self.splat(&mut workspace.splatter, slots, codes) } else { None };
+            let records = splatted.unwrap_or_else(|| self.search_bricks(workspace, slots, self.map.kept_within(), codes));
+            on_slots_done(slots.len());
+            records
+        })
+    }
+
+    /// Computes the bricks of slots that hold exact distances throughout, to close an open mesh.
+    pub(super) fn closing_bricks<C: Quantize>(&self, slots: &[[u32; 3]]) -> (BrickColumns, Vec<C>) {
+        if !slots.is_empty() {
+            self.mesh.tree().prepare_packets();
+        }
+        self.collect(slots.chunks(1), slots.len(), &|workspace, slots, codes| {
+            self.search_bricks(workspace, slots, f64::INFINITY, codes)
+        })
+    }
+
+    /// The bricks of groups of slots, each computed by `compute`. Samples are written where they stay, and the gaps of slots without
+    /// a brick are closed at the end.
+    fn collect<'b, C: Quantize>(
+        &'b self,
+        groups: impl Iterator<Item = &'b [[u32; 3]]>,
+        slot_count: usize,
+        compute: &ComputeBricks<'b>,
+    ) -> (BrickColumns, Vec<C>) {
+        let mut samples = vec![C::default(); slot_count * BRICK_SAMPLES];
+        let mut free = &mut samples[..];
+        let groups = groups.map(|slots| {
+            let (own, rest) = std::mem::take(&mut free).split_at_mut(slots.len() * BRICK_SAMPLES);
+            free = rest;
+            (slots, C::codes_mut(own))
+        });
+        let records = self.records(groups.collect(), compute);
         let mut columns = BrickColumns::default();
         let (mut from, mut to) = (0, 0);
         for (slots, records) in records {
@@ -271,36 +277,44 @@ impl SparseBaker<'_> {
         (columns, samples)
     }
 
+    /// The number of slots of each group, and the records of its bricks.
+    fn records<'b>(
+        &'b self,
+        groups: Vec<(&[[u32; 3]], CodesMut)>,
+        compute: &ComputeBricks<'b>,
+    ) -> Vec<(usize, Vec<BrickRecord>)> {
+        let workspace = || Workspace { splatter: Splatter::new(), search: None };
+        sdf_parallel::map_items(groups, workspace, |workspace, (slots, mut codes)| {
+            let records = if self.mesh.is_cancelled() { vec![] } else { compute(workspace, slots, &mut codes) };
+            (slots.len(), records)
+        })
+    }
+
     /// Computes the bricks of some slots node by node, where they cannot be splatted.
-    fn search_bricks<C: Quantize>(
-        &self,
-        search: &mut PacketSearch,
+    fn search_bricks<'b>(
+        &'b self,
+        workspace: &mut Workspace<'b>,
         slots: &[[u32; 3]],
-        codes: &mut [C],
+        required: f64,
+        codes: &mut CodesMut,
     ) -> Vec<BrickRecord> {
+        let search = workspace.search.get_or_insert_with(|| PacketSearch::new(self.mesh.tree()));
         let mut records = vec![];
-        for brick in slots.iter().filter_map(|slot| self.brick::<C>(search, *slot, self.map.kept_within())) {
-            codes[records.len() * BRICK_SAMPLES..][..BRICK_SAMPLES].copy_from_slice(&brick.samples);
-            records.push(brick.record);
+        for slot in slots {
+            let start = records.len() * BRICK_SAMPLES;
+            records.extend(self.brick(search, *slot, required, codes.range(start, start + BRICK_SAMPLES)));
         }
         records
     }
+}
 
-    /// Single bricks of slots, in parallel.
-    pub(super) fn bricks<C: Quantize>(
-        &self,
-        indices: &[usize],
-        brick: impl Fn(&mut PacketSearch, usize) -> Option<Brick<C>> + Sync,
-    ) -> Vec<Brick<C>> {
-        if !indices.is_empty() {
-            self.mesh.tree().prepare_packets();
-        }
-        let bricks = sdf_parallel::map_chunks(indices.len(), |chunk| {
-            let mut search = PacketSearch::new(self.mesh.tree());
-            indices[chunk].iter().filter_map(|index| brick(&mut search, *index)).collect::<Vec<_>>()
-        });
-        bricks.into_iter().flatten().collect()
-    }
+/// Computes the bricks of some slots and writes their codes, one after the other.
+type ComputeBricks<'b> = dyn Fn(&mut Workspace<'b>, &[[u32; 3]], &mut CodesMut) -> Vec<BrickRecord> + Sync + 'b;
+
+/// Scratch buffers of one thread.
+struct Workspace<'b> {
+    splatter: Splatter,
+    search: Option<PacketSearch<'b>>,
 }
 
 /// Largest magnitude at a corner of a cell of the brick that the band can enter and whose corners can have both

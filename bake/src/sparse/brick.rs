@@ -1,23 +1,17 @@
 //! Samples of one brick.
 
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
 use sdf_core::nalgebra::Vector3;
 
 use super::brick_map::middle;
 use super::splat::BrickRecord;
-use super::{Quantize, SparseBaker};
+use super::{CodesMut, Quantize, SparseBaker};
 use crate::SignMethod;
 use crate::mesh_distance::MeasuredPoint;
 use crate::nearest::{PacketNodes, PacketSearch};
 use crate::sign::flood_fill::NodeBlock;
 
 const SIDE: usize = BRICK as usize;
-
-/// One brick, before it joins the others.
-pub(super) struct Brick<C> {
-    pub record: BrickRecord,
-    pub samples: Vec<C>,
-}
 
 /// Values of a brick's nodes before they are rounded, x fastest.
 struct BrickValues {
@@ -28,34 +22,32 @@ struct BrickValues {
 }
 
 impl SparseBaker<'_> {
-    /// Computes the brick of a slot. `None` if none of its nodes lies within `required` of the surface.
-    pub(super) fn brick<C: Quantize>(
+    /// Computes the brick of a slot and writes its codes. `None` if none of its nodes lies within `required` of the surface.
+    pub(super) fn brick(
         &self,
         search: &mut PacketSearch,
         slot: [u32; 3],
         required: f64,
-    ) -> Option<Brick<C>> {
+        codes: CodesMut,
+    ) -> Option<BrickRecord> {
         let BrickValues { distances, values } = self.brick_values(search, slot, required)?;
         let mut rounded = values.map(|value| value as f32);
         if self.mesh.sign_method() == SignMethod::Winding {
-            let position = |step: [usize; 3]| self.node(slot, step);
+            let position = &|step: [usize; 3]| self.node(slot, step);
             let block = NodeBlock { counts: [SIDE; 3], spacing: self.lattice.spacing(), position };
             block.sign(self.mesh, &self.map.seeds(&self.lattice, slot), &mut rounded);
         }
-        let lower = rounded.iter().copied().fold(f32::INFINITY, f32::min);
-        let upper = rounded.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let scale = C::scale(lower, upper);
-        let samples: Vec<C> = rounded.iter().map(|sample| C::encode(*sample, scale)).collect();
-        let error = |(code, (value, rounded)): (&C, (&f64, &f32))| {
-            (f64::from(code.decode(scale)) - value.abs().copysign(f64::from(*rounded))).abs()
+        let (scale, rounding) = match codes {
+            CodesMut::F32(codes) => encode(&values, &rounded, codes),
+            CodesMut::U16(codes) => encode(&values, &rounded, codes),
+            CodesMut::U8(codes) => encode(&values, &rounded, codes),
         };
-        let rounding = samples.iter().zip(values.iter().zip(&rounded)).map(error).fold(0.0, f64::max);
         let rounding = rounding + self.mesh.rounding();
         let interpolation = self.slot_error(slot, |[x, y, z]| {
             let triangle = search.nearest([x, y, z]).slot.map_or(search.guess(), |triangle| triangle as usize);
             (distances[(z * SIDE + y) * SIDE + x], triangle)
         });
-        Some(Brick { record: BrickRecord { slot, scale, rounding, interpolation }, samples })
+        Some(BrickRecord { slot, scale, rounding, interpolation })
     }
 
     fn brick_values(&self, search: &mut PacketSearch, slot: [u32; 3], required: f64) -> Option<BrickValues> {
@@ -102,6 +94,21 @@ impl SparseBaker<'_> {
     pub(super) fn node(&self, slot: [u32; 3], step: [usize; 3]) -> Vector3<f64> {
         self.lattice.node(std::array::from_fn(|axis| slot[axis] * BRICK + step[axis] as u32)).into()
     }
+}
+
+/// Writes the codes of signed values. Returns how to decode them, and the largest difference of a decoded sample from the value
+/// before it was rounded to f32.
+fn encode<C: Quantize>(values: &[f64], rounded: &[f32], codes: &mut [C]) -> (Scale, f64) {
+    let lower = rounded.iter().copied().fold(f32::INFINITY, f32::min);
+    let upper = rounded.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let scale = C::scale(lower, upper);
+    let mut rounding = 0.0;
+    for (code, (value, rounded)) in codes.iter_mut().zip(values.iter().zip(rounded)) {
+        *code = C::encode(*rounded, scale);
+        let error = (f64::from(code.decode(scale)) - value.abs().copysign(f64::from(*rounded))).abs();
+        rounding = f64::max(rounding, error);
+    }
+    (scale, rounding)
 }
 
 /// Trilinear interpolant of the coarse grid at a node of a slot, from the values at the slot's corners.

@@ -6,39 +6,39 @@
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice};
 
-use super::{NoSample, Quantize};
+use super::{CodesRef, NoSample, Quantize};
 use crate::error::node_bounds::{Halo, HaloBlock};
 
 const SIDE: usize = BRICK as usize;
 
 /// A baked grid whose bricks are to be bounded.
 #[derive(Clone, Copy)]
-pub(super) struct BoundedBricks<'a, C> {
+pub(super) struct BoundedBricks<'a> {
     pub lattice: &'a Lattice,
     pub storage: &'a Sparse<BrickSlices<'a, NoSample>>,
-    pub samples: Window<'a, C>,
+    pub samples: Window<'a>,
     /// Errors of the samples of each brick.
     pub roundings: &'a [f64],
 }
 
 /// Samples of some bricks.
 #[derive(Clone, Copy)]
-pub(super) struct Window<'a, C> {
+pub(super) struct Window<'a> {
     /// The bricks, ascending; `None` stands for all.
     pub bricks: Option<&'a [u32]>,
     /// Codes of one after the other.
-    pub codes: &'a [C],
+    pub codes: CodesRef<'a>,
 }
 
-impl<'a, C> Window<'a, C> {
+impl Window<'_> {
     /// Codes of a brick, which must be one of them.
     #[inline(always)]
-    fn brick(self, brick: usize) -> &'a [C] {
+    fn brick<C>(self, codes: &[C], brick: usize) -> &[C] {
         let index = match self.bricks {
             None => brick,
             Some(bricks) => bricks.partition_point(|other| (*other as usize) < brick),
         };
-        &self.codes[index * BRICK_SAMPLES..][..BRICK_SAMPLES]
+        &codes[index * BRICK_SAMPLES..][..BRICK_SAMPLES]
     }
 }
 
@@ -51,15 +51,20 @@ pub(super) struct SampleBounds {
     pub halo: HaloBlock,
 }
 
-impl<C: Quantize> BoundedBricks<'_, C> {
+impl BoundedBricks<'_> {
     pub fn bound(self, arch: pulp::Arch, slot: [u32; 3]) -> SampleBounds {
-        arch.dispatch(Bound { bricks: self, slot })
+        match self.samples.codes {
+            CodesRef::F32(codes) => arch.dispatch(Bound { bricks: self, codes, slot }),
+            CodesRef::U16(codes) => arch.dispatch(Bound { bricks: self, codes, slot }),
+            CodesRef::U8(codes) => arch.dispatch(Bound { bricks: self, codes, slot }),
+        }
     }
 
     /// Fills the nodes of the halo that are in the slot at `part` − 1 from the brick's, from `starts` to before `ends`.
     #[inline(always)]
-    fn fill(
+    fn fill<C: Quantize>(
         &self,
+        codes: &[C],
         halo: &mut Halo,
         slot: [u32; 3],
         part: [usize; 3],
@@ -90,7 +95,7 @@ impl<C: Quantize> BoundedBricks<'_, C> {
             }
             return None;
         };
-        let (scale, codes) = (self.storage.bricks().scales[brick], self.samples.brick(brick));
+        let (scale, codes) = (self.storage.bricks().scales[brick], self.samples.brick(codes, brick));
         for z in zs {
             for y in ys.clone() {
                 let row = &codes[SIDE * (SIDE * local(z) + local(y))..][..SIDE];
@@ -108,7 +113,8 @@ impl<C: Quantize> BoundedBricks<'_, C> {
 }
 
 struct Bound<'a, C> {
-    bricks: BoundedBricks<'a, C>,
+    bricks: BoundedBricks<'a>,
+    codes: &'a [C],
     slot: [u32; 3],
 }
 
@@ -117,12 +123,12 @@ impl<C: Quantize> pulp::NullaryFnOnce for Bound<'_, C> {
 
     #[inline(always)]
     fn call(self) -> SampleBounds {
-        let Self { bricks, slot } = self;
+        let Self { bricks, codes, slot } = self;
         let mut rounding = 0.0_f64;
         let (mut halo, [starts, ends]) = HaloBlock::empty(bricks.lattice, slot);
         for part in 0..27_usize {
             let part = [part % 3, part / 3 % 3, part / 9];
-            let brick = bricks.fill(&mut halo.values, slot, part, starts, ends);
+            let brick = bricks.fill(codes, &mut halo.values, slot, part, starts, ends);
             // The brick's cells have corners in the bricks above along each axis too.
             if part[0] > 0 && part[1] > 0 && part[2] > 0 {
                 rounding = brick.map_or(rounding, |brick| rounding.max(bricks.roundings[brick]));
@@ -169,7 +175,7 @@ mod tests {
                 BrickSlices { table: &table, scales: &scales, samples: &without, bounds: &bounds, coarse: &coarse };
             let tables = Sparse::new(&lattice, slices).unwrap();
             let roundings: Vec<f64> = (0..bricks).map(f64::from).collect();
-            let samples = Window { bricks: None, codes: &samples };
+            let samples = Window { bricks: None, codes: CodesRef::U16(&samples) };
             let all = BoundedBricks { lattice: &lattice, storage: &tables, samples, roundings: &roundings };
             for slot in (0..table.len() as u32).map(|index| {
                 let [x, y, _] = slot_counts;

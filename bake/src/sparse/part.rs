@@ -8,7 +8,7 @@
 //! close an open mesh depends on which slots have none, in all parts. So a part bakes every slot of its stretch that may be such a
 //! brick, whatever the other parts have; few are in vain, at the ends of the stretch.
 
-use sdf_core::grid::sparse::{BRICK_SAMPLES, NO_BRICK, Scale};
+use sdf_core::grid::sparse::{NO_BRICK, Scale};
 use sdf_core::hilbert::hilbert_index;
 
 use super::coarse_map::CoarseMap;
@@ -90,7 +90,7 @@ impl SparseBaker<'_> {
         take: &mut dyn FnMut(Vec<C>) -> Result<(), E>,
         on_slots_done: &(dyn Fn(usize) + Sync),
     ) -> Result<BakedPart, E> {
-        let Self { mesh, map, .. } = self;
+        let map = &self.map;
         let all = self.near_slots();
         let stretch = Stretch::new(&all, shard);
         let slots = &all[stretch.first..stretch.end];
@@ -113,14 +113,9 @@ impl SparseBaker<'_> {
         at_jumps.sort_unstable_by_key(|index| hilbert_index(map.slot(*index)));
         let mut closing = BrickColumns::default();
         for indices in at_jumps.chunks(SLOTS_AT_A_TIME) {
-            let bricks = self.bricks::<C>(indices, |search, index| {
-                if mesh.is_cancelled() { None } else { self.brick(search, map.slot(index), f64::INFINITY) }
-            });
-            let mut samples = Vec::with_capacity(bricks.len() * BRICK_SAMPLES);
-            for brick in bricks {
-                samples.extend(brick.samples);
-                closing.push(brick.record);
-            }
+            let slots: Vec<[u32; 3]> = indices.iter().map(|index| map.slot(*index)).collect();
+            let (columns, samples) = self.closing_bricks(&slots);
+            closing.append(columns);
             take(samples)?;
         }
         Ok(BakedPart { near, closing, coarse })

@@ -1,7 +1,39 @@
 use sdf_core::grid::sparse::{Code, Scale};
 
+/// The codes of some bricks, to be written. What computes bricks does not depend on the type of a code, and is compiled once.
+pub enum CodesMut<'a> {
+    F32(&'a mut [f32]),
+    U16(&'a mut [u16]),
+    U8(&'a mut [u8]),
+}
+
+impl CodesMut<'_> {
+    /// The codes from `start` to before `end`.
+    pub fn range(&mut self, start: usize, end: usize) -> CodesMut<'_> {
+        match self {
+            Self::F32(codes) => CodesMut::F32(&mut codes[start..end]),
+            Self::U16(codes) => CodesMut::U16(&mut codes[start..end]),
+            Self::U8(codes) => CodesMut::U8(&mut codes[start..end]),
+        }
+    }
+}
+
+/// The codes of some bricks.
+#[derive(Clone, Copy)]
+pub enum CodesRef<'a> {
+    F32(&'a [f32]),
+    U16(&'a [u16]),
+    U8(&'a [u8]),
+}
+
 /// Type of a stored sample.
 pub trait Quantize: Code + Default + Send + Sync {
+    /// Codes whose type is known at run time.
+    #[doc(hidden)]
+    fn codes(codes: &[Self]) -> CodesRef<'_>;
+    /// As [`Self::codes`], to be written.
+    #[doc(hidden)]
+    fn codes_mut(codes: &mut [Self]) -> CodesMut<'_>;
     /// Scale of a brick whose samples range from `lower` to `upper`.
     fn scale(lower: f32, upper: f32) -> Scale;
     /// Code that decodes nearest to a sample.
@@ -11,6 +43,12 @@ pub trait Quantize: Code + Default + Send + Sync {
 }
 
 impl Quantize for f32 {
+    fn codes(codes: &[Self]) -> CodesRef<'_> {
+        CodesRef::F32(codes)
+    }
+    fn codes_mut(codes: &mut [Self]) -> CodesMut<'_> {
+        CodesMut::F32(codes)
+    }
     fn scale(_lower: f32, _upper: f32) -> Scale {
         Scale { base: 0.0, step: 1.0 }
     }
@@ -27,8 +65,14 @@ impl Quantize for f32 {
 const TO_LOWEST_BITS: f32 = 8_388_608.0;
 
 macro_rules! quantize {
-    ($code:ident) => {
+    ($code:ident, $variant:ident) => {
         impl Quantize for $code {
+            fn codes(codes: &[Self]) -> CodesRef<'_> {
+                CodesRef::$variant(codes)
+            }
+            fn codes_mut(codes: &mut [Self]) -> CodesMut<'_> {
+                CodesMut::$variant(codes)
+            }
             fn scale(lower: f32, upper: f32) -> Scale {
                 Scale { base: lower, step: (upper - lower) / f32::from($code::MAX) }
             }
@@ -45,5 +89,5 @@ macro_rules! quantize {
     };
 }
 
-quantize!(u16);
-quantize!(u8);
+quantize!(u16, U16);
+quantize!(u8, U8);

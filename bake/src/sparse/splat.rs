@@ -29,7 +29,7 @@ mod values;
 
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
 
-use super::{Certify, Quantize, SparseBaker};
+use super::{Certify, CodesMut, SparseBaker};
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{NODE_POSITION_ROUNDING, SINGLE_SLACK};
 use crate::sign::flood_fill::NodeBlock;
@@ -92,11 +92,11 @@ impl Splatter {
 
 impl SparseBaker<'_> {
     /// Bakes some slots of one block, whose codes follow each other in `codes`. `None` if too many triangles are near.
-    pub(super) fn splat<C: Quantize>(
+    pub(super) fn splat(
         &self,
         splatter: &mut Splatter,
         slots: &[[u32; 3]],
-        codes: &mut [C],
+        codes: &mut CodesMut,
     ) -> Option<Vec<BrickRecord>> {
         let plans: Vec<SlotPlan> = slots.iter().map(|slot| self.slot_plan(*slot)).collect();
         let wanted: Vec<WantedSlot> = plans.iter().map(|plan| plan.wanted).collect();
@@ -107,7 +107,7 @@ impl SparseBaker<'_> {
         for plan in &plans {
             // A slot without a brick leaves its place to the next.
             let start = records.len() * BRICK_SAMPLES;
-            records.extend(self.splat_brick(splatter, plan, &mut codes[start..start + BRICK_SAMPLES]));
+            records.extend(self.splat_brick(splatter, plan, codes.range(start, start + BRICK_SAMPLES)));
         }
         Some(records)
     }
@@ -126,12 +126,7 @@ impl SparseBaker<'_> {
     }
 
     /// Bakes the brick of a slot. `None` if none of its nodes lies within K of the surface.
-    fn splat_brick<C: Quantize>(
-        &self,
-        splatter: &mut Splatter,
-        plan: &SlotPlan,
-        codes: &mut [C],
-    ) -> Option<BrickRecord> {
+    fn splat_brick(&self, splatter: &mut Splatter, plan: &SlotPlan, codes: CodesMut) -> Option<BrickRecord> {
         let Self { mesh, lattice, map, .. } = self;
         let SlotPlan { wanted: WantedSlot { slot, reach }, is_at_jump } = *plan;
         let Splatter { lists, brick, signed } = splatter;
@@ -216,8 +211,7 @@ impl SparseBaker<'_> {
     fn inside_by_winding(&self, slot: [u32; 3], bounds: &mut [f32; NODES]) -> NodeBits {
         let spacing = self.lattice.spacing();
         bounds.iter_mut().for_each(|bound| *bound *= spacing as f32);
-        let position = |step: [usize; 3]| self.node(slot, step);
-        let block = NodeBlock { counts: [SIDE; 3], spacing, position };
+        let block = NodeBlock { counts: [SIDE; 3], spacing, position: &|step| self.node(slot, step) };
         block.sign(self.mesh, &self.map.seeds(&self.lattice, slot), bounds);
         let layer =
             |z: usize| (0..64).fold(0, |bits, node| bits | u64::from(bounds[64 * z + node].is_sign_negative()) << node);

@@ -5,15 +5,13 @@
 //!    precision floating-point arithmetic and fast robust geometric predicates", crate `robust`) find the triangles
 //!    that a segment crosses: [`MeshDistance::winding_change`](crate::MeshDistance::winding_change).
 
-use sdf_core::nalgebra::Vector3;
-
 use super::{FloodFill, Winding};
 use crate::sign::winding::Estimate;
 
 /// Neighbours tried per node. A crossing seldom fails except near the boundary.
 const MAX_TRIES: usize = 3;
 
-impl<P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'_, P> {
+impl FloodFill<'_> {
     /// Adopts the winding number of the first known neighbour across a face or a cell with a clear segment.
     pub(super) fn copy_from_diagonal(&mut self, index: usize) {
         for (neighbour, length) in self.neighbours(index) {
@@ -49,7 +47,7 @@ impl<P: Fn([usize; 3]) -> Vector3<f64>> FloodFill<'_, P> {
     }
 
     /// The 26 neighbours of a node, with their distances from it in spacings.
-    fn neighbours(&self, index: usize) -> impl Iterator<Item = (usize, f64)> + use<P> {
+    fn neighbours(&self, index: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
         let strides = self.strides;
         let first = index - strides.iter().sum::<usize>();
         NEIGHBOURS.into_iter().map(move |steps| {

@@ -4,8 +4,6 @@
 //! clear segments, however long, w changes as along the straight line: for a cube with middle c and a node x,
 //! |w(x) − w(c)| ≤ slope · |x − c| modulo 1, with the slope bound of [`MeshBoundary`](crate::sign::winding::MeshBoundary).
 
-use sdf_core::nalgebra::Vector3;
-
 use super::bit_block::SIDE;
 use super::{NodeBlock, Winding};
 use crate::MeshDistance;
@@ -61,19 +59,13 @@ impl Regions {
     }
 
     /// Region of the cube of 8³ nodes that holds a node.
-    pub fn cube<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3]) -> Region
-    where
-        P: Fn([usize; 3]) -> Vector3<f64>,
-    {
+    pub fn cube(&mut self, block: &NodeBlock, mesh: &MeshDistance, node: [usize; 3]) -> Region {
         let cube = self.cube_index(node);
         *self.cubes[cube].get_or_insert_with(|| Region::new(block, mesh, node, SIDE, self.clearance))
     }
 
     /// Region of the smaller cube that holds a node. `side` is 4 or 2.
-    pub fn sub_cube<P>(&mut self, block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize) -> Region
-    where
-        P: Fn([usize; 3]) -> Vector3<f64>,
-    {
+    pub fn sub_cube(&mut self, block: &NodeBlock, mesh: &MeshDistance, node: [usize; 3], side: usize) -> Region {
         let cube = self.cube_index(node);
         let none = || Box::new(SubRegions { halves: [None; 8], quarters: [None; 64] });
         let regions = self.sub_cubes[cube].get_or_insert_with(none);
@@ -86,13 +78,10 @@ impl Regions {
 }
 
 impl Region {
-    fn new<P>(block: &NodeBlock<P>, mesh: &MeshDistance, node: [usize; 3], side: usize, clearance: f64) -> Self
-    where
-        P: Fn([usize; 3]) -> Vector3<f64>,
-    {
+    fn new(block: &NodeBlock, mesh: &MeshDistance, node: [usize; 3], side: usize, clearance: f64) -> Self {
         let first = node.map(|n| n / side * side);
         let last = std::array::from_fn(|axis| (first[axis] + side).min(block.counts[axis]) - 1);
-        let [low, high] = [first, last].map(&block.position);
+        let [low, high] = [first, last].map(block.position);
         let (middle, half_diagonal) = ((low + high) * 0.5, 0.5 * (high - low).norm() * clearance);
         // Finite, so that a segment of length zero times it is zero and not NaN.
         let slope_within = |radius: f64| mesh.boundary().slope_bound(middle, radius).min(f64::MAX);

@@ -21,7 +21,7 @@ impl BrickMap {
         let middles = NodeBlock {
             counts: slot_counts,
             spacing: lattice.spacing() * f64::from(BRICK),
-            position: |slot| middle(lattice, slot),
+            position: &|slot| middle(lattice, slot),
         };
         let (mut distances, triangles): (Vec<f32>, Vec<u32>) = nearest_to_middles(mesh, &middles).into_iter().unzip();
         let is_winding = mesh.sign_method() == SignMethod::Winding;
@@ -41,7 +41,7 @@ impl BrickMap {
         let (mut magnitudes, mut node_distances): (Vec<f32>, Vec<f32>) = nodes.into_iter().unzip();
         let nodes = middle_windings.as_ref().map(|_| {
             let spacing = spacing * f64::from(BRICK);
-            let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing, position };
+            let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing, position: &position };
             sign_by_slabs(mesh, &block, &mut node_distances)
         });
         for (magnitude, distance) in magnitudes.iter_mut().zip(&node_distances) {
@@ -89,14 +89,11 @@ impl BrickMap {
 const SLAB: usize = 8;
 
 /// [`NodeBlock::sign`] without seeds, in parallel. Returns the winding numbers.
-pub(super) fn sign_by_slabs<P>(mesh: &MeshDistance, block: &NodeBlock<P>, distances: &mut [f32]) -> Vec<Winding>
-where
-    P: Fn([usize; 3]) -> Vector3<f64> + Sync,
-{
+pub(super) fn sign_by_slabs(mesh: &MeshDistance, block: &NodeBlock, distances: &mut [f32]) -> Vec<Winding> {
     let [row, rows, _] = block.counts;
     let sign_slab = |(slab, distances): (usize, &mut [f32])| -> Vec<Winding> {
         let counts = [row, rows, distances.len() / (row * rows)];
-        let position = |[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
+        let position = &|[x, y, z]: [usize; 3]| (block.position)([x, y, z + slab * SLAB]);
         let block = NodeBlock { counts, spacing: block.spacing, position };
         let signed = block.sign_rows(mesh, &[], &mut distances.chunks_mut(row).collect::<Vec<_>>());
         (0..distances.len())
@@ -108,10 +105,7 @@ where
 }
 
 /// Distance at the middle of each slot, signed if pseudo-normals give the sign, and the nearest triangle of the tree.
-fn nearest_to_middles<P>(mesh: &MeshDistance, middles: &NodeBlock<P>) -> Vec<(f32, u32)>
-where
-    P: Fn([usize; 3]) -> Vector3<f64> + Sync,
-{
+fn nearest_to_middles(mesh: &MeshDistance, middles: &NodeBlock) -> Vec<(f32, u32)> {
     let [row, rows, layers] = middles.counts;
     let mut nearest = vec![(0.0, 0); row * rows * layers];
     mesh.tree().prepare_packets();

@@ -17,7 +17,7 @@ impl BrickMap {
         let (mesh, lattice, spacing) = (marked.mesh, marked.lattice, self.spacing);
         let slot_counts = self.counts.map(|n| n as usize);
         let slot_side = spacing * f64::from(BRICK);
-        let middles = NodeBlock { counts: slot_counts, spacing: slot_side, position: |slot| middle(lattice, slot) };
+        let middles = NodeBlock { counts: slot_counts, spacing: slot_side, position: &|slot| middle(lattice, slot) };
         let mut distances = self.middle_distances(marked);
         let middle_windings = sign_by_slabs(mesh, &middles, &mut distances);
         self.distances = distances;
@@ -32,7 +32,7 @@ impl BrickMap {
         });
         let (mut node_distances, guesses): (Vec<f32>, Vec<u32>) = rows.into_iter().flatten().unzip();
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
-        let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing: slot_side, position };
+        let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing: slot_side, position: &position };
         let node_windings = sign_by_slabs(mesh, &block, &mut node_distances);
 
         let found = sdf_parallel::map(nodes.len() / row, |line| {

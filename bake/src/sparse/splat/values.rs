@@ -6,7 +6,7 @@ use super::distances::NODES;
 use super::frame::{greater, lesser, mix};
 use super::packed::{WIDTH, Wide};
 use super::sides::NodeBits;
-use crate::sparse::Quantize;
+use crate::sparse::{CodesMut, Quantize};
 
 /// One brick, measured and signed. Lengths are in voxels.
 pub(super) struct SignedBrick<'a> {
@@ -21,8 +21,12 @@ pub(super) struct SignedBrick<'a> {
 
 impl SignedBrick<'_> {
     /// Writes the codes. Returns how to decode them, and the largest difference of a decoded sample from the value.
-    pub fn encode<C: Quantize>(&self, arch: pulp::Arch, codes: &mut [C]) -> (Scale, f32) {
-        arch.dispatch(Encode { brick: self, codes })
+    pub fn encode(&self, arch: pulp::Arch, codes: CodesMut) -> (Scale, f32) {
+        match codes {
+            CodesMut::F32(codes) => arch.dispatch(Encode { brick: self, codes }),
+            CodesMut::U16(codes) => arch.dispatch(Encode { brick: self, codes }),
+            CodesMut::U8(codes) => arch.dispatch(Encode { brick: self, codes }),
+        }
     }
 
     /// Magnitudes of two rows, from the coarse grid: no less than W.
