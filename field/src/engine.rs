@@ -20,8 +20,8 @@ use sdf_core::{AnyField, EnclosedSdf};
 /// Elements that are culled side by side: as many f64 as the widest vectors hold.
 const CULL_LANES: usize = 8;
 
-/// Elements that are searched side by side: a step waits for the one before, and two vectors wait no longer than one.
-const SEARCH_LANES: usize = 16;
+/// Elements that are searched side by side: one vector. Two or four are no faster, and each is compiled as code of its own.
+const SEARCH_LANES: usize = 4;
 
 /// A field, where it stands, and the elements to search in it.
 #[derive(Clone, Copy)]
