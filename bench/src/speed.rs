@@ -70,6 +70,8 @@ pub enum Group {
     Resolution,
     /// Baking against the number of triangles.
     Triangles,
+    /// Contacts against the number of faces.
+    Elements,
     /// Baking and contacts against the number of threads.
     Threads,
     /// Contacts by several methods.
@@ -89,10 +91,11 @@ pub struct SpeedReport {
 }
 
 /// All groups, in the order of the table.
-const GROUPS: [Group; 7] = [
+const GROUPS: [Group; 8] = [
     Group::Limits,
     Group::Resolution,
     Group::Triangles,
+    Group::Elements,
     Group::Threads,
     Group::Contacts,
     Group::Reading,
@@ -115,6 +118,7 @@ fn measure(group: &Group, options: &Options, limits: Option<&MachineLimits>, tur
         Group::Limits => Ok(()),
         Group::Resolution => bakes::against_resolution(options.quick, limits, turns),
         Group::Triangles => bakes::against_triangles(options.quick, limits, turns),
+        Group::Elements => contacts::against_elements(options, limits, turns),
         Group::Threads => {
             bakes::against_threads(options.quick, limits, turns)?;
             contacts::against_threads(options, limits, turns)

@@ -25,7 +25,7 @@ struct BakeJob<'a> {
 
 pub fn against_resolution(quick: bool, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
     let triangles = if quick { 10_000 } else { 100_000 };
-    let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512, 1024] };
+    let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512, 1024, 2048] };
     for name in [POT, BOWL] {
         let body = &bodies::body(name, triangles);
         for layout in [Layout::Dense, Layout::Sparse] {

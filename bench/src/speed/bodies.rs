@@ -23,5 +23,15 @@ pub fn spiked_ball() -> Mesh {
 
 /// The cloth of bench/scenes/dragon.toml: as many faces as in the paper's dragon scene.
 pub fn cloth() -> Mesh {
-    Sheet { cells: [199, 99], size: [2.4, 2.4], height: 0.9, bend: 0.45, floor: -0.6, holes: None, faces: None }.mesh()
+    cloth_of([199, 99])
+}
+
+/// The same cloth with about this number of faces.
+pub fn cloth_with_faces(faces: usize) -> Mesh {
+    let side = (faces as f64).sqrt() * 0.5;
+    cloth_of([2.0 * side, side].map(|cells| cells.round().max(1.0) as u32))
+}
+
+fn cloth_of(cells: [u32; 2]) -> Mesh {
+    Sheet { cells, size: [2.4, 2.4], height: 0.9, bend: 0.45, floor: -0.6, holes: None, faces: None }.mesh()
 }

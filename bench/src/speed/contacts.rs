@@ -50,6 +50,26 @@ pub fn against_threads(options: &Options, limits: Option<&MachineLimits>, turns:
     Ok(())
 }
 
+/// The cloth on the spiked ball, in ever smaller faces.
+pub fn against_elements(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
+    let counts: &[usize] =
+        if options.quick { &[1_000, 10_000] } else { &[1_000, 10_000, 100_000, 1_000_000, 10_000_000] };
+    let built_in = ContactScene::built_in(if options.quick { 48 } else { 256 })?;
+    let scene = |count: &usize| ContactScene {
+        name: built_in.name.clone(),
+        mesh: bodies::cloth_with_faces(*count),
+        field: built_in.field.clone(),
+        ..built_in
+    };
+    let scenes: Vec<ContactScene> = counts.iter().map(scene).collect();
+    for method in [Method::FrankWolfe, Method::Auto, Method::Sampling(64)] {
+        let work = |scene| ContactScene::work(scene, "elements", method, 1, limits);
+        let size = |scene: &ContactScene| scene.mesh.triangles.len() as f64;
+        turns.measure(scenes.iter().map(|scene| Work { size: size(scene), ..work(scene) }).collect())?;
+    }
+    Ok(())
+}
+
 fn scene(options: &Options) -> Result<ContactScene> {
     let (Some(mesh_path), Some(field_path)) = (&options.mesh, &options.field) else {
         return ContactScene::built_in(if options.quick { 48 } else { 256 });

@@ -17,6 +17,7 @@ const LEFT_OUT: &str = "left-out.txt";
 
 const INTRODUCTION: &str = include_str!("page/introduction.md");
 const ABOUT_PEERS: &str = include_str!("page/peers.md");
+const ABOUT_GROWTH: &str = include_str!("page/growth.md");
 const ABOUT_LIMITS: &str = include_str!("page/limits.md");
 const ABOUT_ENTANGLED: &str = include_str!("page/entangled.md");
 const PROFILE: &str = include_str!("page/profile.md");
@@ -48,6 +49,7 @@ pub fn write(docs: &Path) -> Result<()> {
     let (ours, peers, entangled) = (read(OURS), read("peers.csv"), read("entangled.csv"));
     let left_out = std::fs::read_to_string(folder.join(LEFT_OUT)).unwrap_or_default();
     let mut pictures = vec![];
+    let growth = growth_table(&all_pictures(&ours));
     for Picture { name, labels, curves } in all_pictures(&ours) {
         if curves.iter().any(|curve| curve.points.len() > 1) {
             let path = folder.join(format!("{name}.svg"));
@@ -55,7 +57,8 @@ pub fn write(docs: &Path) -> Result<()> {
             pictures.push(format!("![{}]({FOLDER}/{name}.svg)\n", labels.title));
         }
     }
-    let page = text(&ours, &peers, &entangled, &left_out, &pictures.join("\n"));
+    let pictures = format!("{}\n{ABOUT_GROWTH}\n{}", pictures.join("\n"), growth.markdown());
+    let page = text(&ours, &peers, &entangled, &left_out, &pictures);
     write_file(&docs.join("performance.md"), &page)
 }
 
@@ -69,7 +72,7 @@ fn text(ours: &CsvTable, peers: &CsvTable, entangled: &CsvTable, left_out: &str,
     add(ABOUT_ENTANGLED);
     add(&entangled_table(entangled).markdown());
     add(PROFILE);
-    add("## Against resolution, triangles and threads\n");
+    add("## Against resolution, triangles, elements and threads\n");
     add(pictures);
     add(ABOUT_LIMITS);
     add(&limits_table(ours).markdown());
@@ -182,7 +185,7 @@ struct Picture {
 fn all_pictures(ours: &CsvTable) -> Vec<Picture> {
     let picture = |name: &'static str, [title, x, y]: [&'static str; 3], curves| Picture {
         name,
-        labels: Labels { title, x, y, powers_of_two: name != "triangles" },
+        labels: Labels { title, x, y, powers_of_two: !["triangles", "elements"].contains(&name) },
         curves,
     };
     let seconds = |table: &CsvTable, row: &[String]| table.number(row, "seconds");
@@ -202,6 +205,11 @@ fn all_pictures(ours: &CsvTable) -> Vec<Picture> {
             curves(&ours.filtered(&[("group", "triangles")]), "triangles", seconds),
         ),
         picture(
+            "elements",
+            ["Contacts of a cloth on a spiked ball in 256 cells, on one thread", "faces of the cloth", "seconds"],
+            curves(&ours.filtered(&[("group", "elements")]), "triangles", seconds),
+        ),
+        picture(
             "threads",
             ["Speed relative to one thread", "threads", "times"],
             curves(&ours.filtered(&[("group", "threads")]), "threads", speedup),
@@ -212,6 +220,36 @@ fn all_pictures(ours: &CsvTable) -> Vec<Picture> {
             curves(&ours.filtered(&[("group", "resolution")]), "resolution", percent_of_limit),
         ),
     ]
+}
+
+/// The powers of cells, triangles or faces that the times grow with: slopes of the curves.
+fn growth_table(pictures: &[Picture]) -> Table {
+    let grow = |picture: &&Picture| ["resolution", "triangles", "elements"].contains(&picture.name);
+    let line = |curve: &PlotCurve, against: &str| {
+        let last = curve.points.len().saturating_sub(2);
+        let [all, last] = [&curve.points[..], &curve.points[last..]].map(log_log_slope);
+        let ends = [curve.points.first(), curve.points.last()].map(|end| end.map_or(0.0, |end| end.0));
+        vec![
+            curve.name.clone(),
+            format!("{against}, {} to {}", ends[0], ends[1]),
+            format!("{all:.2}"),
+            format!("{last:.2}"),
+        ]
+    };
+    let rows = pictures.iter().filter(grow).flat_map(|picture| {
+        let long = picture.curves.iter().filter(|curve| curve.points.len() > 1);
+        long.map(|curve| line(curve, picture.labels.x))
+    });
+    Table { head: vec!["on one thread", "against", "slope over all", "of the last step"], rows: rows.collect() }
+}
+
+/// Slope of the line of least squares through the logarithms of some points.
+fn log_log_slope(points: &[(f64, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
+    let middle = (mean(|log| log.0), mean(|log| log.1));
+    let product: f64 = logs.iter().map(|log| (log.0 - middle.0) * (log.1 - middle.1)).sum();
+    product / logs.iter().map(|log| (log.0 - middle.0).powi(2)).sum::<f64>()
 }
 
 /// One curve for each work: `y` against the column `x`.
