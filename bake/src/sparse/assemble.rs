@@ -231,7 +231,8 @@ impl SparseBaker<'_> {
         }
         self.collect(slots.chunk_by(|a, b| block(a) == block(b)), slots.len(), &|workspace, slots, codes| {
             let splatted = if can_splat { self.splat(&mut workspace.splatter, slots, codes) } else { None };
-            let records = splatted.unwrap_or_else(|| self.search_bricks(workspace, slots, self.map.kept_within(), codes));
+            let records =
+                splatted.unwrap_or_else(|| self.search_bricks(workspace, slots, self.map.kept_within(), codes));
             on_slots_done(slots.len());
             records
         })
