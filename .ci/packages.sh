@@ -15,6 +15,7 @@ install_packages() {
     [ "$(id -u)" = 0 ] || { echo "$script: not installed: ${missing[*]}; install them, or run this as root" >&2; exit 1; }
     echo "$script: installing ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
-    { apt-get update && apt-get install --yes --no-install-recommends ${apt_options:+"$apt_options"} "${missing[@]}"; } >/dev/null ||
+    # Another apt may run, as one that upgrades by itself: wait for it.
+    { apt-get update && apt-get -o DPkg::Lock::Timeout=600 install --yes --no-install-recommends ${apt_options:+"$apt_options"} "${missing[@]}"; } >/dev/null ||
         { echo "$script: apt-get cannot install ${missing[*]}${apt_advice:+; $apt_advice}" >&2; exit 1; }
 }
