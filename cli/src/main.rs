@@ -22,6 +22,7 @@ mod read_summary;
 mod report;
 mod roles;
 mod signals;
+mod standard_output;
 
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};

@@ -11,17 +11,7 @@ use sdf_formats::contact_file::{self, ContactFormat, Record};
 
 use crate::args::Json;
 use crate::mesh_input::with_path;
-use crate::report::to_stdout;
-
-/// A dash stands for standard output. The report then goes to standard error.
-pub fn is_standard_output(path: &Path) -> bool {
-    path == Path::new("-")
-}
-
-/// The name of an output in messages and reports.
-pub fn shown(path: &Path) -> String {
-    if is_standard_output(path) { "standard output".to_owned() } else { path.display().to_string() }
-}
+use crate::standard_output::{is_standard_output, print_bytes, to_stdout};
 
 /// Refuses a file and a JSON object on one standard output.
 pub fn ensure_alone(output: &Path, json: Json) -> Result<()> {
@@ -29,11 +19,6 @@ pub fn ensure_alone(output: &Path, json: Json) -> Result<()> {
         bail!("--output - and --json both write to standard output: leave one out, or name a file");
     }
     Ok(())
-}
-
-/// Writes bytes to standard output.
-pub fn print_bytes(bytes: &[u8]) -> Result<()> {
-    to_stdout(|out| out.write_all(bytes))
 }
 
 /// Writes a field into a file, or to standard output; the number of bytes.

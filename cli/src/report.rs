@@ -1,6 +1,6 @@
 //! Output of a command on standard output: rows or JSON, and how numbers look in rows.
 
-use std::io::{self, BufWriter, Write, stderr, stdout};
+use std::io::{self, Write, stderr};
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -8,7 +8,7 @@ pub use sdf_field::page::{counts, number};
 use serde::Serialize;
 
 use crate::args::Json;
-use crate::output::is_standard_output;
+use crate::standard_output::{is_standard_output, to_stdout};
 
 /// The output of a command: rows for a person, one JSON object for a program.
 pub struct Report<J> {
@@ -56,11 +56,6 @@ pub fn line_of_json(json: &impl Serialize, out: &mut dyn Write) -> io::Result<()
     // An io::Error keeps the kind, which tells main about a broken pipe.
     serde_json::to_writer(&mut *out, json).map_err(io::Error::from)?;
     writeln!(out)
-}
-
-pub fn to_stdout(write: impl FnOnce(&mut BufWriter<io::StdoutLock>) -> io::Result<()>) -> Result<()> {
-    let mut out = BufWriter::new(stdout().lock());
-    write(&mut out).and_then(|()| out.flush()).context("standard output")
 }
 
 pub fn seconds(seconds: f64) -> String {

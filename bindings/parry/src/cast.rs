@@ -8,8 +8,8 @@ use parry3d::query::{NonlinearRigidMotion, ShapeCastHit, ShapeCastStatus};
 use sdf_core::Sdf;
 
 use crate::convert::{to_core, to_parry};
-use crate::dispatcher::Search;
 use crate::pair::Pair;
+use crate::search::Search;
 use crate::touch::Touch;
 
 /// Two shapes in motion.

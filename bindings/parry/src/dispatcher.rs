@@ -16,18 +16,9 @@ use crate::cast::Cast;
 use crate::convert::to_parry;
 use crate::manifolds;
 use crate::pair::Pair;
+use crate::search::Search;
 use crate::surface::Surface;
 use crate::touch::Touch;
-
-/// How the lowest point of a triangle is searched.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Search {
-    /// A local minimum, fast.
-    #[default]
-    FrankWolfe,
-    /// The lowest of all minima, proven, within 256 evaluations: several times the cost.
-    Certified,
-}
 
 /// Answers for pairs with a field. Chain it before parry's own: `SdfDispatcher::default().chain(DefaultQueryDispatcher)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

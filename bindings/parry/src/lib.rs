@@ -21,7 +21,7 @@
 //!
 //! | step | question | file |
 //! |---|---|---|
-//! | 1 | Which of a pair is the field, and which triangles has the other shape? | `pair`, `surface` |
+//! | 1 | Which of a pair is the field, and which triangles has the other shape? | `pair`, `triangles` |
 //! | 2 | Where does the field touch these triangles? | `touch`, by `sdf_core::contact` |
 //! | 3 | Which points does a solver get? Grouped by normal, at most four each, with last step's impulses | `manifolds` |
 //! | 4 | When does a moving shape arrive? | `cast` |
@@ -36,10 +36,13 @@ mod convert;
 mod dispatcher;
 mod manifolds;
 mod pair;
+mod search;
 mod shape;
 mod surface;
 mod touch;
+mod triangles;
 
-pub use dispatcher::{SdfDispatcher, Search};
+pub use dispatcher::SdfDispatcher;
 pub use sdf_core as core;
+pub use search::Search;
 pub use shape::{InvalidShape, SdfShape};

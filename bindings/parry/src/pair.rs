@@ -9,10 +9,11 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::{AnyField, shapes};
 
 use crate::convert::{to_core, to_parry, to_rigid};
-use crate::dispatcher::Search;
+use crate::search::Search;
 use crate::shape::SdfShape;
 use crate::surface::Surface;
 use crate::touch::{Touch, touches};
+use crate::triangles::surface_of;
 
 pub(crate) struct Pair {
     pub field: Arc<AnyField>,
@@ -25,7 +26,7 @@ impl Pair {
     /// `None` if neither is an [`SdfShape`], or its partner has no triangles.
     pub fn new(g1: &dyn Shape, g2: &dyn Shape) -> Option<Self> {
         Self::roles(g1, g2)
-            .and_then(|(field, shape, flipped)| Some(Self { field, surface: Surface::of_shape(shape)?, flipped }))
+            .and_then(|(field, shape, flipped)| Some(Self { field, surface: surface_of(shape)?, flipped }))
     }
 
     /// The same with a surface that is known from the last step.

@@ -10,7 +10,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Rigid;
 use sdf_core::{AnyField, Sdf, Simplex};
 
-use crate::dispatcher::Search;
+use crate::search::Search;
 use crate::surface::{Part, Rounding, Surface};
 
 /// A point of a surface at or near a field, in the field's frame.

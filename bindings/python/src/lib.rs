@@ -6,7 +6,7 @@
 //! | How does Ctrl-C end a bake? | `bake` |
 //! | What can be asked of a field? | `sdf`, `contacts`, `overlap` |
 //! | Which closed forms are there? | `shapes` |
-//! | Which files of other programs are there? | `exchange` |
+//! | Which files of other programs are there? | `export`, `import` |
 //! | On which threads does it run, also after a fork? | `pools` |
 //! | Which exception has an error? | `errors` |
 
@@ -14,7 +14,8 @@ mod arrays;
 mod bake;
 mod contacts;
 mod errors;
-mod exchange;
+mod export;
+mod import;
 mod mesh;
 mod overlap;
 mod pools;
@@ -37,6 +38,6 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(mesh::signed_distance, module)?)?;
     module.add_function(wrap_pyfunction!(sdf::load, module)?)?;
     module.add_function(wrap_pyfunction!(sdf::from_bytes, module)?)?;
-    module.add_function(wrap_pyfunction!(exchange::import_grid, module)?)?;
+    module.add_function(wrap_pyfunction!(import::import_grid, module)?)?;
     shapes::add(module)
 }

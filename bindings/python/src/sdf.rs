@@ -13,7 +13,7 @@ use sdf_field::file::SaveError;
 use sdf_field::{ContactOptions, Field, Threads};
 
 use crate::errors::{choice, file_error, grid_error, type_error, value_error};
-use crate::exchange::Export;
+use crate::export::Export;
 use crate::overlap::{self, Overlap};
 use crate::{arrays, contacts, mesh::Mesh, pools, pose};
 

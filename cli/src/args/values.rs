@@ -11,7 +11,7 @@ use sdf_field::file::Compression;
 use sdf_formats::contact_file::ContactFormat;
 use sdf_formats::mesh::MeshFormat;
 
-use crate::output::is_standard_output;
+use crate::standard_output::is_standard_output;
 
 /// Numbers separated by commas.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,7 +22,7 @@ use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
-use crate::{memory, output, progress};
+use crate::{memory, output, progress, standard_output};
 use facts::{GridFacts, document, mesh_row, rows};
 
 /// The program and its version, as a grid that it baked states them.
@@ -38,7 +38,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         None => default_output(args),
     };
     let is_streamed = args.fleet.shard.is_some() || args.memory.is_some();
-    if is_streamed && output::is_standard_output(&output) {
+    if is_streamed && standard_output::is_standard_output(&output) {
         bail!("--shard and --memory need a file to write bricks into as they come: name one with -o");
     }
     output::ensure_writable(&output, &[&args.mesh])?;
@@ -93,7 +93,7 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
         BakeOutcome::OnDisk(baked) => GridFacts::of_file(baked),
     };
     let times = [read, bake, write];
-    let mut rows = rows(args, &facts, &input, times, &format!("{}, {file} bytes", output::shown(output)));
+    let mut rows = rows(args, &facts, &input, times, &format!("{}, {file} bytes", standard_output::shown(output)));
     let mut json = document(&facts, &input, times, output, file);
     if matches!(outcome, BakeOutcome::OnDisk(_)) {
         rows.push(("memory", "bricks were streamed into the file as they came".to_owned()));
@@ -128,7 +128,7 @@ fn bake_whole(
     output: &Path,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<BakeOutcome> {
-    if output::is_standard_output(output) {
+    if standard_output::is_standard_output(output) {
         let baked = Field::bake_with_progress(view, options, on_progress);
         return baked.map(BakeOutcome::InMemory).map_err(|error| refusal(args, error));
     }

@@ -20,7 +20,8 @@ use crate::commands::bake::{TOOL, bake_file};
 use crate::commands::export::named_after;
 use crate::failure::{FleetFailure, sentence};
 use crate::mesh_input;
-use crate::report::{print_json, to_stdout};
+use crate::report::print_json;
+use crate::standard_output::to_stdout;
 
 /// Fate of a mesh.
 enum Fate {

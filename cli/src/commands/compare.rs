@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use crate::args::{CompareArgs, Elements};
 use crate::read_summary::require_distances;
-use crate::report::{Report, number, seconds, to_stdout};
+use crate::report::{Report, number, seconds};
+use crate::standard_output::to_stdout;
 use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &CompareArgs) -> Result<()> {

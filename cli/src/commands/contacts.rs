@@ -22,7 +22,7 @@ use crate::commands::view;
 use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
-use crate::{field_input, mesh_input, output, progress};
+use crate::{field_input, mesh_input, output, progress, standard_output};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
@@ -105,7 +105,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         rows.push(("skipped", skipped));
     }
     if let Some(path) = &args.output {
-        rows.push(("file", output::shown(path)));
+        rows.push(("file", standard_output::shown(path)));
     }
     Report { rows, json: document }.print_beside(args.output.as_deref(), args.json)
 }

@@ -11,7 +11,8 @@ use serde_json::json;
 use crate::args::EvalArgs;
 use crate::mesh_input::is_standard_input;
 use crate::read_summary::ReadSummary;
-use crate::report::{print_json, to_stdout};
+use crate::report::print_json;
+use crate::standard_output::to_stdout;
 use crate::{csv_points, field_input};
 
 pub fn run(args: &EvalArgs) -> Result<()> {

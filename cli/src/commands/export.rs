@@ -10,7 +10,7 @@ use crate::args::ExportArgs;
 use crate::commands::view;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number};
-use crate::{output, progress};
+use crate::{output, progress, standard_output};
 
 pub fn run(args: &ExportArgs) -> Result<()> {
     let format = format(args)?;
@@ -30,7 +30,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if format == ExportFormat::Raw {
         output::ensure_writable(&description_path(&output), &[&args.sdf])?;
     }
-    let to_stdout = output::is_standard_output(&output);
+    let to_stdout = standard_output::is_standard_output(&output);
     if to_stdout {
         if format == ExportFormat::Raw {
             bail!("--format raw writes two files: name one by --output");
@@ -58,7 +58,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
     })?;
     if to_stdout {
-        output::print_bytes(&printed)?;
+        standard_output::print_bytes(&printed)?;
     }
     let bytes: Vec<u64> = files.iter().map(|file| std::fs::metadata(file).map_or(0, |file| file.len())).collect();
     let row = |(file, bytes): (&PathBuf, &u64)| ("file", format!("{}, {bytes} bytes", file.display()));

@@ -13,6 +13,7 @@ use crate::commands::export::named_after;
 use crate::mesh_input::bytes;
 use crate::output;
 use crate::report::{Report, counts, number};
+use crate::standard_output;
 
 pub fn run(args: &ImportArgs) -> Result<()> {
     let shown = args.file.display();
@@ -41,7 +42,7 @@ pub fn run(args: &ImportArgs) -> Result<()> {
             ("slope", format!("at most {}, as measured", number(grid.slope_bound()))),
             ("error", "unknown: nothing is certified of samples that were not baked here".to_owned()),
             ("padding", format!("{}: margins of contacts up to it", number(info.padding))),
-            ("file", format!("{}, {file} bytes", output::shown(&output))),
+            ("file", format!("{}, {file} bytes", standard_output::shown(&output))),
         ],
         json: json!({
             "schema": "sdftool.import/1",

@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use crate::args::MergeArgs;
 use crate::report::{Report, counts, number, seconds};
-use crate::{memory, output, progress};
+use crate::{memory, output, progress, standard_output};
 
 pub fn run(args: &MergeArgs) -> Result<()> {
-    if output::is_standard_output(&args.output) {
+    if standard_output::is_standard_output(&args.output) {
         bail!("merge writes a file: name one with -o");
     }
     let parts: Vec<_> = args.parts.iter().map(|part| part.as_path()).collect();

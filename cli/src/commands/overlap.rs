@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::args::{ContactsArgs, rigid};
 use crate::read_summary::{ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
-use crate::{field_input, output};
+use crate::{field_input, output, standard_output};
 
 /// Runs `contacts` on two fields.
 pub fn run(args: &ContactsArgs) -> Result<()> {
@@ -268,7 +268,7 @@ fn rows(args: &ContactsArgs, document: &Document, verdict: OverlapVerdict) -> Ve
     for (name, read) in ["read of first", "read of second"].into_iter().zip(&document.read) {
         rows.extend(read.map(|read| (name, read.in_words())));
     }
-    rows.extend(args.output.as_ref().map(|path| ("file", output::shown(path))));
+    rows.extend(args.output.as_ref().map(|path| ("file", standard_output::shown(path))));
     rows
 }
 

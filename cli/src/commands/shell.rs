@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use clap::CommandFactory;
 
 use crate::args::{Args, CompletionsArgs, ManArgs};
-use crate::report::to_stdout;
+use crate::standard_output::to_stdout;
 
 pub fn completions(args: &CompletionsArgs) -> Result<()> {
     let mut script = Vec::new();

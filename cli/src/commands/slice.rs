@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::args::{Axis, SliceArgs};
 use crate::pictures::{Picture, Plane};
 use crate::report::{Report, number};
-use crate::{field_input, output};
+use crate::{field_input, output, standard_output};
 
 pub fn run(args: &SliceArgs) -> Result<()> {
     output::ensure_writable(&args.output, &[&args.sdf])?;
@@ -65,8 +65,8 @@ fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
 }
 
 fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
-    if output::is_standard_output(&args.output) {
-        output::print_bytes(&picture.png()?)?;
+    if standard_output::is_standard_output(&args.output) {
+        standard_output::print_bytes(&picture.png()?)?;
     } else {
         picture.write(&args.output)?;
     }
@@ -76,7 +76,7 @@ fn write(args: &SliceArgs, picture: &Picture) -> Result<()> {
     Report {
         rows: vec![
             ("plane", format!("{name} = {}", number(at))),
-            ("picture", format!("{}, {width} × {height} pixels", output::shown(&args.output))),
+            ("picture", format!("{}, {width} × {height} pixels", standard_output::shown(&args.output))),
         ],
         json: json!({
             "schema": "sdftool.slice/1",

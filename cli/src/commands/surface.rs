@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::args::SurfaceArgs;
 use crate::mesh_input::with_path;
 use crate::report::{Report, number};
-use crate::{field_input, memory, output};
+use crate::{field_input, memory, output, standard_output};
 
 /// Default of --res for shapes in closed form, which have no cells of their own.
 const DEFAULT_RES: u32 = 128;
@@ -57,13 +57,13 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         Some(format) => {
             with_path(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?
         }
-        None => output::print_bytes(&mesh::to_bytes(MeshFormat::Obj, &surface.points, &surface.triangles)?)?,
+        None => standard_output::print_bytes(&mesh::to_bytes(MeshFormat::Obj, &surface.points, &surface.triangles)?)?,
     }
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
     Report {
         rows: vec![
             ("surface", format!("{points} points, {triangles} triangles")),
-            ("file", output::shown(&args.output)),
+            ("file", standard_output::shown(&args.output)),
         ],
         json: json!({
             "schema": "sdftool.surface/1",
