@@ -71,6 +71,10 @@ impl Part {
         Self { points, faces, rounding: Rounding::Sharp, order: vec![], boxes: vec![] }
     }
 
+    pub fn with_rounding(self, rounding: Rounding) -> Self {
+        Self { rounding, ..self }
+    }
+
     /// How far the true surface can be outside of the triangles.
     pub fn border(&self) -> f64 {
         match self.rounding {

@@ -111,9 +111,9 @@ fn of_cuboid(cuboid: &Cuboid) -> Part {
 }
 
 fn swept(part: Part, segment: [Vector; 2], radius: f32) -> Part {
-    Part { rounding: Rounding::Swept { segment: segment.map(to_core), radius: f64::from(radius) }, ..part }
+    part.with_rounding(Rounding::Swept { segment: segment.map(to_core), radius: f64::from(radius) })
 }
 
 fn with_border(part: Part, radius: f32) -> Part {
-    Part { rounding: Rounding::Border(f64::from(radius)), ..part }
+    part.with_rounding(Rounding::Border(f64::from(radius)))
 }
