@@ -17,7 +17,7 @@ pub struct BakedGrid {
 }
 
 /// The baker's counts and tables fit its own lattice, and its slope bound is finite.
-const FITS: &str = "a baked grid fits the lattice that it was baked on";
+pub(crate) const FITS: &str = "a baked grid fits the lattice that it was baked on";
 
 impl DenseGrid {
     /// The grid on the lattice that it was baked on.

@@ -1,4 +1,6 @@
-//! Dense grid: a distance at every node.
+//! Dense grid: a distance at every node. As codes of 2 or 1 bytes: `blocks`.
+
+mod blocks;
 
 use std::ops::Range;
 
@@ -13,6 +15,8 @@ use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
 use crate::rounding::{SAMPLE_ROUNDING, SUM_SLACK};
 use crate::sign::flood_fill::NodeBlock;
 use crate::{MeshDistance, SignMethod};
+
+pub use blocks::bytes_per_node;
 
 /// Samples of a baked grid and certified bounds.
 #[derive(Clone, Debug, PartialEq)]

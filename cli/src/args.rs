@@ -17,7 +17,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Parser, Subcommand};
-use sdf_core::grid::owned::{Layout, Precision};
+use sdf_core::grid::owned::Layout;
 use sdf_field::Method;
 
 /// Bake meshes into signed distance fields, and find the contacts of other meshes with them.
@@ -59,11 +59,6 @@ impl Command {
         match self {
             Self::Bake(args) if args.mesh.as_os_str().is_empty() && args.fleet.list.is_none() => {
                 Err("a mesh is needed, or --list with the names of some")
-            }
-            Self::Bake(args)
-                if args.layout() == Layout::Dense && args.precision.is_some_and(|kept| kept != Precision::F32) =>
-            {
-                Err("a dense grid stores f32 only: add --layout sparse, or remove --precision")
             }
             Self::Bake(args) if args.layout() == Layout::Dense && args.band.is_some() => {
                 Err("a dense grid has no band: add --layout sparse, or remove --band")

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use sdf_core::grid::owned::Precision;
 use sdf_formats::grid_file::{Part, ReadCount, StoredGrid, Summary};
 use serde::Serialize;
 
@@ -21,15 +22,17 @@ pub struct ReadSummary {
 #[serde(untagged)]
 enum Blocks {
     Sparse { bricks: usize, of_bricks: usize },
+    DenseCodes { blocks: usize, of_blocks: usize },
     Dense { chunks: usize, of_chunks: usize },
 }
 
 impl ReadSummary {
     pub fn new(stored: &StoredGrid, file_bytes: u64) -> Self {
         let ReadCount { bytes, blocks, total_blocks } = stored.read;
-        let blocks = match stored.sparse {
-            Some(_) => Blocks::Sparse { bricks: blocks, of_bricks: total_blocks },
-            None => Blocks::Dense { chunks: blocks, of_chunks: total_blocks },
+        let blocks = match (stored.sparse, stored.grid.storage().precision()) {
+            (Some(_), _) => Blocks::Sparse { bricks: blocks, of_bricks: total_blocks },
+            (None, Precision::U16 | Precision::U8) => Blocks::DenseCodes { blocks, of_blocks: total_blocks },
+            (None, Precision::F32) => Blocks::Dense { chunks: blocks, of_chunks: total_blocks },
         };
         // What is read a second time, such as a header, does not make it more than the file.
         Self { file_bytes, bytes: bytes.min(file_bytes), blocks }
@@ -38,6 +41,7 @@ impl ReadSummary {
     pub fn in_words(&self) -> String {
         let blocks = match self.blocks {
             Blocks::Sparse { bricks, of_bricks } => format!("{bricks} of {of_bricks} bricks"),
+            Blocks::DenseCodes { blocks, of_blocks } => format!("{blocks} of {of_blocks} blocks"),
             Blocks::Dense { chunks, of_chunks } => format!("{chunks} of {of_chunks} chunks"),
         };
         format!("{blocks}, {} of {} bytes", self.bytes, self.file_bytes)

@@ -181,7 +181,7 @@ fn bake_grid(
             let lattice = lattice(options, &bounds, spacing, 0, memory)?;
             on_progress(Progress::Total(lattice.node_count() as u64));
             let dense = dense::bake(distance, &lattice, &|nodes| on_progress(Progress::Done(nodes as u64)));
-            Ok((dense.into_grid(&lattice), None))
+            Ok((dense.into_grid_as(&lattice, options.precision.unwrap_or(Precision::F32)), None))
         }
         (Ok(spacing), Layout::Sparse) => {
             let baker = sparse_baker(distance, options, spacing, memory)?;
@@ -341,7 +341,10 @@ fn lattice(
     // A sparse grid has a number for each slot of 8 × 8 × 8 nodes, and while it is baked what is known of its middle. Whether its bricks
     // fit is known later.
     let bytes_per_node = match options.layout {
-        Layout::Dense => size_of::<f32>() as f64 + size_of::<&mut [f32]>() as f64 / nodes[0],
+        Layout::Dense => {
+            let samples = dense::bytes_per_node(options.precision.unwrap_or(Precision::F32));
+            samples as f64 + size_of::<&mut [f32]>() as f64 / nodes[0]
+        }
         Layout::Sparse => slot_bytes as f64 / BRICK_SAMPLES as f64,
     };
     let sign_bytes = match (options.layout, options.sign) {

@@ -3,7 +3,7 @@
 //! | field | cull | search |
 //! |---|---|---|
 //! | dense grid | AVX2, as a type of its own | AVX2 where the method uses SIMD, else as any field |
-//! | sparse grid | AVX2, as [`OwnedGrid`](sdf_core::grid::owned::OwnedGrid) | AVX2 where the method uses SIMD, else as any field |
+//! | dense grid of u16 or u8, sparse grid | AVX2, as [`OwnedGrid`](sdf_core::grid::owned::OwnedGrid) | AVX2 where the method uses SIMD, else as any field |
 //! | closed form | element by element, as [`AnyField`] | the same |
 //!
 //! Each line is compiled once for a method and a kind of element, whether there is a pose or not ([`Posed`]). A processor

@@ -5,7 +5,9 @@ use std::path::Path;
 use sdf_core::AnyField;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_formats::field_file::{self, OpenField};
-use sdf_formats::grid_file::{self, About, DeepValues, Samples, SparseSamples, StoredGrid, StoredMesh, WriteOptions};
+use sdf_formats::grid_file::{
+    self, About, DeepValues, DenseBlockSamples, Samples, SparseSamples, StoredGrid, StoredMesh, WriteOptions,
+};
 pub use sdf_formats::{
     blob_file::StoredBlob,
     field_file::FieldError,
@@ -151,9 +153,15 @@ fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
         let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
         SparseSamples { band, deep_values, slots, scales, samples, bounds, errors, coarse }
     }
+    fn blocks<C>(bricks: &OwnedBricks<C>) -> DenseBlockSamples<'_, C> {
+        let OwnedBricks { slots, scales, samples, bounds, .. } = bricks;
+        DenseBlockSamples { slots, scales, samples, bounds }
+    }
     let band = (info.band.unwrap_or(0.0), DeepValues::of_grid(grid));
     match grid.storage() {
         OwnedStorage::Dense(dense) => Samples::Dense { distances: dense.storage().samples(), bounds: dense.bounds() },
+        OwnedStorage::DenseU16(bricks) => Samples::DenseU16(blocks(bricks.bricks())),
+        OwnedStorage::DenseU8(bricks) => Samples::DenseU8(blocks(bricks.bricks())),
         OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), band).into(),
         OwnedStorage::SparseU16(bricks) => sparse(bricks.bricks(), band).into(),
         OwnedStorage::SparseU8(bricks) => sparse(bricks.bricks(), band).into(),

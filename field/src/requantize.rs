@@ -1,9 +1,11 @@
 //! How does a grid become one of fewer bits a sample? Each sample is rounded to the nearest of 65,536 or 256 steps: of its brick's
-//! range, or of the whole range of a dense grid. With δ the largest change of a sample and h the spacing:
+//! range, or of the whole range of a dense grid of f32, as small processors read it with the least code. Dense grids of codes are decoded,
+//! and encoded again block by block (`DenseGrid::into_grid_as`). With δ the largest change of a sample and h the spacing:
 //!
 //! - the interpolant changes by at most δ, so that error bounds and ranges widen by δ;
 //! - a difference along an edge changes by at most 2 δ, so that slopes grow by at most 2 √3 δ / h.
 
+use sdf_bake::DenseGrid;
 use sdf_bake::sparse::Quantize;
 use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, Scale};
@@ -13,9 +15,9 @@ use sdf_formats::blob_file::DenseCodes;
 
 /// A grid of another precision.
 pub(crate) struct Requantized {
-    /// The grid, with bounds that hold for the new samples. A dense one has them decoded.
+    /// The grid, with bounds that hold for the new samples. One that was dense in f32 has them decoded.
     pub grid: OwnedGrid,
-    /// The codes of a dense grid.
+    /// The codes of a grid that was dense in f32.
     pub codes: Option<DenseCodes>,
 }
 
@@ -39,6 +41,12 @@ pub(crate) fn requantize(grid: &OwnedGrid, precision: Precision) -> Option<Requa
             let bounds = dense.bounds().iter().map(|bounds| change.widen(*bounds, grid.lattice())).collect();
             let storage = OwnedStorage::dense(grid.lattice(), decoded, bounds)?;
             Some(Requantized { grid: change.apply(grid, storage)?, codes: Some(codes) })
+        }
+        (OwnedStorage::DenseU16(_) | OwnedStorage::DenseU8(_), precision) => {
+            let samples = sdf_formats::export::dense_samples(grid).into_owned();
+            let dense = DenseGrid::from_samples(grid.lattice(), samples)?;
+            let dense = DenseGrid { error_bound: grid.global_error_bound(), ..dense };
+            Some(Requantized { grid: dense.into_grid_as(grid.lattice(), precision).grid, codes: None })
         }
         (OwnedStorage::SparseF32(sparse), precision) => bricks(grid, sparse.bricks(), precision),
         (OwnedStorage::SparseU16(sparse), precision) => bricks(grid, sparse.bricks(), precision),

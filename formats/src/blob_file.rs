@@ -5,15 +5,15 @@ use std::borrow::Cow;
 use sdf_core::grid::blob::{
     BlobBricks, BlobCode, BlobDense, BlobError, BlobStorage, CHECKSUM_AT, HEAD_BYTES, MAGIC, VERSION, checksum,
 };
-use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage};
+use sdf_core::grid::owned::{BlockCode, OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage};
 use sdf_core::grid::sparse::{BrickData, NO_BRICK, Scale, Sparse, brick_counts};
-use sdf_core::grid::{Blob, BlockBounds, Grid, Layout, Precision};
+use sdf_core::grid::{Blob, BlockBounds, Grid, Precision};
 use sdf_core::{Parameter, Sdf};
 
 /// A grid from a blob.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredBlob {
-    /// The grid, with the bits of the one that was written; samples of a dense one are decoded.
+    /// The grid, with the bits of the one that was written; samples of a dense one with a scale for all are decoded.
     pub grid: OwnedGrid,
     /// Type of the samples in the blob.
     pub precision: Precision,
@@ -35,9 +35,11 @@ pub fn read(bytes: &[u8]) -> Result<StoredBlob, BlobError> {
         BlobStorage::DenseF32(dense) => owned_dense(&grid, dense),
         BlobStorage::DenseU16(dense) => owned_dense(&grid, dense),
         BlobStorage::DenseU8(dense) => owned_dense(&grid, dense),
-        BlobStorage::SparseF32(sparse) => owned_bricks(&grid, sparse, f32::from_le_bytes),
-        BlobStorage::SparseU16(sparse) => owned_bricks(&grid, sparse, u16::from_le_bytes),
-        BlobStorage::SparseU8(sparse) => owned_bricks(&grid, sparse, |code: u8| code),
+        BlobStorage::SparseF32(sparse) => {
+            owned_bricks(&grid, sparse, f32::from_le_bytes).and_then(|bricks| OwnedStorage::sparse(lattice, bricks))
+        }
+        BlobStorage::SparseU16(sparse) => owned_codes(&grid, owned_bricks(&grid, sparse, u16::from_le_bytes)),
+        BlobStorage::SparseU8(sparse) => owned_codes(&grid, owned_bricks(&grid, sparse, |code: u8| code)),
     };
     // Numbers that only f64 can be wrong in: f32 was checked.
     let owned = storage.and_then(|storage| OwnedGrid::new(*lattice, storage, grid.slope_bound()));
@@ -51,12 +53,19 @@ fn owned_dense<C: BlobCode>(grid: &Grid<BlobStorage>, dense: &BlobDense<C>) -> O
     OwnedStorage::dense(grid.lattice(), dense.samples().collect(), dense.bounds().collect())
 }
 
+/// A grid of codes: dense where all slots have a brick and there is no band.
+fn owned_codes<C: BlockCode>(grid: &Grid<BlobStorage>, bricks: Option<OwnedBricks<C>>) -> Option<OwnedStorage> {
+    let bricks = Sparse::new(grid.lattice(), bricks?)?;
+    let is_dense = grid.band() == f64::INFINITY && !bricks.bricks().table.contains(&NO_BRICK);
+    if is_dense { OwnedStorage::dense_bricks(bricks) } else { Some(C::storage(bricks)) }
+}
+
 /// `None` unless each brick stands in exactly one slot.
 fn owned_bricks<B: BlobCode, C: OwnedCode>(
     grid: &Grid<BlobStorage>,
     sparse: &Sparse<BlobBricks<B>>,
     decode: impl Fn(B) -> C,
-) -> Option<OwnedStorage> {
+) -> Option<OwnedBricks<C>> {
     let bricks = sparse.bricks();
     let counts = brick_counts(grid.lattice());
     let table: Vec<u32> = bricks.table().collect();
@@ -83,7 +92,7 @@ fn owned_bricks<B: BlobCode, C: OwnedCode>(
         errors: if errors.len() == bricks.count() { errors } else { vec![] },
         coarse: bricks.coarse().collect(),
     };
-    OwnedStorage::sparse(grid.lattice(), owned)
+    Some(owned)
 }
 
 /// Codes that stand for the samples of a dense grid: u16 or u8, with one scale for all.
@@ -108,13 +117,15 @@ pub fn write(grid: &OwnedGrid, codes: Option<&DenseCodes>, padding: f64) -> Opti
         None => Scale { base: 0.0, step: 1.0 },
         Some(DenseCodes::U16(_, scale) | DenseCodes::U8(_, scale)) => *scale,
     };
-    let layout = u8::from(grid.storage().layout() == Layout::Sparse);
+    // A dense grid of codes is written as it is held: as bricks in all slots.
+    let bricks = grid.storage().scales().len();
+    let layout = u8::from(bricks > 0);
     let sample_bytes = match precision {
         Precision::F32 => 4,
         Precision::U16 => 2,
         Precision::U8 => 1,
     };
-    let bricks = u32::try_from(grid.storage().brick_count().unwrap_or(0)).ok()?;
+    let bricks = u32::try_from(bricks).ok()?;
     let (spacing, inv_spacing) = (lattice.spacing(), lattice.inv_spacing());
     let [x, y, z] = lattice.origin();
     let numbers = [x, y, z, spacing, inv_spacing, grid.slope_bound(), grid.band()].map(Parameter::from);
@@ -141,8 +152,12 @@ pub fn write(grid: &OwnedGrid, codes: Option<&DenseCodes>, padding: f64) -> Opti
             }
         }
         (OwnedStorage::SparseF32(sparse), _) => write_bricks(&mut bytes, sparse.bricks(), f32::to_le_bytes),
-        (OwnedStorage::SparseU16(sparse), _) => write_bricks(&mut bytes, sparse.bricks(), u16::to_le_bytes),
-        (OwnedStorage::SparseU8(sparse), _) => write_bricks(&mut bytes, sparse.bricks(), u8::to_le_bytes),
+        (OwnedStorage::DenseU16(bricks) | OwnedStorage::SparseU16(bricks), _) => {
+            write_bricks(&mut bytes, bricks.bricks(), u16::to_le_bytes);
+        }
+        (OwnedStorage::DenseU8(bricks) | OwnedStorage::SparseU8(bricks), _) => {
+            write_bricks(&mut bytes, bricks.bricks(), u8::to_le_bytes);
+        }
     }
     let checksum = checksum(&bytes);
     bytes[CHECKSUM_AT..HEAD_BYTES].copy_from_slice(&checksum.to_le_bytes());

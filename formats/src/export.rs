@@ -93,13 +93,13 @@ impl ExportFormat {
     }
 }
 
-/// A sample for every node of a grid, x fastest: those of a dense grid as they are, those of a sparse one decoded.
+/// A sample for every node of a grid, x fastest: those of a dense grid of f32 as they are, others decoded.
 pub fn dense_samples(grid: &OwnedGrid) -> Cow<'_, [f32]> {
     match grid.storage() {
         OwnedStorage::Dense(dense) => Cow::Borrowed(dense.storage().samples()),
         OwnedStorage::SparseF32(sparse) => Cow::Owned(decoded(grid.lattice(), sparse)),
-        OwnedStorage::SparseU16(sparse) => Cow::Owned(decoded(grid.lattice(), sparse)),
-        OwnedStorage::SparseU8(sparse) => Cow::Owned(decoded(grid.lattice(), sparse)),
+        OwnedStorage::DenseU16(sparse) | OwnedStorage::SparseU16(sparse) => Cow::Owned(decoded(grid.lattice(), sparse)),
+        OwnedStorage::DenseU8(sparse) | OwnedStorage::SparseU8(sparse) => Cow::Owned(decoded(grid.lattice(), sparse)),
     }
 }
 

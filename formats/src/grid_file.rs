@@ -1,6 +1,6 @@
 //! Grid files: baked grids in HDF5. docs/format.md describes the format.
 //!
-//! h5py and h5dump open every grid file; ParaView and VTK open dense ones. `write` and `check` write a file, `reader`
+//! h5py and h5dump open every grid file; ParaView and VTK open dense ones of f32. `write` and `check` write a file, `reader`
 //! and the modules that it lists read one, whole or in part. Grids that are baked in parts: [`part`].
 //!
 //! ```no_run
@@ -90,9 +90,9 @@ impl MeshInfo {
 pub struct ReadCount {
     /// Bytes of attributes, tables and samples; bytes read twice count twice.
     pub bytes: u64,
-    /// Bricks of a sparse grid, or chunks of a dense one, whose samples were read.
+    /// Bricks of a sparse grid, blocks of a dense one of codes, or chunks of one of f32, whose samples were read.
     pub blocks: usize,
-    /// Bricks or chunks in the file.
+    /// Bricks, blocks or chunks in the file.
     pub total_blocks: usize,
 }
 
@@ -148,9 +148,9 @@ impl DeepValues {
     }
 }
 
-/// The layout and the precision of a grid's samples.
-pub fn layout_of(sparse: Option<SparseInfo>) -> (Layout, Precision) {
-    sparse.map_or((Layout::Dense, Precision::F32), |sparse| (Layout::Sparse, sparse.precision))
+/// The layout of a grid's samples.
+pub fn layout_of(sparse: Option<SparseInfo>) -> Layout {
+    if sparse.is_some() { Layout::Sparse } else { Layout::Dense }
 }
 
 /// Contents of a file without its samples.
@@ -160,6 +160,8 @@ pub struct Summary {
     pub lattice: Lattice,
     /// `None` for a dense grid.
     pub sparse: Option<SparseInfo>,
+    /// The type of a sample.
+    pub precision: Precision,
     /// Metadata.
     pub about: About,
     /// `None` where the file keeps no mesh.
@@ -253,12 +255,29 @@ pub enum Samples<'a> {
         /// Bounds of each block of 8 × 8 × 8 nodes, x fastest.
         bounds: &'a [BlockBounds],
     },
+    /// 16-bit codes at every node.
+    DenseU16(DenseBlockSamples<'a, u16>),
+    /// 8-bit codes at every node.
+    DenseU8(DenseBlockSamples<'a, u8>),
     /// Bricks of `f32` samples.
     F32(SparseSamples<'a, f32>),
     /// Bricks of 16-bit codes.
     U16(SparseSamples<'a, u16>),
     /// Bricks of 8-bit codes.
     U8(SparseSamples<'a, u8>),
+}
+
+/// Blocks of codes: a [`DenseBlocks`](sdf_core::grid::owned::DenseBlocks).
+#[derive(Clone, Copy, Debug)]
+pub struct DenseBlockSamples<'a, C> {
+    /// Slot of each block: every slot once.
+    pub slots: &'a [[u32; 3]],
+    /// Decoding of each block's codes.
+    pub scales: &'a [Scale],
+    /// Codes of one block after the other, x fastest.
+    pub samples: &'a [C],
+    /// Bounds of each block's nodes.
+    pub bounds: &'a [BlockBounds],
 }
 
 /// Bricks and a coarse grid: an [`OwnedBricks`](sdf_core::grid::owned::OwnedBricks) without its table, which follows from the bricks' slots.

@@ -68,12 +68,12 @@ impl GpuField {
                 upload.bricks(&mut params, sparse)?;
                 "sparse_f32"
             }
-            OwnedStorage::SparseU16(sparse) => {
+            OwnedStorage::DenseU16(sparse) | OwnedStorage::SparseU16(sparse) => {
                 params.samples = upload.list(&sparse.bricks().samples, Array::U16)?;
                 upload.bricks(&mut params, sparse)?;
                 "sparse_u16"
             }
-            OwnedStorage::SparseU8(_) => return Err(GpuError::Unsupported("a sparse grid of u8")),
+            OwnedStorage::DenseU8(_) | OwnedStorage::SparseU8(_) => return Err(GpuError::Unsupported("a grid of u8")),
         };
         let stream = &gpu.stream;
         let (params, mut blob) = (stream.clone_htod(&[params])?, stream.alloc_zeros::<FieldBlob>(1)?);

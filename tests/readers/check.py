@@ -30,22 +30,26 @@ def documented():
 
 
 def check_documented_names(path, layout):
-    """The file has exactly the names that docs/format.md lists for its layout."""
+    """The file has exactly the names that docs/format.md lists for its layout, and for codes."""
     lists = re.findall(r"^```text\n(.*?)^```$", FORMAT.read_text(encoding="utf-8"), re.M | re.S)
-    dense, sparse, kept_mesh, attributes, of_open_mesh, *_ = lists
+    dense, sparse, blocks, kept_mesh, attributes, of_open_mesh, *_ = lists
     of_open_mesh = set(re.findall(r"^    (\w+) ", of_open_mesh, re.M))
     vtkhdf, beside = dense.split("\n/sdf")
     only_sparse = set(re.findall(r"^    (\w+) .*sparse only", attributes, re.M))
+    only_codes = set(re.findall(r"^    (\w+) .*absent from dense f32", attributes, re.M))
     attributes = set(re.findall(r"^    (\w+) ", attributes, re.M))
-    datasets = re.findall(r"^    (\w+) .*dataset,", beside if layout == "dense" else sparse, re.M)
     with h5py.File(path, "r") as file:
+        has_codes = layout == "sparse" or "precision" in file["sdf"].attrs
+        listed = sparse if layout == "sparse" else blocks if has_codes else beside
+        datasets = re.findall(r"^    (\w+) .*dataset,", listed, re.M)
         if file["sdf"].attrs["kept_mesh"] != "none":
             datasets += re.findall(r"^    (\w+) .*dataset,", kept_mesh, re.M)
         found = set(file["sdf"].attrs)
         assert found & of_open_mesh in (set(), of_open_mesh)
-        assert found - of_open_mesh == (attributes - only_sparse if layout == "dense" else attributes)
+        absent = set() if layout == "sparse" else only_sparse if has_codes else only_sparse | only_codes
+        assert found - of_open_mesh == attributes - absent
         assert list(file["sdf"]) == sorted(datasets) and not file.attrs
-        if layout == "sparse":
+        if has_codes:
             assert set(file) == {"sdf"}
             return
         assert set(file) == {"VTKHDF", "sdf"}
@@ -263,6 +267,31 @@ def check_sparse(sdftool, precision, seed):
             assert kept["mesh_triangles"].max() == 1439
 
 
+def check_codes(sdftool, precision, seed):
+    """Reads a dense grid of codes with the example, and compares it with one of f32 of the same mesh."""
+    names = documented()
+    with tempfile.TemporaryDirectory() as folder:
+        mesh, path, plain_path = (pathlib.Path(folder, name) for name in ["torus.obj", "codes.h5", "f32.h5"])
+        mesh.write_text(torus())
+        bake = [sdftool, "bake", mesh, "--res", "40"]
+        subprocess.run([*bake, "--precision", precision, "-o", path], check=True, capture_output=True)
+        subprocess.run([*bake, "-o", plain_path], check=True, capture_output=True)
+        sdf, grid = check_file(path, names)
+        points = random_points(sdf, 1000, seed)
+        printed = evaluate(sdftool, path, points)
+        ours = pathlib.Path(folder, "by-h5py.sdf.h5")
+        write_by_h5py(ours, names, sdf, grid)
+        assert evaluate(sdftool, ours, points) == printed
+        _, worst = check_eval(printed, sdf, grid, names["interpolate"])
+        plain_sdf, plain_grid = names["read_grid"](plain_path)
+        nodes = np.argwhere(np.ones(sdf["counts"].astype(int), bool))
+        codes, exact = names["samples"](sdf, grid, nodes), names["samples"](plain_sdf, plain_grid, nodes)
+        change = np.abs(codes.astype(float) - exact).max()
+        assert 0 < change <= sdf["error_bound"] - plain_sdf["error_bound"] and ((codes < 0) == (exact < 0)).all()
+        print(f"sdftool eval: {len(points)} points, error at most {worst:.2g}; equal for a grid that h5py wrote; "
+              f"{len(nodes)} nodes keep their side and change by at most {change:.2g}")
+
+
 def check_band(sdf, grid, dense_sdf, dense_grid, names):
     """In its band a sparse grid equals the dense one to within the bricks' errors."""
     low, high = dense_sdf["origin"], dense_sdf["origin"] + dense_sdf["spacing"] * (dense_sdf["counts"] - 1.0)
@@ -280,13 +309,15 @@ def check_file(path, names):
     """Checks the file's names, types, bounds and checksums."""
     sdf, grid = names["read_grid"](path)
     check_documented_names(path, sdf["layout"])
-    if sdf["layout"] == "dense":
+    if "precision" not in sdf:
         types = {"distance": "<f4", "bounds": "<f4"}
         assert grid["distance"].shape == tuple(sdf["counts"][::-1])
     else:
         types = {"samples": {"f32": "<f4", "u16": "<u2", "u8": "|u1"}[sdf["precision"]], "places": "<u4"}
-        types |= dict.fromkeys(["bounds", "scales", "errors", "coarse"], "<f4")
-        assert len(grid["samples"]) == sdf["bricks"] and sdf["brick_side"] == 8
+        types |= dict.fromkeys(["bounds", "scales"], "<f4")
+        if sdf["layout"] == "sparse":
+            types |= dict.fromkeys(["errors", "coarse"], "<f4")
+        assert len(grid["samples"]) == sdf.get("bricks", grid["table"].size) and sdf["brick_side"] == 8
     assert all(grid[name].dtype == np.dtype(kind) for name, kind in types.items())
     check_bounds(sdf, grid, names)
     print(f"h5py: {sdf['layout']}, checksums hold, and damage in any of {check_damage(path, names)} datasets is detected")
@@ -298,8 +329,7 @@ def check_bounds(sdf, grid, names):
     counts = sdf["counts"].astype(int)
     blocks = -(-counts // 8)
     for row in np.random.default_rng(1).integers(0, len(grid["bounds"]), 100):
-        sparse = sdf["layout"] == "sparse"
-        block = grid["places"][row] if sparse else np.array(np.unravel_index(row, blocks[::-1]))[::-1]
+        block = grid["places"][row] if "places" in grid else np.array(np.unravel_index(row, blocks[::-1]))[::-1]
         first, last = block.astype(int) * 8, np.minimum(block.astype(int) * 8 + 8, counts)
         nodes = np.stack(np.meshgrid(*map(np.arange, first, last), indexing="ij"), axis=-1).reshape(-1, 3)
         found = names["samples"](sdf, grid, nodes)
@@ -320,7 +350,7 @@ def main(path, sdftool_or_csv=None, seed="1"):
     at_nodes = names["interpolate"](sdf, grid, sdf["origin"] + sdf["spacing"] * nodes)
     values = names["samples"](sdf, grid, nodes)
     assert np.allclose(at_nodes, values, atol=1e-5 * sdf["slope_bound"] * np.abs(values).max())
-    if sdf["layout"] == "sparse":
+    if "precision" in sdf:
         return
     image = check_vtk(path, sdf, grid["distance"])
     print("VTK: equal bit for bit")
@@ -347,6 +377,9 @@ def main(path, sdftool_or_csv=None, seed="1"):
         for precision in ["f32", "u16", "u8"]:
             print(f"sparse, {precision}:")
             check_sparse(sdftool_or_csv, precision, int(seed))
+        for precision in ["u16", "u8"]:
+            print(f"dense, {precision}:")
+            check_codes(sdftool_or_csv, precision, int(seed))
 
 
 if __name__ == "__main__":

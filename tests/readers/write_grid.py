@@ -19,7 +19,7 @@ def write_by_h5py(path, names, sdf, grid):
             digests.extend(names["digest"](sdf, data[chunk].tobytes()) for chunk in dataset.iter_chunks())
             return dataset
 
-        if sdf["layout"] == "dense":
+        if sdf["layout"] == "dense" and "precision" not in sdf:
             vtkhdf = file.create_group("VTKHDF")
             vtkhdf.attrs["Version"] = [2, 6]
             vtkhdf.attrs["Type"] = np.bytes_("ImageData")
@@ -35,8 +35,10 @@ def write_by_h5py(path, names, sdf, grid):
             # Chunks that differ from sdftool's.
             put(group, "samples", (48, 512))
             for name in "bounds places scales errors".split():
-                put(group, name, 1000)
-            put(group, "coarse", (7, 8, 9))
+                if name in grid:
+                    put(group, name, 1000)
+            if "coarse" in grid:
+                put(group, "coarse", (7, 8, 9))
         for name in "mesh_vertices mesh_triangles".split():
             if name in grid:
                 put(group, name, 100)

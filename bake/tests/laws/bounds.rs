@@ -1,6 +1,6 @@
 //! Bounds that a dense grid states of itself: slope and error.
 
-use sdf_core::grid::{Dense, Grid};
+use sdf_core::grid::{Dense, Grid, Precision};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
 
@@ -103,6 +103,12 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (
     let corners = mesh.corners();
     let bounds = baked.lattice.bounds();
     let rounding = F64_ROUNDING * largest_coordinate(&bounds);
+    let coded = [Precision::U16, Precision::U8].map(|to| baked.grid.clone().into_grid_as(&baked.lattice, to));
+    for coded in &coded {
+        // A distance changes by 7 √3 spacings in a block, which the sign of an open mesh doubles at most.
+        let most = 7.0 * 3.0_f64.sqrt() * baked.lattice.spacing() / 254.0;
+        assert!(coded.error_bound <= baked.grid.error_bound * 1.01 + most, "{name}: {}", coded.error_bound);
+    }
     let (mut worst, mut unseen) = (0.0_f64, 0);
     for _ in 0..3000 {
         let point = random.point_in_box(bounds.min, bounds.max);
@@ -114,6 +120,10 @@ fn worst_error(name: &str, mesh: &Mesh, baked: &Baked, random: &mut Random) -> (
             continue;
         }
         assert!(error <= bound, "{name}: {error} > {bound} at {point:?}");
+        for coded in &coded {
+            let (error, bound) = ((coded.grid.value(point) - exact).abs(), coded.error_bound + rounding);
+            assert!(error <= bound, "{name} in codes: {error} > {bound} at {point:?}");
+        }
         worst = worst.max(error);
     }
     (worst, unseen)

@@ -1,7 +1,7 @@
 //! Repeatability: the same mesh bakes to the same bytes, in any order of its triangles and in any unit.
 
 use sdf_bake::{DenseGrid, MeshDistance, SignMethod, TriangleMesh, dense, lattice_around};
-use sdf_core::grid::Lattice;
+use sdf_core::grid::{Lattice, Precision};
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{self, Mesh};
@@ -35,11 +35,17 @@ fn any_number_of_threads_bakes_the_same_bytes() {
     for (name, mesh) in samples(&mut random) {
         let bake_on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| Baked::from_mesh(&mesh, None, 28).grid)
+            pool.install(|| {
+                let Baked { grid, lattice } = Baked::from_mesh(&mesh, None, 28);
+                let coded = Precision::ALL.map(|precision| grid.clone().into_grid_as(&lattice, precision));
+                (grid, coded)
+            })
         };
-        let alone = bake_on(1);
+        let (alone, coded) = bake_on(1);
         for threads in [2, 3, 7] {
-            assert_same_bits(name, &alone, &bake_on(threads));
+            let (grid, again) = bake_on(threads);
+            assert_same_bits(name, &alone, &grid);
+            assert!(again == coded, "{name}: other codes");
         }
     }
 }

@@ -25,8 +25,10 @@ struct Args {
 }
 
 const RESOLUTIONS: [u32; 2] = [256, 512];
-const KINDS: [(&str, &str); 4] = [
+const KINDS: [(&str, &str); 6] = [
     ("dense f32", "--layout dense"),
+    ("dense u16", "--layout dense --precision u16"),
+    ("dense u8", "--layout dense --precision u8"),
     ("sparse f32", "--layout sparse --precision f32"),
     ("sparse u16", "--layout sparse --precision u16"),
     ("sparse u8", "--layout sparse --precision u8"),

@@ -19,7 +19,7 @@ typedef struct SdfField SdfField;                     /* a baked grid or a close
 typedef struct SdfError { char text[512]; } SdfError; /* one line of UTF-8, ended by a zero */
 typedef enum SdfResult { SDF_OK, SDF_INVALID_ARGUMENT, SDF_FILE, SDF_TOO_SMALL, SDF_STOPPED, SDF_BUG } SdfResult;
 enum { SDF_DENSE, SDF_SPARSE };                                                        /* SdfBakeOptions.layout */
-enum { SDF_U16, SDF_F32, SDF_U8 };                                                     /* .precision, of sparse grids */
+enum { SDF_BY_LAYOUT, SDF_F32, SDF_U8, SDF_U16 };                  /* .precision: f32 of dense grids, u16 of sparse ones */
 enum { SDF_SIGN_AUTO, SDF_SIGN_PSEUDO_NORMAL, SDF_SIGN_WINDING };                      /* .sign */
 enum { SDF_FACES, SDF_EDGES, SDF_VERTICES };                                           /* SdfQuery.elements */
 enum { SDF_AUTO, SDF_CERTIFIED, SDF_FRANK_WOLFE, SDF_PROJECTED_GRADIENT, SDF_NEWTON }; /* .method */

@@ -110,11 +110,12 @@ impl SdfBakeOptions {
             (size, _) => return Err(Failure::invalid(format!("voxel_size {size} is not a positive length"))),
         };
         let layout = choice("layout", self.layout, &[Layout::Dense, Layout::Sparse])?;
-        let precision = choice("precision", self.precision, &[Precision::U16, Precision::F32, Precision::U8])?;
+        let precisions = [None, Some(Precision::F32), Some(Precision::U8), Some(Precision::U16)];
+        let precision = choice("precision", self.precision, &precisions)?;
         Ok(BakeOptions {
             size,
             layout,
-            precision: (layout == Layout::Sparse && precision != Precision::U16).then_some(precision),
+            precision,
             band: self.band,
             padding: self.padding,
             sign: sign_method(self.sign)?,

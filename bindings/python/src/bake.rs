@@ -73,9 +73,6 @@ pub fn bake(
         threads: Threads::ALL,
         ..BakeOptions::default()
     };
-    if options.layout == Layout::Dense && precision.is_some_and(|precision| precision != Precision::F32) {
-        return Err(value_error("precision: a dense grid is of f32; add layout=\"sparse\""));
-    }
     if max_error.is_some() && (layout == Some(Layout::Dense) || precision.is_some()) {
         return Err(value_error("max_error: layout and precision are chosen by the error; leave them out"));
     }

@@ -311,7 +311,7 @@ impl Sdf {
     }
 
     /// Samples of a dense grid, float32 [z, y, x], read-only and without a copy: node [k, j, i] is bounds[0] + spacing * (i, j, k).
-    /// None of a sparse grid or a closed form.
+    /// None of a sparse grid, a dense one of u16 or u8, or a closed form.
     #[getter]
     fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArray3<f32>>>> {
         let Some(grid) = slf.get().0.grid() else { return Ok(None) };

@@ -33,7 +33,7 @@ CASES = [
     (lambda: sdftool.bake(VERTICES, FACES, max_error="tiny"), ValueError, "0.1%"),
     (lambda: sdftool.bake(VERTICES, FACES, layout="octree"), ValueError, "give one of dense, sparse"),
     (lambda: sdftool.bake(VERTICES, FACES, sign="inside"), ValueError, "auto, pseudo-normal, winding"),
-    (lambda: sdftool.bake(VERTICES, FACES, precision="u8"), ValueError, 'layout="sparse"'),
+    (lambda: sdftool.bake(VERTICES, FACES, precision="f16"), ValueError, "give one of f32, u16, u8"),
     (lambda: sdftool.bake(VERTICES, FACES, threads=0), ValueError, "threads=0"),
     (lambda: sdftool.load("/nowhere/x.sdf.h5"), FileNotFoundError, "/nowhere/x.sdf.h5"),
     (lambda: sdftool.from_bytes(b"neither"), ValueError, "data: not TOML"),

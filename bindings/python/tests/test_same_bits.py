@@ -12,6 +12,7 @@ CASES = [
         dict(res=96, layout="sparse", band=5, precision="u8"),
         ["--res", "96", "--layout", "sparse", "--band", "5", "--precision", "u8"],
     ),
+    (dict(res=48, precision="u16"), ["--res", "48", "--precision", "u16"]),
     (dict(max_error="1%"), ["--max-error", "1%"]),
 ]
 

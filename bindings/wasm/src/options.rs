@@ -101,9 +101,6 @@ impl BakeWords {
             source: self.source.to_rust(triangles)?,
             ..default
         };
-        if options.layout == Layout::Dense && precision.is_some_and(|precision| precision != Precision::F32) {
-            return Err("precision: a dense grid is of f32; add layout: \"sparse\"".to_owned());
-        }
         if self.max_error.is_some() && (layout == Some(Layout::Dense) || precision.is_some()) {
             return Err("maxError: layout and precision are chosen by the error; leave them out".to_owned());
         }

@@ -60,6 +60,7 @@ const bakes = [
   ["body.obj", "cloth.obj", { res: 80, layout: "sparse" }],
   ["body.obj", "cloth.obj", { res: 40, layout: "sparse", precision: "f32", sign: "winding", keepMesh: true }],
   ["tetrahedron.obj", "patch.obj", { res: 24, padding: 6 }],
+  ["body.obj", "cloth.obj", { res: 40, precision: "u8" }],
   ["open.off", "patch.obj", { res: 32, layout: "sparse" }],
 ];
 for (const [body, mesh, options] of bakes) {

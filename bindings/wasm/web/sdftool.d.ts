@@ -21,7 +21,7 @@ export interface BakeOptions {
   maxError?: number | string;
   /** "sparse": bricks near the surface [dense]. */
   layout?: "dense" | "sparse";
-  /** Samples of a sparse grid [u16]. */
+  /** Type of a sample [f32; u16 of a sparse grid]. */
   precision?: "f32" | "u16" | "u8";
   /** How inside and outside are told apart: for closed surfaces, or also for open ones [auto]. */
   sign?: "auto" | "pseudo-normal" | "winding";

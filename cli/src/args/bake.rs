@@ -46,7 +46,7 @@ pub struct BakeArgs {
     /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside [default: 3].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub band: Option<u32>,
-    /// Type of a sparse grid's samples [default: u16; --max-error chooses u16 or u8, whichever takes less memory].
+    /// Type of a sample; u16 and u8 round, which the certified error includes [default: f32; u16 of a sparse grid; --max-error chooses u16 or u8, whichever takes less memory].
     #[arg(long, value_parser = precisions())]
     pub precision: Option<Precision>,
     /// Bounds of the error of a sparse grid's bricks; --max-error takes the tight ones in any case.

@@ -90,7 +90,7 @@ pub fn compressions() -> impl TypedValueParser<Value = Compression> {
 pub fn precisions() -> impl TypedValueParser<Value = Precision> {
     let help = |precision| match precision {
         Precision::F32 => "Single precision",
-        Precision::U16 => "65,536 steps between the lowest and the highest sample of a brick",
+        Precision::U16 => "65,536 steps between the lowest and the highest sample of a block of 8 × 8 × 8 nodes",
         Precision::U8 => "256 steps",
     };
     let values = Precision::ALL.map(|precision| PossibleValue::new(precision.name()).help(help(precision)));

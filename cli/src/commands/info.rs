@@ -23,12 +23,11 @@ fn error_row(bound: f64) -> String {
 pub fn run(args: &InfoArgs) -> Result<()> {
     match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
-            let Summary { lattice, sparse, about, mesh, parts, file_bytes } = reader.summary();
+            let Summary { lattice, sparse, precision, about, mesh, parts, file_bytes } = reader.summary();
             let bounds = lattice.bounds();
             let sha256: String = about.source.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
             let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-            let (layout, precision) = layout_of(sparse);
-            let (name, precision) = (layout.name(), precision.name());
+            let (name, precision) = (layout_of(sparse).name(), precision.name());
             let (band, bricks) = (sparse.map(|sparse| sparse.band), sparse.map(|sparse| sparse.bricks));
             let in_words = match (band, bricks) {
                 (Some(band), Some(bricks)) => {

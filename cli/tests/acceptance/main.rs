@@ -7,6 +7,7 @@ mod all_minima;
 mod commands;
 mod compare;
 mod contact_files;
+mod dense_codes;
 mod documents;
 mod elements;
 mod exact;

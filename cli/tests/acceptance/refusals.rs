@@ -121,7 +121,7 @@ fn with_json_an_error_is_one_object_on_standard_output_too() {
         ("contacts --json ball.sdf.h5 ball.obj", 1),
         ("bake ball.obj --json", 2),
         ("bake ball.obj --res 0 --json", 2),
-        ("bake ball.obj --res 8 --layout dense --precision u8 --json", 2),
+        ("bake ball.obj --res 8 --layout dense --band 3 --json", 2),
     ] {
         let output = folder.sdftool(words).output().unwrap();
         let [printed, said] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());

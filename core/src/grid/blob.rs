@@ -21,6 +21,7 @@
 //!             …  sparse: brick of each slot, then for each brick its scale, bounds and error; coarse samples; samples
 //! ```
 //!
+//! A dense grid with a scale for each block of 8 × 8 × 8 nodes is written as a sparse one with a brick in every slot and an infinite band.
 //! Bounds are lower and upper sample and slope, scales base and step, all f32. Arrays have the order of [`Dense`](super::Dense),
 //! [`WithBlockBounds`](super::WithBlockBounds) and [`Bricks`](super::sparse::Bricks). The head alone is enough for queries in f32.
 

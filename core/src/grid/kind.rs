@@ -27,12 +27,12 @@ impl Layout {
     }
 }
 
-/// The type in which samples are stored. Bricks of integers have a base and a step each.
+/// The type in which samples are stored. Bricks of integers, and blocks of 8 × 8 × 8 nodes of a dense grid, have a base and a step each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Precision {
     /// Exact to half a unit in the last place of `f32`.
     F32,
-    /// 65,536 steps between the lowest and the highest sample of a brick.
+    /// 65,536 steps between the lowest and the highest sample of a brick or block.
     U16,
     /// 256 steps.
     U8,

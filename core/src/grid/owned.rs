@@ -1,10 +1,14 @@
 //! Grids that own their samples, of either layout and any precision.
+//!
+//! A dense grid of codes has a scale for each block of 8 × 8 × 8 nodes, and is held as a sparse grid with a brick in every slot: its
+//! codes are read where they lie, by the code that reads bricks. So it takes a half or a quarter of the memory, and no search is compiled
+//! for it.
 
 use alloc::vec::Vec;
 
 pub use super::error_regions::{ErrorRegion, ErrorRegions};
 pub use super::kind::{Layout, Precision};
-use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse};
+use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse, brick_counts};
 use super::{BlockBounds, Dense, Grid, Lattice, Sampling, Storage, WithBlockBounds};
 use crate::ErrorBound;
 use crate::number::Float;
@@ -17,19 +21,21 @@ pub type OwnedGrid = Grid<OwnedStorage>;
 #[expect(missing_docs, reason = "a variant is named as the layout and precision that it has")]
 pub enum OwnedStorage {
     Dense(WithBlockBounds<Dense<Vec<f32>>, Vec<BlockBounds>>),
+    DenseU16(Sparse<OwnedBricks<u16>>),
+    DenseU8(Sparse<OwnedBricks<u8>>),
     SparseF32(Sparse<OwnedBricks<f32>>),
     SparseU16(Sparse<OwnedBricks<u16>>),
     SparseU8(Sparse<OwnedBricks<u8>>),
 }
 
-/// The same expression for whatever storage it is.
+/// The same expression for whatever storage it is: samples of all nodes, or bricks.
 macro_rules! for_each_storage {
     ($storage:expr, $dense:ident => $of_dense:expr, $sparse:ident => $of_sparse:expr) => {
         match $storage {
             OwnedStorage::Dense($dense) => $of_dense,
             OwnedStorage::SparseF32($sparse) => $of_sparse,
-            OwnedStorage::SparseU16($sparse) => $of_sparse,
-            OwnedStorage::SparseU8($sparse) => $of_sparse,
+            OwnedStorage::DenseU16($sparse) | OwnedStorage::SparseU16($sparse) => $of_sparse,
+            OwnedStorage::DenseU8($sparse) | OwnedStorage::SparseU8($sparse) => $of_sparse,
         }
     };
 }
@@ -41,6 +47,27 @@ impl OwnedStorage {
         WithBlockBounds::new(lattice, Dense::new(lattice, samples)?, bounds).map(Self::Dense)
     }
 
+    /// Codes at every node. `None` unless they fit the lattice, and each slot has one block.
+    pub fn dense_blocks<C: BlockCode>(lattice: &Lattice, blocks: DenseBlocks<C>) -> Option<Self> {
+        let DenseBlocks { slots, scales, samples, bounds } = blocks;
+        let counts = brick_counts(lattice);
+        let count = |more: usize| counts.iter().try_fold(1, |n: usize, along| n.checked_mul(*along as usize + more));
+        // Before memory is taken for what follows from their number.
+        if Some(slots.len()) != count(0) || slots.len() != scales.len() {
+            return None;
+        }
+        let (table, errors) = (OwnedBricks::<C>::table_of(counts, &slots), Vec::new());
+        let coarse = alloc::vec![0.0; count(1)?];
+        let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
+        Self::dense_bricks(Sparse::new(lattice, bricks)?)
+    }
+
+    /// Codes at every node, in bricks. `None` unless each slot has one.
+    pub fn dense_bricks<C: BlockCode>(bricks: Sparse<OwnedBricks<C>>) -> Option<Self> {
+        let is_full = bricks.bricks().table.iter().all(|brick| *brick != NO_BRICK);
+        is_full.then(|| C::dense_storage(bricks))
+    }
+
     /// Bricks of any precision. `None` unless they fit together as [`Sparse::new`] asks.
     pub fn sparse<C: OwnedCode>(lattice: &Lattice, bricks: OwnedBricks<C>) -> Option<Self> {
         Sparse::new(lattice, bricks).map(C::storage)
@@ -48,34 +75,40 @@ impl OwnedStorage {
 
     /// Dense or sparse.
     pub fn layout(&self) -> Layout {
-        for_each_storage!(self, _dense => Layout::Dense, _sparse => Layout::Sparse)
+        match self {
+            Self::Dense(_) | Self::DenseU16(_) | Self::DenseU8(_) => Layout::Dense,
+            Self::SparseF32(_) | Self::SparseU16(_) | Self::SparseU8(_) => Layout::Sparse,
+        }
     }
 
     /// The type of a sample.
     pub fn precision(&self) -> Precision {
         match self {
             Self::Dense(_) | Self::SparseF32(_) => Precision::F32,
-            Self::SparseU16(_) => Precision::U16,
-            Self::SparseU8(_) => Precision::U8,
+            Self::DenseU16(_) | Self::SparseU16(_) => Precision::U16,
+            Self::DenseU8(_) | Self::SparseU8(_) => Precision::U8,
         }
     }
 
     /// Bricks that are stored; `None` of a dense grid.
     pub fn brick_count(&self) -> Option<usize> {
-        for_each_storage!(self, _dense => None, sparse => Some(sparse.bricks().scales.len()))
+        (self.layout() == Layout::Sparse).then(|| self.slots().len())
     }
 
     /// For each brick its slot: see [`OwnedBricks::slots`]. Empty of a dense grid.
     pub fn slots(&self) -> &[[u32; 3]] {
-        for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().slots)
+        match self.layout() {
+            Layout::Dense => &[],
+            Layout::Sparse => for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().slots),
+        }
     }
 
-    /// For each brick its scale. Empty of a dense grid.
+    /// For each brick or block of a dense grid its scale. Empty of a dense grid of f32.
     pub fn scales(&self) -> &[Scale] {
         for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().scales)
     }
 
-    /// The brick in a slot. `None` where there is none, and of a dense grid.
+    /// The brick in a slot, or the block of a dense grid. `None` where there is none, and of a dense grid of f32.
     pub fn brick_at(&self, slot: [u32; 3]) -> Option<usize> {
         for_each_storage!(self, _dense => None, sparse => sparse.brick_at(slot))
     }
@@ -83,6 +116,37 @@ impl OwnedStorage {
     /// For each brick its error bound: see [`OwnedBricks::errors`]. Empty of a dense grid.
     pub fn brick_errors(&self) -> &[f32] {
         for_each_storage!(self, _dense => &[], sparse => &sparse.bricks().errors)
+    }
+}
+
+/// Codes of a dense grid, block by block of 8 × 8 × 8 nodes, of which those beyond the lattice have no meaning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenseBlocks<C> {
+    /// For each block its slot, counted in blocks from the first node; in any order.
+    pub slots: Vec<[u32; 3]>,
+    /// For each block.
+    pub scales: Vec<Scale>,
+    /// Codes of one block after the other, x fastest.
+    pub samples: Vec<C>,
+    /// Bounds of the decoded samples of each block.
+    pub bounds: Vec<BlockBounds>,
+}
+
+/// A [`Code`] of dense grids that have a scale for each block.
+pub trait BlockCode: OwnedCode {
+    /// The variant of this code, of bricks that fill all slots.
+    fn dense_storage(blocks: Sparse<OwnedBricks<Self>>) -> OwnedStorage;
+}
+
+impl BlockCode for u16 {
+    fn dense_storage(blocks: Sparse<OwnedBricks<Self>>) -> OwnedStorage {
+        OwnedStorage::DenseU16(blocks)
+    }
+}
+
+impl BlockCode for u8 {
+    fn dense_storage(blocks: Sparse<OwnedBricks<Self>>) -> OwnedStorage {
+        OwnedStorage::DenseU8(blocks)
     }
 }
 

@@ -59,7 +59,7 @@ pub struct BakeOptions {
     pub size: GridSize,
     /// Dense or sparse; [`GridSize::MaxError`] makes a sparse grid in any case.
     pub layout: Layout,
-    /// The type of a sparse grid's samples; `None` stands for u16. Dense grids are f32; [`GridSize::MaxError`] picks its own.
+    /// The type of a sample; `None` stands for u16 of a sparse grid, and for f32 of a dense one. [`GridSize::MaxError`] picks its own.
     pub precision: Option<Precision>,
     /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside.
     pub band: u32,
@@ -127,7 +127,10 @@ impl BakeOptions {
             Some(SignMethod::Winding) => "winding",
         };
         let sparse = match (self.size, self.layout, self.precision) {
-            (GridSize::Cells(_) | GridSize::VoxelSize(_), Layout::Dense, _) => String::new(),
+            (GridSize::Cells(_) | GridSize::VoxelSize(_), Layout::Dense, None | Some(Precision::F32)) => String::new(),
+            (GridSize::Cells(_) | GridSize::VoxelSize(_), Layout::Dense, Some(precision)) => {
+                format!(" --precision {}", precision.name())
+            }
             (GridSize::MaxError(_), ..) | (.., None) => format!(" --layout sparse --band {}", self.band),
             (.., Some(precision)) => format!(" --layout sparse --band {} --precision {}", self.band, precision.name()),
         };

@@ -20,8 +20,10 @@ fn exported(field: &Field, precision: Option<Precision>) -> Vec<u8> {
     field.export(ExportFormat::Blob, &ExportOptions { precision, ..ExportOptions::default() }).unwrap().bytes
 }
 
-const KINDS: [(Layout, Option<Precision>); 4] = [
+const KINDS: [(Layout, Option<Precision>); 6] = [
     (Layout::Dense, None),
+    (Layout::Dense, Some(Precision::U16)),
+    (Layout::Dense, Some(Precision::U8)),
     (Layout::Sparse, Some(Precision::F32)),
     (Layout::Sparse, Some(Precision::U16)),
     (Layout::Sparse, Some(Precision::U8)),

@@ -35,6 +35,8 @@ fn points(field: &Field, count: usize) -> Vec<[f64; 3]> {
 fn a_level_set_holds_the_field_in_its_band_to_the_rounding_of_the_place() {
     for (layout, precision) in [
         (Layout::Dense, None),
+        (Layout::Dense, Some(Precision::U16)),
+        (Layout::Dense, Some(Precision::U8)),
         (Layout::Sparse, None),
         (Layout::Sparse, Some(Precision::F32)),
         (Layout::Sparse, Some(Precision::U8)),

@@ -8,10 +8,10 @@
 mod bytes;
 mod tree;
 
-use sdf_core::Sdf;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
 use sdf_core::grid::sparse::{BRICK, Bricks, Sparse};
+use sdf_core::{Interval, Sdf};
 
 use bytes::Writer;
 use tree::{Slot, Tree};
@@ -39,27 +39,41 @@ pub(crate) const FLOAT: u32 = 1;
 /// node is within the band, or there are more leaves than can be numbered.
 pub fn nvdb(grid: &OwnedGrid, name: &str, band: f64) -> Option<Vec<u8>> {
     let lattice = grid.lattice();
+    // All corners of a cell in which |φ| < band somewhere: no further than the cell's diagonal.
+    let reach = band + 3_f64.sqrt() * lattice.spacing() * grid.slope_bound();
+    let dense_slot = |range: Interval<f32>| match (f64::from(range.lower), f64::from(range.upper)) {
+        (lower, upper) if lower < reach && upper > -reach => Slot::Leaf,
+        (_, upper) if upper < 0.0 => Slot::Inside,
+        _ => Slot::Outside,
+    };
     match grid.storage() {
         OwnedStorage::Dense(dense) => {
             let samples = dense.storage().samples();
-            // All corners of a cell in which |φ| < band somewhere: no further than the cell's diagonal.
-            let reach = band + 3_f64.sqrt() * lattice.spacing() * grid.slope_bound();
             let counts = sdf_core::grid::sparse::brick_counts(lattice).map(|count| count as usize);
             let slot = |slot: [u32; 3]| {
                 let [x, y, z] = slot.map(|index| index as usize);
-                let range = dense.bounds()[(z * counts[1] + y) * counts[0] + x].range;
-                match (f64::from(range.lower), f64::from(range.upper)) {
-                    (lower, upper) if lower < reach && upper > -reach => Slot::Leaf,
-                    (_, upper) if upper < 0.0 => Slot::Inside,
-                    _ => Slot::Outside,
-                }
+                dense_slot(dense.bounds()[(z * counts[1] + y) * counts[0] + x].range)
             };
             write(lattice, name, band, slot, |node| samples[lattice.index(node)])
         }
+        OwnedStorage::DenseU16(blocks) => write_blocks(lattice, name, band, blocks, dense_slot),
+        OwnedStorage::DenseU8(blocks) => write_blocks(lattice, name, band, blocks, dense_slot),
         OwnedStorage::SparseF32(sparse) => write_sparse(lattice, name, band, sparse),
         OwnedStorage::SparseU16(sparse) => write_sparse(lattice, name, band, sparse),
         OwnedStorage::SparseU8(sparse) => write_sparse(lattice, name, band, sparse),
     }
+}
+
+fn write_blocks<B: Bricks + Sync>(
+    lattice: &Lattice,
+    name: &str,
+    band: f64,
+    blocks: &Sparse<B>,
+    dense_slot: impl Fn(Interval<f32>) -> Slot,
+) -> Option<Vec<u8>> {
+    let range = |slot| blocks.brick_at(slot).map(|block| blocks.bricks().bounds()[block].range);
+    let slot = |slot| range(slot).map_or(Slot::Outside, &dense_slot);
+    write(lattice, name, band, slot, |node| blocks.node(node))
 }
 
 fn write_sparse<B: Bricks + Sync>(lattice: &Lattice, name: &str, band: f64, sparse: &Sparse<B>) -> Option<Vec<u8>> {

@@ -7,7 +7,9 @@ use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::coding::Coding;
 use super::header::Header;
-use super::{About, GridFault, MeshInfo, Samples, SparseInfo, SparseSamples, StoredMesh, kept_mesh, layout};
+use super::{
+    About, DenseBlockSamples, GridFault, MeshInfo, Samples, SparseInfo, SparseSamples, StoredMesh, kept_mesh, layout,
+};
 use crate::hdf5::Element;
 
 /// The header of a grid that may be written, without the checksum of its digests; or what is wrong with the grid. A sparse grid's
@@ -24,8 +26,15 @@ pub(super) fn checked_header(
         let SparseSamples { band, deep_values, slots, .. } = *samples;
         Some(SparseInfo { band, precision, bricks: slots.len(), deep_values })
     }
+    let (version, precision) = match samples {
+        Samples::Dense { .. } | Samples::F32(_) => (layout::PLAIN_VERSION, Precision::F32),
+        Samples::U16(_) => (layout::PLAIN_VERSION, Precision::U16),
+        Samples::U8(_) => (layout::PLAIN_VERSION, Precision::U8),
+        Samples::DenseU16(_) => (layout::DENSE_CODES_VERSION, Precision::U16),
+        Samples::DenseU8(_) => (layout::DENSE_CODES_VERSION, Precision::U8),
+    };
     let sparse = match samples {
-        Samples::Dense { .. } => None,
+        Samples::Dense { .. } | Samples::DenseU16(_) | Samples::DenseU8(_) => None,
         Samples::F32(samples) => sparse(samples, Precision::F32),
         Samples::U16(samples) => sparse(samples, Precision::U16),
         Samples::U8(samples) => sparse(samples, Precision::U8),
@@ -39,9 +48,10 @@ pub(super) fn checked_header(
         is_sign_continuous: mesh.is_sign_continuous,
     });
     let header = Header {
-        version: layout::FORMAT_VERSION,
+        version,
         lattice: *lattice,
         sparse,
+        precision,
         coding,
         about: about.clone(),
         mesh,
@@ -57,11 +67,25 @@ pub(super) fn checked_header(
             all_finite("sample", distances)?;
             valid_bounds(bounds)?;
         }
+        Samples::DenseU16(samples) => block_samples(lattice, samples, Precision::U16)?,
+        Samples::DenseU8(samples) => block_samples(lattice, samples, Precision::U8)?,
         Samples::F32(samples) => sparse_samples(lattice, samples, Precision::F32, are_samples_here)?,
         Samples::U16(samples) => sparse_samples(lattice, samples, Precision::U16, are_samples_here)?,
         Samples::U8(samples) => sparse_samples(lattice, samples, Precision::U8, are_samples_here)?,
     }
     Ok(header)
+}
+
+fn block_samples<C>(lattice: &Lattice, samples: &DenseBlockSamples<C>, precision: Precision) -> Result<(), String> {
+    let blocks = samples.slots.len();
+    count("blocks", blocks, layout::slot_count(lattice))?;
+    count("scales", samples.scales.len(), Some(blocks))?;
+    count("samples", samples.samples.len(), blocks.checked_mul(BRICK_SAMPLES))?;
+    count("bounds", samples.bounds.len(), Some(blocks))?;
+    // Each slot has a block, as there are as many.
+    brick_table(lattice, samples.slots)?;
+    valid_scales(samples.scales, precision)?;
+    valid_bounds(samples.bounds)
 }
 
 fn sparse_samples<C: Element>(

@@ -8,7 +8,7 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES};
 
 use crate::hdf5::{Compression, Element};
 
-/// How a sparse file stores the codes of its bricks. Samples in f32 are stored as they are in either.
+/// How a file stores the codes of its bricks, or of the blocks of a dense grid. Samples in f32 are stored as they are in either.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Coding {
     /// Differences along x, y and z: before version 4.

@@ -35,6 +35,8 @@ const COMMON: [&str; 17] = [
 ];
 /// Attributes of sparse grids, after the common ones.
 const SPARSE_ONLY: [&str; 6] = ["band", "precision", "brick_side", "bricks", DEEP_VALUES, CODING];
+/// Attributes of dense grids from version 5 on, after the common ones: their samples are codes.
+const DENSE_CODES_ONLY: [&str; 3] = ["precision", "brick_side", CODING];
 /// Attributes that earlier versions do not have, and the first that has them.
 const NEW: [(&str, i128); 4] = [(KEPT_MESH, 3), (MESH_COUNTS, 3), (DEEP_VALUES, 3), (CODING, 4)];
 const KEPT_MESH: &str = "kept_mesh";
@@ -47,11 +49,13 @@ pub(super) const CHECKSUM: &str = "attributes_sha256";
 /// The values of all attributes.
 #[derive(Clone, Debug)]
 pub(super) struct Header {
-    /// Version of the format: [`layout::FORMAT_VERSION`] of what is written.
+    /// Version of the format: of what is written, the first that has all of it.
     pub version: i128,
     pub lattice: Lattice,
     pub sparse: Option<SparseInfo>,
-    /// Coding of a sparse grid's samples.
+    /// The type of a sample.
+    pub precision: Precision,
+    /// Coding of samples that are codes.
     pub coding: Coding,
     pub about: About,
     /// `None` where the file keeps no mesh.
@@ -70,8 +74,12 @@ impl Header {
             _ => return Err(GridFault::not_a_grid("its layout is neither dense nor sparse")),
         };
         let is_known = |name: &&str| NEW.iter().all(|(new, first)| new != name || version >= *first);
-        let sparse_only = SPARSE_ONLY.into_iter().filter(|_| is_sparse);
-        let names = COMMON.into_iter().chain(sparse_only).chain([DIGESTS]).filter(is_known);
+        let of_layout: &[&str] = match is_sparse {
+            true => &SPARSE_ONLY,
+            false if version >= layout::DENSE_CODES_VERSION => &DENSE_CODES_ONLY,
+            false => &[],
+        };
+        let names = COMMON.into_iter().chain(of_layout.iter().copied()).chain([DIGESTS]).filter(is_known);
         let attributes = Attributes::read(file, sdf, names)?;
         if Attributes::read(file, sdf, [CHECKSUM])?.text(CHECKSUM)? != attributes.checksum() {
             return Err(GridFault::damaged("checksum of the attributes does not match"));
@@ -118,10 +126,17 @@ impl Header {
     }
 
     fn from_attributes(version: i128, is_sparse: bool, attributes: &Attributes) -> Result<Self, GridFault> {
+        let sparse = if is_sparse { Some(attributes.sparse()?) } else { None };
+        let precision = match sparse {
+            Some(sparse) => sparse.precision,
+            None if version >= layout::DENSE_CODES_VERSION => attributes.dense_codes()?,
+            None => Precision::F32,
+        };
         Ok(Self {
             version,
             lattice: attributes.lattice()?,
-            sparse: if is_sparse { Some(attributes.sparse()?) } else { None },
+            sparse,
+            precision,
             coding: attributes.coding()?,
             about: attributes.about()?,
             mesh: attributes.mesh()?,
@@ -135,9 +150,9 @@ impl Header {
         let number = |number: f64| Value::Numbers(vec![number]);
         let integer = |integer: i128| Value::Integers(vec![integer]);
         let about = &self.about;
-        let (layout, _) = layout_of(self.sparse);
+        let layout = layout_of(self.sparse);
         let common = [
-            integer(layout::FORMAT_VERSION),
+            integer(self.version),
             text(layout.name()),
             Value::Numbers(self.lattice.origin().to_vec()),
             number(self.lattice.spacing()),
@@ -166,6 +181,9 @@ impl Header {
                 text(self.coding.name()),
             ];
             attributes.extend(SPARSE_ONLY.into_iter().zip(sparse_only));
+        } else if self.precision != Precision::F32 {
+            let codes_only = [text(self.precision.name()), integer(BRICK.into()), text(self.coding.name())];
+            attributes.extend(DENSE_CODES_ONLY.into_iter().zip(codes_only));
         }
         attributes.push((DIGESTS, text(&self.digests_sha256)));
         Attributes(attributes)
@@ -245,16 +263,31 @@ impl Attributes {
     fn sparse(&self) -> Result<SparseInfo, GridFault> {
         let [band] = self.numbers("band")?;
         let [bricks] = self.integers("bricks")?;
+        Ok(SparseInfo {
+            band,
+            precision: self.precision()?,
+            bricks: usize::try_from(bricks).map_err(|_| GridFault::damaged("bricks is not a count"))?,
+            deep_values: self.deep_values()?,
+        })
+    }
+
+    /// The precision of bricks, or of blocks of a dense grid.
+    fn precision(&self) -> Result<Precision, GridFault> {
         let precision = Precision::from_name(self.text("precision")?);
         if self.integers("brick_side")? != [i128::from(BRICK)] {
             return Err(GridFault::not_a_grid(format!("its bricks do not have {BRICK} nodes along a side")));
         }
-        Ok(SparseInfo {
-            band,
-            precision: precision.ok_or_else(|| GridFault::not_a_grid("its precision is not f32, u16 or u8"))?,
-            bricks: usize::try_from(bricks).map_err(|_| GridFault::damaged("bricks is not a count"))?,
-            deep_values: self.deep_values()?,
-        })
+        precision.ok_or_else(|| GridFault::not_a_grid("its precision is not f32, u16 or u8"))
+    }
+
+    /// The precision of a dense grid whose samples are codes. One of f32 has another structure, and an earlier version.
+    fn dense_codes(&self) -> Result<Precision, GridFault> {
+        match self.precision()? {
+            Precision::F32 => {
+                Err(GridFault::not_a_grid("its precision is f32, which dense grids of its version do not have"))
+            }
+            precision => Ok(precision),
+        }
     }
 
     /// Files of version 2 do not say.
@@ -267,7 +300,7 @@ impl Attributes {
         DeepValues::from_name(name).ok_or_else(|| GridFault::damaged(unknown()))
     }
 
-    /// Earlier versions than 4 know one coding alone, dense grids none.
+    /// Earlier versions than 4 know one coding alone, dense grids of f32 none.
     fn coding(&self) -> Result<Coding, GridFault> {
         if self.value(CODING).is_err() {
             return Ok(Coding::Differences);

@@ -3,8 +3,14 @@
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, NO_BRICK, brick_counts};
 
-/// The version that is written.
-pub(super) const FORMAT_VERSION: i128 = 4;
+/// The version of files that readers of version 4 understand: all but dense grids of u16 and u8.
+pub(super) const PLAIN_VERSION: i128 = 4;
+
+/// The version of dense grids of u16 and u8, the latest. Other grids keep the earlier number, so that earlier programs read them.
+pub(super) const FORMAT_VERSION: i128 = DENSE_CODES_VERSION;
+
+/// The first version with dense grids of codes. A dense grid has it if and only if its samples are codes.
+pub(super) const DENSE_CODES_VERSION: i128 = 5;
 
 /// The oldest version that is read.
 pub(super) const OLDEST_VERSION: i128 = 2;

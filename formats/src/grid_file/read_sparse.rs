@@ -1,8 +1,8 @@
-//! Sparse grids: bricks of 8 × 8 × 8 samples near the surface, over a coarse grid.
+//! Sparse grids: bricks of 8 × 8 × 8 samples near the surface, over a coarse grid. Dense grids of codes: a brick in every slot.
 
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
+use sdf_core::grid::owned::{BlockCode, Layout, OwnedBricks, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
 
 use super::block_mask::BlockMask;
@@ -12,14 +12,15 @@ use super::header::Header;
 use super::kept_mesh::MeshReader;
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
 use super::read_dense::Opened;
-use super::{GridFault, ReadCount, check, layout};
+use super::{GridFault, ReadCount, check, layout, layout_of};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
 /// Index of the first digest of the samples: they come first.
 const SAMPLES_DIGEST: usize = 0;
 
-/// A sparse grid whose samples are not read yet, but all its tables.
+/// A sparse grid, or a dense one of codes, whose samples are not read yet, but all its tables.
 pub(super) struct SparseReader {
+    layout: Layout,
     samples: SampleDataset,
     coding: Coding,
     tables: OwnedBricks<SamplePlaceholder>,
@@ -37,29 +38,40 @@ impl SparseReader {
         sdf: &Object,
         header: &Header,
         bricks: usize,
-        precision: Precision,
     ) -> Result<Opened<Self>, GridFault> {
+        let precision = header.precision;
         let mut datasets = DatasetList::default();
         let samples = SampleDataset::open(file, sdf, bricks, precision, &mut datasets)?;
         let bounds = open_dataset::<f32>(file, sdf, "bounds", &[bricks, 3])?;
         let slots = open_dataset::<u32>(file, sdf, "places", &[bricks, 3])?;
         let scales = open_dataset::<f32>(file, sdf, "scales", &[bricks, 2])?;
-        let errors = open_dataset::<f32>(file, sdf, "errors", &[bricks])?;
-        let coarse = open_dataset::<f32>(file, sdf, "coarse", &layout::coarse_shape(&header.lattice))?;
         let bounds_digest = datasets.add(&bounds);
         let slots_digest = datasets.add(&slots);
         let scales_digest = datasets.add(&scales);
-        let errors_digest = datasets.add(&errors);
-        let coarse_digest = datasets.add(&coarse);
+        let layout = layout_of(header.sparse);
+        let more = match layout {
+            Layout::Dense => None,
+            Layout::Sparse => {
+                let errors = open_dataset::<f32>(file, sdf, "errors", &[bricks])?;
+                let coarse = open_dataset::<f32>(file, sdf, "coarse", &layout::coarse_shape(&header.lattice))?;
+                let digests = [datasets.add(&errors), datasets.add(&coarse)];
+                Some((errors, coarse, digests))
+            }
+        };
         let mesh = MeshReader::open(file, sdf, header, &mut datasets)?;
         let digests = datasets.read_digests(file, sdf, header)?;
         // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the
-        // table's memory.
-        let coarse = digests.elements(file, &coarse, coarse_digest)?;
+        // table's memory. So do the slots of a dense grid.
+        let (errors, coarse) = match more {
+            None => (vec![], None),
+            Some((errors, coarse, [errors_digest, coarse_digest])) => {
+                let coarse = digests.elements(file, &coarse, coarse_digest)?;
+                (digests.elements(file, &errors, errors_digest)?, Some(coarse))
+            }
+        };
         let slots = digests.elements(file, &slots, slots_digest)?;
         let slots: Vec<[u32; 3]> = slots.chunks_exact(3).map(|slot| [slot[0], slot[1], slot[2]]).collect();
         let scales = digests.elements(file, &scales, scales_digest)?;
-        let errors = digests.elements(file, &errors, errors_digest)?;
         let tables = OwnedBricks {
             table: check::brick_table(&header.lattice, &slots).map_err(GridFault::damaged)?,
             slots,
@@ -67,11 +79,12 @@ impl SparseReader {
             samples: vec![SamplePlaceholder; bricks * BRICK_SAMPLES],
             bounds: check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?,
             errors,
-            coarse,
+            // Nothing reads that of a dense grid.
+            coarse: coarse.unwrap_or_else(|| vec![0.0; layout::coarse_shape(&header.lattice).iter().product()]),
         };
         check::valid_scales(&tables.scales, precision).map_err(GridFault::damaged)?;
         check::valid_errors(&tables.errors).map_err(GridFault::damaged)?;
-        Ok((Self { samples, coding: header.coding, tables }, digests, mesh))
+        Ok((Self { layout, samples, coding: header.coding, tables }, digests, mesh))
     }
 
     /// Blocks needed for queries in `regions` that reach `level`.
@@ -99,14 +112,21 @@ impl SparseReader {
             }
             SampleDataset::U16(dataset) => {
                 let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
-                (OwnedStorage::SparseU16(sparse), blocks)
+                (storage(sparse, self.layout), blocks)
             }
             SampleDataset::U8(dataset) => {
                 let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
-                (OwnedStorage::SparseU8(sparse), blocks)
+                (storage(sparse, self.layout), blocks)
             }
         };
         Ok((samples, ReadCount { bytes: file.bytes_read(), blocks, total_blocks }))
+    }
+}
+
+fn storage<C: BlockCode>(bricks: Sparse<OwnedBricks<C>>, layout: Layout) -> OwnedStorage {
+    match layout {
+        Layout::Dense => OwnedStorage::dense_bricks(bricks).expect("there are as many bricks as slots"),
+        Layout::Sparse => C::storage(bricks),
     }
 }
 
@@ -206,6 +226,8 @@ fn with_needed_first(
     (0..).zip(&order).for_each(|(new, old)| place[*old as usize] = new);
     table.iter_mut().filter(|brick| **brick != NO_BRICK).for_each(|brick| *brick = place[*brick as usize]);
     let (slots, scales) = (sorted(&slots, &order), sorted(&scales, &order));
-    let (bounds, errors) = (sorted(&bounds, &order), sorted(&errors, &order));
+    // Dense grids have none.
+    let errors = if errors.is_empty() { errors } else { sorted(&errors, &order) };
+    let bounds = sorted(&bounds, &order);
     (OwnedBricks { table, slots, scales, samples, bounds, errors, coarse }, needed)
 }

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::OwnedGrid;
+use sdf_core::grid::owned::{OwnedGrid, Precision};
 
 use super::block_mask::BlockMask;
 use super::digests::Digests;
@@ -24,7 +24,7 @@ use super::kept_mesh::MeshReader;
 use super::part;
 use super::read_dense::DenseReader;
 use super::read_sparse::SparseReader;
-use super::{About, GridFault, GridFileError, MeshInfo, SparseInfo, StoredGrid, StoredMesh, Summary};
+use super::{About, GridFault, GridFileError, MeshInfo, SparseInfo, StoredGrid, StoredMesh, Summary, layout};
 use crate::hdf5::Hdf5Reader;
 
 /// Reads a grid and verifies its checksums. See [`open`].
@@ -82,6 +82,7 @@ impl GridReader<'_> {
         Summary {
             lattice: header.lattice,
             sparse: header.sparse,
+            precision: header.precision,
             about: header.about.clone(),
             mesh: header.mesh,
             parts: digests.parts.clone(),
@@ -130,7 +131,7 @@ struct OpenGrid<'a> {
 
 enum Contents {
     Dense(DenseReader),
-    Sparse(SparseReader),
+    Bricks(SparseReader),
 }
 
 impl<'a> OpenGrid<'a> {
@@ -140,14 +141,17 @@ impl<'a> OpenGrid<'a> {
             Err(missing) => return Err(part::fault(&file).unwrap_or_else(|| missing.into())),
         };
         let header = Header::read(&file, &sdf)?;
-        let (contents, digests, mesh) = match header.sparse {
-            None => {
+        let (contents, digests, mesh) = match (header.sparse, header.precision) {
+            (None, Precision::F32) => {
                 let (dense, digests, mesh) = DenseReader::open(&file, &sdf, &header)?;
                 (Contents::Dense(dense), digests, mesh)
             }
-            Some(SparseInfo { bricks, precision, .. }) => {
-                let (sparse, digests, mesh) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
-                (Contents::Sparse(sparse), digests, mesh)
+            (sparse, _) => {
+                let slots = layout::slot_count(&header.lattice).filter(|slots| *slots <= layout::MAX_BRICKS);
+                let bricks = sparse.map(|sparse| sparse.bricks).or(slots);
+                let bricks = bricks.ok_or_else(|| GridFault::damaged("too many brick slots"))?;
+                let (bricks, digests, mesh) = SparseReader::open(&file, &sdf, &header, bricks)?;
+                (Contents::Bricks(bricks), digests, mesh)
             }
         };
         Ok(Self { file, header, digests, contents, mesh })
@@ -160,7 +164,7 @@ impl<'a> OpenGrid<'a> {
     fn mask(&self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
         match &self.contents {
             Contents::Dense(dense) => dense.mask(&self.header, regions, level),
-            Contents::Sparse(sparse) => sparse.mask(&self.header, regions, level),
+            Contents::Bricks(bricks) => bricks.mask(&self.header, regions, level),
         }
     }
 
@@ -169,7 +173,7 @@ impl<'a> OpenGrid<'a> {
         let Self { file, header, digests, contents, .. } = self;
         let (samples, read) = match contents {
             Contents::Dense(dense) => dense.read(&file, &digests, &header.lattice, mask)?,
-            Contents::Sparse(sparse) => sparse.read(&file, &digests, &header.lattice, mask)?,
+            Contents::Bricks(bricks) => bricks.read(&file, &digests, &header.lattice, mask)?,
         };
         let Header { lattice, sparse, about, .. } = header;
         let band = sparse.as_ref().map_or(f64::INFINITY, |sparse| sparse.band);

@@ -3,14 +3,14 @@
 use std::io;
 use std::path::Path;
 
-use sdf_core::grid::sparse::BRICK_SAMPLES;
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 use sha2::{Digest, Sha256};
 
 use super::coding::{BrickCoding, Coding};
 use super::digests::little_endian;
 use super::header::{Attributes, CHECKSUM, Header};
-use super::{GridFault, Samples, SparseSamples, StoredMesh, error_regions, kept_mesh, layout};
+use super::{DenseBlockSamples, GridFault, Samples, SparseSamples, StoredMesh, error_regions, kept_mesh, layout};
 use crate::hdf5::{self, Compression, Element, Elements, Group, Value};
 
 /// Writes the file at `path`.
@@ -54,6 +54,8 @@ impl Contents<'_> {
                 }
                 chunks.put(&sdf, "bounds", &[bounds.len(), 3], &bounds_numbers(bounds))?;
             }
+            Samples::DenseU16(blocks) => chunks.write_blocks(&sdf, blocks)?,
+            Samples::DenseU8(blocks) => chunks.write_blocks(&sdf, blocks)?,
             Samples::F32(bricks) => match self.elsewhere {
                 Some(SamplesElsewhere::F32(samples)) => chunks.write_sparse(&sdf, &lattice, bricks, samples)?,
                 _ => chunks.write_sparse(&sdf, &lattice, bricks, &bricks.samples)?,
@@ -114,7 +116,31 @@ impl Chunks {
         samples: &(dyn Elements<C> + '_),
     ) -> io::Result<()> {
         let count = bricks.slots.len();
-        let scales: Vec<f32> = bricks.scales.iter().flat_map(|scale| [scale.base, scale.step]).collect();
+        self.write_codes(sdf, count, samples)?;
+        self.put(sdf, "bounds", &[count, 3], &bounds_numbers(bricks.bounds))?;
+        self.put(sdf, "places", &[count, 3], bricks.slots.as_flattened())?;
+        self.put(sdf, "scales", &[count, 2], &scales_numbers(bricks.scales))?;
+        self.put(sdf, "errors", &[count], bricks.errors)?;
+        self.put(sdf, "coarse", &layout::coarse_shape(lattice), bricks.coarse)?;
+        Ok(())
+    }
+
+    fn write_blocks<C: BrickCoding>(&mut self, sdf: &Group, blocks: &DenseBlockSamples<C>) -> io::Result<()> {
+        let count = blocks.slots.len();
+        self.write_codes(sdf, count, &blocks.samples)?;
+        self.put(sdf, "bounds", &[count, 3], &bounds_numbers(blocks.bounds))?;
+        self.put(sdf, "places", &[count, 3], blocks.slots.as_flattened())?;
+        self.put(sdf, "scales", &[count, 2], &scales_numbers(blocks.scales))?;
+        Ok(())
+    }
+
+    /// The samples of so many bricks.
+    fn write_codes<C: BrickCoding>(
+        &mut self,
+        sdf: &Group,
+        count: usize,
+        samples: &(dyn Elements<C> + '_),
+    ) -> io::Result<()> {
         let coding = Coding::of(self.compression);
         let encode = |chunk: &mut [C]| {
             chunk.chunks_exact_mut(BRICK_SAMPLES).for_each(|brick| C::encode_brick(brick, coding));
@@ -122,11 +148,6 @@ impl Chunks {
         let shape = layout::bricks_shape(count);
         let shapes = [&shape[..], &layout::chunk_shape(&shape)];
         sdf.chunked_from("samples", shapes, self.compression, samples, encode, &mut self.checksums)?;
-        self.put(sdf, "bounds", &[count, 3], &bounds_numbers(bricks.bounds))?;
-        self.put(sdf, "places", &[count, 3], bricks.slots.as_flattened())?;
-        self.put(sdf, "scales", &[count, 2], &scales)?;
-        self.put(sdf, "errors", &[count], bricks.errors)?;
-        self.put(sdf, "coarse", &layout::coarse_shape(lattice), bricks.coarse)?;
         Ok(())
     }
 
@@ -145,6 +166,10 @@ impl Chunks {
 
 fn bounds_numbers(bounds: &[BlockBounds]) -> Vec<f32> {
     bounds.iter().flat_map(|bounds| [bounds.range.lower, bounds.range.upper, bounds.slope_bound]).collect()
+}
+
+fn scales_numbers(scales: &[Scale]) -> Vec<f32> {
+    scales.iter().flat_map(|scale| [scale.base, scale.step]).collect()
 }
 
 pub(super) fn set_attributes(group: &Group, attributes: &Attributes) {

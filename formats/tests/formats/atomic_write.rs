@@ -8,7 +8,7 @@ use std::process::Command;
 use sdf_formats::{atomic_write, grid_file, remove_temporaries};
 use tempfile::TempDir;
 
-use crate::grid_samples::{Made, about};
+use crate::grid_samples::{DENSE, Made, about};
 
 /// A folder that contains only an old file.
 struct OldFile {
@@ -115,7 +115,7 @@ const TARGET: &str = "ATOMIC_WRITE_TARGET";
 #[ignore = "started by other tests"]
 fn victim() {
     let Some(target) = std::env::var_os(TARGET) else { return };
-    let made = Made::new([64, 64, 64], None);
+    let made = Made::new([64, 64, 64], DENSE);
     if std::env::var_os("ABORT").is_none() {
         let error = grid_file::write(Path::new(&target), &made.lattice, made.samples(), &about()).unwrap_err();
         assert_eq!(error.to_string().lines().count(), 1);

@@ -13,7 +13,7 @@ use sdf_core::{AnyField, Sdf};
 use sdf_formats::field_file::{self, Field};
 use tempfile::TempDir;
 
-use crate::grid_samples::Made;
+use crate::grid_samples::{DENSE, Made};
 use crate::random::Random;
 
 /// Every shape that the reader knows but `grid`.
@@ -200,7 +200,7 @@ fn shapes_are_written_as_deep_as_they_are_read() {
 fn a_grid_among_the_parts_is_refused_by_its_place() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("ball.sdf.h5");
-    Made::new([9, 9, 9], None).write(&path);
+    Made::new([9, 9, 9], DENSE).write(&path);
     let Field::Grid(stored) = field_file::read(&path).unwrap() else { panic!("shapes") };
     let parts = vec![AnyField::Sphere(Sphere::new(1.0).unwrap()), AnyField::from(stored.grid)];
     let target = folder.path().join("union.sdf.toml");

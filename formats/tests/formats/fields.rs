@@ -8,7 +8,7 @@ use sdf_core::nalgebra::Vector3;
 use sdf_formats::field_file::{self, Field};
 use tempfile::TempDir;
 
-use crate::grid_samples::Made;
+use crate::grid_samples::{DENSE, Made};
 
 const SHAPES: &str = "[field]\nshape = 'union'\nof = [\n  { shape = 'sphere', radius = 1 },\n  \
     { shape = 'box', half_extents = [1, 2, 3], pose = { translation = [0, 0, 2] } },\n]\n";
@@ -40,7 +40,7 @@ fn shapes_are_the_same_from_a_file_its_bytes_and_its_text() {
 fn grids_are_the_same_from_a_file_and_its_bytes() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("ball.sdf.h5");
-    Made::new([9, 9, 9], None).write(&path);
+    Made::new([9, 9, 9], DENSE).write(&path);
     let Field::Grid(file) = field_file::read(&path).unwrap() else { panic!("shapes") };
     let Field::Grid(bytes) = field_file::read_bytes(&fs::read(&path).unwrap(), "").unwrap() else { panic!("shapes") };
     assert!(file == bytes);
@@ -51,7 +51,7 @@ fn only_a_file_can_name_a_grid() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("shell.sdf.toml");
     fs::write(&path, WITH_GRID).unwrap();
-    Made::new([9, 9, 9], None).write(&folder.path().join("ball.sdf.h5"));
+    Made::new([9, 9, 9], DENSE).write(&folder.path().join("ball.sdf.h5"));
     let file = analytic(field_file::read(&path).unwrap());
     assert!(file.value(Vector3::<f64>::from([0.0; 3])).is_finite());
     let refusal = "shell: field.of: file \"ball.sdf.h5\": only a field that is read from a file can name a grid";

@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use rust_hdf5::{H5File, H5Group, LibverBound};
-use sdf_core::grid::owned::Precision;
 use sdf_formats::grid_file;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
-use crate::grid_samples::{BAND, Content, Made, about};
+use crate::grid_samples::{BAND, Content, Made, SPARSE_U16, about};
 
 #[derive(Clone)]
 pub enum Value {
@@ -49,7 +48,7 @@ pub struct Forged {
 
 impl Forged {
     pub fn new() -> Self {
-        let made = Made::new([33, 34, 35], Some(Precision::U16));
+        let made = Made::new([33, 34, 35], SPARSE_U16);
         let Content::U16(bricks) = &made.content else { panic!("another layout") };
         let (text, about) = (|text: &str| Value::Text(text.to_owned()), about());
         let count = bricks.slots.len();

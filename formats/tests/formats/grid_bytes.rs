@@ -6,7 +6,7 @@ use sdf_core::Aabb;
 use sdf_formats::grid_file::{self, GridFault, StoredGrid};
 use tempfile::TempDir;
 
-use crate::grid_samples::{KINDS, Made, about};
+use crate::grid_samples::{DENSE, KINDS, Made, about};
 use crate::memory::{peak_of, run_on_one_thread};
 use crate::random::Random;
 
@@ -35,7 +35,7 @@ fn bytes_and_files_are_the_same() {
 
 #[test]
 fn a_grid_that_cannot_be_written_to_a_file_gives_no_bytes() {
-    let made = Made::new([2, 3, 5], None);
+    let made = Made::new([2, 3, 5], DENSE);
     let mut about = about();
     about.options = "a\0b".into();
     let fault = grid_file::to_bytes(&made.lattice, made.samples(), &about).unwrap_err();

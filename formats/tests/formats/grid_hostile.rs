@@ -1,15 +1,14 @@
 //! Files whose checksums all hold, but whose content breaks docs/format.md, by malice or by mistake.
 
-use sdf_core::grid::owned::Precision;
 use sdf_formats::grid_file::{self, DeepValues, SparseSamples, StoredMesh, WriteOptions};
 
 use crate::forged::{Elements, Forged, Value};
-use crate::grid_samples::{Made, about};
+use crate::grid_samples::{Made, SPARSE_U16, about};
 
 /// Also with chunks of any shape and shuffled bytes.
 #[test]
 fn a_valid_file_of_another_writer_is_read() {
-    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let made = Made::new([33, 34, 35], SPARSE_U16);
     let (_folder, path) = Forged::new().write();
     assert!(grid_file::read(&path).unwrap_or_else(|error| panic!("{error}")).grid == made.grid());
     let across = Forged::new().change("samples", |table| table.chunk = vec![7, 100]);
@@ -22,7 +21,7 @@ fn a_valid_file_of_another_writer_is_read() {
 /// Files of version 3 have a SHA-256 of each chunk, and differences of codes.
 #[test]
 fn a_file_of_version_3_is_read() {
-    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let made = Made::new([33, 34, 35], SPARSE_U16);
     let (_folder, path) = Forged::new().with_mesh().version(3).write();
     let stored = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
     assert!(stored.grid == made.grid() && stored.mesh.is_some());
@@ -43,7 +42,7 @@ fn a_chunk_is_held_against_its_checksum_in_every_version() {
 /// A foreign writer may choose any coding, whatever the filters.
 #[test]
 fn codes_are_read_in_any_coding() {
-    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let made = Made::new([33, 34, 35], SPARSE_U16);
     let coded = |coding: &str, code: fn(u16) -> u16| {
         let forged = Forged::new().set("coding", Value::Text(coding.into()));
         forged.change("samples", |table| match &mut table.elements {
@@ -68,7 +67,7 @@ fn codes_are_read_in_any_coding() {
 /// Files of version 2 do not say what their deep values are, and so state no bound of them.
 #[test]
 fn a_file_of_version_2_is_read_and_claims_nothing_of_its_deep_values() {
-    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let made = Made::new([33, 34, 35], SPARSE_U16);
     let (_folder, path) = Forged::new().version(2).write();
     let stored = grid_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
     assert!(stored.grid == made.grid().with_deep_error(f64::INFINITY));
@@ -129,7 +128,7 @@ fn a_kept_mesh_is_read_and_a_hostile_one_is_refused() {
     });
     assert!(balloon.refusal().contains("mesh_vertices"));
 
-    let made = Made::new([33, 34, 35], Some(Precision::U16));
+    let made = Made::new([33, 34, 35], SPARSE_U16);
     let bad = StoredMesh { vertices: vec![[0.0; 3]; 3], triangles: vec![[0, 1, 3]], is_sign_continuous: true };
     let refused = grid_file::write_with(
         &path,

@@ -12,7 +12,7 @@ use sdf_core::{Aabb, EnclosedSdf, Float, Sdf, Simplex};
 use sdf_formats::grid_file::{self};
 use tempfile::TempDir;
 
-use crate::grid_samples::{KINDS, Made, about};
+use crate::grid_samples::{DENSE, KINDS, Kind, Made, SPARSE_U16, about};
 use crate::random::Random;
 
 fn fraction(random: &mut Random) -> f64 {
@@ -150,7 +150,7 @@ fn a_small_region_costs_little() {
         let region = Aabb { min: spot, max: spot.map(|x| x + 0.01) };
         let part = grid_file::open(&path).unwrap().read_needed([region], 1.0).unwrap().read;
         // At most eight chunks: of 32 bricks each, or of the 5 × 5 × 5 chunks of nodes.
-        let max = if kind.is_some() { 8 * 32 } else { 8 };
+        let max = if kind == DENSE { 8 } else { 8 * 32 };
         assert!(0 < part.blocks && part.blocks <= max && part.blocks < part.total_blocks / 4, "{part:?}");
         assert!(part.bytes < all.bytes / 2, "{part:?} of {all:?}");
         let none = grid_file::open(&path).unwrap().read_needed([region], -1.0).unwrap().read;
@@ -169,7 +169,7 @@ fn no_chunk_is_read_that_is_not_needed() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
     for nodes in [[120, 111, 100], [20, 70, 100], [100, 70, 20], [33, 2, 97]] {
-        let made = Made::new(nodes, None);
+        let made = Made::new(nodes, DENSE);
         made.write(&path);
         for _ in 0..50 {
             let regions: Vec<Aabb> = (0..random.below(4)).map(|_| region(&mut random, &made.lattice)).collect();
@@ -196,7 +196,7 @@ fn no_chunk_is_read_that_is_not_needed() {
 fn a_region_that_is_not_a_box_needs_everything() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
-    for kind in [None, Some(Precision::U8)] {
+    for kind in [DENSE, Kind::Dense(Precision::U16), Kind::Sparse(Precision::U8)] {
         let made = Made::new([70, 64, 90], kind);
         made.write(&path);
         let read = |region: Aabb| grid_file::open(&path).unwrap().read_needed([region], -1e9).unwrap();
@@ -212,7 +212,7 @@ fn a_region_that_is_not_a_box_needs_everything() {
         assert_eq!(read(valid).read.blocks, 0);
     }
     // Also after a box that takes up all of a small grid and needs nothing of it.
-    let made = Made::new([20, 20, 20], None);
+    let made = Made::new([20, 20, 20], DENSE);
     made.write(&path);
     let whole = made.lattice.bounds();
     let not_a_box = Aabb { min: [f64::NAN; 3], ..whole };
@@ -224,7 +224,7 @@ fn a_region_that_is_not_a_box_needs_everything() {
 fn a_million_regions_of_any_size_take_no_time() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
-    Made::new([160, 160, 160], Some(Precision::U16)).write(&path);
+    Made::new([160, 160, 160], SPARSE_U16).write(&path);
     let whole = Aabb { min: [-9.0; 3], max: [9.0; 3] };
     let started = Instant::now();
     let regions = std::iter::repeat_n(whole, 1_000_000);

@@ -7,10 +7,10 @@ use hdf5_reader::Hdf5File;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
-use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
+use sdf_formats::grid_file::{self, About, DenseBlockSamples, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 
-use crate::grid_samples::{Content, DEEP, KINDS, Made, about, lent};
+use crate::grid_samples::{Content, DEEP, DENSE, KINDS, Kind, Made, SPARSE_U16, about, lent, lent_blocks};
 use crate::random::Random;
 
 const SHAPES: [[u32; 3]; 8] =
@@ -29,6 +29,7 @@ fn every_shape_comes_back_in_either_layout_and_any_precision() {
         made.write(&path);
         let summary = grid_file::open(&path).unwrap_or_else(|error| panic!("{error}")).summary();
         assert_eq!((summary.lattice, summary.sparse, &summary.about), (made.lattice, made.sparse(), &about()));
+        assert_eq!(summary.precision, made.grid().storage().precision());
         assert_eq!(summary.file_bytes, fs::metadata(&path).unwrap().len());
         let stored: u64 = summary.parts.iter().map(|part| part.stored_bytes).sum();
         assert!(0 < stored && stored < summary.file_bytes);
@@ -170,7 +171,7 @@ fn thousands_of_bricks_of_random_codes_come_back() {
 fn the_longest_texts_come_back() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
-    let made = Made::new([2, 3, 5], None);
+    let made = Made::new([2, 3, 5], DENSE);
     let mut about = about();
     let longest = "ä".repeat(1 << 15);
     about.sign_reason = longest.clone();
@@ -185,7 +186,7 @@ fn the_longest_texts_come_back() {
 #[test]
 fn the_same_grid_gives_the_same_bytes() {
     let folder = TempDir::new().unwrap();
-    let kinds = [None, Some(Precision::U16)].map(|kind| Made::new([40, 33, 70], kind));
+    let kinds = [DENSE, Kind::Dense(Precision::U8), SPARSE_U16].map(|kind| Made::new([40, 33, 70], kind));
     let bytes = |name: &str, made: &Made| {
         let path = folder.path().join(name);
         made.write(&path);
@@ -203,7 +204,7 @@ fn the_same_grid_gives_the_same_bytes() {
 fn grids_that_could_not_be_read_are_not_written() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
-    let made = Made::new([2, 3, 5], None);
+    let made = Made::new([2, 3, 5], DENSE);
     let refused = |samples: Samples, about: &About| {
         let error = grid_file::write(&path, &made.lattice, samples, about).unwrap_err().to_string();
         assert!(error.contains("cannot be written") && error.lines().count() == 1, "{error}");
@@ -248,7 +249,7 @@ fn bad_bounds() -> [BlockBounds; 5] {
 fn bricks_that_could_not_be_read_are_not_written() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("grid.sdf.h5");
-    let made = Made::new([33, 33, 33], Some(Precision::U16));
+    let made = Made::new([33, 33, 33], SPARSE_U16);
     let Content::U16(bricks) = &made.content else { panic!("another layout") };
     let bricks = lent(bricks);
     let refused = |samples: SparseSamples<u16>| {
@@ -294,12 +295,48 @@ fn bricks_that_could_not_be_read_are_not_written() {
     grid_file::write(&path, &made.lattice, bricks, &about()).unwrap();
 }
 
+#[test]
+fn blocks_that_could_not_be_read_are_not_written() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("grid.sdf.h5");
+    let made = Made::new([33, 9, 17], Kind::Dense(Precision::U8));
+    let Content::DenseU8(blocks) = &made.content else { panic!("another layout") };
+    let blocks = lent_blocks(blocks);
+    let refused = |samples: DenseBlockSamples<u8>| {
+        let error =
+            grid_file::write(&path, &made.lattice, Samples::DenseU8(samples), &about()).unwrap_err().to_string();
+        assert!(error.contains("cannot be written") && error.lines().count() == 1, "{error}");
+    };
+    refused(DenseBlockSamples { samples: &blocks.samples[512..], ..blocks });
+    refused(DenseBlockSamples { scales: &blocks.scales[1..], ..blocks });
+    refused(DenseBlockSamples { bounds: &blocks.bounds[1..], ..blocks });
+    // One block less in all tables: a slot without one.
+    let last = blocks.slots.len() - 1;
+    let (slots, scales, bounds) = (&blocks.slots[..last], &blocks.scales[..last], &blocks.bounds[..last]);
+    refused(DenseBlockSamples { slots, scales, bounds, samples: &blocks.samples[..last * BRICK_SAMPLES] });
+    let mut slots = blocks.slots.to_vec();
+    slots[3] = slots[2];
+    refused(DenseBlockSamples { slots: &slots, ..blocks });
+    for (base, step) in [(f32::NAN, 1.0), (0.0, -1e-9), (3e38, 1e38)] {
+        let mut scales = blocks.scales.to_vec();
+        scales[5] = Scale { base, step };
+        refused(DenseBlockSamples { scales: &scales, ..blocks });
+    }
+    for bad in bad_bounds() {
+        let mut bounds = blocks.bounds.to_vec();
+        bounds[5] = bad;
+        refused(DenseBlockSamples { bounds: &bounds, ..blocks });
+    }
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+    grid_file::write(&path, &made.lattice, Samples::DenseU8(blocks), &about()).unwrap();
+}
+
 /// The files stay in the target folder, for tests/readers/run.sh.
 #[test]
 fn foreign_readers_see_the_same() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
     let path = folder.join("lumpy_sphere.sdf.h5");
-    let made = Made::new([41, 37, 35], None);
+    let made = Made::new([41, 37, 35], DENSE);
     made.write(&path);
     let Content::Dense { distances, .. } = &made.content else { panic!("another layout") };
 
@@ -323,7 +360,7 @@ fn foreign_readers_see_the_same() {
 
     for precision in [Precision::F32, Precision::U16, Precision::U8] {
         let path = folder.join(format!("lumpy_sphere_{}.sdf.h5", precision.name()));
-        let made = Made::new([41, 37, 35], Some(precision));
+        let made = Made::new([41, 37, 35], Kind::Sparse(precision));
         made.write(&path);
         let file = Hdf5File::open(&path).unwrap();
         let samples = file.dataset("/sdf/samples").unwrap();
@@ -351,8 +388,13 @@ fn foreign_readers_see_the_same() {
                     assert_eq!(code, bricks.samples[512 + at]);
                 }
             }
-            Content::Dense { .. } => panic!("another layout"),
+            _ => panic!("another layout"),
         }
+    }
+    // For a reader of docs/format.md's rules alone.
+    for precision in [Precision::U16, Precision::U8] {
+        Made::new([41, 37, 35], Kind::Dense(precision))
+            .write(&folder.join(format!("lumpy_sphere_dense_{}.sdf.h5", precision.name())));
     }
 }
 

@@ -3,10 +3,12 @@
 use sdf_core::Interval;
 use std::path::Path;
 
-use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage, Precision};
+use sdf_core::grid::owned::{DenseBlocks, OwnedBricks, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
-use sdf_formats::grid_file::{self, About, DeepValues, Samples, SignMethod, Source, SparseInfo, SparseSamples};
+use sdf_formats::grid_file::{
+    self, About, DeepValues, DenseBlockSamples, Samples, SignMethod, Source, SparseInfo, SparseSamples,
+};
 
 /// A grid to be written.
 #[derive(Clone)]
@@ -18,6 +20,8 @@ pub struct Made {
 #[derive(Clone)]
 pub enum Content {
     Dense { distances: Vec<f32>, bounds: Vec<BlockBounds> },
+    DenseU16(DenseBlocks<u16>),
+    DenseU8(DenseBlocks<u8>),
     F32(OwnedBricks<f32>),
     U16(OwnedBricks<u16>),
     U8(OwnedBricks<u8>),
@@ -26,25 +30,45 @@ pub enum Content {
 pub const BAND: f64 = 0.25;
 pub const DEEP: DeepValues = DeepValues::Distances;
 
-pub const KINDS: [Option<Precision>; 4] = [None, Some(Precision::F32), Some(Precision::U16), Some(Precision::U8)];
+/// Layout and precision of a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    Dense(Precision),
+    Sparse(Precision),
+}
+
+pub const DENSE: Kind = Kind::Dense(Precision::F32);
+pub const SPARSE_U16: Kind = Kind::Sparse(Precision::U16);
+
+pub const KINDS: [Kind; 6] = [
+    DENSE,
+    Kind::Dense(Precision::U16),
+    Kind::Dense(Precision::U8),
+    Kind::Sparse(Precision::F32),
+    SPARSE_U16,
+    Kind::Sparse(Precision::U8),
+];
 
 impl Made {
-    /// A lumpy sphere, sparse where a precision is given.
-    pub fn new(nodes: [u32; 3], precision: Option<Precision>) -> Self {
+    /// A lumpy sphere.
+    pub fn new(nodes: [u32; 3], kind: Kind) -> Self {
         let (lattice, distances) = lumpy_sphere(nodes);
-        let content = match precision {
-            None => dense(&lattice, distances),
-            Some(Precision::F32) => {
-                Content::F32(sparse(&lattice, &distances, |_, _| Scale { base: 0.0, step: 1.0 }, |x, _| x))
+        let u16_scale = |least, greatest| Scale { base: least, step: (greatest - least) / 65535.0 };
+        let u8_scale = |least, greatest| Scale { base: least, step: (greatest - least) / 255.0 };
+        let as_u16 = |x, scale| encode(x, scale) as u16;
+        let as_u8 = |x, scale| encode(x, scale) as u8;
+        let (band, all) = (BAND, f64::INFINITY);
+        let content = match kind {
+            Kind::Dense(Precision::F32) => dense(&lattice, distances),
+            Kind::Dense(Precision::U16) => {
+                Content::DenseU16(blocks(sparse(&lattice, &distances, all, u16_scale, as_u16)))
             }
-            Some(Precision::U16) => {
-                let scale = |least, greatest| Scale { base: least, step: (greatest - least) / 65535.0 };
-                Content::U16(sparse(&lattice, &distances, scale, |x, scale| encode(x, scale) as u16))
+            Kind::Dense(Precision::U8) => Content::DenseU8(blocks(sparse(&lattice, &distances, all, u8_scale, as_u8))),
+            Kind::Sparse(Precision::F32) => {
+                Content::F32(sparse(&lattice, &distances, band, |_, _| Scale { base: 0.0, step: 1.0 }, |x, _| x))
             }
-            Some(Precision::U8) => {
-                let scale = |least, greatest| Scale { base: least, step: (greatest - least) / 255.0 };
-                Content::U8(sparse(&lattice, &distances, scale, |x, scale| encode(x, scale) as u8))
-            }
+            Kind::Sparse(Precision::U16) => Content::U16(sparse(&lattice, &distances, band, u16_scale, as_u16)),
+            Kind::Sparse(Precision::U8) => Content::U8(sparse(&lattice, &distances, band, u8_scale, as_u8)),
         };
         Self { lattice, content }
     }
@@ -52,6 +76,8 @@ impl Made {
     pub fn samples(&self) -> Samples<'_> {
         match &self.content {
             Content::Dense { distances, bounds } => Samples::Dense { distances, bounds },
+            Content::DenseU16(blocks) => Samples::DenseU16(lent_blocks(blocks)),
+            Content::DenseU8(blocks) => Samples::DenseU8(lent_blocks(blocks)),
             Content::F32(bricks) => lent(bricks).into(),
             Content::U16(bricks) => lent(bricks).into(),
             Content::U8(bricks) => lent(bricks).into(),
@@ -66,6 +92,8 @@ impl Made {
                 let dense = Dense::new(lattice, distances).unwrap();
                 OwnedStorage::Dense(WithBlockBounds::new(lattice, dense, bounds).unwrap())
             }
+            Content::DenseU16(blocks) => OwnedStorage::dense_blocks(lattice, blocks).unwrap(),
+            Content::DenseU8(blocks) => OwnedStorage::dense_blocks(lattice, blocks).unwrap(),
             Content::F32(bricks) => OwnedStorage::SparseF32(Sparse::new(lattice, bricks).unwrap()),
             Content::U16(bricks) => OwnedStorage::SparseU16(Sparse::new(lattice, bricks).unwrap()),
             Content::U8(bricks) => OwnedStorage::SparseU8(Sparse::new(lattice, bricks).unwrap()),
@@ -79,7 +107,7 @@ impl Made {
     pub fn sparse(&self) -> Option<SparseInfo> {
         let sparse = |precision, bricks| Some(SparseInfo { band: BAND, precision, bricks, deep_values: DEEP });
         match &self.content {
-            Content::Dense { .. } => None,
+            Content::Dense { .. } | Content::DenseU16(_) | Content::DenseU8(_) => None,
             Content::F32(bricks) => sparse(Precision::F32, bricks.slots.len()),
             Content::U16(bricks) => sparse(Precision::U16, bricks.slots.len()),
             Content::U8(bricks) => sparse(Precision::U8, bricks.slots.len()),
@@ -97,6 +125,17 @@ impl Made {
     pub fn write(&self, path: &Path) {
         grid_file::write(path, &self.lattice, self.samples(), &about()).unwrap();
     }
+}
+
+pub fn lent_blocks<C>(blocks: &DenseBlocks<C>) -> DenseBlockSamples<'_, C> {
+    let DenseBlocks { slots, scales, samples, bounds } = blocks;
+    DenseBlockSamples { slots, scales, samples, bounds }
+}
+
+/// Bricks that are in all slots.
+fn blocks<C>(bricks: OwnedBricks<C>) -> DenseBlocks<C> {
+    let OwnedBricks { slots, scales, samples, bounds, .. } = bricks;
+    DenseBlocks { slots, scales, samples, bounds }
 }
 
 pub fn lent<C>(bricks: &OwnedBricks<C>) -> SparseSamples<'_, C> {
@@ -118,6 +157,7 @@ fn dense(lattice: &Lattice, distances: Vec<f32>) -> Content {
 fn sparse<C: Code>(
     lattice: &Lattice,
     distances: &[f32],
+    band: f64,
     scale: impl Fn(f32, f32) -> Scale,
     encode: impl Fn(f32, Scale) -> C,
 ) -> OwnedBricks<C> {
@@ -141,7 +181,7 @@ fn sparse<C: Code>(
     for slot in all.into_iter().rev() {
         let [x, y, z] = slot.map(|index| 8 * index);
         let samples: Vec<f32> = slots([8; 3]).map(|[i, j, k]| sample([x + i, y + j, z + k])).collect();
-        if samples.iter().all(|sample| f64::from(sample.abs()) > BAND) {
+        if samples.iter().all(|sample| f64::from(sample.abs()) > band) {
             continue;
         }
         let [least, greatest] =

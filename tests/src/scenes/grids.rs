@@ -1,10 +1,11 @@
 //! Dense and sparse grids, placed and combined.
 
-use sdf_bake::SparseGrid;
+use sdf_bake::{DenseGrid, SparseGrid};
+use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Union};
 use sdf_core::grid::blob::BlobStorage;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
-use sdf_core::grid::{Blob, Grid, Precision};
+use sdf_core::grid::{Blob, Grid, Lattice, Precision};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cuboid, Sphere};
 use sdf_field::Field;
@@ -19,6 +20,12 @@ fn blob(grid: OwnedGrid, precision: Precision) -> Grid<BlobStorage<'static>> {
     let exported = Field::new(grid).export(ExportFormat::Blob, &options).unwrap();
     let bytes: &'static [u8] = Vec::leak([&[0], &exported.bytes[..]].concat());
     Blob::open(&bytes[1..]).unwrap().grid()
+}
+
+/// A dense grid of codes.
+fn coded(field: &impl Sdf, lattice: Lattice, precision: Precision) -> OwnedGrid {
+    let samples = sampled(field, lattice, 1.0).storage().samples().to_vec();
+    DenseGrid::from_samples(&lattice, samples).unwrap().into_grid_as(&lattice, precision).grid
 }
 
 pub fn grids(s: f64) -> Vec<Scene> {
@@ -52,6 +59,12 @@ pub fn grids(s: f64) -> Vec<Scene> {
         .creases(&creases),
         Scene::new("sparse grid of a sphere in u8", s, Samples, Some(sampled_in_bricks::<u8>(&ball, fine, 0.0625 * s)))
             .creases(&creases),
+        Scene::new("dense grid of a cuboid in u16", s, Samples, Some(coded(&block, fine, Precision::U16)))
+            .creases(&creases),
+        Scene::new("blob of a dense grid of a sphere in u8", s, Samples, {
+            Some(blob(coded(&ball, cube_lattice(0.75 * s, 24), Precision::U8), Precision::U8))
+        })
+        .creases(&creases),
         Scene::new("turned grid", 1.5 * s, Samples, Some(turned)).creases(&[0.125 * s, 1.125 * s]),
         Scene::new(
             "bounded grid of a cuboid",

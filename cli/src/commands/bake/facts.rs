@@ -92,6 +92,8 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     if let (Some(slots), Some(band)) = (facts.slots, info.band) {
         let (bricks, precision) = (slots.len(), facts.precision.name());
         rows.push(("bricks", format!("{bricks} in {precision}, with distances within {}", number(band))));
+    } else if facts.precision != Precision::F32 {
+        rows.push(("samples", format!("{}, with a scale for each block of 8 × 8 × 8", facts.precision.name())));
     }
     rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
     rows.extend(facts.regions.map(|regions| ("regions", error_regions::row(regions))));

@@ -79,7 +79,9 @@ fn node(grid: &OwnedGrid, index: usize) -> Option<([u32; 3], f64)> {
     let (lattice, storage) = (grid.lattice(), grid.storage());
     if storage.brick_count().is_none() {
         let [row, rows, _] = lattice.nodes().map(|n| n as usize);
-        return Some(([index % row, index / row % rows, index / row / rows].map(|i| i as u32), 0.0));
+        let node = [index % row, index / row % rows, index / row / rows].map(|i| i as u32);
+        let block = storage.brick_at(node.map(|n| n / BRICK));
+        return Some((node, block.map_or(0.0, |block| f64::from(storage.scales()[block].step))));
     }
     let (brick, local) = (index / NODES_PER_BRICK, (index % NODES_PER_BRICK) as u32);
     let local = [local % BRICK, local / BRICK % BRICK, local / BRICK / BRICK];

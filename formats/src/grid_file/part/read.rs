@@ -56,9 +56,10 @@ impl PartHeader {
             is_sign_continuous: mesh.is_sign_continuous,
         });
         let header = Header {
-            version: layout::FORMAT_VERSION,
+            version: layout::PLAIN_VERSION,
             lattice: info.lattice,
             sparse: Some(sparse),
+            precision: info.precision,
             coding: Coding::Plain,
             about: About { slope_bound: 0.0, error_bound: 0.0, ..info.about.clone() },
             mesh,
