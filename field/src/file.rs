@@ -78,7 +78,8 @@ impl Field {
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
-        let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info));
+        let coarse = coarse_samples(grid);
+        let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info, &coarse));
         let options = WriteOptions { mesh: mesh.as_ref(), compression };
         grid_file::write_with(path, lattice, samples, &about, options).map_err(SaveError::Grid)
     }
@@ -98,7 +99,9 @@ impl Field {
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
         let options = WriteOptions { mesh: mesh.as_ref(), compression };
-        grid_file::to_bytes_with(grid.lattice(), samples(grid, info), &about, options).map_err(SaveError::Fault)
+        let coarse = coarse_samples(grid);
+        grid_file::to_bytes_with(grid.lattice(), samples(grid, info, &coarse), &about, options)
+            .map_err(SaveError::Fault)
     }
 
     fn stored_mesh(&self) -> Option<StoredMesh> {
@@ -146,17 +149,32 @@ impl std::fmt::Display for SaveError {
 
 impl std::error::Error for SaveError {}
 
-fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
-    fn sparse<C>(bricks: &OwnedBricks<C>, (band, deep_values): (f64, DeepValues)) -> SparseSamples<'_, C> {
-        let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
+/// Samples of the coarse grid, x fastest; none of a dense grid.
+fn coarse_samples(grid: &OwnedGrid) -> Vec<f32> {
+    match grid.storage() {
+        OwnedStorage::Dense(_) => vec![],
+        OwnedStorage::SparseF32(bricks) => bricks.bricks().coarse.to_vec(),
+        OwnedStorage::SparseU16(bricks) => bricks.bricks().coarse.to_vec(),
+        OwnedStorage::SparseU8(bricks) => bricks.bricks().coarse.to_vec(),
+    }
+}
+
+/// `coarse`: see [`coarse_samples`].
+fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo, coarse: &'a [f32]) -> Samples<'a> {
+    fn sparse<'a, C>(
+        bricks: &'a OwnedBricks<C>,
+        coarse: &'a [f32],
+        (band, deep_values): (f64, DeepValues),
+    ) -> SparseSamples<'a, C> {
+        let OwnedBricks { slots, scales, samples, bounds, errors, .. } = bricks;
         SparseSamples { band, deep_values, slots, scales, samples, bounds, errors, coarse }
     }
     let band = (info.band.unwrap_or(0.0), DeepValues::of_grid(grid));
     match grid.storage() {
         OwnedStorage::Dense(dense) => Samples::Dense { distances: dense.storage().samples(), bounds: dense.bounds() },
-        OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), band).into(),
-        OwnedStorage::SparseU16(bricks) => sparse(bricks.bricks(), band).into(),
-        OwnedStorage::SparseU8(bricks) => sparse(bricks.bricks(), band).into(),
+        OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), coarse, band).into(),
+        OwnedStorage::SparseU16(bricks) => sparse(bricks.bricks(), coarse, band).into(),
+        OwnedStorage::SparseU8(bricks) => sparse(bricks.bricks(), coarse, band).into(),
     }
 }
 

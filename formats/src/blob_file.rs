@@ -75,13 +75,13 @@ fn owned_bricks<B: BlobCode, C: OwnedCode>(
     let each = 0..bricks.count();
     let errors: Vec<f32> = each.clone().map_while(|brick| bricks.error_of_brick(brick)).collect();
     let owned = OwnedBricks {
-        table,
+        table: OwnedBricks::<C>::table_of(counts, &slots)?,
         slots,
         scales: each.clone().map_while(|brick| bricks.scale(brick)).collect(),
         samples: bricks.codes().iter().map(|code| decode(*code)).collect(),
         bounds: each.map_while(|brick| bricks.bounds_of_brick(brick)).collect(),
         errors: if errors.len() == bricks.count() { errors } else { vec![] },
-        coarse: bricks.coarse().collect(),
+        coarse: OwnedBricks::<C>::coarse_of(counts, &bricks.coarse().collect::<Vec<_>>())?,
     };
     OwnedStorage::sparse(grid.lattice(), owned)
 }
@@ -151,13 +151,13 @@ pub fn write(grid: &OwnedGrid, codes: Option<&DenseCodes>, padding: f64) -> Opti
 
 fn write_bricks<C: Copy, const N: usize>(bytes: &mut Vec<u8>, bricks: &OwnedBricks<C>, encode: impl Fn(C) -> [u8; N]) {
     let OwnedBricks { table, scales, samples, bounds, errors, coarse, .. } = bricks;
-    words(bytes, table.iter().copied());
+    words(bytes, table.iter());
     floats(bytes, scales.iter().flat_map(|scale| [scale.base, scale.step]));
     write_bounds(bytes, bounds);
     let unknown = || Cow::Owned(vec![f32::INFINITY; scales.len()]);
     let errors = if errors.len() == scales.len() { Cow::Borrowed(errors) } else { unknown() };
     floats(bytes, errors.iter().copied());
-    floats(bytes, coarse.iter().copied());
+    floats(bytes, coarse.iter());
     bytes.extend(samples.iter().flat_map(|code| encode(*code)));
 }
 

@@ -11,7 +11,7 @@ mod tree;
 use sdf_core::Sdf;
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
-use sdf_core::grid::sparse::{BRICK, Bricks, Sparse};
+use sdf_core::grid::sparse::{BRICK, BrickData, Sparse};
 
 use bytes::Writer;
 use tree::{Slot, Tree};
@@ -62,7 +62,7 @@ pub fn nvdb(grid: &OwnedGrid, name: &str, band: f64) -> Option<Vec<u8>> {
     }
 }
 
-fn write_sparse<B: Bricks + Sync>(lattice: &Lattice, name: &str, band: f64, sparse: &Sparse<B>) -> Option<Vec<u8>> {
+fn write_sparse<B: BrickData + Sync>(lattice: &Lattice, name: &str, band: f64, sparse: &Sparse<B>) -> Option<Vec<u8>> {
     let slot = |slot| {
         if sparse.brick_at(slot).is_some() {
             Slot::Leaf

@@ -1,11 +1,12 @@
 //! Sparse grids: bricks of 8 × 8 × 8 samples near the surface, over a coarse grid.
 
 use sdf_core::Aabb;
-use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{OwnedBricks, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::owned::{Blocks, OwnedBricks, OwnedStorage, Precision};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::block_mask::BlockMask;
+use super::coarse_reader::CoarseReader;
 use super::coding::{BrickCoding, Coding};
 use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
@@ -15,14 +16,33 @@ use super::read_dense::Opened;
 use super::{GridFault, ReadCount, check, layout};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
+const CHECKED: &str = "the tables were checked";
+
 /// Index of the first digest of the samples: they come first.
 const SAMPLES_DIGEST: usize = 0;
 
-/// A sparse grid whose samples are not read yet, but all its tables.
+/// A sparse grid whose samples and coarse grid are not read yet, but all tables of its bricks.
 pub(super) struct SparseReader {
     samples: SampleDataset,
     coding: Coding,
-    tables: OwnedBricks<SamplePlaceholder>,
+    tables: BrickTables,
+    coarse: CoarseReader,
+}
+
+/// What is known of bricks beside their samples, as [`OwnedBricks`] has it.
+struct BrickTables {
+    table: Blocks<u32>,
+    slots: Vec<[u32; 3]>,
+    scales: Vec<Scale>,
+    bounds: Vec<BlockBounds>,
+    errors: Vec<f32>,
+}
+
+impl BrickTables {
+    fn with_samples<C>(self, samples: Vec<C>, coarse: Blocks<f32>) -> OwnedBricks<C> {
+        let Self { table, slots, scales, bounds, errors } = self;
+        OwnedBricks { table, slots, scales, samples, bounds, errors, coarse }
+    }
 }
 
 pub(super) enum SampleDataset {
@@ -53,56 +73,71 @@ impl SparseReader {
         let coarse_digest = datasets.add(&coarse);
         let mesh = MeshReader::open(file, sdf, header, &mut datasets)?;
         let digests = datasets.read_digests(file, sdf, header)?;
-        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the
-        // table's memory.
-        let coarse = digests.elements(file, &coarse, coarse_digest)?;
+        // The coarse grid's chunks are all there: a file that holds them justifies the memory of a table of slots.
+        let coarse = CoarseReader::new(&header.lattice, coarse, coarse_digest)?;
         let slots = digests.elements(file, &slots, slots_digest)?;
         let slots: Vec<[u32; 3]> = slots.chunks_exact(3).map(|slot| [slot[0], slot[1], slot[2]]).collect();
         let scales = digests.elements(file, &scales, scales_digest)?;
         let errors = digests.elements(file, &errors, errors_digest)?;
-        let tables = OwnedBricks {
+        let tables = BrickTables {
             table: check::brick_table(&header.lattice, &slots).map_err(GridFault::damaged)?,
             slots,
             scales: scales.chunks_exact(2).map(|scale| Scale { base: scale[0], step: scale[1] }).collect(),
-            samples: vec![SamplePlaceholder; bricks * BRICK_SAMPLES],
             bounds: check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?,
             errors,
-            coarse,
         };
         check::valid_scales(&tables.scales, precision).map_err(GridFault::damaged)?;
         check::valid_errors(&tables.errors).map_err(GridFault::damaged)?;
-        Ok((Self { samples, coding: header.coding, tables }, digests, mesh))
+        Ok((Self { samples, coding: header.coding, tables, coarse }, digests, mesh))
     }
 
-    /// Blocks needed for queries in `regions` that reach `level`.
-    pub(super) fn mask(&self, header: &Header, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
-        let OwnedBricks { table, scales, samples, bounds, coarse, .. } = &self.tables;
-        let slices = BrickSlices { table, scales, samples, bounds, coarse };
-        let storage = Sparse::new(&header.lattice, slices).expect("the tables were checked");
-        BlockMask::needed(&placeholder_grid(header, storage), regions, level)
+    /// Reads the coarse grid near the regions, and tells the blocks needed for queries there that reach `level`.
+    pub(super) fn mask(
+        mut self,
+        file: &Hdf5Reader,
+        digests: &Digests,
+        header: &Header,
+        regions: impl IntoIterator<Item = Aabb>,
+        level: f64,
+    ) -> Result<(Self, BlockMask), GridFault> {
+        let regions: Vec<Aabb> = regions.into_iter().collect();
+        self.coarse.read_near(file, digests, &header.lattice, &regions)?;
+        let Self { tables, samples, coding, mut coarse } = self;
+        let nodes = coarse.lend_nodes();
+        let placeholders: Vec<SamplePlaceholder> = vec![SamplePlaceholder; tables.scales.len() * BRICK_SAMPLES];
+        let storage = tables.with_samples(placeholders, nodes).into_storage(&header.lattice).expect(CHECKED);
+        let mask = BlockMask::needed(&placeholder_grid(header, &storage), regions, level);
+        let OwnedBricks { table, slots, scales, bounds, errors, coarse: nodes, .. } = storage.into_bricks();
+        let tables = BrickTables { table, slots, scales, bounds, errors };
+        coarse.take_back(nodes);
+        Ok((Self { samples, coding, tables, coarse }, mask))
     }
 
     /// Reads all samples, or those of the bricks in `mask`, and says how much of the file was read.
     pub(super) fn read(
-        self,
+        mut self,
         file: &Hdf5Reader,
         digests: &Digests,
         lattice: &Lattice,
         mask: Option<&BlockMask>,
     ) -> Result<(OwnedStorage, ReadCount), GridFault> {
         let total_blocks = self.tables.slots.len();
+        if mask.is_none() {
+            self.coarse.read_all(file, digests)?;
+        }
+        let coarse = self.coarse.into_nodes();
         let bricks = BrickReader { file, digests, lattice, mask, coding: self.coding };
         let (samples, blocks) = match self.samples {
             SampleDataset::F32(dataset) => {
-                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                let (sparse, blocks) = bricks.read(&dataset, self.tables, coarse)?;
                 (OwnedStorage::SparseF32(sparse), blocks)
             }
             SampleDataset::U16(dataset) => {
-                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                let (sparse, blocks) = bricks.read(&dataset, self.tables, coarse)?;
                 (OwnedStorage::SparseU16(sparse), blocks)
             }
             SampleDataset::U8(dataset) => {
-                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                let (sparse, blocks) = bricks.read(&dataset, self.tables, coarse)?;
                 (OwnedStorage::SparseU8(sparse), blocks)
             }
         };
@@ -154,7 +189,8 @@ impl BrickReader<'_> {
     fn read<C: Code + BrickCoding>(
         &self,
         dataset: &Dataset<C>,
-        tables: OwnedBricks<SamplePlaceholder>,
+        tables: BrickTables,
+        coarse: Blocks<f32>,
     ) -> Result<(Sparse<OwnedBricks<C>>, usize), GridFault> {
         let is_slot_needed =
             |slot: &[u32; 3]| self.mask.is_none_or(|mask| mask.contains(slot.map(|index| index as usize)));
@@ -180,9 +216,8 @@ impl BrickReader<'_> {
                 },
             );
         }
-        let OwnedBricks { table, slots, scales, bounds, errors, coarse, .. } = tables;
-        let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
-        Ok((Sparse::with_first_samples(self.lattice, bricks).expect("the tables were checked"), bricks_read))
+        let bricks = tables.with_samples(samples, coarse);
+        Ok((bricks.into_storage_of_first_samples(self.lattice).expect(CHECKED), bricks_read))
     }
 }
 
@@ -190,10 +225,7 @@ impl BrickReader<'_> {
 const BRICKS_AT_A_TIME: usize = 64;
 
 /// The same bricks, those that are needed first; and these, as they were numbered.
-fn with_needed_first(
-    tables: OwnedBricks<SamplePlaceholder>,
-    is_needed: &[bool],
-) -> (OwnedBricks<SamplePlaceholder>, Vec<u32>) {
+fn with_needed_first(tables: BrickTables, is_needed: &[bool]) -> (BrickTables, Vec<u32>) {
     fn sorted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
         order.iter().map(|brick| column[*brick as usize]).collect()
     }
@@ -201,11 +233,11 @@ fn with_needed_first(
     let needed: Vec<u32> = bricks.clone().filter(|brick| is_needed[*brick as usize]).collect();
     let mut order = needed.clone();
     order.extend(bricks.filter(|brick| !is_needed[*brick as usize]));
-    let OwnedBricks { mut table, slots, scales, samples, bounds, errors, coarse } = tables;
+    let BrickTables { mut table, slots, scales, bounds, errors } = tables;
     let mut place = vec![NO_BRICK; order.len()];
     (0..).zip(&order).for_each(|(new, old)| place[*old as usize] = new);
-    table.iter_mut().filter(|brick| **brick != NO_BRICK).for_each(|brick| *brick = place[*brick as usize]);
+    table.kept_mut().iter_mut().filter(|brick| **brick != NO_BRICK).for_each(|brick| *brick = place[*brick as usize]);
     let (slots, scales) = (sorted(&slots, &order), sorted(&scales, &order));
     let (bounds, errors) = (sorted(&bounds, &order), sorted(&errors, &order));
-    (OwnedBricks { table, slots, scales, samples, bounds, errors, coarse }, needed)
+    (BrickTables { table, slots, scales, bounds, errors }, needed)
 }

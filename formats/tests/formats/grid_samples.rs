@@ -3,7 +3,7 @@
 use sdf_core::Interval;
 use std::path::Path;
 
-use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage, Precision};
+use sdf_core::grid::owned::{Blocks, OwnedBricks, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
 use sdf_formats::grid_file::{self, About, DeepValues, Samples, SignMethod, Source, SparseInfo, SparseSamples};
@@ -66,9 +66,9 @@ impl Made {
                 let dense = Dense::new(lattice, distances).unwrap();
                 OwnedStorage::Dense(WithBlockBounds::new(lattice, dense, bounds).unwrap())
             }
-            Content::F32(bricks) => OwnedStorage::SparseF32(Sparse::new(lattice, bricks).unwrap()),
-            Content::U16(bricks) => OwnedStorage::SparseU16(Sparse::new(lattice, bricks).unwrap()),
-            Content::U8(bricks) => OwnedStorage::SparseU8(Sparse::new(lattice, bricks).unwrap()),
+            Content::F32(bricks) => OwnedStorage::SparseF32(bricks.into_storage(lattice).unwrap()),
+            Content::U16(bricks) => OwnedStorage::SparseU16(bricks.into_storage(lattice).unwrap()),
+            Content::U8(bricks) => OwnedStorage::SparseU8(bricks.into_storage(lattice).unwrap()),
         };
         let band = self.sparse().map_or(f64::INFINITY, |sparse| sparse.band);
         let grid = OwnedGrid::new(*lattice, samples, about().slope_bound).unwrap();
@@ -101,6 +101,8 @@ impl Made {
 
 pub fn lent<C>(bricks: &OwnedBricks<C>) -> SparseSamples<'_, C> {
     let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
+    // A test may leak what lives as long as it does.
+    let coarse = coarse.to_vec().leak();
     SparseSamples { band: BAND, deep_values: DEEP, slots, scales, samples, bounds, errors, coarse }
 }
 
@@ -129,13 +131,13 @@ fn sparse<C: Code>(
         coarse.push(0.75 * sample([8 * x, 8 * y, 8 * z]));
     }
     let mut bricks = OwnedBricks {
-        table: vec![NO_BRICK; (px * py * pz) as usize],
+        table: Blocks::new([px, py, pz], NO_BRICK).unwrap(),
         slots: Vec::new(),
         scales: Vec::new(),
         samples: Vec::new(),
         bounds: Vec::new(),
         errors: Vec::new(),
-        coarse,
+        coarse: OwnedBricks::<C>::coarse_of([px, py, pz], &coarse).unwrap(),
     };
     let all: Vec<[u32; 3]> = slots([px, py, pz]).collect();
     for slot in all.into_iter().rev() {
@@ -147,7 +149,7 @@ fn sparse<C: Code>(
         let [least, greatest] =
             [f32::min, f32::max].map(|pick: fn(f32, f32) -> f32| samples.iter().copied().reduce(pick).unwrap());
         let scale = scale(least, greatest);
-        bricks.table[((slot[2] * py + slot[1]) * px + slot[0]) as usize] = bricks.slots.len() as u32;
+        bricks.table.set(slot, bricks.slots.len() as u32);
         bricks.slots.push(slot);
         bricks.scales.push(scale);
         bricks.samples.extend(samples.iter().map(|sample| encode(*sample, scale)));
@@ -155,7 +157,7 @@ fn sparse<C: Code>(
     }
     let nothing = BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 };
     bricks.bounds = vec![nothing; bricks.slots.len()];
-    let sparse = Sparse::new(lattice, bricks).unwrap();
+    let sparse = bricks.into_storage(lattice).unwrap();
     let bounds = sparse.bricks().slots.iter().map(|slot| slot_bounds(lattice, &sparse, *slot)).collect();
     OwnedBricks { bounds, ..sparse.bricks().clone() }
 }
