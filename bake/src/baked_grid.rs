@@ -2,7 +2,7 @@
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage, Precision};
-use sdf_core::grid::sparse::DEEP_ERROR;
+use sdf_core::grid::sparse::{DEEP_ERROR, brick_counts};
 
 use crate::sparse::{Quantize, SparseBaker};
 use crate::{DenseGrid, SparseGrid};
@@ -39,7 +39,10 @@ impl<C: OwnedCode> SparseGrid<C> {
     ///
     /// On another lattice.
     pub fn into_grid(self, lattice: &Lattice, band: f64) -> BakedGrid {
-        let Self { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound } = self;
+        let Self { table: _, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound } = self;
+        let counts = brick_counts(lattice);
+        let table = OwnedBricks::<C>::table_of(counts, &slots).expect(FITS);
+        let coarse = OwnedBricks::<C>::coarse_of(counts, &coarse).expect(FITS);
         let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
         let storage = OwnedStorage::sparse(lattice, bricks).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS);

@@ -42,6 +42,7 @@ mod coarse_map;
 mod interpolation_error;
 mod part;
 mod quantize;
+mod slot_bits;
 mod splat;
 
 use std::ops::Range;
@@ -51,10 +52,10 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::MeshDistance;
-pub use assemble::{BrickSamples, BrickSources, NoSample, UnboundedGrid};
+pub use assemble::{BoundedGrid, BrickSamples, BrickSources, NoSample, UnboundedGrid};
 use brick_map::BrickMap;
-pub use brick_map::STREAMED_SLOT_BYTES;
-pub use coarse_map::CoarseMap;
+pub use brick_map::streamed_slot_bytes;
+pub use coarse_map::{CoarseMap, SlotSides};
 pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;
 use quantize::{CodesMut, CodesRef};
@@ -174,6 +175,16 @@ impl<'a> SparseBaker<'a> {
     /// Number of brick slots in the lattice.
     pub fn slot_count(&self) -> usize {
         self.map.slot_count()
+    }
+
+    /// The coarse grid and the sides of slots, which parts have in common.
+    pub fn coarse_map(&self) -> &CoarseMap {
+        self.map.coarse()
+    }
+
+    /// [`coarse_map`](Self::coarse_map), without a copy.
+    pub fn into_coarse_map(self) -> CoarseMap {
+        self.map.into_coarse()
     }
 
     /// Upper bound of the number of bricks.

@@ -14,6 +14,8 @@
 
 pub mod blob;
 mod block_bounds;
+#[cfg(feature = "alloc")]
+mod blocks;
 mod brick;
 mod dense;
 #[cfg(feature = "alloc")]

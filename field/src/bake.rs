@@ -9,7 +9,7 @@ mod parts;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_bake::error_budget::ErrorBudget;
-use sdf_bake::sparse::{STREAMED_SLOT_BYTES, SparseBaker};
+use sdf_bake::sparse::{SparseBaker, streamed_slot_bytes};
 use sdf_bake::{BakedGrid, MeshDistance, TriangleMesh, dense, lattice_around};
 use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
@@ -272,10 +272,7 @@ fn sparse_baker<'a>(
     spacing: f64,
     memory: Memory,
 ) -> Result<SparseBaker<'a>, BakeError> {
-    let slot_bytes = match distance.sign_method() {
-        sdf_bake::SignMethod::PseudoNormal => STREAMED_SLOT_BYTES,
-        sdf_bake::SignMethod::Winding => SLOT_BYTES,
-    };
+    let slot_bytes = streamed_slot_bytes(distance);
     let lattice = lattice(options, &distance.bounds(), spacing, slot_bytes, memory)?;
     let band = f64::from(options.band) * lattice.spacing();
     Ok(SparseBaker::new(distance, &lattice, band).certified(options.certify))
@@ -317,9 +314,6 @@ fn bake_within(
     let band = f64::from(options.band) * baked.grid.lattice().spacing();
     Ok((baked, Some(band)))
 }
-
-/// Bytes for each slot while winding numbers sign what is known of its middle.
-const SLOT_BYTES: usize = 72;
 
 /// Largest side of a cell in sides of the mesh's box. One says nothing of the mesh already; from 1e16 on, the nodes are so far
 /// away that the whole mesh is one point.

@@ -80,7 +80,8 @@ impl Field {
         let (grid, info) = self.baked_grid()?;
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
-        let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info));
+        let coarse = coarse_samples(grid);
+        let (path, lattice, samples) = (path.as_ref(), grid.lattice(), samples(grid, info, &coarse));
         let options = WriteOptions { mesh: mesh.as_ref(), compression };
         grid_file::write_with(path, lattice, samples, &about, options).map_err(SaveError::Grid)
     }
@@ -100,7 +101,9 @@ impl Field {
         let about = about_from(grid, info);
         let mesh = self.stored_mesh();
         let options = WriteOptions { mesh: mesh.as_ref(), compression };
-        grid_file::to_bytes_with(grid.lattice(), samples(grid, info), &about, options).map_err(SaveError::Fault)
+        let coarse = coarse_samples(grid);
+        grid_file::to_bytes_with(grid.lattice(), samples(grid, info, &coarse), &about, options)
+            .map_err(SaveError::Fault)
     }
 
     fn stored_mesh(&self) -> Option<StoredMesh> {
@@ -148,9 +151,24 @@ impl std::fmt::Display for SaveError {
 
 impl std::error::Error for SaveError {}
 
-fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
-    fn sparse<C>(bricks: &OwnedBricks<C>, (band, deep_values): (f64, DeepValues)) -> SparseSamples<'_, C> {
-        let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
+/// Samples of the coarse grid, x fastest; none of a dense grid.
+fn coarse_samples(grid: &OwnedGrid) -> Vec<f32> {
+    match grid.storage() {
+        OwnedStorage::Dense(_) | OwnedStorage::DenseU16(_) | OwnedStorage::DenseU8(_) => vec![],
+        OwnedStorage::SparseF32(bricks) => bricks.bricks().coarse.to_vec(),
+        OwnedStorage::SparseU16(bricks) => bricks.bricks().coarse.to_vec(),
+        OwnedStorage::SparseU8(bricks) => bricks.bricks().coarse.to_vec(),
+    }
+}
+
+/// `coarse`: see [`coarse_samples`].
+fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo, coarse: &'a [f32]) -> Samples<'a> {
+    fn sparse<'a, C>(
+        bricks: &'a OwnedBricks<C>,
+        coarse: &'a [f32],
+        (band, deep_values): (f64, DeepValues),
+    ) -> SparseSamples<'a, C> {
+        let OwnedBricks { slots, scales, samples, bounds, errors, .. } = bricks;
         SparseSamples { band, deep_values, slots, scales, samples, bounds, errors, coarse }
     }
     fn blocks<C>(bricks: &OwnedBricks<C>) -> DenseBlockSamples<'_, C> {
@@ -162,9 +180,9 @@ fn samples<'a>(grid: &'a OwnedGrid, info: &GridInfo) -> Samples<'a> {
         OwnedStorage::Dense(dense) => Samples::Dense { distances: dense.storage().samples(), bounds: dense.bounds() },
         OwnedStorage::DenseU16(bricks) => Samples::DenseU16(blocks(bricks.bricks())),
         OwnedStorage::DenseU8(bricks) => Samples::DenseU8(blocks(bricks.bricks())),
-        OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), band).into(),
-        OwnedStorage::SparseU16(bricks) => sparse(bricks.bricks(), band).into(),
-        OwnedStorage::SparseU8(bricks) => sparse(bricks.bricks(), band).into(),
+        OwnedStorage::SparseF32(bricks) => sparse(bricks.bricks(), coarse, band).into(),
+        OwnedStorage::SparseU16(bricks) => sparse(bricks.bricks(), coarse, band).into(),
+        OwnedStorage::SparseU8(bricks) => sparse(bricks.bricks(), coarse, band).into(),
     }
 }
 

@@ -55,8 +55,8 @@ fn owned_dense<C: BlobCode>(grid: &Grid<BlobStorage>, dense: &BlobDense<C>) -> O
 
 /// A grid of codes: dense where all slots have a brick and there is no band.
 fn owned_codes<C: BlockCode>(grid: &Grid<BlobStorage>, bricks: Option<OwnedBricks<C>>) -> Option<OwnedStorage> {
-    let bricks = Sparse::new(grid.lattice(), bricks?)?;
-    let is_dense = grid.band() == f64::INFINITY && !bricks.bricks().table.contains(&NO_BRICK);
+    let bricks = bricks?.into_storage(grid.lattice())?;
+    let is_dense = grid.band() == f64::INFINITY && bricks.bricks().table.iter().all(|brick| brick != NO_BRICK);
     if is_dense { OwnedStorage::dense_bricks(bricks) } else { Some(C::storage(bricks)) }
 }
 
@@ -84,13 +84,13 @@ fn owned_bricks<B: BlobCode, C: OwnedCode>(
     let each = 0..bricks.count();
     let errors: Vec<f32> = each.clone().map_while(|brick| bricks.error_of_brick(brick)).collect();
     let owned = OwnedBricks {
-        table,
+        table: OwnedBricks::<C>::table_of(counts, &slots)?,
         slots,
         scales: each.clone().map_while(|brick| bricks.scale(brick)).collect(),
         samples: bricks.codes().iter().map(|code| decode(*code)).collect(),
         bounds: each.map_while(|brick| bricks.bounds_of_brick(brick)).collect(),
         errors: if errors.len() == bricks.count() { errors } else { vec![] },
-        coarse: bricks.coarse().collect(),
+        coarse: OwnedBricks::<C>::coarse_of(counts, &bricks.coarse().collect::<Vec<_>>())?,
     };
     Some(owned)
 }
@@ -166,13 +166,13 @@ pub fn write(grid: &OwnedGrid, codes: Option<&DenseCodes>, padding: f64) -> Opti
 
 fn write_bricks<C: Copy, const N: usize>(bytes: &mut Vec<u8>, bricks: &OwnedBricks<C>, encode: impl Fn(C) -> [u8; N]) {
     let OwnedBricks { table, scales, samples, bounds, errors, coarse, .. } = bricks;
-    words(bytes, table.iter().copied());
+    words(bytes, table.iter());
     floats(bytes, scales.iter().flat_map(|scale| [scale.base, scale.step]));
     write_bounds(bytes, bounds);
     let unknown = || Cow::Owned(vec![f32::INFINITY; scales.len()]);
     let errors = if errors.len() == scales.len() { Cow::Borrowed(errors) } else { unknown() };
     floats(bytes, errors.iter().copied());
-    floats(bytes, coarse.iter().copied());
+    floats(bytes, coarse.iter());
     bytes.extend(samples.iter().flat_map(|code| encode(*code)));
 }
 

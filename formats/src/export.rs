@@ -20,7 +20,7 @@ use std::path::Path;
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
-use sdf_core::grid::sparse::{Bricks, Sparse};
+use sdf_core::grid::sparse::{BrickData, Sparse};
 
 pub(crate) use arrays::NPY_MAGIC;
 pub use arrays::{RawFacts, npy, nrrd, raw, raw_description};
@@ -103,7 +103,7 @@ pub fn dense_samples(grid: &OwnedGrid) -> Cow<'_, [f32]> {
     }
 }
 
-fn decoded<B: Bricks + Sync>(lattice: &Lattice, sparse: &Sparse<B>) -> Vec<f32> {
+fn decoded<B: BrickData + Sync>(lattice: &Lattice, sparse: &Sparse<B>) -> Vec<f32> {
     let [nx, ny, _] = lattice.nodes();
     let mut samples = vec![0.0; lattice.node_count()];
     sdf_parallel::for_each(

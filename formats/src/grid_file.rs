@@ -11,6 +11,7 @@
 
 mod block_mask;
 mod check;
+mod coarse_reader;
 mod coding;
 mod digests;
 mod error;

@@ -143,8 +143,8 @@ impl Upload<'_> {
         let scales: Vec<_> = bricks.scales.iter().map(|scale| [scale.base, scale.step]).collect();
         params.scales = self.converted(&scales, "prepare_scales", self.gpu.sizes[2])?;
         params.bounds = self.bounds(&bricks.bounds)?;
-        params.table = self.list(&bricks.table, Array::U32)?;
-        params.coarse = self.list(&bricks.coarse, Array::F32)?;
+        params.table = self.list(&bricks.table.to_vec(), Array::U32)?;
+        params.coarse = self.list(&bricks.coarse.to_vec(), Array::F32)?;
         params.errors = self.list(&bricks.errors, Array::F32)?;
         Ok(())
     }

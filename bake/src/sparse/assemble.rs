@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use sdf_core::Interval;
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::owned::Blocks;
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickData, Code, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 
 use super::brick_bounds::{BoundedBricks, SampleBounds, Window};
 use super::brick_map::exact_within;
-use super::coarse_map::CoarseMap;
+use super::coarse_map::{CoarseMap, slot_index};
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::splat::{BLOCK, BrickRecord, Splatter, can_splat};
 use super::{Certify, CodesMut, Quantize, SparseBaker, SparseGrid};
@@ -47,7 +47,7 @@ pub struct UnboundedGrid {
     is_continuous: bool,
     columns: BrickColumns,
     coarse: CoarseMap,
-    table: Vec<u32>,
+    table: Blocks<u32>,
     sources: BrickSources,
     missing: Option<[u32; 3]>,
 }
@@ -72,17 +72,16 @@ impl BrickSources {
 }
 
 impl UnboundedGrid {
-    /// Joins the bricks of all parts. `is_continuous`: does the sign change at triangles alone? See [`SparseBaker::is_continuous`].
-    pub fn new(lattice: &Lattice, band: f64, is_continuous: bool, parts: BakedPart) -> Self {
-        let BakedPart { near: mut columns, closing, coarse } = parts;
+    /// Joins the bricks of all parts, over the coarse grid that they have in common. `is_continuous`: does the sign change at triangles alone? See [`SparseBaker::is_continuous`].
+    pub fn new(lattice: &Lattice, band: f64, is_continuous: bool, parts: BakedPart, coarse: CoarseMap) -> Self {
+        let BakedPart { near: mut columns, closing } = parts;
         let near_count = columns.slots.len() as u32;
         let mut table = coarse.table(&columns.slots);
-        let mut at_jumps = coarse.slots_at_sign_jumps(|slot| table[slot] == NO_BRICK);
+        let mut at_jumps = coarse.slots_at_sign_jumps(|slot| table.get(slot) == Some(NO_BRICK));
         let mut taken = vec![];
         for (brick, slot) in closing.slots.iter().enumerate() {
-            let index = coarse.index(*slot);
-            if at_jumps.remove(&index) {
-                table[index] = columns.slots.len() as u32;
+            if at_jumps.remove(&coarse.index(*slot)) {
+                table.set(*slot, columns.slots.len() as u32);
                 columns.append_one(&closing, brick);
                 taken.push(brick as u32);
             }
@@ -105,19 +104,11 @@ impl UnboundedGrid {
         self,
         samples: &S,
         bricks_at_a_time: usize,
-    ) -> Result<(SparseGrid<NoSample>, BrickSources), S::Error> {
+    ) -> Result<(BoundedGrid, BrickSources), S::Error> {
         let Self { lattice, band, is_continuous, columns, coarse, table, sources, .. } = self;
         let coarse = coarse.into_values(&table);
         let BrickColumns { slots, scales, roundings, interpolations } = columns;
-        // Placeholders: nothing reads bounds before they are computed.
-        let no_bounds =
-            vec![BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 }; scales.len()];
-        let no_samples = vec![NoSample; scales.len() * BRICK_SAMPLES];
-        let slices =
-            BrickSlices { table: &table, scales: &scales, samples: &no_samples, bounds: &no_bounds, coarse: &coarse };
-        let Some(storage) = Sparse::new(&lattice, slices) else {
-            unreachable!("the table refers to bricks that exist")
-        };
+        let storage = Sparse::of_checked(&lattice, BrickTables { table: &table, scales: &scales, coarse: &coarse });
         let arch = pulp::Arch::new();
         let exact_within = exact_within(band, lattice.spacing());
         let last_slot = lattice.cells().map(|cells| cells / BRICK);
@@ -152,20 +143,69 @@ impl UnboundedGrid {
                 keep(sdf_parallel::map(batch.len(), |index| bound(window, batch.start + index)));
             }
         }
-        let slope_bound = slope_bound(&lattice, &storage, &table, &all_bounds, reaches_box);
+        let slope_bound = slope_bound(&lattice, &storage, &all_bounds, reaches_box);
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
-        let (bounds, samples) = (all_bounds, no_samples);
-        let grid = SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound };
+        let bounds = all_bounds;
+        let grid = BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound };
         Ok((grid, sources))
     }
 }
 
+/// A [`SparseGrid`] without its samples, whose table is in blocks.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are those of a `SparseGrid`")]
+pub struct BoundedGrid {
+    pub table: Blocks<u32>,
+    pub slots: Vec<[u32; 3]>,
+    pub scales: Vec<Scale>,
+    pub bounds: Vec<BlockBounds>,
+    pub errors: Vec<f32>,
+    pub coarse: Vec<f32>,
+    pub slope_bound: f64,
+    pub error_bound: f64,
+}
+
+impl BoundedGrid {
+    /// The grid with its samples.
+    pub fn with_samples<C>(self, samples: Vec<C>) -> SparseGrid<C> {
+        let Self { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound } = self;
+        let table = table.to_vec();
+        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
+    }
+}
+
+/// The arrays of a grid whose bricks are not bounded yet, and whose samples are elsewhere.
+#[derive(Clone, Copy)]
+pub(super) struct BrickTables<'a> {
+    pub table: &'a Blocks<u32>,
+    pub scales: &'a [Scale],
+    pub coarse: &'a [f32],
+}
+
+impl BrickData for BrickTables<'_> {
+    type Code = NoSample;
+    fn table_entry(&self, slot: [u32; 3], _counts: [u32; 3]) -> Option<u32> {
+        self.table.get(slot)
+    }
+    fn scale(&self, brick: usize) -> Option<Scale> {
+        self.scales.get(brick).copied()
+    }
+    fn codes(&self) -> &[NoSample] {
+        &[]
+    }
+    fn bounds_of_brick(&self, _brick: usize) -> Option<BlockBounds> {
+        None
+    }
+    fn coarse_sample(&self, node: [u32; 3], counts: [u32; 3]) -> Option<f32> {
+        self.coarse.get(slot_index(counts, node)).copied()
+    }
+    fn error_of_brick(&self, _brick: usize) -> Option<f32> {
+        None
+    }
+}
+
 /// Some bricks and all around them, ascending.
-fn with_neighbours(
-    storage: &Sparse<BrickSlices<NoSample>>,
-    slots: &[[u32; 3]],
-    batch: std::ops::Range<usize>,
-) -> Vec<u32> {
+fn with_neighbours(storage: &Sparse<BrickTables>, slots: &[[u32; 3]], batch: std::ops::Range<usize>) -> Vec<u32> {
     let mut bricks: Vec<u32> = batch.clone().map(|brick| brick as u32).collect();
     for slot in &slots[batch.clone()] {
         for part in 0..27_u32 {
@@ -212,10 +252,10 @@ impl SparseBaker<'_> {
         };
         let Ok(part) = self.bake_part(BrickShard::WHOLE, usize::MAX, &mut take, on_slots_done);
         all.0.shrink_to_fit();
-        let Ok((grid, _)) =
-            UnboundedGrid::new(&self.lattice, self.band(), self.is_continuous(), part).bounded(&all, usize::MAX);
-        let SparseGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, .. } = grid;
-        SparseGrid { table, slots, scales, samples: all.0, bounds, errors, coarse, slope_bound, error_bound }
+        let coarse = self.coarse_map().clone();
+        let unbounded = UnboundedGrid::new(&self.lattice, self.band(), self.is_continuous(), part, coarse);
+        let Ok((grid, _)) = unbounded.bounded(&all, usize::MAX);
+        grid.with_samples(all.0)
     }
 
     /// Computes the bricks of slots near the surface, in Hilbert order, block by block.
@@ -340,24 +380,18 @@ fn is_inside_at_box(halo: &HaloBlock, lattice: &Lattice, slot: [u32; 3]) -> bool
 
 /// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid. It is
 /// at most as steep, up to the rounding of interpolation in f32. `reaches_box`: is a brick inside at the lattice's box?
-fn slope_bound(
-    lattice: &Lattice,
-    storage: &Sparse<BrickSlices<NoSample>>,
-    table: &[u32],
-    bricks: &[BlockBounds],
-    reaches_box: bool,
-) -> f64 {
-    let [row, rows, _] = sdf_core::grid::sparse::brick_counts(lattice).map(|n| n as usize);
-    let coarse_slope = |index: usize| {
-        let slot = [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+fn slope_bound(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[BlockBounds], reaches_box: bool) -> f64 {
+    let [row, rows, layers] = brick_counts(lattice).map(|n| n as usize);
+    let slot = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+    let coarse_slope = |slot: [u32; 3]| {
         let corners = storage.coarse_corners(slot);
         let max_magnitude = corners.iter().fold(0.0_f32, |max, corner| max.max(corner.abs()));
         let rounding = COARSE_DIFFERENCE_ROUNDING * f64::from(max_magnitude) / lattice.spacing();
         cell_slope(corners, lattice.spacing() * f64::from(BRICK)) + 3.0_f64.sqrt() * rounding
     };
-    let steepest =
-        |slots: Range<usize>| slots.filter(|index| table[*index] == NO_BRICK).map(coarse_slope).fold(0.0, f64::max);
-    let coarse = sdf_parallel::map_chunks(table.len(), steepest).into_iter().fold(0.0, f64::max);
+    let is_empty = |slot: &[u32; 3]| storage.brick_at(*slot).is_none();
+    let steepest = |slots: Range<usize>| slots.map(slot).filter(is_empty).map(coarse_slope).fold(0.0, f64::max);
+    let coarse = sdf_parallel::map_chunks(row * rows * layers, steepest).into_iter().fold(0.0, f64::max);
     let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
     // Nodes in bricks count as zero here.
     let reaches_box = reaches_box || inside_reaches_box(lattice, |node| storage.node(node));

@@ -3,10 +3,11 @@
 //! A brick's halo is read from the bricks and the coarse cells around it, part by part, with the bits of
 //! [`Sparse::node`](sdf_core::grid::sparse::Sparse::node).
 
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickSlices, Sparse};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice};
 
-use super::{CodesRef, NoSample, Quantize};
+use super::assemble::BrickTables;
+use super::{CodesRef, Quantize};
 use crate::error::node_bounds::{Halo, HaloBlock};
 
 const SIDE: usize = BRICK as usize;
@@ -15,7 +16,7 @@ const SIDE: usize = BRICK as usize;
 #[derive(Clone, Copy)]
 pub(super) struct BoundedBricks<'a> {
     pub lattice: &'a Lattice,
-    pub storage: &'a Sparse<BrickSlices<'a, NoSample>>,
+    pub storage: &'a Sparse<BrickTables<'a>>,
     pub samples: Window<'a>,
     /// Errors of the samples of each brick.
     pub roundings: &'a [f64],
@@ -140,7 +141,8 @@ impl<C: Quantize> pulp::NullaryFnOnce for Bound<'_, C> {
 
 #[cfg(test)]
 mod tests {
-    use sdf_core::grid::sparse::{NO_BRICK, Scale, brick_counts};
+    use sdf_core::grid::owned::Blocks;
+    use sdf_core::grid::sparse::{BrickSlices, NO_BRICK, Scale, brick_counts};
 
     use super::*;
     use crate::testing::random;
@@ -170,10 +172,8 @@ mod tests {
             let slices =
                 BrickSlices { table: &table, scales: &scales, samples: &samples, bounds: &bounds, coarse: &coarse };
             let storage = Sparse::new(&lattice, slices).unwrap();
-            let without = vec![NoSample; samples.len()];
-            let slices =
-                BrickSlices { table: &table, scales: &scales, samples: &without, bounds: &bounds, coarse: &coarse };
-            let tables = Sparse::new(&lattice, slices).unwrap();
+            let blocks = Blocks::from_dense(slot_counts, NO_BRICK, &table).unwrap();
+            let tables = Sparse::of_checked(&lattice, BrickTables { table: &blocks, scales: &scales, coarse: &coarse });
             let roundings: Vec<f64> = (0..bricks).map(f64::from).collect();
             let samples = Window { bricks: None, codes: CodesRef::U16(&samples) };
             let all = BoundedBricks { lattice: &lattice, storage: &tables, samples, roundings: &roundings };

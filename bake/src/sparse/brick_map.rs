@@ -27,33 +27,45 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
-use super::coarse_map::{CoarseMap, map_coarse_nodes, slots_around};
+use super::coarse_map::{CoarseMap, SlotSides, corner_node, map_coarse_nodes, slot_index, slots_around};
+use super::slot_bits::SlotBits;
 use super::splat::frame::PlaneFrame;
-use crate::MeshDistance;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sign::flood_fill::{Seed, Winding};
+use crate::{MeshDistance, SignMethod};
 
 /// Minimum slope of the coarse grid away from the surface. A greater one keeps more bricks: a sixteenth costs 0.87
 /// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
 
-/// Bytes for each slot at the peak of a map that pseudo-normals sign: marks, distances of slots and nodes by the transform, nodes, their
-/// magnitudes and sides.
-pub const STREAMED_SLOT_BYTES: usize = 40;
+/// Bytes for each slot at the peak of a streamed bake whose signs come from the pseudo-normals of one solid: a node of the coarse grid,
+/// and marks in bits.
+const SOLID_SLOT_BYTES: usize = 5;
+
+/// The same of other meshes that pseudo-normals sign: marks, distances, nodes, their magnitudes and sides.
+const SLOT_BYTES: usize = 40;
+
+/// The same while winding numbers sign what is known of slots and nodes.
+const WINDING_SLOT_BYTES: usize = 72;
+
+/// Bytes for each slot of the lattice at the peak of a streamed bake. The lattice holds the whole mesh.
+pub fn streamed_slot_bytes(mesh: &MeshDistance) -> usize {
+    match mesh.sign_method() {
+        SignMethod::Winding => WINDING_SLOT_BYTES,
+        SignMethod::PseudoNormal if mesh.solid_normals().is_some() => SOLID_SLOT_BYTES,
+        SignMethod::PseudoNormal => SLOT_BYTES,
+    }
+}
 
 /// Brick slots, x fastest, and nodes of the coarse grid, one more along each axis.
 pub(super) struct BrickMap {
-    counts: [u32; 3],
-    /// For each slot: can a node of it be within K?
-    may_need_brick: Vec<bool>,
-    /// Signed distance at the middle of each slot: exact where a brick may be needed, elsewhere perhaps a lower bound. Of a
-    /// solid 0 where a brick may be needed, infinite elsewhere.
+    /// The coarse grid, and the sides.
+    coarse: CoarseMap,
+    /// The slots of which a node can be within K.
+    near: SlotBits,
+    /// Signed distance at the middle of each slot: exact where a brick may be needed, elsewhere perhaps a lower bound. Empty of a
+    /// solid.
     distances: Vec<f32>,
-    /// Magnitude of the coarse grid at each node.
-    magnitudes: Vec<f32>,
-    /// For each node of the coarse grid: is it inside? False of nodes around which all slots have bricks, where it is not
-    /// asked for.
-    are_nodes_inside: Vec<bool>,
     /// `Some` if winding numbers give the sign.
     windings: Option<Windings>,
     /// Do pseudo-normals sign a marked map (`solid`)?
@@ -74,28 +86,33 @@ impl BrickMap {
     /// `frames` are those of all triangles, if signs can be carried along clear edges.
     pub fn new(mesh: &MeshDistance, lattice: &Lattice, band: f64, frames: &[PlaneFrame]) -> Self {
         let Some((map, marked)) = Self::marked(mesh, lattice, band, frames) else {
-            return Self::by_middles(mesh, lattice, band);
+            return Self::by_middles(mesh, lattice, band).with_slot_sides();
         };
         if mesh.solid_normals().is_some() {
-            map.with_sides_of_solid(&marked)
+            map.with_sides_of_solid(marked)
         } else {
-            map.with_sides_of_windings(&marked)
+            map.with_sides_of_windings(marked).with_slot_sides()
         }
     }
 
     /// A map of which nothing is known yet.
     fn empty(counts: [u32; 3], spacing: f64, band: f64) -> Self {
-        Self {
-            counts,
-            may_need_brick: vec![],
-            distances: vec![],
-            magnitudes: vec![],
-            are_nodes_inside: vec![],
-            windings: None,
-            is_solid: false,
-            spacing,
-            band,
-        }
+        let coarse = CoarseMap { counts, nodes: vec![], sides: SlotSides::FirstNodes };
+        let (near, distances) = (SlotBits::new(0), vec![]);
+        Self { coarse, near, distances, windings: None, is_solid: false, spacing, band }
+    }
+
+    /// Fills in the sides of slots that have distances at their middles.
+    fn with_slot_sides(mut self) -> Self {
+        let are_inside = self.distances.iter().map(|distance| distance.is_sign_negative()).collect();
+        let is_winding = self.windings.is_some();
+        self.coarse.sides = if is_winding { SlotSides::WithNodes(are_inside) } else { SlotSides::Own(are_inside) };
+        self
+    }
+
+    /// Slots along each axis.
+    fn counts(&self) -> [u32; 3] {
+        self.coarse.counts
     }
 
     /// Magnitude of a coarse node inside: its distance. W takes the place of a lesser one, so that no value without a
@@ -112,19 +129,20 @@ impl BrickMap {
     }
 
     pub fn slot_count(&self) -> usize {
-        self.distances.len()
+        self.near.len()
     }
 
     /// Memory of the map, of a table and a list of slots, and of a coarse grid.
     pub fn bytes(&self) -> usize {
         self.winding_bytes()
-            + self.distances.len() * size_of::<(f32, u32, usize)>()
-            + self.magnitudes.len() * size_of::<([f32; 3], bool)>()
+            + self.slot_count() * size_of::<(f32, u32, usize)>()
+            + self.coarse.nodes.len() * size_of::<([f32; 3], bool)>()
     }
 
     /// Peak memory of the map, and what is left of it and a table when bricks are joined.
     pub fn streamed_bytes(&self) -> usize {
-        self.winding_bytes() + self.magnitudes.len() * STREAMED_SLOT_BYTES
+        let slot_bytes = if self.is_solid { SOLID_SLOT_BYTES } else { SLOT_BYTES };
+        self.winding_bytes() + self.coarse.nodes.len() * slot_bytes
     }
 
     fn winding_bytes(&self) -> usize {
@@ -139,11 +157,11 @@ impl BrickMap {
     }
 
     pub fn index(&self, [x, y, z]: [u32; 3]) -> usize {
-        (z as usize * self.counts[1] as usize + y as usize) * self.counts[0] as usize + x as usize
+        slot_index(self.counts(), [x, y, z])
     }
 
     pub fn slot(&self, index: usize) -> [u32; 3] {
-        let [row, rows, _] = self.counts.map(|n| n as usize);
+        let [row, rows, _] = self.counts().map(|n| n as usize);
         [index % row, index / row % rows, index / row / rows].map(|n| n as u32)
     }
 
@@ -174,22 +192,34 @@ impl BrickMap {
 
     /// Can a node of the slot be within K?
     pub fn may_need_brick(&self, index: usize) -> bool {
-        self.may_need_brick[index]
+        self.near.contains(index)
     }
 
     /// Can all nodes of the slot be beyond K? Its middle is one of them.
     pub fn may_have_no_brick(&self, index: usize) -> bool {
-        f64::from(self.distances[index].abs()) * (1.0 + COARSE_DISTANCE_ROUNDING) >= self.kept_within()
+        f64::from(self.distance(index)) * (1.0 + COARSE_DISTANCE_ROUNDING) >= self.kept_within()
+    }
+
+    /// Distance at the middle of a slot, without a sign. Of a solid 0 where a brick may be needed, infinite elsewhere.
+    fn distance(&self, index: usize) -> f32 {
+        match (self.is_solid, self.may_need_brick(index)) {
+            (false, _) => self.distances[index].abs(),
+            (true, true) => 0.0,
+            (true, false) => f32::INFINITY,
+        }
     }
 
     /// max(D − R, W): lower bound of the distance at the nodes of a slot without a brick.
     fn lower_bound(&self, index: usize) -> f64 {
-        (f64::from(self.distances[index].abs()) * (1.0 - COARSE_DISTANCE_ROUNDING) - self.half_diagonal())
+        (f64::from(self.distance(index)) * (1.0 - COARSE_DISTANCE_ROUNDING) - self.half_diagonal())
             .max(self.exact_within())
     }
 
     /// Upper bound of the number of bricks: slots near the surface, and slots that may have to close a mesh.
     pub fn max_bricks(&self) -> usize {
+        if self.is_solid {
+            return self.near.count();
+        }
         let may_have_no_brick = |index: usize| self.may_have_no_brick(index);
         let may_be_at_jump = |index: usize| {
             let slot = self.slot(index);
@@ -199,57 +229,48 @@ impl BrickMap {
                 .flat_map(|node| self.slots_around(node))
                 .any(|other| self.is_inside(other) != is_inside && may_have_no_brick(other))
                 || self.windings.as_ref().is_some_and(|windings| {
-                    let mut nodes = (0..8_u32).map(|corner| corner_node(self.counts, slot, corner));
+                    let mut nodes = (0..8_u32).map(|corner| corner_node(self.counts(), slot, corner));
                     may_have_no_brick(index) && nodes.any(|node| windings.is_node_inside(node) != is_inside)
                 })
         };
-        let may_have = |index: &usize| self.may_need_brick(*index) || !self.is_solid && may_be_at_jump(*index);
+        let may_have = |index: &usize| self.may_need_brick(*index) || may_be_at_jump(*index);
         sdf_parallel::map_chunks(self.slot_count(), |slots| slots.filter(may_have).count()).into_iter().sum()
     }
 
     fn slots_around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
-        slots_around(self.counts, node)
+        slots_around(self.counts(), node)
     }
 
     fn map_coarse_nodes<T: Send>(&self, map: impl Fn([u32; 3]) -> T + Sync) -> Vec<T> {
-        map_coarse_nodes(self.counts, |_, node| map(node))
+        map_coarse_nodes(self.counts(), |_, node| map(node))
+    }
+
+    /// The coarse grid and the sides.
+    pub fn coarse(&self) -> &CoarseMap {
+        &self.coarse
     }
 
     /// The coarse grid and the sides, which outlive the map.
-    pub fn coarse_map(&self) -> CoarseMap {
-        let is_slot_inside = |index: usize| {
-            if self.is_solid {
-                // Of a slot without a brick: the segment from a corner to its nearest node is clear.
-                self.are_nodes_inside[corner_node(self.counts, self.slot(index), 0)]
-            } else {
-                self.is_inside(index)
-            }
-        };
-        CoarseMap {
-            counts: self.counts,
-            magnitudes: self.magnitudes.clone(),
-            are_slots_inside: (0..self.slot_count()).map(is_slot_inside).collect(),
-            are_nodes_inside: self
-                .windings
-                .as_ref()
-                .map(|windings| windings.nodes.iter().map(|node| node.is_inside()).collect()),
-        }
+    pub fn into_coarse(self) -> CoarseMap {
+        self.coarse
     }
 
     /// Magnitudes of the coarse grid at the corners of a slot, x fastest.
     pub fn corner_magnitudes(&self, slot: [u32; 3]) -> [f64; 8] {
-        std::array::from_fn(|corner| f64::from(self.magnitudes[corner_node(self.counts, slot, corner as u32)]))
+        std::array::from_fn(|corner| {
+            f64::from(self.coarse.nodes[corner_node(self.counts(), slot, corner as u32)].abs())
+        })
     }
 
     /// Are the middle of a slot and its corners all inside, or all outside?
     pub fn is_on_one_side(&self, slot: [u32; 3]) -> bool {
         let is_inside = self.is_inside(self.index(slot));
-        (0..8).all(|corner| self.are_nodes_inside[corner_node(self.counts, slot, corner)] == is_inside)
+        (0..8).all(|corner| self.is_node_inside(corner_node(self.counts(), slot, corner)) == is_inside)
     }
 
     /// Distance at the middle of a slot.
     pub fn middle_distance(&self, slot: [u32; 3]) -> f64 {
-        self.distances[self.index(slot)].abs().into()
+        self.distance(self.index(slot)).into()
     }
 
     /// Points with known winding numbers around a slot: its middle and its corners.
@@ -266,7 +287,7 @@ impl BrickMap {
         let at_corner = |corner: u32| {
             // The slot's last node is one before the next slot's first, where the corner is.
             let steps: [usize; 3] = std::array::from_fn(|axis| (corner >> axis & 1) as usize);
-            let node = corner_node(self.counts, slot, corner);
+            let node = corner_node(self.counts(), slot, corner);
             Seed {
                 node: steps.map(|step| step * (BRICK as usize - 1)),
                 position: lattice.node(std::array::from_fn(|axis| (slot[axis] + steps[axis] as u32) * BRICK)).into(),
@@ -278,8 +299,14 @@ impl BrickMap {
         [middle].into_iter().chain((0..8).map(at_corner)).collect()
     }
 
+    /// Is the middle of a slot inside? False of a solid.
     fn is_inside(&self, index: usize) -> bool {
-        self.distances[index].is_sign_negative()
+        !self.is_solid && self.distances[index].is_sign_negative()
+    }
+
+    /// Is a node of the coarse grid inside? False of nodes around which all slots have bricks, where it is not asked for.
+    fn is_node_inside(&self, index: usize) -> bool {
+        self.coarse.nodes[index].is_sign_negative()
     }
 }
 
@@ -298,13 +325,6 @@ pub(super) fn exact_within(band: f64, spacing: f64) -> f64 {
 pub(super) fn middle(lattice: &Lattice, slot: [usize; 3]) -> Vector3<f64> {
     let steps = |axis: usize| f64::from(BRICK) * (slot[axis] as f64 + 0.5);
     Vector3::from_fn(|axis, _| lattice.origin()[axis] + lattice.spacing() * steps(axis))
-}
-
-/// Index of the coarse node at a corner of a slot.
-fn corner_node(counts: [u32; 3], slot: [u32; 3], corner: u32) -> usize {
-    let [row, rows, _] = counts.map(|n| n as usize + 1);
-    let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| (slot[axis] + (corner >> axis & 1)) as usize);
-    (z * rows + y) * row + x
 }
 
 #[cfg(test)]

@@ -7,77 +7,106 @@
 use std::collections::BTreeSet;
 
 use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::Blocks;
 use sdf_core::grid::sparse::{NO_BRICK, brick_counts};
 
-/// The coarse grid's magnitudes and the sides of slots and nodes.
+/// The coarse grid and the sides of slots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoarseMap {
     pub(super) counts: [u32; 3],
-    pub(super) magnitudes: Vec<f32>,
-    pub(super) are_slots_inside: Vec<bool>,
-    pub(super) are_nodes_inside: Option<Vec<bool>>,
+    /// Magnitudes of nodes, x fastest, negative of nodes inside.
+    pub(super) nodes: Vec<f32>,
+    pub(super) sides: SlotSides,
+}
+
+/// Which slots are inside? Of those without a brick.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SlotSides {
+    /// Those whose first node of the coarse grid is: the way from there to the slot's nodes is clear.
+    FirstNodes,
+    /// For each slot, x fastest: is its middle? Signs of nodes do not matter.
+    Own(Vec<bool>),
+    /// For each slot, x fastest: is its middle? A node on another side is at a jump of the sign too.
+    WithNodes(Vec<bool>),
 }
 
 impl CoarseMap {
-    /// `None` unless there are as many slots and nodes as the lattice has.
-    pub fn new(
-        lattice: &Lattice,
-        magnitudes: Vec<f32>,
-        are_slots_inside: Vec<bool>,
-        are_nodes_inside: Option<Vec<bool>>,
-    ) -> Option<Self> {
+    /// `nodes`: see [`into_parts`](Self::into_parts). `None` unless there are as many slots and nodes as the lattice has.
+    pub fn new(lattice: &Lattice, nodes: Vec<f32>, sides: SlotSides) -> Option<Self> {
         let counts = brick_counts(lattice);
         let count = |more: usize| counts.iter().try_fold(1, |n: usize, slots| n.checked_mul(*slots as usize + more));
-        let fits = Some(magnitudes.len()) == count(1)
-            && Some(are_slots_inside.len()) == count(0)
-            && are_nodes_inside.as_ref().is_none_or(|nodes| nodes.len() == magnitudes.len());
-        fits.then_some(Self { counts, magnitudes, are_slots_inside, are_nodes_inside })
+        let fits = match &sides {
+            SlotSides::FirstNodes => true,
+            SlotSides::Own(slots) | SlotSides::WithNodes(slots) => Some(slots.len()) == count(0),
+        };
+        (fits && Some(nodes.len()) == count(1)).then_some(Self { counts, nodes, sides })
     }
 
-    /// Arguments of [`new`](Self::new): for each node, x fastest, the magnitude; for each slot, is its middle inside? For each node, is it
-    /// inside? `None` where pseudo-normals give the sign.
-    pub fn into_parts(self) -> (Vec<f32>, Vec<bool>, Option<Vec<bool>>) {
-        (self.magnitudes, self.are_slots_inside, self.are_nodes_inside)
+    /// Magnitudes of nodes, x fastest, negative of nodes inside; and the sides of slots.
+    pub fn into_parts(self) -> (Vec<f32>, SlotSides) {
+        (self.nodes, self.sides)
     }
 
     pub(super) fn index(&self, slot: [u32; 3]) -> usize {
         slot_index(self.counts, slot)
     }
 
-    /// Index of the brick in each slot.
-    pub(super) fn table(&self, slots: &[[u32; 3]]) -> Vec<u32> {
-        let mut table = vec![NO_BRICK; self.are_slots_inside.len()];
-        for (brick, slot) in (0..).zip(slots) {
-            table[self.index(*slot)] = brick;
+    /// Is a slot without a brick inside?
+    fn is_slot_inside(&self, slot: [u32; 3]) -> bool {
+        match &self.sides {
+            SlotSides::FirstNodes => self.nodes[corner_node(self.counts, slot, 0)].is_sign_negative(),
+            SlotSides::Own(slots) | SlotSides::WithNodes(slots) => slots[self.index(slot)],
         }
+    }
+
+    /// Index of the brick in each slot.
+    pub(super) fn table(&self, slots: &[[u32; 3]]) -> Blocks<u32> {
+        let mut table =
+            Blocks::new(self.counts, NO_BRICK).expect("a lattice has fewer blocks of slots than u32 counts");
+        (0..).zip(slots).for_each(|(brick, slot)| table.set(*slot, brick));
         table
     }
 
     /// Slots around the coarse nodes where the sign may jump: there the slots that may be empty, and the node, are not all on one side.
     ///
     /// With `may_be_empty` true of the slots without a brick alone, these are the slots whose bricks close the mesh.
-    pub(super) fn slots_at_sign_jumps(&self, may_be_empty: impl Fn(usize) -> bool + Sync) -> BTreeSet<usize> {
-        let side = |slot: &usize| self.are_slots_inside[*slot];
+    pub(super) fn slots_at_sign_jumps(&self, may_be_empty: impl Fn([u32; 3]) -> bool + Sync) -> BTreeSet<usize> {
+        let side = |slot: &[u32; 3]| self.is_slot_inside(*slot);
         let jumps_at = |index: usize, node: [u32; 3]| {
-            let node_side = self.are_nodes_inside.as_ref().map(|nodes| nodes[index]);
+            let has_side = matches!(self.sides, SlotSides::WithNodes(_));
+            let node_side = has_side.then(|| self.nodes[index].is_sign_negative());
+            let around = || slots_around_node(self.counts, node);
             // Most nodes are far from the surface.
-            if are_all_equal(slots_around(self.counts, node).map(|slot| side(&slot)).chain(node_side)) {
+            if are_all_equal(around().map(|slot| side(&slot)).chain(node_side)) {
                 return Vec::new();
             }
-            let around: Vec<usize> = slots_around(self.counts, node).filter(|slot| may_be_empty(*slot)).collect();
+            let around: Vec<[u32; 3]> = around().filter(|slot| may_be_empty(*slot)).collect();
             if are_all_equal(around.iter().map(side).chain(node_side)) { Vec::new() } else { around }
         };
-        map_coarse_nodes(self.counts, jumps_at).into_iter().flatten().collect()
+        let [row, rows, _] = self.counts.map(|n| n as usize + 1);
+        let node = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        let jumps = sdf_parallel::map_chunks(self.nodes.len(), |nodes| {
+            nodes.flat_map(|index| jumps_at(index, node(index))).map(|slot| self.index(slot)).collect::<Vec<_>>()
+        });
+        jumps.into_iter().flatten().collect()
     }
 
     /// Values of the coarse grid. The sign of a node is that of the slots around it without a brick.
-    pub(super) fn into_values(self, table: &[u32]) -> Vec<f32> {
-        let Self { counts, magnitudes, are_slots_inside, .. } = self;
-        map_coarse_nodes(counts, |index, node| {
-            let without_brick = slots_around(counts, node).find(|slot| table[*slot] == NO_BRICK);
-            let signed = |slot: usize| if are_slots_inside[slot] { -magnitudes[index] } else { magnitudes[index] };
-            without_brick.map_or(0.0, signed)
-        })
+    pub(super) fn into_values(mut self, table: &Blocks<u32>) -> Vec<f32> {
+        let [row, rows, layers] = self.counts.map(|n| n + 1);
+        let is_empty = |slot: &[u32; 3]| table.get(*slot) == Some(NO_BRICK);
+        // Downward: slots ask for the sides of nodes that come before.
+        for z in (0..layers).rev() {
+            for y in (0..rows).rev() {
+                for x in (0..row).rev() {
+                    let without_brick = slots_around_node(self.counts, [x, y, z]).find(is_empty);
+                    let is_inside = without_brick.map(|slot| self.is_slot_inside(slot));
+                    let node = &mut self.nodes[corner_node(self.counts, [x, y, z], 0)];
+                    *node = is_inside.map_or(0.0, |is_inside| with_side(node.abs(), is_inside));
+                }
+            }
+        }
+        self.nodes
     }
 }
 
@@ -86,20 +115,37 @@ fn are_all_equal(mut sides: impl Iterator<Item = bool>) -> bool {
     sides.all(|side| Some(side) == first)
 }
 
+/// A magnitude with the sign of its side.
+pub(super) fn with_side(magnitude: f32, is_inside: bool) -> f32 {
+    if is_inside { -magnitude } else { magnitude }
+}
+
 pub(super) fn slot_index([row, rows, _]: [u32; 3], [x, y, z]: [u32; 3]) -> usize {
     (z as usize * rows as usize + y as usize) * row as usize + x as usize
 }
 
-/// Indices of the slots around a coarse node, at most eight.
-pub(super) fn slots_around(counts: [u32; 3], node: [u32; 3]) -> impl Iterator<Item = usize> {
+/// Index of the coarse node at a corner of a slot.
+pub(super) fn corner_node(counts: [u32; 3], slot: [u32; 3], corner: u32) -> usize {
+    let [row, rows, _] = counts.map(|n| n as usize + 1);
+    let [x, y, z]: [usize; 3] = std::array::from_fn(|axis| (slot[axis] + (corner >> axis & 1)) as usize);
+    (z * rows + y) * row + x
+}
+
+/// The slots around a coarse node, at most eight; first the one that begins there.
+fn slots_around_node(counts: [u32; 3], node: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     (0..8_u32).filter_map(move |corner| {
         let slot: [Option<u32>; 3] = std::array::from_fn(|axis| {
             let slot = node[axis].checked_sub(corner >> axis & 1)?;
             (slot < counts[axis]).then_some(slot)
         });
         let [Some(x), Some(y), Some(z)] = slot else { return None };
-        Some(slot_index(counts, [x, y, z]))
+        Some([x, y, z])
     })
+}
+
+/// Indices of the slots around a coarse node, at most eight.
+pub(super) fn slots_around(counts: [u32; 3], node: [u32; 3]) -> impl Iterator<Item = usize> {
+    slots_around_node(counts, node).map(move |slot| slot_index(counts, slot))
 }
 
 /// The results of `map` for all nodes of the coarse grid with their indices, x fastest: one more along each axis than there are slots.

@@ -11,7 +11,6 @@
 use sdf_core::grid::sparse::{NO_BRICK, Scale};
 use sdf_core::hilbert::hilbert_index;
 
-use super::coarse_map::CoarseMap;
 use super::splat::{BLOCK, BrickRecord};
 use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker};
 
@@ -49,8 +48,6 @@ pub struct BakedPart {
     pub near: BrickColumns,
     /// Bricks that may close an open mesh, in Hilbert order; their samples come after the others.
     pub closing: BrickColumns,
-    /// The coarse grid of all parts.
-    pub coarse: CoarseMap,
 }
 
 impl BrickColumns {
@@ -101,14 +98,15 @@ impl SparseBaker<'_> {
             near.append(columns);
             take(samples)?;
         }
-        let coarse = map.coarse_map();
+        let coarse = map.coarse();
         let table = coarse.table(&near.slots);
-        let is_own = |index: usize| stretch.contains(hilbert_index(map.slot(index)));
-        let may_be_empty = |index: usize| {
-            let is_known = is_own(index) || !map.may_need_brick(index);
-            table[index] == NO_BRICK && (is_known || map.may_have_no_brick(index))
+        let is_own = |slot: [u32; 3]| stretch.contains(hilbert_index(slot));
+        let may_be_empty = |slot: [u32; 3]| {
+            let index = map.index(slot);
+            let is_known = is_own(slot) || !map.may_need_brick(index);
+            table.get(slot) == Some(NO_BRICK) && (is_known || map.may_have_no_brick(index))
         };
-        let at_jumps = coarse.slots_at_sign_jumps(may_be_empty).into_iter().filter(|index| is_own(*index));
+        let at_jumps = coarse.slots_at_sign_jumps(may_be_empty).into_iter().filter(|index| is_own(map.slot(*index)));
         let mut at_jumps: Vec<usize> = at_jumps.collect();
         at_jumps.sort_unstable_by_key(|index| hilbert_index(map.slot(*index)));
         let mut closing = BrickColumns::default();
@@ -118,7 +116,7 @@ impl SparseBaker<'_> {
             closing.append(columns);
             take(samples)?;
         }
-        Ok(BakedPart { near, closing, coarse })
+        Ok(BakedPart { near, closing })
     }
 
     /// Slots that may need a brick, in Hilbert order.

@@ -30,7 +30,6 @@ impl BrickSamples<u16> for Shelf {
 fn joined(baker: &SparseBaker, count: u32, slots_at_a_time: usize, bricks_at_a_time: usize) -> SparseGrid<u16> {
     let (mut near, mut closing) = (BrickColumns::default(), BrickColumns::default());
     let (mut near_samples, mut closing_samples) = (vec![], vec![]);
-    let mut coarse = None;
     for index in 0..count {
         let mut samples = vec![];
         let mut take = |codes: Vec<u16>| {
@@ -43,19 +42,16 @@ fn joined(baker: &SparseBaker, count: u32, slots_at_a_time: usize, bricks_at_a_t
         near_samples.extend(samples);
         near.append(part.near);
         closing.append(part.closing);
-        assert!(coarse.is_none_or(|coarse| coarse == part.coarse));
-        coarse = Some(part.coarse);
     }
     near_samples.extend(closing_samples);
     let shelf = Shelf(near_samples);
-    let parts = BakedPart { near, closing, coarse: coarse.unwrap() };
-    let unbounded = UnboundedGrid::new(baker.lattice(), baker.band(), baker.is_continuous(), parts);
+    let (parts, coarse) = (BakedPart { near, closing }, baker.coarse_map().clone());
+    let unbounded = UnboundedGrid::new(baker.lattice(), baker.band(), baker.is_continuous(), parts, coarse);
     assert_eq!(unbounded.missing(), None);
     let Ok((grid, sources)) = unbounded.bounded(&shelf, bricks_at_a_time);
-    let SparseGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, .. } = grid;
-    let places: Vec<u32> = (0..slots.len() as u32).map(|brick| sources.place(brick)).collect();
+    let places: Vec<u32> = (0..grid.slots.len() as u32).map(|brick| sources.place(brick)).collect();
     let Ok(samples) = shelf.read(&places);
-    SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
+    grid.with_samples(samples)
 }
 
 #[test]

@@ -25,6 +25,13 @@ pub(super) fn brick_slot([x, y, z]: [u32; 3]) -> [u32; 3] {
     [x / BRICK, y / BRICK, z / BRICK]
 }
 
+/// Index of a point in a list of all points of a box, x fastest.
+#[inline(always)]
+pub(super) fn index_in([count_x, count_y, _]: [u32; 3], at: [u32; 3]) -> usize {
+    let [x, y, z] = at.map(|index| index as usize);
+    z.wrapping_mul(count_y as usize).wrapping_add(y).wrapping_mul(count_x as usize).wrapping_add(x)
+}
+
 /// Encoding of a stored sample.
 pub trait Code: Copy {
     /// The sample. `scale` is that of its brick.

@@ -6,9 +6,10 @@
 
 use alloc::vec::Vec;
 
+pub use super::blocks::Blocks;
 pub use super::error_regions::{ErrorRegion, ErrorRegions};
 pub use super::kind::{Layout, Precision};
-use super::sparse::{Bricks, Code, NO_BRICK, Scale, Sparse, brick_counts};
+use super::sparse::{BRICK_SAMPLES, BrickData, Code, NO_BRICK, Scale, Sparse, UNREAD, brick_counts};
 use super::{BlockBounds, Dense, Grid, Lattice, Sampling, Storage, WithBlockBounds};
 use crate::ErrorBound;
 use crate::number::Float;
@@ -51,26 +52,26 @@ impl OwnedStorage {
     pub fn dense_blocks<C: BlockCode>(lattice: &Lattice, blocks: DenseBlocks<C>) -> Option<Self> {
         let DenseBlocks { slots, scales, samples, bounds } = blocks;
         let counts = brick_counts(lattice);
-        let count = |more: usize| counts.iter().try_fold(1, |n: usize, along| n.checked_mul(*along as usize + more));
+        let slot_count = counts.iter().try_fold(1, |count: usize, along| count.checked_mul(*along as usize))?;
         // Before memory is taken for what follows from their number.
-        if Some(slots.len()) != count(0) || slots.len() != scales.len() {
+        if slots.len() != slot_count || slots.len() != scales.len() {
             return None;
         }
-        let (table, errors) = (OwnedBricks::<C>::table_of(counts, &slots), Vec::new());
-        let coarse = alloc::vec![0.0; count(1)?];
+        let (table, coarse, errors) =
+            (OwnedBricks::<C>::table_of(counts, &slots)?, no_coarse_grid(lattice)?, Vec::new());
         let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
-        Self::dense_bricks(Sparse::new(lattice, bricks)?)
+        Self::dense_bricks(bricks.into_storage(lattice)?)
     }
 
     /// Codes at every node, in bricks. `None` unless each slot has one.
     pub fn dense_bricks<C: BlockCode>(bricks: Sparse<OwnedBricks<C>>) -> Option<Self> {
-        let is_full = bricks.bricks().table.iter().all(|brick| *brick != NO_BRICK);
+        let is_full = bricks.bricks().table.iter().all(|brick| brick != NO_BRICK);
         is_full.then(|| C::dense_storage(bricks))
     }
 
     /// Bricks of any precision. `None` unless they fit together as [`Sparse::new`] asks.
     pub fn sparse<C: OwnedCode>(lattice: &Lattice, bricks: OwnedBricks<C>) -> Option<Self> {
-        Sparse::new(lattice, bricks).map(C::storage)
+        bricks.into_storage(lattice).map(C::storage)
     }
 
     /// Dense or sparse.
@@ -224,8 +225,8 @@ impl Storage for OwnedStorage {
 /// The bricks of a sparse grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedBricks<C> {
-    /// For each brick slot of the lattice, x fastest: the index of its brick, or [`NO_BRICK`].
-    pub table: Vec<u32>,
+    /// For each brick slot of the lattice: the index of its brick, or [`NO_BRICK`].
+    pub table: Blocks<u32>,
     /// For each brick its slot, counted in bricks from the first node.
     pub slots: Vec<[u32; 3]>,
     /// For each brick.
@@ -237,49 +238,79 @@ pub struct OwnedBricks<C> {
     /// For each brick, over the cells whose first corner it holds: bound of |interpolant − signed distance| where the
     /// distance is within the band.
     pub errors: Vec<f32>,
-    /// The coarse grid, x fastest: one node more along each axis than there are slots.
-    pub coarse: Vec<f32>,
+    /// The coarse grid: one node more along each axis than there are slots. Nodes that were not read are [`UNREAD`].
+    pub coarse: Blocks<f32>,
 }
 
 impl<C: Code> OwnedBricks<C> {
-    /// The table of slots for bricks that stand in these slots, in this order. `counts` are the slots along each axis.
-    pub fn table_of(counts: [u32; 3], slots: &[[u32; 3]]) -> Vec<u32> {
-        let [x, y, z] = counts.map(|n| n as usize);
-        let mut table = alloc::vec![NO_BRICK; x * y * z];
-        for (brick, slot) in slots.iter().enumerate() {
-            let [i, j, k] = slot.map(|index| index as usize);
-            if let Some(entry) = table.get_mut((k * y + j) * x + i) {
-                *entry = brick as u32;
-            }
-        }
-        table
+    /// The table of slots for bricks that stand in these slots, in this order. `counts` are the slots along each axis. `None` if there
+    /// are too many.
+    pub fn table_of(counts: [u32; 3], slots: &[[u32; 3]]) -> Option<Blocks<u32>> {
+        let mut table = Blocks::new(counts, NO_BRICK)?;
+        (0..).zip(slots).for_each(|(brick, slot)| table.set(*slot, brick));
+        Some(table)
+    }
+
+    /// The coarse grid of samples at all of its nodes, x fastest. `counts` are the slots along each axis. `None` unless they fit.
+    pub fn coarse_of(counts: [u32; 3], samples: &[f32]) -> Option<Blocks<f32>> {
+        Blocks::from_dense(coarse_counts(counts)?, UNREAD, samples)
+    }
+
+    /// The storage of these arrays. `None` unless they fit the lattice and each other: as [`Sparse::new`] asks of slices.
+    pub fn into_storage(self, lattice: &Lattice) -> Option<Sparse<Self>> {
+        let samples = self.scales.len().checked_mul(BRICK_SAMPLES);
+        if samples == Some(self.samples.len()) { self.into_storage_of_first_samples(lattice) } else { None }
+    }
+
+    /// As [`into_storage`](Self::into_storage), but only the first bricks need have samples: the others have bounds, and a meaningless
+    /// value.
+    pub fn into_storage_of_first_samples(self, lattice: &Lattice) -> Option<Sparse<Self>> {
+        let (slots, scales) = (brick_counts(lattice), self.scales.len());
+        let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales;
+        let fits = self.table.counts() == slots
+            && Some(self.coarse.counts()) == coarse_counts(slots)
+            && self.bounds.len() == scales
+            && self.table.common() == Some(NO_BRICK)
+            && self.table.kept().iter().all(in_range);
+        fits.then(|| Sparse::of_checked(lattice, self))
     }
 }
 
-impl<C: Code> Bricks for OwnedBricks<C> {
+/// The coarse grid of a dense one, which nothing reads. `None` if there are too many slots.
+pub fn no_coarse_grid(lattice: &Lattice) -> Option<Blocks<f32>> {
+    Blocks::new(coarse_counts(brick_counts(lattice))?, 0.0)
+}
+
+/// Nodes of the coarse grid along each axis, one more than slots; `None` on overflow.
+fn coarse_counts(slots: [u32; 3]) -> Option<[u32; 3]> {
+    let [x, y, z] = slots.map(|count| count.checked_add(1));
+    Some([x?, y?, z?])
+}
+
+impl<C: Code> BrickData for OwnedBricks<C> {
     type Code = C;
-    #[inline]
-    fn table(&self) -> &[u32] {
-        &self.table
+    #[inline(always)]
+    fn table_entry(&self, slot: [u32; 3], _counts: [u32; 3]) -> Option<u32> {
+        self.table.get(slot)
     }
-    #[inline]
-    fn scales(&self) -> &[Scale] {
-        &self.scales
+    #[inline(always)]
+    fn scale(&self, brick: usize) -> Option<Scale> {
+        self.scales.get(brick).copied()
     }
-    #[inline]
-    fn samples(&self) -> &[C] {
+    #[inline(always)]
+    fn codes(&self) -> &[C] {
         &self.samples
     }
-    #[inline]
-    fn bounds(&self) -> &[BlockBounds] {
-        &self.bounds
+    #[inline(always)]
+    fn bounds_of_brick(&self, brick: usize) -> Option<BlockBounds> {
+        self.bounds.get(brick).copied()
     }
-    #[inline]
-    fn coarse(&self) -> &[f32] {
-        &self.coarse
+    #[inline(always)]
+    fn coarse_sample(&self, node: [u32; 3], _counts: [u32; 3]) -> Option<f32> {
+        self.coarse.get(node)
     }
-    #[inline]
-    fn errors(&self) -> &[f32] {
-        &self.errors
+    #[inline(always)]
+    fn error_of_brick(&self, brick: usize) -> Option<f32> {
+        self.errors.get(brick).copied()
     }
 }

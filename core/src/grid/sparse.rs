@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 
 use super::block_bounds::{merge_blocks, merge_slots};
 use super::brick::brick_slot;
+use super::brick::index_in;
 pub use super::brick::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use super::{BlockBounds, Lattice, Sampling, Storage, cell_slope, trilinear};
 use crate::ErrorBound;
@@ -60,16 +61,16 @@ pub struct BrickSlices<'a, C> {
 pub trait BrickData {
     /// Encoding of the samples.
     type Code: Code;
-    /// See [`Bricks::table`].
-    fn table_entry(&self, slot: usize) -> Option<u32>;
+    /// See [`Bricks::table`]. `counts` are the slots along each axis.
+    fn table_entry(&self, slot: [u32; 3], counts: [u32; 3]) -> Option<u32>;
     /// See [`Bricks::scales`].
     fn scale(&self, brick: usize) -> Option<Scale>;
     /// See [`Bricks::samples`].
     fn codes(&self) -> &[Self::Code];
     /// See [`Bricks::bounds`].
     fn bounds_of_brick(&self, brick: usize) -> Option<BlockBounds>;
-    /// See [`Bricks::coarse`].
-    fn coarse_sample(&self, index: usize) -> Option<f32>;
+    /// See [`Bricks::coarse`]. `counts` are the nodes of the coarse grid along each axis.
+    fn coarse_sample(&self, node: [u32; 3], counts: [u32; 3]) -> Option<f32>;
     /// See [`Bricks::errors`].
     fn error_of_brick(&self, brick: usize) -> Option<f32>;
 }
@@ -77,8 +78,8 @@ pub trait BrickData {
 impl<B: Bricks> BrickData for B {
     type Code = B::Code;
     #[inline(always)]
-    fn table_entry(&self, slot: usize) -> Option<u32> {
-        self.table().get(slot).copied()
+    fn table_entry(&self, slot: [u32; 3], counts: [u32; 3]) -> Option<u32> {
+        self.table().get(index_in(counts, slot)).copied()
     }
     #[inline(always)]
     fn scale(&self, brick: usize) -> Option<Scale> {
@@ -93,8 +94,8 @@ impl<B: Bricks> BrickData for B {
         self.bounds().get(brick).copied()
     }
     #[inline(always)]
-    fn coarse_sample(&self, index: usize) -> Option<f32> {
-        self.coarse().get(index).copied()
+    fn coarse_sample(&self, node: [u32; 3], counts: [u32; 3]) -> Option<f32> {
+        self.coarse().get(index_in(counts, node)).copied()
     }
     #[inline(always)]
     fn error_of_brick(&self, brick: usize) -> Option<f32> {
@@ -161,18 +162,13 @@ impl<B: Bricks> Sparse<B> {
     /// slots along each axis, every entry [`NO_BRICK`] or the number of a brick, and one scale, one bound and
     /// [`BRICK_SAMPLES`] samples per brick.
     pub fn new(lattice: &Lattice, bricks: B) -> Option<Self> {
-        let samples = bricks.scales().len().checked_mul(BRICK_SAMPLES);
-        if samples == Some(bricks.samples().len()) { Self::with_first_samples(lattice, bricks) } else { None }
-    }
-
-    /// As [`new`](Self::new), but only the first bricks need have samples: the others have bounds, and a meaningless value.
-    pub fn with_first_samples(lattice: &Lattice, bricks: B) -> Option<Self> {
         let slot_counts = brick_counts(lattice);
         let count =
             |more: usize| slot_counts.iter().try_fold(1, |n: usize, slots| n.checked_mul(*slots as usize + more));
         let scales = bricks.scales().len();
         let in_range = |brick: &u32| *brick == NO_BRICK || (*brick as usize) < scales;
         let fits = Some(bricks.table().len()) == count(0)
+            && scales.checked_mul(BRICK_SAMPLES) == Some(bricks.samples().len())
             && Some(bricks.coarse().len()) == count(1)
             && bricks.bounds().len() == scales
             && bricks.table().iter().all(in_range);
@@ -181,14 +177,19 @@ impl<B: Bricks> Sparse<B> {
 }
 
 impl<B: BrickData> Sparse<B> {
-    /// The storage of arrays that fit the lattice and each other: see [`Sparse::new`].
-    pub(super) fn of_checked(lattice: &Lattice, bricks: B) -> Self {
+    /// The storage of arrays that fit the lattice and each other: see [`Sparse::new`]. Of others, values mean nothing.
+    pub fn of_checked(lattice: &Lattice, bricks: B) -> Self {
         Self { slot_counts: brick_counts(lattice), spacing: lattice.spacing(), bricks }
     }
 
     /// The arrays.
     pub fn bricks(&self) -> &B {
         &self.bricks
+    }
+
+    /// The arrays, taken out.
+    pub fn into_bricks(self) -> B {
+        self.bricks
     }
 
     /// Number of the brick in a slot; `None` where the slot is empty or outside the lattice.
@@ -199,10 +200,7 @@ impl<B: BrickData> Sparse<B> {
 
     #[inline(always)]
     fn brick_in_slot(&self, slot: [u32; 3]) -> Option<usize> {
-        let [count_x, count_y, _] = self.slot_counts.map(|n| n as usize);
-        let [x, y, z] = slot.map(|index| index as usize);
-        let slot = z.wrapping_mul(count_y).wrapping_add(y).wrapping_mul(count_x).wrapping_add(x);
-        let brick = self.bricks.table_entry(slot).unwrap_or(NO_BRICK);
+        let brick = self.bricks.table_entry(slot, self.slot_counts).unwrap_or(NO_BRICK);
         (brick != NO_BRICK).then_some(brick as usize)
     }
 
@@ -236,12 +234,12 @@ impl<B: BrickData> Sparse<B> {
 
     /// Corners of the coarse cell that covers a slot, in the order of [`Storage::corners`].
     pub fn coarse_corners(&self, slot: [u32; 3]) -> [f32; 8] {
-        let [count_x, count_y, _] = self.slot_counts.map(|n| (n as usize).wrapping_add(1));
-        let [x, y, z] = slot.map(|index| index as usize);
+        let counts = self.slot_counts.map(|n| n.wrapping_add(1));
+        let [x, y, z] = slot;
         core::array::from_fn(|corner| {
-            let [x, y, z] = [x.wrapping_add(corner & 1), y.wrapping_add(corner >> 1 & 1), z.wrapping_add(corner >> 2)];
-            let index = z.wrapping_mul(count_y).wrapping_add(y).wrapping_mul(count_x).wrapping_add(x);
-            self.bricks.coarse_sample(index).unwrap_or(0.0)
+            let corner = corner as u32;
+            let node = [x.wrapping_add(corner & 1), y.wrapping_add(corner >> 1 & 1), z.wrapping_add(corner >> 2)];
+            self.bricks.coarse_sample(node, counts).unwrap_or(0.0)
         })
     }
 
@@ -285,6 +283,9 @@ impl<B: BrickData> Sparse<B> {
         stored.unwrap_or_else(|| {
             let corners = self.coarse_corners(slot);
             let Interval { lower, upper } = range_of(corners);
+            if lower == UNREAD {
+                return BlockBounds { range: Interval { lower, upper }, slope_bound: f32::INFINITY };
+            }
             let Self { spacing, .. } = *self;
             let rounding = INTERPOLATION * f64::from(f32::EPSILON) * f64::from(upper.max(-lower)) / spacing;
             let slope_bound = (cell_slope(corners, spacing * f64::from(BRICK)) + rounding) as f32;
@@ -293,13 +294,16 @@ impl<B: BrickData> Sparse<B> {
     }
 }
 
+/// A coarse node that was not read from its file. Slots around it have bounds that hold for any value.
+pub const UNREAD: f32 = f32::NEG_INFINITY;
+
 /// The lowest and the highest of the samples at the corners of a cell.
 #[inline(always)]
 fn range_of(corners: [f32; 8]) -> Interval<f32> {
     // As `min` and `max` for what is not NaN, in one instruction each.
     let lower = corners.into_iter().fold(f32::INFINITY, |lower, x| if x < lower { x } else { lower });
     let upper = corners.into_iter().fold(f32::NEG_INFINITY, |upper, x| if upper < x { x } else { upper });
-    Interval { lower, upper }
+    Interval { lower, upper: if lower == UNREAD { f32::INFINITY } else { upper } }
 }
 
 impl<B: BrickData> Sparse<B> {

@@ -3,11 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use sdf_bake::sparse::{BakedPart, BrickColumns, BrickSamples, CoarseMap, Quantize, SparseGrid, UnboundedGrid};
+use sdf_bake::sparse::{
+    BakedPart, BoundedGrid, BrickColumns, BrickSamples, CoarseMap, Quantize, SlotSides, UnboundedGrid,
+};
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::Precision;
 use sdf_formats::atomic_write;
-use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables};
+use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables, Sides};
 use sdf_formats::grid_file::{About, DeepValues, GridFault, GridFileError, Samples, SparseSamples};
 
 use super::TOOL;
@@ -74,15 +76,15 @@ where
     for<'a> Samples<'a>: From<SparseSamples<'a, C>>,
 {
     let PartInfo { lattice, band, precision, is_sign_continuous, about, .. } = parts.info().clone();
-    let baked = baked_part(&lattice, parts.take_tables())?;
-    let unbounded = UnboundedGrid::new(&lattice, band, is_sign_continuous, baked);
+    let (baked, coarse) = baked_part(&lattice, parts.take_tables())?;
+    let unbounded = UnboundedGrid::new(&lattice, band, is_sign_continuous, baked, coarse);
     if let Some(slot) = unbounded.missing() {
         return Err(
             GridFault::DoesNotJoin(format!("its parts lack the brick of slot {slot:?}: bake them again")).into()
         );
     }
     let (grid, sources) = unbounded.bounded(&SamplesOfParts(&parts), at_a_time)?;
-    let SparseGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, .. } = grid;
+    let BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound } = grid;
     drop(table);
     let about = About { slope_bound, error_bound, ..about };
     let mesh = parts.mesh()?;
@@ -102,7 +104,7 @@ where
     Ok(GridOnDisk { lattice, info, precision, slope_bound, slots, errors, is_proven: is_sign_continuous })
 }
 
-fn baked_part(lattice: &Lattice, tables: PartTables) -> Result<BakedPart, GridFault> {
+fn baked_part(lattice: &Lattice, tables: PartTables) -> Result<(BakedPart, CoarseMap), GridFault> {
     let PartTables { near, mut slots, mut scales, mut roundings, mut interpolations, .. } = tables;
     let closing = BrickColumns {
         slots: slots.split_off(near),
@@ -111,11 +113,15 @@ fn baked_part(lattice: &Lattice, tables: PartTables) -> Result<BakedPart, GridFa
         interpolations: interpolations.split_off(near),
     };
     let near = BrickColumns { slots, scales, roundings, interpolations };
-    let node_sides = Some(tables.node_sides).filter(|sides| !sides.is_empty());
-    let coarse = CoarseMap::new(lattice, tables.magnitudes, tables.slot_sides, node_sides);
+    let sides = match tables.sides {
+        Sides::FirstNodes => SlotSides::FirstNodes,
+        Sides::Slots => SlotSides::Own(tables.slot_sides),
+        Sides::SlotsAndNodes => SlotSides::WithNodes(tables.slot_sides),
+    };
+    let coarse = CoarseMap::new(lattice, tables.coarse, sides);
     let coarse =
         coarse.ok_or_else(|| GridFault::Damaged("the parts' shares of the coarse grid do not add up".to_owned()))?;
-    Ok(BakedPart { near, closing, coarse })
+    Ok((BakedPart { near, closing }, coarse))
 }
 
 /// The samples of joined parts.

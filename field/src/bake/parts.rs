@@ -8,13 +8,13 @@
 use std::io;
 use std::path::Path;
 
-use sdf_bake::sparse::{BakedPart, BrickColumns, BrickShard, Quantize, SparseBaker};
+use sdf_bake::sparse::{BakedPart, BrickColumns, BrickShard, Quantize, SlotSides, SparseBaker};
 use sdf_bake::{MeshDistance, MeshReport, Topology, TriangleMesh};
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_formats::atomic_write;
-use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables};
+use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables, Sides};
 use sdf_formats::grid_file::{Compression, GridFileError, StoredMesh};
 
 use super::join::{Failure, join};
@@ -159,7 +159,7 @@ impl Field {
             let baker = sparse_baker(&distance, options, spacing, memory)?;
             memory.require_streamed(&baker, options.precision.unwrap_or(Precision::U16))?;
             let part = Part { mesh: &mesh, distance: &distance, options, target, shard };
-            let written = atomic_write(target.path, |temporary| part.write(&baker, temporary, on_progress));
+            let written = atomic_write(target.path, |temporary| part.write(baker, temporary, on_progress));
             let grid = written.map_err(|failure: Failure| failure.at(target.path))?;
             Ok(BakedFile { grid, mesh: mesh.report(), topology: *distance.topology() })
         })
@@ -199,8 +199,7 @@ fn stream(
     let write = |temporary: &Path| {
         // In the folder that is removed with the temporary file.
         let path = temporary.with_file_name("part");
-        part.write(&baker, &path, on_progress)?;
-        drop(baker);
+        part.write(baker, &path, on_progress)?;
         join(JoinedParts::open(&[path])?, temporary, target.memory().bricks_at_a_time())
     };
     atomic_write(target.path, write).map_err(|failure: Failure| failure.at(target.path))
@@ -218,7 +217,7 @@ struct Part<'a> {
 impl Part<'_> {
     fn write(
         &self,
-        baker: &SparseBaker,
+        baker: SparseBaker,
         path: &Path,
         on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<GridOnDisk, Failure> {
@@ -253,7 +252,7 @@ impl Part<'_> {
 
 /// Bakes bricks; `take` receives their samples.
 fn tables<C: Quantize>(
-    baker: &SparseBaker,
+    baker: SparseBaker,
     shard: BrickShard,
     at_a_time: usize,
     take: &mut dyn FnMut(Codes) -> io::Result<()>,
@@ -263,12 +262,16 @@ where
     Codes: From<Vec<C>>,
 {
     let mut take = |samples: Vec<C>| take(samples.into());
-    let BakedPart { near: mut bricks, closing, coarse } =
+    let BakedPart { near: mut bricks, closing } =
         baker.bake_part::<C, io::Error>(shard, at_a_time, &mut take, on_slots_done)?;
     let near = bricks.slots.len();
     bricks.append(closing);
     let BrickColumns { slots, scales, roundings, interpolations } = bricks;
-    let (magnitudes, slot_sides, node_sides) = coarse.into_parts();
-    let node_sides = node_sides.unwrap_or_default();
-    Ok(PartTables { near, slots, scales, roundings, interpolations, magnitudes, slot_sides, node_sides })
+    let (coarse, sides) = baker.into_coarse_map().into_parts();
+    let (sides, slot_sides) = match sides {
+        SlotSides::FirstNodes => (Sides::FirstNodes, vec![]),
+        SlotSides::Own(slots) => (Sides::Slots, slots),
+        SlotSides::WithNodes(slots) => (Sides::SlotsAndNodes, slots),
+    };
+    Ok(PartTables { near, slots, scales, roundings, interpolations, coarse, sides, slot_sides })
 }

@@ -10,7 +10,7 @@ mod tree;
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedGrid, OwnedStorage};
-use sdf_core::grid::sparse::{BRICK, Bricks, Sparse};
+use sdf_core::grid::sparse::{BRICK, BrickData, Sparse};
 use sdf_core::{Interval, Sdf};
 
 use bytes::Writer;
@@ -64,19 +64,19 @@ pub fn nvdb(grid: &OwnedGrid, name: &str, band: f64) -> Option<Vec<u8>> {
     }
 }
 
-fn write_blocks<B: Bricks + Sync>(
+fn write_blocks<B: BrickData + Sync>(
     lattice: &Lattice,
     name: &str,
     band: f64,
     blocks: &Sparse<B>,
     dense_slot: impl Fn(Interval<f32>) -> Slot,
 ) -> Option<Vec<u8>> {
-    let range = |slot| blocks.brick_at(slot).map(|block| blocks.bricks().bounds()[block].range);
-    let slot = |slot| range(slot).map_or(Slot::Outside, &dense_slot);
+    let range = |slot| blocks.brick_at(slot).and_then(|block| blocks.bricks().bounds_of_brick(block));
+    let slot = |slot| range(slot).map_or(Slot::Outside, |bounds| dense_slot(bounds.range));
     write(lattice, name, band, slot, |node| blocks.node(node))
 }
 
-fn write_sparse<B: Bricks + Sync>(lattice: &Lattice, name: &str, band: f64, sparse: &Sparse<B>) -> Option<Vec<u8>> {
+fn write_sparse<B: BrickData + Sync>(lattice: &Lattice, name: &str, band: f64, sparse: &Sparse<B>) -> Option<Vec<u8>> {
     let slot = |slot| {
         if sparse.brick_at(slot).is_some() {
             Slot::Leaf

@@ -9,11 +9,15 @@
 //! stored.
 
 use sdf_core::EnclosedSdf;
+use sdf_core::grid::owned::Blocks;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{Grid, Lattice, Storage};
 use sdf_core::{Aabb, Sdf};
 
 use crate::hdf5::Tile;
+
+/// A file has bounds of all blocks, or a table of as many.
+const FITS: &str = "the file's own tables have as many blocks";
 
 /// Error of a query point in f32, relative to the largest coordinate: a minimizer's point and its steps from the origin
 /// are off by three half roundings.
@@ -26,13 +30,19 @@ const NORMAL_REACH: u32 = 2;
 /// [`sdf_core::contact`] allows for in f32.
 const CULL_ERROR: f64 = 64.0 * f32::EPSILON as f64;
 
-/// For each block of [`BRICK`] nodes along each axis: how many regions need it.
+/// Blocks of which there are more are counted in groups of 8 × 8 × 8: of a box larger than [`is_small`] whole groups are needed.
+const MAX_COUNTED: usize = 1 << 22;
+
+/// The blocks of [`BRICK`] nodes along each axis that regions need.
 pub(super) struct BlockMask {
-    /// Counters along x, y and z: one more than there are blocks.
+    /// Blocks of small boxes.
+    is_marked: Blocks<bool>,
+    /// Counters along x, y and z: one more than there are groups of blocks.
     counts: [usize; 3],
+    /// For each group of blocks: how many of the larger boxes need it. Empty until there is one.
     region_counts: Vec<u32>,
-    /// Blocks already known to be needed, before the sums are taken.
-    is_marked: Vec<bool>,
+    /// A group has 2ⁿ blocks along each axis.
+    group_bits: u32,
 }
 
 impl BlockMask {
@@ -41,14 +51,13 @@ impl BlockMask {
     pub(super) fn needed(grid: &Grid<impl Storage>, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Self {
         let lattice = grid.lattice();
         let nodes = lattice.nodes();
-        let counts: [usize; 3] = std::array::from_fn(|axis| nodes[axis].div_ceil(BRICK) as usize + 1);
-        let blocks = counts.iter().product();
-        let mut mask = Self { counts, region_counts: vec![0; blocks], is_marked: vec![false; blocks] };
+        let block_counts = nodes.map(|n| n.div_ceil(BRICK));
+        let mut mask = Self::new(block_counts, MAX_COUNTED);
         let bounds = lattice.bounds();
         let max_of_lattice = max_magnitude(&bounds);
         let slope_bound = grid.slope_bound().max(1.0);
-        // Zeros, of which the system provides only what is written to.
-        let mut lower_bounds = vec![0; blocks];
+        // Bits of numbers; 0 where none is known.
+        let mut lower_bounds = Blocks::new(block_counts, 0).expect(FITS);
         // Of the last region of which nothing is left to do: its blocks, and the level that they are above.
         let mut done = None;
         for region in regions {
@@ -69,7 +78,7 @@ impl BlockMask {
                 continue;
             }
             // Outside the box values are no lower than at its border.
-            if near.is_some() && mask.is_box_above(first, last, level + rounding, grid.storage(), &mut lower_bounds) {
+            if near.is_some() && Self::is_box_above(first, last, level + rounding, grid.storage(), &mut lower_bounds) {
                 done = Some(((first, last), level + rounding));
                 continue;
             }
@@ -90,60 +99,66 @@ impl BlockMask {
         blocks(0).any(|z| blocks(1).any(|y| blocks(2).any(|x| self.contains([x, y, z]))))
     }
 
+    /// No block of so many along each axis. `max_counted`: [`MAX_COUNTED`].
+    fn new(block_counts: [u32; 3], max_counted: usize) -> Self {
+        let blocks = block_counts.iter().fold(1_usize, |count, along| count.saturating_mul(*along as usize));
+        let group_bits = if blocks > max_counted { 3 } else { 0 };
+        let counts = block_counts.map(|count| (count as usize).div_ceil(1 << group_bits) + 1);
+        let is_marked = Blocks::new(block_counts, false).expect(FITS);
+        Self { is_marked, counts, region_counts: vec![], group_bits }
+    }
+
     /// `true` if a block, given by x, y and z, is needed.
     pub(super) fn contains(&self, block: [usize; 3]) -> bool {
-        self.region_counts[self.index(block)] != 0
+        let is_counted = || self.region_counts.get(self.index(block)).is_some_and(|count| *count != 0);
+        self.is_marked.get(block.map(|index| index as u32)) == Some(true) || is_counted()
     }
 
     /// `true` if the box is small and all of its blocks are marked, so that adding it changes nothing.
     fn is_box_marked(&self, first: [usize; 3], last: [usize; 3]) -> bool {
-        let is_row_marked = |y, z| {
-            let [first, last] = [first[0], last[0]].map(|x| self.index([x, y, z]));
-            self.is_marked[first..=last].iter().all(|is_marked| *is_marked)
-        };
-        is_small(first, last) && (first[2]..=last[2]).all(|z| (first[1]..=last[1]).all(|y| is_row_marked(y, z)))
+        is_small(first, last) && blocks(first, last).all(|block| self.is_marked.get(block) == Some(true))
     }
 
     /// `true` if the box is small, and no sample of its blocks is at most `level`.
     fn is_box_above(
-        &self,
         first: [usize; 3],
         last: [usize; 3],
         level: f64,
         storage: &impl Storage,
-        lower_bounds: &mut [u32],
+        lower_bounds: &mut Blocks<u32>,
     ) -> bool {
-        let mut is_above = |block: [usize; 3]| {
-            let bits = &mut lower_bounds[self.index(block)];
-            if *bits == 0 {
-                let node = block.map(|index| index as u32 * BRICK);
+        let mut is_above = |block: [u32; 3]| {
+            let mut bits = lower_bounds.get(block).unwrap_or(0);
+            if bits == 0 {
+                let node = block.map(|index| index * BRICK);
                 let lower = storage.block_bounds(node, node).map_or(f32::NEG_INFINITY, |bounds| bounds.range.lower);
-                *bits = lower.to_bits();
+                bits = lower.to_bits();
+                lower_bounds.set(block, bits);
             }
-            f64::from(f32::from_bits(*bits)) > level
+            f64::from(f32::from_bits(bits)) > level
         };
-        let blocks = |axis: usize| first[axis]..=last[axis];
-        is_small(first, last) && blocks(2).all(|z| blocks(1).all(|y| blocks(0).all(|x| is_above([x, y, z]))))
+        is_small(first, last) && blocks(first, last).all(&mut is_above)
     }
 
-    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+    /// Index of the counter of a block.
+    fn index(&self, block: [usize; 3]) -> usize {
+        let [x, y, z] = block.map(|index| index >> self.group_bits);
         (z * self.counts[1] + y) * self.counts[0] + x
     }
 
-    /// Adds ±1 at the corners of a box of the difference array.
+    /// Marks the blocks of a small box; adds ±1 at the corners of another in the difference array.
     fn add_box(&mut self, first: [usize; 3], last: [usize; 3]) {
+        if is_small(first, last) {
+            return blocks(first, last).for_each(|block| self.is_marked.set(block, true));
+        }
+        self.region_counts.resize(self.counts.iter().product(), 0);
+        let group = 1 << self.group_bits;
         for corner in 0..8_u32 {
             let is_upper = [0, 1, 2].map(|axis| corner >> axis & 1 == 1);
-            let block = std::array::from_fn(|axis| if is_upper[axis] { last[axis] + 1 } else { first[axis] });
+            let block = std::array::from_fn(|axis| if is_upper[axis] { last[axis] + group } else { first[axis] });
             let index = self.index(block);
             let count = &mut self.region_counts[index];
             *count = if corner.count_ones() % 2 == 1 { count.wrapping_sub(1) } else { count.wrapping_add(1) };
-        }
-        if is_small(first, last) {
-            for (z, y) in (first[2]..=last[2]).flat_map(|z| (first[1]..=last[1]).map(move |y| (z, y))) {
-                let [first, last] = [first[0], last[0]].map(|x| self.index([x, y, z]));
-                self.is_marked[first..=last].fill(true);
-            }
         }
     }
 
@@ -161,10 +176,21 @@ impl BlockMask {
     }
 }
 
+/// The blocks of a box, from its first to its last.
+fn blocks(first: [usize; 3], last: [usize; 3]) -> impl Iterator<Item = [u32; 3]> {
+    let along = move |axis: usize| first[axis] as u32..=last[axis] as u32;
+    along(2).flat_map(move |z| along(1).flat_map(move |y| along(0).map(move |x| [x, y, z])))
+}
+
 /// At most three blocks along each axis, as an element of a mesh needs. In larger boxes, testing each block costs more
 /// than it saves.
 fn is_small(first: [usize; 3], last: [usize; 3]) -> bool {
     (0..3).all(|axis| last[axis] - first[axis] < 3)
+}
+
+/// First and last node that queries in a region need; `None` if the region is empty or not finite.
+pub(super) fn nodes_needed(lattice: &Lattice, region: &Aabb) -> Option<[[u32; 3]; 2]> {
+    nodes_near(lattice, region, max_magnitude(region).max(max_magnitude(&lattice.bounds())))
 }
 
 /// First and last node that a region needs; `None` if the region is empty or not finite. `magnitude` is the largest

@@ -1,7 +1,7 @@
 //! Validity of a grid's parts: before a file is written, and after one is read.
 
 use sdf_core::Interval;
-use sdf_core::grid::owned::Precision;
+use sdf_core::grid::owned::{Blocks, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use sdf_core::grid::{BlockBounds, Lattice};
 
@@ -129,19 +129,14 @@ fn all_finite<T: Element>(what: &str, elements: &[T]) -> Result<(), String> {
     }
 }
 
-/// For each brick slot, x fastest, the index of its brick or [`NO_BRICK`].
-pub(super) fn brick_table(lattice: &Lattice, slots: &[[u32; 3]]) -> Result<Vec<u32>, String> {
+/// For each brick slot the index of its brick or [`NO_BRICK`].
+pub(super) fn brick_table(lattice: &Lattice, slots: &[[u32; 3]]) -> Result<Blocks<u32>, String> {
     let counts = brick_counts(lattice);
-    let count = layout::slot_count(lattice).ok_or("too many brick slots")?;
-    let mut table = Vec::new();
-    table.try_reserve_exact(count).map_err(|_| "not enough memory for the table of brick slots")?;
-    table.resize(count, NO_BRICK);
+    let mut table = Blocks::new(counts, NO_BRICK).ok_or("too many brick slots")?;
     for (brick, slot) in slots.iter().enumerate() {
-        if (0..3).any(|axis| slot[axis] >= counts[axis]) {
+        let Some(entry) = table.get_mut(*slot) else {
             return Err(format!("brick {brick} is at {slot:?} of {counts:?} slots"));
-        }
-        let [x, y, z] = slot.map(|index| index as usize);
-        let entry = &mut table[(z * counts[1] as usize + y) * counts[0] as usize + x];
+        };
         if *entry != NO_BRICK {
             return Err(format!("bricks {entry} and {brick} are both at {slot:?}"));
         }

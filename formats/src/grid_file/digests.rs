@@ -129,6 +129,17 @@ impl Digests {
         file.rows(dataset, rows, |chunk, bytes| self.check(dataset.name(), first + chunk, bytes))
     }
 
+    /// The elements of some chunks, checked. See [`Hdf5Reader::chunks`].
+    pub(super) fn chunks<T: Element>(
+        &self,
+        file: &Hdf5Reader,
+        dataset: &Dataset<T>,
+        first: usize,
+        chunks: &[usize],
+    ) -> Result<Vec<(Tile, Vec<T>)>, ReadError> {
+        file.chunks(dataset, chunks, |chunk, bytes| self.check(dataset.name(), first + chunk, bytes))
+    }
+
     fn check(&self, name: &str, chunk: usize, bytes: &[u8]) -> Result<(), ReadError> {
         if self.checksums.matches(chunk, bytes) {
             return Ok(());

@@ -62,12 +62,40 @@ pub struct PartTables {
     pub roundings: Vec<f64>,
     /// Error of interpolating exact distances in each brick.
     pub interpolations: Vec<f64>,
-    /// Magnitudes of the coarse grid, x fastest. A file has a share of them, a slice.
-    pub magnitudes: Vec<f32>,
-    /// For each slot: is its middle inside? A file has a share.
+    /// Magnitudes of the coarse grid, x fastest, negative inside. A file has a share of them, a slice.
+    pub coarse: Vec<f32>,
+    /// Where the sides of slots are found.
+    pub sides: Sides,
+    /// For each slot: is its middle inside? Empty with [`Sides::FirstNodes`]. A file has a share.
     pub slot_sides: Vec<bool>,
-    /// For each node of the coarse grid: is it inside? Empty where pseudo-normals give the sign. A file has a share.
-    pub node_sides: Vec<bool>,
+}
+
+/// What tells on which side slots without a brick are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// The sign of a slot's first node of the coarse grid.
+    #[default]
+    FirstNodes,
+    /// The side of a slot's middle alone.
+    Slots,
+    /// The same, and nodes of the coarse grid on another side are at a jump of the sign.
+    SlotsAndNodes,
+}
+
+impl Sides {
+    const ALL: [Self; 3] = [Self::FirstNodes, Self::Slots, Self::SlotsAndNodes];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::FirstNodes => "first nodes",
+            Self::Slots => "slots",
+            Self::SlotsAndNodes => "slots and nodes",
+        }
+    }
+
+    fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|sides| sides.name() == name)
+    }
 }
 
 /// Codes of bricks, of any precision.

@@ -1,11 +1,12 @@
 //! Sparse grids: bricks of 8 × 8 × 8 samples near the surface, over a coarse grid. Dense grids of codes: a brick in every slot.
 
 use sdf_core::Aabb;
-use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{BlockCode, Layout, OwnedBricks, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{BRICK_SAMPLES, BrickSlices, Code, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::owned::{BlockCode, Blocks, Layout, OwnedBricks, OwnedStorage, Precision, no_coarse_grid};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, NO_BRICK, Scale, Sparse};
+use sdf_core::grid::{BlockBounds, Lattice};
 
 use super::block_mask::BlockMask;
+use super::coarse_reader::CoarseReader;
 use super::coding::{BrickCoding, Coding};
 use super::digests::{DatasetList, Digests, open_dataset};
 use super::header::Header;
@@ -15,15 +16,35 @@ use super::read_dense::Opened;
 use super::{GridFault, ReadCount, check, layout, layout_of};
 use crate::hdf5::{Dataset, Hdf5Reader, Object, Tile};
 
+const CHECKED: &str = "the tables were checked";
+
 /// Index of the first digest of the samples: they come first.
 const SAMPLES_DIGEST: usize = 0;
 
-/// A sparse grid, or a dense one of codes, whose samples are not read yet, but all its tables.
+/// A sparse grid, or a dense one of codes, whose samples and coarse grid are not read yet, but all tables of its bricks.
 pub(super) struct SparseReader {
     layout: Layout,
     samples: SampleDataset,
     coding: Coding,
-    tables: OwnedBricks<SamplePlaceholder>,
+    tables: BrickTables,
+    /// `None` of a dense grid.
+    coarse: Option<CoarseReader>,
+}
+
+/// What is known of bricks beside their samples, as [`OwnedBricks`] has it.
+struct BrickTables {
+    table: Blocks<u32>,
+    slots: Vec<[u32; 3]>,
+    scales: Vec<Scale>,
+    bounds: Vec<BlockBounds>,
+    errors: Vec<f32>,
+}
+
+impl BrickTables {
+    fn with_samples<C>(self, samples: Vec<C>, coarse: Blocks<f32>) -> OwnedBricks<C> {
+        let Self { table, slots, scales, bounds, errors } = self;
+        OwnedBricks { table, slots, scales, samples, bounds, errors, coarse }
+    }
 }
 
 pub(super) enum SampleDataset {
@@ -60,39 +81,57 @@ impl SparseReader {
         };
         let mesh = MeshReader::open(file, sdf, header, &mut datasets)?;
         let digests = datasets.read_digests(file, sdf, header)?;
-        // The coarse grid first: it has more numbers than the brick table, so a file that holds it justifies the
-        // table's memory. So do the slots of a dense grid.
+        // The coarse grid's chunks are all there: a file that holds them justifies the memory of a table of slots. So do the slots of a
+        // dense grid.
         let (errors, coarse) = match more {
             None => (vec![], None),
             Some((errors, coarse, [errors_digest, coarse_digest])) => {
-                let coarse = digests.elements(file, &coarse, coarse_digest)?;
+                let coarse = CoarseReader::new(&header.lattice, coarse, coarse_digest)?;
                 (digests.elements(file, &errors, errors_digest)?, Some(coarse))
             }
         };
         let slots = digests.elements(file, &slots, slots_digest)?;
         let slots: Vec<[u32; 3]> = slots.chunks_exact(3).map(|slot| [slot[0], slot[1], slot[2]]).collect();
         let scales = digests.elements(file, &scales, scales_digest)?;
-        let tables = OwnedBricks {
+        let tables = BrickTables {
             table: check::brick_table(&header.lattice, &slots).map_err(GridFault::damaged)?,
             slots,
             scales: scales.chunks_exact(2).map(|scale| Scale { base: scale[0], step: scale[1] }).collect(),
-            samples: vec![SamplePlaceholder; bricks * BRICK_SAMPLES],
             bounds: check::block_bounds(&digests.elements(file, &bounds, bounds_digest)?)?,
             errors,
-            // Nothing reads that of a dense grid.
-            coarse: coarse.unwrap_or_else(|| vec![0.0; layout::coarse_shape(&header.lattice).iter().product()]),
         };
         check::valid_scales(&tables.scales, precision).map_err(GridFault::damaged)?;
         check::valid_errors(&tables.errors).map_err(GridFault::damaged)?;
-        Ok((Self { layout, samples, coding: header.coding, tables }, digests, mesh))
+        Ok((Self { layout, samples, coding: header.coding, tables, coarse }, digests, mesh))
     }
 
-    /// Blocks needed for queries in `regions` that reach `level`.
-    pub(super) fn mask(&self, header: &Header, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
-        let OwnedBricks { table, scales, samples, bounds, coarse, .. } = &self.tables;
-        let slices = BrickSlices { table, scales, samples, bounds, coarse };
-        let storage = Sparse::new(&header.lattice, slices).expect("the tables were checked");
-        BlockMask::needed(&placeholder_grid(header, storage), regions, level)
+    /// Reads the coarse grid near the regions, and tells the blocks needed for queries there that reach `level`.
+    pub(super) fn mask(
+        mut self,
+        file: &Hdf5Reader,
+        digests: &Digests,
+        header: &Header,
+        regions: impl IntoIterator<Item = Aabb>,
+        level: f64,
+    ) -> Result<(Self, BlockMask), GridFault> {
+        let regions: Vec<Aabb> = regions.into_iter().collect();
+        let nodes = match &mut self.coarse {
+            Some(coarse) => {
+                coarse.read_near(file, digests, &header.lattice, &regions)?;
+                coarse.lend_nodes()
+            }
+            None => no_coarse(&header.lattice)?,
+        };
+        let Self { layout, tables, samples, coding, mut coarse } = self;
+        let placeholders: Vec<SamplePlaceholder> = vec![SamplePlaceholder; tables.scales.len() * BRICK_SAMPLES];
+        let storage = tables.with_samples(placeholders, nodes).into_storage(&header.lattice).expect(CHECKED);
+        let mask = BlockMask::needed(&placeholder_grid(header, &storage), regions, level);
+        let OwnedBricks { table, slots, scales, bounds, errors, coarse: nodes, .. } = storage.into_bricks();
+        let tables = BrickTables { table, slots, scales, bounds, errors };
+        if let Some(coarse) = &mut coarse {
+            coarse.take_back(nodes);
+        }
+        Ok((Self { layout, samples, coding, tables, coarse }, mask))
     }
 
     /// Reads all samples, or those of the bricks in `mask`, and says how much of the file was read.
@@ -104,18 +143,27 @@ impl SparseReader {
         mask: Option<&BlockMask>,
     ) -> Result<(OwnedStorage, ReadCount), GridFault> {
         let total_blocks = self.tables.slots.len();
+        let coarse = match self.coarse {
+            Some(mut coarse) => {
+                if mask.is_none() {
+                    coarse.read_all(file, digests)?;
+                }
+                coarse.into_nodes()
+            }
+            None => no_coarse(lattice)?,
+        };
         let bricks = BrickReader { file, digests, lattice, mask, coding: self.coding };
         let (samples, blocks) = match self.samples {
             SampleDataset::F32(dataset) => {
-                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                let (sparse, blocks) = bricks.read(&dataset, self.tables, coarse)?;
                 (OwnedStorage::SparseF32(sparse), blocks)
             }
             SampleDataset::U16(dataset) => {
-                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                let (sparse, blocks) = bricks.read(&dataset, self.tables, coarse)?;
                 (storage(sparse, self.layout), blocks)
             }
             SampleDataset::U8(dataset) => {
-                let (sparse, blocks) = bricks.read(&dataset, self.tables)?;
+                let (sparse, blocks) = bricks.read(&dataset, self.tables, coarse)?;
                 (storage(sparse, self.layout), blocks)
             }
         };
@@ -128,6 +176,10 @@ fn storage<C: BlockCode>(bricks: Sparse<OwnedBricks<C>>, layout: Layout) -> Owne
         Layout::Dense => OwnedStorage::dense_bricks(bricks).expect("there are as many bricks as slots"),
         Layout::Sparse => C::storage(bricks),
     }
+}
+
+fn no_coarse(lattice: &Lattice) -> Result<Blocks<f32>, GridFault> {
+    no_coarse_grid(lattice).ok_or_else(|| GridFault::damaged("too many brick slots"))
 }
 
 impl SampleDataset {
@@ -174,7 +226,8 @@ impl BrickReader<'_> {
     fn read<C: Code + BrickCoding>(
         &self,
         dataset: &Dataset<C>,
-        tables: OwnedBricks<SamplePlaceholder>,
+        tables: BrickTables,
+        coarse: Blocks<f32>,
     ) -> Result<(Sparse<OwnedBricks<C>>, usize), GridFault> {
         let is_slot_needed =
             |slot: &[u32; 3]| self.mask.is_none_or(|mask| mask.contains(slot.map(|index| index as usize)));
@@ -200,9 +253,8 @@ impl BrickReader<'_> {
                 },
             );
         }
-        let OwnedBricks { table, slots, scales, bounds, errors, coarse, .. } = tables;
-        let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
-        Ok((Sparse::with_first_samples(self.lattice, bricks).expect("the tables were checked"), bricks_read))
+        let bricks = tables.with_samples(samples, coarse);
+        Ok((bricks.into_storage_of_first_samples(self.lattice).expect(CHECKED), bricks_read))
     }
 }
 
@@ -210,10 +262,7 @@ impl BrickReader<'_> {
 const BRICKS_AT_A_TIME: usize = 64;
 
 /// The same bricks, those that are needed first; and these, as they were numbered.
-fn with_needed_first(
-    tables: OwnedBricks<SamplePlaceholder>,
-    is_needed: &[bool],
-) -> (OwnedBricks<SamplePlaceholder>, Vec<u32>) {
+fn with_needed_first(tables: BrickTables, is_needed: &[bool]) -> (BrickTables, Vec<u32>) {
     fn sorted<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
         order.iter().map(|brick| column[*brick as usize]).collect()
     }
@@ -221,13 +270,13 @@ fn with_needed_first(
     let needed: Vec<u32> = bricks.clone().filter(|brick| is_needed[*brick as usize]).collect();
     let mut order = needed.clone();
     order.extend(bricks.filter(|brick| !is_needed[*brick as usize]));
-    let OwnedBricks { mut table, slots, scales, samples, bounds, errors, coarse } = tables;
+    let BrickTables { mut table, slots, scales, bounds, errors } = tables;
     let mut place = vec![NO_BRICK; order.len()];
     (0..).zip(&order).for_each(|(new, old)| place[*old as usize] = new);
-    table.iter_mut().filter(|brick| **brick != NO_BRICK).for_each(|brick| *brick = place[*brick as usize]);
+    table.kept_mut().iter_mut().filter(|brick| **brick != NO_BRICK).for_each(|brick| *brick = place[*brick as usize]);
     let (slots, scales) = (sorted(&slots, &order), sorted(&scales, &order));
     // Dense grids have none.
     let errors = if errors.is_empty() { errors } else { sorted(&errors, &order) };
     let bounds = sorted(&bounds, &order);
-    (OwnedBricks { table, slots, scales, samples, bounds, errors, coarse }, needed)
+    (BrickTables { table, slots, scales, bounds, errors }, needed)
 }

@@ -32,11 +32,11 @@ pub fn read(path: &Path) -> Result<StoredGrid, GridFileError> {
     open(path)?.read()
 }
 
-/// Reads all but the samples of a grid, and verifies its checksums.
+/// Reads all but the samples of a grid, dense or fine or coarse, and verifies its checksums.
 ///
 /// Refuses a file that is cut short, damaged, not HDF5, not a grid, of another version, or declares more than it holds.
-/// Memory stays below about three thousand times the size of the file: deflate expands at most 1032 times, and each
-/// number of the coarse grid brings two of ours.
+/// Memory stays below about seven thousand times the size of the file: deflate expands at most 1032 times, and each
+/// number of the coarse grid brings two of ours, in blocks that may stick out of a small grid.
 pub fn open(path: &Path) -> Result<GridReader<'static>, GridFileError> {
     let grid = Hdf5Reader::open(path).map_err(GridFault::from).and_then(OpenGrid::open);
     grid.map(|grid| GridReader { path: path.to_owned(), grid }).map_err(|fault| fault.with_path(path))
@@ -109,15 +109,16 @@ impl GridReader<'_> {
 
     /// Reads the samples that queries in `regions` need: boxes in the field's own frame. All other samples have no meaning, and the mesh is
     /// not read.
-    /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere; `bounds` of the whole
-    /// grid would read missing samples.
+    /// The grid may be evaluated inside the regions only, but local bounds are valid everywhere, infinite where the coarse grid was not
+    /// read; `bounds` of the whole grid would read missing samples.
     ///
     /// Skips regions in which no value is at most `level`: with its margin as `level`, [`sdf_core::contact`] never
     /// evaluates there. Rounding to f32 in the field's own frame is allowed for; for a field placed far from the
     /// origin, add the rounding of world coordinates to `level`. An empty or non-finite region makes everything needed.
     pub fn read_needed(self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Result<StoredGrid, GridFileError> {
-        let mask = self.grid.mask(regions, level);
-        self.grid.read(Some(&mask)).map_err(|fault| fault.with_path(&self.path))
+        let Self { path, grid } = self;
+        let stored = grid.mask(regions, level).and_then(|(grid, mask)| grid.read(Some(&mask)));
+        stored.map_err(|fault| fault.with_path(&path))
     }
 }
 
@@ -161,11 +162,19 @@ impl<'a> OpenGrid<'a> {
         self.mesh.as_ref().map(|mesh| mesh.read(&self.file, &self.digests)).transpose()
     }
 
-    fn mask(&self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> BlockMask {
-        match &self.contents {
-            Contents::Dense(dense) => dense.mask(&self.header, regions, level),
-            Contents::Bricks(bricks) => bricks.mask(&self.header, regions, level),
-        }
+    fn mask(self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Result<(Self, BlockMask), GridFault> {
+        let Self { file, header, digests, contents, mesh } = self;
+        let (contents, mask) = match contents {
+            Contents::Dense(dense) => {
+                let mask = dense.mask(&header, regions, level);
+                (Contents::Dense(dense), mask)
+            }
+            Contents::Bricks(bricks) => {
+                let (bricks, mask) = bricks.mask(&file, &digests, &header, regions, level)?;
+                (Contents::Bricks(bricks), mask)
+            }
+        };
+        Ok((Self { file, header, digests, contents, mesh }, mask))
     }
 
     /// Reads all samples, or those of the blocks in `mask`.

@@ -116,6 +116,16 @@ impl<'a> Hdf5Reader<'a> {
     ) -> Result<Vec<T>, ReadError> {
         dataset.read_rows(&self.source, rows, check)
     }
+
+    /// See [`Dataset::read_chunks`].
+    pub(crate) fn chunks<T: Element>(
+        &self,
+        dataset: &Dataset<T>,
+        chunks: &[usize],
+        check: impl Fn(usize, &[u8]) -> Result<(), ReadError> + Sync,
+    ) -> Result<Vec<(Tile, Vec<T>)>, ReadError> {
+        dataset.read_chunks(&self.source, chunks, check)
+    }
 }
 
 /// Address of the root group's object header: section II.A, version 0.

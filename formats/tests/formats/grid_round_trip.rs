@@ -161,8 +161,8 @@ fn thousands_of_bricks_of_random_codes_come_back() {
     let stored = grid_file::read(&path).unwrap();
     let OwnedStorage::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };
     let found = found.bricks();
-    assert!(found.slots == places && found.samples() == samples && found.scales() == scales);
-    assert!(found.bounds == bounds && found.errors == errors && found.coarse == coarse);
+    assert!(found.slots == places && found.samples == samples && found.scales == scales);
+    assert!(found.bounds == bounds && found.errors == errors && found.coarse.to_vec() == coarse);
     let all = places.len();
     assert_eq!(stored.read, ReadCount { blocks: all, total_blocks: all, ..stored.read });
 }

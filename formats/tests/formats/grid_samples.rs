@@ -3,8 +3,8 @@
 use sdf_core::Interval;
 use std::path::Path;
 
-use sdf_core::grid::owned::{DenseBlocks, OwnedBricks, OwnedGrid, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
+use sdf_core::grid::owned::{Blocks, DenseBlocks, OwnedBricks, OwnedGrid, OwnedStorage, Precision};
+use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
 use sdf_formats::grid_file::{
     self, About, DeepValues, DenseBlockSamples, Samples, SignMethod, Source, SparseInfo, SparseSamples,
@@ -94,9 +94,9 @@ impl Made {
             }
             Content::DenseU16(blocks) => OwnedStorage::dense_blocks(lattice, blocks).unwrap(),
             Content::DenseU8(blocks) => OwnedStorage::dense_blocks(lattice, blocks).unwrap(),
-            Content::F32(bricks) => OwnedStorage::SparseF32(Sparse::new(lattice, bricks).unwrap()),
-            Content::U16(bricks) => OwnedStorage::SparseU16(Sparse::new(lattice, bricks).unwrap()),
-            Content::U8(bricks) => OwnedStorage::SparseU8(Sparse::new(lattice, bricks).unwrap()),
+            Content::F32(bricks) => OwnedStorage::SparseF32(bricks.into_storage(lattice).unwrap()),
+            Content::U16(bricks) => OwnedStorage::SparseU16(bricks.into_storage(lattice).unwrap()),
+            Content::U8(bricks) => OwnedStorage::SparseU8(bricks.into_storage(lattice).unwrap()),
         };
         let band = self.sparse().map_or(f64::INFINITY, |sparse| sparse.band);
         let grid = OwnedGrid::new(*lattice, samples, about().slope_bound).unwrap();
@@ -140,6 +140,8 @@ fn blocks<C>(bricks: OwnedBricks<C>) -> DenseBlocks<C> {
 
 pub fn lent<C>(bricks: &OwnedBricks<C>) -> SparseSamples<'_, C> {
     let OwnedBricks { slots, scales, samples, bounds, errors, coarse, .. } = bricks;
+    // A test may leak what lives as long as it does.
+    let coarse = coarse.to_vec().leak();
     SparseSamples { band: BAND, deep_values: DEEP, slots, scales, samples, bounds, errors, coarse }
 }
 
@@ -169,13 +171,13 @@ fn sparse<C: Code>(
         coarse.push(0.75 * sample([8 * x, 8 * y, 8 * z]));
     }
     let mut bricks = OwnedBricks {
-        table: vec![NO_BRICK; (px * py * pz) as usize],
+        table: Blocks::new([px, py, pz], NO_BRICK).unwrap(),
         slots: Vec::new(),
         scales: Vec::new(),
         samples: Vec::new(),
         bounds: Vec::new(),
         errors: Vec::new(),
-        coarse,
+        coarse: OwnedBricks::<C>::coarse_of([px, py, pz], &coarse).unwrap(),
     };
     let all: Vec<[u32; 3]> = slots([px, py, pz]).collect();
     for slot in all.into_iter().rev() {
@@ -187,7 +189,7 @@ fn sparse<C: Code>(
         let [least, greatest] =
             [f32::min, f32::max].map(|pick: fn(f32, f32) -> f32| samples.iter().copied().reduce(pick).unwrap());
         let scale = scale(least, greatest);
-        bricks.table[((slot[2] * py + slot[1]) * px + slot[0]) as usize] = bricks.slots.len() as u32;
+        bricks.table.set(slot, bricks.slots.len() as u32);
         bricks.slots.push(slot);
         bricks.scales.push(scale);
         bricks.samples.extend(samples.iter().map(|sample| encode(*sample, scale)));
@@ -195,7 +197,7 @@ fn sparse<C: Code>(
     }
     let nothing = BlockBounds { range: Interval { lower: 0.0, upper: 0.0 }, slope_bound: 0.0 };
     bricks.bounds = vec![nothing; bricks.slots.len()];
-    let sparse = Sparse::new(lattice, bricks).unwrap();
+    let sparse = bricks.into_storage(lattice).unwrap();
     let bounds = sparse.bricks().slots.iter().map(|slot| slot_bounds(lattice, &sparse, *slot)).collect();
     OwnedBricks { bounds, ..sparse.bricks().clone() }
 }

@@ -5,6 +5,7 @@ use sdf_core::Sdf;
 use sdf_core::combine::{Difference, Union};
 use sdf_core::grid::blob::BlobStorage;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
+use sdf_core::grid::sparse::brick_counts;
 use sdf_core::grid::{Blob, Grid, Lattice, Precision};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cuboid, Sphere};
@@ -82,8 +83,11 @@ pub fn grids(s: f64) -> Vec<Scene> {
         .creases(&creases),
         Scene::new("blob of a sparse grid of a sphere", s, Samples, {
             let grid = sampled_in_bricks::<u16>(&ball, fine, 0.0625 * s);
-            let SparseGrid { table, slots, scales, samples, bounds, errors, coarse, .. } =
+            let counts = brick_counts(grid.lattice());
+            let SparseGrid { table: _, slots, scales, samples, bounds, errors, coarse, .. } =
                 grid.storage().bricks().clone();
+            let table = OwnedBricks::<u16>::table_of(counts, &slots).unwrap();
+            let coarse = OwnedBricks::<u16>::coarse_of(counts, &coarse).unwrap();
             let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
             let storage = OwnedStorage::sparse(grid.lattice(), bricks).unwrap();
             Some(blob(grid.with_storage(storage), Precision::U16))

@@ -20,17 +20,19 @@
 //! | pseudo-normals: slots that are not near are on one side with their neighbours | `solid` |
 //! | winding numbers, flooded from middle to middle and from node to node | `winding` |
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::Range;
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_core::nalgebra::Vector3;
 
-use super::surface::SurfaceSlots;
-use super::transform::{From, distances, limit_steps};
+use super::surface::{MAX_LISTED, SurfaceSlots};
+use super::transform::{From, distances, limit_signed_steps, limit_steps};
 use super::{BrickMap, corner_node};
 use crate::MeshDistance;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
+use crate::sparse::coarse_map::with_side;
+use crate::sparse::slot_bits::SlotBits;
 use crate::sparse::splat::frame::PlaneFrame;
 
 /// Nodes within this of the surface are near whatever the band, in voxels: beyond it the segment between the middles of
@@ -50,10 +52,32 @@ pub(super) struct Marked<'a> {
     slots: SurfaceSlots,
     /// Distance from the surface of the nodes of slots that are not near, in voxels.
     pub reach: f64,
-    /// L of slots and e of nodes, in voxels.
-    pub gaps: Vec<f32>,
-    node_gaps: Vec<f32>,
-    deep: Vec<bool>,
+    window: Window,
+}
+
+/// What is known of some layers of nodes and of the slots around them.
+#[derive(Default)]
+struct Window {
+    /// L of slots, in voxels, from a slot on.
+    gaps: FromIndex<f32>,
+    /// e of nodes, in voxels, from a node on.
+    node_gaps: FromIndex<f32>,
+    /// For slots from one on: are they deep?
+    deep: FromIndex<bool>,
+}
+
+/// A part of a list: from an index on.
+#[derive(Default)]
+struct FromIndex<T> {
+    first: usize,
+    list: Vec<T>,
+}
+
+impl<T: Copy> FromIndex<T> {
+    #[inline(always)]
+    fn get(&self, index: usize) -> T {
+        self.list[index - self.first]
+    }
 }
 
 /// A node of the coarse grid, and what is known of the surface around it.
@@ -69,32 +93,62 @@ pub(super) struct MarkedNode {
 }
 
 impl<'a> Marked<'a> {
-    pub fn new(map: &BrickMap, mesh: &'a MeshDistance, lattice: &'a Lattice, frames: &[PlaneFrame]) -> Self {
+    /// Triangles are listed for each of so many slots, see [`MAX_LISTED`].
+    pub fn new(
+        map: &BrickMap,
+        mesh: &'a MeshDistance,
+        lattice: &'a Lattice,
+        frames: &[PlaneFrame],
+        max_listed: usize,
+    ) -> Self {
         let reach = (map.kept_within() / map.spacing).max(MIN_REACH);
-        let slots = SurfaceSlots::new(mesh.tree(), frames, lattice, map.counts, reach);
-        let crossed: Vec<bool> = slots.crossed.iter().map(is_set).collect();
-        let in_voxels = |from| {
-            let mut gaps = distances(mesh.tree().arch, &crossed, map.counts.map(|n| n as usize), from);
-            gaps.iter_mut().for_each(|gap| *gap *= BRICK as f32);
-            gaps
+        let slots = SurfaceSlots::new(mesh.tree(), frames, lattice, map.counts(), reach, max_listed);
+        Self { mesh, lattice, slots, reach, window: Window::default() }
+    }
+
+    /// The slots that may need bricks.
+    pub fn into_near(self) -> SlotBits {
+        self.slots.near
+    }
+
+    /// Makes what lies around some layers of nodes known; what was known of others no longer is.
+    pub fn look_at(&mut self, map: &BrickMap, layers: Range<usize>) {
+        let counts = map.counts().map(|n| n as usize);
+        let slots = |below: usize, above: usize| layers.start.saturating_sub(below)..counts[2].min(layers.end + above);
+        let distances = |from, layers: Range<usize>, layer: usize| {
+            let first = layers.start * layer;
+            let mut list = distances(self.mesh.tree().arch, &self.slots.crossed, counts, from, layers);
+            list.iter_mut().for_each(|gap| *gap *= BRICK as f32);
+            FromIndex { first, list }
         };
-        let (gaps, node_gaps) = sdf_parallel::join(|| in_voxels(From::Slots), || in_voxels(From::Corners));
-        let mut marked = Self { mesh, lattice, slots, reach, gaps, node_gaps, deep: vec![] };
-        marked.deep = marked.deep_slots(map);
-        marked
+        let (layer, node_layer) = (counts[0] * counts[1], (counts[0] + 1) * (counts[1] + 1));
+        // A slot is deep by the least gaps at its corners, and these by the slots around them.
+        let (gaps, node_gaps) = sdf_parallel::join(
+            || distances(From::Slots, slots(2, 1), layer),
+            || distances(From::Corners, layers.clone(), node_layer),
+        );
+        self.window = Window { gaps, node_gaps, deep: FromIndex::default() };
+        let deep = slots(1, 0);
+        self.window.deep =
+            FromIndex { first: deep.start * layer, list: self.deep_slots(map, deep.start * layer..deep.end * layer) };
     }
 
     /// Distance of the middle of each slot from the crossed slots, in voxels.
     pub fn middle_gaps(&self, map: &BrickMap) -> Vec<f32> {
-        let crossed: Vec<bool> = self.slots.crossed.iter().map(is_set).collect();
-        let mut gaps = distances(self.mesh.tree().arch, &crossed, map.counts.map(|n| n as usize), From::Middles);
+        let counts = map.counts().map(|n| n as usize);
+        let mut gaps = distances(self.mesh.tree().arch, &self.slots.crossed, counts, From::Middles, 0..counts[2]);
         gaps.iter_mut().for_each(|gap| *gap *= BRICK as f32);
         gaps
     }
 
+    /// L of a slot, in voxels.
+    pub fn gap(&self, slot: usize) -> f32 {
+        self.window.gaps.get(slot)
+    }
+
     /// May a node of the slot be within the reach of the surface?
     pub fn is_near(&self, slot: usize) -> bool {
-        is_set(&self.slots.near[slot])
+        self.slots.near.contains(slot)
     }
 
     /// Distance of a point from one of the triangles that are near some slots, or from `guess`, which becomes that triangle.
@@ -104,27 +158,33 @@ impl<'a> Marked<'a> {
 
     /// m(c), in voxels.
     fn least_gap(&self, map: &BrickMap, node: [u32; 3]) -> f32 {
-        map.slots_around(node).map(|index| self.gaps[index]).fold(f32::INFINITY, f32::min)
+        map.slots_around(node).map(|index| self.gap(index)).fold(f32::INFINITY, f32::min)
     }
 
-    fn deep_slots(&self, map: &BrickMap) -> Vec<bool> {
+    /// For each of some whole layers of slots: is it deep?
+    fn deep_slots(&self, map: &BrickMap, slots: Range<usize>) -> Vec<bool> {
         let min_gap = (map.exact_within() / map.spacing).max(f64::from(BRICK)) as f32;
-        let least: Vec<f32> = map.map_coarse_nodes(|node| self.least_gap(map, node));
+        let counts = map.counts();
+        let [row, rows, _] = counts.map(|n| n as usize + 1);
+        let first = map.slot(slots.start)[2] as usize * row * rows;
+        let end = (map.slot(slots.end.saturating_sub(1))[2] as usize + 2) * row * rows;
+        let node = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        let least = sdf_parallel::map(end - first, |index| self.least_gap(map, node(first + index)));
         let is_deep = |index: usize| {
-            let slot = map.slot(index);
-            (0..8).all(|corner| least[corner_node(map.counts, slot, corner)] >= min_gap)
+            let slot = map.slot(slots.start + index);
+            (0..8).all(|corner| least[corner_node(counts, slot, corner) - first] >= min_gap)
         };
-        sdf_parallel::map(self.gaps.len(), is_deep)
+        sdf_parallel::map(slots.len(), is_deep)
     }
 
     pub fn node(&self, map: &BrickMap, node: [u32; 3]) -> MarkedNode {
         MarkedNode {
             node,
             position: self.lattice.node(node.map(|n| n * BRICK)).into(),
-            gap: self.node_gaps[corner_node(map.counts, node, 0)],
+            gap: self.window.node_gaps.get(corner_node(map.counts(), node, 0)),
             least_gap: self.least_gap(map, node),
-            is_beside_deep: map.slots_around(node).any(|index| self.deep[index]),
-            is_deep: map.slots_around(node).all(|index| self.deep[index]),
+            is_beside_deep: map.slots_around(node).any(|index| self.window.deep.get(index)),
+            is_deep: map.slots_around(node).all(|index| self.window.deep.get(index)),
         }
     }
 
@@ -167,26 +227,39 @@ impl BrickMap {
         if frames.is_empty() || !is_within {
             return None;
         }
-        let mut map = Self::empty(brick_counts(lattice), lattice.spacing(), band);
-        let marked = Marked::new(&map, mesh, lattice, frames);
-        map.may_need_brick = marked.slots.near.iter().map(is_set).collect();
+        let map = Self::empty(brick_counts(lattice), lattice.spacing(), band);
+        let marked = Marked::new(&map, mesh, lattice, frames, MAX_LISTED);
         Some((map, marked))
     }
 
-    /// Fills in magnitudes, lowered until neighbours on one side differ by no more than the way between them.
-    pub(super) fn set_magnitudes(&mut self, mesh: &MeshDistance, mut magnitudes: Vec<f32>, inside: Vec<bool>) {
-        let step = f64::from(BRICK) * self.spacing * (1.0 - COARSE_DISTANCE_ROUNDING);
+    /// Fills in the coarse grid of magnitudes, lowered until neighbours on one side differ by no more than the way between them.
+    pub(super) fn set_magnitudes(&mut self, mesh: &MeshDistance, mut magnitudes: Vec<f32>, inside: &[bool]) {
         for side in [false, true] {
             let on_side = |(value, inside): (&f32, &bool)| if *inside == side { *value } else { f32::INFINITY };
-            let mut limited: Vec<f32> = magnitudes.iter().zip(&inside).map(on_side).collect();
-            limit_steps(mesh.tree().arch, &mut limited, self.counts.map(|n| n as usize + 1), step as f32);
-            let values = magnitudes.iter_mut().zip(limited).zip(&inside).filter(|(_, inside)| **inside == side);
+            let mut limited: Vec<f32> = magnitudes.iter().zip(inside).map(on_side).collect();
+            limit_steps(mesh.tree().arch, &mut limited, self.coarse_counts(), self.max_step());
+            let values = magnitudes.iter_mut().zip(limited).zip(inside).filter(|(_, inside)| **inside == side);
             values.for_each(|((value, limited), _)| *value = limited);
         }
-        (self.magnitudes, self.are_nodes_inside) = (magnitudes, inside);
+        self.coarse.nodes = magnitudes;
+        self.coarse.nodes.iter_mut().zip(inside).for_each(|(node, inside)| *node = with_side(*node, *inside));
     }
-}
 
-fn is_set(mark: &AtomicBool) -> bool {
-    mark.load(Ordering::Relaxed)
+    /// Fills in the coarse grid of a closed mesh, likewise. All magnitudes are at least W, and those of nodes beside one on the other
+    /// side at most W + 8 h or 9 h, as the surface is between them: `limit_signed_steps` loses nothing.
+    pub(super) fn set_solid_nodes(&mut self, mesh: &MeshDistance, nodes: Vec<f32>) {
+        self.coarse.nodes = nodes;
+        let (counts, step) = (self.coarse_counts(), self.max_step());
+        limit_signed_steps(mesh.tree().arch, &mut self.coarse.nodes, counts, step);
+    }
+
+    /// Nodes of the coarse grid along each axis.
+    fn coarse_counts(&self) -> [usize; 3] {
+        self.counts().map(|n| n as usize + 1)
+    }
+
+    /// Most that magnitudes of neighbours may differ by.
+    fn max_step(&self) -> f32 {
+        (f64::from(BRICK) * self.spacing * (1.0 - COARSE_DISTANCE_ROUNDING)) as f32
+    }
 }

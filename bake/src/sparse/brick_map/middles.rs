@@ -10,6 +10,8 @@ use super::{BrickMap, Windings, middle};
 use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sign::flood_fill::{NodeBlock, Winding};
+use crate::sparse::coarse_map::with_side;
+use crate::sparse::slot_bits::SlotBits;
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
 
@@ -33,7 +35,7 @@ impl BrickMap {
             let lower = f64::from(distance.abs()) * (1.0 - COARSE_DISTANCE_ROUNDING);
             lower <= map.kept_within() + map.half_diagonal()
         };
-        map.may_need_brick = map.distances.iter().map(may_need_brick).collect();
+        map.near = SlotBits::of(map.distances.len(), |slot| may_need_brick(&map.distances[slot]));
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
         let nodes = map.map_coarse_nodes(|node| {
             map.measure_coarse_node(mesh, node, position(node.map(|n| n as usize)), &triangles)
@@ -47,8 +49,9 @@ impl BrickMap {
         for (magnitude, distance) in magnitudes.iter_mut().zip(&node_distances) {
             *magnitude = if distance.is_sign_negative() { map.inside_magnitude(distance.abs()) } else { *magnitude };
         }
-        map.magnitudes = magnitudes;
-        map.are_nodes_inside = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
+        let nodes_and_sides = magnitudes.into_iter().zip(&node_distances);
+        map.coarse.nodes =
+            nodes_and_sides.map(|(node, distance)| with_side(node, distance.is_sign_negative())).collect();
         map.windings = middle_windings.zip(nodes).map(|(middles, nodes)| Windings { middles, nodes, node_distances });
         map
     }

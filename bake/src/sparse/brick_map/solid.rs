@@ -3,63 +3,83 @@
 //! Slots without nodes near the surface are on one side with their neighbours, so one search tells the side of each
 //! connected part of them, and of the nodes beside them.
 
+use std::ops::Range;
+
 use sdf_core::grid::sparse::BRICK;
 
 use super::marked::Marked;
 use super::{BrickMap, middle};
+use crate::sparse::coarse_map::with_side;
+use crate::sparse::slot_bits::SlotBits;
 
 /// Distance of a slot's middle from its corners, in voxels, rounded up.
 const HALF_DIAGONAL: f32 = 6.9283;
 
+/// Slots around the layers of nodes that are computed at a time.
+const WINDOW_SLOTS: usize = 1 << 23;
+
 impl BrickMap {
     /// Fills in the sides and magnitudes of a closed mesh that pseudo-normals sign.
-    pub(super) fn with_sides_of_solid(mut self, marked: &Marked) -> Self {
-        let slots_inside = self.far_slots_inside(marked);
-        let row = self.counts[0] as usize + 1;
-        let nodes: Vec<[u32; 3]> = self.map_coarse_nodes(|node| node);
-        let rows = sdf_parallel::map(nodes.len() / row, |line| {
-            let mut guess = 0;
-            let nodes = nodes[line * row..(line + 1) * row].iter();
-            nodes.map(|node| self.solid_node(marked, &slots_inside, *node, &mut guess)).collect::<Vec<_>>()
-        });
-        let (magnitudes, nodes_inside) = rows.into_iter().flatten().unzip();
-        self.set_magnitudes(marked.mesh, magnitudes, nodes_inside);
-        let far = |(slot, is_inside): (usize, bool)| match (marked.is_near(slot), is_inside) {
-            (true, _) => 0.0,
-            (false, true) => -f32::INFINITY,
-            (false, false) => f32::INFINITY,
-        };
-        self.distances = slots_inside.into_iter().enumerate().map(far).collect();
+    pub(super) fn with_sides_of_solid(mut self, mut marked: Marked) -> Self {
+        let nodes = self.solid_nodes(&mut marked, WINDOW_SLOTS);
+        let mesh = marked.mesh;
+        self.near = marked.into_near();
         self.is_solid = true;
+        self.set_solid_nodes(mesh, nodes);
         self
     }
 
+    /// Magnitudes of nodes before they are lowered, with the signs of their sides; some layers at a time, of so many slots.
+    pub(super) fn solid_nodes(&self, marked: &mut Marked, window_slots: usize) -> Vec<f32> {
+        let slots_inside = self.far_slots_inside(marked);
+        let [row, rows, layers] = self.counts().map(|n| n as usize + 1);
+        let at_a_time = (window_slots / (row * rows)).clamp(1, layers);
+        let mut values = Vec::with_capacity(row * rows * layers);
+        for first in (0..layers).step_by(at_a_time) {
+            let window = first..layers.min(first + at_a_time);
+            marked.look_at(self, window.clone());
+            let lines = sdf_parallel::map(window.len() * rows, |line| {
+                let mut guess = 0;
+                let node = |x| [x, line % rows, first + line / rows].map(|n: usize| n as u32);
+                let value = |x| {
+                    let (magnitude, is_inside) = self.solid_node(marked, &slots_inside, node(x), &mut guess);
+                    with_side(magnitude, is_inside)
+                };
+                (0..row).map(value).collect::<Vec<_>>()
+            });
+            lines.into_iter().for_each(|line| values.extend(line));
+        }
+        values
+    }
+
     /// Sides of the slots that are not near.
-    fn far_slots_inside(&self, marked: &Marked) -> Vec<bool> {
-        let slots = marked.gaps.len();
-        let mut inside = vec![false; slots];
-        let mut is_open: Vec<bool> = (0..slots).map(|slot| !marked.is_near(slot)).collect();
-        let mut stack = vec![];
-        let steps = [1, self.counts[0] as usize, (self.counts[0] * self.counts[1]) as usize];
-        for first in 0..slots {
-            if !is_open[first] {
-                continue;
+    ///
+    /// Rows are cut into runs of such slots; runs that touch are joined, and one search tells the side of all that are.
+    fn far_slots_inside(&self, marked: &Marked) -> SlotBits {
+        let [row, rows, layers] = self.counts().map(|n| n as usize);
+        let mut runs = Runs::default();
+        for line in 0..rows * layers {
+            runs.add_line(row, |x| !marked.is_near(line * row + x));
+            if line % rows > 0 {
+                runs.join_lines(line - 1, line);
             }
-            let at = middle(marked.lattice, self.slot(first).map(|n| n as usize));
-            let is_inside = marked.mesh.nearest(at, 0).is_inside;
-            is_open[first] = false;
-            stack.push(first);
-            while let Some(index) = stack.pop() {
-                inside[index] = is_inside;
-                let slot = self.slot(index);
-                for axis in 0..3 {
-                    let before = (slot[axis] > 0).then(|| index - steps[axis]);
-                    let after = (slot[axis] + 1 < self.counts[axis]).then(|| index + steps[axis]);
-                    for next in [before, after].into_iter().flatten() {
-                        if std::mem::take(&mut is_open[next]) {
-                            stack.push(next);
-                        }
-                    }
+            if line >= rows {
+                runs.join_lines(line - rows, line);
+            }
+        }
+        let inside = SlotBits::new(row * rows * layers);
+        let mut sides = vec![false; runs.runs.len()];
+        for line in 0..rows * layers {
+            for run in runs.of_line(line) {
+                let root = runs.root(run);
+                let slots = runs.runs[run].start as usize..runs.runs[run].end as usize;
+                if root == run {
+                    // The first of all that are joined.
+                    let at = middle(marked.lattice, self.slot(line * row + slots.start).map(|n| n as usize));
+                    sides[run] = marked.mesh.nearest(at, 0).is_inside;
+                }
+                if sides[root] {
+                    inside.insert_range(line * row + slots.start..line * row + slots.end);
                 }
             }
         }
@@ -67,17 +87,17 @@ impl BrickMap {
     }
 
     /// Magnitude and side of a node of the coarse grid. `guess` is a triangle, and becomes one near this node.
-    fn solid_node(&self, marked: &Marked, slots_inside: &[bool], node: [u32; 3], guess: &mut usize) -> (f32, bool) {
+    fn solid_node(&self, marked: &Marked, slots_inside: &SlotBits, node: [u32; 3], guess: &mut usize) -> (f32, bool) {
         let mesh = marked.mesh;
         if mesh.is_cancelled() {
             return (0.0, false);
         }
         let at = marked.node(self, node);
         let is_far = |index: &usize| !marked.is_near(*index);
-        let own = (0..3).all(|axis| node[axis] < self.counts[axis]).then(|| self.index(node)).filter(is_far);
+        let own = (0..3).all(|axis| node[axis] < self.counts()[axis]).then(|| self.index(node)).filter(is_far);
         // The segment from the middle of such a slot to the node is clear.
-        let is_clear = |index: &usize| is_far(index) && marked.gaps[*index] + 0.5 * BRICK as f32 > HALF_DIAGONAL;
-        let side = own.or_else(|| self.slots_around(node).find(is_clear)).map(|index| slots_inside[index]);
+        let is_clear = |index: &usize| is_far(index) && marked.gap(*index) + 0.5 * BRICK as f32 > HALF_DIAGONAL;
+        let side = own.or_else(|| self.slots_around(node).find(is_clear)).map(|index| slots_inside.contains(index));
         if at.is_beside_deep && side == Some(false) {
             return (marked.outside_magnitude(self, &at, 0.0), false);
         }
@@ -99,5 +119,75 @@ impl BrickMap {
         }
         let outside = || marked.outside_magnitude(self, &at, distance - tolerance);
         (if is_inside { self.inside_magnitude(distance as f32) } else { outside() }, is_inside)
+    }
+}
+
+/// Runs of slots along rows, joined to sets that are named by their first run.
+#[derive(Default)]
+struct Runs {
+    runs: Vec<Range<u32>>,
+    /// For each run another of its set, or itself.
+    parents: Vec<u32>,
+    /// For each line the number of runs before its end.
+    ends: Vec<usize>,
+}
+
+impl Runs {
+    /// Adds the runs of the next line.
+    fn add_line(&mut self, row: usize, is_in_run: impl Fn(usize) -> bool) {
+        let mut start = None;
+        for x in 0..=row {
+            match (start, x < row && is_in_run(x)) {
+                (None, true) => start = Some(x),
+                (Some(first), false) => {
+                    self.parents.push(self.runs.len() as u32);
+                    self.runs.push(first as u32..x as u32);
+                    start = None;
+                }
+                _ => (),
+            }
+        }
+        self.ends.push(self.runs.len());
+    }
+
+    fn of_line(&self, line: usize) -> Range<usize> {
+        line.checked_sub(1).map_or(0, |before| self.ends[before])..self.ends[line]
+    }
+
+    /// Joins the runs of two lines that have a place along the line in common.
+    fn join_lines(&mut self, before: usize, after: usize) {
+        let (mut other, others) = (self.of_line(before).start, self.of_line(before).end);
+        for run in self.of_line(after) {
+            while other < others && self.runs[other].end <= self.runs[run].start {
+                other += 1;
+            }
+            let mut touching = other;
+            while touching < others && self.runs[touching].start < self.runs[run].end {
+                self.join(touching, run);
+                touching += 1;
+            }
+        }
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.short_root(a), self.short_root(b));
+        self.parents[a.max(b)] = a.min(b) as u32;
+    }
+
+    /// The first run of a set.
+    fn root(&self, mut run: usize) -> usize {
+        while self.parents[run] as usize != run {
+            run = self.parents[run] as usize;
+        }
+        run
+    }
+
+    /// As [`root`](Self::root), and halves the way to it.
+    fn short_root(&mut self, mut run: usize) -> usize {
+        while self.parents[run] as usize != run {
+            self.parents[run] = self.parents[self.parents[run] as usize];
+            run = self.parents[run] as usize;
+        }
+        run
     }
 }

@@ -2,13 +2,14 @@
 //! its box, its plane and its distance from a slot's middle.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
+use crate::sparse::slot_bits::SlotBits;
 use crate::sparse::splat::frame::{PlaneFrame, TriangleFrame, planar_distance_sq};
 use crate::triangle::nearest_on_triangle;
 
@@ -33,30 +34,65 @@ const MARGIN: f32 = 0.01;
 /// Triangles that one thread marks at a time.
 const CHUNK: usize = 4096;
 
+/// More slots are marked twice, so that triangles are kept for those alone that are near the surface.
+pub(super) const MAX_LISTED: usize = 1 << 22;
+
 /// Marks of all slots, x fastest.
 pub(super) struct SurfaceSlots {
     /// May a triangle meet a cell of the slot?
-    pub crossed: Vec<AtomicBool>,
+    pub crossed: SlotBits,
     /// May a node of the slot be within the reach of a triangle?
-    pub near: Vec<AtomicBool>,
-    /// For slots that are near: a triangle near the middle, below the bits of its distance in f32: where to begin a search.
-    nearest: Vec<AtomicU64>,
+    pub near: SlotBits,
+    nearest: NearestTriangles,
+}
+
+/// For slots that are near: a triangle near the middle, below the bits of its distance in f32: where to begin a search.
+struct NearestTriangles {
+    keys: Vec<AtomicU64>,
+    /// [`SlotBits::ranks`] of the slots that are near, where these alone have keys.
+    ranks: Option<Vec<u32>>,
+}
+
+impl NearestTriangles {
+    fn new(count: usize, ranks: Option<Vec<u32>>) -> Self {
+        Self { keys: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(), ranks }
+    }
+
+    /// The key of a slot that is near; of others meaningless.
+    #[inline(always)]
+    fn key(&self, near: &SlotBits, slot: usize) -> Option<&AtomicU64> {
+        match &self.ranks {
+            None => self.keys.get(slot),
+            Some(ranks) => self.keys.get(near.rank(ranks, slot)).filter(|_| near.contains(slot)),
+        }
+    }
 }
 
 impl SurfaceSlots {
-    /// `reach` is in voxels, and no triangle is larger than fits f32 at the scale of a voxel.
-    pub fn new(tree: &Bvh, frames: &[PlaneFrame], lattice: &Lattice, counts: [u32; 3], reach: f64) -> Self {
-        let count = counts.iter().map(|n| *n as usize).product();
-        let all = |_| AtomicBool::new(false);
-        let slots = Self {
-            crossed: (0..count).map(all).collect(),
-            near: (0..count).map(all).collect(),
-            nearest: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
+    /// `reach` is in voxels, and no triangle is larger than fits f32 at the scale of a voxel. `max_listed`: [`MAX_LISTED`].
+    pub fn new(
+        tree: &Bvh,
+        frames: &[PlaneFrame],
+        lattice: &Lattice,
+        counts: [u32; 3],
+        reach: f64,
+        max_listed: usize,
+    ) -> Self {
+        let count: usize = counts.iter().map(|n| *n as usize).product();
+        let is_listed = count <= max_listed;
+        let listed = NearestTriangles::new(if is_listed { count } else { 0 }, None);
+        let mut slots = Self { crossed: SlotBits::new(count), near: SlotBits::new(count), nearest: listed };
+        let mark_all = |slots: &Self, stage: Stage| {
+            sdf_parallel::for_each_index(tree.corners.len().div_ceil(CHUNK), &|chunk| {
+                let range = chunk * CHUNK..tree.corners.len().min((chunk + 1) * CHUNK);
+                tree.arch.dispatch(Mark { slots, tree, frames, lattice, counts, reach, range, stage });
+            });
         };
-        sdf_parallel::for_each_index(tree.corners.len().div_ceil(CHUNK), &|chunk| {
-            let range = chunk * CHUNK..tree.corners.len().min((chunk + 1) * CHUNK);
-            tree.arch.dispatch(Mark { slots: &slots, tree, frames, lattice, counts, reach, range });
-        });
+        mark_all(&slots, if is_listed { Stage::Both } else { Stage::Marks });
+        if !is_listed {
+            slots.nearest = NearestTriangles::new(slots.near.count(), Some(slots.near.ranks()));
+            mark_all(&slots, Stage::Triangles);
+        }
         slots
     }
 
@@ -72,7 +108,8 @@ impl SurfaceSlots {
         let mut least = distance_sq(*guess);
         let mut last = u32::MAX;
         for slot in slots {
-            let triangle = self.nearest[slot].load(Ordering::Relaxed) as u32;
+            let key = self.nearest.key(&self.near, slot).map_or(u64::MAX, |key| key.load(Ordering::Relaxed));
+            let triangle = key as u32;
             if triangle != last && triangle != u32::MAX {
                 let now = distance_sq(triangle as usize);
                 (least, *guess) = if now < least { (now, triangle as usize) } else { (least, *guess) };
@@ -91,6 +128,15 @@ struct Mark<'a> {
     counts: [u32; 3],
     reach: f64,
     range: Range<usize>,
+    stage: Stage,
+}
+
+/// What is written.
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    Both,
+    Marks,
+    Triangles,
 }
 
 impl pulp::NullaryFnOnce for Mark<'_> {
@@ -130,7 +176,7 @@ impl Mark<'_> {
 
     #[inline(always)]
     fn mark(&self, triangle: usize) {
-        let Self { slots, tree, frames, lattice, counts, .. } = self;
+        let Self { slots, tree, frames, lattice, counts, stage, .. } = *self;
         let corners = &tree.corners[triangle];
         let ranges = [self.along(0, corners), self.along(1, corners), self.along(2, corners)];
         if ranges.iter().any(|range| range.near[0] >= range.near[1]) {
@@ -176,15 +222,21 @@ impl Mark<'_> {
                             continue;
                         }
                         let index = (at[2] * counts[1] as usize + at[1]) * counts[0] as usize + at[0];
-                        slots.near[index].store(true, Ordering::Relaxed);
-                        let key = u64::from(distances_sq[lane].to_bits()) << 32 | triangle as u64;
-                        if key < slots.nearest[index].load(Ordering::Relaxed) {
-                            slots.nearest[index].fetch_min(key, Ordering::Relaxed);
+                        if stage != Stage::Marks {
+                            let key = u64::from(distances_sq[lane].to_bits()) << 32 | triangle as u64;
+                            let least = slots.nearest.key(&slots.near, index);
+                            if let Some(least) = least.filter(|least| key < least.load(Ordering::Relaxed)) {
+                                least.fetch_min(key, Ordering::Relaxed);
+                            }
                         }
+                        if stage == Stage::Triangles {
+                            continue;
+                        }
+                        slots.near.insert(index);
                         let is_in_box =
                             (0..3).all(|axis| (ranges[axis].crossed[0]..ranges[axis].crossed[1]).contains(&at[axis]));
                         if is_crossed[lane] != 0 && is_in_box {
-                            slots.crossed[index].store(true, Ordering::Relaxed);
+                            slots.crossed.insert(index);
                         }
                     }
                 }

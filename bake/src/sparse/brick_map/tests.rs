@@ -1,7 +1,9 @@
+use super::marked::Marked;
 use super::*;
 use crate::sparse::splat::frame::plane_frames;
 use crate::testing::{random, random_vector};
 use crate::{TriangleMesh, lattice_around};
+use sdf_core::grid::sparse::brick_counts;
 
 /// Some tetrahedra, and some triangles that make the mesh open.
 fn mesh(tetrahedra: u32, triangles: u32, state: &mut u64) -> TriangleMesh {
@@ -82,10 +84,10 @@ fn a_solids_slots_are_marked_and_its_coarse_nodes_are_distances_inside_and_never
         for (index, node) in nodes.into_iter().enumerate() {
             for axis in 0..3 {
                 let next: [u32; 3] = std::array::from_fn(|other| node[other] + u32::from(other == axis));
-                if next[axis] <= map.counts[axis] {
-                    let next = corner_node(map.counts, next, 0);
-                    let step = (map.magnitudes[next] - map.magnitudes[index]).abs();
-                    let is_on_side = map.are_nodes_inside[index] == map.are_nodes_inside[next];
+                if next[axis] <= map.counts()[axis] {
+                    let next = corner_node(map.counts(), next, 0);
+                    let step = (map.coarse.nodes[next].abs() - map.coarse.nodes[index].abs()).abs();
+                    let is_on_side = map.is_node_inside(index) == map.is_node_inside(next);
                     assert!(!is_on_side || step <= 8.0 * spacing as f32, "{node:?} along {axis}: {step}");
                 }
             }
@@ -93,17 +95,50 @@ fn a_solids_slots_are_marked_and_its_coarse_nodes_are_distances_inside_and_never
                 continue;
             }
             let nearest = distance(node.map(|n| n * BRICK));
-            assert_eq!(map.are_nodes_inside[index], nearest.is_inside, "{node:?}");
+            assert_eq!(map.is_node_inside(index), nearest.is_inside, "{node:?}");
             let at_brick = map.slots_around(node).any(|slot| map.may_need_brick(slot));
             let tolerance = if at_brick { 1e-6 * spacing } else { spacing };
             if nearest.is_inside {
                 let wanted = map.inside_magnitude(nearest.distance as f32)
                     ..=map.inside_magnitude((nearest.distance + tolerance) as f32);
-                assert!(wanted.contains(&map.magnitudes[index]), "{node:?}");
-                deepest = deepest.max(map.magnitudes[index]);
+                assert!(wanted.contains(&map.coarse.nodes[index].abs()), "{node:?}");
+                deepest = deepest.max(map.coarse.nodes[index].abs());
             }
         }
         assert!(far > 100 && (cells < 70.0 || f64::from(deepest) > 8.0 * spacing), "{far} {deepest}");
+    }
+}
+
+/// Layer by layer, with triangles kept for near slots alone, a solid has the coarse grid that it has at once; and its magnitudes are
+/// limited as those of each side by themselves are, with the other infinite.
+#[test]
+fn a_solids_coarse_grid_is_the_same_by_layers_and_its_sides_are_limited_by_themselves() {
+    let mut state = 71;
+    println!("seed {state}");
+    for (cells, band) in [(24.0, 3.0), (70.0, 3.0), (90.0, 1.0), (60.0, 12.0)] {
+        let mesh = solid(&mut state);
+        let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 25).unwrap();
+        let mesh = MeshDistance::new(&mesh, None);
+        let spacing = lattice.spacing();
+        let frames = plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / spacing);
+        let empty = || BrickMap::empty(brick_counts(&lattice), spacing, band * spacing);
+        let nodes = |max_listed, window| {
+            let map = empty();
+            let mut marked = Marked::new(&map, &mesh, &lattice, &frames, max_listed);
+            (map.solid_nodes(&mut marked, window), marked.into_near())
+        };
+        let (wanted, near) = nodes(usize::MAX, usize::MAX);
+        for window in [1, 1000, 3000] {
+            let (found, found_near) = nodes(0, window);
+            assert!(found.iter().map(|node| node.to_bits()).eq(wanted.iter().map(|node| node.to_bits())), "{window}");
+            assert!((0..near.len()).all(|slot| near.contains(slot) == found_near.contains(slot)));
+        }
+        let (mut by_signs, mut by_sides) = (empty(), empty());
+        by_signs.set_solid_nodes(&mesh, wanted.clone());
+        let inside: Vec<bool> = wanted.iter().map(|node| node.is_sign_negative()).collect();
+        by_sides.set_magnitudes(&mesh, wanted.iter().map(|node| node.abs()).collect(), &inside);
+        assert_eq!(by_signs.coarse.nodes, by_sides.coarse.nodes);
+        assert!(by_signs.coarse.nodes != wanted, "nothing was lowered");
     }
 }
 
@@ -116,13 +151,14 @@ fn far_from_crossed_slots_magnitudes_interpolate_to_no_more_than_the_distance_fr
     let mesh = MeshDistance::new(&mesh, None);
     let spacing = lattice.spacing();
     let frames = plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / spacing);
-    let (map, marked) = BrickMap::marked(&mesh, &lattice, 3.0 * spacing, &frames).unwrap();
+    let (map, mut marked) = BrickMap::marked(&mesh, &lattice, 3.0 * spacing, &frames).unwrap();
+    marked.look_at(&map, 0..map.counts()[2] as usize + 1);
     let middle_gaps = marked.middle_gaps(&map);
     let slots: Vec<usize> = (0..middle_gaps.len()).collect();
     let crossed: Vec<[u32; 3]> =
         slots.iter().filter(|slot| middle_gaps[**slot] == 0.0).map(|slot| map.slot(*slot)).collect();
     let mut count = 0;
-    for slot in slots.into_iter().filter(|slot| marked.gaps[*slot] >= 16.0) {
+    for slot in slots.into_iter().filter(|slot| marked.gap(*slot) >= 16.0) {
         let first = map.slot(slot);
         let values: [f64; 8] = std::array::from_fn(|corner| {
             let node = std::array::from_fn(|axis| first[axis] + (corner as u32 >> axis & 1));
@@ -158,7 +194,13 @@ fn distances_from_crossed_slots_are_those_to_each_of_them_and_steps_are_limited(
         use transform::From;
         for (from, more) in [(From::Slots, 0), (From::Corners, 1), (From::Middles, 0)] {
             let ends = counts.map(|n| n + more);
-            let mut found = transform::distances(pulp::Arch::new(), &crossed, counts, from);
+            let bits = SlotBits::of(count, |slot| crossed[slot]);
+            let layers = |layers| transform::distances(pulp::Arch::new(), &bits, counts, from, layers);
+            let mut found = layers(0..ends[2]);
+            for window in [0..1, ends[2] / 2..ends[2], ends[2] - 1..ends[2]] {
+                let layer = ends[0] * ends[1];
+                assert_eq!(layers(window.clone()), found[window.start * layer..window.end * layer], "{window:?}");
+            }
             let at = |index: usize, [x, y, _]: [usize; 3]| [index % x, index / x % y, index / x / y];
             for (index, found) in found.iter().enumerate() {
                 let here = at(index, ends);
@@ -205,7 +247,8 @@ fn a_marked_map_signed_by_winding_numbers_has_the_sides_of_one_that_is_measured_
         let frames = plane_frames(mesh.tree(), None, 1.0 / spacing);
         let (map, measured) =
             (BrickMap::new(&mesh, &lattice, band, &frames), BrickMap::by_middles(&mesh, &lattice, band));
-        assert_eq!(map.are_nodes_inside, measured.are_nodes_inside);
+        let sides = |map: &BrickMap| map.coarse.nodes.iter().map(|node| node.is_sign_negative()).collect::<Vec<_>>();
+        assert_eq!(sides(&map), sides(&measured));
         for index in 0..map.slot_count() {
             assert_eq!(map.is_inside(index), measured.is_inside(index), "slot {index}");
             let (found, exact) = (map.distances[index].abs(), measured.distances[index].abs());
@@ -218,8 +261,8 @@ fn a_marked_map_signed_by_winding_numbers_has_the_sides_of_one_that_is_measured_
         for (index, node) in map.map_coarse_nodes(|node| node).into_iter().enumerate() {
             let distance = mesh.nearest(lattice.node(node.map(|n| n * BRICK)).into(), 0).distance as f32;
             assert!(windings.node_distances[index].abs() <= distance * (1.0 + f32::EPSILON), "{node:?}");
-            let magnitude = map.magnitudes[index];
-            if map.are_nodes_inside[index] {
+            let magnitude = map.coarse.nodes[index].abs();
+            if map.is_node_inside(index) {
                 let most = map.inside_magnitude(distance + spacing as f32);
                 assert!((map.inside_magnitude(distance)..=most).contains(&magnitude), "{node:?}");
                 continue;
@@ -253,8 +296,8 @@ fn distances_and_magnitudes_are_those_of_every_node_searched_by_itself() {
             let distance = mesh.nearest(at, 0).distance as f32;
             let is_inside = mesh.signed_distance(at.into()).is_sign_negative();
             let wanted = if is_inside { map.inside_magnitude(distance) } else { map.magnitude(node, distance) };
-            assert_eq!(map.magnitudes[index], wanted, "{node:?}");
-            tilted += usize::from(!is_inside && map.magnitudes[index] > map.magnitude(node, 0.0));
+            assert_eq!(map.coarse.nodes[index].abs(), wanted, "{node:?}");
+            tilted += usize::from(!is_inside && map.coarse.nodes[index].abs() > map.magnitude(node, 0.0));
             if let Some(windings) = &map.windings {
                 assert!(windings.node_distances[index].abs() <= distance * (1.0 + f32::EPSILON), "{node:?}");
             }

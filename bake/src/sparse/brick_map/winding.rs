@@ -7,15 +7,18 @@ use super::marked::{Marked, MarkedNode};
 use super::middles::sign_by_slabs;
 use super::{BrickMap, Windings, middle};
 use crate::sign::flood_fill::NodeBlock;
+use crate::sparse::slot_bits::SlotBits;
 
 /// Distance of the middle of a slot's cells from the sides of the box of its nodes, in voxels.
 const FROM_NODES: f64 = 3.0;
 
 impl BrickMap {
     /// Fills in the sides and magnitudes of a mesh that winding numbers sign.
-    pub(super) fn with_sides_of_windings(mut self, marked: &Marked) -> Self {
+    pub(super) fn with_sides_of_windings(mut self, mut marked: Marked) -> Self {
+        let slot_counts = self.counts().map(|n| n as usize);
+        marked.look_at(&self, 0..slot_counts[2] + 1);
+        let marked = &marked;
         let (mesh, lattice, spacing) = (marked.mesh, marked.lattice, self.spacing);
-        let slot_counts = self.counts.map(|n| n as usize);
         let slot_side = spacing * f64::from(BRICK);
         let middles = NodeBlock { counts: slot_counts, spacing: slot_side, position: &|slot| middle(lattice, slot) };
         let mut distances = self.middle_distances(marked);
@@ -54,8 +57,9 @@ impl BrickMap {
             nodes.iter().zip(distances).zip(guesses).map(value).collect::<Vec<_>>()
         });
         let magnitudes = found.concat();
-        let inside = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
-        self.set_magnitudes(mesh, magnitudes, inside);
+        let inside: Vec<bool> = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
+        self.set_magnitudes(mesh, magnitudes, &inside);
+        self.near = SlotBits::of(self.distances.len(), |slot| marked.is_near(slot));
         self.windings = Some(Windings { middles: middle_windings, nodes: node_windings, node_distances });
         self
     }
@@ -64,7 +68,7 @@ impl BrickMap {
     fn middle_distances(&self, marked: &Marked) -> Vec<f32> {
         let gaps = marked.middle_gaps(self);
         let mut distances = vec![0.0; gaps.len()];
-        let row = self.counts[0] as usize;
+        let row = self.counts()[0] as usize;
         sdf_parallel::for_each(distances.chunks_mut(row).enumerate().collect(), |(line, distances)| {
             let mut guess = 0;
             for (x, distance) in distances.iter_mut().enumerate() {

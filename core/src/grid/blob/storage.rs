@@ -2,7 +2,7 @@
 
 use crate::ErrorBound;
 use crate::grid::block_bounds::merge_blocks;
-use crate::grid::brick::{Code, Scale, brick_counts};
+use crate::grid::brick::{Code, Scale, brick_counts, index_in};
 use crate::grid::sparse::{BrickData, Sparse};
 use crate::grid::{BlockBounds, Lattice, Precision, Sampling, Storage};
 use crate::number::interval::Interval;
@@ -148,8 +148,8 @@ impl<C: BlobCode> BlobBricks<'_, C> {
 impl<C: BlobCode> BrickData for BlobBricks<'_, C> {
     type Code = C;
     #[inline]
-    fn table_entry(&self, slot: usize) -> Option<u32> {
-        self.table.get(slot).map(|entry| u32::from_le_bytes(*entry))
+    fn table_entry(&self, slot: [u32; 3], counts: [u32; 3]) -> Option<u32> {
+        self.table.get(index_in(counts, slot)).map(|entry| u32::from_le_bytes(*entry))
     }
     #[inline]
     fn scale(&self, brick: usize) -> Option<Scale> {
@@ -164,8 +164,8 @@ impl<C: BlobCode> BrickData for BlobBricks<'_, C> {
         self.bounds.get(brick).map(bounds)
     }
     #[inline]
-    fn coarse_sample(&self, index: usize) -> Option<f32> {
-        self.coarse.get(index).map(|sample| f32::from_le_bytes(*sample))
+    fn coarse_sample(&self, node: [u32; 3], counts: [u32; 3]) -> Option<f32> {
+        self.coarse.get(index_in(counts, node)).map(|sample| f32::from_le_bytes(*sample))
     }
     /// `None` where it is infinite: nothing is known.
     #[inline]

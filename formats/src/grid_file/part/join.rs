@@ -75,8 +75,12 @@ impl JoinedParts {
 
     /// The tables of all parts in one, taken out: a second call returns empty tables.
     pub fn take_tables(&mut self) -> PartTables {
-        let mut all = PartTables { near: self.near[self.parts.len()], ..PartTables::default() };
+        let sides = self.parts[0].sides;
+        let mut all = PartTables { near: self.near[self.parts.len()], sides, ..PartTables::default() };
         let mut tables: Vec<PartTables> = self.parts.iter_mut().map(|part| std::mem::take(&mut part.tables)).collect();
+        if let [one] = &mut tables[..] {
+            return std::mem::take(one);
+        }
         for is_near in [true, false] {
             for table in &tables {
                 let range = if is_near { 0..table.near } else { table.near..table.slots.len() };
@@ -87,9 +91,8 @@ impl JoinedParts {
             }
         }
         for table in &mut tables {
-            append(&mut all.magnitudes, &mut table.magnitudes);
+            append(&mut all.coarse, &mut table.coarse);
             append(&mut all.slot_sides, &mut table.slot_sides);
-            append(&mut all.node_sides, &mut table.node_sides);
         }
         all
     }
@@ -161,7 +164,7 @@ fn difference(a: &PartReader, b: &PartReader) -> Option<String> {
     let rest = |part: &PartReader| {
         let PartInfo { index: _, count: _, lattice, band, precision, about, compression: _, is_sign_continuous } =
             part.info.clone();
-        (lattice, band.to_bits(), precision, about, is_sign_continuous, part.mesh_info, part.has_node_sides)
+        (lattice, band.to_bits(), precision, about, is_sign_continuous, part.mesh_info, part.sides)
     };
     (rest(a) != rest(b)).then(|| format!("does not fit {other}, though both state the same mesh and options"))
 }

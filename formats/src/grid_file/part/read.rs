@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{Scale, brick_counts};
 
-use super::{Codes, GROUP, PartInfo, PartTables, map_sizes, share};
+use super::{Codes, GROUP, PartInfo, PartTables, Sides, map_sizes, share};
 use crate::grid_file::coding::Coding;
 use crate::grid_file::digests::{DatasetList, Digests, open_dataset};
 use crate::grid_file::header::{Attributes, Header};
@@ -23,14 +23,14 @@ use crate::hdf5::{Dataset, Element, Hdf5Reader, Object, Value};
 pub(super) const CHUNK_BRICKS: usize = 32;
 
 /// Attributes that only parts have, after those of a sparse grid.
-pub(super) const PART_ONLY: [&str; 5] = [PART, BRICKS, COMPRESSION, CONTINUITY, NODE_SIDES];
+pub(super) const PART_ONLY: [&str; 5] = [PART, BRICKS, COMPRESSION, CONTINUITY, SIDES];
 /// Index and number of parts.
 const PART: &str = "part";
 /// Bricks near the surface, and others.
 const BRICKS: &str = "part_bricks";
 const COMPRESSION: &str = "compress";
 const CONTINUITY: &str = "mesh_kind";
-const NODE_SIDES: &str = "has_node_sides";
+const SIDES: &str = "sides";
 
 /// The attributes of a part.
 pub(super) struct PartHeader;
@@ -41,7 +41,7 @@ impl PartHeader {
         info: &PartInfo,
         mesh: Option<&StoredMesh>,
         bricks: [usize; 2],
-        has_node_sides: bool,
+        sides: Sides,
         digests_sha256: String,
     ) -> Attributes {
         let sparse = SparseInfo {
@@ -73,7 +73,7 @@ impl PartHeader {
             integers(&bricks.map(|bricks| bricks as i128)),
             Value::Text(info.compression.name().to_owned()),
             Value::Text(kind.to_owned()),
-            integers(&[has_node_sides.into()]),
+            Value::Text(sides.name().to_owned()),
         ];
         attributes.0.extend(PART_ONLY.into_iter().zip(part_only));
         attributes
@@ -96,7 +96,7 @@ pub(super) struct PartReader {
     pub tables: PartTables,
     /// Number of bricks near the surface, and of others.
     pub bricks: [usize; 2],
-    pub has_node_sides: bool,
+    pub sides: Sides,
     file: Hdf5Reader<'static>,
     digests: Digests,
     samples: Option<SampleDataset>,
@@ -127,7 +127,7 @@ impl PartReader {
             "open" => false,
             _ => return Err(unexpected(CONTINUITY)),
         };
-        let has_node_sides = attributes.integers(NODE_SIDES)? == [1];
+        let sides = Sides::from_name(attributes.text(SIDES)?).ok_or_else(|| unexpected(SIDES))?;
         let sparse = header.sparse.ok_or_else(|| unexpected("layout"))?;
         let [slots, nodes] =
             map_sizes(&header.lattice).ok_or_else(|| GridFault::damaged("its lattice has too many slots"))?;
@@ -145,9 +145,9 @@ impl PartReader {
         let scales = tables.open::<f32>("scales", all, 2)?;
         let roundings = tables.open::<f64>("roundings", all, 1)?;
         let interpolations = tables.open::<f64>("interpolations", all, 1)?;
-        let magnitudes = tables.open::<f32>("magnitudes", node_share, 1)?;
-        let slot_sides = tables.open::<u8>("slot_sides", share(slots, index, count).len(), 1)?;
-        let node_sides = tables.open::<u8>("node_sides", if has_node_sides { node_share } else { 0 }, 1)?;
+        let coarse = tables.open::<f32>("coarse", node_share, 1)?;
+        let slot_share = if sides == Sides::FirstNodes { 0 } else { share(slots, index, count).len() };
+        let slot_sides = tables.open::<u8>("slot_sides", slot_share, 1)?;
         let mut datasets = tables.datasets;
         let mesh = if index == 0 { MeshReader::open(&file, &part, &header, &mut datasets)? } else { None };
         let digests = datasets.read_digests(&file, &part, &header)?;
@@ -159,9 +159,9 @@ impl PartReader {
             scales: scales.chunks_exact(2).map(|scale| Scale { base: scale[0], step: scale[1] }).collect(),
             roundings: read.all(&roundings)?,
             interpolations: read.all(&interpolations)?,
-            magnitudes: read.all(&magnitudes)?,
+            coarse: read.all(&coarse)?,
+            sides,
             slot_sides: read.all(&slot_sides)?.iter().map(|side| *side != 0).collect(),
-            node_sides: read.all(&node_sides)?.iter().map(|side| *side != 0).collect(),
         };
         check::valid_scales(&tables.scales, sparse.precision).map_err(GridFault::damaged)?;
         let counts = brick_counts(&header.lattice);
@@ -177,7 +177,7 @@ impl PartReader {
         let info =
             PartInfo { index, count, lattice, band, precision, about: header.about, compression, is_sign_continuous };
         let (path, mesh_info) = (path.to_owned(), header.mesh);
-        Ok(Self { path, info, mesh_info, tables, bricks, has_node_sides, file, digests, samples, mesh })
+        Ok(Self { path, info, mesh_info, tables, bricks, sides, file, digests, samples, mesh })
     }
 
     /// Codes of some of the bricks, ascending; checked.

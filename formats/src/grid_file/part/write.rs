@@ -85,7 +85,7 @@ fn end<'f>(
 ) -> io::Result<()> {
     let mut chunks = Chunks { compression: Compression::None, checksums: vec![] };
     samples.end(part, &mut chunks.checksums)?;
-    let PartTables { near, slots, scales, roundings, interpolations, magnitudes, slot_sides, node_sides } = tables;
+    let PartTables { near, slots, scales, roundings, interpolations, coarse, sides, slot_sides } = tables;
     let bytes = |sides: &[bool]| -> Vec<u8> {
         let PartInfo { index, count, .. } = *info;
         sides[share(sides.len(), index, count)].iter().map(|is_inside| u8::from(*is_inside)).collect()
@@ -96,9 +96,8 @@ fn end<'f>(
     put.table("scales", 2, &scales)?;
     put.table("roundings", 1, &roundings)?;
     put.table("interpolations", 1, &interpolations)?;
-    put.table("magnitudes", 1, &magnitudes[share(magnitudes.len(), info.index, info.count)])?;
+    put.table("coarse", 1, &coarse[share(coarse.len(), info.index, info.count)])?;
     put.table("slot_sides", 1, &bytes(&slot_sides))?;
-    put.table("node_sides", 1, &bytes(&node_sides))?;
     if let Some(StoredMesh { vertices, triangles, .. }) = mesh.filter(|_| info.index == 0) {
         put.table(kept_mesh::VERTICES, 3, vertices.as_flattened())?;
         put.table(kept_mesh::TRIANGLES, 3, triangles.as_flattened())?;
@@ -109,7 +108,7 @@ fn end<'f>(
     }
     let digests_sha256 = layout::hex(&Sha256::digest(little_endian(&checksums)));
     let bricks = [near, slots.len() - near];
-    let attributes = PartHeader::attributes(info, mesh, bricks, !node_sides.is_empty(), digests_sha256);
+    let attributes = PartHeader::attributes(info, mesh, bricks, sides, digests_sha256);
     debug_assert!(PART_ONLY.iter().all(|name| attributes.0.iter().any(|(known, _)| known == name)));
     set_attributes(part, &attributes);
     part.set_text(CHECKSUM, &attributes.checksum());

@@ -121,6 +121,27 @@ impl<T: Element> Dataset<T> {
         Ok(elements)
     }
 
+    /// The elements of some chunks, each cut to the dataset; on all threads. `check`: as of [`read`](Self::read).
+    pub(super) fn read_chunks(
+        &self,
+        source: &ByteSource,
+        chunks: &[usize],
+        check: impl Fn(usize, &[u8]) -> Result<(), ReadError> + Sync,
+    ) -> Result<Vec<(Tile, Vec<T>)>, ReadError> {
+        let read = |unpacker: &mut Unpacker, chunk: usize| {
+            self.unpack(source, chunk, unpacker)?;
+            check(chunk, &unpacker.unpacked)?;
+            let tile = self.tiling().tile(chunk);
+            let mut elements = zeros(tile.size, self.name)?;
+            T::copy_from_le(&mut elements, &unpacker.unpacked);
+            if elements.iter().all(|element| element.is_finite()) {
+                return Ok((tile, elements));
+            }
+            Err(ReadError::damaged(format!("a number of {} is not finite", self.name)))
+        };
+        sdf_parallel::map_items(chunks.to_vec(), Unpacker::new, read).into_iter().collect()
+    }
+
     /// Leaves the chunk's little-endian elements in `unpacked`, cut to the dataset. A whole chunk that is not packed is read into
     /// its place.
     fn unpack(&self, source: &ByteSource, chunk: usize, unpacker: &mut Unpacker) -> Result<(), ReadError> {
