@@ -210,11 +210,12 @@ impl<'a> SparseBaker<'a> {
     /// Estimate of the peak memory of [`Self::bake_part`] that gives away the samples of so many slots at once, and of joining the parts
     /// again, in bytes, without the mesh.
     pub fn max_streamed_bytes<C>(&self, slots_at_a_time: usize) -> usize {
-        let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 4])>();
+        // The numbers of a brick, its place in a list that is sorted, and its share of a table in blocks.
+        let per_brick = size_of::<([u32; 3], Scale, [f64; 2], BlockBounds, f32, [u32; 12])>();
         let bricks = self.max_bricks();
         let at_a_time = 3 * bricks.min(slots_at_a_time) * BRICK_SAMPLES * size_of::<C>();
         let in_progress = at_a_time + splat::max_bytes(self.mesh);
-        bricks.saturating_mul(per_brick).saturating_add(in_progress).saturating_add(self.map.streamed_bytes())
+        self.map.streamed_bytes(bricks.saturating_mul(per_brick)).saturating_add(in_progress)
     }
 
     /// Error of interpolating exact distances within the band, in the grid that [`Self::bake`] returns. `None` if it

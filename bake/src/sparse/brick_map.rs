@@ -139,10 +139,15 @@ impl BrickMap {
             + self.coarse.nodes.len() * size_of::<([f32; 3], bool)>()
     }
 
-    /// Peak memory of the map, and what is left of it and a table when bricks are joined.
-    pub fn streamed_bytes(&self) -> usize {
-        let slot_bytes = if self.is_solid { SOLID_SLOT_BYTES } else { SLOT_BYTES };
-        self.winding_bytes() + self.coarse.nodes.len() * slot_bytes
+    /// Peak memory of the map, and of what is left of it beside so many bytes for bricks.
+    pub fn streamed_bytes(&self, bricks: usize) -> usize {
+        let nodes = self.coarse.nodes.len();
+        if self.is_solid {
+            // Marks are gone before there are bricks.
+            let marks = nodes * (SOLID_SLOT_BYTES - size_of::<f32>());
+            return (nodes * size_of::<f32>()).saturating_add(bricks.max(marks));
+        }
+        (self.winding_bytes() + nodes * SLOT_BYTES).saturating_add(bricks)
     }
 
     fn winding_bytes(&self) -> usize {

@@ -152,6 +152,8 @@ impl<T: Copy + PartialEq> PartialEq for Blocks<T> {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec;
+
     use super::*;
 
     /// Against a dense list, at thin boxes too, with numbers set in any order and to the common one again.

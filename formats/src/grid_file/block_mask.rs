@@ -207,3 +207,45 @@ fn nodes_near(lattice: &Lattice, region: &Aabb, magnitude: f64) -> Option<[[u32;
 fn max_magnitude(bounds: &Aabb) -> f64 {
     (0..3).fold(0.0, |max: f64, axis| max.max(bounds.min[axis].abs()).max(bounds.max[axis].abs()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of few blocks exactly those of the boxes are needed; of many those of the boxes, and none farther than the rest of a group.
+    #[test]
+    fn blocks_of_boxes_are_needed_and_of_many_blocks_few_others() {
+        let counts = [21_u32, 40, 17];
+        let mut state = 5_u32;
+        let mut random = |below: usize| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as usize % below
+        };
+        for boxes in [1, 2, 7] {
+            let (mut exact, mut grouped) = (BlockMask::new(counts, MAX_COUNTED), BlockMask::new(counts, 0));
+            let mut wanted = vec![];
+            for _ in 0..boxes {
+                let first = counts.map(|count| random(count as usize));
+                let last = [0, 1, 2].map(|axis| (first[axis] + random(9)).min(counts[axis] as usize - 1));
+                exact.add_box(first, last);
+                grouped.add_box(first, last);
+                wanted.push((first, last));
+            }
+            exact.sum();
+            grouped.sum();
+            for block in blocks([0; 3], counts.map(|count| count as usize - 1)) {
+                let block = block.map(|index| index as usize);
+                let is_within = |more: usize| {
+                    wanted.iter().any(|(first, last)| {
+                        (0..3).all(|axis| block[axis] + more >= first[axis] && block[axis] <= last[axis] + more)
+                    })
+                };
+                assert_eq!(exact.contains(block), is_within(0), "{block:?} of {wanted:?}");
+                assert!(
+                    is_within(0) <= grouped.contains(block) && grouped.contains(block) <= is_within(7),
+                    "{block:?}"
+                );
+            }
+        }
+    }
+}

@@ -100,6 +100,35 @@ fn a_part_has_the_values_of_the_whole_where_f32_rounds() {
     }
 }
 
+/// What was not read may have any value: boxes anywhere have bounds that hold, and in the region those of the whole.
+#[test]
+fn bounds_of_a_part_hold_everywhere() {
+    let mut random = Random::from_clock();
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("grid.sdf.h5");
+    let mut unknown = 0;
+    for kind in KINDS {
+        let made = Made::new([300, 111, 100], kind);
+        made.write(&path);
+        let whole = grid_file::read(&path).unwrap().grid;
+        let spot = region(&mut random, &made.lattice).min;
+        let near = Aabb { min: spot, max: spot.map(|x| x + 0.01) };
+        let part = grid_file::open(&path).unwrap().read_needed([near], f64::MAX).unwrap().grid;
+        for _ in 0..300 {
+            let corner = region(&mut random, &made.lattice).min;
+            let place = Aabb { min: corner, max: corner.map(|x| x + 0.1 * fraction(&mut random)) };
+            let [(least, most), (lower, upper)] = [&whole, &part].map(|grid| {
+                let range = grid.enclose_box(&place).range;
+                (range.lower, range.upper)
+            });
+            assert!(lower <= least && most <= upper, "{kind:?} {place:?}: {lower}..{upper} for {least}..{most}");
+            unknown += usize::from(lower < least);
+        }
+    }
+    println!("{unknown} boxes were not read");
+    assert!(unknown > 100, "all was read");
+}
+
 /// The search does not evaluate the field where nothing was read.
 #[test]
 fn contacts_with_a_part_are_those_with_the_whole() {

@@ -5,7 +5,7 @@ use std::fs;
 
 use hdf5_reader::Hdf5File;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
 use sdf_formats::grid_file::{self, About, DenseBlockSamples, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
