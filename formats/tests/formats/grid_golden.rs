@@ -1,5 +1,5 @@
 //! Files that earlier versions of sdftool wrote are read as they were then. Made by `sdftool bake box.obj --res 8`, of a box from -1 to
-//! 1, the sparse one with `--layout sparse --keep-mesh`.
+//! 1, the sparse one with `--layout sparse --keep-mesh`, that of version 5 with `--precision u16`.
 
 use sdf_core::Sdf;
 use sdf_core::grid::owned::{Layout, Precision};
@@ -8,6 +8,8 @@ use sdf_formats::grid_file::{self, StoredGrid};
 
 const DENSE_3: &[u8] = include_bytes!("../golden/version-3-dense.h5");
 const SPARSE_3: &[u8] = include_bytes!("../golden/version-3-sparse.h5");
+
+const DENSE_5: &[u8] = include_bytes!("../golden/version-5-dense-u16.h5");
 
 const POINTS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [0.9, 0.2, -0.3], [1.1, 0.25, 0.5]];
 
@@ -27,6 +29,14 @@ fn files_of_version_3_have_the_values_that_they_had() {
     assert_eq!(sparse.sparse.map(|sparse| (sparse.precision, sparse.bricks)), Some((Precision::U16, 20)));
     let mesh = sparse.mesh.unwrap();
     assert_eq!((mesh.vertices.len(), mesh.triangles.len(), mesh.is_sign_continuous), (8, 12, true));
+}
+
+#[test]
+fn a_file_of_version_5_has_the_values_that_it_had() {
+    let dense = grid_file::read_bytes(DENSE_5, "dense").unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(values(&dense), [-0.9999837875366211, -0.0999839186668397, 0.10001413822174081]);
+    let storage = dense.grid.storage();
+    assert_eq!((storage.layout(), storage.precision(), dense.sparse), (Layout::Dense, Precision::U16, None));
 }
 
 /// Checked by SHA-256, as that version did.

@@ -7,10 +7,10 @@ use hdf5_reader::Hdf5File;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
-use sdf_formats::grid_file::{self, About, DenseBlockSamples, ReadCount, Samples, SparseSamples};
+use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
 
-use crate::grid_samples::{Content, DEEP, DENSE, KINDS, Kind, Made, SPARSE_U16, about, lent, lent_blocks};
+use crate::grid_samples::{Content, DEEP, DENSE, KINDS, Kind, Made, SPARSE_U16, about, lent};
 use crate::random::Random;
 
 const SHAPES: [[u32; 3]; 8] =
@@ -233,7 +233,7 @@ fn grids_that_could_not_be_read_are_not_written() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }
 
-fn bad_bounds() -> [BlockBounds; 5] {
+pub fn bad_bounds() -> [BlockBounds; 5] {
     let range = Interval { lower: -1.0, upper: 1.0 };
     let good = BlockBounds { range, slope_bound: 1.0 };
     [
@@ -293,42 +293,6 @@ fn bricks_that_could_not_be_read_are_not_written() {
     refused(SparseSamples { coarse: &coarse, ..bricks });
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
     grid_file::write(&path, &made.lattice, bricks, &about()).unwrap();
-}
-
-#[test]
-fn blocks_that_could_not_be_read_are_not_written() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("grid.sdf.h5");
-    let made = Made::new([33, 9, 17], Kind::Dense(Precision::U8));
-    let Content::DenseU8(blocks) = &made.content else { panic!("another layout") };
-    let blocks = lent_blocks(blocks);
-    let refused = |samples: DenseBlockSamples<u8>| {
-        let error =
-            grid_file::write(&path, &made.lattice, Samples::DenseU8(samples), &about()).unwrap_err().to_string();
-        assert!(error.contains("cannot be written") && error.lines().count() == 1, "{error}");
-    };
-    refused(DenseBlockSamples { samples: &blocks.samples[512..], ..blocks });
-    refused(DenseBlockSamples { scales: &blocks.scales[1..], ..blocks });
-    refused(DenseBlockSamples { bounds: &blocks.bounds[1..], ..blocks });
-    // One block less in all tables: a slot without one.
-    let last = blocks.slots.len() - 1;
-    let (slots, scales, bounds) = (&blocks.slots[..last], &blocks.scales[..last], &blocks.bounds[..last]);
-    refused(DenseBlockSamples { slots, scales, bounds, samples: &blocks.samples[..last * BRICK_SAMPLES] });
-    let mut slots = blocks.slots.to_vec();
-    slots[3] = slots[2];
-    refused(DenseBlockSamples { slots: &slots, ..blocks });
-    for (base, step) in [(f32::NAN, 1.0), (0.0, -1e-9), (3e38, 1e38)] {
-        let mut scales = blocks.scales.to_vec();
-        scales[5] = Scale { base, step };
-        refused(DenseBlockSamples { scales: &scales, ..blocks });
-    }
-    for bad in bad_bounds() {
-        let mut bounds = blocks.bounds.to_vec();
-        bounds[5] = bad;
-        refused(DenseBlockSamples { bounds: &bounds, ..blocks });
-    }
-    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
-    grid_file::write(&path, &made.lattice, Samples::DenseU8(blocks), &about()).unwrap();
 }
 
 /// The files stay in the target folder, for tests/readers/run.sh.

@@ -6,6 +6,7 @@ mod contact_files;
 mod field_round_trip;
 mod fields;
 mod forged;
+mod grid_blocks;
 mod grid_bytes;
 mod grid_damage;
 mod grid_golden;
