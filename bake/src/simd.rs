@@ -47,6 +47,21 @@ pub(crate) fn min<T: Copy + PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
+/// Lesser of two numbers that are not negative, by their bits; NaN is greater than all.
+///
+/// To be taken where the result replaces `a` or `b` in memory. There a comparison becomes a store of those lanes alone that change,
+/// which takes AMD's processors a hundred cycles with AVX2.
+#[inline(always)]
+pub(crate) fn lesser_magnitude(a: f32, b: f32) -> f32 {
+    f32::from_bits(a.to_bits().min(b.to_bits()))
+}
+
+/// Greater of two numbers that are not negative: see [`lesser_magnitude`].
+#[inline(always)]
+pub(crate) fn greater_magnitude(a: f32, b: f32) -> f32 {
+    f32::from_bits(a.to_bits().max(b.to_bits()))
+}
+
 /// Bitwise or of all lanes.
 #[inline(always)]
 pub(crate) fn or_lanes<T: Copy + Default + BitOr<Output = T>>(lanes: &Lanes<T>) -> T {

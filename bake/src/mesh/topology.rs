@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::TriangleMesh;
 use crate::mesh::stitches::needed_stitches;
@@ -92,12 +93,28 @@ pub(crate) struct HalfEdge {
 }
 
 /// A mesh with consistent orientations.
+#[derive(Debug)]
 pub(crate) struct OrientedMesh {
     pub topology: Topology,
     /// Per triangle, and after them per collinear triangle: 1 as it is wound, −1 to be turned, 0 to be ignored.
     pub orientations: Vec<f64>,
     /// Half-edges of all triangles that are not ignored, grouped by edge.
     pub half_edges: Vec<HalfEdge>,
+}
+
+/// The orientation of a mesh between two that ask for it, one soon after the other: it is large, so the second takes it away.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct KnownOrientation(Arc<Mutex<Option<OrientedMesh>>>);
+
+impl KnownOrientation {
+    pub fn new(oriented: OrientedMesh) -> Self {
+        Self(Arc::new(Mutex::new(Some(oriented))))
+    }
+
+    /// The orientation, once.
+    pub fn take(&self) -> Option<OrientedMesh> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
 }
 
 impl OrientedMesh {

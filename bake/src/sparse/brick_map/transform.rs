@@ -1,7 +1,7 @@
 //! Distance from the slots that the surface crosses: an exact Euclidean distance transform, axis by axis (Saito and Toriwaki
 //! 1994, "New algorithms for Euclidean distance transformation"), in slots.
 
-use crate::simd::min;
+use crate::simd::{lesser_magnitude, min};
 
 /// Origin of distances.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -116,6 +116,6 @@ fn limit_lines(values: &mut [f32], length: usize, step: f32) {
 #[inline(always)]
 fn add_nearest(to: &mut [f32], from: &[f32], between: f32) {
     for (to, from) in to.iter_mut().zip(from) {
-        *to = min(*to, *from + between);
+        *to = lesser_magnitude(*to, *from + between);
     }
 }
