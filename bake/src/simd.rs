@@ -107,3 +107,20 @@ impl LaneLists {
         &self.lists[lane][..self.counts[lane]]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn magnitudes_are_compared_as_numbers() {
+        let numbers = [0.0, 1e-45, 1e-38, 0.5, 1.0, 1.0_f32.next_up(), 3e38, f32::INFINITY];
+        for (i, a) in numbers.into_iter().enumerate() {
+            assert_eq!((lesser_magnitude(a, f32::NAN), lesser_magnitude(f32::NAN, a)), (a, a));
+            for (j, b) in numbers.into_iter().enumerate() {
+                assert_eq!(lesser_magnitude(a, b), numbers[i.min(j)]);
+                assert_eq!(greater_magnitude(a, b), numbers[i.max(j)]);
+            }
+        }
+    }
+}
