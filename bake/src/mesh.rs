@@ -20,6 +20,8 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 use thiserror::Error;
 
+use topology::KnownOrientation;
+
 /// Triangles that can be baked: indices in range, finite coordinates, positive extent.
 ///
 /// Points at one position become one point; a triangle that occurs twice counts once, one without area not at all.
@@ -36,6 +38,8 @@ pub struct TriangleMesh {
     pub(crate) intersecting_pairs: Option<usize>,
     /// The triangles in the order of a tree, where one was built before.
     pub(crate) order: Option<Vec<u32>>,
+    /// Its orientation, where it was found before: for one who asks next.
+    pub(crate) known: KnownOrientation,
     /// The mesh whose winding numbers give the signs, where this is only the surface of its solid.
     pub(crate) solid: Option<Arc<TriangleMesh>>,
     /// Distance by which the surface may be off, as its corners are rounded.
@@ -152,8 +156,8 @@ impl TriangleMesh {
         let bounds = with_extent(Aabb::from_points(corners).ok_or(InvalidMesh::NoArea)?)?;
         let counts = MeshReport { welded_points, unreferenced_points, ..MeshReport::default() };
         let report = MeshReport { degenerate_triangles, repeated_triangles, ..counts };
-        let (intersecting_pairs, order, solid) = (None, None, None);
-        Ok(Self { points, triangles, stitches, bounds, report, intersecting_pairs, order, solid, rounding: 0.0 })
+        let (intersecting_pairs, order, solid, known) = (None, None, None, KnownOrientation::default());
+        Ok(Self { points, triangles, stitches, bounds, report, intersecting_pairs, order, known, solid, rounding: 0.0 })
     }
 
     /// Are all coordinates finite and in range, and all indices those of points?

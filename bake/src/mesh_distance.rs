@@ -79,7 +79,7 @@ impl<'a> MeshDistance<'a> {
         let solid = mesh.solid.as_deref().map(Bvh::for_points);
         let sign = if solid.is_some() { sign.and(Some(SignMethod::Winding)) } else { sign };
         let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
-        let mut oriented = orient(mesh_of_signs);
+        let mut oriented = mesh_of_signs.known.take().unwrap_or_else(|| orient(mesh_of_signs));
         let orientations: Vec<f64> =
             tree_of_signs.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
         if oriented.topology.bounds_one_solid() {

@@ -47,6 +47,21 @@ pub(crate) fn min<T: Copy + PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
+/// Lesser of two numbers that are not negative, by their bits; NaN is greater than all.
+///
+/// To be taken where the result replaces `a` or `b` in memory. There a comparison becomes a store of those lanes alone that change,
+/// which takes AMD's processors a hundred cycles with AVX2.
+#[inline(always)]
+pub(crate) fn lesser_magnitude(a: f32, b: f32) -> f32 {
+    f32::from_bits(a.to_bits().min(b.to_bits()))
+}
+
+/// Greater of two numbers that are not negative: see [`lesser_magnitude`].
+#[inline(always)]
+pub(crate) fn greater_magnitude(a: f32, b: f32) -> f32 {
+    f32::from_bits(a.to_bits().max(b.to_bits()))
+}
+
 /// Bitwise or of all lanes.
 #[inline(always)]
 pub(crate) fn or_lanes<T: Copy + Default + BitOr<Output = T>>(lanes: &Lanes<T>) -> T {
@@ -90,5 +105,22 @@ impl LaneLists {
 
     pub fn lane(&self, lane: usize) -> &[u32] {
         &self.lists[lane][..self.counts[lane]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn magnitudes_are_compared_as_numbers() {
+        let numbers = [0.0, 1e-45, 1e-38, 0.5, 1.0, 1.0_f32.next_up(), 3e38, f32::INFINITY];
+        for (i, a) in numbers.into_iter().enumerate() {
+            assert_eq!((lesser_magnitude(a, f32::NAN), lesser_magnitude(f32::NAN, a)), (a, a));
+            for (j, b) in numbers.into_iter().enumerate() {
+                assert_eq!(lesser_magnitude(a, b), numbers[i.min(j)]);
+                assert_eq!(greater_magnitude(a, b), numbers[i.max(j)]);
+            }
+        }
     }
 }

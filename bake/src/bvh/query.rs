@@ -84,23 +84,31 @@ impl Bvh {
             (if tolerance > 0.0 { limit * limit } else { best_sq }) * (1.0 + PRUNE_SLACK)
         };
         let mut max_distance_sq = limit_sq(best.on_triangle.distance_sq);
-        let mut stack = [(0.0, 0, 0); STACK];
+        let mut stack = [(0.0, 0_u32, 0_u32); STACK];
         let mut depth = 1;
-        stack[0] = (0.0, self.levels.len() - 1, 0);
+        stack[0] = (0.0, self.levels.len() as u32 - 1, 0);
         while depth > 0 {
             depth -= 1;
             let (distance_sq, level, node) = stack[depth];
             if distance_sq > max_distance_sq {
                 continue;
             }
+            let (level, node) = (level as usize, node as usize);
             let distances_sq = self.levels[level][node].distances_sq(point);
             let first = depth;
-            for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                if distance_sq > max_distance_sq {
-                    continue;
-                }
-                let index = node * ARITY + child;
+            // One branch for each child that is near, none for the others.
+            let mut near = 0_u32;
+            for child in 0..ARITY {
+                near |= u32::from(distances_sq[child] <= max_distance_sq) << child;
+            }
+            while near != 0 {
+                let child = near.trailing_zeros() as usize;
+                near &= near - 1;
+                let (distance_sq, index) = (distances_sq[child], node * ARITY + child);
                 if level == 0 {
+                    if distance_sq > max_distance_sq {
+                        continue;
+                    }
                     let on_triangle = nearest_on_triangle(point, self.corners[index]);
                     if (on_triangle.distance_sq, index) < (best.on_triangle.distance_sq, best.slot) {
                         best = NearestTriangle { slot: index, on_triangle };
@@ -114,7 +122,7 @@ impl Bvh {
                     stack[position] = stack[position - 1];
                     position -= 1;
                 }
-                stack[position] = (distance_sq, level - 1, index);
+                stack[position] = (distance_sq, level as u32 - 1, index as u32);
                 depth += 1;
             }
         }

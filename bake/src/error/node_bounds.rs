@@ -11,7 +11,7 @@ use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::rounding::SLOPE_ROUNDING;
-use crate::simd::{max, min};
+use crate::simd::{greater_magnitude, max, min};
 
 /// Nodes of a brick along each axis, with a halo of one: cells have corners in several bricks.
 const SIDE: usize = BRICK as usize + 2;
@@ -109,17 +109,17 @@ impl pulp::NullaryFnOnce for LargestAtSignChange<'_> {
         for z in 1..=own_cells[2] {
             for y in 1..=own_cells[1] {
                 let rows = [[y, z], [y + 1, z], [y, z + 1], [y + 1, z + 1]].map(|[y, z]| &values[z][y]);
-                let before = largest;
                 for x in 0..CELLS {
                     let (mut lower, mut upper) = (rows[0][x], rows[0][x]);
                     for row in rows {
                         lower = min(min(row[x], row[x + 1]), lower);
                         upper = max(max(row[x], row[x + 1]), upper);
                     }
-                    let magnitude = max(upper, -lower);
+                    // Not −0.
+                    let magnitude = max(upper, -lower).abs();
                     let is_own = (1 <= x) & (x <= own_cells[0]);
                     let counts = is_own & (lower <= rounding) & (upper >= -rounding) & (magnitude <= max_magnitude);
-                    largest[x] = if counts { max(magnitude, before[x]) } else { before[x] };
+                    largest[x] = greater_magnitude(if counts { magnitude } else { 0.0 }, largest[x]);
                 }
             }
         }

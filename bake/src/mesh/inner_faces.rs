@@ -24,7 +24,7 @@ use sdf_core::nalgebra::Vector3;
 use super::has_area;
 use super::inner_shells::MAX_SHELLS;
 use super::intersections::{contacts, intersecting_pairs};
-use super::topology::{OrientedMesh, Shells, orient, same_edge};
+use super::topology::{KnownOrientation, OrientedMesh, Shells, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::rounding::PIECE_ROUNDING;
@@ -60,7 +60,7 @@ impl TriangleMesh {
     pub fn without_inner_faces(self) -> Self {
         let oriented = orient(&self);
         if oriented.boundary().next().is_some() {
-            return self;
+            return Self { known: KnownOrientation::new(oriented), ..self };
         }
         let topology = oriented.topology;
         let are_shells_known =
@@ -70,10 +70,10 @@ impl TriangleMesh {
             return mesh;
         }
         let oriented = if mesh.report.inner_shells > 0 { orient(&mesh) } else { oriented };
-        mesh.divided(&oriented)
+        mesh.divided(oriented)
     }
 
-    fn divided(mut self, oriented: &OrientedMesh) -> Self {
+    fn divided(mut self, oriented: OrientedMesh) -> Self {
         let tree = Bvh::for_points(&self);
         if oriented.topology.bounds_one_solid() {
             let in_tree = |triangle: &u32| oriented.orientations[*triangle as usize];
@@ -82,6 +82,7 @@ impl TriangleMesh {
             self.intersecting_pairs = Some(count);
             if count == 0 {
                 self.order = Some(tree.triangles);
+                self.known = KnownOrientation::new(oriented);
                 return self;
             }
         }
@@ -123,8 +124,8 @@ impl TriangleMesh {
             self.report.has_too_many_crossings = true;
             return self;
         };
-        let apart = self.verdicts_apart(oriented, &sides, &divided);
-        self.assembled(oriented, &apart, &divided)
+        let apart = self.verdicts_apart(&oriented, &sides, &divided);
+        self.assembled(&oriented, &apart, &divided)
     }
 
     /// Verdict of each triangle that meets no other. Meaningless for the others.
@@ -212,6 +213,7 @@ impl TriangleMesh {
             rounding,
             intersecting_pairs: None,
             order: None,
+            known: KnownOrientation::default(),
             solid: Some(Arc::new(self)),
         }
     }

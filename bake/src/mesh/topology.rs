@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::TriangleMesh;
 use crate::mesh::stitches::needed_stitches;
@@ -92,12 +93,28 @@ pub(crate) struct HalfEdge {
 }
 
 /// A mesh with consistent orientations.
+#[derive(Debug)]
 pub(crate) struct OrientedMesh {
     pub topology: Topology,
     /// Per triangle, and after them per collinear triangle: 1 as it is wound, −1 to be turned, 0 to be ignored.
     pub orientations: Vec<f64>,
     /// Half-edges of all triangles that are not ignored, grouped by edge.
     pub half_edges: Vec<HalfEdge>,
+}
+
+/// The orientation of a mesh between two that ask for it, one soon after the other: it is large, so the second takes it away.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct KnownOrientation(Arc<Mutex<Option<OrientedMesh>>>);
+
+impl KnownOrientation {
+    pub fn new(oriented: OrientedMesh) -> Self {
+        Self(Arc::new(Mutex::new(Some(oriented))))
+    }
+
+    /// The orientation, once.
+    pub fn take(&self) -> Option<OrientedMesh> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
 }
 
 impl OrientedMesh {
@@ -117,9 +134,12 @@ impl OrientedMesh {
 /// Computes all of a mesh's topology but its intersections, for which the caller has a tree.
 pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
     let mut is_counted = vec![true; mesh.triangles.len()];
-    let doubles = back_to_back(mesh, &is_counted);
-    doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = false);
     let mut half_edges = half_edges(mesh, &is_counted);
+    let doubles = back_to_back(mesh, &half_edges);
+    if !doubles.is_empty() {
+        doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = false);
+        half_edges = self::half_edges(mesh, &is_counted);
+    }
     if !doubles.is_empty() && half_edges.chunk_by(same_edge).any(|edge| edge.len() % 2 == 1) {
         // A sheet with two sides, or a wall between two solids: both triangles count, and cancel.
         doubles.iter().for_each(|[_, second]| is_counted[*second as usize] = true);
@@ -215,18 +235,22 @@ fn counting_sort<T: Ord + Copy>(items: &mut Vec<T>, key_count: usize, key: impl 
     *items = sorted;
 }
 
-/// Pairs of triangles with the same corners. Their windings differ: [`TriangleMesh`] removed repeated triangles.
-fn back_to_back(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<[u32; 2]> {
-    let triangles = (0_u32..).zip(&mesh.triangles).filter(|(triangle, _)| is_counted[*triangle as usize]);
-    let mut by_corners: Vec<([u32; 3], u32)> = triangles
-        .map(|(triangle, corners)| {
-            let mut sorted = *corners;
-            sorted.sort_unstable();
-            (sorted, triangle)
-        })
-        .collect();
-    counting_sort(&mut by_corners, mesh.points.len(), |(corners, _)| corners[0]);
-    by_corners.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1]).collect()
+/// Pairs of triangles with the same corners, by the half-edges of all. Their windings differ: [`TriangleMesh`] removed repeated triangles.
+fn back_to_back(mesh: &TriangleMesh, half_edges: &[HalfEdge]) -> Vec<[u32; 2]> {
+    let third = |half: &HalfEdge| mesh.triangles[half.triangle as usize][(usize::from(half.corner) + 2) % 3];
+    let mut pairs = vec![];
+    for edge in half_edges.chunk_by(same_edge) {
+        let points = edge[0].points;
+        if edge.len() == 1 || edge.len() == 2 && third(&edge[0]) != third(&edge[1]) {
+            continue;
+        }
+        // Each pair is found at the edge without its highest corner.
+        let opposite = edge.iter().map(|half| (third(half), half.triangle)).filter(|(third, _)| *third > points[1]);
+        let mut opposite: Vec<(u32, u32)> = opposite.collect();
+        opposite.sort_unstable();
+        pairs.extend(opposite.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1]));
+    }
+    pairs
 }
 
 /// Orients all triangles connected to `first` by edges of two triangles, turning as few as possible.

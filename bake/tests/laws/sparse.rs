@@ -151,6 +151,19 @@ fn it_is_continuous_and_no_steeper_than_its_slope_bound_everywhere() {
     }
 }
 
+/// Beyond its box a grid goes on as a distance outside, so it is steep there where it is cut off inside of the solid.
+#[test]
+fn a_box_that_cuts_the_solid_counts_where_no_brick_is() {
+    let mesh = meshes::icosphere(3);
+    for (origin, with_bricks) in [([-0.3; 3], false), ([-0.2, -0.3, 0.3], true)] {
+        let lattice = Lattice::new(origin, 0.02, [40; 3]).unwrap();
+        let grid = bake::<u16>(&mesh, &lattice);
+        assert_eq!(!grid.slots.is_empty(), with_bricks);
+        let steepest = measure_slope_bound(&lattice, &Sparse::new(&lattice, &grid).unwrap());
+        assert!(steepest <= grid.slope_bound * (1.0 + 1e-6), "{steepest} > {}", grid.slope_bound);
+    }
+}
+
 #[test]
 fn it_is_within_its_error_bound_in_the_band_and_at_most_the_distance_beyond() {
     fn check<C: Quantize>(name: &str, mesh: &Mesh, random: &mut Random) -> f64 {

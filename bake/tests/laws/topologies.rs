@@ -1,5 +1,7 @@
 //! Topology of a mesh, and the sign method chosen for it.
 
+use std::collections::BTreeSet;
+
 use sdf_bake::{MeshDistance, SignMethod, Topology};
 use sdf_core::nalgebra::Vector3;
 
@@ -129,6 +131,24 @@ fn faces_doubled_back_to_back_are_counted() {
     let two_sided = meshes::sheet(2).and(meshes::sheet(2).flipped());
     let wanted = Topology { doubled: 8, non_manifold_edges: 8, ..CLOSED_SHELL };
     assert_verdict(&two_sided, wanted, "winding: 8 non-manifold edges, 8 faces doubled back to back");
+}
+
+/// Any triangles of seven points: most edges have many, and each triangle may occur with either winding.
+#[test]
+fn doubled_faces_among_many_at_an_edge_are_counted() {
+    let mut random = Random::from_env();
+    for count in [20, 40, 80] {
+        let points: Vec<[f64; 3]> = (0..7).map(|_| random.point_in_cube(1.0).into()).collect();
+        let mut index = || (random.between(0.0, 7.0) as u32).min(6);
+        let corners: Vec<[u32; 3]> = (0..count).map(|_| [index(), index(), index()]).collect();
+        let mesh = Mesh::new(&points, &corners).baked();
+        let sorted = |[a, b, c]: [u32; 3]| [a.min(b).min(c), a.max(b).max(c), a + b + c];
+        let is_even = |[a, b, c]: [u32; 3]| (a < b) ^ (b < c) ^ (c < a);
+        let distinct = corners.iter().filter(|[a, b, c]| a != b && b != c && c != a);
+        let kinds: BTreeSet<([u32; 3], bool)> = distinct.map(|corners| (sorted(*corners), is_even(*corners))).collect();
+        let wanted = kinds.iter().filter(|(corners, is_even)| *is_even && kinds.contains(&(*corners, false))).count();
+        assert_eq!(MeshDistance::new(&mesh, None).topology().doubled, wanted, "{corners:?}");
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use crate::simd::min;
+use crate::simd::{lesser_magnitude, min};
 use crate::sparse::slot_bits::SlotBits;
 
 /// Origin of distances.
@@ -277,6 +277,6 @@ fn limit_lines(values: &mut [f32], length: usize, limit: &impl Fn(&mut f32, f32)
 #[inline(always)]
 fn add_nearest(to: &mut [f32], from: &[f32], between: f32) {
     for (to, from) in to.iter_mut().zip(from) {
-        *to = min(*to, *from + between);
+        *to = lesser_magnitude(*to, *from + between);
     }
 }

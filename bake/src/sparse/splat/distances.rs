@@ -20,6 +20,7 @@ use super::packed::{PackedTriangles, View, WIDTH, Wide, pack_bits};
 use super::sides::NodeBits;
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BRICK_DISTANCE_ROUNDING, CHAIN_SLACK_F32};
+use crate::simd::lesser_magnitude;
 
 /// Nodes of a brick.
 pub(super) const NODES: usize = 512;
@@ -303,9 +304,9 @@ impl Nearest {
         for lane in 0..WIDTH {
             let as_above = if heights[lane] > -rounding { now[lane] } else { f32::INFINITY };
             let as_below = if heights[lane] < rounding { now[lane] } else { f32::INFINITY };
-            self.all[group][lane] = lesser(now[lane], all[lane]);
-            self.above[group][lane] = lesser(as_above, above[lane]);
-            self.below[group][lane] = lesser(as_below, below[lane]);
+            self.all[group][lane] = lesser_magnitude(now[lane], all[lane]);
+            self.above[group][lane] = lesser_magnitude(as_above, above[lane]);
+            self.below[group][lane] = lesser_magnitude(as_below, below[lane]);
         }
     }
 }
@@ -369,7 +370,7 @@ fn nearest_of(views: &[View]) -> (usize, usize) {
         let (before, mut next) = (least, packs);
         for lane in 0..WIDTH {
             next[lane] = if view.distances_sq[lane] < before[lane] { pack } else { packs[lane] };
-            least[lane] = lesser(view.distances_sq[lane], before[lane]);
+            least[lane] = lesser_magnitude(view.distances_sq[lane], before[lane]);
         }
         packs = next;
     }

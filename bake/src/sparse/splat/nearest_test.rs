@@ -14,6 +14,7 @@
 use super::frame::{greater, lesser};
 use super::packed::{PackedTriangles, View, WIDTH, Wide};
 use crate::rounding::CHAIN_SLACK_F32;
+use crate::simd::greater_magnitude;
 
 /// A box of points around the middle of some nodes, from `lower` to `upper`, in voxels.
 #[derive(Clone, Copy)]
@@ -101,7 +102,7 @@ pub(super) fn largest_sine(packed: &[PackedTriangles], masks: &[u32]) -> f32 {
         if *mask == 0 {
             continue;
         }
-        let (before, before_sq) = (cosines, sines_sq);
+        let before = cosines;
         for lane in 0..WIDTH {
             let normal = pack.normal(lane);
             let cosine = normal[0].mul_add(axis[0], normal[1].mul_add(axis[1], normal[2] * axis[2]));
@@ -112,7 +113,7 @@ pub(super) fn largest_sine(packed: &[PackedTriangles], masks: &[u32]) -> f32 {
             }
             let is_masked = *mask >> lane & 1 == 1;
             cosines[lane] = if is_masked { lesser(cosine, before[lane]) } else { before[lane] };
-            sines_sq[lane] = if is_masked { greater(sine_sq, before_sq[lane]) } else { before_sq[lane] };
+            sines_sq[lane] = greater_magnitude(if is_masked { sine_sq } else { 0.0 }, sines_sq[lane]);
         }
     }
     let cosine = cosines.into_iter().fold(1.0, lesser);
