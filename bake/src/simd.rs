@@ -16,7 +16,7 @@ pub(crate) type VectorX8<T> = [Lanes<T>; 3];
 
 /// The vector in one lane.
 #[inline(always)]
-pub(crate) fn lane_of<T: Copy>(vectors: &VectorX8<T>, lane: usize) -> [T; 3] {
+pub(crate) fn lane_of<T: Copy, const L: usize>(vectors: &[[T; L]; 3], lane: usize) -> [T; 3] {
     [vectors[0][lane], vectors[1][lane], vectors[2][lane]]
 }
 

@@ -95,7 +95,7 @@ pub struct Contact<R: Float> {
     pub error_bound: R,
     /// Lower bound of d on the whole element.
     pub shape_lower_bound: R,
-    /// Points at which the field was evaluated, the cull's included.
+    /// Evaluations of the field by the search, as its budget counts them; not the cull's.
     pub evaluations: u32,
     /// How far to trust it.
     pub status: ContactStatus,

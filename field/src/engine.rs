@@ -11,7 +11,7 @@
 
 use pulp::NullaryFnOnce;
 use sdf_core::contact::batch::{self, CullReason, Survivor};
-use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::contact::{Element, Outcome, contact, cull};
 use sdf_core::grid::owned::OwnedStorage;
 use sdf_core::minimize::Minimizer;
 use sdf_core::placed::{Posed, Rigid};
@@ -44,6 +44,33 @@ impl<const N: usize> Query<'_, N> {
         }
     }
 
+    /// What of the elements that are not culled the bounds say, in their order: a lower bound, or why there is none.
+    pub fn survivors(&self) -> Vec<(usize, Result<f64, CullReason>)> {
+        match (self.field, Vectors::new()) {
+            (AnyField::Grid(grid), Some(vectors)) => match grid.storage() {
+                OwnedStorage::Dense(samples) => self.wide_survivors(&grid.with_storage(samples), vectors),
+                _ => self.wide_survivors(&**grid, vectors),
+            },
+            _ => {
+                let field = Posed { field: self.field, pose: self.pose };
+                let bound = |element| match cull(&field, self.margin, element) {
+                    Err(Outcome::Culled) => None,
+                    result => Some(result.map_err(|_| CullReason::NotFinite)),
+                };
+                let bounds = self.elements.iter().map(bound).enumerate();
+                bounds.filter_map(|(index, result)| result.map(|result| (index, result))).collect()
+            }
+        }
+    }
+
+    fn wide_survivors<F: EnclosedSdf>(&self, field: &F, vectors: Vectors) -> Vec<(usize, Result<f64, CullReason>)> {
+        let field = Posed { field, pose: self.pose };
+        let Self { margin, elements, .. } = *self;
+        let mut survivors = vectors.run(WideCull { field, margin, elements });
+        survivors.sort_unstable_by_key(|(index, _)| *index);
+        survivors
+    }
+
     /// Element by element.
     #[inline(never)]
     fn one_by_one<M: Minimizer<N>>(
@@ -61,10 +88,9 @@ impl<const N: usize> Query<'_, N> {
         F: EnclosedSdf,
         M: Minimizer<N>,
     {
+        let culled = self.wide_survivors(field, vectors);
         let field = Posed { field, pose: self.pose };
         let Self { margin, elements, .. } = *self;
-        let mut culled = vectors.run(WideCull { field, margin, elements });
-        culled.sort_unstable_by_key(|(index, _)| *index);
         if !M::USES_SIMD {
             return self.one_by_one(culled.iter().map(|(index, _)| *index), minimizer);
         }

@@ -1,16 +1,15 @@
 //! Contacts with the mesh that a grid was baked from, not with the grid: distance, normal and surface point of its triangles.
 //!
-//! 1. The grid tells which elements can be near at all: φ exceeds the distance by no more than its error bound. A short search in it
-//!    tells where to begin.
+//! 1. The grid tells which elements can be near at all: φ exceeds the distance by no more than its error bound. Its value at
+//!    the centroid tells where to begin.
 //! 2. Where that point is outside, the nearest points of element and mesh are those of two triangles: [`MeshSurface::closest`].
 //! 3. Where it is inside, or both cross: [`MeshSurface::deepest`].
 
 use sdf_bake::{ClosestPoints, DepthLimits, MeshSurface, Probe, SurfacePoint};
-use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX, Outcome};
-use sdf_core::minimize::{FrankWolfe, Minimum};
+use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Posed, Rigid};
-use sdf_core::{AnyField, EnclosedSdf};
+use sdf_core::{AnyField, EnclosedSdf, Sdf};
 
 use crate::MeshView;
 use crate::contacts::{CHUNK, Contacts, QueryError};
@@ -19,9 +18,6 @@ use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::{check, element};
 use crate::method::Method;
 use crate::options::{ContactOptions, Elements};
-
-/// Steps of the search in the grid that tells where to begin.
-const START_STEPS: u32 = 8;
 
 /// Depths are certified to this fraction of the diagonal of the mesh's box.
 const TOLERANCE: f64 = 2e-7;
@@ -61,35 +57,28 @@ impl ExactField<'_> {
             return Err(QueryError::ExactHasItsOwnMethod);
         }
         let ContactOptions { margin, pose, .. } = *options;
-        let error = Posed { field: self.grid, pose }.error_bound(&finite_bounds(points)).near;
+        let field = Posed { field: self.grid, pose };
+        let error = field.error_bound(&finite_bounds(points)).near;
         if !error.is_finite() {
             return Err(QueryError::ErrorBoundUnknown);
         }
         // Every point deep inside is below this too, though its value in a sparse grid is coarse.
         let search_margin = margin.max(0.0) + error;
         let search = ExactSearch { surface: self.surface, pose, margin, error };
-        let start = FrankWolfe { iterations: START_STEPS, ..FrankWolfe::default() };
         let search_chunk = |first: usize, vertices: &[[u32; N]]| {
             let elements: Vec<_> =
                 (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
             let query = Query { field: self.grid, pose, margin: search_margin, elements: &elements };
             let (mut found, mut guess) = (Contacts::default(), 0);
-            for (index, outcome) in query.outcomes(&start) {
-                found.count(&outcome);
-                let start = match &outcome {
-                    Outcome::Contact(contact) => {
-                        let Contact { weights, distance, evaluations, .. } = *contact;
-                        Start { weights, value: distance, evaluations }
-                    }
-                    Outcome::Separated(minimum) => {
-                        let Minimum { weights: own, sample, evaluations, .. } = minimum;
-                        let mut weights = [0.0; 3];
-                        weights.iter_mut().zip(own).for_each(|(weight, own)| *weight = *own);
-                        Start { weights, value: sample.value, evaluations: *evaluations as u32 }
-                    }
-                    Outcome::Culled | Outcome::NotFinite => continue,
-                };
-                found.contacts.extend(search.contact(&elements[index], &start, &mut guess));
+            for (index, bound) in query.survivors() {
+                if bound.is_err() {
+                    found.not_finite_count += 1;
+                    continue;
+                }
+                found.searched_count += 1;
+                let element = &elements[index];
+                let value = field.value(element.simplex.centroid());
+                found.contacts.extend(search.contact(element, value, &mut guess));
             }
             found
         };
@@ -107,13 +96,6 @@ struct ExactSearch<'a> {
     error: f64,
 }
 
-/// A point of an element that is low in the grid.
-struct Start {
-    weights: [f64; 3],
-    value: f64,
-    evaluations: u32,
-}
-
 /// The point of an element that is nearest to the mesh or deepest in it.
 struct Settled {
     weights: [f64; 3],
@@ -124,26 +106,27 @@ struct Settled {
 }
 
 impl ExactSearch<'_> {
-    /// The contact of an element, if it has a point within the margin. `guess` is a triangle near the last element: it saves time and
+    /// The contact of an element, if it has a point within the margin. `value` is the grid's at the centroid. `guess` is a triangle near the last element: it saves time and
     /// changes nothing.
     fn contact<const N: usize>(
         &self,
         element: &Element<f64, N>,
-        start: &Start,
+        value: f64,
         guess: &mut usize,
     ) -> Option<Contact<f64>> {
         let world = element.simplex.corners;
         let corners = world.map(|corner| self.pose.map_or(corner, |pose| pose.pull(corner).point));
-        let found = self.settle(&corners, start, guess)?;
-        (found.at.distance <= self.margin).then(|| self.report(element, &found, start.evaluations))
+        let found = self.settle(&corners, value, guess)?;
+        (found.at.distance <= self.margin).then(|| self.report(element, &found))
     }
 
     /// `None` where no point is within the margin; not always then.
-    fn settle(&self, corners: &[Vector3<f64>], start: &Start, guess: &mut usize) -> Option<Settled> {
-        let weights = start.weights;
-        let query = corners.iter().zip(weights).map(|(corner, weight)| corner * weight).sum();
+    fn settle(&self, corners: &[Vector3<f64>], value: f64, guess: &mut usize) -> Option<Settled> {
+        let share = 1.0 / corners.len() as f64;
+        let weights = std::array::from_fn(|corner| if corner < corners.len() { share } else { 0.0 });
+        let query = corners.iter().sum::<Vector3<f64>>() * share;
         // Where the grid's error leaves the sign open, the mesh has it.
-        let is_outside = start.value > self.error * (1.0 + ROUNDING);
+        let is_outside = value > self.error * (1.0 + ROUNDING);
         let measured = (!is_outside).then(|| {
             let at = self.surface.nearest(query, *guess, None);
             *guess = at.slot;
@@ -155,7 +138,7 @@ impl ExactSearch<'_> {
             // Where the sign jumps elsewhere, as at holes, a point far from the triangles may be inside.
             let rounding = ROUNDING * corners.iter().map(|corner| corner.amax()).fold(0.0, f64::max);
             let limit = if is_continuous { self.margin.max(0.0) + rounding } else { f64::INFINITY };
-            let closest = self.surface.closest(corners, query, limit)?;
+            let closest = self.surface.closest(corners, measured.map(|start| start.at.slot), limit)?;
             // Two edges that cross come within rounding of each other.
             if closest.distance > rounding && is_continuous {
                 let ClosestPoints { weights, distance, at } = closest;
@@ -180,8 +163,8 @@ impl ExactSearch<'_> {
         })
     }
 
-    fn report<const N: usize>(&self, element: &Element<f64, N>, found: &Settled, evaluations: u32) -> Contact<f64> {
-        let Settled { weights, at, lower_bound, is_settled, evaluations: measured } = *found;
+    fn report<const N: usize>(&self, element: &Element<f64, N>, found: &Settled) -> Contact<f64> {
+        let Settled { weights, at, lower_bound, is_settled, evaluations } = *found;
         let push = |point: Vector3<f64>| self.pose.map_or(point, |pose| pose.push(point));
         let own: [f64; N] = std::array::from_fn(|corner| weights[corner]);
         let mut vertices = [NO_VERTEX; 3];
@@ -214,7 +197,7 @@ impl ExactSearch<'_> {
             lower_bound: lower_bound - rounding,
             error_bound: rounding,
             shape_lower_bound: lower_bound - rounding,
-            evaluations: evaluations.saturating_add(measured),
+            evaluations: evaluations.saturating_add(1),
             status,
         }
     }

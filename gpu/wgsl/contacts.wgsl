@@ -114,7 +114,7 @@ fn longest_edge(element: Element) -> f32 {
 fn report(index: u32, element: Element, minimum: Minimum, point: vec3f) -> Contact {
     let sample = minimum.sample;
     let at = element.corner + element.edge_1 * minimum.weights.y + element.edge_2 * minimum.weights.z;
-    var status = (minimum.evaluations + 1u) << EVALUATIONS_SHIFT;
+    var status = minimum.evaluations << EVALUATIONS_SHIFT;
     status |= select(0u, CONVERGED, minimum.is_converged);
     status |= select(0u, BEYOND_BAND, abs(sample.value) >= query.band);
     status |= select(0u, OUTSIDE_GRID, sample.is_outside);

@@ -180,6 +180,7 @@ impl Bvh {
     }
 
     /// Does what [`Self::visit_within`] does for at most `limit` triangles. Returns false where there are more.
+    #[inline(always)]
     pub fn visit_some_within(
         &self,
         point: Vector3<f64>,

@@ -24,10 +24,10 @@ pub struct ClosestPoints {
 }
 
 impl MeshSurface {
-    /// The nearest points of an element with one to three corners and the mesh; `None` where they are farther apart than `limit`. `near`
-    /// is a point of the element: the nearer to the mesh, the shorter the search.
-    pub fn closest(&self, element: &[Vector3<f64>], near: Vector3<f64>, limit: f64) -> Option<ClosestPoints> {
-        let query = ClosestQuery { tree: &self.tree, element, near, limit_sq: limit * limit };
+    /// The nearest points of an element with one to three corners and the mesh; `None` where they are farther apart than `limit`. `guess`
+    /// is a slot, if one is known to be near: it saves time and changes nothing.
+    pub fn closest(&self, element: &[Vector3<f64>], guess: Option<usize>, limit: f64) -> Option<ClosestPoints> {
+        let query = ClosestQuery { tree: &self.tree, element, guess, limit_sq: limit * limit };
         let (slot, Pair { weights, on_element: query, distance_sq, .. }) = self.tree.arch.dispatch(query)?;
         let at = SurfacePoint::new(query, slot, nearest_on_triangle(query, self.tree.corners[slot]));
         Some(ClosestPoints { weights, distance: distance_sq.sqrt(), at })
@@ -38,7 +38,7 @@ impl MeshSurface {
 struct ClosestQuery<'a> {
     tree: &'a Bvh,
     element: &'a [Vector3<f64>],
-    near: Vector3<f64>,
+    guess: Option<usize>,
     limit_sq: f64,
 }
 
@@ -47,8 +47,9 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let Self { tree, element, near, limit_sq } = self;
-        let first = tree.near_slot(near);
+        let Self { tree, element, guess, limit_sq } = self;
+        let middle = || element.iter().sum::<Vector3<f64>>() / element.len() as f64;
+        let first = guess.unwrap_or_else(|| tree.near_slot(middle()));
         let pair = nearest_pair(element, tree.corners[first]);
         let mut parting = Parting::new(element, &pair, limit_sq);
         let slab = Slab::new(element);

@@ -11,9 +11,9 @@ use std::ops::Range;
 
 use sdf_core::nalgebra::Vector3;
 
-use super::nearby::{Distances, Nearest, reach};
+use super::nearby::{Ball, Distances, FIRST_FOOT, Nearest, Sieve};
 use super::{MeshSurface, SurfacePoint};
-use crate::simd::LANES;
+use crate::simd::{LANES, lane_of};
 
 /// A point of the element and the nearest point of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ pub struct DepthLimits {
 
 /// Pieces into which a part is split, and the corners that this makes.
 const PIECES: usize = 4;
-const NEW: usize = 3;
+const NEW: usize = FIRST_FOOT;
 
 /// A part of the element that is not settled.
 #[derive(Clone, Copy)]
@@ -94,6 +94,13 @@ struct Point {
     depth: f64,
 }
 
+/// The triangles around a part.
+struct Sifted {
+    list: [u32; 2],
+    /// Distances of the part's corners to the triangle nearest to its middle.
+    to_nearest: [f64; 3],
+}
+
 struct Search<'a> {
     surface: &'a MeshSurface,
     corners: &'a [Vector3<f64>],
@@ -124,32 +131,23 @@ impl MeshSurface {
             evaluations: 0,
             settled: f64::NEG_INFINITY,
         };
-        let is_settled = search.run(known[0].at.slot);
+        let is_settled = search.run(known[0]);
         let lower_bound = search.best.at.distance.min(-search.settled);
         Deepest { probe: search.best, lower_bound, is_settled, evaluations: search.evaluations }
     }
 }
 
 impl Search<'_> {
-    fn run(&mut self, guess: usize) -> bool {
-        let count = self.corners.len();
-        for corner in 0..count {
-            let weights = std::array::from_fn(|index| f64::from(u8::from(index == corner)));
-            let point = self.measured(weights, guess);
-            self.points.push(point);
-        }
-        if count == 1 {
+    fn run(&mut self, start: Probe) -> bool {
+        if self.corners.len() == 1 {
+            let corner = self.measured([1.0, 0.0, 0.0], start.at.slot);
+            self.points.push(corner);
             self.settled = self.depth();
             return true;
         }
+        let root = self.root(start);
         let mut open = BinaryHeap::new();
-        let corners = [0, 1, 2];
-        let middle = self.measured(self.middle(corners), guess);
-        let radius = self.radius(corners, middle.query);
-        let is_listed = self.surface.gather(middle.query, middle.depth.abs(), radius, &mut self.lists);
-        let list = is_listed.then_some([0, self.lists.len() as u32]);
-        let root = Part { corners, upper: f64::INFINITY, highest: [0.0; 3], list };
-        open.extend(self.bounded(root, middle.slot));
+        open.extend(root);
         while let Some(part) = open.pop() {
             if part.upper <= self.target() {
                 self.settled = self.settled.max(part.upper);
@@ -162,6 +160,82 @@ impl Search<'_> {
             open.extend(self.pieces(part).into_iter().flatten());
         }
         true
+    }
+
+    /// The whole element; `None` where its first bound settles it.
+    fn root(&mut self, start: Probe) -> Option<Part> {
+        let (count, guess) = (self.corners.len(), start.at.slot);
+        let unit = |corner| std::array::from_fn(|index| f64::from(u8::from(index == corner)));
+        for corner in 0..count {
+            let weights = unit(corner);
+            let query = self.position(weights);
+            self.points.push(Point { weights, query, slot: guess as u32, depth: 0.0 });
+        }
+        let corners = [0, 1, 2];
+        let weights = self.middle(corners);
+        let middle = self.position(weights);
+        let radius = self.radius(corners, middle);
+        // Not farther than the start's triangle.
+        let distance = start.at.distance.abs() + (middle - start.at.query).norm();
+        let is_listed = self.surface.gather(middle, distance, radius, &mut self.lists);
+        let part = Part { corners, upper: f64::INFINITY, highest: [0.0; 3], list: None };
+        if !is_listed {
+            for corner in 0..count {
+                self.points[corner] = self.measured(unit(corner), guess);
+            }
+            let middle = self.measured(weights, guess);
+            return self.bounded(part, middle.slot, None);
+        }
+        let list = 0..self.lists.len();
+        let mut queries = [middle; LANES];
+        (0..count).for_each(|corner| queries[corner] = self.points[corner].query);
+        self.distances.measure(&self.surface.tree, &self.lists[list.clone()], &queries);
+        for corner in 0..count {
+            self.points[corner] = self.noted_nearest(unit(corner), queries[corner], self.distances.nearest(corner));
+        }
+        let nearest = self.distances.nearest(NEW);
+        if nearest.distance > self.depth() {
+            self.noted_nearest(weights, middle, nearest);
+        }
+        let Sifted { list, to_nearest } = self.sifted(list, corners, middle, 0);
+        self.bounded(Part { list: Some(list), ..part }, nearest.slot, Some(to_nearest))
+    }
+
+    /// A point whose nearest triangle is known.
+    fn noted_nearest(&mut self, weights: [f64; 3], query: Vector3<f64>, nearest: Nearest) -> Point {
+        let at = self.surface.nearest_on(query, nearest.slot as usize, Some(&self.best.at));
+        self.noted(Probe { weights, at })
+    }
+
+    /// The triangles of a list that can be nearest to a point of a part, appended to the lists. The distances are those of the list, and
+    /// the part's middle is the point of a piece.
+    fn sifted(&mut self, list: Range<usize>, corners: [u32; 3], middle: Vector3<f64>, piece: usize) -> Sifted {
+        let Nearest { slot, distance } = self.distances.nearest(NEW + piece);
+        let mut known = [(middle, distance); 3];
+        let to_nearest = self.distances_to(slot, corners);
+        for ((known, corner), distance) in known.iter_mut().zip(self.corners_of(corners)).zip(to_nearest) {
+            *known = (corner.query, distance);
+        }
+        let ball = Ball { middle, distance, radius: self.radius(corners, middle) };
+        let sieve = Sieve::new(ball, &known[..self.corners.len()]);
+        let start = self.lists.len() as u32;
+        for (entry, position) in list.enumerate() {
+            let foot = lane_of(&self.distances.feet[entry], piece);
+            if sieve.keeps(foot.into(), self.distances.squared[entry][NEW + piece]) {
+                self.lists.push(self.lists[position]);
+            }
+        }
+        Sifted { list: [start, self.lists.len() as u32], to_nearest }
+    }
+
+    /// Distances of a part's corners to a triangle.
+    fn distances_to(&self, slot: u32, corners: [u32; 3]) -> [f64; 3] {
+        let mut distances = [0.0; 3];
+        for (distance, corner) in distances.iter_mut().zip(self.corners_of(corners)) {
+            let measured = || self.surface.distance_to_triangle(corner.query, slot as usize);
+            *distance = if corner.slot == slot { corner.depth.abs() } else { measured() };
+        }
+        distances
     }
 
     fn depth(&self) -> f64 {
@@ -239,21 +313,19 @@ impl Search<'_> {
         std::array::from_fn(|piece| {
             let (corners, query) = (pieces[piece], self.position(middles[piece]));
             let Nearest { slot, distance } = nearest[piece];
-            let radius = self.radius(corners, query);
-            let start = self.lists.len() as u32;
-            let is_listed = match &list {
+            let (own, to_nearest) = match &list {
                 Some(list) => {
-                    let reach_sq = reach(query, distance, radius).powi(2);
-                    let near =
-                        |position: &usize| self.distances.squared[position - list.start][NEW + piece] <= reach_sq;
-                    let positions = list.clone().filter(near);
-                    positions.for_each(|position| self.lists.push(self.lists[position]));
-                    true
+                    let Sifted { list, to_nearest } = self.sifted(list.clone(), corners, query, piece);
+                    (Some(list), Some(to_nearest))
                 }
-                None => self.surface.gather(query, distance, radius, &mut self.lists),
+                None => {
+                    let start = self.lists.len() as u32;
+                    let radius = self.radius(corners, query);
+                    let is_listed = self.surface.gather(query, distance, radius, &mut self.lists);
+                    (is_listed.then_some([start, self.lists.len() as u32]), None)
+                }
             };
-            let own = is_listed.then_some([start, self.lists.len() as u32]);
-            self.bounded(Part { corners, list: own, ..part }, slot)
+            self.bounded(Part { corners, list: own, ..part }, slot, to_nearest)
         })
     }
 
@@ -272,11 +344,10 @@ impl Search<'_> {
         let queries = weights.map(|weights| self.position(weights));
         self.distances.measure(&self.surface.tree, &self.lists[list], &queries);
         for lane in 0..LANES {
-            let Nearest { slot, distance } = self.distances.nearest(lane);
+            let nearest = self.distances.nearest(lane);
             let is_new = lane < NEW + PIECES || is_away_from_corners(highest);
-            if lane < NEW || (is_new && distance > self.depth()) {
-                let at = self.surface.nearest_on(queries[lane], slot as usize, Some(&self.best.at));
-                let point = self.noted(Probe { weights: weights[lane], at });
+            if lane < NEW || (is_new && nearest.distance > self.depth()) {
+                let point = self.noted_nearest(weights[lane], queries[lane], nearest);
                 if lane < NEW {
                     self.points[first + lane] = point;
                 }

@@ -6,7 +6,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use crate::simd::{LANES, VectorX8, dot, lane_of, max, min, sub};
+use crate::simd::{dot, lane_of, max, min, sub};
 use crate::triangle::nearest::for_each_point;
 use crate::triangle::{NearestOnTriangle, TriangleFeature, is_sliver, nearest_on_triangle};
 
@@ -71,13 +71,14 @@ pub(super) fn nearest_pair(element: &[Vector3<f64>], triangle: [Vector3<f64>; 3]
 }
 
 /// The points of a triangle that are nearest to up to three others, one per lane.
-struct NearestPoints(VectorX8<f64>);
+struct NearestPoints([[f64; SIDES]; 3]);
 
 impl NearestPoints {
     #[inline(always)]
     fn new(points: &[Vector3<f64>], triangle: &[Vector3<f64>; 3]) -> Self {
-        let lanes = [0, 1, 2].map(|axis| std::array::from_fn(|lane: usize| points[lane.min(points.len() - 1)][axis]));
-        let mut nearest = [[0.0; LANES]; 3];
+        let lanes: [[f64; SIDES]; 3] =
+            [0, 1, 2].map(|axis| std::array::from_fn(|lane: usize| points[lane.min(points.len() - 1)][axis]));
+        let mut nearest = [[0.0; SIDES]; 3];
         for_each_point(&lanes, triangle, is_sliver(*triangle), |lane, point, _| {
             (0..3).for_each(|axis| nearest[axis][lane] = point[axis]);
         });

@@ -8,18 +8,23 @@ use sdf_core::nalgebra::Vector3;
 
 use super::MeshSurface;
 use crate::bvh::Bvh;
-use crate::rounding::PRUNE_SLACK;
+use crate::rounding::{NORMAL_SLACK, PRUNE_SLACK};
 use crate::simd::{LANES, Lanes, VectorX8};
 use crate::triangle::is_sliver;
-use crate::triangle::nearest::distances_sq;
+use crate::triangle::nearest::for_each_point;
 
 /// Longest list. A part with more triangles around it has none, and is measured by the tree.
 const MAX_TRIANGLES: usize = 192;
+
+/// The first point whose nearest points are kept.
+pub(super) const FIRST_FOOT: usize = 3;
 
 /// Squared distances of eight points to the triangles of a list.
 pub(super) struct Distances {
     /// One entry per triangle.
     pub squared: Vec<Lanes<f64>>,
+    /// The triangle's points that are nearest to the last of the eight, from [`FIRST_FOOT`] on; not numbers where it is a sliver.
+    pub feet: Vec<[[f64; LANES - FIRST_FOOT]; 3]>,
     least: Lanes<f64>,
     nearest: Lanes<u32>,
 }
@@ -33,7 +38,7 @@ pub(super) struct Nearest {
 
 impl Distances {
     pub fn new() -> Self {
-        Self { squared: vec![], least: [0.0; LANES], nearest: [0; LANES] }
+        Self { squared: vec![], feet: vec![], least: [0.0; LANES], nearest: [0; LANES] }
     }
 
     /// Measures eight points.
@@ -63,10 +68,17 @@ impl pulp::NullaryFnOnce for Pass<'_> {
     fn call(self) {
         let Self { tree, slots, points, to } = self;
         to.squared.clear();
+        to.feet.clear();
         let (mut least, mut nearest) = ([f64::INFINITY; LANES], [u32::MAX; LANES]);
         for slot in slots {
             let corners = &tree.corners[*slot as usize];
-            let squared = distances_sq(points, corners, is_sliver(*corners));
+            let is_sliver = is_sliver(*corners);
+            let (mut squared, mut nearest_points) = (Lanes::default(), [[f64::NAN; LANES]; 3]);
+            for_each_point(points, corners, is_sliver, |lane, point, distance_sq| {
+                squared[lane] = distance_sq;
+                (0..3).for_each(|axis| nearest_points[axis][lane] = if is_sliver { f64::NAN } else { point[axis] });
+            });
+            let feet = nearest_points.map(|axis| std::array::from_fn(|foot| axis[FIRST_FOOT + foot]));
             for lane in 0..LANES {
                 let is_nearer =
                     (squared[lane] < least[lane]) | ((squared[lane] == least[lane]) & (*slot < nearest[lane]));
@@ -74,8 +86,27 @@ impl pulp::NullaryFnOnce for Pass<'_> {
                 nearest[lane] = if is_nearer { *slot } else { nearest[lane] };
             }
             to.squared.push(squared);
+            to.feet.push(feet);
         }
         (to.least, to.nearest) = (least, nearest);
+    }
+}
+
+/// The search for a list, dispatched to the instruction set of the machine.
+struct Gathering<'a> {
+    tree: &'a Bvh,
+    middle: Vector3<f64>,
+    within_sq: f64,
+    list: &'a mut Vec<u32>,
+}
+
+impl pulp::NullaryFnOnce for Gathering<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        let Self { tree, middle, within_sq, list } = self;
+        tree.visit_some_within(middle, within_sq, MAX_TRIANGLES, |slot| list.push(slot as u32))
     }
 }
 
@@ -85,8 +116,8 @@ impl MeshSurface {
     pub(super) fn gather(&self, middle: Vector3<f64>, distance: f64, radius: f64, list: &mut Vec<u32>) -> bool {
         let start = list.len();
         let within = reach(middle, distance, radius);
-        let is_complete =
-            self.tree.visit_some_within(middle, within * within, MAX_TRIANGLES, |slot| list.push(slot as u32));
+        let gathering = Gathering { tree: &self.tree, middle, within_sq: within * within, list };
+        let is_complete = self.tree.arch.dispatch(gathering);
         if !is_complete {
             list.truncate(start);
         }
@@ -97,4 +128,52 @@ impl MeshSurface {
 /// The distance from the middle of a ball within which the triangles nearest to its points are.
 pub(super) fn reach(middle: Vector3<f64>, distance: f64, radius: f64) -> f64 {
     (distance + 2.0 * radius + PRUNE_SLACK * middle.amax()) * (1.0 + PRUNE_SLACK)
+}
+
+/// A ball around the middle of a part that holds the part, and the middle's distance to the mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Ball {
+    pub middle: Vector3<f64>,
+    pub distance: f64,
+    pub radius: f64,
+}
+
+/// Which triangles can be nearest to a point of a part?
+///
+/// Let p be the point of a triangle t nearest to the middle m, and g the unit vector from p to m. The triangle lies on one side of the
+/// plane across g at p, so d_t(x) ≥ g · (x − p). The distance to another triangle s is convex, so on the part at most the interpolant
+/// of its values at the corners. Both are linear: where the first is above the second at each corner, t is nowhere nearest.
+pub(super) struct Sieve<'a> {
+    ball: Ball,
+    reach_sq: f64,
+    /// Corners of the part, and their distances to the triangle nearest to its middle.
+    corners: &'a [(Vector3<f64>, f64)],
+    /// Allowance for the rounding of g · (x − p), and of it times the distance.
+    slack: f64,
+    rounding: f64,
+}
+
+impl<'a> Sieve<'a> {
+    pub fn new(ball: Ball, corners: &'a [(Vector3<f64>, f64)]) -> Self {
+        let Ball { middle, distance, radius } = ball;
+        let reach = reach(middle, distance, radius);
+        let extent = reach + radius;
+        Self {
+            ball,
+            reach_sq: reach * reach,
+            corners,
+            slack: NORMAL_SLACK * extent,
+            rounding: PRUNE_SLACK * middle.amax() * extent,
+        }
+    }
+
+    /// Is a triangle kept? `foot` is its point nearest to the middle.
+    #[inline(always)]
+    pub fn keeps(&self, foot: Vector3<f64>, distance_sq: f64) -> bool {
+        let (offset, distance) = (self.ball.middle - foot, distance_sq.sqrt());
+        let is_farther = |(corner, nearest): &(Vector3<f64>, f64)| {
+            offset.dot(&(corner - foot)) > distance * (nearest + self.slack) + self.rounding
+        };
+        distance_sq <= self.reach_sq && !self.corners.iter().all(is_farther)
+    }
 }

@@ -18,7 +18,7 @@
 
 use sdf_core::nalgebra::Vector3;
 
-use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, sub};
+use crate::simd::{Lanes, VectorX8, cross, dot, lane_of, sub};
 use crate::triangle::{TriangleFeature, is_sliver};
 
 /// The point of a triangle that is nearest to another.
@@ -51,22 +51,22 @@ pub(crate) fn distances_sq(points: &VectorX8<f64>, corners: &[Vector3<f64>; 3], 
     distances_sq
 }
 
-/// Calls `visit(lane, nearest point, squared distance)` for eight points.
+/// Calls `visit(lane, nearest point, squared distance)` for each of some points.
 #[inline(always)]
-pub(crate) fn for_each_point(
-    points: &VectorX8<f64>,
+pub(crate) fn for_each_point<const L: usize>(
+    points: &[[f64; L]; 3],
     corners: &[Vector3<f64>; 3],
     is_sliver: bool,
     mut visit: impl FnMut(usize, [f64; 3], f64),
 ) {
     if is_sliver {
-        for (lane, nearest) in nearest_on_edges_x8(points, *corners).into_iter().enumerate() {
+        for (lane, nearest) in nearest_on_edges_of_all(points, *corners).into_iter().enumerate() {
             visit(lane, nearest.point.into(), nearest.distance_sq);
         }
         return;
     }
     let kernel = NearestKernel::new(corners);
-    for lane in 0..LANES {
+    for lane in 0..L {
         let nearest = kernel.nearest(lane_of(points, lane));
         visit(lane, nearest.point, nearest.distance_sq);
     }
@@ -187,7 +187,10 @@ fn nearest_on_edges(point: Vector3<f64>, corners: [Vector3<f64>; 3]) -> NearestO
 }
 
 #[inline(never)]
-fn nearest_on_edges_x8(points: &VectorX8<f64>, corners: [Vector3<f64>; 3]) -> Lanes<NearestOnTriangle> {
+fn nearest_on_edges_of_all<const L: usize>(
+    points: &[[f64; L]; 3],
+    corners: [Vector3<f64>; 3],
+) -> [NearestOnTriangle; L] {
     std::array::from_fn(|lane| nearest_on_edges(lane_of(points, lane).into(), corners))
 }
 

@@ -1,6 +1,6 @@
 //! Nearest and deepest points of triangles against the least of many sampled distances.
 
-use sdf_bake::{DepthLimits, MeshDistance, MeshSurface, Probe, SignMethod};
+use sdf_bake::{ClosestPoints, DepthLimits, MeshDistance, MeshSurface, Probe, SignMethod};
 use sdf_core::nalgebra::Vector3;
 
 use crate::meshes::{Mesh, cube, icosphere, tetrahedron};
@@ -49,17 +49,26 @@ fn no_point_of_an_element_is_nearer_or_deeper_than_what_is_found() {
             let lowest = sampled.iter().copied().fold(f64::INFINITY, f64::min);
             let context = || format!("{name}, round {round}: {corners:?}, sampled {lowest}");
 
-            let closest = surface.closest(&corners, corners[0], f64::INFINITY).unwrap();
+            let closest = surface.closest(&corners, None, f64::INFINITY).unwrap();
             let nearest = sampled.iter().map(|d| d.abs()).fold(f64::INFINITY, f64::min);
             assert!(closest.distance <= nearest + 1e-12, "{closest:?}: {}", context());
             let at = surface.nearest(closest.at.query, 0, None);
             assert!((at.distance.abs() - closest.distance).abs() < 1e-9, "{at:?} {closest:?}: {}", context());
+            let slot = random.below(triangles.triangle_count());
+            for (limit, is_within) in [(1.0 + 1e-9, true), (1.0 - 1e-9, false)] {
+                let again = surface.closest(&corners, Some(slot), closest.distance * limit);
+                let is_same = |again: ClosestPoints| (again.distance - closest.distance).abs() <= 1e-12;
+                let is_right = if is_within { again.is_some_and(is_same) } else { again.is_none() };
+                assert!(closest.distance == 0.0 || is_right, "{again:?} from {slot}, {closest:?}: {}", context());
+            }
             if lowest > 0.0 {
                 outside += 1;
                 continue;
             }
             let limits = DepthLimits { tolerance: 1e-6, least_depth: f64::NEG_INFINITY, evaluations: 4096 };
-            let start = Probe { weights: closest.weights, at };
+            // A search may start anywhere.
+            let corner = Probe { weights: [1.0, 0.0, 0.0], at: surface.nearest(corners[0], 0, None) };
+            let start = if round % 2 == 0 { Probe { weights: closest.weights, at } } else { corner };
             let found = surface.deepest(&corners, &[start], limits);
             assert!(found.lower_bound <= lowest + 1e-12, "{found:?}: {}", context());
             let own = distance.signed_distance(found.probe.at.query.into());

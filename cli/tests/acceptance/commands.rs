@@ -129,7 +129,7 @@ fn contacts_finds_where_a_triangle_touches_a_sphere() {
     near(numbers("normal"), [0.0, 0.0, 1.0]);
     let [distance, lower_bound] = [&contact["distance"], &contact["lower_bound"]].map(|x| x.as_f64().unwrap());
     assert!((distance + 0.1).abs() < 1e-3 && lower_bound <= -0.1 && distance >= -0.1 - 1e-9, "{contact}");
-    assert!(contact["evaluations"].as_u64().unwrap() > 1);
+    assert!(contact["evaluations"].as_u64().unwrap() >= 1);
     let with_margin = folder.json("contacts three.obj sphere.sdf.toml --margin 0.11");
     assert_eq!(with_margin["contacts"].as_array().unwrap().len(), 2);
     let deep_alone = folder.json("contacts three.obj sphere.sdf.toml --margin -0.2");

@@ -110,7 +110,7 @@ pub(super) fn describe<R: Float, F: EnclosedSdf, const N: usize>(
         lower_bound: Real::max(minimum.lower_bound, lower_bound),
         error_bound: R::from_f64(f64::INFINITY),
         shape_lower_bound: R::from_f64(f64::NEG_INFINITY),
-        evaluations: minimum.evaluations.to_count().saturating_add(1),
+        evaluations: minimum.evaluations.to_count(),
         status: trust,
     })
 }

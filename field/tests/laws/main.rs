@@ -2,6 +2,7 @@
 
 #[cfg(feature = "exchange")]
 mod blobs;
+mod budgets;
 mod certify;
 mod complete;
 mod doors;

@@ -64,10 +64,11 @@ fn regions_of_large_errors_come_back_and_damage_to_them_is_told() {
         };
         let file = bytes(&found).unwrap();
         assert_eq!(grid_file::read_bytes(&file, "regions").unwrap().about.error_regions.as_ref(), Some(&found));
-        // The error bound within, wherever it stands, a little larger; and the checksum under another name.
+        // The error bound within, wherever it stands, a little larger; and the checksum, or the regions, under another name.
         for (wanted, offset, told) in [
             (&0.015_f64.to_le_bytes()[..], 0, "checksum of error_regions does not match"),
             (b"error_regions_sha256", 19, "error_regions and its checksum are not both there"),
+            (b"error_regions\0", 12, "error_regions and its checksum are not both there"),
         ] {
             let mut damaged = file.clone();
             damaged[file.windows(wanted.len()).position(|bytes| bytes == wanted).unwrap() + offset] ^= 1;

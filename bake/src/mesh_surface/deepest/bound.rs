@@ -24,8 +24,9 @@ const TRIANGLES: usize = 4;
 const MIN_COSINE: f64 = 0.3;
 
 impl Search<'_> {
-    /// The part with its bound; `None` where that settles it. `nearest` is the triangle nearest to its middle.
-    pub(super) fn bounded(&mut self, part: Part, nearest: u32) -> Option<Part> {
+    /// The part with its bound; `None` where that settles it. `nearest` is the triangle nearest to its middle,
+    /// `to_nearest` the distances of the corners to it, where they are known.
+    pub(super) fn bounded(&mut self, part: Part, nearest: u32, to_nearest: Option<[f64; 3]>) -> Option<Part> {
         let count = self.corners.len();
         let points = part.corners.map(|corner| self.points[(corner as usize).min(self.points.len() - 1)]);
         let points = &points[..count];
@@ -43,11 +44,8 @@ impl Search<'_> {
                 if slots[..index.min(3)].contains(&slot) {
                     continue;
                 }
-                for (corner, point) in points.iter().enumerate() {
-                    let is_nearest = point.slot == slot;
-                    let distance = || self.surface.distance_to_triangle(point.query, slot as usize);
-                    rows[used][corner] = if is_nearest { point.depth.abs() } else { distance() };
-                }
+                let known = to_nearest.filter(|_| slot == nearest);
+                rows[used] = known.unwrap_or_else(|| self.distances_to(slot, part.corners));
                 used += 1;
             }
             value = game_value(&rows[..used], count, self.target());
@@ -117,6 +115,6 @@ impl Search<'_> {
         }
         // Two edges that cross come within rounding of each other.
         let touch = PRUNE_SLACK * points.iter().map(|point| point.amax()).fold(0.0, f64::max);
-        self.surface.closest(points, points[0], touch).is_none()
+        self.surface.closest(points, Some(corners[0].slot as usize), touch).is_none()
     }
 }
