@@ -9,6 +9,7 @@
 //!
 //! | question | file |
 //! |---|---|
+//! | Which tetrahedra are near a box? | `tree` |
 //! | Which tetrahedron holds a point, and with which weights? Is it inverted, or too flat for an inverse? | `locate` |
 //! | What is a placement that is frozen at a point, as the paper has it at a face's centroid? | `frozen` |
 //! | Which part of an element lies in a tetrahedron? | `clip` |
@@ -21,12 +22,14 @@ mod clip;
 mod frozen;
 mod locate;
 mod touch;
+mod tree;
 
 use nalgebra::{Matrix3, Vector3};
 
 pub use frozen::FrozenMap;
-pub use locate::{TableRoom, TetFrame, TetLocator, TetStatus, TetTable, table_shape};
+pub use locate::{TetFrame, TetLocator, TetStatus};
 pub use touch::{CageContact, CageMap, CageOutcome, CageSearch};
+pub use tree::{sort_tets, tet_tree_size};
 
 use crate::contact::TetPoint;
 use crate::placed::affine::spectral_norm;

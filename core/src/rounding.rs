@@ -22,6 +22,9 @@ pub(crate) const INTERPOLATION: f64 = 32.0;
 /// A coordinate of a box after conversion to node indices and back. L: the largest coordinate.
 pub(crate) const BOX_COORDINATE: f64 = 8.0;
 
+/// A coordinate of a box after one pose or two of a rotation and a sum. L: the largest coordinate before and after.
+pub(crate) const POSED_COORDINATE: f64 = 32.0;
+
 /// A coordinate in cells, (x − origin) / spacing. L: the largest coordinate over the spacing.
 pub(crate) const CELL_COORDINATE: f64 = 16.0;
 

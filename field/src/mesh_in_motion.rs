@@ -2,6 +2,7 @@
 //! and more at a time. What is left of it is a [`Selection`] of elements.
 
 use sdf_core::contact::{ClusterKey, Clusters, Element, cluster_count, refit};
+use sdf_core::nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{Aabb, AnyField};
 
@@ -60,6 +61,27 @@ impl<'a> MeshInMotion<'a> {
     pub fn new(mesh: MeshView<'a>) -> Self {
         Self { mesh, pose: None, clusters: None, margins: None }
     }
+}
+
+/// Rounding of a coordinate that goes through two poses, in units of epsilon and the largest translation: two rotations of some ten
+/// operations each, and two sums.
+const POSES: f64 = 64.0;
+
+/// The pose of the second frame in the first; `None` where they are the same.
+fn between(first: Option<Rigid>, second: Option<Rigid>) -> Option<Rigid> {
+    let isometry = |pose: Option<Rigid>| {
+        pose.map_or(Isometry3::identity(), |pose| {
+            let [x, y, z, w] = pose.rotation();
+            let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+            Isometry3::from_parts(Vector3::from(pose.translation()).into(), rotation)
+        })
+    };
+    if first.is_none() && second.is_none() {
+        return None;
+    }
+    let relative = isometry(first).inv_mul(&isometry(second));
+    let q = relative.rotation.quaternion();
+    Rigid::new(relative.translation.vector.into(), [q.i, q.j, q.k, q.w])
 }
 
 /// Elements of a mesh to search: all, or those that clusters left.
@@ -137,13 +159,23 @@ impl<'a> Selection<'a, 3> {
         let Some(clusters) = clusters else {
             return Ok(Self { pose, margins, ..Self::all(points, faces)? });
         };
-        let field = Posed { field, pose: options.pose };
         let largest =
             margins.map_or(options.margin, |margins| margins.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)));
-        let error =
-            if options.complete { sdf_core::EnclosedSdf::error_bound(&field, &selection.bounds()).near } else { 0.0 };
+        let error = match options.complete {
+            true => {
+                let field = Posed { field, pose: options.pose };
+                sdf_core::EnclosedSdf::error_bound(&field, &selection.bounds()).near
+            }
+            false => 0.0,
+        };
+        // Boxes go from the mesh's frame to the field's at once: by way of the world's they would grow twice. Points that go there by
+        // way of the world's are off by their rounding.
+        let rounded = [pose, options.pose].into_iter().flatten().flat_map(|pose| pose.translation());
+        let rounded = rounded.fold(0.0_f64, |largest, x| largest.max(x.abs())) * POSES * f64::EPSILON;
+        let relative = between(options.pose, pose);
+        let margin = largest + error + rounded * sdf_core::Sdf::slope_bound(field);
         let mut ids = vec![];
-        clusters.as_core().visit_near(&field, largest + error, pose.as_ref(), |members| ids.extend_from_slice(members));
+        clusters.as_core().visit_near(field, margin, relative.as_ref(), |members| ids.extend_from_slice(members));
         ids.sort_unstable();
         // The others are not looked at.
         for id in &ids {

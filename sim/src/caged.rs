@@ -1,12 +1,12 @@
 //! A soft body as an obstacle: its field at rest is carried by its tetrahedra (Macklin et al. 2020, §5.3), core's `cage`.
 //!
-//! 1. Once a run the tetrahedra at rest are sorted into a table, and each gets a lower bound of the field: [`CagedBody::at_rest`].
-//! 2. Once a frame they are sorted as they are now: [`CagedBody::with_obstacle`].
+//! 1. Once a run the tetrahedra at rest are sorted, and each gets a lower bound of the field: [`CagedBody::at_rest`].
+//! 2. Once a frame the tree over them is fitted to where they are now: [`CagedBody::with_obstacle`].
 //! 3. Each element near them is searched in the body at rest. The contact presses on the four corners of the tetrahedron that holds
 //!    its surface point.
 
-use sdf_core::cage::{Cage, CageMap, CageOutcome, TableRoom, TetFrame, TetLocator, TetTable, bound_tets, table_shape};
-use sdf_core::contact::{Contact, Element, Row, RowSide, TetPoint};
+use sdf_core::cage::{Cage, CageMap, CageOutcome, TetFrame, TetLocator, bound_tets, sort_tets, tet_tree_size};
+use sdf_core::contact::{ClusterKey, Contact, Element, Row, RowSide, TetPoint};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, PointSampling};
 use sdf_core::{Aabb, Simplex};
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, VertexOutOfRange};
@@ -19,6 +19,8 @@ pub struct CagedBody {
     field: Field,
     points: Vec<[f64; 3]>,
     tets: Vec<[u32; 4]>,
+    /// The tetrahedra, sorted where they rest.
+    order: Vec<u32>,
     first: u32,
     first_tet: u32,
     map: CageMap,
@@ -27,8 +29,8 @@ pub struct CagedBody {
 /// Buffers of one shape of a body's tetrahedra, kept from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct CageRoom {
-    starts: Vec<u32>,
-    entries: Vec<u32>,
+    points: Vec<[f64; 3]>,
+    boxes: Vec<Aabb>,
     frames: Vec<TetFrame>,
 }
 
@@ -43,9 +45,13 @@ impl CagedBody {
     /// A body of the world's tetrahedra from `first_tet` on and particles from `first` on, which are where they rest now; so is the
     /// field.
     pub fn new(field: Field, world: &World, first: usize, first_tet: usize, map: CageMap) -> Self {
-        let points = world.x[first..].iter().map(|x| (*x).into()).collect();
-        let tets = world.tets[first_tet..].iter().map(|tet| tet.corners.map(|corner| corner - first as u32)).collect();
-        Self { field, points, tets, first: first as u32, first_tet: first_tet as u32, map }
+        let points: Vec<_> = world.x[first..].iter().map(|x| (*x).into()).collect();
+        let tets = world.tets[first_tet..].iter().map(|tet| tet.corners.map(|corner| corner - first as u32));
+        let tets: Vec<_> = tets.collect();
+        let mut order = vec![0; tets.len()];
+        let is_sorted = sort_tets(&points, &tets, &mut vec![ClusterKey::default(); tets.len()], &mut order);
+        assert!(is_sorted, "corners of tetrahedra are particles of the world");
+        Self { field, points, tets, order, first: first as u32, first_tet: first_tet as u32, map }
     }
 
     /// The same body, searched by another map.
@@ -55,10 +61,7 @@ impl CagedBody {
 
     /// Its tetrahedra at rest. `None` of a body without any.
     pub fn at_rest<'a>(&'a self, room: &'a mut CageRoom) -> Option<CageAtRest<'a>> {
-        let shape = room.fit(&self.points, &self.tets)?;
-        let CageRoom { starts, entries, frames } = room;
-        let table = TetTable::build(&self.points, &self.tets, shape, starts, entries).ok()?;
-        let locator = TetLocator::new(&self.points, &self.tets, frames, table)?;
+        let locator = room.locator(self, self.points.iter().copied())?;
         let mut lower_bounds = vec![0.0; self.tets.len()];
         bound_tets(self.field.as_any(), &locator, &mut lower_bounds);
         Some(CageAtRest { locator, lower_bounds })
@@ -72,14 +75,10 @@ impl CagedBody {
         room: &mut CageRoom,
         run: impl FnOnce(&dyn Obstacle) -> T,
     ) -> Option<T> {
-        let points: Vec<[f64; 3]> = self.particles(world).iter().map(|x| (*x).into()).collect();
-        let bounds = Aabb::from_points(points.iter().copied())?;
-        room.with_table(&points, &self.tets, |table, frames| {
-            let now = TetLocator::new(&points, &self.tets, frames, table)?;
-            let cage = Cage::new(rest.locator, now)?;
-            let margin_factor = self.field.slope_bound() * slope_factor_bound(&cage);
-            Some(run(&Caged { body: self, lower_bounds: &rest.lower_bounds, cage, bounds, margin_factor }))
-        })
+        let now = room.locator(self, self.particles(world).iter().map(|x| (*x).into()))?;
+        let (bounds, cage) = (now.bounds(), Cage::new(rest.locator, now)?);
+        let margin_factor = self.field.slope_bound() * slope_factor_bound(&cage);
+        Some(run(&Caged { body: self, lower_bounds: &rest.lower_bounds, cage, bounds, margin_factor }))
     }
 
     /// The largest speed of its particles.
@@ -100,34 +99,19 @@ impl CagedBody {
 }
 
 impl CageRoom {
-    /// Makes room for a table, and returns its shape.
-    fn fit(&mut self, points: &[[f64; 3]], tets: &[[u32; 4]]) -> Option<[u32; 3]> {
-        self.with_table(points, tets, |_, _| Some(()))?;
-        Self::shape(points, tets)
-    }
-
-    /// A cell for each cube of six tetrahedra: with one for each of them a table takes twice as long to build.
-    fn shape(points: &[[f64; 3]], tets: &[[u32; 4]]) -> Option<[u32; 3]> {
-        Some(table_shape(&Aabb::from_points(points.iter().copied())?, tets.len() / 6))
-    }
-
-    /// Calls `run` with a table of the tetrahedra and room for their frames.
-    fn with_table<T>(
-        &mut self,
-        points: &[[f64; 3]],
-        tets: &[[u32; 4]],
-        run: impl FnOnce(TetTable, &mut [TetFrame]) -> Option<T>,
-    ) -> Option<T> {
-        let shape = Self::shape(points, tets)?;
-        self.frames.resize(tets.len(), TetFrame::ILL_CONDITIONED);
-        loop {
-            match TetTable::build(points, tets, shape, &mut self.starts, &mut self.entries) {
-                Ok(table) => return run(table, &mut self.frames),
-                Err(TableRoom::Starts { needed }) => self.starts.resize(needed, 0),
-                // A body that moves needs a little more or less next time.
-                Err(TableRoom::Entries { needed }) => self.entries.resize(needed + needed / 4, 0),
-            }
-        }
+    /// The body's tetrahedra with their corners at the points. `None` without any.
+    fn locator<'a>(
+        &'a mut self,
+        body: &'a CagedBody,
+        points: impl Iterator<Item = [f64; 3]>,
+    ) -> Option<TetLocator<'a>> {
+        let count = body.tets.len();
+        self.points.clear();
+        self.points.extend(points);
+        self.boxes.resize(tet_tree_size(count), Aabb::EVERYWHERE);
+        self.frames.resize(count, TetFrame::ILL_CONDITIONED);
+        let locator = TetLocator::new(&self.points, &body.tets, &body.order, &mut self.boxes, &mut self.frames)?;
+        (count > 0).then_some(locator)
     }
 }
 

@@ -133,8 +133,12 @@ impl Body {
         }
         self.position += push * self.inv_mass;
         self.velocity += push * (self.inv_mass / dt);
-        let twist = (self.rotation * arm).cross(push);
-        self.rotation = turn(&self.apply_inv_inertia(&twist)) * self.rotation;
+        self.twist(&(self.rotation * arm).cross(push), dt);
+    }
+
+    /// Turns the body by a twist, mass · length², within a step of `dt`.
+    pub(crate) fn twist(&mut self, twist: &V3, dt: f64) {
+        self.rotation = turn(&self.apply_inv_inertia(twist)) * self.rotation;
         self.momentum += twist / dt;
     }
 

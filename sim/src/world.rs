@@ -6,7 +6,7 @@
 //! | distance between two particles: stretch and bending | `stretch` |
 //! | edges that carry much, once more | `loaded` |
 //! | neo-Hookean tetrahedra (Macklin and Müller 2021) | `tets` |
-//! | contacts with Coulomb friction, both ways | `touch` |
+//! | contacts with Coulomb and rolling friction, both ways | `touch` |
 //!
 //! A pass goes there and back: contacts, stretch, tetrahedra, then all of it in reverse. Then what still moves along a distance is
 //! damped. docs/simulation.md derives why a pass one way explodes, and why damping never harms.
@@ -65,6 +65,9 @@ pub struct World {
     /// Rounds over edges that carry much, and all contacts, at either end of a step (docs/simulation.md). 2 keep a sheet on needles from
     /// stretching; where it would rest without them, it rests less well.
     pub loaded_rounds: u32,
+    /// Lever of the rolling friction of rigid bodies, a length: the torque that a contact has against the turn of one side on the other is
+    /// at most this times its push. 0 for none: round bodies then roll and rock for ever.
+    pub rolling_friction: f64,
     /// Order of a pass.
     pub passes: Passes,
     previous: Vec<V3>,
@@ -111,6 +114,7 @@ impl Default for World {
             outer: Impulses::default(),
             recovery_speed: 1.0,
             loaded_rounds: 0,
+            rolling_friction: 0.0,
             passes: Passes::ThereAndBack,
             previous: vec![],
             previous_poses: vec![],

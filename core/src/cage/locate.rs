@@ -1,10 +1,10 @@
-//! Which tetrahedron holds a point? A uniform table of cells, each with the tetrahedra whose boxes meet it, in lent slices. It is
-//! built by counting (Knuth 1998, "The Art of Computer Programming", vol. 3, §5.2, algorithm D): once over all to count, once to
-//! fill; so it is cheap enough to be built again whenever the cage has moved.
+//! Which tetrahedron holds a point, and with which weights? The tree of boxes finds those near it, and the inverse of each one's
+//! edges, its frame, tells the weights. Both are made again whenever the cage has moved: in some hundred operations a tetrahedron.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::tet_bounds;
+use super::tree::{TetTree, meet};
 use crate::Aabb;
 use crate::contact::TetPoint;
 use crate::number::Real;
@@ -38,6 +38,9 @@ impl TetFrame {
 
     fn new([v0, v1, v2, v3]: &[Vector3<f64>; 4]) -> Self {
         let edges = Matrix3::from_columns(&[v1 - v0, v2 - v0, v3 - v0]);
+        if let Some(frame) = Self::of_round(&edges) {
+            return frame;
+        }
         let Some(found) = inverse(&edges) else { return Self::ILL_CONDITIONED };
         let residual = (edges * found - Matrix3::identity()).amax();
         // Of the inverse, whose entries are not smaller than their reciprocal lengths.
@@ -45,130 +48,27 @@ impl TetFrame {
         let is_good = residual <= INVERSE_RESIDUAL && determinant.is_finite();
         if is_good { Self { inverse: found, determinant } } else { Self::ILL_CONDITIONED }
     }
-}
 
-/// Why no table was built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TableRoom {
-    /// `starts` must have one entry more than there are cells, and there must be a cell along each axis.
-    Starts {
-        /// So many entries are needed.
-        needed: usize,
-    },
-    /// `entries` is too short.
-    Entries {
-        /// So many entries are needed.
-        needed: usize,
-    },
-}
-
-/// The tetrahedra near each cell of a uniform grid.
-#[derive(Clone, Copy, Debug)]
-pub struct TetTable<'a> {
-    bounds: Aabb,
-    /// Cells per length along each axis.
-    density: [f64; 3],
-    shape: [u32; 3],
-    /// Beginning of each cell's tetrahedra in `entries`, x fastest; at last their number.
-    starts: &'a [u32],
-    entries: &'a [u32],
-}
-
-/// A table shape for so many tetrahedra in a box: about one cell for each, nearly cubes. `starts` then needs the product plus 1.
-pub fn table_shape(bounds: &Aabb, tet_count: usize) -> [u32; 3] {
-    let extents = bounds.extents().map(|extent| if extent > 0.0 && extent.is_finite() { extent } else { 0.0 });
-    let longest = extents.iter().fold(0.0_f64, |longest, extent| longest.max(*extent));
-    let cells = (tet_count.max(1) as f64).min(2e6);
-    // As if no side were thinner than a hundredth of the longest.
-    let sides = extents.map(|extent| if longest > 0.0 { (extent / longest).max(0.01) } else { 1.0 });
-    let scale = libm::cbrt(cells / sides.iter().product::<f64>());
-    sides.map(|side| (side * scale) as u32 + 1)
-}
-
-impl<'a> TetTable<'a> {
-    /// Sorts tetrahedra into `shape` cells of the box around them all. Tetrahedra with points that are not finite or not there are
-    /// left out. `starts` and `entries` are overwritten.
-    pub fn build(
-        points: &[[f64; 3]],
-        tets: &[[u32; 4]],
-        shape: [u32; 3],
-        starts: &'a mut [u32],
-        entries: &'a mut [u32],
-    ) -> Result<Self, TableRoom> {
-        let boxes =
-            || (0..).zip(tets).filter_map(|(tet, corners)| Some((tet, tet_bounds(&tet_corners(points, corners)?))));
-        let bounds = boxes().map(|(_, bounds)| bounds).reduce(|a, b| a.union(&b));
-        let bounds = bounds.unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
-        let extents = bounds.extents();
-        let density = core::array::from_fn(|k| if extents[k] > 0.0 { f64::from(shape[k]) / extents[k] } else { 0.0 });
-        let cell_count = shape.iter().try_fold(1_usize, |count, along| count.checked_mul(*along as usize)).unwrap_or(0);
-        let needed = cell_count.saturating_add(1);
-        if cell_count == 0 || starts.len() != needed {
-            return Err(TableRoom::Starts { needed });
-        }
-        let mut table = Self { bounds, density, shape, starts: &[], entries: &[] };
-        starts.fill(0);
-        for (_, bounds) in boxes() {
-            table.visit_cells(&bounds, |_, cell| {
-                if let Some(count) = starts.get_mut(cell) {
-                    *count = count.saturating_add(1);
-                }
-            });
-        }
-        // From counts to ends. Filling from the back turns ends into starts.
-        let mut end = 0_u32;
-        for start in starts.iter_mut() {
-            end = end.saturating_add(*start);
-            *start = end;
-        }
-        let needed = end as usize;
-        let Some(entries) = entries.get_mut(..needed) else { return Err(TableRoom::Entries { needed }) };
-        for (tet, bounds) in boxes() {
-            table.visit_cells(&bounds, |_, cell| {
-                if let Some(start) = starts.get_mut(cell) {
-                    *start = start.saturating_sub(1);
-                    if let Some(entry) = entries.get_mut(*start as usize) {
-                        *entry = tet;
-                    }
-                }
-            });
-        }
-        table.starts = starts;
-        table.entries = entries;
-        Ok(table)
-    }
-
-    /// First and last cell along each axis that a box meets. Clamped to the table.
-    fn cell_range(&self, bounds: &Aabb) -> [[u32; 3]; 2] {
-        let cell = |x: [f64; 3]| {
-            core::array::from_fn(|k| {
-                // `as` makes 0 of NaN and of what is below 0.
-                let index = ((x[k] - self.bounds.min[k]) * self.density[k]) as u32;
-                index.min(self.shape[k].saturating_sub(1))
-            })
-        };
-        [cell(bounds.min), cell(bounds.max)]
-    }
-
-    /// Visits the cells that a box meets: their places along the axes, and their indices.
-    fn visit_cells(&self, bounds: &Aabb, mut visit: impl FnMut([u32; 3], usize)) {
-        let [first, last] = self.cell_range(bounds);
-        for z in first[2]..=last[2] {
-            for y in first[1]..=last[1] {
-                for x in first[0]..=last[0] {
-                    let row = (z as usize).saturating_mul(self.shape[1] as usize).saturating_add(y as usize);
-                    visit([x, y, z], row.saturating_mul(self.shape[0] as usize).saturating_add(x as usize));
-                }
-            }
-        }
-    }
-
-    fn tets_in(&self, cell: usize) -> &'a [u32] {
-        let [start, end] =
-            [cell, cell.saturating_add(1)].map(|at| self.starts.get(at).map_or(0, |start| *start as usize));
-        self.entries.get(start..end).unwrap_or(&[])
+    /// The plain inverse by cross products: good to rounding where the tetrahedron is far from flat, as nearly all are. `None` of others,
+    /// which need more care.
+    fn of_round(edges: &Matrix3<f64>) -> Option<Self> {
+        let [a, b, c] = [0, 1, 2].map(|column| Vector3::from(edges.column(column)));
+        let (bc, ca, ab) = (b.cross(&c), c.cross(&a), a.cross(&b));
+        let volume = a.dot(&bc);
+        let longest = a.norm_squared().max(b.norm_squared()).max(c.norm_squared());
+        // False of NaN. The cube of a length within these has not left the range of numbers.
+        let is_round = volume * volume >= ROUND * (longest * longest * longest) && (1e-60..1e60).contains(&longest);
+        is_round.then(|| {
+            let determinant = 1.0 / volume;
+            let rows = [bc * determinant, ca * determinant, ab * determinant].map(|row| row.transpose());
+            Self { inverse: Matrix3::from_rows(&rows), determinant }
+        })
     }
 }
+
+/// Least (6 volume)² over the longest edge's length to the sixth power of a tetrahedron whose plain inverse is taken: with
+/// |det| ≥ 1e-3 l³ no product of it loses more than four of its sixteen digits.
+const ROUND: f64 = 1e-6;
 
 /// A mesh of tetrahedra in one shape, with what finds points in it.
 #[derive(Clone, Copy, Debug)]
@@ -176,22 +76,32 @@ pub struct TetLocator<'a> {
     points: &'a [[f64; 3]],
     tets: &'a [[u32; 4]],
     frames: &'a [TetFrame],
-    table: TetTable<'a>,
+    tree: TetTree<'a>,
 }
 
 impl<'a> TetLocator<'a> {
-    /// Fills `frames`, one for each tetrahedron. `table` was built of the same points and tetrahedra. `None` if the number of frames
-    /// is another one.
+    /// Fits the tree's boxes, and fills `frames`, one for each tetrahedron. `order` is that of [`sort_tets`](super::sort_tets) for the
+    /// cage at rest, and `boxes` has the length [`tet_tree_size`](super::tet_tree_size). Tetrahedra with points that are not finite or
+    /// not there are left out. `None` if a length is another one.
     pub fn new(
         points: &'a [[f64; 3]],
         tets: &'a [[u32; 4]],
+        order: &'a [u32],
+        boxes: &'a mut [Aabb],
         frames: &'a mut [TetFrame],
-        table: TetTable<'a>,
     ) -> Option<Self> {
+        if [order.len(), frames.len()] != [tets.len(); 2] {
+            return None;
+        }
         for (frame, corners) in frames.iter_mut().zip(tets) {
             *frame = tet_corners(points, corners).map_or(TetFrame::ILL_CONDITIONED, |corners| TetFrame::new(&corners));
         }
-        (frames.len() == tets.len()).then_some(Self { points, tets, frames, table })
+        Some(Self { points, tets, frames, tree: TetTree::fit(points, tets, order, boxes)? })
+    }
+
+    /// The box around all; inverted (min = ∞, max = −∞) without any.
+    pub fn bounds(&self) -> Aabb {
+        self.tree.bounds()
     }
 
     /// The corners of each tetrahedron.
@@ -218,9 +128,10 @@ impl<'a> TetLocator<'a> {
 
     /// Barycentric weights of any point in a tetrahedron, negative outside; `None` where it is ill-conditioned.
     pub fn weights(&self, tet: u32, point: Vector3<f64>) -> Option<[f64; 4]> {
+        // The corners of a tetrahedron with a frame are there, and finite.
         let frame = self.frame(tet).filter(|frame| frame.determinant != 0.0)?;
-        let [v0, ..] = self.corners(tet)?;
-        let w = frame.inverse * (point - v0);
+        let [first, ..] = self.tets.get(tet as usize)?;
+        let w = frame.inverse * (point - Vector3::from(*self.points.get(*first as usize)?));
         Some([1.0 - w.x - w.y - w.z, w.x, w.y, w.z])
     }
 
@@ -250,25 +161,16 @@ impl<'a> TetLocator<'a> {
             return;
         }
         // Weights may be negative by rounding.
-        let region = region.inflate(BARYCENTRIC * self.table.bounds.diagonal());
-        if self.table.bounds.intersection(&region).is_none() {
-            return;
-        }
-        let [first, _] = self.table.cell_range(&region);
-        self.table.visit_cells(&region, |cell, index| {
-            for tet in self.table.tets_in(index) {
-                let Some(bounds) = self.corners(*tet).map(|corners| tet_bounds(&corners)) else { continue };
-                // Once: in the first cell that both boxes meet.
-                let [start, _] = self.table.cell_range(&bounds);
-                if (0..3).all(|k| cell[k] == start[k].max(first[k])) && bounds.intersection(&region).is_some() {
-                    visit(*tet);
-                }
+        let region = region.inflate(BARYCENTRIC * self.tree.bounds().diagonal());
+        self.tree.visit_near(&region, |tet| {
+            if self.corners(tet).is_some_and(|corners| meet(&tet_bounds(&corners), &region)) {
+                visit(tet);
             }
         });
     }
 }
 
-fn tet_corners(points: &[[f64; 3]], corners: &[u32; 4]) -> Option<[Vector3<f64>; 4]> {
+pub(super) fn tet_corners(points: &[[f64; 3]], corners: &[u32; 4]) -> Option<[Vector3<f64>; 4]> {
     let mut found = [Vector3::zeros(); 4];
     for (corner, index) in found.iter_mut().zip(corners) {
         *corner = Vector3::from(*points.get(*index as usize)?);

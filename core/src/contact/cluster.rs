@@ -6,7 +6,7 @@
 //!
 //! | step | a box is culled if the margin is below |
 //! |---|---|
-//! | 1 | φ(c) − slope bound · half of the diagonal, with c the centre of the box: one look at the field |
+//! | 1 | φ(c) − slope bound · half of the diagonal, with c the centre of the box: one look at the field, whatever turns the box |
 //! | 2 | the field's lower bound in the box, [`EnclosedSdf::enclose_box`] |
 //! | 3 | φ(c) − slope bound in the box · half of the diagonal |
 //!
@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 
 use crate::number::Float;
 use crate::placed::{Placement, Rigid};
-use crate::rounding::{BOX_COORDINATE, FieldScale, NESTED_FIELDS, rounding};
+use crate::rounding::{BOX_COORDINATE, FieldScale, NESTED_FIELDS, POSED_COORDINATE, rounding};
 use crate::vector::from_f64;
 use crate::{Aabb, EnclosedSdf, hilbert};
 
@@ -73,25 +73,7 @@ impl<'a> Clusters<'a> {
         order: &'a mut [u32],
         boxes: &'a mut [Aabb],
     ) -> Option<Self> {
-        let count = elements.len();
-        let fits = u32::try_from(count).is_ok() && scratch.len() == count && order.len() == count;
-        let bounds = finite_bounds(points);
-        let cells_per_length = f64::from((1_u32 << hilbert::BITS) - 1) / bounds.longest_side();
-        for ((key, element), corners) in scratch.iter_mut().zip(0..).zip(elements) {
-            let mut centroid = Vector3::zeros();
-            for corner in corners {
-                centroid += point(points, *corner)?.map(Float::to_f64) / N as f64;
-            }
-            // `as` makes 0 of NaN and of what is below 0, and the largest number of infinity.
-            let cell = (centroid - Vector3::from(bounds.min)) * cells_per_length;
-            let cell = cell.map(|x| (x as u32).min((1 << hilbert::BITS) - 1));
-            *key = ClusterKey { index: hilbert::hilbert_index(cell.into()), element };
-        }
-        if !fits {
-            return None;
-        }
-        scratch.sort_unstable();
-        order.iter_mut().zip(scratch.iter()).for_each(|(place, key)| *place = key.element);
+        sort_along_curve(points, elements, scratch, order)?;
         refit(points, elements, order, boxes).then_some(Self { order, boxes })
     }
 
@@ -141,6 +123,36 @@ impl<'a> Clusters<'a> {
     }
 }
 
+/// Writes the elements in the order of their centroids along a Hilbert curve. `None` if a length is another one, an element names a
+/// vertex that is not there, or there are 2³² of them.
+pub(crate) fn sort_along_curve<R: Float, const N: usize>(
+    points: &[[R; 3]],
+    elements: &[[u32; N]],
+    scratch: &mut [ClusterKey],
+    order: &mut [u32],
+) -> Option<()> {
+    let count = elements.len();
+    let fits = u32::try_from(count).is_ok() && scratch.len() == count && order.len() == count;
+    let bounds = finite_bounds(points);
+    let cells_per_length = f64::from((1_u32 << hilbert::BITS) - 1) / bounds.longest_side();
+    for ((key, element), corners) in scratch.iter_mut().zip(0..).zip(elements) {
+        let mut centroid = Vector3::zeros();
+        for corner in corners {
+            centroid += point(points, *corner)?.map(Float::to_f64) / N as f64;
+        }
+        // `as` makes 0 of NaN and of what is below 0, and the largest number of infinity.
+        let cell = (centroid - Vector3::from(bounds.min)) * cells_per_length;
+        let cell = cell.map(|x| (x as u32).min((1 << hilbert::BITS) - 1));
+        *key = ClusterKey { index: hilbert::hilbert_index(cell.into()), element };
+    }
+    if !fits {
+        return None;
+    }
+    scratch.sort_unstable();
+    order.iter_mut().zip(scratch.iter()).for_each(|(place, key)| *place = key.element);
+    Some(())
+}
+
 /// Fits the boxes to the points of a mesh that was deformed; `order` stays that of the rest shape. Costs one look at each corner.
 /// `false` if the numbers of elements, their order and boxes do not match, or a vertex is not there: the boxes are then no good.
 pub fn refit<R: Float, const N: usize>(
@@ -187,19 +199,22 @@ impl<R: Float, F: EnclosedSdf> NearTest<'_, R, F> {
     }
 
     /// `false` only if φ is above the margin at all points of elements whose corners are in the box, in their own frame.
-    fn may_touch(&self, bounds: Aabb) -> bool {
-        let bounds = self.pose.map_or(bounds, |pose| pose.push_bounds(bounds));
-        let largest = bounds.min.iter().chain(&bounds.max).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    fn may_touch(&self, local: Aabb) -> bool {
+        let centre = Vector3::from(core::array::from_fn(|axis| 0.5 * (local.min[axis] + local.max[axis])));
+        // A pose turns the box, and the box around that is larger. The ball around it is not.
+        let radius = 0.5 * local.diagonal();
+        let (centre, bounds) = self.pose.map_or((centre, local), |pose| (pose.push(centre), pose.push_bounds(local)));
+        let coordinates = bounds.min.iter().chain(&bounds.max).chain(&local.min).chain(&local.max);
+        let largest = coordinates.fold(0.0_f64, |largest, x| largest.max(x.abs()));
         // Corners are computed in R, and may lie beyond the box by their rounding.
-        let bounds = bounds.inflate(largest * R::EPSILON * BOX_COORDINATE);
-        largest > R::MAX_COORDINATE || !self.is_far(&bounds)
+        let rounded = largest * R::EPSILON * if self.pose.is_some() { POSED_COORDINATE } else { BOX_COORDINATE };
+        largest > R::MAX_COORDINATE || !self.is_far(&bounds.inflate(rounded), centre, radius + 2.0 * rounded)
     }
 
-    /// Is φ certainly above the margin in the box?
-    fn is_far(&self, bounds: &Aabb) -> bool {
+    /// Is φ certainly above the margin where the box and the ball overlap?
+    fn is_far(&self, bounds: &Aabb, centre: Vector3<f64>, radius: f64) -> bool {
         let Self { field, slope_bound, margin, .. } = *self;
-        let centre: Vector3<R> = from_f64(core::array::from_fn(|axis| 0.5 * (bounds.min[axis] + bounds.max[axis])));
-        let radius = R::from_f64(0.5 * bounds.diagonal());
+        let (centre, radius): (Vector3<R>, R) = (from_f64(centre.into()), R::from_f64(radius));
         let slack = |value| rounding(FieldScale::new(field), centre, radius, value) * R::from_f64(NESTED_FIELDS);
         let value = field.value(centre);
         let around_centre = value - slack(value);

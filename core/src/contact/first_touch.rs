@@ -63,7 +63,7 @@ pub struct FirstTouch {
 
 impl Default for FirstTouch {
     fn default() -> Self {
-        Self { tolerance: 1e-4, evaluations: 4096 }
+        Self { tolerance: 1e-4, evaluations: 1 << 16 }
     }
 }
 

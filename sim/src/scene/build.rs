@@ -61,6 +61,7 @@ impl Stage {
         world.drag = spec.drag;
         world.damping = spec.damping;
         world.loaded_rounds = spec.loaded_rounds;
+        world.rolling_friction = spec.rolling_friction;
         world.recovery_speed = spec.recovery;
         let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
         let animations =

@@ -31,6 +31,7 @@ impl SceneSpec {
         let others = [
             ("thickness", self.thickness),
             ("friction", self.friction),
+            ("rolling_friction", self.rolling_friction),
             ("recovery", self.recovery),
             ("drag", self.drag),
             ("damping", self.damping),

@@ -43,6 +43,8 @@ pub struct Figures {
     pub max_speed: f64,
     /// Contacts of the last frame.
     pub contacts: usize,
+    /// Pairs of things that touch in the last frame: a surface, and an obstacle or another body.
+    pub pairs: usize,
     /// Elements of the last frame, and those that passed the cull.
     pub elements: [usize; 2],
     /// Time that was spent.
@@ -107,6 +109,7 @@ impl Figures {
             volume: self.volume.min(other.volume),
             max_speed: max(self.max_speed, other.max_speed),
             contacts: self.contacts.max(other.contacts),
+            pairs: self.pairs.max(other.pairs),
             elements: [0, 1].map(|k| self.elements[k].max(other.elements[k])),
             seconds: Seconds {
                 detect: self.seconds.detect + other.seconds.detect,

@@ -1,6 +1,6 @@
 //! Runs a scene frame by frame, and measures it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -100,6 +100,8 @@ struct Run<'a> {
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
+    /// What touches: numbers of two surfaces, or of a surface and, after all of those, an obstacle.
+    pairs: BTreeSet<[usize; 2]>,
     /// Knowledge of each surface and each obstacle; those of rigid bodies come after those that stand still.
     memories: BTreeMap<(usize, usize), Memory>,
     /// The obstacles as surfaces without an inside, where the method sees no more.
@@ -142,6 +144,7 @@ impl<'a> Run<'a> {
             query,
             only_vertices: !method.faces,
             contacts: Contacts::default(),
+            pairs: BTreeSet::new(),
             memories: BTreeMap::new(),
             hulls,
             normals: BTreeMap::new(),
@@ -171,6 +174,7 @@ impl<'a> Run<'a> {
             false => Motion::of(&stage.world, 1.0 / self.spec.rate),
         };
         self.contacts.clear();
+        self.pairs.clear();
         let Stage { world, surfaces, obstacles, animations, fields, time, .. } = stage;
         let moments: Vec<[Field; 2]> =
             animations.iter().map(|shape| [*time, *time + 1.0 / self.spec.rate].map(|time| shape.at(time))).collect();
@@ -195,6 +199,7 @@ impl<'a> Run<'a> {
                 })?;
                 let pressing = |contact: &&Contact<f64>| contact.distance <= (1.0 + HOLD) * self.spec.thickness + 1e-9;
                 let new = self.contacts.contacts[first..].iter().filter(pressing);
+                self.pairs.extend((self.contacts.contacts.len() > first).then_some([index, surfaces.len() + number]));
                 normals.extend(new.map(|contact| ((index, number, contact.key()), contact.normal)));
             }
             for (shape, [now, later]) in animations.iter().zip(&moments) {
@@ -203,13 +208,16 @@ impl<'a> Run<'a> {
                 query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
             }
             let mine = body_of(surface);
-            for (other, other_box) in surfaces.iter().zip(&boxes) {
+            for (number, (other, other_box)) in surfaces.iter().zip(&boxes).enumerate() {
                 let Some(id) = body_of(other).filter(|id| Some(*id) != mine) else { continue };
                 let (Some(a), Some(b)) = (&boxes[index], other_box) else { continue };
                 if (0..3).all(|axis| a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]) {
                     let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
                     let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
+                    let first = self.contacts.contacts.len();
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
+                    let pair = [index.min(number), index.max(number)];
+                    self.pairs.extend((self.contacts.contacts.len() > first).then_some(pair));
                 }
             }
         }
@@ -330,6 +338,7 @@ impl<'a> Run<'a> {
             figures.beyond = points.iter().filter(is_beyond).count();
         }
         figures.contacts = self.contacts.contacts.len();
+        figures.pairs = self.pairs.len();
         figures.elements = [self.contacts.element_count, self.contacts.searched_count];
         Ok(self.figures)
     }

@@ -31,6 +31,9 @@ pub struct SceneSpec {
     /// Coulomb's coefficient.
     #[serde(default = "third")]
     pub friction: f64,
+    /// Lever of the rolling friction of rigid bodies, a length.
+    #[serde(default)]
+    pub rolling_friction: f64,
     /// Speed at which overlaps are undone.
     #[serde(default = "one")]
     pub recovery: f64,

@@ -1,5 +1,6 @@
 //! A contact row as a hard unilateral constraint: sides that are too near are pushed apart, and Coulomb's friction, at most μ times
-//! all that was pushed in the step, holds against their slide.
+//! all that was pushed in the step, holds against their slide. Rolling friction holds against the turn of one body on the other, by a
+//! torque of at most a lever times all that was pushed.
 
 use sdf_core::contact::{Row, RowSide};
 
@@ -25,6 +26,8 @@ pub(crate) struct Touch {
     /// The push along n and across it in this step: mass · length.
     pushed: f64,
     held: V3,
+    /// The twist against rolling: mass · length², as a push times an arm.
+    twisted: V3,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +66,7 @@ impl World {
             rows.touches.push(touch);
         }
         for touch in &mut rows.touches {
-            (touch.pushed, touch.held) = (0.0, V3::zeros());
+            (touch.pushed, touch.held, touch.twisted) = (0.0, V3::zeros(), V3::zeros());
         }
     }
 
@@ -108,6 +111,7 @@ impl World {
             reach,
             pushed: 0.0,
             held: V3::zeros(),
+            twisted: V3::zeros(),
         }
     }
 
@@ -139,6 +143,7 @@ impl World {
         }
         let pushed = pushed + push;
         rows.touches[index].pushed = pushed;
+        self.hold_roll(&touch, pushed, rows, index, dt);
         if *friction <= 0.0 || pushed <= 0.0 {
             return;
         }
@@ -155,6 +160,39 @@ impl World {
         let allowed = if wanted.norm() > limit { wanted * (limit / wanted.norm()) } else { wanted };
         rows.touches[index].held = allowed;
         self.push_apart(&touch, rows, allowed - held, dt);
+    }
+
+    /// Rolling friction: a twist against the turn of the sides against each other, of at most lever · push. It takes no more of the turn
+    /// than there is about any axis, and keeps the angular momentum of a pair.
+    fn hold_roll(&mut self, touch: &Touch, pushed: f64, rows: &mut Rows, index: usize, dt: f64) {
+        let limit = self.rolling_friction * pushed;
+        if limit <= 0.0 {
+            return;
+        }
+        let body_of = |side: &Side| match side {
+            Side::Body { id, .. } => Some(*id as usize),
+            _ => None,
+        };
+        let sides = [(body_of(&touch.element), 1.0), (body_of(&touch.field), -1.0)];
+        let (mut turn, mut weight) = (V3::zeros(), 0.0);
+        for (id, sign) in sides {
+            if let Some(body) = id.map(|id| &self.bodies[id]) {
+                turn += body.angular_velocity() * (sign * dt);
+                // No less than about any axis.
+                weight += body.inv_inertia.trace();
+            }
+        }
+        if weight <= 0.0 {
+            return;
+        }
+        let wanted = touch.twisted - turn / weight;
+        let allowed = if wanted.norm() > limit { wanted * (limit / wanted.norm()) } else { wanted };
+        rows.touches[index].twisted = allowed;
+        for (id, sign) in sides {
+            if let Some(id) = id {
+                self.bodies[id].twist(&((allowed - touch.twisted) * sign), dt);
+            }
+        }
     }
 
     fn push_apart(&mut self, touch: &Touch, rows: &Rows, push: V3, dt: f64) {

@@ -1,10 +1,11 @@
-//! Laws of the simulator: free motion, friction, walls, sheets at rest, stiff or entangled ones, soft bodies that carry a sheet, two
-//! bodies exchanged.
+//! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies that
+//! carry a sheet, two bodies exchanged.
 
 mod caged;
 mod contacts;
 mod entangled;
 mod motion;
+mod rolling;
 mod sheets;
 
 use sdf_core::nalgebra::Vector3;

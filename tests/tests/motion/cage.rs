@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 use sdf_core::cage::{
-    Cage, CageContact, CageMap, CageOutcome, CageSearch, TableRoom, TetFrame, TetLocator, TetStatus, TetTable,
-    bound_tets, table_shape,
+    Cage, CageContact, CageMap, CageOutcome, CageSearch, TetFrame, TetLocator, TetStatus, bound_tets, sort_tets,
+    tet_tree_size,
 };
-use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::contact::{ClusterKey, Element, Outcome, contact};
 use sdf_core::minimize::Certified;
 use sdf_core::placed::Placed;
 use sdf_core::shapes::{Sphere, Torus};
@@ -23,9 +23,9 @@ const SEARCH: Certified = Certified {
 };
 
 /// The cube |x|, |y|, |z| ≤ 1 in `side`³ cubes of six tetrahedra each (Kuhn 1960).
-struct Lattice {
-    points: Vec<[f64; 3]>,
-    tets: Vec<[u32; 4]>,
+pub struct Lattice {
+    pub points: Vec<[f64; 3]>,
+    pub tets: Vec<[u32; 4]>,
 }
 
 impl Lattice {
@@ -56,24 +56,18 @@ impl Lattice {
     }
 }
 
-/// Calls `run` with the locator of a mesh.
-fn with_locator<T>(points: &[[f64; 3]], tets: &[[u32; 4]], run: impl FnOnce(TetLocator) -> T) -> T {
-    let finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
-    let shape = table_shape(&Aabb::from_points(finite.copied()).unwrap(), tets.len());
-    let mut starts = vec![0; shape.iter().map(|n| *n as usize).product::<usize>() + 1];
-    let Err(TableRoom::Entries { needed }) = TetTable::build(points, tets, shape, &mut starts, &mut []) else {
-        panic!("entries in no room")
-    };
-    let mut entries = vec![0; needed];
-    let table = TetTable::build(points, tets, shape, &mut starts, &mut entries).unwrap();
-    let mut frames = vec![TetFrame::ILL_CONDITIONED; tets.len()];
-    run(TetLocator::new(points, tets, &mut frames, table).unwrap())
+/// Calls `run` with the locator of a mesh, sorted where the lattice rests.
+pub fn with_locator<T>(lattice: &Lattice, points: &[[f64; 3]], run: impl FnOnce(TetLocator) -> T) -> T {
+    let count = lattice.tets.len();
+    let mut order = vec![0; count];
+    assert!(sort_tets(&lattice.points, &lattice.tets, &mut vec![ClusterKey::default(); count], &mut order));
+    let mut boxes = vec![Aabb::EVERYWHERE; tet_tree_size(count)];
+    let mut frames = vec![TetFrame::ILL_CONDITIONED; count];
+    run(TetLocator::new(points, &lattice.tets, &order, &mut boxes, &mut frames).unwrap())
 }
 
 fn with_cage<T>(lattice: &Lattice, now: &[[f64; 3]], run: impl FnOnce(&Cage) -> T) -> T {
-    with_locator(&lattice.points, &lattice.tets, |rest| {
-        with_locator(now, &lattice.tets, |now| run(&Cage::new(rest, now).unwrap()))
-    })
+    with_locator(lattice, &lattice.points, |rest| with_locator(lattice, now, |now| run(&Cage::new(rest, now).unwrap())))
 }
 
 /// Bent, twisted and shaken, but with no tetrahedron inside out.
@@ -362,11 +356,6 @@ fn inverted_flat_and_broken_tetrahedra_have_a_status_and_no_nan_comes_of_them() 
             }
         });
     }
-    assert_eq!(
-        TetTable::build(&lattice.points, &lattice.tets, [2, 2, 2], &mut [0; 8], &mut []).map(|_| ()),
-        Err(TableRoom::Starts { needed: 9 })
-    );
-    assert!(TetTable::build(&lattice.points, &lattice.tets, [0, 2, 2], &mut [0], &mut []).is_err());
     with_cage(&lattice, &lattice.points, |cage| {
         let bad = Element { id: 0, vertices: [0], simplex: Simplex { corners: [Vector3::new(f64::NAN, 0.0, 0.0)] } };
         let found = cage.contact(&field, &SEARCH, 0.1, &bad, &[], CageMap::Exact);

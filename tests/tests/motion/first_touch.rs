@@ -34,7 +34,7 @@ fn check<M: MovingSdf, const N: usize>(
     counts: &mut Counts,
 ) {
     let thickness = 0.02 * size;
-    let search = FirstTouch { tolerance: 1e-3 * size, evaluations: 4096 };
+    let search = FirstTouch { tolerance: 1e-3 * size, ..FirstTouch::default() };
     let until = match search.first_touch(field, thickness, moving) {
         Touch::At { time, minimum } => {
             assert!((0.0..=1.0).contains(&time), "{name}: {time}");

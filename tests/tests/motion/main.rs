@@ -2,6 +2,7 @@
 
 mod affine;
 mod cage;
+mod cage_tree;
 mod clusters;
 mod first_touch;
 mod grazing;

@@ -1,0 +1,76 @@
+//! Rolling friction: a ball holds and rolls at its angle, stops where it must, and rolls on without any.
+
+use sdf_core::nalgebra::Matrix3;
+use sdf_core::shapes::Sphere;
+use sdf_field::Field;
+use sdf_sim::{Body, Carried, Carrier, Contacts, Motion, Query, Surface, World};
+
+use crate::{GRAVITY, V3, cuboid};
+
+const RADIUS: f64 = 0.5;
+/// The lever of rolling friction over the radius is the tangent of the angle at which a ball begins to roll.
+const ANGLE: f64 = 2.5;
+const DT: f64 = 1.0 / 600.0;
+
+/// A ball on a level floor that rolls along x at a speed, in gravity tilted by so many degrees; the worst gain of energy over its
+/// start, and the ball after so many frames.
+fn roll(degrees: f64, speed: f64, lever: f64, frames: u32) -> (f64, Body) {
+    let angle = degrees.to_radians();
+    let mut world = World::new([angle.sin() * GRAVITY, 0.0, -angle.cos() * GRAVITY]);
+    world.rolling_friction = lever;
+    let inertia = Matrix3::identity() * (0.4 * 2.0 * RADIUS * RADIUS);
+    let ball = Body {
+        position: V3::new(0.0, 0.0, RADIUS),
+        velocity: V3::new(speed, 0.0, 0.0),
+        momentum: inertia * V3::new(0.0, speed / RADIUS, 0.0),
+        inv_mass: 0.5,
+        inertia,
+        inv_inertia: inertia.try_inverse().unwrap(),
+        ..Body::fixed()
+    };
+    let ball = world.add_body(ball);
+    let (points, faces) = cuboid([5.0, 3.0, 0.1]);
+    let floor = world.add_body(Body { position: V3::new(1.0, 0.7, -0.1), ..Body::fixed() });
+    // The floor has the faces and the ball is the field: it is round, and not a solid of facets, which rests on one.
+    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id: floor, points });
+    let field = Field::new(Sphere::new(RADIUS).unwrap());
+    let query = Query { friction: 0.5, ..Query::default() };
+    let (start, mut gain) = (world.energy(), 0.0_f64);
+    let mut contacts = Contacts::default();
+    for _ in 0..frames {
+        contacts.clear();
+        let obstacle = Carried { field: &field, id: ball, body: &world.bodies[ball as usize] };
+        query.find(&obstacle, &surface, &world, &Motion::of(&world, 10.0 * DT), &mut contacts).unwrap();
+        for _ in 0..10 {
+            world.step(DT, contacts.rows());
+            gain = gain.max(world.energy() - start);
+        }
+    }
+    (gain, world.bodies[ball as usize].clone())
+}
+
+#[test]
+fn a_ball_holds_and_rolls_within_one_degree_of_the_angle_of_its_rolling_friction() {
+    let lever = RADIUS * ANGLE.to_radians().tan();
+    let held = roll(ANGLE - 1.0, 0.0, lever, 60).1.position.x;
+    assert!(held.abs() < 1e-3, "it rolled by {held}");
+    let rolled = roll(ANGLE + 1.0, 0.0, lever, 60).1.position.x;
+    let angle = (ANGLE + 1.0).to_radians();
+    // A full ball turns with two fifths of its mass at its rim.
+    let expected = 0.5 * GRAVITY * (angle.sin() - ANGLE.to_radians().tan() * angle.cos()) / 1.4;
+    assert!((rolled - expected).abs() < 0.05 * expected, "it rolled by {rolled}, not by {expected}");
+}
+
+#[test]
+fn a_rolling_ball_stops_where_its_rolling_friction_has_used_up_its_energy_and_rolls_on_without() {
+    let speed = 0.5;
+    let (gain, free) = roll(0.0, speed, 0.0, 180);
+    assert!((free.velocity.x - speed).abs() < 0.01 * speed && gain < 1e-9, "{}, {gain}", free.velocity.x);
+    assert!((free.position.x - 3.0 * speed).abs() < 0.01, "{}", free.position.x);
+    let lever = RADIUS * ANGLE.to_radians().tan();
+    let (gain, stopped) = roll(0.0, speed, lever, 180);
+    let expected = speed * speed * 1.4 / (2.0 * GRAVITY * ANGLE.to_radians().tan());
+    assert!(gain < 1e-9, "{gain}");
+    assert!((stopped.position.x - expected).abs() < 0.05 * expected, "{}, not {expected}", stopped.position.x);
+    assert!(stopped.velocity.norm() < 1e-6 && stopped.angular_velocity().norm() < 1e-5, "{}", stopped.velocity);
+}
