@@ -1,5 +1,6 @@
 //! Fields as the kernels hold them, and the functions that make them of plain numbers.
 
+#[cfg(target_arch = "nvptx64")]
 use core::arch::asm;
 
 use sdf_core::combine::Compound;
@@ -9,7 +10,7 @@ use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
 
-use crate::abi::{FieldBlob, GridParams, ShapeParams, Slice, shape};
+use crate::abi::{FIELD_MARK, FieldBlob, GridParams, ShapeParams, Slice, shape};
 
 /// Dense samples with block bounds.
 pub type DenseGrid = Grid<WithBlockBounds<CardDense, &'static [BlockBounds]>>;
@@ -66,12 +67,16 @@ impl Storage for CardDense {
 /// The address is that of a number in the card's memory.
 #[inline(always)]
 unsafe fn read_only(address: *const f32) -> f32 {
-    let number: f32;
+    #[cfg(not(target_arch = "nvptx64"))]
+    // SAFETY: the caller's.
+    return unsafe { *address };
+    #[cfg(target_arch = "nvptx64")]
     // SAFETY: the caller's; the load changes nothing.
     unsafe {
+        let number: f32;
         asm!("ld.global.nc.f32 {0}, [{1}];", out(reg32) number, in(reg64) address, options(pure, readonly, nostack));
+        number
     }
-    number
 }
 
 /// The arrays of a sparse grid in the card's memory.
@@ -207,12 +212,12 @@ pub unsafe fn union(parts: u64, count: u32) -> Option<Shapes> {
 /// # Safety
 /// `blob` is the address of a [`FieldBlob`].
 pub unsafe fn store<F>(blob: *mut FieldBlob, field: Option<F>) {
-    const { assert!(size_of::<F>() <= size_of::<FieldBlob>() && align_of::<F>() <= align_of::<FieldBlob>()) }
+    const { assert!(size_of::<F>() <= FIELD_MARK * size_of::<u64>() && align_of::<F>() <= align_of::<FieldBlob>()) }
     // SAFETY: it fits, by the line above.
     unsafe {
         *blob = FieldBlob([0; 40]);
         if let Some(field) = field {
-            (*blob).0[31] = 1;
+            (*blob).0[FIELD_MARK] = 1;
             blob.cast::<F>().write(field);
         }
     }
