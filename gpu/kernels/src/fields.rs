@@ -65,18 +65,25 @@ impl Storage for CardDense {
 ///
 /// # Safety
 /// The address is that of a number in the card's memory.
+#[cfg(target_arch = "nvptx64")]
 #[inline(always)]
 unsafe fn read_only(address: *const f32) -> f32 {
-    #[cfg(not(target_arch = "nvptx64"))]
-    // SAFETY: the caller's.
-    return unsafe { *address };
-    #[cfg(target_arch = "nvptx64")]
+    let number: f32;
     // SAFETY: the caller's; the load changes nothing.
     unsafe {
-        let number: f32;
         asm!("ld.global.nc.f32 {0}, [{1}];", out(reg32) number, in(reg64) address, options(pure, readonly, nostack));
-        number
     }
+    number
+}
+
+/// The same on the CPU.
+///
+/// # Safety
+/// As there.
+#[cfg(not(target_arch = "nvptx64"))]
+unsafe fn read_only(address: *const f32) -> f32 {
+    // SAFETY: the caller's.
+    unsafe { *address }
 }
 
 /// The arrays of a sparse grid in the card's memory.
