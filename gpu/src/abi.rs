@@ -22,6 +22,7 @@ pub struct GridParams {
     pub slope_bound: f64,
     pub band: f64,
     pub error_bound: f64,
+    pub deep_error: f64,
     pub nodes: [u32; 4],
     /// Samples of a dense grid, or codes of the bricks.
     pub samples: Slice,

@@ -56,6 +56,7 @@ impl GpuField {
             slope_bound: grid.slope_bound(),
             band: grid.band(),
             error_bound: grid.global_error_bound(),
+            deep_error: grid.deep_error(),
             nodes: [x, y, z, 0],
             ..GridParams::default()
         };

@@ -160,7 +160,7 @@ fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Optio
     let lattice = Lattice::new(params.origin, params.spacing, [x, y, z])?;
     let storage = storage(&lattice)?;
     let grid = Grid::new(lattice, storage, params.slope_bound)?;
-    Some(grid.with_band(params.band).with_error_bound(params.error_bound))
+    Some(grid.with_band(params.band).with_error_bound(params.error_bound).with_deep_error(params.deep_error))
 }
 
 /// # Safety
