@@ -122,14 +122,14 @@ pub struct PoseParams {
 impl PoseParams {
     /// Point of the field's frame, in f64 so that a mesh far from the origin loses nothing by its place.
     #[inline(always)]
-    pub fn to_local(&self, point: [f32; 3]) -> [f32; 3] {
+    pub fn pull(&self, point: [f32; 3]) -> [f32; 3] {
         let [x, y, z] = [0, 1, 2].map(|axis: usize| f64::from(point[axis % 3]) - self.translation[axis % 3]);
         self.local_from_world.map(|row| (row[0] * x + row[1] * y + row[2] * z) as f32)
     }
 
     /// Point of the world.
     #[inline(always)]
-    pub fn to_world(&self, point: [f32; 3]) -> [f32; 3] {
+    pub fn push(&self, point: [f32; 3]) -> [f32; 3] {
         let turned = self.turn(point);
         [0, 1, 2].map(|axis: usize| (turned[axis % 3] + self.translation[axis % 3]) as f32)
     }

@@ -113,7 +113,7 @@ kernels! { PLAIN:
     fn place_points(pose: PoseParams, from: *const [f32; 3], to: *mut [f32; 3], count: u32) {
         let index = stages::thread();
         if index < count as usize {
-            *to.add(index) = pose.to_local(*from.add(index));
+            *to.add(index) = pose.pull(*from.add(index));
         }
     }
 

@@ -193,8 +193,8 @@ pub unsafe fn place(pose: &PoseParams, frame: &Frame) {
         let index = thread();
         if index < read(frame, counter::HITS) {
             let record = &mut *(frame.contacts as *mut ContactRecord).add(index);
-            record.point = pose.to_world(record.point);
-            record.surface_point = pose.to_world(record.surface_point);
+            record.point = pose.push(record.point);
+            record.surface_point = pose.push(record.surface_point);
             record.normal = pose.turned(record.normal);
         }
     }

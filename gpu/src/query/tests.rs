@@ -8,9 +8,9 @@ fn a_pose_of_the_card_maps_points_as_that_of_the_core() {
         let point = [0.37, -0.81, 1.93].map(|stride: f32| 100.0 * (stride * f32::from(step)).sin());
         let world = Vector3::from(point).map(f64::from);
         let expected = pose.pull(world).point.map(|x| x as f32);
-        assert_eq!(Vector3::from(moved.to_local(point)), expected);
+        assert_eq!(Vector3::from(moved.pull(point)), expected);
         let back = pose.push(world).map(|x| x as f32);
-        assert!((Vector3::from(moved.to_world(point)) - back).norm() <= 1e-3, "{back}");
+        assert!((Vector3::from(moved.push(point)) - back).norm() <= 1e-3, "{back}");
         let turned = Vector3::from(moved.turned(point));
         assert!((turned - (pose.push(world) - Vector3::from(pose.translation())).cast()).norm() <= 1e-4);
     }
