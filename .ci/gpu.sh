@@ -21,8 +21,11 @@ table=docs/gpu.md
 ptxas_package=nvidia-cuda-nvcc-cu12==12.9.86
 targets=(sm_80 sm_90)
 target_dir=$(realpath -m "${CARGO_TARGET_DIR:-target}")/gpu-kernels
-ptx=$target_dir/nvptx64-nvidia-cuda/release/sdf_gpu_kernels.ptx
+ptx=$target_dir/kernels.ptx
 venv=$target_dir/venv
+# Kernels that are assembled for no more registers than this, as they spill none: 16 blocks of 64 threads fit on a multiprocessor.
+lean=(search_faces_dense_frank_wolfe search_faces_dense_projected_gradient)
+lean_registers=64
 packages=(rustc-web cargo-web rust-web-src rust-web-llvm llvm-22 python3 python3-venv)
 
 main() {
@@ -32,7 +35,7 @@ main() {
     case ${1:-} in
         --out)
             mkdir -p "$2"
-            cp "$ptx" "$2/kernels.ptx"
+            cp "$ptx" "$2"
             for target in "${targets[@]}"; do cp "$target_dir/$target.cubin" "$2/kernels.$target.cubin"; done
             ;;
         --write)
@@ -60,6 +63,12 @@ build() {
     RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 RUSTFLAGS="-C target-cpu=${targets[0]} -C linker=$PWD/gpu/kernels/link -C llvm-args=-inline-threshold=100000" \
         CARGO_TARGET_DIR=$target_dir /usr/bin/cargo build --quiet --locked --release --manifest-path gpu/kernels/Cargo.toml \
         -Z build-std=core --target nvptx64-nvidia-cuda || fail "the kernels do not build"
+    cp "$target_dir/nvptx64-nvidia-cuda/release/sdf_gpu_kernels.ptx" "$ptx"
+    local kernel
+    for kernel in "${lean[@]}"; do
+        sed -i "/\.entry $kernel(/,/^{/ s/^)[^{]*$/)\n.maxnreg $lean_registers/" "$ptx"
+        grep -A 6 "\.entry $kernel(" "$ptx" | grep -q maxnreg || fail "$kernel: no place for its number of registers"
+    done
     # A fma or an approximation would change bits, ftz the smallest numbers.
     local forbidden
     forbidden=$(grep -nE '\bfma\.|\.approx|\.ftz|\.extern' "$ptx" | head -n 3 || true)

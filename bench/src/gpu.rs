@@ -11,11 +11,11 @@ use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use sdf_core::AnyField;
 use sdf_core::Simplex;
-use sdf_core::contact::{Contact, Element, Feature, Outcome, contact};
-use sdf_core::minimize::{FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
+use sdf_core::contact::{Contact, Element, Feature, Outcome, contact, contact_at, cull};
+use sdf_core::minimize::{Certified, FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
 use sdf_core::nalgebra::Vector3;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
-use sdf_gpu::{Elements, Gpu, GpuError, GpuField, GpuMesh, Method, QueryOptions, Stages};
+use sdf_gpu::{Elements, Gpu, GpuError, GpuField, GpuMesh, GpuQuery, Method, QueryOptions, Stages, Unsettled};
 use sdf_procedural::Mesh;
 
 use crate::accuracy::{PaperTimes, SceneFile, read_scenes};
@@ -41,6 +41,16 @@ pub struct GpuOptions {
 
 /// Steps of every method, as in the paper's table 1.
 const ITERATIONS: u32 = 32;
+
+/// Evaluations of the second search of each element, as of `auto`.
+const EVALUATIONS: u32 = 256;
+
+/// Forms of a query. The last certifies what Frank-Wolfe does not settle.
+const FORMS: [(Stages, Unsettled); 3] = [
+    (Stages::Separate, Unsettled::Keep),
+    (Stages::Fused, Unsettled::Keep),
+    (Stages::Separate, Unsettled::Certify { evaluations: EVALUATIONS }),
+];
 
 const METHODS: [(&str, Method); 5] = [
     ("points", Method::PointSampling),
@@ -78,9 +88,20 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
                 let expected = scene.on_processor(elements, method);
                 let processor = [1, 0].map(|threads| scene.processor_time(elements, method, threads));
                 let [one, all] = [&processor[0], &processor[1]].map(|time| time.as_deref().unwrap_or("failed"));
-                for stages in [Stages::Separate, Stages::Fused] {
-                    let query = QueryOptions { method, margin: scene.margin, iterations: ITERATIONS, stages };
-                    let Some(mut row) = on_card(&gpu, &field, &scene, elements, &query, &expected, options)? else {
+                let (margin, iterations) = (scene.margin, ITERATIONS);
+                for (stages, unsettled) in FORMS {
+                    let query =
+                        QueryOptions { method, margin, iterations, stages, unsettled, ..QueryOptions::default() };
+                    let twice;
+                    let expected = match (unsettled, elements) {
+                        (Unsettled::Keep, _) => &expected,
+                        (_, Elements::Faces(faces)) if method == Method::FrankWolfe => {
+                            twice = scene.search_twice(faces);
+                            &twice
+                        }
+                        _ => continue,
+                    };
+                    let Some(mut row) = on_card(&gpu, &field, &scene, elements, &query, expected, options)? else {
                         continue;
                     };
                     row.splice(
@@ -110,11 +131,12 @@ fn on_card(
     expected: &[Contact<f32>],
     options: &GpuOptions,
 ) -> Result<Option<Vec<String>>> {
-    let mut mesh = GpuMesh::new(gpu, &scene.points, elements)?;
-    let found = match gpu.contacts(field, &mut mesh, query) {
+    let mesh = GpuMesh::new(gpu, &scene.points, elements)?;
+    let mut on_card = match GpuQuery::new(gpu, field, mesh, query) {
         Err(GpuError::Unsupported(_)) => return Ok(None),
-        found => found?.contacts,
+        query => query?,
     };
+    let found = on_card.contacts()?.contacts;
     let differs = |(a, b): &(&Contact<f32>, &Contact<f32>)| bits(a) != bits(b);
     let pairs = found.iter().zip(expected);
     let equal = match pairs.clone().find(differs) {
@@ -124,10 +146,13 @@ fn on_card(
             format!("{} of {}", pairs.filter(|pair| !differs(pair)).count(), expected.len())
         }
     };
-    let times = gpu.time(field, &mut mesh, query, options.repetitions)?;
+    let times = on_card.time(options.repetitions)?;
     let text = |times: &Vec<f32>| format!("{:.1}", median(times.iter().map(|time| f64::from(*time)).collect()));
     let kernels: Vec<_> = times.kernels.iter().map(text).collect();
-    let stages = format!("{:?}", query.stages).to_lowercase();
+    let stages = match query.unsettled {
+        Unsettled::Certify { .. } => "certified second".to_owned(),
+        _ => format!("{:?}", query.stages).to_lowercase(),
+    };
     let [launched, graph] = [text(&times.launched), text(&times.graph)];
     Ok(Some(vec![stages, found.len().to_string(), equal, kernels.join(" + "), launched, graph]))
 }
@@ -175,7 +200,7 @@ impl Scene {
             Method::FrankWolfe => Some(paper.frank_wolfe),
             Method::ProjectedGradient => Some(paper.projected_gradient),
             Method::GoldenSection => paper.golden_section,
-            Method::Newton => None,
+            Method::Newton | Method::Certified => None,
         }
     }
 
@@ -198,13 +223,33 @@ impl Scene {
     }
 
     fn search<M: Minimizer<N> + Sync, const N: usize>(&self, elements: &[[u32; N]], method: &M) -> Vec<Contact<f32>> {
+        self.search_each(elements, |element| match contact(&self.field, method, self.margin, element) {
+            Outcome::Contact(contact) => Some(contact),
+            _ => None,
+        })
+    }
+
+    /// The contacts by Frank-Wolfe where that settles a face, else by the certified search.
+    fn search_twice(&self, faces: &[[u32; 3]]) -> Vec<Contact<f32>> {
+        let (field, margin) = (&self.field, self.margin);
+        let certified = Certified { evaluations: EVALUATIONS, ..Certified::default() };
+        self.search_each(faces, |element| {
+            let lower_bound = cull(field, margin, element).ok()?;
+            let first = FrankWolfe::default().minimize_below(field, &element.simplex, margin);
+            let is_settled = first.converged && first.sample.value <= margin;
+            let last = if is_settled { first } else { certified.minimize_below(field, &element.simplex, margin) };
+            if last.sample.value <= margin { contact_at(field, element, &last, lower_bound) } else { None }
+        })
+    }
+
+    fn search_each<const N: usize>(
+        &self,
+        elements: &[[u32; N]],
+        search: impl Fn(&Element<f32, N>) -> Option<Contact<f32>> + Sync,
+    ) -> Vec<Contact<f32>> {
         let found = elements.par_iter().zip(0_u32..elements.len() as u32).filter_map(|(vertices, id)| {
             let corners = vertices.map(|vertex| Vector3::from(self.points[vertex as usize]));
-            let element = Element { id, vertices: *vertices, simplex: Simplex { corners } };
-            match contact(&self.field, method, self.margin, &element) {
-                Outcome::Contact(contact) => Some(contact),
-                _ => None,
-            }
+            search(&Element { id, vertices: *vertices, simplex: Simplex { corners } })
         });
         found.collect()
     }
@@ -216,7 +261,7 @@ impl Scene {
             Method::ProjectedGradient => sdf_field::Method::ProjectedGradient,
             Method::Newton => sdf_field::Method::Newton,
             Method::GoldenSection => sdf_field::Method::GoldenSection,
-            Method::PointSampling => return Ok("-".to_owned()),
+            Method::PointSampling | Method::Certified => return Ok("-".to_owned()),
         };
         let field = Field::new(self.field.clone());
         let threads = if threads == 1 { Threads::ONE } else { Threads::ALL };

@@ -2,6 +2,7 @@
 
 mod bake;
 mod contacts;
+mod device;
 mod exchange;
 mod fields;
 mod simulate;
@@ -9,6 +10,7 @@ mod values;
 
 pub use bake::BakeArgs;
 pub use contacts::{CompareArgs, ContactsArgs, Elements, rigid};
+pub use device::{Device, DeviceArgs};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
 pub use simulate::{MethodWord, SimulateArgs};

@@ -8,6 +8,7 @@
 mod args;
 mod commands;
 mod csv_points;
+mod device;
 mod error_regions;
 mod failure;
 mod field_input;

@@ -71,7 +71,7 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     #[inline(always)]
     pub fn slopes(&self, gradient: Vector3<R>) -> [R; N] {
         let mut slopes = [R::zero(); N];
-        for corner in 0..N {
+        for corner in 1..N {
             slopes[corner] = gradient.dot(&(self.corners[corner] - self.corners[0]));
         }
         slopes

@@ -47,10 +47,15 @@ pub struct Comparison {
     pub recommended: Method,
     /// In the order of [`Method::ALL`]; golden section on edges alone.
     pub methods: Vec<MethodReport>,
+    /// The methods that also ran on a card; of the mesh and the field, which stay there, no copying is in their time.
+    pub on_card: Vec<MethodReport>,
 }
 
 /// Evaluations of the reference per element.
 const REFERENCE_BUDGET: u32 = 16_384;
+
+/// A method that runs elsewhere.
+pub(crate) type Guest<'a> = (Method, Box<dyn FnMut() -> Option<Contacts> + 'a>);
 
 impl Field {
     /// Runs every method `rounds` times, in turns so that a change of the machine's speed hits all alike. The method and budget
@@ -61,6 +66,18 @@ impl Field {
         options: &ContactOptions,
         rounds: usize,
         on_done: &dyn Fn(usize),
+    ) -> Result<Comparison, QueryError> {
+        self.compare_with(mesh, options, rounds, on_done, vec![])
+    }
+
+    /// [`compare`](Self::compare), with guests beside the methods.
+    pub(crate) fn compare_with(
+        &self,
+        mesh: MeshView,
+        options: &ContactOptions,
+        rounds: usize,
+        on_done: &dyn Fn(usize),
+        mut guests: Vec<Guest>,
     ) -> Result<Comparison, QueryError> {
         let edges = if options.elements == Elements::Edges { mesh.edges() } else { vec![] };
         let run = |method: Method, budget: Option<u32>, tolerance: f64| {
@@ -77,6 +94,8 @@ impl Field {
         let methods: Vec<Method> = Method::ALL.into_iter().filter(is_compared).collect();
         let mut times = vec![vec![]; methods.len()];
         let mut found = vec![Contacts::default(); methods.len()];
+        let mut guest_times = vec![vec![]; guests.len()];
+        let mut guest_found = vec![Contacts::default(); guests.len()];
         for _ in 0..rounds.max(1) {
             for (index, method) in methods.iter().enumerate() {
                 let started = Instant::now();
@@ -84,18 +103,25 @@ impl Field {
                 times[index].push(started.elapsed().as_secs_f64());
                 on_done(1);
             }
+            for (index, (_, run)) in guests.iter_mut().enumerate() {
+                let started = Instant::now();
+                guest_found[index] = run().unwrap_or_default();
+                guest_times[index].push(started.elapsed().as_secs_f64());
+            }
         }
         let field = Posed { field: self.as_any(), pose: options.pose };
-        let mut reports = vec![];
-        for ((method, times), found) in methods.into_iter().zip(times).zip(found) {
+        let report = |((method, times), found): ((Method, Vec<f64>), Contacts)| {
             let errors = match options.elements {
                 Elements::Edges => errors(&field, method, mesh.points, &edges, &reference, &found),
                 Elements::Faces | Elements::Vertices => {
                     errors(&field, method, mesh.points, mesh.faces, &reference, &found)
                 }
             };
-            reports.push(report(method, times, &found, errors));
-        }
+            report(method, times, &found, errors)
+        };
+        let reports: Vec<_> = methods.into_iter().zip(times).zip(found).map(report).collect();
+        let guests = guests.iter().map(|(method, _)| *method);
+        let on_card = guests.zip(guest_times).zip(guest_found).map(report).collect();
         let proven = reference.contacts.iter().filter(|contact| is_proven(contact)).count();
         let longest =
             median(reference.contacts.iter().map(|contact| longest_edge(mesh, &edges, options, contact)).collect());
@@ -107,6 +133,7 @@ impl Field {
             proven,
             recommended: fastest.map_or(Method::Auto, |report| report.method),
             methods: reports,
+            on_card,
         })
     }
 }

@@ -2,6 +2,9 @@
 //!
 //! Everything is `repr(C)` and made of integers and floats of fixed size. An address of the card is a `u64`.
 
+/// Counts the changes of this file: kernels of another version are refused.
+pub const VERSION: u32 = 2;
+
 /// A list in the card's memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,6 +22,7 @@ pub struct GridParams {
     pub slope_bound: f64,
     pub band: f64,
     pub error_bound: f64,
+    pub deep_error: f64,
     pub nodes: [u32; 4],
     /// Samples of a dense grid, or codes of the bricks.
     pub samples: Slice,
@@ -65,6 +69,9 @@ pub mod shape {
 #[derive(Clone, Copy, Debug)]
 pub struct FieldBlob(pub [u64; 40]);
 
+/// The word of a [`FieldBlob`] that is 1 if it holds a field, behind all fields.
+pub const FIELD_MARK: usize = 39;
+
 /// Vertices, edges or faces of a mesh, and where the stages write.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,10 +86,67 @@ pub struct Frame {
     pub hits: u64,
     /// [`ContactRecord`] per element.
     pub contacts: u64,
-    /// Three `u32`: survivors, hits, skipped elements.
+    /// Where a search appends the elements that it does not settle, as many as there are; 0 if it settles all.
+    pub unsettled: u64,
+    /// A `u32` for each constant of [`counter`].
     pub counters: u64,
     pub element_count: u32,
+    /// The counter of `survivors`.
+    pub survivor_counter: u32,
     pub margin: f32,
+    pub unused: u32,
+}
+
+/// Indices of the counters of a [`Frame`].
+pub mod counter {
+    /// Elements that the cull left.
+    pub const SURVIVORS: u32 = 0;
+    /// Minima within the margin.
+    pub const HITS: u32 = 1;
+    /// Elements that were skipped.
+    pub const SKIPPED: u32 = 2;
+    /// Elements that the first search did not settle.
+    pub const UNSETTLED: u32 = 3;
+}
+
+/// Where a field stands: a world point is t + R p, with p in the field's frame.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseParams {
+    /// Rows of Rᵀ.
+    pub local_from_world: [[f64; 3]; 3],
+    /// t.
+    pub translation: [f64; 3],
+}
+
+impl PoseParams {
+    /// Point of the field's frame, in f64 so that a mesh far from the origin loses nothing by its place.
+    #[inline(always)]
+    pub fn pull(&self, point: [f32; 3]) -> [f32; 3] {
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| f64::from(point[axis % 3]) - self.translation[axis % 3]);
+        self.local_from_world.map(|row| (row[0] * x + row[1] * y + row[2] * z) as f32)
+    }
+
+    /// Point of the world.
+    #[inline(always)]
+    pub fn push(&self, point: [f32; 3]) -> [f32; 3] {
+        let turned = self.turn(point);
+        [0, 1, 2].map(|axis: usize| (turned[axis % 3] + self.translation[axis % 3]) as f32)
+    }
+
+    /// Direction in the world.
+    #[inline(always)]
+    pub fn turned(&self, direction: [f32; 3]) -> [f32; 3] {
+        self.turn(direction).map(|number| number as f32)
+    }
+
+    /// R times a vector.
+    #[inline(always)]
+    fn turn(&self, vector: [f32; 3]) -> [f64; 3] {
+        let [x, y, z] = vector.map(f64::from);
+        let [first, second, third] = &self.local_from_world;
+        [0, 1, 2].map(|axis: usize| first[axis % 3] * x + second[axis % 3] * y + third[axis % 3] * z)
+    }
 }
 
 /// Bytes that the cull writes for an element it leaves.

@@ -9,8 +9,12 @@ use cudarc::driver::{CudaContext, CudaFunction, CudaModule, CudaSlice, CudaStrea
 use cudarc::driver::{DeviceRepr, PushKernelArg, sys};
 use cudarc::nvrtc::Ptx;
 
+use crate::abi::VERSION;
+
 /// An NVIDIA GPU with the kernels loaded.
-#[derive(Debug)]
+///
+/// Copies of it are the same card.
+#[derive(Clone, Debug)]
 pub struct Gpu {
     pub(crate) context: Arc<CudaContext>,
     pub(crate) stream: Arc<CudaStream>,
@@ -27,6 +31,10 @@ pub enum GpuError {
     NoDriver,
     #[error("{0}: the kernels do not load ({1}); build them by .ci/gpu.sh")]
     Kernels(PathBuf, DriverError),
+    #[error("no NVIDIA GPU: the driver finds no card on this machine; query on the CPU")]
+    NoCard,
+    #[error("{0}: the kernels are those of another version of this program; build them again by .ci/gpu.sh")]
+    KernelVersion(PathBuf),
     #[error("CUDA: {0}")]
     Driver(#[from] DriverError),
     #[error("{0}: not a field that the GPU kernels know; query it on the CPU")]
@@ -38,26 +46,30 @@ pub enum GpuError {
 }
 
 impl Gpu {
+    /// Generation of the first card: major and minor number of its compute capability.
+    pub fn capability() -> Result<(i32, i32), GpuError> {
+        Ok(context()?.compute_capability()?)
+    }
+
     /// The first card, with the kernels in a file of PTX or machine code (`.cubin`).
     pub fn new(kernels: &Path) -> Result<Self, GpuError> {
-        // SAFETY: opens and closes a library of that name, as every call of the driver will.
-        if !unsafe { sys::is_culib_present() } {
-            return Err(GpuError::NoDriver);
-        }
-        let context = CudaContext::new(0)?;
+        let context = context()?;
         // SAFETY: all work runs on one stream, in order.
         unsafe { context.disable_event_tracking() };
         let stream = context.new_stream()?;
-        let module = context
-            .load_module(Ptx::from_file(kernels))
-            .map_err(|error| GpuError::Kernels(kernels.to_owned(), error))?;
+        let refused = |error| GpuError::Kernels(kernels.to_owned(), error);
+        // The driver takes no other names.
+        kernels.to_str().ok_or_else(|| refused(DriverError(sys::CUresult::CUDA_ERROR_FILE_NOT_FOUND)))?;
+        let module = context.load_module(Ptx::from_file(kernels)).map_err(refused)?;
         let mut gpu = Self { context, stream, module, sizes: [0; 3] };
-        let mut sizes = gpu.stream.alloc_zeros::<u32>(3)?;
-        let kernel = gpu.kernel("sizes")?;
-        // SAFETY: the kernel writes three numbers.
+        let other_version = || GpuError::KernelVersion(kernels.to_owned());
+        let mut sizes = gpu.stream.alloc_zeros::<u32>(4)?;
+        let kernel = gpu.kernel("sizes").map_err(|_| other_version())?;
+        // SAFETY: the kernel writes four numbers.
         unsafe { gpu.stream.launch_builder(&kernel).arg(&mut sizes).launch(blocks(1))? };
-        gpu.sizes.copy_from_slice(&gpu.stream.clone_dtoh(&sizes)?);
-        Ok(gpu)
+        let sizes = gpu.stream.clone_dtoh(&sizes)?;
+        gpu.sizes.copy_from_slice(&sizes[..3]);
+        if sizes[3] == VERSION { Ok(gpu) } else { Err(other_version()) }
     }
 
     /// The card's name.
@@ -77,6 +89,20 @@ impl Gpu {
             return Ok(unsafe { self.stream.alloc(1)? });
         }
         Ok(self.stream.clone_htod(list)?)
+    }
+}
+
+fn context() -> Result<Arc<CudaContext>, GpuError> {
+    // SAFETY: opens and closes a library of that name, as every call of the driver will.
+    if !unsafe { sys::is_culib_present() } {
+        return Err(GpuError::NoDriver);
+    }
+    let is_no_card = |error: &DriverError| {
+        matches!(error.0, sys::CUresult::CUDA_ERROR_NO_DEVICE | sys::CUresult::CUDA_ERROR_INVALID_DEVICE)
+    };
+    match CudaContext::new(0) {
+        Err(error) if is_no_card(&error) => Err(GpuError::NoCard),
+        context => Ok(context?),
     }
 }
 

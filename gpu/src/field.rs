@@ -3,25 +3,27 @@
 //! The host sends plain numbers (`abi`). A kernel of one thread makes a field of `sdf-core` of them, in the layout of its own
 //! compiler; the host reads those bytes back and passes them to every other kernel by value, where they stand in constant memory.
 
+use std::sync::Arc;
+
 use cudarc::driver::{CudaSlice, DevicePtr, DeviceRepr, PushKernelArg};
 use sdf_core::grid::BlockBounds;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_core::grid::sparse::{Code, Sparse};
 use sdf_core::{AnyField, Sdf};
 
-use crate::abi::{FieldBlob, GridParams, ShapeParams, Slice};
+use crate::abi::{FIELD_MARK, FieldBlob, GridParams, ShapeParams, Slice};
 use crate::device::blocks;
 use crate::shapes::shape_list;
 use crate::{Gpu, GpuError};
 
-/// A field in the card's memory.
-#[derive(Debug)]
+/// A field in the card's memory. Copies of it are the same field.
+#[derive(Clone, Debug)]
 pub struct GpuField {
     /// As the names of kernels have it.
     pub(crate) kind: &'static str,
     pub(crate) blob: FieldBlob,
     /// Kept for the kernels, which have their addresses.
-    _arrays: Vec<Array>,
+    _arrays: Arc<[Array]>,
 }
 
 /// A list in the card's memory.
@@ -54,6 +56,7 @@ impl GpuField {
             slope_bound: grid.slope_bound(),
             band: grid.band(),
             error_bound: grid.global_error_bound(),
+            deep_error: grid.deep_error(),
             nodes: [x, y, z, 0],
             ..GridParams::default()
         };
@@ -80,7 +83,8 @@ impl GpuField {
         let kernel = gpu.kernel(&format!("prepare_{kind}"))?;
         // SAFETY: the lists have the lengths in `params`; the kernel checks that they fit the lattice.
         unsafe { stream.launch_builder(&kernel).arg(&params).arg(&mut blob).launch(ONE_THREAD)? };
-        Self { kind, blob: stream.clone_dtoh(&blob)?[0], _arrays: upload.arrays }.checked("a grid of these numbers")
+        Self { kind, blob: stream.clone_dtoh(&blob)?[0], _arrays: upload.arrays.into() }
+            .checked("a grid of these numbers")
     }
 
     fn from_shapes(gpu: &Gpu, shapes: &[ShapeParams]) -> Result<Self, GpuError> {
@@ -93,12 +97,12 @@ impl GpuField {
         // SAFETY: there is room for as many parts as there are shapes.
         unsafe { launch.launch(ONE_THREAD)? };
         let blob = stream.clone_dtoh(&blob)?[0];
-        Self { kind: "shapes", blob, _arrays: vec![Array::Bytes(parts)] }.checked("a shape of these numbers")
+        Self { kind: "shapes", blob, _arrays: [Array::Bytes(parts)].into() }.checked("a shape of these numbers")
     }
 
     /// The kernel marks a field that it made in the last word.
     fn checked(self, what: &'static str) -> Result<Self, GpuError> {
-        if self.blob.0[31] == 1 { Ok(self) } else { Err(GpuError::Unsupported(what)) }
+        if self.blob.0[FIELD_MARK] == 1 { Ok(self) } else { Err(GpuError::Unsupported(what)) }
     }
 }
 

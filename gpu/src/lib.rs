@@ -10,18 +10,20 @@
 //! | `field` | [`GpuField`]: a grid or a union of closed forms in the card's memory |
 //! | `shapes` | closed forms as plain numbers |
 //! | `mesh` | [`GpuMesh`]: points, elements and scratch buffers, kept from frame to frame |
-//! | `query` | [`Gpu::contacts`]: cull, search, report |
-//! | `timing` | [`Gpu::time`]: the same, measured by the card's own clock |
+//! | `options` | [`QueryOptions`]: method, limits, and what becomes of elements that the search does not settle |
+//! | `query` | [`GpuQuery`]: a mesh and a field that stay on the card, and the kernels between them |
+//! | `timing` | [`GpuQuery::time`]: the same, measured by the card's own clock |
 //! | `record` | a contact as the card writes it |
 //! | `abi` | plain numbers that host and kernels exchange |
 
 #![warn(missing_docs)]
 
-#[allow(missing_docs, reason = "described at the types, for the kernels")]
+#[allow(missing_docs, dead_code, reason = "described at the types; some of it is for the kernels alone")]
 mod abi;
 mod device;
 mod field;
 mod mesh;
+mod options;
 mod query;
 mod record;
 mod shapes;
@@ -30,5 +32,6 @@ mod timing;
 pub use device::{Gpu, GpuError};
 pub use field::GpuField;
 pub use mesh::{Elements, GpuMesh};
-pub use query::{GpuContacts, Method, QueryOptions, Stages};
+pub use options::{Method, QueryOptions, Stages, Unsettled};
+pub use query::{GpuContacts, GpuQuery};
 pub use timing::Times;

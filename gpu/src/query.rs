@@ -1,65 +1,27 @@
 //! Queries: which kernels find the contacts of a mesh, and how are they read back?
+//!
+//! Field, elements and buffers go to the card once. From frame to frame only what changed does: new points, or a pose of 96 bytes.
+//!
+//! | kernel | runs |
+//! |---|---|
+//! | `place_points` | where the field has a pose: the points in its frame |
+//! | `cull`, `search`, `report`, or `contact` for all three | always |
+//! | `search` by the certified method | over what the first search did not settle, if [`Unsettled::Certify`] wants it |
+//! | `place_contacts` | where the field has a pose: the contacts in the world |
 
 use cudarc::driver::{CudaFunction, DevicePtr, PushKernelArg};
 use sdf_core::contact::Contact;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placement, Rigid};
 
-use crate::abi::{FieldBlob, Frame, SearchParams};
+use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, counter};
 use crate::device::blocks;
+use crate::options::{QueryOptions, Stages, Unsettled};
 use crate::record::contact;
 use crate::{Gpu, GpuError, GpuField, GpuMesh};
 
-/// A method of `sdf_core::minimize`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// `FrankWolfe`.
-    FrankWolfe,
-    /// `ProjectedGradient`.
-    ProjectedGradient,
-    /// `Newton`.
-    Newton,
-    /// `GoldenSection`, on edges.
-    GoldenSection,
-    /// `PointSampling`.
-    PointSampling,
-}
-
-impl Method {
-    /// As the names of kernels have it.
-    fn name(self) -> &'static str {
-        match self {
-            Self::FrankWolfe => "frank_wolfe",
-            Self::ProjectedGradient => "projected_gradient",
-            Self::Newton => "newton",
-            Self::GoldenSection => "golden_section",
-            Self::PointSampling => "point_sampling",
-        }
-    }
-}
-
-/// Method, limits and form of a query.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QueryOptions {
-    /// The method of the search.
-    pub method: Method,
-    /// Contacts are reported where φ is at most this.
-    pub margin: f32,
-    /// Largest number of steps, or the number of samples.
-    pub iterations: u32,
-    /// How the work is cut into kernels.
-    pub stages: Stages,
-}
-
-/// How a query is cut into kernels. The contacts are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stages {
-    /// Cull, search and report are a kernel each. What is left after each moves together, so that no thread waits.
-    Separate,
-    /// One kernel. It saves two launches, which on meshes of some ten thousand elements cost more than threads that wait.
-    Fused,
-}
-
 /// The contacts of a frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct GpuContacts {
     /// In the order of their elements.
     pub contacts: Vec<Contact<f32>>,
@@ -67,94 +29,233 @@ pub struct GpuContacts {
     pub searched_count: u32,
     /// Elements with coordinates or answers that are not finite.
     pub skipped_count: u32,
+    /// Elements that the first search did not settle, whatever became of them; 0 with [`Unsettled::Keep`].
+    pub unsettled_count: u32,
+    /// Their ids in rising order, with [`Unsettled::List`]: there may be contacts on them beside `contacts`.
+    pub unsettled: Vec<u32>,
 }
 
-/// A query whose kernels are looked up.
-pub(crate) struct Query {
-    kernels: Vec<CudaFunction>,
-    /// Index of the kernel that has a method.
-    search_kernel: usize,
-    field: FieldBlob,
+/// A mesh and a field on the card, and the kernels that find where they touch.
+#[derive(Debug)]
+pub struct GpuQuery {
+    gpu: Gpu,
+    field: GpuField,
+    mesh: GpuMesh,
+    options: QueryOptions,
+    pose: Option<PoseParams>,
+    place_points: CudaFunction,
+    place_contacts: CudaFunction,
+    steps: Vec<Step>,
+}
+
+/// A launch of a query.
+#[derive(Debug)]
+struct Step {
+    kernel: CudaFunction,
     frame: Frame,
-    search: SearchParams,
+    /// Knobs, for the kernels that have a method.
+    search: Option<SearchParams>,
 }
 
-impl Gpu {
-    /// The contacts of a mesh: those of `sdf_core::contact::contact::<f32, …>`, bit for bit, in the order of elements.
-    pub fn contacts(
-        &self,
-        field: &GpuField,
-        mesh: &mut GpuMesh,
-        options: &QueryOptions,
-    ) -> Result<GpuContacts, GpuError> {
-        let query = Query::new(self, field, mesh, options)?;
-        for stage in 0..query.stage_count() {
-            query.launch(self, mesh, stage)?;
-        }
-        self.read_contacts(mesh)
+impl GpuQuery {
+    /// Looks up the kernels. Nothing runs yet.
+    pub fn new(gpu: &Gpu, field: &GpuField, mesh: GpuMesh, options: &QueryOptions) -> Result<Self, GpuError> {
+        let mut query = Self {
+            gpu: gpu.clone(),
+            field: field.clone(),
+            place_points: gpu.kernel("place_points")?,
+            place_contacts: gpu.kernel("place_contacts")?,
+            mesh,
+            options: *options,
+            pose: None,
+            steps: vec![],
+        };
+        query.steps = query.steps()?;
+        Ok(query)
     }
 
-    /// The contacts that the last query of a mesh left in the card's memory.
-    fn read_contacts(&self, mesh: &GpuMesh) -> Result<GpuContacts, GpuError> {
-        let counters = self.stream.clone_dtoh(&mesh.counters)?;
-        let (searched_count, hit_count) = (counters[0], counters[1] as usize);
-        let records =
-            if hit_count == 0 { vec![] } else { self.stream.clone_dtoh(&mesh.contacts.slice(0..hit_count))? };
+    /// Replaces the points of the mesh, in the world.
+    pub fn set_points(&mut self, points: &[[f32; 3]]) -> Result<(), GpuError> {
+        self.mesh.set_points(&self.gpu, points)
+    }
+
+    /// Moves the field: `None` puts it back into its own frame.
+    pub fn set_pose(&mut self, pose: Option<&Rigid>) -> Result<(), GpuError> {
+        let needs_room = pose.is_some() && self.mesh.local_points.is_none();
+        if needs_room {
+            // SAFETY: a kernel writes all of it before another reads it.
+            self.mesh.local_points = Some(unsafe { self.gpu.stream.alloc(self.mesh.points.len())? });
+        }
+        self.pose = pose.map(params);
+        let points = self.points();
+        self.steps.iter_mut().for_each(|step| step.frame.points = points);
+        Ok(())
+    }
+
+    /// The contacts: those of `sdf_core::contact::contact::<f32, …>` on the points in the field's frame, bit for bit, in the order of
+    /// elements.
+    pub fn contacts(&mut self) -> Result<GpuContacts, GpuError> {
+        (0..self.stage_count()).try_for_each(|stage| self.launch(stage))?;
+        self.read()
+    }
+
+    /// The contacts that the last query left in the card's memory.
+    fn read(&self) -> Result<GpuContacts, GpuError> {
+        let stream = &self.gpu.stream;
+        let mesh = &self.mesh;
+        let counters = stream.clone_dtoh(&mesh.counters)?;
+        let count = |counter: u32| counters[counter as usize];
+        let hit_count = count(counter::HITS) as usize;
+        let records = if hit_count == 0 { vec![] } else { stream.clone_dtoh(&mesh.contacts.slice(0..hit_count))? };
         let mut contacts: Vec<_> = records.iter().filter_map(contact).collect();
         contacts.sort_unstable_by_key(|contact| contact.element);
-        Ok(GpuContacts { contacts, searched_count, skipped_count: counters[2] })
-    }
-}
-
-impl Query {
-    pub fn new(gpu: &Gpu, field: &GpuField, mesh: &GpuMesh, options: &QueryOptions) -> Result<Self, GpuError> {
-        let (elements, kind, method) = (mesh.kind, field.kind, options.method.name());
-        let names = match options.stages {
-            Stages::Fused => vec![format!("contact_{elements}_{kind}_{method}")],
-            Stages::Separate => vec![
-                format!("cull_{elements}_{kind}"),
-                format!("search_{elements}_{kind}_{method}"),
-                format!("report_{elements}_{kind}"),
-            ],
-        };
-        let missing = GpuError::Unsupported("this method on this field and kind of element");
-        let kernels: Result<Vec<_>, _> = names.iter().map(|name| gpu.kernel(name)).collect();
-        let stream = &gpu.stream;
-        Ok(Self {
-            search_kernel: names.len() / 2,
-            kernels: kernels.map_err(|_| missing)?,
-            field: field.blob,
-            frame: Frame {
-                points: mesh.points.device_ptr(stream).0,
-                elements: mesh.elements.device_ptr(stream).0,
-                survivors: mesh.survivors.device_ptr(stream).0,
-                hits: mesh.hits.device_ptr(stream).0,
-                contacts: mesh.contacts.device_ptr(stream).0,
-                counters: mesh.counters.device_ptr(stream).0,
-                element_count: mesh.element_count,
-                margin: options.margin,
-            },
-            search: SearchParams { tolerance: 1e-6, step: 0.5, iterations: options.iterations, unused: 0 },
+        let unsettled_count = count(counter::UNSETTLED);
+        let mut unsettled = vec![];
+        if self.options.unsettled == Unsettled::List && unsettled_count > 0 {
+            let words = unsettled_count as usize * SURVIVOR_BYTES / 8;
+            let list = stream.clone_dtoh(&mesh.unsettled.slice(0..words))?;
+            // The element is the first half of a survivor.
+            unsettled.extend(list.iter().map(|survivor| *survivor as u32));
+            unsettled.sort_unstable();
+        }
+        Ok(GpuContacts {
+            contacts,
+            searched_count: count(counter::SURVIVORS),
+            skipped_count: count(counter::SKIPPED),
+            unsettled_count,
+            unsettled,
         })
     }
 
-    /// Clearing the counters, and the kernels.
-    pub fn stage_count(&self) -> usize {
-        1 + self.kernels.len()
+    /// Address of the points that the stages read.
+    fn points(&self) -> u64 {
+        let points = match (&self.pose, &self.mesh.local_points) {
+            (Some(_), Some(local)) => local,
+            _ => &self.mesh.points,
+        };
+        points.device_ptr(&self.gpu.stream).0
+    }
+
+    fn frame(&self) -> Frame {
+        let (mesh, stream) = (&self.mesh, &self.gpu.stream);
+        let is_kept = self.options.unsettled == Unsettled::Keep;
+        Frame {
+            points: self.points(),
+            elements: mesh.elements.device_ptr(stream).0,
+            survivors: mesh.survivors.device_ptr(stream).0,
+            hits: mesh.hits.device_ptr(stream).0,
+            contacts: mesh.contacts.device_ptr(stream).0,
+            unsettled: if is_kept { 0 } else { mesh.unsettled.device_ptr(stream).0 },
+            counters: mesh.counters.device_ptr(stream).0,
+            element_count: mesh.element_count,
+            survivor_counter: counter::SURVIVORS,
+            margin: self.options.margin,
+            unused: 0,
+        }
+    }
+
+    /// All launches but those for a pose.
+    fn steps(&self) -> Result<Vec<Step>, GpuError> {
+        let (elements, kind, options) = (self.mesh.kind, self.field.kind, &self.options);
+        let (method, frame) = (options.method.name(), self.frame());
+        let first = SearchParams {
+            tolerance: options.method.tolerance(options),
+            step: 0.5,
+            iterations: options.iterations,
+            unused: 0,
+        };
+        let step = |name: String, frame, search| match self.gpu.kernel(&name) {
+            Ok(kernel) => Ok(Step { kernel, frame, search }),
+            Err(_) => Err(GpuError::Unsupported("this method on this field and kind of element")),
+        };
+        match (options.stages, options.unsettled) {
+            (Stages::Fused, Unsettled::Keep) => {
+                return Ok(vec![step(format!("contact_{elements}_{kind}_{method}"), frame, Some(first))?]);
+            }
+            (Stages::Fused, _) => return Err(GpuError::Unsupported("a second search after one kernel for all")),
+            (Stages::Separate, _) => {}
+        }
+        let mut steps = vec![
+            step(format!("cull_{elements}_{kind}"), frame, None)?,
+            step(format!("search_{elements}_{kind}_{method}"), frame, Some(first))?,
+        ];
+        if let Unsettled::Certify { evaluations } = options.unsettled {
+            let second = SearchParams { tolerance: options.tolerance, iterations: evaluations, ..first };
+            let taken = Frame {
+                survivors: frame.unsettled,
+                survivor_counter: counter::UNSETTLED,
+                // It settles all.
+                unsettled: 0,
+                ..frame
+            };
+            steps.push(step(format!("search_{elements}_{kind}_certified"), taken, Some(second))?);
+        }
+        steps.push(step(format!("report_{elements}_{kind}"), frame, None)?);
+        Ok(steps)
+    }
+
+    /// Clearing the counters, and the launches.
+    pub(crate) fn stage_count(&self) -> usize {
+        1 + self.steps.len() + 2 * usize::from(self.pose.is_some())
     }
 
     /// Starts one of the stages, which waits for those before it.
-    pub fn launch(&self, gpu: &Gpu, mesh: &mut GpuMesh, stage: usize) -> Result<(), GpuError> {
-        let Some(kernel) = stage.checked_sub(1) else {
-            return Ok(gpu.stream.memset_zeros(&mut mesh.counters)?);
+    pub(crate) fn launch(&mut self, stage: usize) -> Result<(), GpuError> {
+        let stream = &self.gpu.stream;
+        let Some(stage) = stage.checked_sub(1) else {
+            return Ok(stream.memset_zeros(&mut self.mesh.counters)?);
         };
-        let mut launch = gpu.stream.launch_builder(&self.kernels[kernel]);
-        launch.arg(&self.field).arg(&self.frame);
-        if kernel == self.search_kernel {
-            launch.arg(&self.search);
+        // With a pose, the first and the last stage are its own.
+        let (step, pose) = match self.pose {
+            Some(pose) if stage == 0 => return self.place_points(&pose),
+            Some(pose) => (self.steps.get(stage - 1), pose),
+            None => (self.steps.get(stage), PoseParams::default()),
+        };
+        let count = blocks(self.mesh.element_count);
+        match step {
+            Some(step) => {
+                let mut launch = stream.launch_builder(&step.kernel);
+                launch.arg(&self.field.blob).arg(&step.frame);
+                if let Some(search) = &step.search {
+                    launch.arg(search);
+                }
+                // SAFETY: the frame has the addresses of the mesh's own buffers, which have room for every element.
+                unsafe { launch.launch(count)? };
+            }
+            None => {
+                let frame = self.frame();
+                let mut launch = stream.launch_builder(&self.place_contacts);
+                launch.arg(&pose).arg(&frame);
+                // SAFETY: as above.
+                unsafe { launch.launch(count)? };
+            }
         }
-        // SAFETY: the frame has the addresses of the mesh's own buffers, which have room for every element.
-        unsafe { launch.launch(blocks(mesh.element_count))? };
         Ok(())
     }
+
+    fn place_points(&mut self, pose: &PoseParams) -> Result<(), GpuError> {
+        let count = (self.mesh.points.len() / 3) as u32;
+        let Some(local) = &mut self.mesh.local_points else { return Ok(()) };
+        let mut launch = self.gpu.stream.launch_builder(&self.place_points);
+        launch.arg(pose).arg(&self.mesh.points).arg(local).arg(&count);
+        // SAFETY: both lists have that many points.
+        unsafe { launch.launch(blocks(count))? };
+        Ok(())
+    }
+
+    pub(crate) fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
 }
+
+/// A motion as the kernels take it.
+fn params(pose: &Rigid) -> PoseParams {
+    let local_from_world = pose.pull(Vector3::<f64>::zeros()).jacobian;
+    PoseParams {
+        local_from_world: [0, 1, 2].map(|row| [0, 1, 2].map(|column| local_from_world[(row, column)])),
+        translation: pose.translation(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

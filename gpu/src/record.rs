@@ -2,13 +2,14 @@ use cudarc::driver::{DeviceRepr, ValidAsZeroBits};
 use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use sdf_core::nalgebra::Vector3;
 
-use crate::abi::{ContactRecord, FieldBlob, Frame, GridParams, SearchParams, ShapeParams};
+use crate::abi::{ContactRecord, FieldBlob, Frame, GridParams, PoseParams, SearchParams, ShapeParams};
 
 // SAFETY: all are `repr(C)` and made of integers and floats.
 unsafe impl DeviceRepr for ContactRecord {}
 unsafe impl DeviceRepr for FieldBlob {}
 unsafe impl DeviceRepr for Frame {}
 unsafe impl DeviceRepr for GridParams {}
+unsafe impl DeviceRepr for PoseParams {}
 unsafe impl DeviceRepr for SearchParams {}
 unsafe impl DeviceRepr for ShapeParams {}
 unsafe impl ValidAsZeroBits for FieldBlob {}

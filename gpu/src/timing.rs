@@ -2,13 +2,12 @@
 
 use cudarc::driver::sys::{CUevent_flags, CUgraphInstantiate_flags, CUstreamCaptureMode};
 
-use crate::query::Query;
-use crate::{Gpu, GpuError, GpuField, GpuMesh, QueryOptions};
+use crate::{GpuError, GpuQuery};
 
 /// Microseconds of the card's clock, with warm buffers: one entry per repetition.
 #[derive(Clone, Debug, Default)]
 pub struct Times {
-    /// Each kernel alone, the end of the one before it to its own: cull, search and report, or the fused one.
+    /// Each kernel alone, the end of the one before it to its own: those that [`GpuQuery`] tells of.
     pub kernels: Vec<Vec<f32>>,
     /// All of a query, from clearing the counters on, launched one by one.
     pub launched: Vec<f32>,
@@ -16,49 +15,43 @@ pub struct Times {
     pub graph: Vec<f32>,
 }
 
-impl Gpu {
-    /// Repeats a query and measures its stages. Nothing is copied between host and card.
-    pub fn time(
-        &self,
-        field: &GpuField,
-        mesh: &mut GpuMesh,
-        options: &QueryOptions,
-        repetitions: usize,
-    ) -> Result<Times, GpuError> {
-        let query = Query::new(self, field, mesh, options)?;
-        let event = || self.context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT));
-        let count = query.stage_count();
+impl GpuQuery {
+    /// Repeats the query and measures its stages. Nothing is copied between host and card.
+    pub fn time(&mut self, repetitions: usize) -> Result<Times, GpuError> {
+        let gpu = self.gpu().clone();
+        let event = || gpu.context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT));
+        let count = self.stage_count();
         let events: Vec<_> = (0..=count).map(|_| event()).collect::<Result<_, _>>()?;
         let (start, end) = (&events[0], &events[count]);
-        self.stream.begin_capture(CUstreamCaptureMode::CU_STREAM_CAPTURE_MODE_THREAD_LOCAL)?;
-        let captured = (0..count).try_for_each(|stage| query.launch(self, mesh, stage));
+        gpu.stream.begin_capture(CUstreamCaptureMode::CU_STREAM_CAPTURE_MODE_THREAD_LOCAL)?;
+        let captured = (0..count).try_for_each(|stage| self.launch(stage));
         let flags = CUgraphInstantiate_flags::CUDA_GRAPH_INSTANTIATE_FLAG_AUTO_FREE_ON_LAUNCH;
-        let graph = self.stream.end_capture(flags)?.ok_or(GpuError::Unsupported("an empty graph"))?;
+        let graph = gpu.stream.end_capture(flags)?.ok_or(GpuError::Unsupported("an empty graph"))?;
         captured?;
         let mut times = Times { kernels: vec![vec![]; count - 1], ..Times::default() };
         for _ in 0..repetitions + WARM_UP {
-            start.record(&self.stream)?;
+            start.record(&gpu.stream)?;
             for stage in 0..count {
-                query.launch(self, mesh, stage)?;
-                events[stage + 1].record(&self.stream)?;
+                self.launch(stage)?;
+                events[stage + 1].record(&gpu.stream)?;
             }
-            self.stream.synchronize()?;
+            gpu.stream.synchronize()?;
             for (kernel, ends) in times.kernels.iter_mut().zip(events[1..].windows(2)) {
                 kernel.push(1e3 * ends[0].elapsed_ms(&ends[1])?);
             }
 
-            start.record(&self.stream)?;
+            start.record(&gpu.stream)?;
             for stage in 0..count {
-                query.launch(self, mesh, stage)?;
+                self.launch(stage)?;
             }
-            end.record(&self.stream)?;
-            self.stream.synchronize()?;
+            end.record(&gpu.stream)?;
+            gpu.stream.synchronize()?;
             times.launched.push(1e3 * start.elapsed_ms(end)?);
 
-            start.record(&self.stream)?;
+            start.record(&gpu.stream)?;
             graph.launch()?;
-            end.record(&self.stream)?;
-            self.stream.synchronize()?;
+            end.record(&gpu.stream)?;
+            gpu.stream.synchronize()?;
             times.graph.push(1e3 * start.elapsed_ms(end)?);
         }
         for list in times.kernels.iter_mut().chain([&mut times.launched, &mut times.graph]) {

@@ -9,7 +9,7 @@ use sdf_core::minimize::FrankWolfe;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::shapes::{Sphere, Torus};
 use sdf_core::{AnyField, Simplex};
-use sdf_gpu::{Elements, Gpu, GpuError, GpuField, GpuMesh, Method, QueryOptions, Stages};
+use sdf_gpu::{Elements, Gpu, GpuError, GpuField, GpuMesh, GpuQuery, QueryOptions, Stages};
 
 #[test]
 fn without_a_driver_the_error_says_so() {
@@ -52,9 +52,10 @@ fn contacts_on_the_card_are_those_of_the_processor() {
         .collect();
     assert!(expected.len() > 100 && expected.len() < 1000, "{}", expected.len());
     let card_field = GpuField::new(&gpu, &field).unwrap();
-    let mut mesh = GpuMesh::new(&gpu, &points, Elements::Faces(&faces)).unwrap();
     for stages in [Stages::Separate, Stages::Fused] {
-        let options = QueryOptions { method: Method::FrankWolfe, margin: 0.01, iterations: 32, stages };
-        assert_eq!(gpu.contacts(&card_field, &mut mesh, &options).unwrap().contacts, expected);
+        let mesh = GpuMesh::new(&gpu, &points, Elements::Faces(&faces)).unwrap();
+        let options = QueryOptions { margin: 0.01, stages, ..QueryOptions::default() };
+        let mut query = GpuQuery::new(&gpu, &card_field, mesh, &options).unwrap();
+        assert_eq!(query.contacts().unwrap().contacts, expected);
     }
 }

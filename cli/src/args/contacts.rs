@@ -9,7 +9,7 @@ use sdf_core::placed::Rigid;
 use sdf_field::Method;
 
 use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
-use super::{Json, Threads};
+use super::{Device, DeviceArgs, Json, Threads};
 
 /// Find where a mesh touches a field, or where two fields touch.
 ///
@@ -79,6 +79,8 @@ pub struct ContactsArgs {
     #[arg(long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub view: Option<PathBuf>,
     #[command(flatten)]
+    pub device: DeviceArgs,
+    #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
@@ -96,6 +98,8 @@ impl ContactsArgs {
             ("--exact", self.exact),
             ("--one-per-feature", self.one_per_feature),
             ("--view", self.view.is_some()),
+            ("--device", self.device.device != Device::Cpu),
+            ("--kernels", self.device.kernels.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => bail!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),
@@ -181,7 +185,8 @@ fn method_parser() -> impl TypedValueParser<Value = Method> {
 /// Compare all methods on one mesh and one field: error against run time, missed contacts, and which method to take.
 ///
 /// The reference is the certified search with 16,384 evaluations per element. A method's error on an element is its lowest
-/// distance minus the reference's. Every method runs --rounds times, in turns; times are medians.
+/// distance minus the reference's. Every method runs --rounds times, in turns; times are medians. With --device cuda those that the
+/// GPU has run there, too.
 #[derive(Debug, Parser)]
 pub struct CompareArgs {
     /// The mesh: OBJ, PLY, STL or OFF.
@@ -205,6 +210,8 @@ pub struct CompareArgs {
     /// Where to write a page with a plot [default: nowhere].
     #[arg(short, long, value_name = "OUT.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
     #[command(flatten)]
     pub threads: Threads,
     #[command(flatten)]

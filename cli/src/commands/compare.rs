@@ -11,6 +11,7 @@ use sdf_formats::field_file::OpenField;
 use serde::Serialize;
 
 use crate::args::{CompareArgs, Elements};
+use crate::device::{Search, Searcher};
 use crate::read_summary::require_distances;
 use crate::report::{Report, number, seconds};
 use crate::standard_output::to_stdout;
@@ -20,6 +21,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(path) = &args.output {
         output::ensure_writable(path, &[&args.mesh, &args.sdf])?;
     }
+    let searcher = Searcher::open(&args.device)?;
     let mesh = mesh_input::read_mesh(&args.mesh)?;
     mesh.require_triangles(&args.mesh.display().to_string())?;
     let options = options(args)?;
@@ -28,7 +30,8 @@ pub fn run(args: &CompareArgs) -> Result<()> {
         let field = read_field(args)?;
         let bar = progress::bar("comparing", Method::ALL.len() as u64 * u64::from(args.rounds));
         let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
-        let comparison = field.compare(view, &options, args.rounds as usize, &|runs| bar.inc(runs as u64));
+        let search = Search { mesh: view, edges: None, options: &options };
+        let comparison = searcher.compare(&field, search, args.rounds as usize, &|runs| bar.inc(runs as u64));
         bar.finish_and_clear();
         anyhow::Ok(comparison?)
     })??;
@@ -98,6 +101,7 @@ struct Document {
 #[derive(Serialize)]
 struct Row {
     method: String,
+    device: &'static str,
     seconds: f64,
     evaluations: u64,
     contacts: usize,
@@ -108,8 +112,9 @@ struct Row {
 
 impl Document {
     fn new(comparison: &Comparison) -> Self {
-        let row = |report: &MethodReport| Row {
+        let row = |(device, report): (&'static str, &MethodReport)| Row {
             method: report.method.to_string(),
+            device,
             seconds: report.seconds,
             evaluations: report.evaluations,
             contacts: report.contacts,
@@ -123,17 +128,24 @@ impl Document {
             contacts: comparison.contacts,
             proven: comparison.proven,
             recommended: comparison.recommended.to_string(),
-            methods: comparison.methods.iter().map(row).collect(),
+            methods: by_device(comparison).map(row).collect(),
         }
     }
+}
+
+/// The methods of the processor, then those of the card.
+fn by_device(comparison: &Comparison) -> impl Iterator<Item = (&'static str, &MethodReport)> {
+    let on_card = comparison.on_card.iter().map(|report| ("cuda", report));
+    comparison.methods.iter().map(|report| ("cpu", report)).chain(on_card)
 }
 
 /// Names of the columns, then a line per method.
 fn table(comparison: &Comparison) -> Vec<String> {
     let head = ["method", "time", "evaluations", "contacts", "missed", "error 95 %", "worst error"].map(str::to_owned);
-    let row = |report: &MethodReport| {
+    let row = |(device, report): (&str, &MethodReport)| {
+        let method = report.method.to_string();
         [
-            report.method.to_string(),
+            if device == "cpu" { method } else { format!("{method} on {device}") },
             seconds(report.seconds),
             report.evaluations.to_string(),
             report.contacts.to_string(),
@@ -142,7 +154,7 @@ fn table(comparison: &Comparison) -> Vec<String> {
             number(report.error_worst),
         ]
     };
-    let rows: Vec<[String; 7]> = std::iter::once(head).chain(comparison.methods.iter().map(row)).collect();
+    let rows: Vec<[String; 7]> = std::iter::once(head).chain(by_device(comparison).map(row)).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; 7] = std::array::from_fn(width);
     let line = |row: &[String; 7]| {

@@ -19,6 +19,7 @@ use serde::{Serialize, Serializer};
 use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
 use crate::commands::view;
+use crate::device::{Search, Searcher};
 use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
@@ -34,6 +35,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     args.refuse_options_of_fields()?;
     args.refuse_methods_of_exact()?;
+    let searcher = Searcher::open(&args.device)?;
     let started = Instant::now();
     let mesh = mesh_input::read_mesh(&args.mesh)?;
     if args.elements == Elements::Faces {
@@ -45,14 +47,16 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     let pose = args.pose.rigid()?;
     let (found, read_summary, read) = progress::on_threads(args.threads, || {
-        let (field, read_summary) = read_field(args, &mesh, &pose)?;
+        let (field, read_summary) = read_field(args, &searcher, &mesh, &pose)?;
         let read = started.elapsed().as_secs_f64();
-        anyhow::Ok((find(args, &mesh, &field)?, read_summary, read))
+        anyhow::Ok((find(args, &searcher, &mesh, &field)?, read_summary, read))
     })??;
     let query = started.elapsed().as_secs_f64() - read;
 
     let document = Document {
         schema: "sdftool.contacts/2",
+        device: searcher.name(),
+        card: searcher.card()?,
         elements: found.elements,
         passed_cull: found.passed_cull,
         not_finite: found.not_finite,
@@ -83,6 +87,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         ("deepest", deepest.as_ref().map_or("none".to_owned(), describe)),
         ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
     ];
+    if let Some(card) = &document.card {
+        rows.push(("device", card.clone()));
+    }
     if let Some(read) = &read_summary {
         rows.push(("read", read.in_words()));
     }
@@ -113,6 +120,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
 #[derive(Serialize)]
 struct Document<'a> {
     schema: &'static str,
+    device: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    card: Option<String>,
     elements: usize,
     passed_cull: usize,
     not_finite: usize,
@@ -146,7 +156,12 @@ fn describe(contact: &ContactRecord) -> String {
 }
 
 /// Reads the field; of a grid only the blocks that the mesh may touch.
-fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, Option<ReadSummary>)> {
+fn read_field(
+    args: &ContactsArgs,
+    searcher: &Searcher,
+    mesh: &Mesh,
+    pose: &Rigid,
+) -> Result<(Field, Option<ReadSummary>)> {
     match field_input::open(&args.sdf)? {
         OpenField::Analytic(_) if args.exact => {
             bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display())
@@ -170,6 +185,8 @@ fn read_field(args: &ContactsArgs, mesh: &Mesh, pose: &Rigid) -> Result<(Field, 
                 (false, false) => args.margin,
             };
             let stored = match args.elements {
+                // In f32 an element may lie beyond what it needs in f64.
+                _ if searcher.is_card() => Ok(reader.read()?),
                 Elements::Faces => read_needed(args, margin, mesh, pose, reader, &mesh.triangles),
                 Elements::Edges => read_needed(args, margin, mesh, pose, reader, &mesh.edges()),
                 Elements::Vertices => read_needed(args, margin, mesh, pose, reader, &vertices(mesh)),
@@ -237,7 +254,7 @@ fn serialize_records<S: Serializer>(list: &&ContactList, serializer: S) -> Resul
 }
 
 /// Searches the mesh on the threads of the current pool.
-pub fn find<'a>(args: &ContactsArgs, mesh: &'a Mesh, field: &Field) -> Result<ContactList<'a>> {
+pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field: &Field) -> Result<ContactList<'a>> {
     let options = options(args)?;
     let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
     let (mut rows, mut inside, mut beyond_band) = (ContactRows::default(), 0, 0);
@@ -247,10 +264,14 @@ pub fn find<'a>(args: &ContactsArgs, mesh: &'a Mesh, field: &Field) -> Result<Co
         rows.push(contact);
         ControlFlow::Continue(())
     };
-    let found = match args.elements {
-        // The line elements of the file are searched, too.
-        Elements::Edges => field.visit_contacts_of_edges(&mesh.points, &mesh.edges(), &options, keep)?,
-        Elements::Faces | Elements::Vertices => field.visit_contacts(view, &options, keep)?,
+    // The line elements of the file are searched, too.
+    let edges = if args.elements == Elements::Edges { Some(mesh.edges()) } else { None };
+    let found = match searcher.contacts(field, Search { mesh: view, edges: edges.as_deref(), options: &options })? {
+        Some(found) => found.contacts.iter().try_for_each(keep).map_continue(|()| found),
+        None => match &edges {
+            Some(edges) => field.visit_contacts_of_edges(&mesh.points, edges, &options, keep)?,
+            None => field.visit_contacts(view, &options, keep)?,
+        },
     };
     let found = found.continue_value().context("a search that nothing ends")?;
     Ok(ContactList {

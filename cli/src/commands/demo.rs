@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::args::{BakeArgs, ContactsArgs, DemoArgs};
 use crate::commands::{bake, contacts};
+use crate::device::Searcher;
 use crate::mesh_input::{self, with_path};
 use crate::pictures::{Picture, Plane};
 use sdf_core::Sdf;
@@ -40,7 +41,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let contacts_args = ContactsArgs::try_parse_from([Path::new("contacts"), &cloth, &grid])?;
     let cloth_mesh = mesh_input::read_mesh(&cloth)?;
     let field = Field::open(&grid)?;
-    let found = contacts::find(&contacts_args, &cloth_mesh, &field)?;
+    let found = contacts::find(&contacts_args, &Searcher::open(&contacts_args.device)?, &cloth_mesh, &field)?;
     let list_format = sdf_formats::contact_file::ContactFormat::Csv;
     with_path(&list, sdf_formats::contact_file::write(&list, list_format, found.records(), |_| Ok(())))?;
     draw(field.as_any(), &cloth_mesh, &found, &picture)?;

@@ -7,6 +7,7 @@ mod all_minima;
 mod commands;
 mod compare;
 mod contact_files;
+mod cuda;
 mod dense_codes;
 mod documents;
 mod elements;

@@ -1,5 +1,6 @@
 //! Fields as the kernels hold them, and the functions that make them of plain numbers.
 
+#[cfg(target_arch = "nvptx64")]
 use core::arch::asm;
 
 use sdf_core::combine::Compound;
@@ -9,7 +10,7 @@ use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
 
-use crate::abi::{FieldBlob, GridParams, ShapeParams, Slice, shape};
+use crate::abi::{FIELD_MARK, FieldBlob, GridParams, ShapeParams, Slice, shape};
 
 /// Dense samples with block bounds.
 pub type DenseGrid = Grid<WithBlockBounds<CardDense, &'static [BlockBounds]>>;
@@ -64,6 +65,7 @@ impl Storage for CardDense {
 ///
 /// # Safety
 /// The address is that of a number in the card's memory.
+#[cfg(target_arch = "nvptx64")]
 #[inline(always)]
 unsafe fn read_only(address: *const f32) -> f32 {
     let number: f32;
@@ -72,6 +74,16 @@ unsafe fn read_only(address: *const f32) -> f32 {
         asm!("ld.global.nc.f32 {0}, [{1}];", out(reg32) number, in(reg64) address, options(pure, readonly, nostack));
     }
     number
+}
+
+/// The same on the CPU.
+///
+/// # Safety
+/// As there.
+#[cfg(not(target_arch = "nvptx64"))]
+unsafe fn read_only(address: *const f32) -> f32 {
+    // SAFETY: the caller's.
+    unsafe { *address }
 }
 
 /// The arrays of a sparse grid in the card's memory.
@@ -148,7 +160,7 @@ fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Optio
     let lattice = Lattice::new(params.origin, params.spacing, [x, y, z])?;
     let storage = storage(&lattice)?;
     let grid = Grid::new(lattice, storage, params.slope_bound)?;
-    Some(grid.with_band(params.band).with_error_bound(params.error_bound))
+    Some(grid.with_band(params.band).with_error_bound(params.error_bound).with_deep_error(params.deep_error))
 }
 
 /// # Safety
@@ -207,12 +219,12 @@ pub unsafe fn union(parts: u64, count: u32) -> Option<Shapes> {
 /// # Safety
 /// `blob` is the address of a [`FieldBlob`].
 pub unsafe fn store<F>(blob: *mut FieldBlob, field: Option<F>) {
-    const { assert!(size_of::<F>() <= size_of::<FieldBlob>() && align_of::<F>() <= align_of::<FieldBlob>()) }
+    const { assert!(size_of::<F>() <= FIELD_MARK * size_of::<u64>() && align_of::<F>() <= align_of::<FieldBlob>()) }
     // SAFETY: it fits, by the line above.
     unsafe {
         *blob = FieldBlob([0; 40]);
         if let Some(field) = field {
-            (*blob).0[31] = 1;
+            (*blob).0[FIELD_MARK] = 1;
             blob.cast::<F>().write(field);
         }
     }

@@ -9,8 +9,15 @@
 //! | [`search`] | `Minimizer::minimize_below` | survivors | hits |
 //! | [`report`] | `contact::contact_at` | hits | contacts |
 //!
+//! What a search does not settle goes to a list of its own, from which another search, the certified one, takes it:
+//! [`is_settled`]. Where the field has a pose, `place_points` brings the points into its frame before all this, and [`place`] the
+//! contacts into the world after it.
+//!
 //! Elements are appended in no particular order. A minimum is kept in the layout of this compiler: no other code reads it.
 
+#[cfg(target_arch = "nvptx64")]
+use core::arch::asm;
+#[cfg(target_arch = "nvptx64")]
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -19,7 +26,7 @@ use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Simplex};
 
-use crate::abi::{ContactRecord, Frame, HIT_BYTES, SURVIVOR_BYTES};
+use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, counter};
 
 /// An element that the cull leaves, and a lower bound of φ on it.
 #[repr(C)]
@@ -40,6 +47,7 @@ struct Hit<const N: usize> {
 const _: () = assert!(size_of::<Survivor>() <= SURVIVOR_BYTES && size_of::<Hit<3>>() <= HIT_BYTES);
 
 /// Index of this thread among all.
+#[cfg(target_arch = "nvptx64")]
 #[inline(always)]
 pub fn thread() -> usize {
     // SAFETY: these read registers that every thread has.
@@ -47,24 +55,36 @@ pub fn thread() -> usize {
     block as usize * size as usize + thread as usize
 }
 
-/// Index of a counter in [`Frame::counters`].
-#[derive(Clone, Copy)]
-enum Counter {
-    Survivors,
-    Hits,
-    Skipped,
+/// [`thread`], computed again: the compiler does not keep the one from before.
+#[cfg(target_arch = "nvptx64")]
+#[inline(always)]
+fn thread_again() -> usize {
+    let index: u32;
+    // SAFETY: these read registers that every thread has.
+    unsafe {
+        asm!(
+            "{{ .reg .u32 block, size; mov.u32 block, %ctaid.x; mov.u32 size, %ntid.x; mov.u32 {0}, %tid.x; mad.lo.u32 {0}, block, size, {0}; }}",
+            out(reg32) index,
+            options(nomem, nostack)
+        );
+    }
+    index as usize
 }
+
+/// Index of the thread of the card that a thread of the CPU stands for.
+#[cfg(not(target_arch = "nvptx64"))]
+pub use crate::threads::{thread, thread as thread_again};
 
 /// The counter's value before one is added to it.
 #[inline(always)]
-unsafe fn count_one(frame: &Frame, counter: Counter) -> usize {
-    // SAFETY: the host allocated three counters.
+unsafe fn count_one(frame: &Frame, counter: u32) -> usize {
+    // SAFETY: the host allocated all counters.
     unsafe { (*(frame.counters as *const AtomicU32).add(counter as usize)).fetch_add(1, Ordering::Relaxed) as usize }
 }
 
 /// The counter's value, which no thread of this kernel changes.
 #[inline(always)]
-unsafe fn read(frame: &Frame, counter: Counter) -> usize {
+unsafe fn read(frame: &Frame, counter: u32) -> usize {
     // SAFETY: as `count_one`.
     unsafe { *(frame.counters as *const u32).add(counter as usize) as usize }
 }
@@ -92,11 +112,11 @@ pub unsafe fn cull<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
         let id = id as u32;
         match contact::cull(field, frame.margin, &element::<N>(frame, id)) {
             Ok(lower_bound) => {
-                let slot = count_one(frame, Counter::Survivors);
+                let slot = count_one(frame, counter::SURVIVORS);
                 *(frame.survivors as *mut Survivor).add(slot) = Survivor { element: id, lower_bound };
             }
             Err(Outcome::NotFinite) => {
-                count_one(frame, Counter::Skipped);
+                count_one(frame, counter::SKIPPED);
             }
             Err(_) => {}
         }
@@ -110,18 +130,33 @@ pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F,
     // SAFETY: as many survivors were written as are counted; each appends at most once.
     unsafe {
         let index = thread();
-        if index >= read(frame, Counter::Survivors) {
+        if index >= read(frame, frame.survivor_counter) {
             return;
         }
         let survivor = *(frame.survivors as *const Survivor).add(index);
         let element = element::<N>(frame, survivor.element);
         let minimum = method.minimize_below(field, &element.simplex, frame.margin);
+        // Kept through the search, survivor and index would take three of its registers.
+        let survivor = (frame.survivors as *const Survivor).add(thread_again()).read_volatile();
+        if frame.unsettled != 0 && !is_settled(&minimum, frame.margin) {
+            let slot = count_one(frame, counter::UNSETTLED);
+            *(frame.unsettled as *mut Survivor).add(slot) = survivor;
+            return;
+        }
         let is_separated = frame.margin < minimum.sample.value && minimum.sample.value.is_finite();
         if !is_separated {
-            let slot = count_one(frame, Counter::Hits);
+            let slot = count_one(frame, counter::HITS);
             *(frame.hits as *mut Hit<N>).add(slot) = Hit { survivor, minimum };
         }
     }
+}
+
+/// Does a local search say enough? If it ended by its own condition and within the margin, or the answer is not finite. A minimum above
+/// the margin may be a local one.
+#[inline(always)]
+fn is_settled<const N: usize>(minimum: &Minimum<f32, N>, margin: f32) -> bool {
+    let value = minimum.sample.value;
+    !value.is_finite() || (minimum.converged && value <= margin)
 }
 
 /// # Safety
@@ -131,7 +166,7 @@ pub unsafe fn report<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
     // SAFETY: as many hits were written as are counted.
     unsafe {
         let index = thread();
-        if index >= read(frame, Counter::Hits) {
+        if index >= read(frame, counter::HITS) {
             return;
         }
         let Hit { survivor, minimum } = *(frame.hits as *const Hit<N>).add(index);
@@ -139,11 +174,29 @@ pub unsafe fn report<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
         let record = match contact::contact_at(field, &element, &minimum, survivor.lower_bound) {
             Some(contact) => record(&contact),
             None => {
-                count_one(frame, Counter::Skipped);
+                count_one(frame, counter::SKIPPED);
                 ContactRecord { kind: u32::MAX, element: element.id, ..ContactRecord::default() }
             }
         };
         *(frame.contacts as *mut ContactRecord).add(index) = record;
+    }
+}
+
+/// Moves a contact into the world.
+///
+/// # Safety
+/// As [`report`], which has run.
+#[inline(always)]
+pub unsafe fn place(pose: &PoseParams, frame: &Frame) {
+    // SAFETY: as many contacts were written as hits are counted.
+    unsafe {
+        let index = thread();
+        if index < read(frame, counter::HITS) {
+            let record = &mut *(frame.contacts as *mut ContactRecord).add(index);
+            record.point = pose.push(record.point);
+            record.surface_point = pose.push(record.surface_point);
+            record.normal = pose.turned(record.normal);
+        }
     }
 }
 
@@ -161,11 +214,11 @@ pub unsafe fn contact<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F
     unsafe {
         match contact::contact(field, method, frame.margin, &element::<N>(frame, id as u32)) {
             Outcome::Contact(contact) => {
-                let slot = count_one(frame, Counter::Hits);
+                let slot = count_one(frame, counter::HITS);
                 *(frame.contacts as *mut ContactRecord).add(slot) = record(&contact);
             }
             Outcome::NotFinite => {
-                count_one(frame, Counter::Skipped);
+                count_one(frame, counter::SKIPPED);
             }
             Outcome::Culled | Outcome::Separated(_) => {}
         }

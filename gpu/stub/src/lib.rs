@@ -1,0 +1,248 @@
+//! A CUDA driver without a card: does the host code of `sdf-gpu` launch the right kernels, with the right lists?
+//!
+//! This library has those functions of `libcuda.so` that `sdf-gpu` calls. A launch runs the kernel of that name, compiled for the CPU
+//! from the very files that are compiled to PTX, once for each thread of the card, in an order that changes from launch to launch. A
+//! copy beyond the end of a list, a kernel that does not exist, and a kernel that writes past a list are errors.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `memory` | lists, and what is wrong with their use |
+//! | `threads` | the threads of the card |
+//! | `work` | launches, copies, graphs and events |
+//! | `abi`, `fields`, `stages`, `kernels` | those of `gpu/src` and `gpu/kernels/src` |
+//!
+//! Times mean nothing here, and what differs on a card stays unseen: its compiler, threads that run at once, its caches.
+//! `SDF_STUB_CARDS=0` in the environment makes it a driver without a card.
+
+#![allow(non_snake_case, reason = "names of CUDA")]
+
+#[path = "../../src/abi.rs"]
+mod abi;
+#[path = "../../kernels/src/fields.rs"]
+mod fields;
+#[path = "../../kernels/src/kernels.rs"]
+mod kernels;
+mod memory;
+#[path = "../../kernels/src/stages.rs"]
+mod stages;
+mod threads;
+mod work;
+
+use std::ffi::{CStr, c_char, c_float, c_int, c_uint, c_void};
+use std::time::Instant;
+
+use work::{Arguments, Driver, Graph, Work, driver};
+
+/// `CUresult`.
+type Status = c_int;
+
+const SUCCESS: Status = 0;
+const INVALID_VALUE: Status = 1;
+const NO_DEVICE: Status = 100;
+const INVALID_IMAGE: Status = 200;
+const FILE_NOT_FOUND: Status = 301;
+const NOT_FOUND: Status = 500;
+const ILLEGAL_ADDRESS: Status = 700;
+
+fn status(holds: bool, otherwise: Status) -> Status {
+    if holds { SUCCESS } else { otherwise }
+}
+
+/// A handle that is not null and says nothing.
+const HANDLE: *mut c_void = 16 as *mut c_void;
+
+/// Functions of the driver. Each gets what CUDA's documentation says; those are the conditions under which it is safe.
+macro_rules! driver_functions {
+    ($(fn $name:ident($($argument:ident: $type:ty),*) -> Status $body:block)+) => {$(
+        /// As in CUDA's documentation.
+        ///
+        /// # Safety
+        /// As there.
+        #[unsafe(no_mangle)]
+        #[allow(unused_unsafe, reason = "some read nothing")]
+        pub unsafe extern "C" fn $name($($argument: $type),*) -> Status {
+            // SAFETY: the caller's.
+            unsafe { $body }
+        }
+    )+};
+}
+
+driver_functions! {
+    fn cuInit(_flags: c_uint) -> Status {
+        status(std::env::var_os("SDF_STUB_CARDS").is_none_or(|cards| cards != "0"), NO_DEVICE)
+    }
+
+    fn cuDeviceGet(device: *mut c_int, ordinal: c_int) -> Status {
+        *device = ordinal;
+        SUCCESS
+    }
+
+    // No memory pools, among others.
+    fn cuDeviceGetAttribute(value: *mut c_int, _attribute: c_int, _device: c_int) -> Status {
+        *value = 0;
+        SUCCESS
+    }
+
+    fn cuDeviceGetName(name: *mut c_char, length: c_int, _device: c_int) -> Status {
+        let text = c"stub on the CPU".to_bytes_with_nul();
+        name.cast::<u8>().copy_from_nonoverlapping(text.as_ptr(), text.len().min(length as usize));
+        SUCCESS
+    }
+
+    fn cuDevicePrimaryCtxRetain(context: *mut *mut c_void, _device: c_int) -> Status {
+        *context = HANDLE;
+        SUCCESS
+    }
+
+    fn cuDevicePrimaryCtxRelease_v2(_device: c_int) -> Status { SUCCESS }
+
+    fn cuCtxGetCurrent(context: *mut *mut c_void) -> Status {
+        *context = HANDLE;
+        SUCCESS
+    }
+
+    fn cuCtxSetCurrent(_context: *mut c_void) -> Status { SUCCESS }
+
+    fn cuGetErrorString(error: c_int, text: *mut *const c_char) -> Status {
+        let words = match error {
+            NO_DEVICE => c"no CUDA-capable device is detected",
+            INVALID_IMAGE => c"device kernel image is invalid",
+            FILE_NOT_FOUND => c"file not found",
+            NOT_FOUND => c"named symbol not found",
+            ILLEGAL_ADDRESS => c"an illegal memory access was encountered",
+            _ => c"invalid argument",
+        };
+        *text = words.as_ptr();
+        SUCCESS
+    }
+
+    fn cuStreamCreate(stream: *mut *mut c_void, _flags: c_uint) -> Status {
+        *stream = HANDLE;
+        SUCCESS
+    }
+
+    fn cuStreamDestroy_v2(_stream: *mut c_void) -> Status { SUCCESS }
+
+    fn cuStreamSynchronize(_stream: *mut c_void) -> Status { SUCCESS }
+
+    fn cuMemAlloc_v2(address: *mut u64, bytes: usize) -> Status {
+        *address = driver().memory.allocate(bytes);
+        status(bytes > 0, INVALID_VALUE)
+    }
+
+    fn cuMemFree_v2(address: u64) -> Status {
+        status(driver().memory.free(address), INVALID_VALUE)
+    }
+
+    fn cuMemsetD8Async(address: u64, byte: u8, bytes: usize, _stream: *mut c_void) -> Status {
+        driver().take(Work::Fill { address, byte, bytes })
+    }
+
+    fn cuMemcpyHtoDAsync_v2(to: u64, from: *const c_void, bytes: usize, _stream: *mut c_void) -> Status {
+        let driver = driver();
+        if !driver.memory.holds(to, bytes) {
+            return INVALID_VALUE;
+        }
+        (to as *mut u8).copy_from_nonoverlapping(from.cast(), bytes);
+        SUCCESS
+    }
+
+    fn cuMemcpyDtoHAsync_v2(to: *mut c_void, from: u64, bytes: usize, _stream: *mut c_void) -> Status {
+        let driver = driver();
+        if !driver.memory.holds(from, bytes) {
+            return INVALID_VALUE;
+        }
+        to.cast::<u8>().copy_from_nonoverlapping(from as *const u8, bytes);
+        SUCCESS
+    }
+
+    // A file that begins as one of PTX does.
+    fn cuModuleLoad(module: *mut *mut c_void, path: *const c_char) -> Status {
+        *module = HANDLE;
+        match std::fs::read(CStr::from_ptr(path).to_string_lossy().as_ref()) {
+            Ok(text) => status(text.starts_with(b"//"), INVALID_IMAGE),
+            Err(_) => FILE_NOT_FOUND,
+        }
+    }
+
+    fn cuModuleUnload(_module: *mut c_void) -> Status { SUCCESS }
+
+    fn cuModuleGetFunction(function: *mut *const c_void, _module: *mut c_void, name: *const c_char) -> Status {
+        let kernel = CStr::from_ptr(name).to_str().ok().and_then(kernels::find);
+        *function = kernel.map_or(std::ptr::null(), |kernel| (&raw const *kernel).cast());
+        status(kernel.is_some(), NOT_FOUND)
+    }
+
+    fn cuLaunchKernel(
+        function: *const c_void,
+        blocks_x: c_uint, blocks_y: c_uint, blocks_z: c_uint,
+        threads_x: c_uint, threads_y: c_uint, threads_z: c_uint,
+        _shared_bytes: c_uint,
+        _stream: *mut c_void,
+        arguments: *mut *mut c_void,
+        _extra: *mut *mut c_void
+    ) -> Status {
+        let kernel = &*function.cast::<kernels::Kernel>();
+        let arguments = Arguments::copy(kernel, arguments);
+        if [blocks_y, blocks_z, threads_y, threads_z] != [1; 4] {
+            return INVALID_VALUE;
+        }
+        driver().take(Work::Launch { kernel, arguments, threads: blocks_x as usize * threads_x as usize })
+    }
+
+    fn cuStreamBeginCapture_v2(_stream: *mut c_void, _mode: c_int) -> Status {
+        driver().captured = Some(vec![]);
+        SUCCESS
+    }
+
+    fn cuStreamEndCapture(_stream: *mut c_void, graph: *mut *mut Graph) -> Status {
+        let captured = driver().captured.take();
+        *graph = captured.map_or(std::ptr::null_mut(), |work| Box::into_raw(Box::new(work)));
+        SUCCESS
+    }
+
+    // The graph and what is made of it are the same here; the latter is freed.
+    fn cuGraphInstantiateWithFlags(executable: *mut *mut Graph, graph: *mut Graph, _flags: u64) -> Status {
+        *executable = graph;
+        SUCCESS
+    }
+
+    fn cuGraphLaunch(executable: *mut Graph, _stream: *mut c_void) -> Status {
+        let Driver { memory, launches, .. } = &mut *driver();
+        let failed = (*executable).iter().map(|work| work.run(memory, launches)).find(|status| *status != SUCCESS);
+        failed.unwrap_or(SUCCESS)
+    }
+
+    fn cuGraphDestroy(_graph: *mut Graph) -> Status { SUCCESS }
+
+    fn cuGraphExecDestroy(executable: *mut Graph) -> Status {
+        drop(Box::from_raw(executable));
+        SUCCESS
+    }
+
+    fn cuEventCreate(event: *mut *mut Instant, _flags: c_uint) -> Status {
+        *event = Box::into_raw(Box::new(Instant::now()));
+        SUCCESS
+    }
+
+    fn cuEventRecord(event: *mut Instant, _stream: *mut c_void) -> Status {
+        *event = Instant::now();
+        SUCCESS
+    }
+
+    fn cuEventSynchronize(_event: *mut Instant) -> Status { SUCCESS }
+
+    fn cuEventElapsedTime(milliseconds: *mut c_float, start: *const Instant, end: *const Instant) -> Status {
+        *milliseconds = (*end).saturating_duration_since(*start).as_secs_f32() * 1e3;
+        SUCCESS
+    }
+
+    fn cuEventElapsedTime_v2(milliseconds: *mut c_float, start: *const Instant, end: *const Instant) -> Status {
+        cuEventElapsedTime(milliseconds, start, end)
+    }
+
+    fn cuEventDestroy_v2(event: *mut Instant) -> Status {
+        drop(Box::from_raw(event));
+        SUCCESS
+    }
+}

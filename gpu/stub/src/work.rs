@@ -1,0 +1,88 @@
+//! Work that a stream is given: done at once, or later as a graph.
+
+use std::collections::BTreeMap;
+use std::ffi::c_void;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::kernels::Kernel;
+use crate::memory::Memory;
+use crate::threads::run_all;
+use crate::{ILLEGAL_ADDRESS, INVALID_VALUE, SUCCESS, Status, status};
+
+/// Work that was captured.
+pub type Graph = Vec<Work>;
+
+/// All that the driver knows.
+pub struct Driver {
+    pub memory: Memory,
+    /// Work that is captured now.
+    pub captured: Option<Graph>,
+    /// Launches so far.
+    pub launches: usize,
+}
+
+/// The one driver of the process.
+pub fn driver() -> MutexGuard<'static, Driver> {
+    static DRIVER: Mutex<Driver> =
+        Mutex::new(Driver { memory: Memory { lists: BTreeMap::new() }, captured: None, launches: 0 });
+    DRIVER.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Driver {
+    /// Does the work now, or keeps it for a graph.
+    pub fn take(&mut self, work: Work) -> Status {
+        match &mut self.captured {
+            Some(graph) => {
+                graph.push(work);
+                SUCCESS
+            }
+            None => work.run(&mut self.memory, &mut self.launches),
+        }
+    }
+}
+
+/// The values of a kernel's arguments, each with the alignment that any of them wants.
+pub struct Arguments(Vec<Vec<u128>>);
+
+impl Arguments {
+    /// # Safety
+    /// There is an address for each argument of the kernel, of as many bytes as it has.
+    pub unsafe fn copy(kernel: &Kernel, addresses: *const *mut c_void) -> Self {
+        let copy = |(index, bytes): (usize, &usize)| {
+            let mut words = vec![0u128; bytes.div_ceil(16)];
+            // SAFETY: the caller's; the words have room.
+            unsafe {
+                let from = (*addresses.add(index)).cast::<u8>();
+                words.as_mut_ptr().cast::<u8>().copy_from_nonoverlapping(from, *bytes);
+            }
+            words
+        };
+        Self(kernel.argument_bytes.iter().enumerate().map(copy).collect())
+    }
+}
+
+/// One piece of work.
+pub enum Work {
+    Fill { address: u64, byte: u8, bytes: usize },
+    Launch { kernel: &'static Kernel, arguments: Arguments, threads: usize },
+}
+
+impl Work {
+    pub fn run(&self, memory: &mut Memory, launches: &mut usize) -> Status {
+        match self {
+            Self::Fill { address, bytes, .. } if !memory.holds(*address, *bytes) => INVALID_VALUE,
+            Self::Fill { address, byte, bytes } => {
+                // SAFETY: the bytes lie within one list.
+                unsafe { (*address as *mut u8).write_bytes(*byte, *bytes) };
+                SUCCESS
+            }
+            Self::Launch { kernel, arguments, threads } => {
+                *launches += 1;
+                let addresses: Vec<*const u8> = arguments.0.iter().map(|words| words.as_ptr().cast()).collect();
+                // SAFETY: the arguments are those of this kernel; their lists are the host's to get right.
+                run_all(*threads, *launches, || unsafe { (kernel.run)(&addresses) });
+                status(memory.is_intact(), ILLEGAL_ADDRESS)
+            }
+        }
+    }
+}

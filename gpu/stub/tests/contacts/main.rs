@@ -1,0 +1,68 @@
+//! Contacts by the host code of `sdf-gpu` and the kernels on the CPU: are they those of `contact::<f32, …>`, bit for bit?
+//!
+//! Every test here runs in a process of its own, whose library path has the stub as `libcuda.so`: see [`with_stub`].
+
+mod queries;
+mod scenes;
+mod second;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sdf_gpu::{Gpu, GpuError};
+
+/// A folder with the stub as the driver, and a file that it takes for kernels.
+struct Driver(tempfile::TempDir);
+
+impl Driver {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let test = std::env::current_exe().unwrap();
+        let name = "libsdf_gpu_stub.so";
+        let built = test.ancestors().skip(1).take(2).map(|at| at.join(name)).find(|path| path.exists());
+        std::fs::copy(built.expect("the stub beside the tests"), folder.path().join("libcuda.so")).unwrap();
+        std::fs::write(folder.path().join("kernels.ptx"), "// The stub has the kernels.\n").unwrap();
+        std::fs::write(folder.path().join("broken.ptx"), "no kernels").unwrap();
+        Self(folder)
+    }
+}
+
+/// The driver's folder, in the process of one test.
+const FOLDER: &str = "SDF_STUB_FOLDER";
+
+/// Runs the test of this name with the stub as the driver: the library path counts when a process starts.
+fn with_stub(name: &str, variables: &[(&str, &str)], test: impl FnOnce(&Path)) {
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        return test(&PathBuf::from(folder));
+    }
+    let driver = Driver::new();
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", name, "--nocapture"]).envs(variables.iter().copied());
+    command.env("LD_LIBRARY_PATH", driver.0.path()).env(FOLDER, driver.0.path());
+    let output = command.output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("1 passed"), "no test is called {name}: {text}");
+}
+
+fn gpu(folder: &Path) -> Gpu {
+    Gpu::new(&folder.join("kernels.ptx")).unwrap()
+}
+
+#[test]
+fn without_a_card_the_error_says_so() {
+    with_stub("without_a_card_the_error_says_so", &[("SDF_STUB_CARDS", "0")], |folder| {
+        let error = Gpu::new(&folder.join("kernels.ptx")).unwrap_err();
+        assert!(matches!(error, GpuError::NoCard), "{error}");
+    });
+}
+
+#[test]
+fn a_file_that_is_not_of_kernels_is_named() {
+    with_stub("a_file_that_is_not_of_kernels_is_named", &[], |folder| {
+        for name in ["broken.ptx", "missing.ptx"] {
+            let error = Gpu::new(&folder.join(name)).unwrap_err().to_string();
+            assert!(error.contains(name) && error.contains(".ci/gpu.sh") && error.lines().count() == 1, "{error}");
+        }
+    });
+}
