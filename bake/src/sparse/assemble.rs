@@ -395,10 +395,9 @@ fn slope_bound(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[Block
     let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
     // Nodes in bricks count as zero here, and no interpolant of a coarse cell is negative unless a corner is.
     let last_slot = lattice.cells().map(|cells| cells / BRICK);
-    let may_reach_box = (0..table.len()).any(|index| {
-        let slot = [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+    let may_reach_box = (0..row * rows * layers).map(slot).any(|slot| {
         let is_at_box = (0..3).any(|axis| slot[axis] == 0 || slot[axis] == last_slot[axis]);
-        is_at_box && table[index] == NO_BRICK && storage.coarse_corners(slot).iter().any(|corner| *corner < 0.0)
+        is_at_box && is_empty(&slot) && storage.coarse_corners(slot).iter().any(|corner| *corner < 0.0)
     });
     let reaches_box = reaches_box || may_reach_box && inside_reaches_box(lattice, |node| storage.node(node));
     slope_bound_with_outside(inside, reaches_box)

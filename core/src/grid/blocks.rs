@@ -91,10 +91,10 @@ impl<T: Copy + PartialEq> Blocks<T> {
 
     /// Sets the number at a point. Outside the box nothing is set.
     pub fn set(&mut self, at: [u32; 3], number: T) {
-        if self.common() != Some(number) || self.is_kept(at) {
-            if let Some(kept) = self.get_mut(at) {
-                *kept = number;
-            }
+        if (self.common() != Some(number) || self.is_kept(at))
+            && let Some(kept) = self.get_mut(at)
+        {
+            *kept = number;
         }
     }
 

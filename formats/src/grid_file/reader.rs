@@ -132,7 +132,7 @@ struct OpenGrid<'a> {
 
 enum Contents {
     Dense(DenseReader),
-    Bricks(SparseReader),
+    Bricks(Box<SparseReader>),
 }
 
 impl<'a> OpenGrid<'a> {
@@ -152,7 +152,7 @@ impl<'a> OpenGrid<'a> {
                 let bricks = sparse.map(|sparse| sparse.bricks).or(slots);
                 let bricks = bricks.ok_or_else(|| GridFault::damaged("too many brick slots"))?;
                 let (bricks, digests, mesh) = SparseReader::open(&file, &sdf, &header, bricks)?;
-                (Contents::Bricks(bricks), digests, mesh)
+                (Contents::Bricks(Box::new(bricks)), digests, mesh)
             }
         };
         Ok(Self { file, header, digests, contents, mesh })
@@ -171,7 +171,7 @@ impl<'a> OpenGrid<'a> {
             }
             Contents::Bricks(bricks) => {
                 let (bricks, mask) = bricks.mask(&file, &digests, &header, regions, level)?;
-                (Contents::Bricks(bricks), mask)
+                (Contents::Bricks(Box::new(bricks)), mask)
             }
         };
         Ok((Self { file, header, digests, contents, mesh }, mask))
