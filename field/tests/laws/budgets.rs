@@ -34,7 +34,7 @@ fn no_contact_counts_more_evaluations_than_its_budget() {
     let fields = [
         ("ball", ball()),
         ("ring", ring()),
-        ("union", Field::union(&[ball(), ring()])),
+        ("union", Field::union(&[ball(), ring()]).unwrap()),
         ("dense grid", baked(Layout::Dense)),
         ("sparse grid", baked(Layout::Sparse)),
     ];
