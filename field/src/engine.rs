@@ -44,7 +44,7 @@ impl<const N: usize> Query<'_, N> {
         }
     }
 
-    /// What of the elements that are not culled the bounds say, in their order: a lower bound, or why there is none.
+    /// Indices of the elements that are not culled, in their order, each with a lower bound, or why there is none.
     pub fn survivors(&self) -> Vec<(usize, Result<f64, CullReason>)> {
         match (self.field, Vectors::new()) {
             (AnyField::Grid(grid), Some(vectors)) => match grid.storage() {

@@ -138,7 +138,7 @@ pub(super) struct Ball {
     pub radius: f64,
 }
 
-/// Which triangles can be nearest to a point of a part?
+/// Sieve of the triangles that can be nearest to a point of a part.
 ///
 /// Let p be the point of a triangle t nearest to the middle m, and g the unit vector from p to m. The triangle lies on one side of the
 /// plane across g at p, so d_t(x) ≥ g · (x − p). The distance to another triangle s is convex, so on the part at most the interpolant
