@@ -29,7 +29,7 @@ pub(super) struct SparseReader {
     coarse: CoarseReader,
 }
 
-/// What is known of bricks beside their samples, as [`OwnedBricks`] has it.
+/// Tables of bricks beside their samples, as [`OwnedBricks`] has them.
 struct BrickTables {
     table: Blocks<u32>,
     slots: Vec<[u32; 3]>,

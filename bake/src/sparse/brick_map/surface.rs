@@ -131,7 +131,7 @@ struct Mark<'a> {
     stage: Stage,
 }
 
-/// What is written.
+/// Marks that are written at a time.
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
     Both,
