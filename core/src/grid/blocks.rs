@@ -91,10 +91,9 @@ impl<T: Copy + PartialEq> Blocks<T> {
 
     /// Sets the number at a point. Outside the box nothing is set.
     pub fn set(&mut self, at: [u32; 3], number: T) {
-        if self.common() != Some(number) || self.is_kept(at) {
-            if let Some(kept) = self.get_mut(at) {
-                *kept = number;
-            }
+        let is_needed = self.common() != Some(number) || self.is_kept(at);
+        if is_needed && let Some(kept) = self.get_mut(at) {
+            *kept = number;
         }
     }
 
