@@ -131,7 +131,7 @@ struct OpenGrid<'a> {
 
 enum Contents {
     Dense(DenseReader),
-    Sparse(SparseReader),
+    Sparse(Box<SparseReader>),
 }
 
 impl<'a> OpenGrid<'a> {
@@ -148,7 +148,7 @@ impl<'a> OpenGrid<'a> {
             }
             Some(SparseInfo { bricks, precision, .. }) => {
                 let (sparse, digests, mesh) = SparseReader::open(&file, &sdf, &header, bricks, precision)?;
-                (Contents::Sparse(sparse), digests, mesh)
+                (Contents::Sparse(Box::new(sparse)), digests, mesh)
             }
         };
         Ok(Self { file, header, digests, contents, mesh })
@@ -167,7 +167,7 @@ impl<'a> OpenGrid<'a> {
             }
             Contents::Sparse(sparse) => {
                 let (sparse, mask) = sparse.mask(&file, &digests, &header, regions, level)?;
-                (Contents::Sparse(sparse), mask)
+                (Contents::Sparse(Box::new(sparse)), mask)
             }
         };
         Ok((Self { file, header, digests, contents, mesh }, mask))
