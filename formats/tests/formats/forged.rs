@@ -95,7 +95,7 @@ impl Forged {
             table("places", &[count, 3], Elements::U32(bricks.slots.as_flattened().to_vec())),
             table("scales", &[count, 2], Elements::F32(scales)),
             table("errors", &[count], Elements::F32(bricks.errors.clone())),
-            table("coarse", &[6, 6, 6], Elements::F32(bricks.coarse.clone())),
+            table("coarse", &[6, 6, 6], Elements::F32(bricks.coarse.to_vec())),
         ];
         Self { attributes, tables, digests_sha256: None, is_first_digest_wrong: false }
     }

@@ -5,7 +5,7 @@ use std::fs;
 
 use hdf5_reader::Hdf5File;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Scale};
+use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, Storage};
 use sdf_formats::grid_file::{self, About, ReadCount, Samples, SparseSamples};
 use tempfile::TempDir;
@@ -160,8 +160,8 @@ fn thousands_of_bricks_of_random_codes_come_back() {
     let stored = grid_file::read(&path).unwrap();
     let OwnedStorage::SparseU16(found) = stored.grid.storage() else { panic!("another layout") };
     let found = found.bricks();
-    assert!(found.slots == places && found.samples() == samples && found.scales() == scales);
-    assert!(found.bounds == bounds && found.errors == errors && found.coarse == coarse);
+    assert!(found.slots == places && found.samples == samples && found.scales == scales);
+    assert!(found.bounds == bounds && found.errors == errors && found.coarse.to_vec() == coarse);
     let all = places.len();
     assert_eq!(stored.read, ReadCount { blocks: all, total_blocks: all, ..stored.read });
 }

@@ -4,7 +4,7 @@ use sdf_core::Interval;
 use std::path::Path;
 
 use sdf_core::grid::owned::{Blocks, OwnedBricks, OwnedGrid, OwnedStorage, Precision};
-use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, Sparse, brick_counts};
+use sdf_core::grid::sparse::{Code, NO_BRICK, Scale, brick_counts};
 use sdf_core::grid::{BlockBounds, Dense, Lattice, Storage, WithBlockBounds, cell_slope};
 use sdf_formats::grid_file::{self, About, DeepValues, Samples, SignMethod, Source, SparseInfo, SparseSamples};
 
