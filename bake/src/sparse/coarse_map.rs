@@ -22,7 +22,7 @@ pub struct CoarseMap {
 /// Which slots are inside? Of those without a brick.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SlotSides {
-    /// Those whose first node of the coarse grid is: the way from there to the slot's nodes is clear.
+    /// Slots whose first node of the coarse grid is: the way from there to the slot's nodes is clear.
     FirstNodes,
     /// For each slot, x fastest: is its middle? Signs of nodes do not matter.
     Own(Vec<bool>),

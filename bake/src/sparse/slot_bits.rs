@@ -12,7 +12,7 @@ pub(super) struct SlotBits {
 }
 
 impl SlotBits {
-    /// None of so many slots.
+    /// Empty set of so many slots.
     pub fn new(len: usize) -> Self {
         Self { len, words: (0..len.div_ceil(WORD)).map(|_| AtomicU64::new(0)).collect() }
     }

@@ -99,7 +99,7 @@ impl BlockMask {
         blocks(0).any(|z| blocks(1).any(|y| blocks(2).any(|x| self.contains([x, y, z]))))
     }
 
-    /// No block of so many along each axis. `max_counted`: [`MAX_COUNTED`].
+    /// Empty mask of so many blocks along each axis. `max_counted`: [`MAX_COUNTED`].
     fn new(block_counts: [u32; 3], max_counted: usize) -> Self {
         let blocks = block_counts.iter().fold(1_usize, |count, along| count.saturating_mul(*along as usize));
         let group_bits = if blocks > max_counted { 3 } else { 0 };
@@ -212,7 +212,7 @@ fn max_magnitude(bounds: &Aabb) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of few blocks exactly those of the boxes are needed; of many those of the boxes, and none farther than the rest of a group.
+    /// Among few blocks exactly those of the boxes are needed; among many also the rest of their groups, and none farther.
     #[test]
     fn blocks_of_boxes_are_needed_and_of_many_blocks_few_others() {
         let counts = [21_u32, 40, 17];

@@ -70,7 +70,7 @@ pub struct PartTables {
     pub slot_sides: Vec<bool>,
 }
 
-/// What tells on which side slots without a brick are.
+/// Source of the sides of slots without a brick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
     /// The sign of a slot's first node of the coarse grid.

@@ -31,7 +31,7 @@ pub(super) struct SparseReader {
     coarse: Option<CoarseReader>,
 }
 
-/// What is known of bricks beside their samples, as [`OwnedBricks`] has it.
+/// Tables of bricks beside their samples, as [`OwnedBricks`] has them.
 struct BrickTables {
     table: Blocks<u32>,
     slots: Vec<[u32; 3]>,

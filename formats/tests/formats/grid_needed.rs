@@ -100,7 +100,7 @@ fn a_part_has_the_values_of_the_whole_where_f32_rounds() {
     }
 }
 
-/// What was not read may have any value: boxes anywhere have bounds that hold, and in the region those of the whole.
+/// Boxes anywhere have bounds that hold, as if nodes that were not read had any value.
 #[test]
 fn bounds_of_a_part_hold_everywhere() {
     let mut random = Random::from_clock();

@@ -55,7 +55,7 @@ pub(super) struct Marked<'a> {
     window: Window,
 }
 
-/// What is known of some layers of nodes and of the slots around them.
+/// Distances known for some layers of nodes and for the slots around them.
 #[derive(Default)]
 struct Window {
     /// L of slots, in voxels, from a slot on.

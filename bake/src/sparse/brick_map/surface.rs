@@ -34,7 +34,7 @@ const MARGIN: f32 = 0.01;
 /// Triangles that one thread marks at a time.
 const CHUNK: usize = 4096;
 
-/// More slots are marked twice, so that triangles are kept for those alone that are near the surface.
+/// Number of slots above which triangles mark twice, so that nearest triangles are kept for slots near the surface alone.
 pub(super) const MAX_LISTED: usize = 1 << 22;
 
 /// Marks of all slots, x fastest.
@@ -131,7 +131,7 @@ struct Mark<'a> {
     stage: Stage,
 }
 
-/// What is written.
+/// Marks that are written at a time.
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
     Both,
