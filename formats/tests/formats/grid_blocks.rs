@@ -92,10 +92,10 @@ fn blocks_that_do_not_make_a_grid_are_refused() {
         (forged().set("brick_side", Value::Integers(vec![4])), "8 nodes along a side"),
         (forged().set("layout", text("sparse")), "band"),
         (forged().set("counts", Value::Integers(vec![33, 34, 51])), "samples"),
-        (forged().set_u32("places", 3, 0), "bricks 0 and 1 are both at"),
+        (forged().set_u32("places", 3, 0), "are both at"),
         (forged().set_u32("places", 3, 5), "slots"),
         (forged().set_f32("scales", 7, -1.0), "scale 3"),
-        (forged().set_f32("scales", 7, f32::NAN), "scale 3"),
+        (forged().set_f32("scales", 7, f32::NAN), "scales is not finite"),
         (forged().set_f32("bounds", 2, -1.0), "bounds 0"),
         (Forged { is_first_digest_wrong: true, ..forged() }, "checksum of a chunk of samples"),
     ] {
