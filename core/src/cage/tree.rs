@@ -54,7 +54,7 @@ impl<'a> TetTree<'a> {
             return None;
         }
         let (mut levels, mut top) = ([[].as_slice(); MAX_LEVELS], 0);
-        let (leaves, mut left) = boxes.split_at_mut(order.len().div_ceil(FANOUT));
+        let (leaves, mut left) = boxes.split_at_mut_checked(order.len().div_ceil(FANOUT))?;
         for (bounds, members) in leaves.iter_mut().zip(order.chunks(FANOUT)) {
             let corners = members.iter().filter_map(|tet| tet_corners(points, tets.get(*tet as usize)?));
             *bounds = corners.fold(NOTHING, |around, corners| around.union(&tet_bounds(&corners)));
