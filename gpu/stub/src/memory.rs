@@ -13,7 +13,6 @@ const UNWRITTEN: u8 = 0xa5;
 const GUARD: usize = 64;
 
 /// All lists by their addresses, with their lengths.
-
 pub struct Memory {
     pub lists: BTreeMap<u64, usize>,
 }
