@@ -139,7 +139,7 @@ delegate_sdf!(Shape { Sphere, Cuboid, Capsule, Cylinder, Cone, Torus });
 type PlacedShape = Placed<Shape, Similarity>;
 
 /// A closed form as it stands, or placed.
-#[allow(clippy::large_enum_variant, reason = "a kernel has no allocator")]
+#[allow(clippy::large_enum_variant, reason = "there is no allocator on the card")]
 pub enum Part {
     Shape(Shape),
     Placed(PlacedShape),
