@@ -57,6 +57,7 @@ fn main() -> ExitCode {
 
 fn run(command: &Command) -> anyhow::Result<()> {
     match command {
+        Command::Bake(args) if args.fleet.is_wanted() => commands::bake_many::run(args),
         Command::Bake(args) => commands::bake::run(args),
         Command::Merge(args) => commands::merge::run(args),
         Command::Contacts(args) if sdf_formats::field_file::is_field(&args.mesh) => commands::overlap::run(args),

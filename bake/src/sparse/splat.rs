@@ -35,10 +35,10 @@ use crate::rounding::{NODE_POSITION_ROUNDING, SINGLE_SLACK};
 use crate::sign::flood_fill::NodeBlock;
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
-use distances::{BrickDistances, BrickQuery, NODES};
+use distances::{BrickDistances, BrickQuery};
 use frame::{PlaneFrame, TriangleFrame};
 use lists::{SlotLists, WantedSlot};
-use sides::NodeBits;
+use sides::{NODES, NodeBits};
 use values::SignedBrick;
 
 const SIDE: usize = BRICK as usize;

@@ -17,7 +17,6 @@ use sdf_field::{
 use serde_json::json;
 
 use crate::args::BakeArgs;
-use crate::commands::bake_many;
 use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
@@ -28,10 +27,8 @@ use facts::{GridFacts, document, mesh_row, rows};
 /// The program and its version, as a grid that it baked states them.
 pub const TOOL: &str = concat!("sdftool ", env!("CARGO_PKG_VERSION"));
 
+/// Bakes one mesh; `bake_many` bakes several.
 pub fn run(args: &BakeArgs) -> Result<()> {
-    if args.fleet.is_wanted() {
-        return bake_many::run(args);
-    }
     let output = match &args.output {
         Some(output) => output.clone(),
         None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),

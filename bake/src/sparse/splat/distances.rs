@@ -17,13 +17,10 @@
 use super::frame::{TriangleFrame, greater, lesser, mix};
 use super::nearest_test::{NearestTest, Region, largest_sine};
 use super::packed::{PackedTriangles, View, WIDTH, Wide, pack_bits};
-use super::sides::NodeBits;
+use super::sides::{NODES, NodeBits};
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BRICK_DISTANCE_ROUNDING, CHAIN_SLACK_F32};
 use crate::simd::lesser_magnitude;
-
-/// Nodes of a brick.
-pub(super) const NODES: usize = 512;
 
 /// Groups of 4 × 2 × 2 nodes in an octant.
 const GROUPS: usize = 4;

@@ -4,7 +4,8 @@
 //! triangle meets it, and both ends are on one side. Layers of 8 × 8 nodes are words of 64 bits. Sides flood from the nodes
 //! that `distances` decided. The caller tells those of other nodes, far from the surface first: their sides flood the farthest.
 
-use super::distances::NODES;
+/// Nodes of a brick.
+pub(super) const NODES: usize = 512;
 
 /// Bits of the nodes of each layer, x fastest.
 pub(super) type NodeBits = [u64; 8];

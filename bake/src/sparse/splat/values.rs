@@ -2,10 +2,9 @@
 
 use sdf_core::grid::sparse::Scale;
 
-use super::distances::NODES;
 use super::frame::{greater, lesser, mix};
 use super::packed::{WIDTH, Wide};
-use super::sides::NodeBits;
+use super::sides::{NODES, NodeBits};
 use crate::sparse::{CodesMut, Quantize};
 
 /// One brick, measured and signed. Lengths are in voxels.
