@@ -32,13 +32,14 @@
 //! | 3. certify a tight error of interpolation | `interpolation_error` |
 //! | 4. encode samples | `quantize` |
 //! | 5. cut the Hilbert curve into parts, add the bricks that close an open mesh | `part`; what is left of the map: `coarse_map` |
-//! | 6. join bricks, and bound values, slopes and errors | `assemble`, `brick_bounds` |
+//! | 6. compute bricks, join them, and bound values, slopes and errors | `compute`, `assemble`, `brick_bounds` |
 
 mod assemble;
 mod brick;
 mod brick_bounds;
 mod brick_map;
 mod coarse_map;
+mod compute;
 mod interpolation_error;
 mod part;
 mod quantize;

@@ -272,8 +272,6 @@ fn an_error_bound_can_replace_the_resolution() {
 fn conflicting_options_are_wrong_usage() {
     let folder = Folder::new();
     for (words, message) in [
-        ("--res 8 --precision u16", "--layout sparse"),
-        ("--res 8 --layout dense --precision u8", "--layout sparse"),
         ("--res 8 --band 3", "--layout sparse"),
         ("--max-error 0.1 --layout dense", "--max-error"),
         ("--max-error 0.1 --precision u8", "--precision"),

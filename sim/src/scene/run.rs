@@ -100,7 +100,7 @@ struct Run<'a> {
     query: Query,
     only_vertices: bool,
     contacts: Contacts,
-    /// What touches: numbers of two surfaces, or of a surface and, after all of those, an obstacle.
+    /// Pairs that touch: numbers of two surfaces, or of a surface and, after all of those, an obstacle.
     pairs: BTreeSet<[usize; 2]>,
     /// Knowledge of each surface and each obstacle; those of rigid bodies come after those that stand still.
     memories: BTreeMap<(usize, usize), Memory>,
