@@ -11,7 +11,9 @@
 
 use pulp::NullaryFnOnce;
 use sdf_core::contact::batch::{self, CullReason, Survivor};
-use sdf_core::contact::{Element, Outcome, contact, cull};
+#[cfg(feature = "bake")]
+use sdf_core::contact::cull;
+use sdf_core::contact::{Element, Outcome, contact};
 use sdf_core::grid::owned::OwnedStorage;
 use sdf_core::minimize::Minimizer;
 use sdf_core::placed::{Posed, Rigid};
@@ -45,6 +47,7 @@ impl<const N: usize> Query<'_, N> {
     }
 
     /// Indices of the elements that are not culled, in their order, each with a lower bound, or why there is none.
+    #[cfg(feature = "bake")]
     pub fn survivors(&self) -> Vec<(usize, Result<f64, CullReason>)> {
         match (self.field, Vectors::new()) {
             (AnyField::Grid(grid), Some(vectors)) => match grid.storage() {
