@@ -108,7 +108,7 @@ impl DescentTable {
     /// and faces there: bit k for [`LinePart::line`] k.
     #[inline(never)]
     fn lines_at(&self, entry: usize) -> ([u32; 3], u32) {
-        let (layer, row) = (self.layer.max(1) as u32, self.row.max(1) as u32);
+        let (layer, row) = ((self.layer as u32).max(1), (self.row as u32).max(1));
         let (z, in_layer) = (entry as u32 / layer, entry as u32 % layer);
         let (y, x) = (in_layer / row, in_layer % row);
         if x == 0 || y == 0 || z == 0 || entry >= self.end {
