@@ -22,7 +22,7 @@ pub struct Search<'a> {
 }
 
 impl Searcher {
-    /// Finds the card, if one is asked for, before anything is read.
+    /// Opens the card for `--device cuda`, before any file is read.
     pub fn open(args: &DeviceArgs) -> Result<Self> {
         match (args.device, &args.kernels) {
             (Device::Cpu, None) => Ok(Self {

@@ -1,8 +1,8 @@
 //! Contacts with the mesh that a grid was baked from, not with the grid: distance, normal and surface point of its triangles.
 //!
 //! 1. The grid tells which elements can be near at all: φ exceeds the distance by no more than its error bound. Its value at
-//!    the centroid tells where to begin.
-//! 2. Where that point is outside, the nearest points of element and mesh are those of two triangles: [`MeshSurface::closest`].
+//!    the centroid shows whether that is outside.
+//! 2. Where it is outside, the nearest points of element and mesh are those of two triangles: [`MeshSurface::closest`].
 //! 3. Where it is inside, or both cross: [`MeshSurface::deepest`].
 
 use sdf_bake::{ClosestPoints, DepthLimits, MeshSurface, Probe, SurfacePoint};
@@ -106,8 +106,8 @@ struct Settled {
 }
 
 impl ExactSearch<'_> {
-    /// The contact of an element, if it has a point within the margin. `value` is the grid's at the centroid. `guess` is a triangle near the last element: it saves time and
-    /// changes nothing.
+    /// The contact of an element, if it has a point within the margin. `value` is the grid's at the centroid. `guess` is a triangle
+    /// near the last element: it saves time and changes nothing.
     fn contact<const N: usize>(
         &self,
         element: &Element<f64, N>,

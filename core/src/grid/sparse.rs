@@ -12,9 +12,8 @@ mod copy;
 use nalgebra::Vector3;
 
 use super::block_bounds::{merge_blocks, merge_slots};
-use super::brick::brick_slot;
-use super::brick::index_in;
 pub use super::brick::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
+use super::brick::{brick_slot, index_in};
 use super::{BlockBounds, Lattice, Sampling, Storage, cell_slope, trilinear};
 use crate::ErrorBound;
 use crate::number::interval::Interval;

@@ -9,8 +9,8 @@
 //! | [`search`] | `Minimizer::minimize_below` | survivors | hits |
 //! | [`report`] | `contact::contact_at` | hits | contacts |
 //!
-//! What a search does not settle goes to a list of its own, from which another search, the certified one, takes it:
-//! [`is_settled`]. Where the field has a pose, `place_points` brings the points into its frame before all this, and [`place`] the
+//! Unsettled elements of a search ([`is_settled`]) go to a second list, the input of the certified search.
+//! Where the field has a pose, `place_points` brings the points into its frame before all this, and [`place`] the
 //! contacts into the world after it.
 //!
 //! Elements are appended in no particular order. A minimum is kept in the layout of this compiler: no other code reads it.
