@@ -70,6 +70,8 @@ pub use method::{Method, UnknownMethod};
 pub use options::{ContactOptions, Elements};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 pub use sdf_core as core;
+#[cfg(feature = "files")]
+pub use sdf_formats::clear_leftovers;
 #[cfg(feature = "exchange")]
 pub use surface::SurfaceMesh;
 pub use threads::Threads;

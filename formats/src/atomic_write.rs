@@ -39,13 +39,16 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     // Windows flushes only files that are open for writing.
     OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
     fs::rename(&temporary.path, &target)?;
+    // Before the flush, which takes long: a process killed in it leaves no folder.
+    drop(temporary);
     // Without this, a power failure may lose the new name.
     #[cfg(unix)]
     File::open(folder)?.sync_all()?;
     Ok(written)
 }
 
-/// Removes what killed processes left of writes of a target, as the next [`atomic_write`] of it would.
+/// Removes what killed processes left of writes of a target, as the next [`atomic_write`] of it would. For those who find
+/// the target there and do not write it again: its writer may have been killed after it had renamed the file.
 pub fn clear_leftovers(target: &Path) {
     if let Ok(target) = replaceable(target) {
         remove_leftovers(folder_of(&target), id(&target));

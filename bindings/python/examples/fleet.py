@@ -23,6 +23,9 @@ def bake(mesh, folder, options):
     if is_new:
         # One thread a task: the cluster counts cores, not we.
         sdftool.bake(trimesh.load(mesh, process=False), threads=1, **options).save(grid)
+    else:
+        # A worker may have been killed just after its grid was whole.
+        sdftool.clear_leftovers(grid)
     return str(grid), is_new, os.getpid()
 
 

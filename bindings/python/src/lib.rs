@@ -38,6 +38,7 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(mesh::signed_distance, module)?)?;
     module.add_function(wrap_pyfunction!(sdf::load, module)?)?;
     module.add_function(wrap_pyfunction!(sdf::from_bytes, module)?)?;
+    module.add_function(wrap_pyfunction!(sdf::clear_leftovers, module)?)?;
     module.add_function(wrap_pyfunction!(import::import_grid, module)?)?;
     shapes::add(module)
 }

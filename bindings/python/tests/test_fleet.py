@@ -2,7 +2,9 @@
 
 import os
 import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -43,3 +45,32 @@ def test_three_killed_workers_lose_nothing(runner, tmp_path, monkeypatch):
     assert len(files) == 200 and all(path.name.endswith(".sdf.h5") for path in files)
     assert all(sdftool.load(path).layout == "sparse" for path in files)
     assert fleet.run(runner, meshes, grids, OPTIONS, workers=2) == (0, 200)
+
+
+def test_what_a_killed_writer_left_is_cleared(tmp_path):
+    grid = tmp_path / "ball.sdf.h5"
+    ball = sdftool.bake(*cube(), res=16)
+    ball.save(grid)
+    script = "import sys, sdftool\nball = sdftool.load(sys.argv[1])\nwhile True: ball.save(sys.argv[1])"
+    deadline = time.monotonic() + 60
+    while not leftovers(tmp_path):
+        assert time.monotonic() < deadline, "no writer was killed between two steps of a write"
+        writer = subprocess.Popen([sys.executable, "-c", script, str(grid)])
+        while not leftovers(tmp_path) and time.monotonic() < deadline:
+            pass
+        writer.kill()
+        writer.wait()
+    sdftool.clear_leftovers(tmp_path / "other.sdf.h5")
+    assert leftovers(tmp_path)
+    sdftool.clear_leftovers(grid)
+    assert list(tmp_path.iterdir()) == [grid] and sdftool.load(grid).to_bytes() == ball.to_bytes()
+
+
+def leftovers(folder):
+    return list(folder.glob(".sdftool-*.tmp"))
+
+
+def cube():
+    corners = [(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)]
+    squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, [face for a, b, c, d in squares for face in [(a, b, c), (a, c, d)]]
