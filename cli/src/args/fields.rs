@@ -8,10 +8,11 @@ use clap::{Parser, ValueEnum};
 use super::values::{finite, histogram_file, mesh_file, picture_file};
 use super::{Json, Threads};
 
-/// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz.
+/// Print distances and gradients at points, as lines of x,y,z,distance,gx,gy,gz,status.
 ///
-/// The gradient is the derivative of the distance and not normalized. Outside a grid the distance is a lower bound; --json
-/// marks such points.
+/// The gradient is the derivative of the distance and not normalized. The status is "good", or "outside_grid" (the distance is a
+/// lower bound), "beyond_band" (of a sparse grid: it is coarse), "degenerate_gradient" (the gradient is zero or a choice) or
+/// "not_finite" (the point is too far off to tell).
 #[derive(Debug, Parser)]
 pub struct EvalArgs {
     /// The field: a baked grid or shapes in TOML.

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::{Result, bail};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, EnclosedSdf};
+use sdf_core::{Aabb, EnclosedSdf, Status};
 use sdf_formats::field_file::OpenField;
 use serde_json::json;
 
@@ -52,12 +52,23 @@ fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: 
         return print_json(&json!({"schema": "sdftool.eval/1", "samples": samples, "read": read}));
     }
     to_stdout(|out| {
-        writeln!(out, "x,y,z,distance,gx,gy,gz")?;
+        writeln!(out, "x,y,z,distance,gx,gy,gz,status")?;
         for ([x, y, z], sample) in samples {
             let [gx, gy, gz]: [f64; 3] = sample.gradient.into();
             // The shortest text that reads back as the same number.
-            writeln!(out, "{x:?},{y:?},{z:?},{:?},{gx:?},{gy:?},{gz:?}", sample.value)?;
+            writeln!(out, "{x:?},{y:?},{z:?},{:?},{gx:?},{gy:?},{gz:?},{}", sample.value, name(&sample.status))?;
         }
         Ok(())
     })
+}
+
+/// What is wrong with a sample, the worst first: as in files of contacts, where one column has room for one word.
+fn name(status: &Status) -> &'static str {
+    match status {
+        status if status.not_finite => "not_finite",
+        status if status.degenerate_gradient => "degenerate_gradient",
+        status if status.outside_grid => "outside_grid",
+        status if status.beyond_band => "beyond_band",
+        _ => "good",
+    }
 }

@@ -208,8 +208,8 @@ fn eval_prints_distance_and_gradient_of_each_point() {
     folder.write("sphere.sdf.toml", SPHERE);
     folder.write("points.csv", "x,y,z\n2,0,0\n\n0, -0.5 ,0,and,more\r\n0,0,3e0\n");
     let printed = folder.done("eval sphere.sdf.toml --points points.csv");
-    let wanted = "x,y,z,distance,gx,gy,gz\n2.0,0.0,0.0,1.0,1.0,0.0,0.0\n0.0,-0.5,0.0,-0.5,0.0,-1.0,0.0\n\
-                  0.0,0.0,3.0,2.0,0.0,0.0,1.0\n";
+    let wanted = "x,y,z,distance,gx,gy,gz,status\n2.0,0.0,0.0,1.0,1.0,0.0,0.0,good\n0.0,-0.5,0.0,-0.5,0.0,-1.0,0.0,good\n\
+                  0.0,0.0,3.0,2.0,0.0,0.0,1.0,good\n";
     assert_eq!(printed, wanted);
     let json = folder.json("eval sphere.sdf.toml --points points.csv");
     assert_eq!((keys(&json), &json["schema"]), (vec!["read", "samples", "schema"], &"sdftool.eval/1".into()));
@@ -238,6 +238,17 @@ fn eval_reports_the_status_of_each_sample() {
     assert_eq!([0, 1, 2].map(|sample| flags(sample, "not_finite")), [false, false, true]);
     let outside = json["samples"][1]["distance"].as_f64().unwrap();
     assert!(outside > 7.0 && outside <= 8.0, "a lower bound of the distance: {outside}");
+
+    folder.done("bake ball.obj --res 64 --layout sparse -o sparse.sdf.h5");
+    folder.write("sphere.sdf.toml", SPHERE);
+    let statuses = |field: &str, points: &str| -> Vec<String> {
+        folder.write("points.csv", points);
+        let printed = folder.done(&format!("eval {field} --points points.csv"));
+        printed.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().to_owned()).collect()
+    };
+    assert_eq!(statuses("ball.sdf.h5", "0,0,0.5\n0,0,9\n1e200,0,0\n"), ["good", "outside_grid", "not_finite"]);
+    assert_eq!(statuses("sparse.sdf.h5", "0,0,1\n0.3,0.1,0.2\n0,0,9\n"), ["good", "beyond_band", "outside_grid"]);
+    assert_eq!(statuses("sphere.sdf.toml", "0,0,0\n0,0,0.1\n"), ["degenerate_gradient", "good"]);
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn a_bad_line_of_points_is_named() {
     says(&folder.refused("eval sphere.sdf.toml --points missing.csv"), &["missing.csv", "No such file"]);
     // An empty list of points is valid.
     folder.write("none.csv", "x,y,z\n");
-    assert_eq!(folder.done("eval sphere.sdf.toml --points none.csv"), "x,y,z,distance,gx,gy,gz\n");
+    assert_eq!(folder.done("eval sphere.sdf.toml --points none.csv"), "x,y,z,distance,gx,gy,gz,status\n");
 }
 
 #[test]
