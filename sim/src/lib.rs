@@ -65,7 +65,7 @@ pub use memory::Memory;
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
 pub use query::{Contacts, Elements, Motion, Query};
 pub use rigid::Body;
-pub use row::Rows;
+pub use row::{Rounding, Rows};
 pub use sdf_core::contact::{Row, RowSide};
 pub use surface::{Carrier, Surface};
 pub use world::{Passes, Stretch, Tet, World};

@@ -1,12 +1,13 @@
 //! Against what does a surface move? A list of obstacles, each asked for itself: a union would lose what a grid knows of itself.
 
+use sdf_core::Sdf;
 use sdf_core::contact::{Row, RowSide};
 use sdf_core::nalgebra::Isometry3;
 use sdf_core::placed::Rigid;
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshInMotion, MeshView, QueryError, Threads};
 
-use crate::Body;
 use crate::rigid::isometry;
+use crate::{Body, V3};
 
 /// A thing that surfaces must stay out of.
 pub trait Obstacle: Sync {
@@ -34,6 +35,12 @@ pub trait Obstacle: Sync {
         row
     }
 
+    /// The smallest radius of curvature of the surface where a row touches it, if it is round there; 0 of what does not roll: an edge, a
+    /// plane, a hollow. For rows of rigid bodies: see [`Rounding`](crate::Rounding).
+    fn radius_of_curvature(&self, _: &Row<f64>) -> f64 {
+        0.0
+    }
+
     /// A frame in which the field stands still, and the field's slope bound: there a [`Memory`](crate::Memory) holds from frame to
     /// frame. `None` of a field that changes.
     fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
@@ -54,9 +61,41 @@ impl Obstacle for Field {
         Field::contacts_in_motion(self, mesh, options)
     }
 
+    fn radius_of_curvature(&self, row: &Row<f64>) -> f64 {
+        radius_of_curvature(self, &Isometry3::identity(), row)
+    }
+
     fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
         Some((Isometry3::identity(), self.slope_bound()))
     }
+}
+
+/// Points of the surface at which its normals are compared lie this share of the body's size apart from the contact.
+const SPREAD: f64 = 1.0 / 64.0;
+
+/// A surface that curves less than a ball of so many times the body's size is flat.
+const MAX_RADIUS: f64 = 2.0;
+
+/// 1 / κ, where κ is the largest principal curvature: the largest eigenvalue of tᵢ · ∂n/∂tⱼ over two tangents t. n is the direction of the
+/// smooth gradient, differenced over ± a share of the size of the field's body, or a cell.
+fn radius_of_curvature(field: &Field, frame: &Isometry3<f64>, row: &Row<f64>) -> f64 {
+    let (bounds, cell) = match field.grid().map(|grid| grid.lattice()) {
+        Some(lattice) => (lattice.bounds(), lattice.spacing()),
+        None => (field.bounds(0.0), 0.0),
+    };
+    let size = 0.5 * bounds.longest_side();
+    if !size.is_finite() {
+        return 0.0;
+    }
+    let at = frame.inverse_transform_point(&row.surface_point.into()).coords;
+    let tangents = row.tangents().map(|tangent| frame.inverse_transform_vector(&tangent));
+    let step = cell.max(SPREAD * size);
+    let normal = |point: V3| field.as_any().evaluate_smooth(point).gradient.try_normalize(0.0).unwrap_or_default();
+    let turns = tangents.map(|tangent| (normal(at + tangent * step) - normal(at - tangent * step)) / (2.0 * step));
+    let [a, b, c] =
+        [(0, 0), (0, 1), (1, 1)].map(|(i, j)| 0.5 * (tangents[i].dot(&turns[j]) + tangents[j].dot(&turns[i])));
+    let curvature = 0.5 * (a + c) + (0.25 * (a - c) * (a - c) + b * b).sqrt();
+    if curvature * MAX_RADIUS * size > 1.0 { 1.0 / curvature } else { 0.0 }
 }
 
 /// A field that stands still somewhere else.
@@ -75,6 +114,10 @@ impl Obstacle for Placed<'_> {
 
     fn contacts_in_motion(&self, mesh: &MeshInMotion, options: &ContactOptions) -> Result<Contacts, QueryError> {
         self.field.contacts_in_motion(mesh, &ContactOptions { pose: Some(self.pose), ..*options })
+    }
+
+    fn radius_of_curvature(&self, row: &Row<f64>) -> f64 {
+        radius_of_curvature(self.field, &isometry(&self.pose), row)
     }
 
     fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
@@ -104,6 +147,10 @@ impl Obstacle for Carried<'_> {
 
     fn complete(&self, row: Row<f64>) -> Row<f64> {
         row.with_field(RowSide::body(self.id, self.body.position, row.surface_point))
+    }
+
+    fn radius_of_curvature(&self, row: &Row<f64>) -> f64 {
+        radius_of_curvature(self.field, &self.body.isometry(), row)
     }
 
     fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {

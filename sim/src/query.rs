@@ -6,7 +6,7 @@ use sdf_field::{ContactOptions, MeshInMotion, MeshView, Method, QueryError, Thre
 
 use crate::memory::{self, Again, Asked, Memory};
 use crate::obstacle::Obstacle;
-use crate::row::Rows;
+use crate::row::{Rounding, Rows};
 use crate::sheet_normal::SheetNormals;
 use crate::surface::{Carrier, Surface};
 use crate::{V3, World};
@@ -214,7 +214,9 @@ impl Query {
                 Some(row) => {
                     let normal = normals.as_ref().map_or(row.normal, |normals| normals.direction(&contact));
                     let row = Row { normal, friction: self.friction, element: surface.side(&contact, world), ..row };
-                    contacts.rows.push(obstacle.complete(row));
+                    let row = obstacle.complete(row);
+                    let rounding = Rounding::of(&row, matches!(contact.feature, Feature::Face(_)), obstacle);
+                    contacts.rows.push_round(row, rounding);
                     contacts.contacts.push(contact);
                 }
                 None => contacts.without_normal_count += 1,

@@ -120,20 +120,20 @@ impl Body {
         self.rotation = turn(&(angular * dt)) * start;
     }
 
-    /// Length that a push of one unit along `direction` at the arm moves the point: 1/m + (r × n)·I⁻¹(r × n).
+    /// Length that a push of one unit along `direction` at the arm, in the world, moves the point: 1/m + (r × n)·I⁻¹(r × n).
     pub(crate) fn inv_mass_at(&self, arm: &V3, direction: &V3) -> f64 {
-        let lever = arm.cross(&(self.rotation.inverse() * direction));
+        let lever = self.rotation.inverse() * arm.cross(direction);
         self.inv_mass + lever.dot(&(self.inv_inertia * lever))
     }
 
-    /// Pushes at the arm by mass · length, within a step of `dt`.
+    /// Pushes at the arm, in the world, by mass · length, within a step of `dt`.
     pub(crate) fn push(&mut self, arm: &V3, push: &V3, dt: f64) {
         if self.inv_mass <= 0.0 {
             return;
         }
         self.position += push * self.inv_mass;
         self.velocity += push * (self.inv_mass / dt);
-        self.twist(&(self.rotation * arm).cross(push), dt);
+        self.twist(&arm.cross(push), dt);
     }
 
     /// Turns the body by a twist, mass · length², within a step of `dt`.

@@ -72,6 +72,8 @@ pub struct World {
     pub passes: Passes,
     previous: Vec<V3>,
     previous_poses: Vec<(V3, UnitQuaternion<f64>)>,
+    /// Rotations as the step began; those of `previous_poses` are shifted with their bodies.
+    start_rotations: Vec<UnitQuaternion<f64>>,
     stretch_multipliers: Vec<f64>,
     /// Edges that carried much in the last step.
     loaded: Vec<u32>,
@@ -118,6 +120,7 @@ impl Default for World {
             passes: Passes::ThereAndBack,
             previous: vec![],
             previous_poses: vec![],
+            start_rotations: vec![],
             stretch_multipliers: vec![],
             loaded: vec![],
             tet_multipliers: vec![],
@@ -147,6 +150,8 @@ impl World {
 
     /// Moves everything on by `dt`.
     pub fn step(&mut self, dt: f64, rows: &mut Rows) {
+        self.start_rotations.clear();
+        self.start_rotations.extend(self.bodies.iter().map(|body| body.rotation));
         self.prepare(rows);
         rows.age += dt;
         self.predict(dt);

@@ -3,10 +3,11 @@
 //! torque of at most a lever times all that was pushed.
 
 use sdf_core::contact::{Row, RowSide};
+use sdf_core::nalgebra::UnitQuaternion;
 
 use super::World;
-use crate::V3;
-use crate::row::Rows;
+use crate::row::{Rounding, Rows};
+use crate::{Body, V3};
 
 /// A row as a pass takes it: gap = n · (a − b − age · velocity) + offset. A fixed side stands at the origin.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +15,8 @@ pub(crate) struct Touch {
     element: Side,
     field: Side,
     normal: V3,
+    /// The body that the normal turns with, and the normal in its frame.
+    turns_with: Option<(u32, V3)>,
     velocity: V3,
     offset: f64,
     friction: f64,
@@ -38,9 +41,12 @@ enum Side {
         first: u32,
         count: u32,
     },
-    /// A point in a body's frame.
+    /// A point of a body: `radius` along the row's normal beyond a center that turns with the body, and as the last step began at
+    /// `arm` from the body's position.
     Body {
         id: u32,
+        center: V3,
+        radius: f64,
         arm: V3,
     },
 }
@@ -61,20 +67,43 @@ impl World {
                 corners.resize_with(self.tets.len(), Default::default);
                 corners.iter_mut().zip(&self.tets).for_each(|(corners, tet)| *corners = tet.corners);
             }
-            let [element, field] = [row.element, row.field].map(|side| self.side(&side, &corners, &mut rows.terms));
-            let touch = self.touch_of(&row, element, field, rows);
+            let rounding = rows.rounding(index);
+            let element = self.side(&row.element, V3::zeros(), &corners, &mut rows.terms);
+            let field = self.side(&row.field, row.normal * rounding.radius, &corners, &mut rows.terms);
+            let touch =
+                Touch { turns_with: self.turns_with(&row, rounding), ..self.touch_of(&row, element, field, rows) };
             rows.touches.push(touch);
         }
         for touch in &mut rows.touches {
             (touch.pushed, touch.held, touch.twisted) = (0.0, V3::zeros(), V3::zeros());
+            if let Some((id, normal)) = touch.turns_with {
+                touch.normal = self.bodies[id as usize].rotation * normal;
+            }
+            for side in [&mut touch.element, &mut touch.field] {
+                if let Side::Body { id, center, radius, arm } = side {
+                    *arm = self.bodies[*id as usize].rotation * *center + touch.normal * *radius;
+                }
+            }
         }
     }
 
-    fn side(&self, side: &RowSide<f64>, tets: &[[u32; 4]], terms: &mut Vec<(u32, f64)>) -> Side {
+    /// The body of a flat element on a round field: the plane of the element is that of the contact.
+    fn turns_with(&self, row: &Row<f64>, rounding: Rounding) -> Option<(u32, V3)> {
+        match row.element {
+            RowSide::Body { body, .. } if rounding.is_flat && rounding.radius > 0.0 => {
+                Some((body, self.bodies[body as usize].rotation.inverse() * row.normal))
+            }
+            _ => None,
+        }
+    }
+
+    /// The side of a row; a body's center of curvature is `rounded` before the point.
+    fn side(&self, side: &RowSide<f64>, rounded: V3, tets: &[[u32; 4]], terms: &mut Vec<(u32, f64)>) -> Side {
         match side {
             RowSide::Fixed => Side::Fixed,
             RowSide::Body { body, arm } => {
-                Side::Body { id: *body, arm: self.bodies[*body as usize].rotation.inverse() * arm }
+                let center = self.bodies[*body as usize].rotation.inverse() * (arm - rounded);
+                Side::Body { id: *body, center, radius: rounded.norm(), arm: *arm }
             }
             _ => {
                 let first = terms.len();
@@ -103,6 +132,7 @@ impl World {
             element,
             field,
             normal: row.normal,
+            turns_with: None,
             velocity: row.surface_velocity,
             offset: row.gap - row.normal.dot(&between),
             friction: row.friction,
@@ -208,19 +238,29 @@ impl World {
         self.shift(&touch.field, rows, &-push);
     }
 
+    /// Where a side is now. A body's point moves by its turn since the step began × arm, without the second order of a turn: a ball
+    /// neither sinks nor rises where it rolls.
     fn at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
-            Side::Body { id, arm } => self.bodies[*id as usize].world_point(arm),
+            Side::Body { id, arm, .. } => {
+                let Body { position, rotation, .. } = &self.bodies[*id as usize];
+                self.carried(*id, position, rotation, arm)
+            }
             _ => mean(&self.x, terms_of(side, rows)),
         }
+    }
+
+    fn carried(&self, id: u32, position: &V3, rotation: &UnitQuaternion<f64>, arm: &V3) -> V3 {
+        let turn = (rotation * self.start_rotations[id as usize].inverse()).imag() * 2.0;
+        position + arm + turn.cross(arm)
     }
 
     /// Where a side was when the step began.
     fn was_at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
-            Side::Body { id, arm } => {
+            Side::Body { id, arm, .. } => {
                 let (position, rotation) = &self.previous_poses[*id as usize];
-                position + rotation * arm
+                self.carried(*id, position, rotation, arm)
             }
             _ => mean(&self.previous, terms_of(side, rows)),
         }
@@ -228,14 +268,14 @@ impl World {
 
     fn inv_mass_of(&self, touch: &Touch, direction: &V3) -> f64 {
         let of_body = |side: &Side| match side {
-            Side::Body { id, arm } => self.bodies[*id as usize].inv_mass_at(arm, direction),
+            Side::Body { id, arm, .. } => self.bodies[*id as usize].inv_mass_at(arm, direction),
             _ => 0.0,
         };
         touch.particle_weight + of_body(&touch.element) + of_body(&touch.field)
     }
 
     fn push(&mut self, side: &Side, rows: &Rows, push: &V3, dt: f64) {
-        if let Side::Body { id, arm } = side {
+        if let Side::Body { id, arm, .. } = side {
             self.bodies[*id as usize].push(arm, push, dt);
         }
         for (id, weight) in terms_of(side, rows) {
@@ -246,9 +286,9 @@ impl World {
 
     /// A push that leaves velocities as they are: where a side was at the beginning of the step moves too.
     fn shift(&mut self, side: &Side, rows: &Rows, push: &V3) {
-        if let Side::Body { id, arm } = side {
+        if let Side::Body { id, arm, .. } = side {
             let id = *id as usize;
-            let twist = (self.bodies[id].rotation * arm).cross(push);
+            let twist = arm.cross(push);
             let (position, rotation) = &mut self.previous_poses[id];
             self.bodies[id].shift(push, &twist, position, rotation);
         }

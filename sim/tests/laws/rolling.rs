@@ -52,14 +52,24 @@ fn roll(degrees: f64, speed: f64, lever: f64, frames: u32) -> (f64, Body) {
 #[test]
 fn a_ball_holds_and_rolls_within_one_degree_of_the_angle_of_its_rolling_friction() {
     let lever = RADIUS * ANGLE.to_radians().tan();
-    // It creeps: depth is undone at points that were found a frame ago. Without rolling friction it rolls by thirty times as much.
+    // It creeps in the frame in which it is let go. Without rolling friction it rolls by sixty times as much.
     let [held, free] = [lever, 0.0].map(|lever| roll(ANGLE - 1.0, 0.0, lever, 60).1.position.x);
-    assert!(held.abs() < 0.005 && free > 0.08, "it rolled by {held}, without friction by {free}");
+    assert!(held.abs() < 0.003 && free > 0.08, "it rolled by {held}, without friction by {free}");
     let rolled = roll(ANGLE + 1.0, 0.0, lever, 60).1.position.x;
     let angle = (ANGLE + 1.0).to_radians();
     // A full ball turns with two fifths of its mass at its rim.
     let expected = 0.5 * GRAVITY * (angle.sin() - ANGLE.to_radians().tan() * angle.cos()) / 1.4;
-    assert!((rolled - expected).abs() < 0.25 * expected, "it rolled by {rolled}, not by {expected}");
+    assert!((rolled - expected).abs() < 0.05 * expected, "it rolled by {rolled}, not by {expected}");
+}
+
+#[test]
+fn a_ball_that_nothing_holds_rolls_on_at_its_speed() {
+    let speed = 0.5;
+    let (gain, ball) = roll(0.0, speed, 0.0, 180);
+    let energy = 0.7 * 2.0 * speed * speed;
+    // The search knows a minimum's height, not its place: the push leans a little. On a floor a quarter as large it is a tenth of that.
+    assert!(gain < 0.005 * energy, "{gain} of {energy}");
+    assert!((ball.velocity.x - speed).abs() < 0.005 * speed, "{}", ball.velocity);
 }
 
 #[test]
@@ -69,8 +79,7 @@ fn a_rolling_ball_stops_where_its_rolling_friction_has_used_up_its_energy() {
     let (gain, stopped) = roll(0.0, speed, lever, 180);
     let expected = speed * speed * 1.4 / (2.0 * GRAVITY * ANGLE.to_radians().tan());
     assert!(gain < 1e-9, "{gain}");
-    // A ball that rolls gains a little where depth is undone (docs/simulation.md), and so it gets a little farther.
     let share = stopped.position.x / expected;
-    assert!((0.95..1.3).contains(&share), "{} and not {expected}", stopped.position.x);
+    assert!((0.98..1.02).contains(&share), "{} and not {expected}", stopped.position.x);
     assert!(stopped.velocity.norm() < 0.01, "{}", stopped.velocity);
 }
