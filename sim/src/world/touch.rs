@@ -9,7 +9,7 @@ use super::World;
 use crate::row::{Rounding, Rows};
 use crate::{Body, V3};
 
-/// A row as a pass takes it: gap = n · (a − b − age · velocity) + offset. A fixed side stands at the origin.
+/// A row as a pass takes it: gap = n · (a − b − age · velocity) + offset. A fixed side that is not round stands at the origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
     element: Side,
@@ -35,20 +35,13 @@ pub(crate) struct Touch {
 
 #[derive(Clone, Copy, Debug)]
 enum Side {
-    Fixed,
+    /// A point that stands still: `radius` along the row's normal beyond a center.
+    Fixed { center: V3, radius: f64, point: V3 },
     /// Entries of [`Rows::terms`].
-    Particles {
-        first: u32,
-        count: u32,
-    },
+    Particles { first: u32, count: u32 },
     /// A point of a body: `radius` along the row's normal beyond a center that turns with the body, and as the last step began at
     /// `arm` from the body's position.
-    Body {
-        id: u32,
-        center: V3,
-        radius: f64,
-        arm: V3,
-    },
+    Body { id: u32, center: V3, radius: f64, arm: V3 },
 }
 
 /// With equal masses a push moves no corner by more than (1 + √2)/2 ≈ 1.21 depths on an edge, and 1.37 on a face. A corner that weighs
@@ -68,8 +61,8 @@ impl World {
                 corners.iter_mut().zip(&self.tets).for_each(|(corners, tet)| *corners = tet.corners);
             }
             let rounding = rows.rounding(index);
-            let element = self.side(&row.element, V3::zeros(), &corners, &mut rows.terms);
-            let field = self.side(&row.field, row.normal * rounding.radius, &corners, &mut rows.terms);
+            let element = self.side(&row, &row.element, 0.0, &corners, &mut rows.terms);
+            let field = self.side(&row, &row.field, rounding.radius, &corners, &mut rows.terms);
             let touch =
                 Touch { turns_with: self.turns_with(&row, rounding), ..self.touch_of(&row, element, field, rows) };
             rows.touches.push(touch);
@@ -79,11 +72,32 @@ impl World {
             if let Some((id, normal)) = touch.turns_with {
                 touch.normal = self.bodies[id as usize].rotation * normal;
             }
+            let normal = touch.normal;
             for side in [&mut touch.element, &mut touch.field] {
-                if let Side::Body { id, center, radius, arm } = side {
-                    *arm = self.bodies[*id as usize].rotation * *center + touch.normal * *radius;
+                match side {
+                    Side::Fixed { center, radius, point } => *point = *center + normal * *radius,
+                    Side::Body { id, center, radius, arm } => {
+                        *arm = self.bodies[*id as usize].rotation * *center + normal * *radius;
+                    }
+                    Side::Particles { .. } => {}
                 }
             }
+            if touch.turns_with.is_some() {
+                let [element, field] = [&touch.element, &touch.field].map(|side| self.began_at(side));
+                let beside = (field - element) - normal * normal.dot(&(field - element));
+                if let Side::Body { arm, .. } = &mut touch.element {
+                    *arm += beside;
+                }
+            }
+        }
+    }
+
+    /// Where a side that is no particles was as the step began.
+    fn began_at(&self, side: &Side) -> V3 {
+        match side {
+            Side::Fixed { point, .. } => *point,
+            Side::Body { id, arm, .. } => self.bodies[*id as usize].position + arm,
+            Side::Particles { .. } => V3::zeros(),
         }
     }
 
@@ -97,13 +111,24 @@ impl World {
         }
     }
 
-    /// The side of a row; a body's center of curvature is `rounded` before the point.
-    fn side(&self, side: &RowSide<f64>, rounded: V3, tets: &[[u32; 4]], terms: &mut Vec<(u32, f64)>) -> Side {
+    /// A side of a row, which is round with a radius.
+    fn side(
+        &self,
+        row: &Row<f64>,
+        side: &RowSide<f64>,
+        radius: f64,
+        tets: &[[u32; 4]],
+        terms: &mut Vec<(u32, f64)>,
+    ) -> Side {
         match side {
-            RowSide::Fixed => Side::Fixed,
+            RowSide::Fixed if radius > 0.0 => {
+                let point = row.surface_point;
+                Side::Fixed { center: point - row.normal * radius, radius, point }
+            }
+            RowSide::Fixed => Side::Fixed { center: V3::zeros(), radius, point: V3::zeros() },
             RowSide::Body { body, arm } => {
-                let center = self.bodies[*body as usize].rotation.inverse() * (arm - rounded);
-                Side::Body { id: *body, center, radius: rounded.norm(), arm: *arm }
+                let center = self.bodies[*body as usize].rotation.inverse() * (arm - row.normal * radius);
+                Side::Body { id: *body, center, radius, arm: *arm }
             }
             _ => {
                 let first = terms.len();
@@ -228,7 +253,7 @@ impl World {
     fn push_apart(&mut self, touch: &Touch, rows: &Rows, push: V3, dt: f64) {
         self.push(&touch.element, rows, &push, dt);
         self.push(&touch.field, rows, &-push, dt);
-        if matches!(touch.field, Side::Fixed) {
+        if matches!(touch.field, Side::Fixed { .. }) {
             self.outer.add(&(push / dt));
         }
     }
@@ -242,6 +267,7 @@ impl World {
     /// neither sinks nor rises where it rolls.
     fn at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
+            Side::Fixed { point, .. } => *point,
             Side::Body { id, arm, .. } => {
                 let Body { position, rotation, .. } = &self.bodies[*id as usize];
                 self.carried(*id, position, rotation, arm)
@@ -258,6 +284,7 @@ impl World {
     /// Where a side was when the step began.
     fn was_at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
+            Side::Fixed { point, .. } => *point,
             Side::Body { id, arm, .. } => {
                 let (position, rotation) = &self.previous_poses[*id as usize];
                 self.carried(*id, position, rotation, arm)

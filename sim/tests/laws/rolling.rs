@@ -1,6 +1,6 @@
 //! Rolling friction: a ball holds and rolls at its angle, and stops where it must.
 
-use sdf_core::nalgebra::Matrix3;
+use sdf_core::nalgebra::{Matrix3, UnitQuaternion};
 use sdf_core::shapes::Sphere;
 use sdf_field::Field;
 use sdf_sim::{Body, Carried, Carrier, Contacts, Motion, Query, Surface, World};
@@ -82,4 +82,36 @@ fn a_rolling_ball_stops_where_its_rolling_friction_has_used_up_its_energy() {
     let share = stopped.position.x / expected;
     assert!((0.98..1.02).contains(&share), "{} and not {expected}", stopped.position.x);
     assert!(stopped.velocity.norm() < 0.01, "{}", stopped.velocity);
+}
+
+/// A plank rolls to and fro on a round log, of radius 1, that stands still: its middle is at (R + h) n − R θ t at the tilt θ, where n is
+/// the plank's normal and t its length.
+#[test]
+fn a_plank_that_rocks_on_a_log_gains_no_energy() {
+    let (half, tilt) = ([1.2, 0.3, 0.05], 0.2_f64);
+    let (points, faces) = cuboid(half);
+    let (body, points) = Body::of_mesh(&points, &faces, 1.0).unwrap();
+    let mut world = crate::falling();
+    let [n, t] = [V3::new(tilt.sin(), 0.0, tilt.cos()), V3::new(tilt.cos(), 0.0, -tilt.sin())];
+    let rotation = UnitQuaternion::from_axis_angle(&V3::y_axis(), tilt);
+    let plank = world.add_body(Body { position: n * (1.0 + half[2]) - t * tilt, rotation, ..body });
+    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id: plank, points });
+    let log = Field::new(Sphere::new(1.0).unwrap());
+    let query = Query { friction: 1.0, ..Query::default() };
+    let (start, mut gain, mut tilts) = (world.energy(), 0.0_f64, vec![]);
+    let mut contacts = Contacts::default();
+    for _ in 0..240 {
+        contacts.clear();
+        query.find(&log, &surface, &world, &Motion::of(&world, 10.0 * DT), &mut contacts).unwrap();
+        for _ in 0..10 {
+            world.step(DT, contacts.rows());
+            gain = gain.max(world.energy() - start);
+        }
+        tilts.push((world.bodies[plank as usize].rotation * V3::z()).x);
+    }
+    let back = tilts.iter().fold(0.0_f64, |least, tilt| least.min(*tilt));
+    let forth = tilts[120..].iter().fold(0.0_f64, |most, tilt| most.max(*tilt));
+    let scale = start - GRAVITY * (1.0 + half[2]);
+    assert!(gain < 0.02 * scale, "{gain} of {scale}");
+    assert!([-back, forth].iter().all(|to| (to / tilt.sin() - 1.0).abs() < 0.02), "from {tilt} to {back} and {forth}");
 }
