@@ -3,7 +3,7 @@
 use sdf_bake::{ClosestPoints, DepthLimits, MeshDistance, MeshSurface, Probe, SignMethod};
 use sdf_core::nalgebra::Vector3;
 
-use crate::meshes::{Mesh, cube, icosphere, tetrahedron};
+use crate::meshes::{Mesh, block, cube, icosphere, tetrahedron};
 use crate::random::Random;
 
 const STEPS: u32 = 48;
@@ -82,4 +82,21 @@ fn no_point_of_an_element_is_nearer_or_deeper_than_what_is_found() {
     }
     println!("{outside} outside, {inside} inside, {settled} of them settled");
     assert!(outside > 30 && inside > 200 && settled * 100 >= inside * 97, "{outside} {inside} {settled}");
+}
+
+/// A box 3.5 high, and a segment from its top down by 2: halfway through the box, which is 1.75 deep, the bottom is as near as the top. From
+/// the segment's middle it is farther off than the segment is long, and so is missed by a list that does not know the middle's distance.
+#[test]
+fn what_is_behind_the_far_end_of_an_element_counts() {
+    let mesh = block([20.0, 20.0, 1.75]).refined();
+    let surface = MeshSurface::new(mesh.baked(), SignMethod::PseudoNormal, true);
+    let corners = [Vector3::new(0.1, 0.2, 1.75), Vector3::new(0.1, 0.2, -0.25)];
+    for (index, corner) in corners.iter().enumerate() {
+        let weights = std::array::from_fn(|at| f64::from(u8::from(at == index)));
+        let known = Probe { weights, at: surface.nearest(*corner, 0, None) };
+        let limits = DepthLimits { tolerance: 1e-6, least_depth: f64::NEG_INFINITY, evaluations: 4096 };
+        let found = surface.deepest(&corners, &[known], limits);
+        assert!((found.probe.at.distance + 1.75).abs() < 1e-5 && found.is_settled, "from {index}: {found:?}");
+        assert!(found.lower_bound <= -1.75, "from {index}: {found:?}");
+    }
 }
