@@ -108,7 +108,7 @@ impl BrickMap {
         distances
     }
 
-    /// What a search finds of a node of the coarse grid: its distance exactly near the surface.
+    /// Searches a node of the coarse grid: its distance is exact near the surface.
     fn searched_node(&self, marked: &Marked, at: &MarkedNode, guess: &mut usize) -> SearchedNode {
         let mesh = marked.mesh;
         let from_crossed = (f64::from(at.gap) * self.spacing) as f32 * (1.0 - f32::EPSILON);
