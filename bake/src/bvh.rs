@@ -7,7 +7,7 @@
 //!
 //! | question | file |
 //! |---|---|
-//! | Where does a cell lie on the curve? | `sdf_core::hilbert` |
+//! | Where does a cell lie on the curve? | `sdf_core::hilbert`, `curve_order` |
 //! | Which triangle is nearest to a point? Which triangles are near a point or meet a box? | `query` |
 //! | Which triangles can be nearest to some point of a box? | `prune` |
 //! | Which disc encloses a node's triangles? It is much thinner than the box on a smooth mesh | `bounding_disc` |
@@ -19,11 +19,12 @@ mod query;
 use std::ops::Deref;
 use std::sync::OnceLock;
 
-use sdf_core::hilbert::{BITS, hilbert_index};
+use sdf_core::hilbert::BITS;
 use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::bounding_disc::BoundingDisc;
+use crate::curve_order::curve_order;
 use crate::simd::{LANES, Lanes, VectorX8};
 use crate::triangle::approx::{ApproxTriangle, UnitFrame};
 pub(crate) use prune::PruneBound;
@@ -156,13 +157,11 @@ impl Bvh {
         }
         let bounds = mesh.bounds();
         let cells_per_length = f64::from((1_u32 << BITS) - 1) / bounds.longest_side();
-        let mut order: Vec<(u64, u32)> = sdf_parallel::map(mesh.triangle_count(), |triangle| {
+        curve_order(mesh.triangle_count(), |triangle| {
             let [a, b, c] = mesh.corner_points(mesh.triangles[triangle]);
             let from_corner = a / 3.0 + b / 3.0 + c / 3.0 - Vector3::from(bounds.min);
-            (hilbert_index((from_corner * cells_per_length).map(|x| x as u32).into()), triangle as u32)
-        });
-        sdf_parallel::sort(&mut order);
-        order.into_iter().map(|(_, triangle)| triangle).collect()
+            (from_corner * cells_per_length).map(|x| x as u32).into()
+        })
     }
 
     /// Approximations of all slots in [`Self::frame`]; none before [`Self::prepare_packets`].

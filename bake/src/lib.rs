@@ -32,6 +32,7 @@
 
 mod baked_grid;
 mod bvh;
+mod curve_order;
 pub mod dense;
 mod error;
 pub mod error_budget;

@@ -7,26 +7,39 @@ pub const BITS: u32 = 20;
 /// Index of a cell along the Hilbert curve. Coordinates are below 2^[`BITS`].
 #[inline]
 pub fn hilbert_index(cell: [u32; 3]) -> u64 {
-    let mut x = cell;
+    hilbert_indices(cell.map(|coordinate| [coordinate]))[0]
+}
+
+/// [`hilbert_index`] of several cells side by side, given by their x, y and z: the loops over them compile to vector instructions.
+#[inline(always)]
+pub fn hilbert_indices<const N: usize>(cells: [[u32; N]; 3]) -> [u64; N] {
+    let mut x = cells;
     // Branch-free: the bits are unpredictable.
     let bit_mask = |number: u32, bit: u32| 0_u32.wrapping_sub(number >> bit & 1);
     for bit in (1..BITS).rev() {
         let low_bits = (1 << bit) - 1;
         for axis in 0..3 {
-            let is_set = bit_mask(x[axis], bit);
-            let swap = (x[0] ^ x[axis]) & low_bits & !is_set;
-            x[0] ^= swap | low_bits & is_set;
-            x[axis] ^= swap;
+            for lane in 0..N {
+                let is_set = bit_mask(x[axis][lane], bit);
+                let swap = (x[0][lane] ^ x[axis][lane]) & low_bits & !is_set;
+                x[0][lane] ^= swap | low_bits & is_set;
+                x[axis][lane] ^= swap;
+            }
         }
     }
-    x[1] ^= x[0];
-    x[2] ^= x[1];
-    let turn = (1..BITS).fold(0, |turn, bit| turn ^ ((1 << bit) - 1) & bit_mask(x[2], bit));
-    let [a, b, c] = x.map(|coordinate| spread_bits(coordinate ^ turn));
-    a << 2 | b << 1 | c
+    let mut indices = [0; N];
+    for lane in 0..N {
+        x[1][lane] ^= x[0][lane];
+        x[2][lane] ^= x[1][lane];
+        let turn = (1..BITS).fold(0, |turn, bit| turn ^ ((1 << bit) - 1) & bit_mask(x[2][lane], bit));
+        let [a, b, c] = [0, 1, 2].map(|axis: usize| spread_bits(x[axis][lane] ^ turn));
+        indices[lane] = a << 2 | b << 1 | c;
+    }
+    indices
 }
 
 /// Inserts two zeros before each of the lowest 21 bits (Morton code of one coordinate).
+#[inline(always)]
 fn spread_bits(bits: u32) -> u64 {
     let steps = [
         (32, 0x001f_0000_0000_ffff),

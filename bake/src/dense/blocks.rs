@@ -16,10 +16,10 @@
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{BlockCode, DenseBlocks, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale, brick_counts};
-use sdf_core::hilbert::hilbert_index;
 
 use super::measured;
 use crate::baked_grid::FITS;
+use crate::curve_order::curve_order;
 use crate::nearest::{SIDE, packet_rows};
 use crate::{BakedGrid, DenseGrid};
 
@@ -132,9 +132,7 @@ impl DenseGrid {
         let slot = |index: usize| {
             [index % counts[0], index / counts[0] % counts[1], index / counts[0] / counts[1]].map(|n| n as u32)
         };
-        let mut order = sdf_parallel::map(block_count, |index| (hilbert_index(slot(index)), index as u32));
-        sdf_parallel::sort(&mut order);
-        let order: Vec<usize> = order.into_iter().map(|(_, index)| index as usize).collect();
+        let order: Vec<usize> = curve_order(block_count, slot).into_iter().map(|index| index as usize).collect();
         let mut samples = vec![C::default(); codes.len()];
         let ordered = samples.chunks_mut(BRICK_SAMPLES).zip(&order).collect();
         sdf_parallel::for_each(ordered, |(samples, index): (&mut [C], &usize)| {

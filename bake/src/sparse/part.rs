@@ -13,6 +13,7 @@ use sdf_core::hilbert::hilbert_index;
 
 use super::splat::{BLOCK, BrickRecord};
 use super::{Quantize, SLOTS_AT_A_TIME, SparseBaker};
+use crate::curve_order::curve_order;
 
 /// A part of the bricks of a grid: the `index`-th of `count` parts, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +101,7 @@ impl SparseBaker<'_> {
         }
         let coarse = map.coarse();
         let table = coarse.table(&near.slots);
-        let is_own = |slot: [u32; 3]| stretch.contains(hilbert_index(slot));
+        let is_own = |slot: [u32; 3]| stretch.is_whole() || stretch.contains(hilbert_index(slot));
         let may_be_empty = |slot: [u32; 3]| {
             let index = map.index(slot);
             let is_known = is_own(slot) || !map.may_need_brick(index);
@@ -124,9 +125,7 @@ impl SparseBaker<'_> {
         let map = &self.map;
         let near = sdf_parallel::filter(map.slot_count(), |index| map.may_need_brick(index));
         let slot = |at: usize| map.slot(near[at]);
-        let mut order = sdf_parallel::map(near.len(), |at| (hilbert_index(slot(at)), at as u32));
-        sdf_parallel::sort(&mut order);
-        order.into_iter().map(|(_, at)| slot(at as usize)).collect()
+        curve_order(near.len(), slot).into_iter().map(|at| slot(at as usize)).collect()
     }
 }
 
@@ -153,6 +152,11 @@ impl Stretch {
         let start = if index == 0 { 0 } else { index_at(first) };
         let stop = if index + 1 == count { u64::MAX } else { index_at(end) };
         Self { first, end, indices: start..stop }
+    }
+
+    /// Does it hold all slots?
+    fn is_whole(&self) -> bool {
+        self.indices == (0..u64::MAX)
     }
 
     fn contains(&self, index: u64) -> bool {

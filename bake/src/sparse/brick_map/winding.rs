@@ -12,6 +12,17 @@ use crate::sparse::slot_bits::SlotBits;
 /// Distance of the middle of a slot's cells from the sides of the box of its nodes, in voxels.
 const FROM_NODES: f64 = 3.0;
 
+/// A node of the coarse grid, before its side is known.
+#[derive(Clone, Copy)]
+struct SearchedNode {
+    /// Lower bound of its distance.
+    lower: f32,
+    /// A triangle near it.
+    triangle: usize,
+    /// The distance from that triangle, and by how much it may exceed the node's, if it was searched.
+    found: Option<(f64, f64)>,
+}
+
 impl BrickMap {
     /// Fills in the sides and magnitudes of a mesh that winding numbers sign.
     pub(super) fn with_sides_of_windings(mut self, mut marked: Marked) -> Self {
@@ -30,31 +41,41 @@ impl BrickMap {
         let rows = sdf_parallel::map(nodes.len() / row, |line| {
             let mut guess = 0;
             let nodes = nodes[line * row..(line + 1) * row].iter();
-            let found = nodes.map(|node| self.searched_distance(marked, &marked.node(&self, *node), &mut guess));
+            let found = nodes.map(|node| self.searched_node(marked, &marked.node(&self, *node), &mut guess));
             found.collect::<Vec<_>>()
         });
-        let (mut node_distances, guesses): (Vec<f32>, Vec<u32>) = rows.into_iter().flatten().unzip();
+        let searched = rows.concat();
+        let mut node_distances: Vec<f32> = searched.iter().map(|node| node.lower).collect();
         let position = |node: [usize; 3]| Vector3::from(lattice.node(node.map(|n| n as u32 * BRICK)));
         let block = NodeBlock { counts: slot_counts.map(|n| n + 1), spacing: slot_side, position: &position };
         let node_windings = sign_by_slabs(mesh, &block, &mut node_distances);
 
         let found = sdf_parallel::map(nodes.len() / row, |line| {
             let range = line * row..(line + 1) * row;
-            let (nodes, distances, guesses) = (&nodes[range.clone()], &node_distances[range.clone()], &guesses[range]);
+            let (nodes, distances, searched) =
+                (&nodes[range.clone()], &node_distances[range.clone()], &searched[range]);
             let mut last = None;
-            let value = |((node, distance), guess): ((&[u32; 3], &f32), &u32)| {
+            let value = |((node, distance), searched): ((&[u32; 3], &f32), &SearchedNode)| {
                 let at = marked.node(&self, *node);
                 if distance.is_sign_positive() {
                     last = None;
                     return marked.outside_magnitude(&self, &at, f64::from(*distance));
                 }
+                let tolerance = marked.tolerance_inside(&self, &at);
+                if let Some((depth, found_within)) = searched.found
+                    && found_within <= tolerance
+                {
+                    // Another search from that triangle would find no other.
+                    last = Some(searched.triangle);
+                    return self.inside_magnitude(depth as f32);
+                }
                 // Of nodes inside, the one before is nearer than what was found outside.
-                let guess = if at.is_beside_deep { last.unwrap_or(*guess as usize) } else { *guess as usize };
-                let (depth, triangle) = mesh.distance_within(at.position, guess, marked.tolerance_inside(&self, &at));
+                let guess = if at.is_beside_deep { last.unwrap_or(searched.triangle) } else { searched.triangle };
+                let (depth, triangle) = mesh.distance_within(at.position, guess, tolerance);
                 last = Some(triangle);
                 self.inside_magnitude(depth as f32)
             };
-            nodes.iter().zip(distances).zip(guesses).map(value).collect::<Vec<_>>()
+            nodes.iter().zip(distances).zip(searched).map(value).collect::<Vec<_>>()
         });
         let magnitudes = found.concat();
         let inside: Vec<bool> = node_distances.iter().map(|distance| distance.is_sign_negative()).collect();
@@ -87,17 +108,18 @@ impl BrickMap {
         distances
     }
 
-    /// Lower bound of the distance at a node of the coarse grid, and a triangle near it. Exact near the surface.
-    fn searched_distance(&self, marked: &Marked, at: &MarkedNode, guess: &mut usize) -> (f32, u32) {
+    /// Searches a node of the coarse grid: its distance is exact near the surface.
+    fn searched_node(&self, marked: &Marked, at: &MarkedNode, guess: &mut usize) -> SearchedNode {
         let mesh = marked.mesh;
         let from_crossed = (f64::from(at.gap) * self.spacing) as f32 * (1.0 - f32::EPSILON);
         if mesh.is_cancelled() || at.is_beside_deep {
-            return (from_crossed, *guess as u32);
+            return SearchedNode { lower: from_crossed, triangle: *guess, found: None };
         }
         let upper = marked.nearest_around(self.slots_around(at.node), at.position, guess);
         let tolerance = marked.tolerance_outside(self, upper);
         let distance;
         (distance, *guess) = mesh.distance_within(at.position, *guess, tolerance);
-        (from_crossed.max((distance - tolerance) as f32 * (1.0 - f32::EPSILON)), *guess as u32)
+        let lower = from_crossed.max((distance - tolerance) as f32 * (1.0 - f32::EPSILON));
+        SearchedNode { lower, triangle: *guess, found: Some((distance, tolerance)) }
     }
 }

@@ -25,6 +25,9 @@ use crate::simd::lesser_magnitude;
 /// Groups of 4 × 2 × 2 nodes in an octant.
 const GROUPS: usize = 4;
 
+/// Nodes of a group in one layer.
+const HALF: usize = WIDTH / 2;
+
 /// Half diagonal of an octant's nodes, in voxels, rounded up.
 const OCTANT_RADIUS: f32 = 2.5981;
 
@@ -204,11 +207,11 @@ impl BrickDistances {
         for key in &self.by_distance {
             let (pack, lane) = (*key as u32 as usize / WIDTH, *key as u32 as usize % WIDTH);
             let plane = [0, 1, 2, 3].map(|k: usize| self.planes[pack][k][lane]);
-            // The branch keeps the test in vectors: its result used otherwise, the compiler takes it apart.
-            for group in 0..GROUPS {
-                if nearest.can_improve(group, plane) {
-                    nearest.update(group, &self.packed[pack], lane, self.rounding);
-                }
+            let mut groups = nearest.improvable(plane);
+            while groups != 0 {
+                let group = groups.trailing_zeros() as usize;
+                groups &= groups - 1;
+                nearest.update(group, &self.packed[pack], lane, self.rounding);
             }
         }
         self.store(first, &nearest);
@@ -280,18 +283,31 @@ impl Nearest {
         Self { points, limits, all: limits_sq, above: limits_sq, below: limits_sq }
     }
 
-    /// Can a triangle with this supporting plane be nearer to a node of the group than those so far?
+    /// Bits of the groups to a node of which a triangle with this supporting plane can be nearer than those so far.
     #[inline(always)]
-    fn can_improve(&self, group: usize, [x, y, z, distance]: [f32; 4]) -> bool {
-        let points = &GROUP_POINTS[group];
-        let mut can_improve = false;
-        for lane in 0..WIDTH {
-            let at = [points[0][lane], points[1][lane], points[2][lane]];
-            let bound = at[0].mul_add(x, at[1].mul_add(y, at[2].mul_add(z, distance)));
-            let bound = greater(bound, 0.0);
-            can_improve |= bound * bound <= self.all[group][lane];
+    fn improvable(&self, [x, y, z, distance]: [f32; 4]) -> u32 {
+        // Heights of the plane over the first rows of a layer, and over the others.
+        let mut heights = [[0.0; HALF]; 2];
+        for (rows, heights) in heights.iter_mut().enumerate() {
+            for lane in 0..HALF {
+                let at = [GROUP_POINTS[rows][0][lane], GROUP_POINTS[rows][1][lane]];
+                heights[lane] = at[0].mul_add(x, at[1].mul_add(y, distance));
+            }
         }
-        can_improve
+        let mut groups = 0;
+        for group in 0..GROUPS {
+            let mut can_improve = [false; HALF];
+            for layer in 0..2 {
+                let height = z * ((2 * (group / 2) + layer) as f32 - 1.5);
+                for lane in 0..HALF {
+                    let bound = greater(heights[group % 2][lane] + height, 0.0);
+                    can_improve[lane] |= bound * bound <= self.all[group][HALF * layer + lane];
+                }
+            }
+            let any = can_improve.iter().fold(false, |any, lane| any | *lane);
+            groups |= u32::from(any) << group;
+        }
+        groups
     }
 
     #[inline(always)]

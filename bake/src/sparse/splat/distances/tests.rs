@@ -30,9 +30,9 @@ fn a_triangle_is_measured_if_its_plane_is_nearer_than_the_nearest_so_far_and_onl
                 let least = GROUP_POINTS[group][axis].iter().map(|x| sign * x).fold(f32::INFINITY, lesser);
                 for by in [1e-4, 1e-2, 1.0] {
                     plane[3] = distance - by - least;
-                    assert!(nearest.can_improve(group, plane), "{plane:?} of group {group}");
+                    assert!(nearest.improvable(plane) >> group & 1 == 1, "{plane:?} of group {group}");
                     plane[3] = distance + by - least;
-                    assert!(!nearest.can_improve(group, plane), "{plane:?} of group {group}");
+                    assert!(nearest.improvable(plane) >> group & 1 == 0, "{plane:?} of group {group}");
                 }
             }
         }
