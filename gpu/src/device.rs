@@ -41,6 +41,8 @@ pub enum GpuError {
     Unsupported(&'static str),
     #[error("element {element}: vertex {vertex} of {count} does not exist")]
     NoVertex { element: usize, vertex: u32, count: usize },
+    #[error("{0}")]
+    Lent(&'static str),
     #[error("{points} points given for a mesh of {expected}")]
     PointCount { points: usize, expected: usize },
 }

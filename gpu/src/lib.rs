@@ -10,6 +10,7 @@
 //! | `field` | [`GpuField`]: a grid or a union of closed forms in the card's memory |
 //! | `shapes` | closed forms as plain numbers |
 //! | `mesh` | [`GpuMesh`]: points, elements and scratch buffers, kept from frame to frame |
+//! | `lent` | [`LentRows`]: points and faces of other programs that are on the card already, read where they are |
 //! | `options` | [`QueryOptions`]: method, limits, and what becomes of elements that the search does not settle |
 //! | `query` | [`GpuQuery`]: a mesh and a field that stay on the card, and the kernels between them |
 //! | `timing` | [`GpuQuery::time`]: the same, measured by the card's own clock |
@@ -22,6 +23,7 @@
 mod abi;
 mod device;
 mod field;
+mod lent;
 mod mesh;
 mod options;
 mod query;
@@ -31,6 +33,7 @@ mod timing;
 
 pub use device::{Gpu, GpuError};
 pub use field::GpuField;
+pub use lent::{LentRow, LentRows, Ready};
 pub use mesh::{Elements, GpuMesh};
 pub use options::{Method, QueryOptions, Stages, Unsettled};
 pub use query::{GpuContacts, GpuQuery};

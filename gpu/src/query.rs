@@ -18,7 +18,7 @@ use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, counter};
 use crate::device::blocks;
 use crate::options::{QueryOptions, Stages, Unsettled};
 use crate::record::contact;
-use crate::{Gpu, GpuError, GpuField, GpuMesh};
+use crate::{Gpu, GpuError, GpuField, GpuMesh, LentRows};
 
 /// The contacts of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,27 +76,63 @@ impl GpuQuery {
 
     /// Replaces the points of the mesh, in the world.
     pub fn set_points(&mut self, points: &[[f32; 3]]) -> Result<(), GpuError> {
-        self.mesh.set_points(&self.gpu, points)
+        self.mesh.set_points(&self.gpu, points)?;
+        self.show_points();
+        Ok(())
+    }
+
+    /// Replaces the points of the mesh by some that are on the card already, and are read where they are.
+    pub fn lend_points(&mut self, points: LentRows) -> Result<(), GpuError> {
+        self.mesh.lend_points(points)?;
+        self.show_points();
+        Ok(())
+    }
+
+    /// Faces, edges or vertices of the mesh.
+    pub fn element_count(&self) -> usize {
+        self.mesh.element_count as usize
+    }
+
+    /// The points of the mesh, in the world, as they are on the card.
+    pub fn read_points(&self) -> Result<Vec<[f32; 3]>, GpuError> {
+        self.mesh.read_points(&self.gpu)
+    }
+
+    /// The vertices of the elements as they are on the card, three for each face and two for each edge.
+    pub fn read_elements(&self) -> Result<Vec<u32>, GpuError> {
+        let mut indices = self.gpu.stream.clone_dtoh(&self.mesh.elements)?;
+        indices.truncate(self.mesh.index_count());
+        Ok(indices)
     }
 
     /// Moves the field: `None` puts it back into its own frame.
     pub fn set_pose(&mut self, pose: Option<&Rigid>) -> Result<(), GpuError> {
         let needs_room = pose.is_some() && self.mesh.local_points.is_none();
         if needs_room {
+            let numbers = (3 * self.mesh.points.count()).max(1);
             // SAFETY: a kernel writes all of it before another reads it.
-            self.mesh.local_points = Some(unsafe { self.gpu.stream.alloc(self.mesh.points.len())? });
+            self.mesh.local_points = Some(unsafe { self.gpu.stream.alloc(numbers)? });
         }
         self.pose = pose.map(params);
+        self.show_points();
+        Ok(())
+    }
+
+    /// Tells the kernels where the points are.
+    fn show_points(&mut self) {
         let points = self.points();
         self.steps.iter_mut().for_each(|step| step.frame.points = points);
-        Ok(())
     }
 
     /// The contacts: those of `sdf_core::contact::contact::<f32, …>` on the points in the field's frame, bit for bit, in the order of
     /// elements.
     pub fn contacts(&mut self) -> Result<GpuContacts, GpuError> {
-        (0..self.stage_count()).try_for_each(|stage| self.launch(stage))?;
-        self.read()
+        let found = (0..self.stage_count()).try_for_each(|stage| self.launch(stage)).and_then(|()| self.read());
+        if found.is_err() {
+            // No kernel reads lent points after this call.
+            let _ = self.gpu.stream.synchronize();
+        }
+        found
     }
 
     /// The contacts that the last query left in the card's memory.
@@ -129,11 +165,10 @@ impl GpuQuery {
 
     /// Address of the points that the stages read.
     fn points(&self) -> u64 {
-        let points = match (&self.pose, &self.mesh.local_points) {
-            (Some(_), Some(local)) => local,
-            _ => &self.mesh.points,
-        };
-        points.device_ptr(&self.gpu.stream).0
+        match (&self.pose, &self.mesh.local_points) {
+            (Some(_), Some(local)) => local.device_ptr(&self.gpu.stream).0,
+            _ => self.mesh.points.address(&self.gpu),
+        }
     }
 
     fn frame(&self) -> Frame {
@@ -234,10 +269,10 @@ impl GpuQuery {
     }
 
     fn place_points(&mut self, pose: &PoseParams) -> Result<(), GpuError> {
-        let count = (self.mesh.points.len() / 3) as u32;
+        let (count, points) = (self.mesh.points.count() as u32, self.mesh.points.address(&self.gpu));
         let Some(local) = &mut self.mesh.local_points else { return Ok(()) };
         let mut launch = self.gpu.stream.launch_builder(&self.place_points);
-        launch.arg(pose).arg(&self.mesh.points).arg(local).arg(&count);
+        launch.arg(pose).arg(&points).arg(local).arg(&count);
         // SAFETY: both lists have that many points.
         unsafe { launch.launch(blocks(count))? };
         Ok(())
