@@ -18,7 +18,7 @@ mod query;
 use std::path::{Path, PathBuf};
 
 pub use query::CudaQuery;
-pub use sdf_gpu::{Gpu, GpuError, LentRows, Ready};
+pub use sdf_gpu::{CardColumn, CardContacts, Gpu, GpuError, LentRows, Ready};
 
 use crate::compare::{Comparison, Guest};
 use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError};
@@ -41,6 +41,8 @@ pub enum CudaError {
     Query(QueryError),
     /// An option that only the CPU has.
     OnlyOnCpu(&'static str),
+    /// Contacts were to stay on the card, but `Auto` leaves some of the elements to the CPU.
+    LeftToCpu,
 }
 
 impl std::fmt::Display for CudaError {
@@ -54,6 +56,9 @@ impl std::fmt::Display for CudaError {
             Self::Card(error) => error.fmt(f),
             Self::Query(error) => error.fmt(f),
             Self::OnlyOnCpu(what) => write!(f, "{what}: not on a GPU; query on the CPU"),
+            Self::LeftToCpu => {
+                write!(f, "auto leaves elements to the CPU here: take contacts from there, or another method")
+            }
         }
     }
 }

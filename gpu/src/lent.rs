@@ -17,6 +17,13 @@ pub struct LentRows {
     pub(crate) rows: usize,
 }
 
+impl LentRows {
+    /// Number of rows.
+    pub fn count(&self) -> usize {
+        self.rows
+    }
+}
+
 /// A row of a lent array: three numbers of four bytes.
 pub trait LentRow: Copy + Default + private::Sealed {}
 
@@ -59,6 +66,9 @@ impl Gpu {
         self.context.bind_to_thread()?;
         if rows == 0 {
             return Ok(LentRows { address: 0, rows });
+        }
+        if u32::try_from(rows).is_err() {
+            return Err(GpuError::Lent("an array of more rows than 32 bits count"));
         }
         let bytes = (rows as u64).checked_mul(ROW_BYTES).filter(|bytes| address.checked_add(*bytes).is_some());
         check_memory(address, bytes.ok_or(GpuError::Lent("an array of more bytes than there are addresses"))?)?;

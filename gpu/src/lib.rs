@@ -15,12 +15,14 @@
 //! | `query` | [`GpuQuery`]: a mesh and a field that stay on the card, and the kernels between them |
 //! | `timing` | [`GpuQuery::time`]: the same, measured by the card's own clock |
 //! | `record` | a contact as the card writes it |
+//! | `card_contacts` | [`CardContacts`]: contacts that stay on the card |
 //! | `abi` | plain numbers that host and kernels exchange |
 
 #![warn(missing_docs)]
 
 #[allow(missing_docs, dead_code, reason = "described at the types; some of it is for the kernels alone")]
 mod abi;
+mod card_contacts;
 mod device;
 mod field;
 mod lent;
@@ -31,6 +33,7 @@ mod record;
 mod shapes;
 mod timing;
 
+pub use card_contacts::{CardColumn, CardContacts};
 pub use device::{Gpu, GpuError};
 pub use field::GpuField;
 pub use lent::{LentRow, LentRows, Ready};

@@ -18,7 +18,7 @@ use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, counter};
 use crate::device::blocks;
 use crate::options::{QueryOptions, Stages, Unsettled};
 use crate::record::contact;
-use crate::{Gpu, GpuError, GpuField, GpuMesh, LentRows};
+use crate::{CardContacts, Gpu, GpuError, GpuField, GpuMesh, LentRows};
 
 /// The contacts of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -128,8 +128,23 @@ impl GpuQuery {
     /// elements.
     pub fn contacts(&mut self) -> Result<GpuContacts, GpuError> {
         let found = (0..self.stage_count()).try_for_each(|stage| self.launch(stage)).and_then(|()| self.read());
+        self.finished(found)
+    }
+
+    /// The same contacts, left on the card; `None` if [`Unsettled::List`] leaves an element out of them.
+    pub fn contacts_on_card(&mut self) -> Result<Option<CardContacts>, GpuError> {
+        let found = (0..self.stage_count()).try_for_each(|stage| self.launch(stage)).and_then(|()| {
+            let counters = self.gpu.stream.clone_dtoh(&self.mesh.counters)?;
+            let is_open = self.options.unsettled == Unsettled::List && counters[counter::UNSETTLED as usize] > 0;
+            let count = counters[counter::HITS as usize] as usize;
+            (!is_open).then(|| CardContacts::copy(&self.gpu, &self.mesh.contacts, count)).transpose()
+        });
+        self.finished(found)
+    }
+
+    /// After it no kernel reads lent points, whatever failed.
+    fn finished<T>(&self, found: Result<T, GpuError>) -> Result<T, GpuError> {
         if found.is_err() {
-            // No kernel reads lent points after this call.
             let _ = self.gpu.stream.synchronize();
         }
         found

@@ -2,6 +2,7 @@
 //!
 //! | question | file |
 //! |---|---|
+//! | How is a query asked on a card? How do arrays that are there come in and go out? | `cuda`, `card_arrays` |
 //! | How do arrays and meshes of other packages become slices? | `arrays`, `mesh` |
 //! | How does Ctrl-C end a bake? | `bake` |
 //! | What can be asked of a field? | `sdf`, `contacts`, `overlap` |
@@ -12,7 +13,9 @@
 
 mod arrays;
 mod bake;
+mod card_arrays;
 mod contacts;
+mod cuda;
 mod errors;
 mod export;
 mod import;
@@ -34,6 +37,9 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("ELEMENT_NAMES", ContactRow::ELEMENT_NAMES.to_vec())?;
     module.add_class::<sdf::Sdf>()?;
     module.add_class::<overlap::Overlap>()?;
+    module.add_class::<cuda::CudaQuery>()?;
+    module.add_class::<card_arrays::CudaContacts>()?;
+    module.add_class::<card_arrays::CudaColumn>()?;
     module.add_function(wrap_pyfunction!(bake::bake, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::signed_distance, module)?)?;
     module.add_function(wrap_pyfunction!(sdf::load, module)?)?;

@@ -4,7 +4,9 @@
 use sdf_core::AnyField;
 use sdf_core::contact::{Contact, Feature, one_per_feature};
 use sdf_core::placed::Rigid;
-use sdf_gpu::{Elements as CardElements, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages, Unsettled};
+use sdf_gpu::{
+    CardContacts, Elements as CardElements, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages, Unsettled,
+};
 
 use super::{Cuda, CudaError, CudaFaces, CudaPoints};
 use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, contacts};
@@ -123,6 +125,15 @@ impl CudaQuery {
             all.contacts.truncate(count);
         }
         Ok(all)
+    }
+
+    /// The contacts of this frame, left on the card in no particular order: the bits that the kernels found. Refused for one contact
+    /// a feature, and where an element is left to the CPU.
+    pub fn contacts_on_card(&mut self) -> Result<CardContacts, CudaError> {
+        if self.options.one_per_feature {
+            return Err(CudaError::OnlyOnCpu("one contact for each feature"));
+        }
+        self.query.contacts_on_card()?.ok_or(CudaError::LeftToCpu)
     }
 
     /// Contacts of these elements by the search on the CPU, which reads points and faces from the card where they are there alone.
