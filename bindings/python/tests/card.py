@@ -31,7 +31,7 @@ def new_stream():
 class CardArray:
     """Numbers on the card, written there by a stream: they are there once somebody has waited for it."""
 
-    def __init__(self, numbers, stream=DEFAULT_STREAM, **changes):
+    def __init__(self, numbers, stream=DEFAULT_STREAM, /, **changes):
         self.numbers = np.ascontiguousarray(numbers)
         self.changes = changes
         self.address = 0

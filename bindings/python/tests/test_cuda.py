@@ -99,8 +99,8 @@ def test_an_array_without_a_stream_is_there_already():
     stream = new_stream()
     points = CardArray(POINTS, stream)
     points.changes["stream"] = None
-    # Nobody waited: the memory holds what the stub leaves in it.
-    assert len(on_card(points)) == 0
+    # Nobody waited: the memory holds what the stub leaves in it, tiny numbers.
+    assert np.abs(on_card(points)["point"]).max() < 1e-6
     points.changes = {}
     same(on_card(points), on_card())
 
@@ -203,7 +203,7 @@ def expected_kind(name):
 def test_contacts_that_cannot_stay_on_the_card_are_refused():
     far = query(POINTS + np.float32([0.0, 0.0, 50.0])).contacts_on_card()
     assert len(far) == 0 and on_host(far["point"]).shape == (0, 3)
-    with pytest.raises(KeyError, match="'force': give one of element, id"):
+    with pytest.raises(KeyError, match='"force": give one of element, id'):
         far["force"]
     with pytest.raises(ValueError, match="one contact for each feature: not on a GPU"):
         query(one_per_feature=True, method="fw").contacts_on_card()
@@ -292,7 +292,7 @@ REFUSALS = [
     (lambda: BODY.contacts(POINTS, FACES, device="cuda", kernels="/nowhere/kernels.ptx"), FileNotFoundError, "/nowhere/kernels.ptx"),
     (lambda: BODY.contacts(POINTS, FACES, device="cuda", kernels=__file__), ValueError, "test_cuda.py.*kernels do not load"),
     (lambda: BODY.contacts(POINTS, FACES, device="cuda"), FileNotFoundError, "no GPU kernels: .*sdftool"),
-    (lambda: sdftool.CudaQuery(), TypeError, "constructor"),
+    (lambda: sdftool.CudaQuery(), TypeError, "cannot create"),
 ]
 
 

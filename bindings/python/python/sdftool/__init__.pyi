@@ -20,6 +20,7 @@ __all__ = [
     "bake",
     "bowl",
     "capsule",
+    "clear_leftovers",
     "cone",
     "contact_dtype",
     "cuboid",
