@@ -2,7 +2,7 @@
 //!
 //! | method | on the card | then on the CPU |
 //! |---|---|---|
-//! | [`Auto`](Method::Auto) | Frank-Wolfe | what that does not settle, by the certified search in f64 |
+//! | [`Auto`](Method::Auto) | Frank-Wolfe; of faces and dense grids of f32, what that does not settle by the certified search | what is open then, by the certified search in f64 |
 //! | [`Certified`](Method::Certified) | the certified search, of faces and dense grids | nothing |
 //! | others | the same method | nothing |
 //!

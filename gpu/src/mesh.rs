@@ -121,7 +121,7 @@ impl GpuMesh {
             unsettled,
             hits,
             contacts,
-            counters: gpu.stream.alloc_zeros(counter::UNSETTLED as usize + 1)?,
+            counters: gpu.stream.alloc_zeros(counter::OPEN as usize + 1)?,
         })
     }
 

@@ -6,17 +6,17 @@
 //! |---|---|
 //! | `place_points` | where the field has a pose: the points in its frame |
 //! | `cull`, `search`, `report`, or `contact` for all three | always |
-//! | `search` by the certified method | over what the first search did not settle, if [`Unsettled::Certify`] wants it |
+//! | `search` by the certified method | over what the first search did not settle, if [`Unsettled`] wants it |
 //! | `place_contacts` | where the field has a pose: the contacts in the world |
 
-use cudarc::driver::{CudaFunction, DevicePtr, PushKernelArg};
+use cudarc::driver::{CudaFunction, CudaSlice, DevicePtr, PushKernelArg};
 use sdf_core::contact::Contact;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 
 use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, counter};
 use crate::device::blocks;
-use crate::options::{QueryOptions, Stages, Unsettled};
+use crate::options::{Method, QueryOptions, Stages, Unsettled};
 use crate::record::contact;
 use crate::{CardContacts, Gpu, GpuError, GpuField, GpuMesh, LentRows};
 
@@ -31,7 +31,7 @@ pub struct GpuContacts {
     pub skipped_count: u32,
     /// Elements that the first search did not settle, whatever became of them; 0 with [`Unsettled::Keep`].
     pub unsettled_count: u32,
-    /// Their ids in rising order, with [`Unsettled::List`]: there may be contacts on them beside `contacts`.
+    /// Ids in rising order of those that are left open, with [`Unsettled::List`] and [`Unsettled::CertifyThenList`]: there may be contacts on them beside `contacts`.
     pub unsettled: Vec<u32>,
 }
 
@@ -131,11 +131,11 @@ impl GpuQuery {
         self.finished(found)
     }
 
-    /// The same contacts, left on the card; `None` if [`Unsettled::List`] leaves an element out of them.
+    /// The same contacts, left on the card; `None` if an element is left to the host.
     pub fn contacts_on_card(&mut self) -> Result<Option<CardContacts>, GpuError> {
         let found = (0..self.stage_count()).try_for_each(|stage| self.launch(stage)).and_then(|()| {
             let counters = self.gpu.stream.clone_dtoh(&self.mesh.counters)?;
-            let is_open = self.options.unsettled == Unsettled::List && counters[counter::UNSETTLED as usize] > 0;
+            let is_open = self.open_list().is_some_and(|(_, counter)| counters[counter as usize] > 0);
             let count = counters[counter::HITS as usize] as usize;
             (!is_open).then(|| CardContacts::copy(&self.gpu, &self.mesh.contacts, count)).transpose()
         });
@@ -162,9 +162,11 @@ impl GpuQuery {
         contacts.sort_unstable_by_key(|contact| contact.element);
         let unsettled_count = count(counter::UNSETTLED);
         let mut unsettled = vec![];
-        if self.options.unsettled == Unsettled::List && unsettled_count > 0 {
-            let words = unsettled_count as usize * SURVIVOR_BYTES / 8;
-            let list = stream.clone_dtoh(&mesh.unsettled.slice(0..words))?;
+        if let Some((list, counter)) = self.open_list()
+            && count(counter) > 0
+        {
+            let words = count(counter) as usize * SURVIVOR_BYTES / 8;
+            let list = stream.clone_dtoh(&list.slice(0..words))?;
             // The element is the first half of a survivor.
             unsettled.extend(list.iter().map(|survivor| *survivor as u32));
             unsettled.sort_unstable();
@@ -176,6 +178,17 @@ impl GpuQuery {
             unsettled_count,
             unsettled,
         })
+    }
+
+    /// Where the elements stand that are left to the host, and their counter; `None` if none is.
+    fn open_list(&self) -> Option<(&CudaSlice<u64>, u32)> {
+        match (self.options.unsettled, self.options.method) {
+            (Unsettled::List, Method::Certified) => Some((&self.mesh.unsettled, counter::OPEN)),
+            (Unsettled::List, _) => Some((&self.mesh.unsettled, counter::UNSETTLED)),
+            // The second launch no longer needs the survivors of the cull.
+            (Unsettled::CertifyThenList { .. }, _) => Some((&self.mesh.survivors, counter::OPEN)),
+            _ => None,
+        }
     }
 
     /// Address of the points that the stages read.
@@ -229,13 +242,13 @@ impl GpuQuery {
             step(format!("cull_{elements}_{kind}"), frame, None)?,
             step(format!("search_{elements}_{kind}_{method}"), frame, Some(first))?,
         ];
-        if let Unsettled::Certify { evaluations } = options.unsettled {
+        if let Unsettled::Certify { evaluations } | Unsettled::CertifyThenList { evaluations } = options.unsettled {
+            let is_listed = matches!(options.unsettled, Unsettled::CertifyThenList { .. });
             let second = SearchParams { tolerance: options.tolerance, iterations: evaluations, ..first };
             let taken = Frame {
                 survivors: frame.unsettled,
                 survivor_counter: counter::UNSETTLED,
-                // It settles all.
-                unsettled: 0,
+                unsettled: if is_listed { frame.survivors } else { 0 },
                 ..frame
             };
             steps.push(step(format!("search_{elements}_{kind}_certified"), taken, Some(second))?);

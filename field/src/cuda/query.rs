@@ -3,7 +3,9 @@
 
 use sdf_core::AnyField;
 use sdf_core::contact::{Contact, Feature, one_per_feature};
-use sdf_core::placed::Rigid;
+use sdf_core::grid::owned::OwnedStorage;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placement, Rigid};
 use sdf_gpu::{
     CardContacts, Elements as CardElements, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages, Unsettled,
 };
@@ -70,7 +72,7 @@ impl CudaQuery {
         elements: Owned,
         options: &ContactOptions,
     ) -> Result<Self, CudaError> {
-        let card_options = card_options(&elements, options)?;
+        let card_options = card_options(field, &elements, options)?;
         let on_card = GpuField::new(&cuda.gpu, field.as_any())?;
         let card_elements = match &elements {
             Owned::Faces(faces) => CardElements::Faces(faces),
@@ -108,7 +110,7 @@ impl CudaQuery {
     pub fn contacts(&mut self) -> Result<Contacts, CudaError> {
         let found = self.query.contacts()?;
         let mut all = Contacts {
-            contacts: found.contacts.iter().map(widened).collect(),
+            contacts: found.contacts.iter().map(|contact| self.lowered(widened(contact))).collect(),
             element_count: self.query.element_count(),
             searched_count: found.searched_count as usize,
             possible_count: 0,
@@ -134,6 +136,38 @@ impl CudaQuery {
             return Err(CudaError::OnlyOnCpu("one contact for each feature"));
         }
         self.query.contacts_on_card()?.ok_or(CudaError::LeftToCpu)
+    }
+
+    /// The contact with bounds that hold on the element as it was given: the card searched the one whose corners are rounded to f32,
+    /// and φ of two points differs by at most slope bound · distance. Points that the card alone has are exact, but for the rounding
+    /// into the frame of a field that has a pose.
+    fn lowered(&self, contact: Contact<f64>) -> Contact<f64> {
+        let Some(points) = &self.points else { return contact };
+        let corners = contact.vertices.iter().filter_map(|vertex| points.get(*vertex as usize));
+        let moved = corners.map(|corner| self.rounding_of(corner)).fold(0.0, f64::max) * self.field.slope_bound();
+        // Of a sum in f64, and of the numbers in it.
+        let below = |bound: f64| (bound - moved) - (bound.abs() + moved) * (4.0 * f64::EPSILON);
+        match moved > 0.0 {
+            true => Contact {
+                lower_bound: below(contact.lower_bound),
+                shape_lower_bound: below(contact.shape_lower_bound),
+                ..contact
+            },
+            false => contact,
+        }
+    }
+
+    /// Distance of a point from the one that the card has in its place, in the frame of the field.
+    fn rounding_of(&self, point: &[f64; 3]) -> f64 {
+        let on_card = point.map(|x| x as f32);
+        let (exact, on_card) = match &self.options.pose {
+            None => (Vector3::from(*point), on_card),
+            Some(pose) => {
+                let [exact, on_card] = [*point, on_card.map(f64::from)].map(|point| pose.pull(point.into()).point);
+                (exact, on_card.map(|x| x as f32).into())
+            }
+        };
+        (exact - Vector3::from(on_card).map(f64::from)).norm()
     }
 
     /// Contacts of these elements by the search on the CPU, which reads points and faces from the card where they are there alone.
@@ -174,7 +208,7 @@ impl CudaQuery {
 }
 
 /// How the card searches; an error where only the CPU can.
-fn card_options(elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
+fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
     let refused = [
         ("all minima", options.all_minima),
         ("a complete search", options.complete),
@@ -191,7 +225,14 @@ fn card_options(elements: &Owned, options: &ContactOptions) -> Result<QueryOptio
     let (method, iterations, unsettled) = match options.method {
         // A point has one minimum, found by one evaluation.
         _ if matches!(elements, Owned::Vertices) => (sdf_gpu::Method::PointSampling, 1, Unsettled::Keep),
-        Method::Auto => (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), Unsettled::List),
+        Method::Auto => {
+            let is_dense = field.grid().is_some_and(|grid| matches!(grid.storage(), OwnedStorage::Dense(_)));
+            let unsettled = match is_dense && !is_edges {
+                true => Unsettled::CertifyThenList { evaluations: options.budget() },
+                false => Unsettled::List,
+            };
+            (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), unsettled)
+        }
         Method::Certified => (sdf_gpu::Method::Certified, options.budget(), Unsettled::Keep),
         Method::FrankWolfe => (sdf_gpu::Method::FrankWolfe, options.budget(), Unsettled::Keep),
         Method::ProjectedGradient => (sdf_gpu::Method::ProjectedGradient, options.budget(), Unsettled::Keep),
