@@ -47,6 +47,13 @@ pub enum GpuError {
     PointCount { points: usize, expected: usize },
 }
 
+impl GpuError {
+    /// Did the card lack memory?
+    pub fn is_out_of_memory(&self) -> bool {
+        matches!(self, Self::Driver(DriverError(sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY)))
+    }
+}
+
 impl Gpu {
     /// Generation of the first card: major and minor number of its compute capability.
     pub fn capability() -> Result<(i32, i32), GpuError> {

@@ -88,6 +88,13 @@ impl GpuQuery {
         Ok(())
     }
 
+    /// Changes what becomes of elements that the search does not settle.
+    pub fn set_unsettled(&mut self, unsettled: Unsettled) -> Result<(), GpuError> {
+        self.options.unsettled = unsettled;
+        self.steps = self.steps()?;
+        Ok(())
+    }
+
     /// Faces, edges or vertices of the mesh.
     pub fn element_count(&self) -> usize {
         self.mesh.element_count as usize

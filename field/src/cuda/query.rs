@@ -108,7 +108,14 @@ impl CudaQuery {
 
     /// The contacts of this frame, in the order of elements.
     pub fn contacts(&mut self) -> Result<Contacts, CudaError> {
-        let found = self.query.contacts()?;
+        let found = match self.query.contacts() {
+            // The certified kernel takes much local memory; without it there is the CPU.
+            Err(error) if error.is_out_of_memory() && self.options.method == Method::Auto => {
+                self.query.set_unsettled(Unsettled::List)?;
+                self.query.contacts()?
+            }
+            found => found?,
+        };
         let mut all = Contacts {
             contacts: found.contacts.iter().map(|contact| self.lowered(widened(contact))).collect(),
             element_count: self.query.element_count(),

@@ -15,7 +15,7 @@ use crate::stages;
 /// A kernel on the CPU.
 #[cfg(not(target_arch = "nvptx64"))]
 pub struct Kernel {
-    name: &'static str,
+    pub name: &'static str,
     /// Bytes of each argument.
     pub argument_bytes: &'static [usize],
     /// Work of one thread, which takes the addresses of the arguments.

@@ -55,6 +55,27 @@ fn what_the_second_launch_leaves_open_is_listed() {
     });
 }
 
+#[test]
+fn a_card_without_room_for_the_certified_kernel_leaves_it_to_the_cpu() {
+    let name = "auto::a_card_without_room_for_the_certified_kernel_leaves_it_to_the_cpu";
+    with_stub(name, &[("SDF_STUB_LOCAL_MEMORY", "0")], |folder| {
+        let (cuda, scene) = (Cuda::open(&folder.join("kernels.ptx")).unwrap(), scene("dense"));
+        let field = Field::new(scene.field.clone());
+        let points: Vec<[f64; 3]> = scene.points.iter().map(|point| point.map(f64::from)).collect();
+        let mesh = MeshView { points: &points, faces: &scene.faces };
+        let options = ContactOptions { margin: f64::from(scene.margin), ..Default::default() };
+        let mut query = field.query_on(&cuda, mesh, &options).unwrap();
+        let ids = |contacts: &[Contact<f64>]| contacts.iter().map(|contact| contact.element).collect::<Vec<_>>();
+        let by_cpu = field.contacts(mesh, &options).unwrap();
+        for _ in 0..2 {
+            assert_eq!(ids(&query.contacts().unwrap().contacts), ids(&by_cpu.contacts));
+        }
+        let certified = ContactOptions { method: Method::Certified, ..options };
+        let error = field.contacts_on(&cuda, mesh, &certified).unwrap_err();
+        assert!(error.to_string().contains("memory"), "{error}");
+    });
+}
+
 /// Points on a triangle, its corners among them.
 fn lattice(corners: [Vector3<f64>; 3]) -> impl Iterator<Item = Vector3<f64>> {
     const STEPS: u32 = 24;
