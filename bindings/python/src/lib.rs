@@ -7,7 +7,7 @@
 //! | How does Ctrl-C end a bake? | `bake` |
 //! | What can be asked of a field? | `sdf`, `contacts`, `overlap` |
 //! | Which closed forms are there? | `shapes` |
-//! | Which files of other programs are there? | `export`, `import` |
+//! | Which files are read and written? Those of other programs? | `files`, `export`, `import` |
 //! | On which threads does it run, also after a fork? | `pools` |
 //! | Which exception has an error? | `errors` |
 
@@ -18,6 +18,7 @@ mod contacts;
 mod cuda;
 mod errors;
 mod export;
+mod files;
 mod import;
 mod mesh;
 mod overlap;
@@ -42,9 +43,9 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<card_arrays::CudaColumn>()?;
     module.add_function(wrap_pyfunction!(bake::bake, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::signed_distance, module)?)?;
-    module.add_function(wrap_pyfunction!(sdf::load, module)?)?;
-    module.add_function(wrap_pyfunction!(sdf::from_bytes, module)?)?;
-    module.add_function(wrap_pyfunction!(sdf::clear_leftovers, module)?)?;
+    module.add_function(wrap_pyfunction!(files::load, module)?)?;
+    module.add_function(wrap_pyfunction!(files::from_bytes, module)?)?;
+    module.add_function(wrap_pyfunction!(files::clear_leftovers, module)?)?;
     module.add_function(wrap_pyfunction!(import::import_grid, module)?)?;
     shapes::add(module)
 }

@@ -10,14 +10,15 @@ use sdf_field::core::Sample;
 use sdf_field::core::grid::owned::OwnedStorage;
 use sdf_field::core::placed::Similarity;
 use sdf_field::file::SaveError;
-use sdf_field::{ContactOptions, Field, Threads};
+use sdf_field::{ContactOptions, Field};
 
 use crate::contacts::{self, Keywords};
 use crate::cuda::CudaQuery;
 use crate::errors::{choice, file_error, grid_error, type_error, value_error};
 use crate::export::Export;
 use crate::overlap::{self, Overlap};
-use crate::{arrays, mesh::Mesh, pools};
+use crate::pools::on_threads;
+use crate::{arrays, mesh::Mesh};
 
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
 ///
@@ -385,22 +386,6 @@ impl Sdf {
     }
 }
 
-/// Elements below which a call stays on the caller's thread: to wake others takes longer.
-const FEW: usize = 512;
-
-/// Runs `work` without the interpreter's lock, on the caller's thread if one thread is wanted or there is little to do.
-pub fn on_threads<T: Send>(
-    py: Python,
-    threads: Option<usize>,
-    count: usize,
-    work: impl FnOnce(Threads) -> T + Send,
-) -> PyResult<T> {
-    if threads == Some(1) || (threads.is_none() && count <= FEW) {
-        return Ok(py.detach(|| work(Threads::ONE)));
-    }
-    py.detach(|| pools::run(threads, || work(Threads::ALL)))
-}
-
 fn value_or_nan(sample: &Sample<f64>) -> f64 {
     if sample.status.not_finite { f64::NAN } else { sample.value }
 }
@@ -409,23 +394,4 @@ fn flags_of(sample: &Sample<f64>) -> u8 {
     let status = sample.status;
     let flags = [status.degenerate_gradient, status.outside_grid, status.beyond_band, status.not_finite];
     flags.into_iter().zip(0..).map(|(flag, bit)| u8::from(flag) << bit).sum()
-}
-
-/// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
-#[pyfunction]
-pub fn load(py: Python, path: PathBuf) -> PyResult<Sdf> {
-    py.detach(|| Field::open(path)).map(Sdf).map_err(|error| file_error(&error))
-}
-
-/// Removes the temporary folders that killed processes left beside path by save. A save of path does so too: this is for
-/// programs that find the file there and keep it.
-#[pyfunction]
-pub fn clear_leftovers(py: Python, path: PathBuf) {
-    py.detach(|| sdf_field::clear_leftovers(&path));
-}
-
-/// The field of the bytes of a file, as to_bytes gives them. Negative inside.
-#[pyfunction]
-pub fn from_bytes(py: Python, data: &[u8]) -> PyResult<Sdf> {
-    py.detach(|| Field::from_bytes(data, "data")).map(Sdf).map_err(|error| file_error(&error))
 }
