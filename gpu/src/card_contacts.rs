@@ -22,7 +22,7 @@ pub struct CardContacts {
 /// A column of [`CardContacts`].
 #[derive(Clone, Copy, Debug)]
 pub struct CardColumn {
-    /// That of contact files (docs/contacts.md).
+    /// Name as in contact files (docs/contacts.md).
     pub name: &'static str,
     /// Bytes from the start of a row.
     pub offset: usize,
@@ -49,7 +49,7 @@ impl CardContacts {
     /// Bytes from a contact to the next.
     pub const STRIDE: usize = size_of::<ContactRecord>();
 
-    /// What each number in the column `status` means: the card counts them in the order of the core, not in that of contact files.
+    /// Meaning of each number in the column `status`: the card counts them in the order of the core, not in that of contact files.
     pub const STATUSES: [ContactStatus; 6] = record::STATUSES;
 
     /// Kinds of elements and features have the codes of contact files. Where the field's answer is not finite, `element` is 4294967295 and the rest means nothing.

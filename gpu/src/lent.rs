@@ -36,7 +36,7 @@ mod private {
     impl Sealed for [u32; 3] {}
 }
 
-/// From when on a lent array holds what it should.
+/// Time from which a lent array holds what it should.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ready {
     /// From now on.
@@ -147,7 +147,7 @@ fn check_memory(address: u64, bytes: u64) -> Result<(), GpuError> {
     Ok(())
 }
 
-/// What the driver knows of an address.
+/// Answer of the driver about an address.
 ///
 /// # Safety
 ///

@@ -90,7 +90,7 @@ fn lend(cuda: &Cuda, given: &Bound<PyAny>, what: &str, types: &[&str], wanted: &
     })
 }
 
-/// What the dictionary of an array of rows of three says.
+/// Content of the dictionary of an array of rows of three.
 struct Interface {
     address: u64,
     rows: usize,

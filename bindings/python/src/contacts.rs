@@ -35,7 +35,7 @@ pub struct Keywords<'a, 'py> {
 }
 
 impl Keywords<'_, '_> {
-    /// What they ask for, on all threads.
+    /// Options that they ask for, on all threads.
     pub fn options(self, field: &Field) -> PyResult<ContactOptions> {
         let Self { margin, tolerance, budget, all_minima, complete, exact, one_per_feature, .. } = self;
         if !margin.is_finite() {

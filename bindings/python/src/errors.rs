@@ -34,7 +34,7 @@ pub fn grid_error(error: &GridFileError) -> PyErr {
     }
 }
 
-/// What is wrong with a query on a card.
+/// Exception of a query on a card that fails.
 pub fn cuda_error(error: CudaError) -> PyErr {
     match &error {
         CudaError::NoKernels(_) => PyFileNotFoundError::new_err(error.to_string()),
