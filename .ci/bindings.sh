@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the doors for Python, C and rapier by the commands of their chapters in the README, to the letter, and tests them: the wheel
-# against the program and on a fleet, the library by each way of linking it, under valgrind, and against its header, the colliders at rest.
+# against the program, on a fleet and by the driver of gpu/stub, the library by each way of linking it, under valgrind, and against its
+# header, the colliders at rest.
 # The program is that of SDFTOOL, else the project's release, which another step has built as a rule.
 #
 # Needs PyPI (dask, maturin, numpy, open3d-cpu, pytest, ray, trimesh; SDFTOOL_LARGE=0 leaves out Open3D and ray, 550 MB together). As
@@ -46,7 +47,13 @@ pip install --quiet 'dask[distributed]' mypy pytest trimesh
 # The stub against the module. Reflected operators exist beside the others, and overloads have no defaults.
 printf '%s\n' 'sdftool\.Sdf\.__r(and|or|sub)__' 'sdftool\.signed_distance' > "$folder/allowlist"
 (cd "$folder" && python -m mypy.stubtest sdftool --allowlist allowlist >/dev/null || python -m mypy.stubtest sdftool --allowlist allowlist)
-python -m pytest --quiet --no-header -p no:cacheprovider bindings/python/tests
+# A driver without a card, for the tests of device="cuda": gpu/stub has the kernels on the CPU.
+cargo build --release --locked --quiet -p sdf-gpu-stub
+mkdir "$folder/driver"
+cp "$CARGO_TARGET_DIR/release/libsdf_gpu_stub.so" "$folder/driver/libcuda.so"
+echo "// The stub has the kernels." > "$folder/driver/kernels.ptx"
+SDFTOOL_STUB=$folder/driver LD_LIBRARY_PATH=$folder/driver${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} \
+    python -m pytest --quiet --no-header -p no:cacheprovider bindings/python/tests
 chapter Python python > "$folder/chapter.py"
 grep -q sdftool "$folder/chapter.py"
 (cd "$folder" && python chapter.py && python "$OLDPWD/bindings/python/examples/gallery.py" gallery)

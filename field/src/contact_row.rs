@@ -1,6 +1,6 @@
 //! A contact as a plain row: one layout for numpy's records, for C's struct and for whatever else reads memory.
 
-use sdf_core::contact::{Contact, ElementKind, Feature};
+use sdf_core::contact::{Contact, ContactStatus, ElementKind, Feature};
 use sdf_formats::contact_file::Label;
 
 /// A contact in 176 bytes, in the layout of C. Columns, codes and placeholders are those of contact files (docs/contacts.md).
@@ -50,7 +50,12 @@ impl ContactRow {
     pub const ELEMENT_NAMES: &[&str] = ElementKind::NAMES;
 
     /// Names of the codes of statuses.
-    pub const STATUS_NAMES: &[&str] = sdf_core::contact::ContactStatus::NAMES;
+    pub const STATUS_NAMES: &[&str] = ContactStatus::NAMES;
+
+    /// The name of a status.
+    pub fn status_name(status: ContactStatus) -> &'static str {
+        status.name()
+    }
 }
 
 impl From<&Contact<f64>> for ContactRow {

@@ -2,7 +2,7 @@
 //!
 //! | method | on the card | then on the CPU |
 //! |---|---|---|
-//! | [`Auto`](Method::Auto) | Frank-Wolfe | what that does not settle, by the certified search in f64 |
+//! | [`Auto`](Method::Auto) | Frank-Wolfe; of faces and dense grids of f32, what that does not settle by the certified search | what is open then, by the certified search in f64 |
 //! | [`Certified`](Method::Certified) | the certified search, of faces and dense grids | nothing |
 //! | others | the same method | nothing |
 //!
@@ -10,16 +10,18 @@
 //! the minimum of Frank-Wolfe, which on an element with several minima need not be the lowest.
 //!
 //! The driver is loaded when [`Cuda::open`] asks for it. The kernels come from a file: docs/gpu.md says how it is made.
+//!
+//! Points and faces that are on the card already are lent by [`Gpu::lend`] and read where they are: [`CudaMesh`].
+
+mod query;
 
 use std::path::{Path, PathBuf};
 
-use sdf_core::AnyField;
-use sdf_core::contact::{Contact, Feature, one_per_feature};
-use sdf_core::placed::Rigid;
-use sdf_gpu::{Elements as CardElements, Gpu, GpuError, GpuField, GpuMesh, GpuQuery, QueryOptions, Stages, Unsettled};
+pub use query::CudaQuery;
+pub use sdf_gpu::{CardColumn, CardContacts, Gpu, GpuError, LentRows, Ready};
 
 use crate::compare::{Comparison, Guest};
-use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, contacts};
+use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError};
 
 /// An NVIDIA GPU with the kernels loaded.
 #[derive(Clone, Debug)]
@@ -39,6 +41,8 @@ pub enum CudaError {
     Query(QueryError),
     /// An option that only the CPU has.
     OnlyOnCpu(&'static str),
+    /// Contacts were to stay on the card, but `Auto` leaves some of the elements to the CPU.
+    LeftToCpu,
 }
 
 impl std::fmt::Display for CudaError {
@@ -52,6 +56,9 @@ impl std::fmt::Display for CudaError {
             Self::Card(error) => error.fmt(f),
             Self::Query(error) => error.fmt(f),
             Self::OnlyOnCpu(what) => write!(f, "{what}: not on a GPU; query on the CPU"),
+            Self::LeftToCpu => {
+                write!(f, "auto leaves elements to the CPU here: take contacts from there, or another method")
+            }
         }
     }
 }
@@ -87,54 +94,70 @@ impl Cuda {
         }
     }
 
+    /// The card and its kernels, for what a program wants of them beyond contacts of a field.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
     /// The card's name.
     pub fn name(&self) -> Result<String, CudaError> {
         Ok(self.gpu.name()?)
     }
 }
 
-/// A mesh and a field on a card, for a query a frame.
-#[derive(Debug)]
-pub struct CudaQuery<'a> {
-    query: GpuQuery,
-    field: &'a Field,
-    points: Vec<[f64; 3]>,
-    elements: Owned,
-    options: ContactOptions,
+/// A triangle mesh for a card. Points and faces are each in a slice or on the card.
+#[derive(Clone, Copy, Debug)]
+pub struct CudaMesh<'a> {
+    /// Coordinates of the vertices.
+    pub points: CudaPoints<'a>,
+    /// For each face the indices of its three vertices.
+    pub faces: CudaFaces<'a>,
 }
 
-/// Elements as the search on the CPU wants them.
-#[derive(Debug)]
-enum Owned {
-    Faces(Vec<[u32; 3]>),
-    Edges(Vec<[u32; 2]>),
-    Vertices,
+/// Points in a slice or on the card.
+#[derive(Clone, Copy, Debug)]
+pub enum CudaPoints<'a> {
+    /// They are rounded to f32 and copied to the card.
+    Slice(&'a [[f64; 3]]),
+    /// Rows of f32, which are read where they are.
+    Lent(LentRows),
 }
 
-impl Owned {
-    fn count(&self, points: usize) -> usize {
-        match self {
-            Self::Faces(faces) => faces.len(),
-            Self::Edges(edges) => edges.len(),
-            Self::Vertices => points,
-        }
+/// Faces in a slice or on the card.
+#[derive(Clone, Copy, Debug)]
+pub enum CudaFaces<'a> {
+    /// They are copied to the card.
+    Slice(&'a [[u32; 3]]),
+    /// Rows of u32: copied on the card, and read once to check them.
+    Lent(LentRows),
+}
+
+impl<'a> From<MeshView<'a>> for CudaMesh<'a> {
+    fn from(mesh: MeshView<'a>) -> Self {
+        Self { points: CudaPoints::Slice(mesh.points), faces: CudaFaces::Slice(mesh.faces) }
     }
 }
 
 impl Field {
     /// [`contacts`](Self::contacts) on a card, once. Who asks frame after frame keeps a [`query_on`](Self::query_on).
-    pub fn contacts_on(&self, cuda: &Cuda, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, CudaError> {
+    pub fn contacts_on<'a>(
+        &self,
+        cuda: &Cuda,
+        mesh: impl Into<CudaMesh<'a>>,
+        options: &ContactOptions,
+    ) -> Result<Contacts, CudaError> {
         self.query_on(cuda, mesh, options)?.contacts()
     }
 
     /// Copies the field and a mesh to a card.
-    pub fn query_on(&self, cuda: &Cuda, mesh: MeshView, options: &ContactOptions) -> Result<CudaQuery<'_>, CudaError> {
-        let elements = match options.elements {
-            Elements::Faces => Owned::Faces(mesh.faces.to_vec()),
-            Elements::Edges => Owned::Edges(mesh.edges()),
-            Elements::Vertices => Owned::Vertices,
-        };
-        CudaQuery::new(self, cuda, mesh.points, elements, options)
+    pub fn query_on<'a>(
+        &self,
+        cuda: &Cuda,
+        mesh: impl Into<CudaMesh<'a>>,
+        options: &ContactOptions,
+    ) -> Result<CudaQuery, CudaError> {
+        let CudaMesh { points, faces } = mesh.into();
+        CudaQuery::of_mesh(self, cuda, points, faces, options)
     }
 
     /// [`compare`](Self::compare), and those of the methods that the card has run there, too: [`Comparison::on_card`].
@@ -175,153 +198,7 @@ impl Field {
         points: &[[f64; 3]],
         edges: &[[u32; 2]],
         options: &ContactOptions,
-    ) -> Result<CudaQuery<'_>, CudaError> {
-        CudaQuery::new(self, cuda, points, Owned::Edges(edges.to_vec()), options)
-    }
-}
-
-impl<'a> CudaQuery<'a> {
-    fn new(
-        field: &'a Field,
-        cuda: &Cuda,
-        points: &[[f64; 3]],
-        elements: Owned,
-        options: &ContactOptions,
-    ) -> Result<Self, CudaError> {
-        let card_options = card_options(&elements, options)?;
-        let on_card = GpuField::new(&cuda.gpu, field.as_any())?;
-        let card_elements = match &elements {
-            Owned::Faces(faces) => CardElements::Faces(faces),
-            Owned::Edges(edges) => CardElements::Edges(edges),
-            Owned::Vertices => CardElements::Vertices,
-        };
-        let mesh = GpuMesh::new(&cuda.gpu, &rounded(points), card_elements)?;
-        let query = GpuQuery::new(&cuda.gpu, &on_card, mesh, &card_options)?;
-        let mut new = Self { query, field, points: points.to_vec(), elements, options: *options };
-        new.set_pose(options.pose)?;
-        Ok(new)
-    }
-
-    /// Replaces the points of the mesh.
-    pub fn set_points(&mut self, points: &[[f64; 3]]) -> Result<(), CudaError> {
-        self.query.set_points(&rounded(points))?;
-        self.points.copy_from_slice(points);
-        Ok(())
-    }
-
-    /// Moves the field.
-    pub fn set_pose(&mut self, pose: Option<Rigid>) -> Result<(), CudaError> {
-        self.options.pose = pose;
-        Ok(self.query.set_pose(pose.as_ref())?)
-    }
-
-    /// The contacts of this frame, in the order of elements.
-    pub fn contacts(&mut self) -> Result<Contacts, CudaError> {
-        let found = self.query.contacts()?;
-        let mut all = Contacts {
-            contacts: found.contacts.iter().map(widened).collect(),
-            element_count: self.elements.count(self.points.len()),
-            searched_count: found.searched_count as usize,
-            possible_count: 0,
-            not_finite_count: found.skipped_count as usize,
-        };
-        if !found.unsettled.is_empty() {
-            let second = self.search_again(&found.unsettled)?;
-            all.not_finite_count += second.not_finite_count;
-            all.contacts.extend(second.contacts);
-            all.contacts.sort_by_key(|contact| contact.element);
-        }
-        if self.options.one_per_feature {
-            let count = one_per_feature(&mut all.contacts);
-            all.contacts.truncate(count);
-        }
-        Ok(all)
-    }
-
-    /// Contacts of these elements by the search on the CPU.
-    fn search_again(&self, ids: &[u32]) -> Result<Contacts, CudaError> {
-        let options = ContactOptions { one_per_feature: false, ..self.options };
-        let field: &AnyField = self.field.as_any();
-        let mut found = match &self.elements {
-            Owned::Faces(faces) => {
-                let faces: Vec<_> = ids.iter().map(|id| faces[*id as usize]).collect();
-                contacts::find(field, MeshView { points: &self.points, faces: &faces }, &options)?
-            }
-            Owned::Edges(edges) => {
-                let edges: Vec<_> = ids.iter().map(|id| edges[*id as usize]).collect();
-                contacts::find_edges(field, &self.points, &edges, &options)?
-            }
-            Owned::Vertices => {
-                let vertices: Vec<_> = ids.iter().map(|id| [*id]).collect();
-                contacts::find_vertices(field, &self.points, &vertices, &options)?
-            }
-        };
-        for contact in &mut found.contacts {
-            contact.element = ids[contact.element as usize];
-            if let Feature::Face(face) = &mut contact.feature {
-                *face = contact.element;
-            }
-        }
-        Ok(found)
-    }
-}
-
-/// How the card searches; an error where only the CPU can.
-fn card_options(elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
-    let refused = [
-        ("all minima", options.all_minima),
-        ("a complete search", options.complete),
-        ("an exact search", options.exact),
-        ("samples with the corners", matches!(options.method, Method::SamplingWithCorners(_))),
-    ];
-    if let Some((what, _)) = refused.into_iter().find(|(_, asked)| *asked) {
-        return Err(CudaError::OnlyOnCpu(what));
-    }
-    let is_edges = matches!(elements, Owned::Edges(_));
-    if options.method == Method::GoldenSection && !is_edges {
-        return Err(QueryError::GoldenSectionNeedsEdges.into());
-    }
-    let (method, iterations, unsettled) = match options.method {
-        // A point has one minimum, found by one evaluation.
-        _ if matches!(elements, Owned::Vertices) => (sdf_gpu::Method::PointSampling, 1, Unsettled::Keep),
-        Method::Auto => (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), Unsettled::List),
-        Method::Certified => (sdf_gpu::Method::Certified, options.budget(), Unsettled::Keep),
-        Method::FrankWolfe => (sdf_gpu::Method::FrankWolfe, options.budget(), Unsettled::Keep),
-        Method::ProjectedGradient => (sdf_gpu::Method::ProjectedGradient, options.budget(), Unsettled::Keep),
-        Method::Newton => (sdf_gpu::Method::Newton, options.budget(), Unsettled::Keep),
-        Method::GoldenSection => (sdf_gpu::Method::GoldenSection, options.budget(), Unsettled::Keep),
-        Method::Sampling(samples) | Method::SamplingWithCorners(samples) => {
-            (sdf_gpu::Method::PointSampling, samples, Unsettled::Keep)
-        }
-    };
-    let (margin, tolerance) = (options.margin as f32, options.tolerance);
-    Ok(QueryOptions { method, margin, iterations, tolerance, stages: Stages::Separate, unsettled })
-}
-
-fn rounded(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
-    points.iter().map(|point| point.map(|x| x as f32)).collect()
-}
-
-/// The same contact in f64, whose weights sum to one there.
-fn widened(contact: &Contact<f32>) -> Contact<f64> {
-    let weights = contact.weights.map(f64::from);
-    let sum: f64 = weights.iter().sum();
-    Contact {
-        kind: contact.kind,
-        element: contact.element,
-        vertices: contact.vertices,
-        rank: contact.rank,
-        feature: contact.feature,
-        weights: weights.map(|weight| weight / sum),
-        point: contact.point.map(f64::from),
-        surface_point: contact.surface_point.map(f64::from),
-        normal: contact.normal.map(f64::from),
-        slope: contact.slope.into(),
-        distance: contact.distance.into(),
-        lower_bound: contact.lower_bound.into(),
-        error_bound: contact.error_bound.into(),
-        shape_lower_bound: contact.shape_lower_bound.into(),
-        evaluations: contact.evaluations,
-        status: contact.status,
+    ) -> Result<CudaQuery, CudaError> {
+        CudaQuery::of_edges(self, cuda, CudaPoints::Slice(points), edges.to_vec(), options)
     }
 }

@@ -3,7 +3,7 @@
 //! Everything is `repr(C)` and made of integers and floats of fixed size. An address of the card is a `u64`.
 
 /// Counts the changes of this file: kernels of another version are refused.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// A list in the card's memory.
 #[repr(C)]
@@ -107,6 +107,8 @@ pub mod counter {
     pub const SKIPPED: u32 = 2;
     /// Elements that the first search did not settle.
     pub const UNSETTLED: u32 = 3;
+    /// Elements that the certified search left open.
+    pub const OPEN: u32 = 4;
 }
 
 /// Where a field stands: a world point is t + R p, with p in the field's frame.

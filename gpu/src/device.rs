@@ -41,8 +41,17 @@ pub enum GpuError {
     Unsupported(&'static str),
     #[error("element {element}: vertex {vertex} of {count} does not exist")]
     NoVertex { element: usize, vertex: u32, count: usize },
+    #[error("{0}")]
+    Lent(&'static str),
     #[error("{points} points given for a mesh of {expected}")]
     PointCount { points: usize, expected: usize },
+}
+
+impl GpuError {
+    /// Did the card lack memory?
+    pub fn is_out_of_memory(&self) -> bool {
+        matches!(self, Self::Driver(DriverError(sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY)))
+    }
 }
 
 impl Gpu {

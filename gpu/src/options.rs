@@ -88,6 +88,12 @@ pub enum Unsettled {
         /// Largest number of evaluations for each.
         evaluations: u32,
     },
+    /// They are searched a second time on the card, and those that the certified method leaves open, because its evaluations end before
+    /// its tolerance is reached and its bound is not above the margin, are left out of the contacts and listed.
+    CertifyThenList {
+        /// Largest number of evaluations for each.
+        evaluations: u32,
+    },
     /// They are left out of the contacts and listed, for a search elsewhere.
     List,
 }

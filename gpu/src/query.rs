@@ -6,19 +6,19 @@
 //! |---|---|
 //! | `place_points` | where the field has a pose: the points in its frame |
 //! | `cull`, `search`, `report`, or `contact` for all three | always |
-//! | `search` by the certified method | over what the first search did not settle, if [`Unsettled::Certify`] wants it |
+//! | `search` by the certified method | over what the first search did not settle, if [`Unsettled`] wants it |
 //! | `place_contacts` | where the field has a pose: the contacts in the world |
 
-use cudarc::driver::{CudaFunction, DevicePtr, PushKernelArg};
+use cudarc::driver::{CudaFunction, CudaSlice, DevicePtr, PushKernelArg};
 use sdf_core::contact::Contact;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 
 use crate::abi::{Frame, PoseParams, SURVIVOR_BYTES, SearchParams, counter};
 use crate::device::blocks;
-use crate::options::{QueryOptions, Stages, Unsettled};
+use crate::options::{Method, QueryOptions, Stages, Unsettled};
 use crate::record::contact;
-use crate::{Gpu, GpuError, GpuField, GpuMesh};
+use crate::{CardContacts, Gpu, GpuError, GpuField, GpuMesh, LentRows};
 
 /// The contacts of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,7 +31,7 @@ pub struct GpuContacts {
     pub skipped_count: u32,
     /// Elements that the first search did not settle, whatever became of them; 0 with [`Unsettled::Keep`].
     pub unsettled_count: u32,
-    /// Their ids in rising order, with [`Unsettled::List`]: there may be contacts on them beside `contacts`.
+    /// Ids in rising order of those that are left open, with [`Unsettled::List`] and [`Unsettled::CertifyThenList`]: there may be contacts on them beside `contacts`.
     pub unsettled: Vec<u32>,
 }
 
@@ -76,27 +76,85 @@ impl GpuQuery {
 
     /// Replaces the points of the mesh, in the world.
     pub fn set_points(&mut self, points: &[[f32; 3]]) -> Result<(), GpuError> {
-        self.mesh.set_points(&self.gpu, points)
+        self.mesh.set_points(&self.gpu, points)?;
+        self.show_points();
+        Ok(())
+    }
+
+    /// Replaces the points of the mesh by some that are on the card already, and are read where they are.
+    pub fn lend_points(&mut self, points: LentRows) -> Result<(), GpuError> {
+        self.mesh.lend_points(points)?;
+        self.show_points();
+        Ok(())
+    }
+
+    /// Changes what becomes of elements that the search does not settle.
+    pub fn set_unsettled(&mut self, unsettled: Unsettled) -> Result<(), GpuError> {
+        self.options.unsettled = unsettled;
+        self.steps = self.steps()?;
+        Ok(())
+    }
+
+    /// Faces, edges or vertices of the mesh.
+    pub fn element_count(&self) -> usize {
+        self.mesh.element_count as usize
+    }
+
+    /// The points of the mesh, in the world, as they are on the card.
+    pub fn read_points(&self) -> Result<Vec<[f32; 3]>, GpuError> {
+        self.mesh.read_points(&self.gpu)
+    }
+
+    /// The vertices of the elements as they are on the card, three for each face and two for each edge.
+    pub fn read_elements(&self) -> Result<Vec<u32>, GpuError> {
+        let mut indices = self.gpu.stream.clone_dtoh(&self.mesh.elements)?;
+        indices.truncate(self.mesh.index_count());
+        Ok(indices)
     }
 
     /// Moves the field: `None` puts it back into its own frame.
     pub fn set_pose(&mut self, pose: Option<&Rigid>) -> Result<(), GpuError> {
         let needs_room = pose.is_some() && self.mesh.local_points.is_none();
         if needs_room {
+            let numbers = (3 * self.mesh.points.count()).max(1);
             // SAFETY: a kernel writes all of it before another reads it.
-            self.mesh.local_points = Some(unsafe { self.gpu.stream.alloc(self.mesh.points.len())? });
+            self.mesh.local_points = Some(unsafe { self.gpu.stream.alloc(numbers)? });
         }
         self.pose = pose.map(params);
+        self.show_points();
+        Ok(())
+    }
+
+    /// Tells the kernels where the points are.
+    fn show_points(&mut self) {
         let points = self.points();
         self.steps.iter_mut().for_each(|step| step.frame.points = points);
-        Ok(())
     }
 
     /// The contacts: those of `sdf_core::contact::contact::<f32, …>` on the points in the field's frame, bit for bit, in the order of
     /// elements.
     pub fn contacts(&mut self) -> Result<GpuContacts, GpuError> {
-        (0..self.stage_count()).try_for_each(|stage| self.launch(stage))?;
-        self.read()
+        let found = (0..self.stage_count()).try_for_each(|stage| self.launch(stage)).and_then(|()| self.read());
+        self.finished(found)
+    }
+
+    /// The same contacts, left on the card; `None` if an element is left to the host.
+    pub fn contacts_on_card(&mut self) -> Result<Option<CardContacts>, GpuError> {
+        let found = (0..self.stage_count()).try_for_each(|stage| self.launch(stage)).and_then(|()| {
+            let counters = self.gpu.stream.clone_dtoh(&self.mesh.counters)?;
+            let is_open = self.open_list().is_some_and(|(_, counter)| counters[counter as usize] > 0);
+            let count = counters[counter::HITS as usize] as usize;
+            (!is_open).then(|| CardContacts::copy(&self.gpu, &self.mesh.contacts, count)).transpose()
+        });
+        self.finished(found)
+    }
+
+    /// After it no kernel reads lent points, whatever failed.
+    fn finished<T>(&self, found: Result<T, GpuError>) -> Result<T, GpuError> {
+        if found.is_err() {
+            let _ = self.gpu.stream.synchronize();
+        }
+        found
     }
 
     /// The contacts that the last query left in the card's memory.
@@ -111,9 +169,11 @@ impl GpuQuery {
         contacts.sort_unstable_by_key(|contact| contact.element);
         let unsettled_count = count(counter::UNSETTLED);
         let mut unsettled = vec![];
-        if self.options.unsettled == Unsettled::List && unsettled_count > 0 {
-            let words = unsettled_count as usize * SURVIVOR_BYTES / 8;
-            let list = stream.clone_dtoh(&mesh.unsettled.slice(0..words))?;
+        if let Some((list, counter)) = self.open_list()
+            && count(counter) > 0
+        {
+            let words = count(counter) as usize * SURVIVOR_BYTES / 8;
+            let list = stream.clone_dtoh(&list.slice(0..words))?;
             // The element is the first half of a survivor.
             unsettled.extend(list.iter().map(|survivor| *survivor as u32));
             unsettled.sort_unstable();
@@ -127,13 +187,23 @@ impl GpuQuery {
         })
     }
 
+    /// Where the elements stand that are left to the host, and their counter; `None` if none is.
+    fn open_list(&self) -> Option<(&CudaSlice<u64>, u32)> {
+        match (self.options.unsettled, self.options.method) {
+            (Unsettled::List, Method::Certified) => Some((&self.mesh.unsettled, counter::OPEN)),
+            (Unsettled::List, _) => Some((&self.mesh.unsettled, counter::UNSETTLED)),
+            // The second launch no longer needs the survivors of the cull.
+            (Unsettled::CertifyThenList { .. }, _) => Some((&self.mesh.survivors, counter::OPEN)),
+            _ => None,
+        }
+    }
+
     /// Address of the points that the stages read.
     fn points(&self) -> u64 {
-        let points = match (&self.pose, &self.mesh.local_points) {
-            (Some(_), Some(local)) => local,
-            _ => &self.mesh.points,
-        };
-        points.device_ptr(&self.gpu.stream).0
+        match (&self.pose, &self.mesh.local_points) {
+            (Some(_), Some(local)) => local.device_ptr(&self.gpu.stream).0,
+            _ => self.mesh.points.address(&self.gpu),
+        }
     }
 
     fn frame(&self) -> Frame {
@@ -179,13 +249,13 @@ impl GpuQuery {
             step(format!("cull_{elements}_{kind}"), frame, None)?,
             step(format!("search_{elements}_{kind}_{method}"), frame, Some(first))?,
         ];
-        if let Unsettled::Certify { evaluations } = options.unsettled {
+        if let Unsettled::Certify { evaluations } | Unsettled::CertifyThenList { evaluations } = options.unsettled {
+            let is_listed = matches!(options.unsettled, Unsettled::CertifyThenList { .. });
             let second = SearchParams { tolerance: options.tolerance, iterations: evaluations, ..first };
             let taken = Frame {
                 survivors: frame.unsettled,
                 survivor_counter: counter::UNSETTLED,
-                // It settles all.
-                unsettled: 0,
+                unsettled: if is_listed { frame.survivors } else { 0 },
                 ..frame
             };
             steps.push(step(format!("search_{elements}_{kind}_certified"), taken, Some(second))?);
@@ -234,10 +304,10 @@ impl GpuQuery {
     }
 
     fn place_points(&mut self, pose: &PoseParams) -> Result<(), GpuError> {
-        let count = (self.mesh.points.len() / 3) as u32;
+        let (count, points) = (self.mesh.points.count() as u32, self.mesh.points.address(&self.gpu));
         let Some(local) = &mut self.mesh.local_points else { return Ok(()) };
         let mut launch = self.gpu.stream.launch_builder(&self.place_points);
-        launch.arg(pose).arg(&self.mesh.points).arg(local).arg(&count);
+        launch.arg(pose).arg(&points).arg(local).arg(&count);
         // SAFETY: both lists have that many points.
         unsafe { launch.launch(blocks(count))? };
         Ok(())

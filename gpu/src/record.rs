@@ -15,7 +15,7 @@ unsafe impl DeviceRepr for ShapeParams {}
 unsafe impl ValidAsZeroBits for FieldBlob {}
 
 /// In the order of the enum, which the kernels count by.
-const STATUSES: [ContactStatus; 6] = [
+pub const STATUSES: [ContactStatus; 6] = [
     ContactStatus::Possible,
     ContactStatus::DegenerateGradient,
     ContactStatus::OutsideGrid,

@@ -88,6 +88,11 @@ pub fn as_array<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'p
     if let Ok(array) = given.cast::<PyUntypedArray>() {
         return Ok(array.clone());
     }
+    // Numpy would make an object of some, and say of others that it does not know them.
+    if given.getattr_opt(crate::card_arrays::NAME)?.is_some() && !given.hasattr("__array_interface__")? {
+        let advice = if what == "points" { "" } else { "add device=\"cuda\", or " };
+        return Err(type_error(format!("{what}: an array on a card: {advice}copy it to the host")));
+    }
     let array = given.py().import("numpy")?.call_method1("asarray", (given,));
     let array = array.map_err(|error| type_error(format!("{what}: not an array ({error})")))?;
     array.cast_into::<PyUntypedArray>().map_err(|_| type_error(format!("{what}: not an array")))

@@ -1,22 +1,66 @@
-//! How do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
+//! What do arguments ask for, and how do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
 
 use numpy::{Element, PyArrayDescr};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use sdf_field::core::contact::Contact;
-use sdf_field::{ContactRow, Elements, Method};
+use sdf_field::{ContactOptions, ContactRow, Elements, Field, Method, Threads};
 
-use crate::errors::choice;
+use crate::errors::{choice, value_error};
+use crate::pose;
 
-pub const ELEMENTS: [(&str, Elements); 3] =
+const ELEMENTS: [(&str, Elements); 3] =
     [("faces", Elements::Faces), ("edges", Elements::Edges), ("vertices", Elements::Vertices)];
 
 /// The method with this name, which is not a baseline.
-pub fn method(name: &str) -> PyResult<Method> {
+fn method(name: &str) -> PyResult<Method> {
     let methods: Vec<_> = Method::ALL.into_iter().filter(|method| !method.is_baseline()).collect();
     let names: Vec<_> = methods.iter().map(Method::to_string).collect();
     let choices: Vec<_> = names.iter().map(String::as_str).zip(methods).collect();
     choice("method", name, &choices)
+}
+
+/// Keywords of a query as they are given.
+pub struct Keywords<'a, 'py> {
+    pub margin: f64,
+    pub method: &'a str,
+    pub elements: &'a str,
+    pub pose: Option<&'a Bound<'py, PyAny>>,
+    pub all_minima: bool,
+    pub complete: bool,
+    pub exact: bool,
+    pub one_per_feature: bool,
+    pub budget: Option<u32>,
+    pub tolerance: f64,
+}
+
+impl Keywords<'_, '_> {
+    /// Options that they ask for, on all threads.
+    pub fn options(self, field: &Field) -> PyResult<ContactOptions> {
+        let Self { margin, tolerance, budget, all_minima, complete, exact, one_per_feature, .. } = self;
+        if !margin.is_finite() {
+            return Err(value_error(format!("margin={margin}: give a finite length")));
+        }
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(value_error(format!("tolerance={tolerance}: give a positive number")));
+        }
+        if let Some(info) = field.info() {
+            info.check_margin(margin).map_err(value_error)?;
+        }
+        Ok(ContactOptions {
+            elements: choice("elements", self.elements, &ELEMENTS)?,
+            method: method(self.method)?,
+            margin,
+            pose: self.pose.map(pose::rigid).transpose()?,
+            budget,
+            tolerance,
+            all_minima,
+            complete,
+            exact,
+            one_per_feature,
+            threads: Threads::ALL,
+        })
+    }
 }
 
 /// A record of a structured array.

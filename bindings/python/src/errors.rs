@@ -1,10 +1,12 @@
-//! Which exception has an error? Arguments of a wrong kind: TypeError. Of a wrong value: ValueError. Files: OSError.
+//! Which exception has an error? Arguments of a wrong kind: TypeError. Of a wrong value: ValueError. Files: OSError. A card that is
+//! missing or fails: RuntimeError.
 
 use std::fmt::Display;
 use std::io;
 
-use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyPermissionError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyPermissionError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use sdf_field::cuda::{CudaError, GpuError};
 use sdf_field::file::{FieldError, GridFault, GridFileError};
 
 pub fn value_error(error: impl Display) -> PyErr {
@@ -28,6 +30,20 @@ pub fn file_error(error: &FieldError) -> PyErr {
 pub fn grid_error(error: &GridFileError) -> PyErr {
     match &error.fault {
         GridFault::Io(cause) => io_error(cause, error),
+        _ => value_error(error),
+    }
+}
+
+/// Exception of a query on a card that fails.
+pub fn cuda_error(error: CudaError) -> PyErr {
+    match &error {
+        CudaError::NoKernels(_) => PyFileNotFoundError::new_err(error.to_string()),
+        CudaError::Card(GpuError::Kernels(path, _)) if !path.exists() => {
+            PyFileNotFoundError::new_err(error.to_string())
+        }
+        CudaError::Card(GpuError::NoDriver | GpuError::NoCard | GpuError::Driver(_)) => {
+            PyRuntimeError::new_err(error.to_string())
+        }
         _ => value_error(error),
     }
 }

@@ -2,19 +2,23 @@
 //!
 //! | question | file |
 //! |---|---|
+//! | How is a query asked on a card? How do arrays that are there come in and go out? | `cuda`, `card_arrays` |
 //! | How do arrays and meshes of other packages become slices? | `arrays`, `mesh` |
 //! | How does Ctrl-C end a bake? | `bake` |
 //! | What can be asked of a field? | `sdf`, `contacts`, `overlap` |
 //! | Which closed forms are there? | `shapes` |
-//! | Which files of other programs are there? | `export`, `import` |
+//! | Which files are read and written? Those of other programs? | `files`, `export`, `import` |
 //! | On which threads does it run, also after a fork? | `pools` |
 //! | Which exception has an error? | `errors` |
 
 mod arrays;
 mod bake;
+mod card_arrays;
 mod contacts;
+mod cuda;
 mod errors;
 mod export;
+mod files;
 mod import;
 mod mesh;
 mod overlap;
@@ -34,11 +38,14 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("ELEMENT_NAMES", ContactRow::ELEMENT_NAMES.to_vec())?;
     module.add_class::<sdf::Sdf>()?;
     module.add_class::<overlap::Overlap>()?;
+    module.add_class::<cuda::CudaQuery>()?;
+    module.add_class::<card_arrays::CudaContacts>()?;
+    module.add_class::<card_arrays::CudaColumn>()?;
     module.add_function(wrap_pyfunction!(bake::bake, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::signed_distance, module)?)?;
-    module.add_function(wrap_pyfunction!(sdf::load, module)?)?;
-    module.add_function(wrap_pyfunction!(sdf::from_bytes, module)?)?;
-    module.add_function(wrap_pyfunction!(sdf::clear_leftovers, module)?)?;
+    module.add_function(wrap_pyfunction!(files::load, module)?)?;
+    module.add_function(wrap_pyfunction!(files::from_bytes, module)?)?;
+    module.add_function(wrap_pyfunction!(files::clear_leftovers, module)?)?;
     module.add_function(wrap_pyfunction!(import::import_grid, module)?)?;
     shapes::add(module)
 }

@@ -33,7 +33,7 @@ impl<'py> Mesh<'py> {
 
 /// Vertices and faces of one object: trimesh has `.vertices` and `.faces`, Open3D `.vertices` and `.triangles`, a tensor mesh of
 /// Open3D `.vertex.positions` and `.triangle.indices`.
-fn parts<'py>(mesh: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+pub fn parts<'py>(mesh: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     if let (Ok(vertices), Ok(faces)) =
         (mesh.getattr("vertices"), mesh.getattr("faces").or_else(|_| mesh.getattr("triangles")))
     {

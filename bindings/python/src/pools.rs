@@ -7,8 +7,9 @@ use std::collections::BTreeMap;
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use pyo3::PyResult;
+use pyo3::{PyResult, Python};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use sdf_field::Threads;
 
 use crate::errors::value_error;
 
@@ -21,6 +22,22 @@ const MAX_THREADS: usize = 4096;
 /// Runs `work` on so many threads; `None` stands for all cores.
 pub fn run<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     Ok(pool(threads)?.install(work))
+}
+
+/// Elements below which a call stays on the caller's thread: to wake others takes longer.
+const FEW: usize = 512;
+
+/// Runs `work` without the interpreter's lock, on the caller's thread if one thread is wanted or there is little to do.
+pub fn on_threads<T: Send>(
+    py: Python,
+    threads: Option<usize>,
+    count: usize,
+    work: impl FnOnce(Threads) -> T + Send,
+) -> PyResult<T> {
+    if threads == Some(1) || (threads.is_none() && count <= FEW) {
+        return Ok(py.detach(|| work(Threads::ONE)));
+    }
+    py.detach(|| run(threads, || work(Threads::ALL)))
 }
 
 fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {

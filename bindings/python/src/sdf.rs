@@ -10,12 +10,15 @@ use sdf_field::core::Sample;
 use sdf_field::core::grid::owned::OwnedStorage;
 use sdf_field::core::placed::Similarity;
 use sdf_field::file::SaveError;
-use sdf_field::{ContactOptions, Field, Threads};
+use sdf_field::{ContactOptions, Field};
 
+use crate::contacts::{self, Keywords};
+use crate::cuda::CudaQuery;
 use crate::errors::{choice, file_error, grid_error, type_error, value_error};
 use crate::export::Export;
 use crate::overlap::{self, Overlap};
-use crate::{arrays, contacts, mesh::Mesh, pools, pose};
+use crate::pools::on_threads;
+use crate::{arrays, mesh::Mesh};
 
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
 ///
@@ -84,8 +87,12 @@ impl Sdf {
     /// complete: leave out no element that the baked mesh has within the margin; what the grid's error leaves open has the
     /// status "possible". exact: contacts by the triangles of the mesh, which bake(..., keep_mesh=True) keeps.
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). threads: None for all cores.
+    /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
+    /// int32 may be arrays on the card, of CuPy, PyTorch, Warp or Numba, which are read where they are. kernels: the file that
+    /// .ci/gpu.sh --out FOLDER made, or that folder.
     #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
-        complete=false, exact=false, one_per_feature=false, budget=None, tolerance=1e-3, threads=None))]
+        complete=false, exact=false, one_per_feature=false, budget=None, tolerance=1e-3, threads=None,
+        device="cpu", kernels=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn contacts<'py>(
         &self,
@@ -103,36 +110,75 @@ impl Sdf {
         budget: Option<u32>,
         tolerance: f64,
         threads: Option<usize>,
+        device: &str,
+        kernels: Option<PathBuf>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let mesh = Mesh::new(mesh, faces)?;
-        if !margin.is_finite() {
-            return Err(value_error(format!("margin={margin}: give a finite length")));
-        }
-        if !(tolerance > 0.0 && tolerance.is_finite()) {
-            return Err(value_error(format!("tolerance={tolerance}: give a positive number")));
-        }
-        if let Some(info) = self.0.info() {
-            info.check_margin(margin).map_err(value_error)?;
-        }
-        let options = ContactOptions {
-            elements: choice("elements", elements, &contacts::ELEMENTS)?,
-            method: contacts::method(method)?,
+        let keywords = Keywords {
             margin,
-            pose: pose.map(pose::rigid).transpose()?,
-            budget,
-            tolerance,
+            method,
+            elements,
+            pose,
             all_minima,
             complete,
             exact,
             one_per_feature,
-            threads: Threads::ALL,
+            budget,
+            tolerance,
         };
-        let view = mesh.view();
-        let found = on_threads(py, threads, view.faces.len(), |threads| {
-            let found = self.0.contacts(view, &ContactOptions { threads, ..options });
-            found.map(|found| contacts::records(&found.contacts))
-        })?;
+        let found = match (choice("device", device, &[("cpu", false), ("cuda", true)])?, kernels) {
+            (true, kernels) => {
+                let query = CudaQuery::new(py, &self.0, mesh, faces, keywords.options(&self.0)?, kernels, threads)?;
+                return query.contacts(py);
+            }
+            (false, Some(_)) => return Err(value_error("kernels: only with device=\"cuda\"")),
+            (false, None) => {
+                let mesh = Mesh::new(mesh, faces)?;
+                let (view, options) = (mesh.view(), keywords.options(&self.0)?);
+                on_threads(py, threads, view.faces.len(), |threads| {
+                    let found = self.0.contacts(view, &ContactOptions { threads, ..options });
+                    found.map(|found| contacts::records(&found.contacts))
+                })?
+            }
+        };
         Ok(found.map_err(value_error)?.into_pyarray(py).into_any())
+    }
+
+    /// A query that keeps this field and a mesh on an NVIDIA GPU, for contacts frame after frame: a CudaQuery.
+    ///
+    /// Arguments are those of contacts with device="cuda". Points on the card are read where they are in each query, and kept
+    /// from being freed; faces are copied once.
+    #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, one_per_feature=false,
+        budget=None, tolerance=1e-3, threads=None, kernels=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn cuda_query(
+        &self,
+        py: Python,
+        mesh: &Bound<PyAny>,
+        faces: Option<&Bound<PyAny>>,
+        margin: f64,
+        method: &str,
+        elements: &str,
+        pose: Option<&Bound<PyAny>>,
+        one_per_feature: bool,
+        budget: Option<u32>,
+        tolerance: f64,
+        threads: Option<usize>,
+        kernels: Option<PathBuf>,
+    ) -> PyResult<CudaQuery> {
+        let (all_minima, complete, exact) = (false, false, false);
+        let keywords = Keywords {
+            margin,
+            method,
+            elements,
+            pose,
+            all_minima,
+            complete,
+            exact,
+            one_per_feature,
+            budget,
+            tolerance,
+        };
+        CudaQuery::new(py, &self.0, mesh, faces, keywords.options(&self.0)?, kernels, threads)
     }
 
     /// Where this field and another touch, negative distances inside, without a mesh: an Overlap.
@@ -340,22 +386,6 @@ impl Sdf {
     }
 }
 
-/// Elements below which a call stays on the caller's thread: to wake others takes longer.
-const FEW: usize = 512;
-
-/// Runs `work` without the interpreter's lock, on the caller's thread if one thread is wanted or there is little to do.
-pub fn on_threads<T: Send>(
-    py: Python,
-    threads: Option<usize>,
-    count: usize,
-    work: impl FnOnce(Threads) -> T + Send,
-) -> PyResult<T> {
-    if threads == Some(1) || (threads.is_none() && count <= FEW) {
-        return Ok(py.detach(|| work(Threads::ONE)));
-    }
-    py.detach(|| pools::run(threads, || work(Threads::ALL)))
-}
-
 fn value_or_nan(sample: &Sample<f64>) -> f64 {
     if sample.status.not_finite { f64::NAN } else { sample.value }
 }
@@ -364,23 +394,4 @@ fn flags_of(sample: &Sample<f64>) -> u8 {
     let status = sample.status;
     let flags = [status.degenerate_gradient, status.outside_grid, status.beyond_band, status.not_finite];
     flags.into_iter().zip(0..).map(|(flag, bit)| u8::from(flag) << bit).sum()
-}
-
-/// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
-#[pyfunction]
-pub fn load(py: Python, path: PathBuf) -> PyResult<Sdf> {
-    py.detach(|| Field::open(path)).map(Sdf).map_err(|error| file_error(&error))
-}
-
-/// Removes the temporary folders that killed processes left beside path by save. A save of path does so too: this is for
-/// programs that find the file there and keep it.
-#[pyfunction]
-pub fn clear_leftovers(py: Python, path: PathBuf) {
-    py.detach(|| sdf_field::clear_leftovers(&path));
-}
-
-/// The field of the bytes of a file, as to_bytes gives them. Negative inside.
-#[pyfunction]
-pub fn from_bytes(py: Python, data: &[u8]) -> PyResult<Sdf> {
-    py.detach(|| Field::from_bytes(data, "data")).map(Sdf).map_err(|error| file_error(&error))
 }

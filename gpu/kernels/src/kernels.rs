@@ -15,7 +15,7 @@ use crate::stages;
 /// A kernel on the CPU.
 #[cfg(not(target_arch = "nvptx64"))]
 pub struct Kernel {
-    name: &'static str,
+    pub name: &'static str,
     /// Bytes of each argument.
     pub argument_bytes: &'static [usize],
     /// Work of one thread, which takes the addresses of the arguments.
@@ -202,7 +202,6 @@ method! { SEARCH, search:
     search_faces_shapes_projected_gradient, Shapes, 3, projected_gradient;
     search_faces_dense_newton, DenseGrid, 3, newton;
     search_faces_dense_point_sampling, DenseGrid, 3, point_sampling;
-    search_faces_dense_certified, DenseGrid, 3, certified;
     search_edges_dense_frank_wolfe, DenseGrid, 2, frank_wolfe;
     search_edges_dense_projected_gradient, DenseGrid, 2, projected_gradient;
     search_edges_dense_golden_section, DenseGrid, 2, golden_section;
@@ -213,6 +212,10 @@ method! { SEARCH, search:
     search_vertices_sparse_u16_point_sampling, SparseGrid<u16>, 1, point_sampling;
     search_vertices_sparse_f32_point_sampling, SparseGrid<f32>, 1, point_sampling;
     search_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
+}
+
+method! { CERTIFY, certify:
+    search_faces_dense_certified, DenseGrid, 3, certified;
 }
 
 stage! { REPORT, report:
@@ -242,5 +245,5 @@ method! { FUSED, contact:
 /// The kernel of this name.
 #[cfg(not(target_arch = "nvptx64"))]
 pub fn find(name: &str) -> Option<&'static Kernel> {
-    [PLAIN, CULL, SEARCH, REPORT, FUSED].into_iter().flatten().find(|kernel| kernel.name == name)
+    [PLAIN, CULL, SEARCH, CERTIFY, REPORT, FUSED].into_iter().flatten().find(|kernel| kernel.name == name)
 }

@@ -127,6 +127,28 @@ pub unsafe fn cull<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
 /// As [`cull`], which has run.
 #[inline(always)]
 pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+    // SAFETY: the caller's.
+    unsafe { search_and_list(field, method, frame, counter::UNSETTLED, is_settled) }
+}
+
+/// A search whose answers are certified: it leaves open what its budget did not suffice for.
+///
+/// # Safety
+/// As [`search`].
+#[inline(always)]
+pub unsafe fn certify<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+    // SAFETY: the caller's.
+    unsafe { search_and_list(field, method, frame, counter::OPEN, is_certified) }
+}
+
+#[inline(always)]
+unsafe fn search_and_list<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(
+    field: &F,
+    method: &M,
+    frame: &Frame,
+    list_counter: u32,
+    is_settled: impl Fn(&Minimum<f32, N>, f32) -> bool,
+) {
     // SAFETY: as many survivors were written as are counted; each appends at most once.
     unsafe {
         let index = thread();
@@ -139,7 +161,7 @@ pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F,
         // Kept through the search, survivor and index would take three of its registers.
         let survivor = (frame.survivors as *const Survivor).add(thread_again()).read_volatile();
         if frame.unsettled != 0 && !is_settled(&minimum, frame.margin) {
-            let slot = count_one(frame, counter::UNSETTLED);
+            let slot = count_one(frame, list_counter);
             *(frame.unsettled as *mut Survivor).add(slot) = survivor;
             return;
         }
@@ -157,6 +179,13 @@ pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F,
 fn is_settled<const N: usize>(minimum: &Minimum<f32, N>, margin: f32) -> bool {
     let value = minimum.sample.value;
     !value.is_finite() || (minimum.converged && value <= margin)
+}
+
+/// Does a certified search say enough? If its minimum is known to within its tolerance, if its bound is above the margin, or if the
+/// answer is not finite.
+#[inline(always)]
+fn is_certified<const N: usize>(minimum: &Minimum<f32, N>, margin: f32) -> bool {
+    !minimum.sample.value.is_finite() || minimum.converged || margin < minimum.lower_bound
 }
 
 /// # Safety

@@ -11,8 +11,12 @@
 //! | `work` | launches, copies, graphs and events |
 //! | `abi`, `fields`, `stages`, `kernels` | those of `gpu/src` and `gpu/kernels/src` |
 //!
+//! Memory of the card is memory of the process, so that a test can be another program of the same card: it allocates by `cuMemAlloc_v2`
+//! and lends what it has. Copies on a stream of its own, or on the default one, are done when somebody waits for that stream, not before.
+//!
 //! Times mean nothing here, and what differs on a card stays unseen: its compiler, threads that run at once, its caches.
-//! `SDF_STUB_CARDS=0` in the environment makes it a driver without a card.
+//! `SDF_STUB_CARDS=0` in the environment makes it a driver without a card, `SDF_STUB_LOCAL_MEMORY=0` one that has no room for the certified
+//! kernel.
 
 #![allow(non_snake_case, reason = "names of CUDA")]
 
@@ -38,11 +42,23 @@ type Status = c_int;
 
 const SUCCESS: Status = 0;
 const INVALID_VALUE: Status = 1;
+const OUT_OF_MEMORY: Status = 2;
 const NO_DEVICE: Status = 100;
 const INVALID_IMAGE: Status = 200;
 const FILE_NOT_FOUND: Status = 301;
 const NOT_FOUND: Status = 500;
 const ILLEGAL_ADDRESS: Status = 700;
+
+// Attributes of an address, and their values.
+const MEMORY_TYPE: c_uint = 2;
+const DEVICE_MEMORY: c_uint = 2;
+const IS_MANAGED: c_uint = 8;
+const DEVICE_ORDINAL: c_uint = 9;
+const RANGE_START: c_uint = 11;
+const RANGE_SIZE: c_uint = 12;
+
+/// Flag of the streams that `sdf-gpu` makes.
+const NON_BLOCKING: c_uint = 1;
 
 fn status(holds: bool, otherwise: Status) -> Status {
     if holds { SUCCESS } else { otherwise }
@@ -103,8 +119,14 @@ driver_functions! {
 
     fn cuCtxSetCurrent(_context: *mut c_void) -> Status { SUCCESS }
 
+    fn cuCtxSynchronize() -> Status {
+        driver().wait_for(None);
+        SUCCESS
+    }
+
     fn cuGetErrorString(error: c_int, text: *mut *const c_char) -> Status {
         let words = match error {
+            OUT_OF_MEMORY => c"out of memory",
             NO_DEVICE => c"no CUDA-capable device is detected",
             INVALID_IMAGE => c"device kernel image is invalid",
             FILE_NOT_FOUND => c"file not found",
@@ -116,14 +138,18 @@ driver_functions! {
         SUCCESS
     }
 
-    fn cuStreamCreate(stream: *mut *mut c_void, _flags: c_uint) -> Status {
-        *stream = HANDLE;
+    // Streams of other programs, which are made with other flags, have handles of their own.
+    fn cuStreamCreate(stream: *mut *mut c_void, flags: c_uint) -> Status {
+        *stream = if flags == NON_BLOCKING { HANDLE } else { driver().new_stream() as *mut c_void };
         SUCCESS
     }
 
     fn cuStreamDestroy_v2(_stream: *mut c_void) -> Status { SUCCESS }
 
-    fn cuStreamSynchronize(_stream: *mut c_void) -> Status { SUCCESS }
+    fn cuStreamSynchronize(stream: *mut c_void) -> Status {
+        driver().wait_for(Some(stream as usize));
+        SUCCESS
+    }
 
     fn cuMemAlloc_v2(address: *mut u64, bytes: usize) -> Status {
         *address = driver().memory.allocate(bytes);
@@ -138,12 +164,42 @@ driver_functions! {
         driver().take(Work::Fill { address, byte, bytes })
     }
 
-    fn cuMemcpyHtoDAsync_v2(to: u64, from: *const c_void, bytes: usize, _stream: *mut c_void) -> Status {
-        let driver = driver();
+    fn cuMemcpyHtoDAsync_v2(to: u64, from: *const c_void, bytes: usize, stream: *mut c_void) -> Status {
+        let mut driver = driver();
         if !driver.memory.holds(to, bytes) {
             return INVALID_VALUE;
         }
-        (to as *mut u8).copy_from_nonoverlapping(from.cast(), bytes);
+        if stream == HANDLE {
+            (to as *mut u8).copy_from_nonoverlapping(from.cast(), bytes);
+        } else {
+            let bytes = std::slice::from_raw_parts(from.cast::<u8>(), bytes).to_vec();
+            driver.copy_later(stream as usize, to, bytes);
+        }
+        SUCCESS
+    }
+
+    fn cuMemcpyDtoDAsync_v2(to: u64, from: u64, bytes: usize, _stream: *mut c_void) -> Status {
+        let driver = driver();
+        if !driver.memory.holds(to, bytes) || !driver.memory.holds(from, bytes) {
+            return INVALID_VALUE;
+        }
+        (to as *mut u8).copy_from(from as *const u8, bytes);
+        SUCCESS
+    }
+
+    // Of all memory that is not one of the lists nothing is known. Each begins and ends as it was allocated.
+    fn cuPointerGetAttribute(value: *mut c_void, attribute: c_uint, address: u64) -> Status {
+        let driver = driver();
+        let list = driver.memory.list_at(address).filter(|(start, bytes)| address < start + *bytes as u64);
+        let Some((start, bytes)) = list else { return INVALID_VALUE };
+        match attribute {
+            MEMORY_TYPE => value.cast::<c_uint>().write(DEVICE_MEMORY),
+            IS_MANAGED => value.cast::<c_uint>().write(0),
+            DEVICE_ORDINAL => value.cast::<c_int>().write(0),
+            RANGE_START => value.cast::<u64>().write(start),
+            RANGE_SIZE => value.cast::<usize>().write(bytes),
+            _ => return INVALID_VALUE,
+        }
         SUCCESS
     }
 
@@ -184,6 +240,9 @@ driver_functions! {
     ) -> Status {
         let kernel = &*function.cast::<kernels::Kernel>();
         let arguments = Arguments::copy(kernel, arguments);
+        if kernel.name.ends_with("certified") && std::env::var_os("SDF_STUB_LOCAL_MEMORY").is_some_and(|is_there| is_there == "0") {
+            return OUT_OF_MEMORY;
+        }
         if [blocks_y, blocks_z, threads_y, threads_z] != [1; 4] {
             return INVALID_VALUE;
         }

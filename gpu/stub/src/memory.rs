@@ -43,8 +43,14 @@ impl Memory {
 
     /// Do these bytes lie within one list?
     pub fn holds(&self, address: u64, bytes: usize) -> bool {
-        let list = self.lists.range(..=address).next_back();
-        list.is_some_and(|(start, length)| (address - start) as usize + bytes <= *length)
+        self.list_at(address).is_some_and(|(start, length)| bytes <= length - (address - start) as usize)
+    }
+
+    /// Start and length of the list that this address lies in.
+    pub fn list_at(&self, address: u64) -> Option<(u64, usize)> {
+        let (start, length) = self.lists.range(..=address).next_back()?;
+        // A copy of nothing may stand at the end.
+        (address - start <= *length as u64).then_some((*start, *length))
     }
 
     /// Are all guards as they were?

@@ -19,16 +19,52 @@ pub struct Driver {
     pub captured: Option<Graph>,
     /// Launches so far.
     pub launches: usize,
+    /// Copies of other programs: their stream, the address and the bytes.
+    later: Vec<(usize, u64, Vec<u8>)>,
+    /// Streams of other programs so far.
+    streams: usize,
 }
 
 /// The one driver of the process.
 pub fn driver() -> MutexGuard<'static, Driver> {
-    static DRIVER: Mutex<Driver> =
-        Mutex::new(Driver { memory: Memory { lists: BTreeMap::new() }, captured: None, launches: 0 });
+    static DRIVER: Mutex<Driver> = Mutex::new(Driver {
+        memory: Memory { lists: BTreeMap::new() },
+        captured: None,
+        launches: 0,
+        later: vec![],
+        streams: 0,
+    });
     DRIVER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// The default stream, under either of its names.
+const DEFAULT_STREAMS: [usize; 2] = [0, 1];
+
 impl Driver {
+    /// Handle of a stream that is not that of `sdf-gpu`.
+    pub fn new_stream(&mut self) -> usize {
+        self.streams += 1;
+        4096 * self.streams
+    }
+
+    /// Copies the bytes once somebody waits for the stream. They lie within one list.
+    pub fn copy_later(&mut self, stream: usize, to: u64, bytes: Vec<u8>) {
+        self.later.push((stream, to, bytes));
+    }
+
+    /// Does the copies of a stream, or of all, in their order.
+    pub fn wait_for(&mut self, stream: Option<usize>) {
+        let is_default = |stream: usize| DEFAULT_STREAMS.contains(&stream);
+        let is_meant = |of: usize| stream.is_none_or(|stream| stream == of || is_default(stream) && is_default(of));
+        let (now, later) = std::mem::take(&mut self.later).into_iter().partition(|(of, ..)| is_meant(*of));
+        self.later = later;
+        let now: Vec<(usize, u64, Vec<u8>)> = now;
+        for (_, to, bytes) in now.into_iter().filter(|(_, to, bytes)| self.memory.holds(*to, bytes.len())) {
+            // SAFETY: the bytes lie within one list.
+            unsafe { (to as *mut u8).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        }
+    }
+
     /// Does the work now, or keeps it for a graph.
     pub fn take(&mut self, work: Work) -> Status {
         match &mut self.captured {

@@ -12,6 +12,9 @@ Distances are NEGATIVE INSIDE and positive outside, in the unit of the mesh. (tr
 from ._sdftool import (
     ELEMENT_NAMES,
     STATUS_NAMES,
+    CudaColumn,
+    CudaContacts,
+    CudaQuery,
     Overlap,
     Sdf,
     __version__,
@@ -40,6 +43,9 @@ from ._sdftool import (
 __all__ = [
     "ELEMENT_NAMES",
     "STATUS_NAMES",
+    "CudaColumn",
+    "CudaContacts",
+    "CudaQuery",
     "Overlap",
     "Sdf",
     "__version__",

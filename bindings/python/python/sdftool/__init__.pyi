@@ -3,7 +3,7 @@
 import os
 import pathlib
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Protocol, final, overload
+from typing import Any, ClassVar, Literal, Protocol, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,16 @@ import numpy.typing as npt
 __all__ = [
     "ELEMENT_NAMES",
     "STATUS_NAMES",
+    "CudaColumn",
+    "CudaContacts",
+    "CudaQuery",
     "Overlap",
     "Sdf",
     "__version__",
     "bake",
     "bowl",
     "capsule",
+    "clear_leftovers",
     "cone",
     "contact_dtype",
     "cuboid",
@@ -56,12 +60,19 @@ class _Open3dMesh(Protocol):
     @property
     def triangles(self) -> Any: ...
 
+class _CardArray(Protocol):
+    """An array on an NVIDIA GPU: of CuPy, PyTorch, Warp, Numba and alike."""
+
+    @property
+    def __cuda_array_interface__(self) -> dict[str, Any]: ...
+
 _Mesh = _TriMesh | _Open3dMesh
 _Floats = npt.NDArray[np.float64]
 _Vector = Sequence[float] | npt.NDArray[Any]
 _Pose = npt.ArrayLike | tuple[_Vector, _Vector]
 _Sign = Literal["auto", "pseudo-normal", "winding"]
 _Method = Literal["auto", "certified", "fw", "pgd", "newton", "gss"]
+_Elements = Literal["faces", "edges", "vertices"]
 _Format = Literal["nvdb", "raw", "npy", "nrrd", "vtkhdf", "glb"]
 
 @final
@@ -79,12 +90,12 @@ class Sdf:
     ) -> tuple[_Floats, _Floats, npt.NDArray[np.uint8]]: ...
     def contacts(
         self,
-        mesh: _Mesh | npt.ArrayLike,
-        faces: npt.ArrayLike | None = None,
+        mesh: _Mesh | npt.ArrayLike | _CardArray,
+        faces: npt.ArrayLike | _CardArray | None = None,
         *,
         margin: float = 0.0,
         method: _Method = "auto",
-        elements: Literal["faces", "edges", "vertices"] = "faces",
+        elements: _Elements = "faces",
         pose: _Pose | None = None,
         all_minima: bool = False,
         complete: bool = False,
@@ -93,7 +104,24 @@ class Sdf:
         budget: int | None = None,
         tolerance: float = 1e-3,
         threads: int | None = None,
+        device: Literal["cpu", "cuda"] = "cpu",
+        kernels: str | os.PathLike[str] | None = None,
     ) -> npt.NDArray[np.void]: ...
+    def cuda_query(
+        self,
+        mesh: _Mesh | npt.ArrayLike | _CardArray,
+        faces: npt.ArrayLike | _CardArray | None = None,
+        *,
+        margin: float = 0.0,
+        method: _Method = "auto",
+        elements: _Elements = "faces",
+        pose: _Pose | None = None,
+        one_per_feature: bool = False,
+        budget: int | None = None,
+        tolerance: float = 1e-3,
+        threads: int | None = None,
+        kernels: str | os.PathLike[str] | None = None,
+    ) -> CudaQuery: ...
     def overlap(
         self,
         other: Sdf,
@@ -153,6 +181,33 @@ class Sdf:
     def sign_reason(self) -> str | None: ...
     @property
     def values(self) -> npt.NDArray[np.float32] | None: ...
+
+@final
+class CudaQuery:
+    """A field and a mesh that stay on an NVIDIA GPU, for contacts frame after frame."""
+
+    def contacts(self) -> npt.NDArray[np.void]: ...
+    def contacts_on_card(self) -> CudaContacts: ...
+    def set_points(self, points: npt.ArrayLike | _CardArray) -> None: ...
+    def set_pose(self, pose: _Pose | None) -> None: ...
+    @property
+    def card(self) -> str: ...
+
+@final
+class CudaContacts:
+    """Contacts that stay on the card, in no particular order."""
+
+    STATUS_NAMES: ClassVar[list[str]]
+    def __len__(self) -> int: ...
+    def __getitem__(self, key: str, /) -> CudaColumn: ...
+    def keys(self) -> list[str]: ...
+
+@final
+class CudaColumn:
+    """A column of CudaContacts, an array on the card."""
+
+    @property
+    def __cuda_array_interface__(self) -> dict[str, Any]: ...
 
 @final
 class Overlap:

@@ -2,6 +2,8 @@
 //!
 //! Every test here runs in a process of its own, whose library path has the stub as `libcuda.so`: see [`with_stub`].
 
+mod auto;
+mod lent;
 mod queries;
 mod scenes;
 mod second;

@@ -1,0 +1,26 @@
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use sdf_field::Field;
+
+use crate::errors::file_error;
+use crate::sdf::Sdf;
+
+/// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
+#[pyfunction]
+pub fn load(py: Python, path: PathBuf) -> PyResult<Sdf> {
+    py.detach(|| Field::open(path)).map(Sdf).map_err(|error| file_error(&error))
+}
+
+/// Removes the temporary folders that killed processes left beside path by save. A save of path does so too: this is for
+/// programs that find the file there and keep it.
+#[pyfunction]
+pub fn clear_leftovers(py: Python, path: PathBuf) {
+    py.detach(|| sdf_field::clear_leftovers(&path));
+}
+
+/// The field of the bytes of a file, as to_bytes gives them. Negative inside.
+#[pyfunction]
+pub fn from_bytes(py: Python, data: &[u8]) -> PyResult<Sdf> {
+    py.detach(|| Field::from_bytes(data, "data")).map(Sdf).map_err(|error| file_error(&error))
+}

@@ -1,0 +1,290 @@
+//! What does a query do on the card, and what on the CPU? [`CudaQuery`]: field, elements and buffers stay on the card from frame to
+//! frame, and what the card leaves open the CPU searches.
+
+use sdf_core::AnyField;
+use sdf_core::contact::{Contact, Feature, one_per_feature};
+use sdf_core::grid::owned::OwnedStorage;
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placement, Rigid};
+use sdf_gpu::{
+    CardContacts, Elements as CardElements, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages, Unsettled,
+};
+
+use super::{Cuda, CudaError, CudaFaces, CudaPoints};
+use crate::{ContactOptions, Contacts, Elements, Field, MeshView, Method, QueryError, contacts};
+
+/// A mesh and a field on a card, for a query a frame.
+#[derive(Debug)]
+pub struct CudaQuery {
+    query: GpuQuery,
+    field: Field,
+    /// Points as they were given, for the search on the CPU; `None` where the card alone has them.
+    points: Option<Vec<[f64; 3]>>,
+    elements: Owned,
+    options: ContactOptions,
+}
+
+/// Elements as the search on the CPU wants them.
+#[derive(Debug)]
+enum Owned {
+    Faces(Vec<[u32; 3]>),
+    /// Faces that the card alone has.
+    Lent(LentRows),
+    Edges(Vec<[u32; 2]>),
+    Vertices,
+}
+
+impl CudaQuery {
+    pub(super) fn of_mesh(
+        field: &Field,
+        cuda: &Cuda,
+        points: CudaPoints,
+        faces: CudaFaces,
+        options: &ContactOptions,
+    ) -> Result<Self, CudaError> {
+        let elements = match (options.elements, faces) {
+            (Elements::Faces, CudaFaces::Slice(faces)) => Owned::Faces(faces.to_vec()),
+            (Elements::Faces, CudaFaces::Lent(faces)) => Owned::Lent(faces),
+            (Elements::Edges, CudaFaces::Slice(faces)) => Owned::Edges(MeshView { points: &[], faces }.edges()),
+            (Elements::Edges, CudaFaces::Lent(faces)) => {
+                let faces = cuda.gpu.read_lent::<[u32; 3]>(&faces)?;
+                Owned::Edges(MeshView { points: &[], faces: &faces }.edges())
+            }
+            (Elements::Vertices, _) => Owned::Vertices,
+        };
+        Self::new(field, cuda, points, elements, options)
+    }
+
+    pub(super) fn of_edges(
+        field: &Field,
+        cuda: &Cuda,
+        points: CudaPoints,
+        edges: Vec<[u32; 2]>,
+        options: &ContactOptions,
+    ) -> Result<Self, CudaError> {
+        Self::new(field, cuda, points, Owned::Edges(edges), options)
+    }
+
+    fn new(
+        field: &Field,
+        cuda: &Cuda,
+        points: CudaPoints,
+        elements: Owned,
+        options: &ContactOptions,
+    ) -> Result<Self, CudaError> {
+        let card_options = card_options(field, &elements, options)?;
+        let on_card = GpuField::new(&cuda.gpu, field.as_any())?;
+        let card_elements = match &elements {
+            Owned::Faces(faces) => CardElements::Faces(faces),
+            Owned::Lent(faces) => CardElements::LentFaces(*faces),
+            Owned::Edges(edges) => CardElements::Edges(edges),
+            Owned::Vertices => CardElements::Vertices,
+        };
+        let mesh = match points {
+            CudaPoints::Slice(points) => GpuMesh::new(&cuda.gpu, &rounded(points), card_elements)?,
+            CudaPoints::Lent(points) => GpuMesh::of_lent(&cuda.gpu, points, card_elements)?,
+        };
+        let query = GpuQuery::new(&cuda.gpu, &on_card, mesh, &card_options)?;
+        let mut new = Self { query, field: field.clone(), points: exact(points), elements, options: *options };
+        new.set_pose(options.pose)?;
+        Ok(new)
+    }
+
+    /// Replaces the points of the mesh.
+    pub fn set_points(&mut self, points: CudaPoints) -> Result<(), CudaError> {
+        match points {
+            CudaPoints::Slice(points) => self.query.set_points(&rounded(points))?,
+            CudaPoints::Lent(points) => self.query.lend_points(points)?,
+        }
+        self.points = exact(points);
+        Ok(())
+    }
+
+    /// Moves the field.
+    pub fn set_pose(&mut self, pose: Option<Rigid>) -> Result<(), CudaError> {
+        self.options.pose = pose;
+        Ok(self.query.set_pose(pose.as_ref())?)
+    }
+
+    /// The contacts of this frame, in the order of elements.
+    pub fn contacts(&mut self) -> Result<Contacts, CudaError> {
+        let found = match self.query.contacts() {
+            // The certified kernel takes much local memory; without it there is the CPU.
+            Err(error) if error.is_out_of_memory() && self.options.method == Method::Auto => {
+                self.query.set_unsettled(Unsettled::List)?;
+                self.query.contacts()?
+            }
+            found => found?,
+        };
+        let mut all = Contacts {
+            contacts: found.contacts.iter().map(|contact| self.lowered(widened(contact))).collect(),
+            element_count: self.query.element_count(),
+            searched_count: found.searched_count as usize,
+            possible_count: 0,
+            not_finite_count: found.skipped_count as usize,
+        };
+        if !found.unsettled.is_empty() {
+            let second = self.search_again(&found.unsettled)?;
+            all.not_finite_count += second.not_finite_count;
+            all.contacts.extend(second.contacts);
+            all.contacts.sort_by_key(|contact| contact.element);
+        }
+        if self.options.one_per_feature {
+            let count = one_per_feature(&mut all.contacts);
+            all.contacts.truncate(count);
+        }
+        Ok(all)
+    }
+
+    /// The contacts of this frame, left on the card in no particular order: the bits that the kernels found. Refused for one contact
+    /// a feature, and where an element is left to the CPU.
+    pub fn contacts_on_card(&mut self) -> Result<CardContacts, CudaError> {
+        if self.options.one_per_feature {
+            return Err(CudaError::OnlyOnCpu("one contact for each feature"));
+        }
+        self.query.contacts_on_card()?.ok_or(CudaError::LeftToCpu)
+    }
+
+    /// The contact with bounds that hold on the element as it was given: the card searched the one whose corners are rounded to f32,
+    /// and φ of two points differs by at most slope bound · distance. Points that the card alone has are exact, but for the rounding
+    /// into the frame of a field that has a pose.
+    fn lowered(&self, contact: Contact<f64>) -> Contact<f64> {
+        let Some(points) = &self.points else { return contact };
+        let corners = contact.vertices.iter().filter_map(|vertex| points.get(*vertex as usize));
+        let moved = corners.map(|corner| self.rounding_of(corner)).fold(0.0, f64::max) * self.field.slope_bound();
+        // Of a sum in f64, and of the numbers in it.
+        let below = |bound: f64| (bound - moved) - (bound.abs() + moved) * (4.0 * f64::EPSILON);
+        match moved > 0.0 {
+            true => Contact {
+                lower_bound: below(contact.lower_bound),
+                shape_lower_bound: below(contact.shape_lower_bound),
+                ..contact
+            },
+            false => contact,
+        }
+    }
+
+    /// Distance of a point from the one that the card has in its place, in the frame of the field.
+    fn rounding_of(&self, point: &[f64; 3]) -> f64 {
+        let on_card = point.map(|x| x as f32);
+        let (exact, on_card) = match &self.options.pose {
+            None => (Vector3::from(*point), on_card),
+            Some(pose) => {
+                let [exact, on_card] = [*point, on_card.map(f64::from)].map(|point| pose.pull(point.into()).point);
+                (exact, on_card.map(|x| x as f32).into())
+            }
+        };
+        (exact - Vector3::from(on_card).map(f64::from)).norm()
+    }
+
+    /// Contacts of these elements by the search on the CPU, which reads points and faces from the card where they are there alone.
+    fn search_again(&mut self, ids: &[u32]) -> Result<Contacts, CudaError> {
+        let options = ContactOptions { one_per_feature: false, ..self.options };
+        let field: &AnyField = self.field.as_any();
+        if let Owned::Lent(_) = self.elements {
+            self.elements = Owned::Faces(self.query.read_elements()?.as_chunks().0.to_vec());
+        }
+        let read: Vec<[f64; 3]>;
+        let points = match &self.points {
+            Some(points) => points,
+            None => {
+                read = self.query.read_points()?.iter().map(|point| point.map(f64::from)).collect();
+                &read
+            }
+        };
+        let mut found = match &self.elements {
+            Owned::Faces(faces) => {
+                let faces: Vec<_> = ids.iter().map(|id| faces[*id as usize]).collect();
+                contacts::find(field, MeshView { points, faces: &faces }, &options)?
+            }
+            Owned::Edges(edges) => {
+                let edges: Vec<_> = ids.iter().map(|id| edges[*id as usize]).collect();
+                contacts::find_edges(field, points, &edges, &options)?
+            }
+            // Each is one point, and settled.
+            Owned::Vertices | Owned::Lent(_) => Contacts::default(),
+        };
+        for contact in &mut found.contacts {
+            contact.element = ids[contact.element as usize];
+            if let Feature::Face(face) = &mut contact.feature {
+                *face = contact.element;
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// How the card searches; an error where only the CPU can.
+fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
+    let refused = [
+        ("all minima", options.all_minima),
+        ("a complete search", options.complete),
+        ("an exact search", options.exact),
+        ("samples with the corners", matches!(options.method, Method::SamplingWithCorners(_))),
+    ];
+    if let Some((what, _)) = refused.into_iter().find(|(_, asked)| *asked) {
+        return Err(CudaError::OnlyOnCpu(what));
+    }
+    let is_edges = matches!(elements, Owned::Edges(_));
+    if options.method == Method::GoldenSection && !is_edges {
+        return Err(QueryError::GoldenSectionNeedsEdges.into());
+    }
+    let (method, iterations, unsettled) = match options.method {
+        // A point has one minimum, found by one evaluation.
+        _ if matches!(elements, Owned::Vertices) => (sdf_gpu::Method::PointSampling, 1, Unsettled::Keep),
+        Method::Auto => {
+            let is_dense = field.grid().is_some_and(|grid| matches!(grid.storage(), OwnedStorage::Dense(_)));
+            let unsettled = match is_dense && !is_edges {
+                true => Unsettled::CertifyThenList { evaluations: options.budget() },
+                false => Unsettled::List,
+            };
+            (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), unsettled)
+        }
+        Method::Certified => (sdf_gpu::Method::Certified, options.budget(), Unsettled::Keep),
+        Method::FrankWolfe => (sdf_gpu::Method::FrankWolfe, options.budget(), Unsettled::Keep),
+        Method::ProjectedGradient => (sdf_gpu::Method::ProjectedGradient, options.budget(), Unsettled::Keep),
+        Method::Newton => (sdf_gpu::Method::Newton, options.budget(), Unsettled::Keep),
+        Method::GoldenSection => (sdf_gpu::Method::GoldenSection, options.budget(), Unsettled::Keep),
+        Method::Sampling(samples) | Method::SamplingWithCorners(samples) => {
+            (sdf_gpu::Method::PointSampling, samples, Unsettled::Keep)
+        }
+    };
+    let (margin, tolerance) = (options.margin as f32, options.tolerance);
+    Ok(QueryOptions { method, margin, iterations, tolerance, stages: Stages::Separate, unsettled })
+}
+
+fn rounded(points: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    points.iter().map(|point| point.map(|x| x as f32)).collect()
+}
+
+/// The points as they were given; `None` where the card alone has them.
+fn exact(points: CudaPoints) -> Option<Vec<[f64; 3]>> {
+    match points {
+        CudaPoints::Slice(points) => Some(points.to_vec()),
+        CudaPoints::Lent(_) => None,
+    }
+}
+
+/// The same contact in f64, whose weights sum to one there.
+fn widened(contact: &Contact<f32>) -> Contact<f64> {
+    let weights = contact.weights.map(f64::from);
+    let sum: f64 = weights.iter().sum();
+    Contact {
+        kind: contact.kind,
+        element: contact.element,
+        vertices: contact.vertices,
+        rank: contact.rank,
+        feature: contact.feature,
+        weights: weights.map(|weight| weight / sum),
+        point: contact.point.map(f64::from),
+        surface_point: contact.surface_point.map(f64::from),
+        normal: contact.normal.map(f64::from),
+        slope: contact.slope.into(),
+        distance: contact.distance.into(),
+        lower_bound: contact.lower_bound.into(),
+        error_bound: contact.error_bound.into(),
+        shape_lower_bound: contact.shape_lower_bound.into(),
+        evaluations: contact.evaluations,
+        status: contact.status,
+    }
+}
