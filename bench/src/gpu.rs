@@ -219,6 +219,7 @@ impl Scene {
             (Elements::Faces(faces), Method::ProjectedGradient) => self.search(faces, &gradient),
             (Elements::Faces(faces), Method::Newton) => self.search(faces, &Newton::default()),
             (Elements::Faces(faces), _) => self.search(faces, &fw),
+            (Elements::LentFaces(_), _) => unreachable!("the scenes lend nothing"),
         }
     }
 
@@ -285,6 +286,7 @@ fn count(elements: Elements, points: usize) -> usize {
         Elements::Vertices => points,
         Elements::Edges(edges) => edges.len(),
         Elements::Faces(faces) => faces.len(),
+        Elements::LentFaces(faces) => faces.count(),
     }
 }
 
