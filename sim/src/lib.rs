@@ -4,7 +4,7 @@
 //! | question | file |
 //! |---|---|
 //! | Which elements of which body touch which obstacle? | [`query`](Query), [`obstacle`](Obstacle), [`surface`](Surface); soft bodies as obstacles: `caged` |
-//! | What need not be searched again? | [`memory`](Memory) |
+//! | How far does it get until the next search? What need not be searched again? | [`motion`](Motion), [`memory`](Memory) |
 //! | Which way is a sheet pushed by what is thinner than a cell? | `sheet_normal` |
 //! | What does a contact push, and how far? Core's [`Row`] | [`row`](Rows), `world/touch` |
 //! | How does everything move? XPBD (Macklin et al. 2016) in substeps, each pass there and back | [`World`] |
@@ -49,6 +49,7 @@
 mod caged;
 pub mod cloth;
 mod memory;
+mod motion;
 mod obstacle;
 mod query;
 pub mod record;
@@ -62,8 +63,9 @@ mod world;
 
 pub use caged::{CageAtRest, CageRoom, CagedBody};
 pub use memory::Memory;
+pub use motion::Motion;
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
-pub use query::{Contacts, Elements, Motion, Query};
+pub use query::{Contacts, Elements, Query};
 pub use rigid::Body;
 pub use row::{Rounding, Rows};
 pub use sdf_core::contact::{Row, RowSide};

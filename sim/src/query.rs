@@ -5,6 +5,7 @@ use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, MeshInMotion, MeshView, Method, QueryError, Threads};
 
 use crate::memory::{self, Again, Asked, Memory};
+use crate::motion::Motion;
 use crate::obstacle::Obstacle;
 use crate::row::{Rounding, Rows};
 use crate::sheet_normal::SheetNormals;
@@ -64,31 +65,6 @@ impl Default for Query {
             keep: 0.0,
             threads: Threads::ONE,
         }
-    }
-}
-
-/// How far things get until the next search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// Time until the next search.
-    pub time: f64,
-    /// Distance that what falls gains in it: ½ g t².
-    pub fall: f64,
-    /// The margin is never larger, thickness not counted.
-    pub max: f64,
-}
-
-impl Motion {
-    /// Motion of everything in the world for a time.
-    pub fn of(world: &World, time: f64) -> Self {
-        Self { time, fall: 0.5 * world.gravity.norm() * time * time, max: f64::INFINITY }
-    }
-
-    /// Nothing moves: contacts are found where things touch already.
-    pub const NONE: Self = Self { time: 0.0, fall: 0.0, max: 0.0 };
-
-    fn reach(&self, speed: f64) -> f64 {
-        (speed * self.time + self.fall).min(self.max)
     }
 }
 

@@ -136,8 +136,9 @@ def evaluate(sdftool, path, points):
 
 def parse_table(printed):
     rows = list(csv.DictReader(printed.splitlines()))
-    assert rows and list(rows[0]) == ["x", "y", "z", "distance", "gx", "gy", "gz"], "the header of eval"
-    return np.array([[float(row[name]) for name in row] for row in rows])
+    names = ["x", "y", "z", "distance", "gx", "gy", "gz"]
+    assert rows and list(rows[0]) == [*names, "status"], "the header of eval"
+    return np.array([[float(row[name]) for name in names] for row in rows])
 
 
 def check_eval(printed, sdf, grid, interpolate):

@@ -62,7 +62,7 @@ fn print<F: EnclosedSdf>(args: &EvalArgs, field: &F, points: &[[f64; 3]], read: 
     })
 }
 
-/// What is wrong with a sample, the worst first: as in files of contacts, where one column has room for one word.
+/// The worst of what is wrong with a sample: as in files of contacts, where one column has room for one word.
 fn name(status: &Status<bool>) -> &'static str {
     match status {
         status if status.not_finite => "not_finite",

@@ -1,4 +1,4 @@
-//! What does a query do on the card, and what on the CPU? [`CudaQuery`]: field, elements and buffers stay on the card from frame to
+//! Which part of a query runs on the card, and which on the CPU? [`CudaQuery`]: field, elements and buffers stay on the card from frame to
 //! frame, and what the card leaves open the CPU searches.
 
 use sdf_core::AnyField;
