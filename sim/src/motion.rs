@@ -1,0 +1,28 @@
+//! How far do things get until the next search? Contacts are searched within that of what they touch.
+
+use crate::World;
+
+/// How far things get until the next search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Time until the next search.
+    pub time: f64,
+    /// Distance that what falls gains in it: ½ g t².
+    pub fall: f64,
+    /// The margin is never larger, thickness not counted.
+    pub max: f64,
+}
+
+impl Motion {
+    /// Motion of everything in the world for a time.
+    pub fn of(world: &World, time: f64) -> Self {
+        Self { time, fall: 0.5 * world.gravity.norm() * time * time, max: f64::INFINITY }
+    }
+
+    /// Nothing moves: contacts are found where things touch already.
+    pub const NONE: Self = Self { time: 0.0, fall: 0.0, max: 0.0 };
+
+    pub(crate) fn reach(&self, speed: f64) -> f64 {
+        (speed * self.time + self.fall).min(self.max)
+    }
+}
