@@ -98,7 +98,7 @@ def check_vtk(path, sdf, distance):
 
 def check_probe(image, printed, sdf):
     """VTK interpolates like `sdftool eval` at the points inside the box."""
-    table = np.array([list(map(float, row)) for row in list(csv.reader(printed.splitlines()))[1:]])
+    table = np.array([list(map(float, row[:7])) for row in list(csv.reader(printed.splitlines()))[1:]])
     near, far = np.reshape(image.GetBounds(), (3, 2)).T
     table = table[np.all((near < table[:, :3]) & (table[:, :3] < far), axis=1)]
     # VTK's points are f32 by default.
