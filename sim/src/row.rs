@@ -18,7 +18,8 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// The shape that a row of a rigid body needs to know: the obstacle is asked where it rolls, or a flat face on it.
+    /// Shape of the two sides of a row. Curvature costs four evaluations: it is asked for where the field is a body's, which may roll, or
+    /// where a body's flat face may roll on the field.
     pub(crate) fn of(row: &Row<f64>, is_flat: bool, obstacle: &dyn Obstacle) -> Self {
         let is_body = |side: &RowSide<f64>| matches!(side, RowSide::Body { .. });
         let is_asked = is_body(&row.field) || is_flat && is_body(&row.element);

@@ -67,38 +67,36 @@ impl World {
                 Touch { turns_with: self.turns_with(&row, rounding), ..self.touch_of(&row, element, field, rows) };
             rows.touches.push(touch);
         }
-        for touch in &mut rows.touches {
-            (touch.pushed, touch.held, touch.twisted) = (0.0, V3::zeros(), V3::zeros());
-            if let Some((id, normal)) = touch.turns_with {
-                touch.normal = self.bodies[id as usize].rotation * normal;
-            }
-            let normal = touch.normal;
-            for side in [&mut touch.element, &mut touch.field] {
-                match side {
-                    Side::Fixed { center, radius, point } => *point = *center + normal * *radius,
-                    Side::Body { id, center, radius, arm } => {
-                        *arm = self.bodies[*id as usize].rotation * *center + normal * *radius;
-                    }
-                    Side::Particles { .. } => {}
-                }
-            }
-            if touch.turns_with.is_some() {
-                let [element, field] = [&touch.element, &touch.field].map(|side| self.began_at(side));
-                let beside = (field - element) - normal * normal.dot(&(field - element));
-                if let Side::Body { arm, .. } = &mut touch.element {
-                    *arm += beside;
-                }
-            }
+        for index in 0..rows.touches.len() {
+            let touch = self.begun(rows.touches[index], rows);
+            rows.touches[index] = touch;
         }
     }
 
-    /// Where a side that is no particles was as the step began.
-    fn began_at(&self, side: &Side) -> V3 {
-        match side {
-            Side::Fixed { point, .. } => *point,
-            Side::Body { id, arm, .. } => self.bodies[*id as usize].position + arm,
-            Side::Particles { .. } => V3::zeros(),
+    /// A touch as a step begins: nothing is pushed, and sides that are round touch where they have rolled to.
+    fn begun(&self, touch: Touch, rows: &Rows) -> Touch {
+        let mut touch = Touch { pushed: 0.0, held: V3::zeros(), twisted: V3::zeros(), ..touch };
+        if let Some((id, normal)) = touch.turns_with {
+            touch.normal = self.bodies[id as usize].rotation * normal;
         }
+        let normal = touch.normal;
+        for side in [&mut touch.element, &mut touch.field] {
+            match side {
+                Side::Fixed { center, radius, point } => *point = *center + normal * *radius,
+                Side::Body { id, center, radius, arm } => {
+                    *arm = self.bodies[*id as usize].rotation * *center + normal * *radius;
+                }
+                Side::Particles { .. } => {}
+            }
+        }
+        if touch.turns_with.is_some() {
+            // The face is tangent beside the field's point.
+            let between = self.at(&touch.field, rows) - self.at(&touch.element, rows);
+            if let Side::Body { arm, .. } = &mut touch.element {
+                *arm += between - normal * normal.dot(&between);
+            }
+        }
+        touch
     }
 
     /// The body of a flat element on a round field: the plane of the element is that of the contact.

@@ -1,4 +1,5 @@
-//! Rolling friction: a ball holds and rolls at its angle, and stops where it must.
+//! Bodies that roll gain no energy: a ball on a floor, a plank on a log. With rolling friction a ball holds and rolls at its angle, and
+//! stops where it must.
 
 use sdf_core::nalgebra::{Matrix3, UnitQuaternion};
 use sdf_core::shapes::Sphere;
