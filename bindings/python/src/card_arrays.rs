@@ -1,7 +1,7 @@
 //! How do arrays that are on a card come in and go out? By the CUDA array interface, versions 2 and 3: a dictionary with an address, a
 //! shape, strides and a stream, under `__cuda_array_interface__`.
 //!
-//! What comes in is checked here by what the dictionary says, and by the driver ([`Gpu::lend`](sdf_field::cuda::Gpu::lend)): no address
+//! Arrays are checked here by what the dictionary says, and by the driver ([`Gpu::lend`](sdf_field::cuda::Gpu::lend)): no address
 //! of the host, and none beyond the array, reaches a kernel.
 
 use pyo3::exceptions::PyKeyError;

@@ -1,4 +1,4 @@
-//! What do arguments ask for, and how do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
+//! Which query do arguments ask for, and how do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
 
 use numpy::{Element, PyArrayDescr};
 use pyo3::prelude::*;
