@@ -4,6 +4,7 @@ mod affine;
 mod cage;
 mod cage_tree;
 mod clusters;
+mod edge_cases;
 mod first_touch;
 mod grazing;
 mod memory;
