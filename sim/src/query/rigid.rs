@@ -322,3 +322,45 @@ fn rename(contact: &mut Contact<f64>, vertices: &[u32]) {
         Feature::Face(face) => Feature::Face(face),
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use sdf_core::nalgebra::UnitQuaternion;
+
+    use super::*;
+
+    #[test]
+    fn no_point_moves_farther_than_the_way_of_its_surface() {
+        let radius = 1.5;
+        for index in 1..1000 {
+            let angles = [0.7, 1.1, 1.9, 2.3, 3.1, 4.3].map(|factor| (factor * f64::from(index)).sin());
+            let turn = 10_f64.powi(-(index % 8));
+            let axis = V3::new(angles[0], angles[1], angles[2]);
+            let start = UnitQuaternion::from_scaled_axis(V3::new(angles[3], angles[4], angles[5]));
+            let from = Isometry3::from_parts(V3::new(angles[4], 0.0, angles[2]).into(), start);
+            let arm = from.rotation.inverse() * axis.cross(&V3::x()).normalize() * radius;
+            // Across the axis and straight on: the point goes as far as it can.
+            let swing = (from.rotation * arm).cross(&axis).normalize();
+            let turned = UnitQuaternion::from_scaled_axis(-axis.normalize() * turn) * from.rotation;
+            let to = Isometry3::from_parts((from.translation.vector + swing * turn).into(), turned);
+            let bound = way(&from, &to, radius);
+            let made = (to * Point3::from(arm) - from * Point3::from(arm)).norm();
+            assert!(made <= bound + 1e-12, "{made} of {bound}");
+            assert!(turn > 0.02 || made > 0.99 * bound, "{made} of {bound}: the case is not sharp");
+        }
+    }
+
+    #[test]
+    fn a_list_is_complete_until_margin_and_way_exceed_its_margin() {
+        let (before, radius, slope_bound) = (Isometry3::translation(1.0, 2.0, 3.0), 1.5, 1.25);
+        let memory = RigidMemory { listed: Some((before, 0.5)), ..RigidMemory::default() };
+        let moved = Isometry3::translation(1.1, 2.0, 3.0);
+        let turned = before * UnitQuaternion::from_scaled_axis(V3::z() * (0.1 / radius));
+        for pose in [moved, turned] {
+            // 0.5 = 0.375 + 1.25 · 0.1.
+            assert!(memory.is_complete(&pose, radius, 0.375 - 1e-9, slope_bound));
+            assert!(!memory.is_complete(&pose, radius, 0.375 + 1e-9, slope_bound));
+        }
+        assert!(!RigidMemory::default().is_complete(&before, radius, -1.0, slope_bound));
+    }
+}

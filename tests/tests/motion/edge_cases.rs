@@ -13,7 +13,7 @@ use sdf_core::placed::{Placement, Rigid};
 use sdf_core::shapes::{HalfSpace, Sphere, Torus};
 use sdf_core::{Aabb, DynSdf, EnclosedSdf, Float, Real, Sdf, Simplex};
 use sdf_tests::random::Random;
-use sdf_tests::scenes::Steep;
+use sdf_tests::scenes::{IDENTITY, Steep};
 
 use crate::random_pose;
 
@@ -73,10 +73,11 @@ fn a_cluster_is_visited_within_the_very_distance_of_its_contact() {
     for _ in 0..300 {
         // Far off, so that rounding counts.
         let pose = random_pose(&mut random, 100.0);
+        let shift = Rigid::new(random.point_in_cube(100.0), IDENTITY).unwrap();
         for field in fields(&mut random) {
             let field: &dyn DynSdf = &*field;
             let Some(ends) = segment(field, &mut random) else { continue };
-            for pose in [None, Some(&pose)] {
+            for pose in [None, Some(&pose), Some(&shift)] {
                 loose += u32::from(check::<f64>(field, ends, pose)) + u32::from(check::<f32>(field, ends, pose));
                 checked += 2;
             }

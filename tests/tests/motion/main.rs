@@ -2,6 +2,7 @@
 
 mod affine;
 mod cage;
+mod cage_edges;
 mod cage_tree;
 mod clusters;
 mod edge_cases;
