@@ -173,24 +173,15 @@ impl Query {
         }
         let slope_bound = still.map_or(1.0, Field::slope_bound);
         let pair = Pair { obstacle, surface, still, frame: frame.unwrap_or_default(), slope_bound };
-        let (mut found, points) = match &surface.carrier {
-            Carrier::Body { id, points } => {
-                let memory = &mut memory.rigid;
-                (
-                    self.find_rigid(
-                        &pair,
-                        (&world.bodies[*id as usize], points),
-                        motion.reach(surface.max_speed(world)),
-                        memory,
-                        contacts,
-                    )?,
-                    vec![],
-                )
+        // A rigid surface is moved where it is searched.
+        let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
+        let points = if is_rigid { vec![] } else { surface.points(world) };
+        let mut found = match &surface.carrier {
+            Carrier::Body { id, points: rest } => {
+                let (body, reach) = (&world.bodies[*id as usize], motion.reach(surface.max_speed(world)));
+                self.find_rigid(&pair, (body, rest), reach, &mut memory.rigid, contacts)?
             }
-            _ => {
-                let points = surface.points(world);
-                (self.find_soft(&pair, &points, world, motion, memory, contacts)?, points)
-            }
+            _ => self.find_soft(&pair, &points, world, motion, memory, contacts)?,
         };
         if self.one_per_feature {
             let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);
@@ -202,7 +193,7 @@ impl Query {
             found = [minima, others].concat();
         }
         guide(&mut found);
-        let is_sheet = !surface.faces.is_empty() && !matches!(surface.carrier, Carrier::Body { .. });
+        let is_sheet = !surface.faces.is_empty() && !is_rigid;
         let normals = is_sheet.then(|| SheetNormals::new(surface, &points));
         for contact in found {
             match Row::from_contact(&contact, self.thickness) {

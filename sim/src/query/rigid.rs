@@ -31,6 +31,8 @@ pub(crate) struct RigidMemory {
     /// Pose of the surface in the field's frame when its elements were listed, and the margin within which all are. `None` before the
     /// first time.
     listed: Option<(Isometry3<f64>, f64)>,
+    /// Kinds of elements that are listed.
+    kinds: Option<Elements>,
     /// The pose in the last frame, and an upper bound of the way that any vertex has made until then.
     last: Option<Isometry3<f64>>,
     way: f64,
@@ -65,7 +67,7 @@ struct Known<const N: usize> {
 /// The way of the whole surface at which an element has to be looked at.
 #[derive(Clone, Copy, Debug)]
 struct Due {
-    /// Of an element that is known by its lower bound, the margin that is needed counts as a way, too.
+    /// The way; where an element is known by its lower bound, the margin that is needed counts as one, too.
     way: f64,
     by_bound: bool,
 }
@@ -78,7 +80,7 @@ struct Kept {
     radius: Option<f64>,
 }
 
-/// What a frame needs to know of elements.
+/// Needs of one frame.
 #[derive(Clone, Copy)]
 struct Needs {
     /// Elements within this matter.
@@ -247,6 +249,9 @@ impl Query {
         let needed = self.thickness + reach;
         let margin = needed * (1.0 + SEARCHED) + 2.0 * slope_bound * self.hold;
         contacts.element_count += surface.faces.len();
+        if memory.kinds != Some(self.elements) {
+            *memory = RigidMemory { kinds: Some(self.elements), ..RigidMemory::default() };
+        }
         memory.way += memory.last.map_or(0.0, |last| way(&last, &relative, surface.radius()));
         memory.last = Some(relative);
         if !memory.is_complete(&relative, surface.radius(), margin, *slope_bound) {

@@ -150,3 +150,15 @@ fn a_contact_of_a_rigid_surface_is_kept_until_its_element_has_moved_by_hold() {
     searched[4] = 0;
     assert!(searched.iter().all(|count| *count < touching / 2), "{touching} touch, {searched:?} are searched");
 }
+
+#[test]
+fn a_memory_of_other_kinds_of_elements_is_not_believed() {
+    let case = baked();
+    let find = |elements, memory: &mut Memory| {
+        let query = Query { elements, thickness: THICKNESS, hold: HOLD, ..Query::default() };
+        case.find(&query, &Motion::NONE, memory).contacts
+    };
+    let mut memory = Memory::default();
+    find(Elements::FACES, &mut memory);
+    assert_eq!(find(VERTICES_TOO, &mut memory), find(VERTICES_TOO, &mut Memory::default()));
+}
