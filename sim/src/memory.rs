@@ -21,14 +21,14 @@ use sdf_core::contact::{Contact, Feature};
 use sdf_core::nalgebra::Isometry3;
 
 use crate::V3;
+use crate::query::RigidMemory;
 
 /// Knowledge of one surface and one obstacle from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     pub(crate) faces: Known,
     pub(crate) edges: Known,
-    /// A rigid surface moves as one: its pose at the last search, the margin, and all contacts.
-    pub(crate) rigid: Option<(Isometry3<f64>, f64, Vec<Contact<f64>>)>,
+    pub(crate) rigid: RigidMemory,
 }
 
 /// Elements of one kind.

@@ -41,9 +41,9 @@ pub trait Obstacle: Sync {
         0.0
     }
 
-    /// A frame in which the field stands still, and the field's slope bound: there a [`Memory`](crate::Memory) holds from frame to
-    /// frame. `None` of a field that changes.
-    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
+    /// The field, and a frame in which it stands still: there a [`Memory`](crate::Memory) holds from frame to frame, and rigid surfaces
+    /// are searched. `None` of a field that changes.
+    fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
         None
     }
 }
@@ -65,8 +65,8 @@ impl Obstacle for Field {
         radius_of_curvature(self, &Isometry3::identity(), row)
     }
 
-    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
-        Some((Isometry3::identity(), self.slope_bound()))
+    fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
+        Some((self, Isometry3::identity()))
     }
 }
 
@@ -120,8 +120,8 @@ impl Obstacle for Placed<'_> {
         radius_of_curvature(self.field, &isometry(&self.pose), row)
     }
 
-    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
-        Some((isometry(&self.pose), self.field.slope_bound()))
+    fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
+        Some((self.field, isometry(&self.pose)))
     }
 }
 
@@ -153,8 +153,8 @@ impl Obstacle for Carried<'_> {
         radius_of_curvature(self.field, &self.body.isometry(), row)
     }
 
-    fn still_frame(&self) -> Option<(Isometry3<f64>, f64)> {
-        Some((self.body.isometry(), self.field.slope_bound()))
+    fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
+        Some((self.field, self.body.isometry()))
     }
 }
 

@@ -1,8 +1,10 @@
 //! From a surface and an obstacle to rows: which elements are asked, by which method, within which margin, and what is kept.
 
+mod rigid;
+
 use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
-use sdf_field::{ContactOptions, MeshInMotion, MeshView, Method, QueryError, Threads};
+use sdf_field::{ContactOptions, Field, MeshInMotion, MeshView, Method, QueryError, Threads};
 
 use crate::memory::{self, Again, Asked, Memory};
 use crate::motion::Motion;
@@ -11,6 +13,8 @@ use crate::row::{Rounding, Rows};
 use crate::sheet_normal::SheetNormals;
 use crate::surface::{Carrier, Surface};
 use crate::{V3, World};
+
+pub(crate) use rigid::RigidMemory;
 
 /// Kinds of elements that are asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,8 +120,8 @@ impl Contacts {
 struct Pair<'a> {
     obstacle: &'a dyn Obstacle,
     surface: &'a Surface,
-    points: Vec<[f64; 3]>,
-    /// The frame in which the obstacle's field stands still, and its slope bound.
+    /// The obstacle's field, if that stands still in `frame`.
+    still: Option<&'a Field>,
     frame: Isometry3<f64>,
     slope_bound: f64,
 }
@@ -163,15 +167,21 @@ impl Query {
         contacts: &mut Contacts,
         guide: impl FnOnce(&mut Vec<Contact<f64>>),
     ) -> Result<(), QueryError> {
-        let still = obstacle.still_frame();
+        let (still, frame) = obstacle.still().unzip();
         if still.is_none() {
             *memory = Memory::default();
         }
-        let (frame, slope_bound) = still.unwrap_or((Isometry3::identity(), 1.0));
-        let pair = Pair { obstacle, surface, points: surface.points(world), frame, slope_bound };
+        let slope_bound = still.map_or(1.0, Field::slope_bound);
+        let pair = Pair { obstacle, surface, still, frame: frame.unwrap_or_default(), slope_bound };
+        // A rigid surface is moved where it is searched.
+        let is_rigid = matches!(surface.carrier, Carrier::Body { .. });
+        let points = if is_rigid { vec![] } else { surface.points(world) };
         let mut found = match &surface.carrier {
-            Carrier::Body { id, .. } => self.find_rigid(&pair, world, *id, motion, memory, contacts)?,
-            _ => self.find_soft(&pair, world, motion, memory, contacts)?,
+            Carrier::Body { id, points: rest } => {
+                let (body, reach) = (&world.bodies[*id as usize], motion.reach(surface.max_speed(world)));
+                self.find_rigid(&pair, (body, rest), reach, &mut memory.rigid, contacts)?
+            }
+            _ => self.find_soft(&pair, &points, world, motion, memory, contacts)?,
         };
         if self.one_per_feature {
             let (mut minima, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|contact| contact.rank == 0);
@@ -183,15 +193,18 @@ impl Query {
             found = [minima, others].concat();
         }
         guide(&mut found);
-        let is_sheet = !surface.faces.is_empty() && !matches!(surface.carrier, Carrier::Body { .. });
-        let normals = is_sheet.then(|| SheetNormals::new(surface, &pair.points));
+        let is_sheet = !surface.faces.is_empty() && !is_rigid;
+        let normals = is_sheet.then(|| SheetNormals::new(surface, &points));
         for contact in found {
             match Row::from_contact(&contact, self.thickness) {
                 Some(row) => {
                     let normal = normals.as_ref().map_or(row.normal, |normals| normals.direction(&contact));
                     let row = Row { normal, friction: self.friction, element: surface.side(&contact, world), ..row };
                     let row = obstacle.complete(row);
-                    let rounding = Rounding::of(&row, matches!(contact.feature, Feature::Face(_)), obstacle);
+                    let is_flat = matches!(contact.feature, Feature::Face(_));
+                    let rounding = Rounding::of(&row, is_flat, || {
+                        memory.rigid.radius(&contact, || obstacle.radius_of_curvature(&row))
+                    });
                     contacts.rows.push_round(row, rounding);
                     contacts.contacts.push(contact);
                 }
@@ -205,12 +218,13 @@ impl Query {
     fn find_soft(
         &self,
         pair: &Pair,
+        points: &[[f64; 3]],
         world: &World,
         motion: &Motion,
         memory: &mut Memory,
         contacts: &mut Contacts,
     ) -> Result<Vec<Contact<f64>>, QueryError> {
-        let Pair { surface, points, frame, slope_bound, .. } = pair;
+        let Pair { surface, frame, slope_bound, .. } = pair;
         let reaches: Vec<f64> = surface.speeds(world).iter().map(|speed| motion.reach(*speed)).collect();
         let reach = |vertices: &[u32]| {
             self.thickness + vertices.iter().map(|vertex| reaches[*vertex as usize]).fold(0.0, f64::max)
@@ -225,35 +239,30 @@ impl Query {
             let found = pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, 0.0))?;
             contacts.element_count += surface.faces.len();
             contacts.searched_count += found.searched_count;
-            let again = self.look_again(pair, &asked.old)?;
+            let again = self.look_again(pair, points, &asked.old)?;
             known.tell(&asked.ids, found.contacts, again, self.hold, frame);
             kept.extend(known.contacts());
         }
         if self.elements.edges {
             let known = &mut memory.edges;
             let asked = known.ask(&surface.edges, &local, |edge| reach(edge), self.hold, *slope_bound);
-            let found = self.search_edges(pair, &asked, contacts)?;
+            let found = self.search_edges(pair.obstacle, points, &asked, contacts)?;
             contacts.element_count += surface.edges.len() - asked.ids.len();
-            known.tell(&asked.ids, found, self.look_again(pair, &asked.old)?, self.hold, frame);
+            known.tell(&asked.ids, found, self.look_again(pair, points, &asked.old)?, self.hold, frame);
             kept.extend(known.contacts());
         }
         let mut found: Vec<_> = kept.into_iter().map(|kept| memory::in_world(frame, kept, points)).collect();
         if self.elements.vertices {
             let widest = reaches.iter().fold(0.0, |a: f64, b| a.max(*b));
-            found.extend(self.search_vertices(
-                pair,
-                (0..points.len() as u32).collect(),
-                self.thickness + widest,
-                contacts,
-            )?);
+            found.extend(self.search_vertices(pair.obstacle, points, self.thickness + widest, contacts)?);
         }
         found.retain(|contact| contact.distance <= reach(contact.corner_vertices()));
         Ok(found)
     }
 
     /// Evaluates the field where elements touched before.
-    fn look_again(&self, pair: &Pair, old: &[Contact<f64>]) -> Result<Again, QueryError> {
-        let points: Vec<[f64; 3]> = old.iter().map(|contact| memory::point_on(contact, &pair.points).into()).collect();
+    fn look_again(&self, pair: &Pair, points: &[[f64; 3]], old: &[Contact<f64>]) -> Result<Again, QueryError> {
+        let points: Vec<[f64; 3]> = old.iter().map(|contact| memory::point_on(contact, points).into()).collect();
         let options = self.options(sdf_field::Elements::Vertices, f64::INFINITY);
         let found = pair.obstacle.contacts(MeshView { points: &points, faces: &[] }, &[], &options)?;
         let mut again = Again::default();
@@ -266,110 +275,37 @@ impl Query {
         Ok(again)
     }
 
-    /// A rigid surface: clusters of its faces, then edges and vertices of the faces that touch. All of it is kept while it moves no
-    /// farther than [`hold`](Self::hold) against the obstacle.
-    fn find_rigid(
-        &self,
-        pair: &Pair,
-        world: &World,
-        id: u32,
-        motion: &Motion,
-        memory: &mut Memory,
-        contacts: &mut Contacts,
-    ) -> Result<Vec<Contact<f64>>, QueryError> {
-        let Pair { surface, points, frame, slope_bound, .. } = pair;
-        let body = &world.bodies[id as usize];
-        let relative = frame.inv_mul(&body.isometry());
-        let needed = self.thickness + motion.reach(surface.max_speed(world));
-        let is_known = memory.rigid.as_ref().is_some_and(|(before, margin, kept)| {
-            let turn = before.rotation.rotation_to(&relative.rotation).angle();
-            let way = (relative.translation.vector - before.translation.vector).norm() + turn * surface.radius();
-            (kept.is_empty() || way <= self.hold) && needed + slope_bound * way <= *margin
-        });
-        if !is_known {
-            let margin = needed + 2.0 * slope_bound * self.hold;
-            let found = self.search_rigid(pair, body.pose(), margin, contacts)?;
-            let kept = found.into_iter().map(|contact| memory::into_frame(frame, contact)).collect();
-            memory.rigid = Some((relative, margin, kept));
-        }
-        contacts.element_count += surface.faces.len();
-        let kept = memory.rigid.iter().flat_map(|(_, _, kept)| kept);
-        let mut found: Vec<_> = kept.map(|kept| memory::in_world(frame, kept, points)).collect();
-        found.retain(|contact| contact.distance <= needed);
-        Ok(found)
-    }
-
-    fn search_rigid(
-        &self,
-        pair: &Pair,
-        pose: Option<sdf_core::placed::Rigid>,
-        margin: f64,
-        contacts: &mut Contacts,
-    ) -> Result<Vec<Contact<f64>>, QueryError> {
-        let Elements { faces, edges, vertices } = self.elements;
-        let Surface { faces: all_faces, edges: all_edges, .. } = pair.surface;
-        let mut found = vec![];
-        // Edges and vertices within the margin belong to faces within it.
-        let mut is_near = vec![!faces; pair.points.len()];
-        if let (true, Some((rest, clusters))) = (faces, pair.surface.at_rest()) {
-            let mesh = MeshView { points: rest, faces: all_faces };
-            let mesh = MeshInMotion { pose, clusters: Some(clusters), ..MeshInMotion::new(mesh) };
-            let of_faces =
-                pair.obstacle.contacts_in_motion(&mesh, &self.options(sdf_field::Elements::Faces, margin))?;
-            contacts.searched_count += of_faces.searched_count;
-            found = of_faces.contacts;
-            found.iter().flat_map(|contact| contact.vertices).for_each(|vertex| is_near[vertex as usize] = true);
-        }
-        if edges {
-            let near = (0..).zip(all_edges).filter(|(_, ends)| ends.iter().all(|end| is_near[*end as usize]));
-            let (ids, elements): (Vec<u32>, Vec<_>) = near.map(|(id, ends)| (id, *ends)).unzip();
-            let asked = Asked { margins: vec![margin; ids.len()], ids, elements, old: vec![] };
-            let of_edges = self.search_edges(pair, &asked, contacts)?.into_iter();
-            found.extend(of_edges.map(|contact| Contact { element: asked.ids[contact.element as usize], ..contact }));
-        }
-        if vertices {
-            let near = (0..pair.points.len() as u32).filter(|vertex| is_near[*vertex as usize]);
-            found.extend(self.search_vertices(pair, near.collect(), margin, contacts)?);
-        }
-        Ok(found)
-    }
-
     /// Contacts of edges, numbered as they were asked.
     fn search_edges(
         &self,
-        pair: &Pair,
+        obstacle: &dyn Obstacle,
+        points: &[[f64; 3]],
         asked: &Asked<2>,
         contacts: &mut Contacts,
     ) -> Result<Vec<Contact<f64>>, QueryError> {
         let widest = asked.margins.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-        let mesh = MeshView { points: &pair.points, faces: &[] };
+        let mesh = MeshView { points, faces: &[] };
         let options = self.options(sdf_field::Elements::Edges, widest);
-        let mut found = pair.obstacle.contacts(mesh, &asked.elements, &options)?;
+        let mut found = obstacle.contacts(mesh, &asked.elements, &options)?;
         contacts.element_count += found.element_count;
         contacts.searched_count += found.searched_count;
         found.contacts.retain(|contact| contact.distance <= asked.margins[contact.element as usize]);
         Ok(found.contacts)
     }
 
-    /// Contacts of some vertices.
+    /// Contacts of points, numbered as they are.
     fn search_vertices(
         &self,
-        pair: &Pair,
-        ids: Vec<u32>,
+        obstacle: &dyn Obstacle,
+        points: &[[f64; 3]],
         margin: f64,
         contacts: &mut Contacts,
     ) -> Result<Vec<Contact<f64>>, QueryError> {
-        let points: Vec<_> = ids.iter().map(|id| pair.points[*id as usize]).collect();
-        let mesh = MeshView { points: &points, faces: &[] };
-        let found = pair.obstacle.contacts(mesh, &[], &self.options(sdf_field::Elements::Vertices, margin))?;
+        let mesh = MeshView { points, faces: &[] };
+        let found = obstacle.contacts(mesh, &[], &self.options(sdf_field::Elements::Vertices, margin))?;
         contacts.element_count += found.element_count;
         contacts.searched_count += found.searched_count;
-        let numbered = found.contacts.into_iter().map(|mut contact| {
-            let id = ids[contact.element as usize];
-            (contact.element, contact.vertices[0], contact.feature) = (id, id, Feature::Vertex(id));
-            contact
-        });
-        Ok(numbered.collect())
+        Ok(found.contacts)
     }
 
     fn options(&self, elements: sdf_field::Elements, margin: f64) -> ContactOptions {

@@ -2,7 +2,6 @@
 
 use sdf_core::contact::{Row, RowSide};
 
-use crate::obstacle::Obstacle;
 use crate::world::Touch;
 
 /// The shape of two rigid sides near a contact, which tells where they touch after they have rolled.
@@ -20,10 +19,10 @@ pub struct Rounding {
 impl Rounding {
     /// Shape of the two sides of a row. Curvature costs four evaluations: it is asked for where the field is a body's, which may roll, or
     /// where a body's flat face may roll on the field.
-    pub(crate) fn of(row: &Row<f64>, is_flat: bool, obstacle: &dyn Obstacle) -> Self {
+    pub(crate) fn of(row: &Row<f64>, is_flat: bool, radius: impl FnOnce() -> f64) -> Self {
         let is_body = |side: &RowSide<f64>| matches!(side, RowSide::Body { .. });
         let is_asked = is_body(&row.field) || is_flat && is_body(&row.element);
-        Self { radius: if is_asked { obstacle.radius_of_curvature(row) } else { 0.0 }, is_flat }
+        Self { radius: if is_asked { radius() } else { 0.0 }, is_flat }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies that
-//! carry a sheet, two bodies exchanged.
+//! carry a sheet, two bodies exchanged, rigid surfaces that are remembered.
 
 mod caged;
 mod contacts;
 mod entangled;
 mod motion;
+mod rigid_memory;
 mod rolling;
 mod sheets;
 

@@ -2,8 +2,10 @@
 
 mod affine;
 mod cage;
+mod cage_edges;
 mod cage_tree;
 mod clusters;
+mod edge_cases;
 mod first_touch;
 mod grazing;
 mod memory;

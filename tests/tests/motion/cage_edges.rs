@@ -1,0 +1,119 @@
+//! Bounds of a cage where they hold with equality: of φ in a tetrahedron, of boxes under its map, of slopes and of margins.
+
+use nalgebra::{Matrix3, Vector3};
+use sdf_core::Sdf;
+use sdf_core::cage::{Cage, CageMap, CageOutcome, bound_tets};
+use sdf_core::contact::{Element, TetPoint};
+use sdf_core::minimize::FrankWolfe;
+use sdf_core::placed::{Placed, Placement};
+use sdf_core::shapes::HalfSpace;
+use sdf_core::{Aabb, Simplex};
+use sdf_tests::random::Random;
+
+use crate::cage::{Lattice, with_locator};
+use crate::random_weights;
+
+type Point = Vector3<f64>;
+
+/// A cage of one tetrahedron that is not flat, at rest and deformed.
+fn with_tet(random: &mut Random, run: impl FnOnce(&Cage, &mut Random)) {
+    let points = loop {
+        let corners: Vec<Point> = (0..4).map(|_| random.in_cube(1.0)).collect();
+        let [a, b, c] = [1, 2, 3].map(|k| corners[k] - corners[0]);
+        if a.dot(&b.cross(&c)) > 0.1 {
+            break corners.into_iter().map(<[f64; 3]>::from).collect();
+        }
+    };
+    let lattice = Lattice { points, tets: vec![[0, 1, 2, 3]] };
+    let (stretch, turn) = (random.between(0.5, 2.0), random.between(-0.3, 0.3));
+    let linear = Matrix3::new(stretch, turn, 0.1, -turn, 1.0, 0.2, 0.0, -0.1, 0.8);
+    let now: Vec<[f64; 3]> = lattice.points.iter().map(|x| (linear * Vector3::from(*x)).into()).collect();
+    with_locator(&lattice, &lattice.points, |rest| {
+        with_locator(&lattice, &now, |now| run(&Cage::new(rest, now).unwrap(), random));
+    });
+}
+
+/// The bound comes from the middle: a plane whose normal points from the farthest corner to the middle reaches it.
+#[test]
+fn no_value_in_a_tetrahedron_is_below_its_bound_and_planes_reach_it() {
+    let mut random = Random::seeded();
+    for _ in 0..300 {
+        with_tet(&mut random, |cage, random| {
+            let corners = cage.rest().corners(0).unwrap();
+            let middle: Point = corners.iter().sum::<Point>() / 4.0;
+            let far = corners.iter().max_by(|a, b| (*a - middle).norm().total_cmp(&(*b - middle).norm())).unwrap();
+            for (normal, is_sharp) in
+                [((middle - far).normalize(), true), (Vector3::z(), false), (-Vector3::x(), false)]
+            {
+                let field = HalfSpace::new(normal.into(), normal.dot(far) - 0.2).unwrap();
+                let mut bounds = [0.0];
+                assert!(bound_tets(&field, cage.rest(), &mut bounds));
+                let lowest = corners.iter().map(|corner| field.value(*corner)).fold(f64::INFINITY, f64::min);
+                assert!(bounds[0] <= lowest && (!is_sharp || lowest - bounds[0] < 1e-9), "{} for {lowest}", bounds[0]);
+                // A point that just touches is not left out for it.
+                let at = TetPoint { tet: 0, weights: random_weights(random) };
+                let point = cage.now().point(&at).unwrap();
+                for corner in cage.now().corners(0).unwrap().into_iter().chain([point]) {
+                    let element = Element { id: 0, vertices: [0], simplex: Simplex { corners: [corner] } };
+                    let search = |margin, bounds: &[f64]| {
+                        cage.contact(&field, &FrankWolfe::default(), margin, &element, bounds, CageMap::Exact).outcome
+                    };
+                    let CageOutcome::Contact(found) = search(9.0, &[]) else { panic!("{:?}", search(9.0, &[])) };
+                    let touches = search(found.contact.distance, &bounds);
+                    assert!(matches!(touches, CageOutcome::Contact(_)), "{touches:?}");
+                }
+            }
+        });
+    }
+}
+
+#[test]
+fn boxes_under_a_frozen_map_hold_the_images_of_their_corners_and_no_more() {
+    let mut random = Random::seeded();
+    for _ in 0..300 {
+        with_tet(&mut random, |cage, random| {
+            let at = TetPoint { tet: 0, weights: [0.25; 4] };
+            let frozen = cage.frozen_at(cage.now().point(&at).unwrap()).unwrap();
+            let (a, b) = (random.in_cube(1.0), random.in_cube(1.0));
+            let bounds = Aabb::from_points([a.into(), b.into()]).unwrap();
+            let corners: Vec<Point> = (0..8)
+                .map(|k| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { a[axis] } else { b[axis] }))
+                .collect();
+            let pulled: Vec<Point> = corners.iter().map(|corner| frozen.pull(*corner).point).collect();
+            let jacobian = frozen.pull(a).jacobian;
+            let to_world = jacobian.try_inverse().unwrap();
+            let pushed: Vec<Point> =
+                corners.iter().map(|corner| a + to_world * (corner - frozen.pull(a).point)).collect();
+            for (found, images) in [(frozen.pull_bounds(bounds), pulled), (frozen.push_bounds(bounds), pushed)] {
+                let around = Aabb::from_points(images.into_iter().map(Into::into)).unwrap();
+                for axis in 0..3 {
+                    assert!((found.min[axis] - around.min[axis]).abs() < 1e-9, "{found:?} {around:?}");
+                    assert!((found.max[axis] - around.max[axis]).abs() < 1e-9, "{found:?} {around:?}");
+                }
+            }
+        });
+    }
+}
+
+/// A point above a plane, at the margin of the world: in material space it is farther off by up to the slope factor.
+#[test]
+fn slopes_and_margins_of_a_cage_are_reached_along_its_largest_stretch() {
+    let mut random = Random::seeded();
+    for _ in 0..300 {
+        with_tet(&mut random, |cage, random| {
+            let svd = cage.jacobian(0).unwrap().svd(true, true);
+            let largest = svd.singular_values.imax();
+            // G v = σ u: a way along v in the world is σ times as long in material space, along u.
+            let (u, v) = (svd.u.unwrap().column(largest).into_owned(), svd.v_t.unwrap().row(largest).transpose());
+            let field = HalfSpace::new(u.into(), 0.0).unwrap();
+            let point = cage.now().point(&TetPoint { tet: 0, weights: random_weights(random) }).unwrap();
+            let middle = cage.now().point(&TetPoint { tet: 0, weights: [0.25; 4] }).unwrap();
+            let placed = Placed { field: &field, placement: cage.frozen_at(middle).unwrap() };
+            let way = 0.01;
+            let rise = placed.value(point + v * way) - placed.value(point);
+            for slope_bound in [placed.slope_bound(), cage.slope_factor() * field.slope_bound()] {
+                assert!(rise <= slope_bound * way * (1.0 + 1e-9) && rise > 0.999_999 * slope_bound * way, "{rise}");
+            }
+        });
+    }
+}
