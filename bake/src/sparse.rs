@@ -32,12 +32,13 @@
 //! | 3. certify a tight error of interpolation | `interpolation_error` |
 //! | 4. encode samples | `quantize` |
 //! | 5. cut the Hilbert curve into parts, add the bricks that close an open mesh | `part`; what is left of the map: `coarse_map` |
-//! | 6. compute bricks, join them, and bound values, slopes and errors | `compute`, `assemble`, `brick_bounds` |
+//! | 6. compute bricks, join them, and bound values, slopes and errors | `compute`, `assemble`, `brick_tables`, `brick_bounds` |
 
 mod assemble;
 mod brick;
 mod brick_bounds;
 mod brick_map;
+mod brick_tables;
 mod coarse_map;
 mod compute;
 mod interpolation_error;
@@ -53,9 +54,10 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::MeshDistance;
-pub use assemble::{BoundedGrid, BrickSamples, BrickSources, NoSample, UnboundedGrid};
+pub use assemble::{BoundedGrid, BrickSamples, BrickSources, UnboundedGrid};
 use brick_map::BrickMap;
 pub use brick_map::streamed_slot_bytes;
+pub use brick_tables::NoSample;
 pub use coarse_map::{CoarseMap, SlotSides};
 pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;

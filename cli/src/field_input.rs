@@ -23,6 +23,14 @@ pub fn read(path: &Path) -> Result<Field> {
     })
 }
 
+/// The field of a file, or of standard input, as queries take it: with all of its samples.
+pub fn read_whole(path: &Path) -> Result<sdf_field::Field> {
+    Ok(match read(path)? {
+        Field::Grid(stored) => sdf_field::Field::from_stored(stored),
+        Field::Analytic(field) => sdf_field::Field::new(field),
+    })
+}
+
 /// The field of a blob, if it has distances as far as the margin.
 pub fn from_blob(path: &Path, blob: StoredBlob, margin: f64) -> Result<sdf_field::Field> {
     let field = sdf_field::Field::from_blob(blob);

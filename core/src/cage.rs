@@ -32,6 +32,7 @@ pub use touch::{CageContact, CageMap, CageOutcome, CageSearch};
 pub use tree::{sort_tets, tet_tree_size};
 
 use crate::contact::TetPoint;
+use crate::number::Real;
 use crate::placed::affine::spectral_norm;
 use crate::{Aabb, EnclosedSdf};
 
@@ -108,6 +109,16 @@ pub fn bound_tets<F: EnclosedSdf>(field: &F, rest: &TetLocator, lower_bounds: &m
         *bound = corners.map_or(f64::NEG_INFINITY, |corners| touch::lower_bound(field, &corners));
     }
     lower_bounds.len() == rest.tets().len()
+}
+
+/// Positions of corners; `None` where one is not finite, or not there.
+fn tet_corners(points: &[[f64; 3]], corners: &[u32; 4]) -> Option<[Vector3<f64>; 4]> {
+    let mut found = [Vector3::zeros(); 4];
+    for (corner, index) in found.iter_mut().zip(corners) {
+        *corner = Vector3::from(*points.get(*index as usize)?);
+    }
+    let is_representable = found.iter().flatten().all(|x| x.is_representable());
+    is_representable.then_some(found)
 }
 
 /// The box around a tetrahedron's corners.

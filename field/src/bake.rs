@@ -2,6 +2,8 @@
 
 #[cfg(feature = "files")]
 mod join;
+#[cfg(feature = "files")]
+mod on_disk;
 mod options;
 #[cfg(feature = "files")]
 mod parts;
@@ -22,9 +24,11 @@ pub use sdf_bake::{ErrorRegion, ErrorRegions, InvalidMesh, MeshReport, Topology}
 
 #[cfg(feature = "files")]
 pub use join::merge_parts;
+#[cfg(feature = "files")]
+pub use on_disk::{BakeFileError, GridOnDisk};
 pub use options::{BakeOptions, GridSize, InnerFaces, MaxError};
 #[cfg(feature = "files")]
-pub use parts::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, GridOnDisk};
+pub use parts::{BakeOutcome, BakeTarget, BakedFile};
 #[cfg(feature = "files")]
 pub use sdf_bake::sparse::BrickShard;
 

@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 
 use sdf_core::contact::{Contact, ContactStatus, Feature, one_per_feature};
 
-use crate::contacts::{self, CHUNK, Contacts, QueryError};
+use crate::contacts::{self, CHUNK, Contacts};
 use crate::mesh_view::check;
+use crate::query_error::QueryError;
 use crate::{ContactOptions, Elements, Field, MeshView};
 
 /// Chunks of elements in a batch, for each thread: enough that no thread waits long for the last one.

@@ -12,12 +12,13 @@ use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf, Sdf};
 
 use crate::MeshView;
-use crate::contacts::{CHUNK, Contacts, QueryError};
+use crate::contacts::{CHUNK, Contacts};
 use crate::engine::Query;
 use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::{check, element};
 use crate::method::Method;
 use crate::options::{ContactOptions, Elements};
+use crate::query_error::QueryError;
 
 /// Depths are certified to this fraction of the diagonal of the mesh's box.
 const TOLERANCE: f64 = 2e-7;

@@ -6,11 +6,12 @@ use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, AnyField, Real, Sample, Sdf};
 
-use crate::contacts::{self, Contacts, QueryError};
+use crate::contacts::{self, Contacts};
 #[cfg(feature = "bake")]
 use crate::exact::ExactField;
 use crate::info::GridInfo;
 use crate::kept_mesh::KeptMesh;
+use crate::query_error::QueryError;
 use crate::{ContactOptions, MeshInMotion, MeshView, Threads};
 
 /// A signed distance field: a grid or any closed form. Negative inside, in the unit of its points.

@@ -44,6 +44,7 @@ mod options;
 mod overlap;
 #[cfg(feature = "page")]
 pub mod page;
+mod query_error;
 #[cfg(feature = "exchange")]
 mod requantize;
 #[cfg(feature = "exchange")]
@@ -60,7 +61,7 @@ pub use bake::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, BrickShard, Gr
 pub use combine::CombineError;
 #[cfg(feature = "files")]
 pub use contact_row::ContactRow;
-pub use contacts::{Contacts, QueryError};
+pub use contacts::Contacts;
 pub use field::Field;
 pub use info::{GridInfo, MarginTooLarge, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
@@ -69,6 +70,7 @@ pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use method::{Method, UnknownMethod};
 pub use options::{ContactOptions, Elements};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};
+pub use query_error::QueryError;
 pub use sdf_core as core;
 #[cfg(feature = "files")]
 pub use sdf_formats::clear_leftovers;

@@ -6,8 +6,8 @@ use sdf_core::nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{Aabb, AnyField};
 
-use crate::contacts::QueryError;
 use crate::mesh_view::{MeshView, VertexOutOfRange, check, check_one, element};
+use crate::query_error::QueryError;
 use crate::{ContactOptions, Threads};
 
 /// The faces of a mesh in clusters of neighbours: made once for a mesh at rest, fitted again where it is deformed.

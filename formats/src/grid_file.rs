@@ -9,6 +9,7 @@
 //! # Ok::<(), sdf_formats::grid_file::GridFileError>(())
 //! ```
 
+mod attributes;
 mod block_mask;
 mod check;
 mod coarse_reader;

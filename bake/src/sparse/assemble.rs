@@ -3,26 +3,17 @@
 use std::ops::Range;
 
 use sdf_core::grid::owned::Blocks;
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, BrickData, Code, NO_BRICK, Scale, Sparse, brick_counts};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, NO_BRICK, Scale, Sparse, brick_counts};
 use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside};
 
 use super::brick_bounds::{BoundedBricks, SampleBounds, Window};
 use super::brick_map::exact_within;
-use super::coarse_map::{CoarseMap, slot_index};
+use super::brick_tables::BrickTables;
+use super::coarse_map::CoarseMap;
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::{Quantize, SparseBaker, SparseGrid};
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
-
-/// Stands for a sample that is kept elsewhere; takes no memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct NoSample;
-
-impl Code for NoSample {
-    fn decode(self, _scale: Scale) -> f32 {
-        0.0
-    }
-}
 
 /// Samples of baked bricks, wherever they are kept, in the order in which they were baked: of several parts those of all
 /// [`BakedPart::near`], then those of all [`BakedPart::closing`].
@@ -169,36 +160,6 @@ impl BoundedGrid {
         let Self { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound } = self;
         let table = table.to_vec();
         SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
-    }
-}
-
-/// The arrays of a grid whose bricks are not bounded yet, and whose samples are elsewhere.
-#[derive(Clone, Copy)]
-pub(super) struct BrickTables<'a> {
-    pub table: &'a Blocks<u32>,
-    pub scales: &'a [Scale],
-    pub coarse: &'a [f32],
-}
-
-impl BrickData for BrickTables<'_> {
-    type Code = NoSample;
-    fn table_entry(&self, slot: [u32; 3], _counts: [u32; 3]) -> Option<u32> {
-        self.table.get(slot)
-    }
-    fn scale(&self, brick: usize) -> Option<Scale> {
-        self.scales.get(brick).copied()
-    }
-    fn codes(&self) -> &[NoSample] {
-        &[]
-    }
-    fn bounds_of_brick(&self, _brick: usize) -> Option<BlockBounds> {
-        None
-    }
-    fn coarse_sample(&self, node: [u32; 3], counts: [u32; 3]) -> Option<f32> {
-        self.coarse.get(slot_index(counts, node)).copied()
-    }
-    fn error_of_brick(&self, _brick: usize) -> Option<f32> {
-        None
     }
 }
 

@@ -6,7 +6,7 @@
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Sparse};
 use sdf_core::grid::{BlockBounds, Lattice};
 
-use super::assemble::BrickTables;
+use super::brick_tables::BrickTables;
 use super::{CodesRef, Quantize};
 use crate::error::node_bounds::{Halo, HaloBlock};
 

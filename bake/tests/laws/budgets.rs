@@ -42,7 +42,7 @@ fn a_grid_baked_to_a_budget_is_off_by_no_more() {
     for (name, mesh) in solids(&mut random) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for fraction in [0.3, 0.03, 0.01] {
+        for fraction in [0.3, 0.02] {
             let budget = budget(fraction * mesh.bounds().longest_side());
             let plan = budget.plan(&distance).unwrap();
             let baked = budget.bake(&distance, &|_| ()).unwrap();

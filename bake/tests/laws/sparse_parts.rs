@@ -60,7 +60,7 @@ fn parts_are_the_grid_that_is_baked_at_once() {
     let mut closing = 0;
     for (name, mesh) in closed_meshes(&mut random).into_iter().chain(open_meshes(&mut random)) {
         let mesh = mesh.baked();
-        let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 70.0, 2).unwrap();
+        let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 48.0, 2).unwrap();
         let distance = MeshDistance::new(&mesh, None);
         let baker = SparseBaker::new(&distance, &lattice, BAND * lattice.spacing());
         let whole = baker.bake::<u16>(&|_| ());

@@ -5,6 +5,9 @@ use pyo3::prelude::*;
 
 use crate::errors::{type_error, value_error};
 
+/// The attribute of an array that is on a card.
+pub const CUDA_ARRAY_INTERFACE: &str = "__cuda_array_interface__";
+
 /// Rows of three numbers, lent by numpy or converted.
 pub enum Rows<'py, T: Element> {
     Lent(PyReadonlyArray2<'py, T>),
@@ -89,7 +92,7 @@ pub fn as_array<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'p
         return Ok(array.clone());
     }
     // Numpy would make an object of some, and say of others that it does not know them.
-    if given.getattr_opt(crate::card_arrays::NAME)?.is_some() && !given.hasattr("__array_interface__")? {
+    if given.getattr_opt(CUDA_ARRAY_INTERFACE)?.is_some() && !given.hasattr("__array_interface__")? {
         let advice = if what == "points" { "" } else { "add device=\"cuda\", or " };
         return Err(type_error(format!("{what}: an array on a card: {advice}copy it to the host")));
     }

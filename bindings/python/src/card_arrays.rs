@@ -10,10 +10,8 @@ use pyo3::types::{PyDict, PyTuple};
 use sdf_field::ContactRow;
 use sdf_field::cuda::{CardContacts, Cuda, CudaError, CudaFaces, CudaPoints, LentRows, Ready};
 
-use crate::arrays::{self, Rows};
+use crate::arrays::{self, CUDA_ARRAY_INTERFACE, Rows};
 use crate::errors::{cuda_error, type_error, value_error};
-
-pub const NAME: &str = "__cuda_array_interface__";
 
 /// Points for a card.
 pub enum CardPoints<'py> {
@@ -77,9 +75,10 @@ impl<'py> CardFaces<'py> {
 
 /// Rows of an array on the card; `None` of any other object.
 fn lend(cuda: &Cuda, given: &Bound<PyAny>, what: &str, types: &[&str], wanted: &str) -> PyResult<Option<LentRows>> {
-    let Some(interface) = given.getattr_opt(NAME)? else { return Ok(None) };
-    let interface =
-        interface.cast_into::<PyDict>().map_err(|_| type_error(format!("{what}: {NAME} is no dictionary")))?;
+    let Some(interface) = given.getattr_opt(CUDA_ARRAY_INTERFACE)? else { return Ok(None) };
+    let interface = interface
+        .cast_into::<PyDict>()
+        .map_err(|_| type_error(format!("{what}: {CUDA_ARRAY_INTERFACE} is no dictionary")))?;
     let Interface { address, rows, ready } = Interface::read(&interface, what, types, wanted)?;
     // SAFETY: the caller keeps the object as long as a query has its rows, and with it by the rules of the interface its memory. Nobody
     // writes during a query, as its documentation asks. The stream is one that the object names.
@@ -102,9 +101,11 @@ impl Interface {
         let item = |key: &str| -> PyResult<Option<Bound<PyAny>>> {
             Ok(interface.get_item(key)?.filter(|value| !value.is_none()))
         };
-        let needed = |key: &str| item(key)?.ok_or_else(|| type_error(format!("{what}: {NAME} has no {key:?}")));
-        let wrong =
-            |key: &str| type_error(format!("{what}: {key:?} of {NAME} is not what CUDA's array interface says"));
+        let needed =
+            |key: &str| item(key)?.ok_or_else(|| type_error(format!("{what}: {CUDA_ARRAY_INTERFACE} has no {key:?}")));
+        let wrong = |key: &str| {
+            type_error(format!("{what}: {key:?} of {CUDA_ARRAY_INTERFACE} is not what CUDA's array interface says"))
+        };
         let shape: Vec<usize> = needed("shape")?.extract().map_err(|_| wrong("shape"))?;
         let [rows, 3] = shape[..] else {
             return Err(type_error(format!("{what}: an array of shape {} on the card, not (n, 3)", needed("shape")?)));
@@ -131,7 +132,11 @@ impl Interface {
         let (address, _): (Option<u64>, bool) = needed("data")?.extract().map_err(|_| wrong("data"))?;
         let version: u32 = needed("version")?.extract().map_err(|_| wrong("version"))?;
         let ready = match (version, item("stream")?) {
-            (0 | 1, _) => return Err(type_error(format!("{what}: version {version} of {NAME}; 2 or 3 is needed"))),
+            (0 | 1, _) => {
+                return Err(type_error(format!(
+                    "{what}: version {version} of {CUDA_ARRAY_INTERFACE}; 2 or 3 is needed"
+                )));
+            }
             // It names no stream: PyTorch has this version.
             (2, _) => Ready::AfterAll,
             (_, None) => Ready::Now,

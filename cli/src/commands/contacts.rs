@@ -18,7 +18,6 @@ use serde::{Serialize, Serializer};
 
 use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
-use crate::commands::view;
 use crate::device::{Search, Searcher};
 use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
@@ -71,7 +70,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     if let Some(path) = &args.view {
         // The page shows the whole field, of which only a part was read.
-        let field = view::read(&args.sdf)?;
+        let field = field_input::read_whole(&args.sdf)?;
         let name = format!("{} on {}", stem(&args.mesh), stem(&args.sdf));
         let pose = args.pose.motion()?;
         let contacts: Vec<ContactRecord> = found.records().collect();

@@ -7,10 +7,9 @@ use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Exported, Writ
 use serde_json::json;
 
 use crate::args::ExportArgs;
-use crate::commands::view;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number};
-use crate::{output, progress, standard_output};
+use crate::{field_input, output, progress, standard_output};
 
 pub fn run(args: &ExportArgs) -> Result<()> {
     let format = format(args)?;
@@ -37,7 +36,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         }
         output::ensure_alone(&output, args.json)?;
     }
-    let field = view::read(&args.sdf)?;
+    let field = field_input::read_whole(&args.sdf)?;
     let options = ExportOptions {
         cells: args.res,
         band: args.band,

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use sdf_field::page::Scene;
-use sdf_field::{ContactOptions, Field, MeshView};
+use sdf_field::{ContactOptions, MeshView};
 use sdf_formats::contact_file::ContactRecord;
-use sdf_formats::field_file::Field as FileField;
 use serde_json::json;
 
 use crate::args::ViewArgs;
@@ -22,7 +21,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     output::ensure_writable(&output, &inputs)?;
     let pose = args.pose.motion()?;
     let (contacts, bytes) = progress::on_threads(args.threads, || {
-        let field = read(&args.sdf)?;
+        let field = field_input::read_whole(&args.sdf)?;
         let mesh = args.mesh.as_deref().map(mesh_input::read_mesh).transpose()?;
         let view = mesh.as_ref().map(|mesh| MeshView { points: &mesh.points, faces: &mesh.triangles });
         let mut contacts = Vec::new();
@@ -44,12 +43,4 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let output = output.display().to_string();
     let json = json!({"schema": "sdftool.view/1", "output": output, "bytes": bytes, "contacts": contacts});
     Report { rows, json }.print(args.json)
-}
-
-/// A field with all of its samples.
-pub fn read(path: &Path) -> Result<Field> {
-    Ok(match field_input::read(path)? {
-        FileField::Grid(stored) => Field::from_stored(stored),
-        FileField::Analytic(field) => Field::new(field),
-    })
 }

@@ -65,7 +65,7 @@ fn parts_joined_in_any_order_are_the_bytes_of_one_bake() {
         let words = format!("bake {mesh}.obj --layout sparse {options}");
         folder.done(&format!("{words} -o whole.sdf.h5"));
         let whole = folder.read("whole.sdf.h5");
-        for count in [1, 2, 5] {
+        for count in [1, 4] {
             assert_same(&merged(&folder, &words, count), &whole, &format!("{words} in {count} parts"));
         }
     }

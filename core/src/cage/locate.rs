@@ -3,8 +3,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::tet_bounds;
 use super::tree::{TetTree, meet};
+use super::{tet_bounds, tet_corners};
 use crate::Aabb;
 use crate::contact::TetPoint;
 use crate::number::Real;
@@ -168,13 +168,4 @@ impl<'a> TetLocator<'a> {
             }
         });
     }
-}
-
-pub(super) fn tet_corners(points: &[[f64; 3]], corners: &[u32; 4]) -> Option<[Vector3<f64>; 4]> {
-    let mut found = [Vector3::zeros(); 4];
-    for (corner, index) in found.iter_mut().zip(corners) {
-        *corner = Vector3::from(*points.get(*index as usize)?);
-    }
-    let is_representable = found.iter().flatten().all(|x| x.is_representable());
-    is_representable.then_some(found)
 }

@@ -6,8 +6,7 @@
 //! last; the children of the node i of a level are 8 i … 8 i + 7 of the one below. So the way through the tree needs no stack: after
 //! a node comes its next sibling, and after the last of them its parent's.
 
-use super::locate::tet_corners;
-use super::tet_bounds;
+use super::{tet_bounds, tet_corners};
 use crate::Aabb;
 use crate::contact::{ClusterKey, sort_along_curve};
 

@@ -1,6 +1,5 @@
 //! Parts of a bake joined into a grid file: their bricks bounded and their samples copied, some thousands at a time.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use sdf_bake::sparse::{
@@ -13,7 +12,7 @@ use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTable
 use sdf_formats::grid_file::{About, DeepValues, GridFault, GridFileError, Samples, SparseSamples};
 
 use super::TOOL;
-use super::parts::{BRICKS_AT_A_TIME, BakeFileError, GridOnDisk};
+use super::on_disk::{BRICKS_AT_A_TIME, BakeFileError, Failure, GridOnDisk};
 use crate::file::info_from;
 
 /// Joins the parts of one bake, in any order, into a grid file: the bytes of a bake at once. Holds the samples of a few thousand bricks.
@@ -26,39 +25,6 @@ pub fn merge_parts(parts: &[PathBuf], output: &Path) -> Result<GridOnDisk, BakeF
     }
     let written = atomic_write(output, |temporary| join(joined, temporary, BRICKS_AT_A_TIME));
     written.map_err(|failure: Failure| failure.at(output))
-}
-
-/// Why a file was not written.
-pub(super) enum Failure {
-    Fault(GridFault),
-    File(GridFileError),
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Self::Fault(error.into())
-    }
-}
-
-impl From<GridFault> for Failure {
-    fn from(fault: GridFault) -> Self {
-        Self::Fault(fault)
-    }
-}
-
-impl From<GridFileError> for Failure {
-    fn from(error: GridFileError) -> Self {
-        Self::File(error)
-    }
-}
-
-impl Failure {
-    pub(super) fn at(self, path: &Path) -> BakeFileError {
-        BakeFileError::File(match self {
-            Self::Fault(fault) => GridFileError { path: path.to_owned(), fault },
-            Self::File(error) => error,
-        })
-    }
 }
 
 /// Writes the grid of all parts.

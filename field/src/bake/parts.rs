@@ -10,18 +10,18 @@ use std::path::Path;
 
 use sdf_bake::sparse::{BakedPart, BrickColumns, BrickShard, Quantize, SlotSides, SparseBaker};
 use sdf_bake::{MeshDistance, MeshReport, Topology, TriangleMesh};
-use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 use sdf_formats::atomic_write;
 use sdf_formats::grid_file::part::{self, Codes, JoinedParts, PartInfo, PartTables, Sides};
-use sdf_formats::grid_file::{Compression, GridFileError, StoredMesh};
+use sdf_formats::grid_file::{Compression, StoredMesh};
 
-use super::join::{Failure, join};
+use super::join::join;
+use super::on_disk::{BRICKS_AT_A_TIME, BakeFileError, Failure, GridOnDisk};
 use super::{BakeError, BakeOptions, Baked, Memory, Progress, bake_bricks, bake_grid, finished, grid_info};
 use super::{solid_mesh, sparse_baker};
 use crate::file::about;
-use crate::info::{GridInfo, SignMethod};
+use crate::info::SignMethod;
 use crate::{Field, MeshView};
 
 /// Where a bake goes if its samples do not fit into memory.
@@ -59,55 +59,6 @@ pub struct BakedFile {
     pub mesh: MeshReport,
     /// Holes, shells, and worse.
     pub topology: Topology,
-}
-
-/// Facts about a sparse grid in a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GridOnDisk {
-    /// Nodes of the full resolution.
-    pub lattice: Lattice,
-    /// Facts beside the samples.
-    pub info: GridInfo,
-    /// The type of a sample.
-    pub precision: Precision,
-    /// Lipschitz constant of the interpolant.
-    pub slope_bound: f64,
-    /// Slot of each brick.
-    pub slots: Vec<[u32; 3]>,
-    /// Error bound of each brick.
-    pub errors: Vec<f32>,
-    /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
-    pub is_proven: bool,
-}
-
-/// Why a mesh is not in its file.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum BakeFileError {
-    /// The mesh cannot be baked.
-    Bake(BakeError),
-    /// A file cannot be read or written, or parts do not join.
-    File(GridFileError),
-    /// Parts are of sparse grids of a given size: not of dense ones, nor of [`GridSize::MaxError`](crate::GridSize::MaxError).
-    NotInParts,
-}
-
-impl std::fmt::Display for BakeFileError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Bake(error) => error.fmt(f),
-            Self::File(error) => error.fmt(f),
-            Self::NotInParts => f.write_str("only sparse grids of a given cell size are baked in parts"),
-        }
-    }
-}
-
-impl std::error::Error for BakeFileError {}
-
-impl From<BakeError> for BakeFileError {
-    fn from(error: BakeError) -> Self {
-        Self::Bake(error)
-    }
 }
 
 impl Field {
@@ -165,9 +116,6 @@ impl Field {
         })
     }
 }
-
-/// Bricks whose samples are in memory at a time: 16 MiB of u16, of which three copies may be there, and more of their neighbours.
-pub(super) const BRICKS_AT_A_TIME: usize = 16_384;
 
 /// So many where there is little memory: with fewer, threads wait for each other and neighbours are read again and again.
 const MIN_BRICKS_AT_A_TIME: usize = 256;

@@ -5,7 +5,7 @@ use sdf_core::Aabb;
 use sdf_core::grid::owned::{ErrorRegion, ErrorRegions};
 
 use super::GridFault;
-use super::header::Attributes;
+use super::attributes::Attributes;
 use crate::hdf5::{Group, Hdf5Reader, Object, Value};
 
 const REGIONS: &str = "error_regions";

@@ -4,9 +4,10 @@ use sdf_core::Aabb;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::grid::{BlockBounds, Dense, Lattice, WithBlockBounds};
 
+use super::attributes::Attributes;
 use super::block_mask::BlockMask;
 use super::digests::{DatasetList, Digests, WHOLE_CHUNKS, open_dataset};
-use super::header::{Attributes, Header};
+use super::header::Header;
 use super::kept_mesh::MeshReader;
 use super::placeholder::{SamplePlaceholder, placeholder_grid};
 use super::{GridFault, ReadCount, check, layout};

@@ -7,9 +7,10 @@ use sdf_core::grid::sparse::{BRICK_SAMPLES, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 use sha2::{Digest, Sha256};
 
+use super::attributes::Attributes;
 use super::coding::{BrickCoding, Coding};
 use super::digests::little_endian;
-use super::header::{Attributes, CHECKSUM, Header};
+use super::header::{CHECKSUM, Header};
 use super::{DenseBlockSamples, GridFault, Samples, SparseSamples, StoredMesh, error_regions, kept_mesh, layout};
 use crate::hdf5::{self, Compression, Element, Elements, Group, Value};
 

@@ -112,20 +112,16 @@ fn a_file_cut_short_anywhere_is_refused() {
 #[test]
 fn a_byte_that_changed_never_goes_unnoticed() {
     let mut random = Random::from_clock();
-    for (made, changes) in
-        [(Made::new([2, 3, 5], DENSE), 3), (Made::new([9, 9, 9], SPARSE_U16), 1), (Made::new([9, 9, 3], DENSE_U16), 1)]
-    {
-        let sample = Sample::written(&made);
+    for (nodes, kind) in [([2, 3, 5], DENSE), ([9, 9, 9], SPARSE_U16), ([9, 9, 3], DENSE_U16)] {
+        let sample = Sample::written(&Made::new(nodes, kind));
         let mut noticed = 0;
         for at in 0..sample.bytes.len() {
-            let all = [1 << random.below(8), 0xff, 1 + random.below(255) as u8];
-            for change in &all[..changes] {
-                noticed += usize::from(sample.read_with(at, &[sample.bytes[at] ^ change]).is_some());
-            }
+            let change = [1 << random.below(8), 0xff, 1 + random.below(255) as u8][random.below(3)];
+            noticed += usize::from(sample.read_with(at, &[sample.bytes[at] ^ change]).is_some());
         }
         // The rest is space that HDF5 reserves and nobody reads.
-        println!("{noticed} of {}", changes * sample.bytes.len());
-        assert!(noticed > 3000, "{noticed}");
+        println!("{noticed} of {}", sample.bytes.len());
+        assert!(noticed > 1000, "{noticed}");
     }
 }
 
@@ -136,7 +132,7 @@ fn many_bytes_that_changed_never_go_unnoticed() {
     let sparse = KINDS.map(|kind| ([44, 44, 44], kind));
     for (nodes, kind) in [([33, 33, 33], DENSE), ([2, 2, 2240], DENSE)].into_iter().chain(sparse) {
         let sample = Sample::written(&Made::new(nodes, kind));
-        for _ in 0..1500 {
+        for _ in 0..600 {
             let length = [1, 2, 4, 8, 100][random.below(5)];
             let at = random.below(sample.bytes.len() - length);
             let flood = [0, 0xff, random.below(256) as u8][random.below(3)];
@@ -161,7 +157,7 @@ fn change_structure(sample: &Sample) {
         .filter(|at| marks.iter().any(|mark| sample.bytes[*at..].starts_with(mark)))
         .chain([0])
         .collect();
-    for _ in 0..6_000 {
+    for _ in 0..2_500 {
         let at = offsets[random.below(offsets.len())] + random.below(200);
         let value = [0, 1, 255, 24, 96, 65536, sample.bytes.len() - 1, usize::MAX, random.below(usize::MAX)];
         let width = [1, 2, 4, 8][random.below(4)].min(sample.bytes.len() - at.min(sample.bytes.len() - 1));

@@ -41,7 +41,7 @@ fn worst_error<C: Quantize>(name: &str, mesh: &Mesh, cells: u32, random: &mut Ra
     let field = Grid::new(lattice, storage, grid.slope_bound).unwrap().with_band(band);
     let field = field.with_error_bound(grid.error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());
     let (mut worst, mut count) = (0.0_f64, 0);
-    for _ in 0..20_000 {
+    for _ in 0..10_000 {
         let point = random.point_in_box(baked.bounds().min, baked.bounds().max);
         let exact = distance.signed_distance(point.into());
         if exact >= -band {
@@ -71,10 +71,11 @@ fn depths_beyond_the_band_are_within_the_bound_that_the_grid_states() {
         for cells in [50, 96] {
             let (worst, points) = worst_error::<f32>(name, &mesh, cells, &mut random);
             println!("{name}, {cells} cells: off by {worst:.2} voxels");
-            count += points + worst_error::<u8>(name, &mesh, cells, &mut random).1;
+            count += points;
         }
+        count += worst_error::<u8>(name, &mesh, 50, &mut random).1;
     }
-    assert!(count > 100_000, "{count} points");
+    assert!(count > 40_000, "{count} points");
 }
 
 /// The jump of an open mesh's sign must not mix depths with lower bounds.

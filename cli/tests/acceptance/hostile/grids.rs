@@ -25,7 +25,7 @@ fn check_flipped_bits(layout: &str) {
     folder.done(surface);
     let expected_surface = folder.read("surface.obj");
     let mut random = Random::new(3);
-    let (mut refusals, flips) = (0, 100);
+    let (mut refusals, flips) = (0, 50);
     for _ in 0..flips {
         let mut damaged = good.clone();
         let at = random.below(damaged.len());

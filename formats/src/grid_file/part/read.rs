@@ -9,9 +9,10 @@ use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{Scale, brick_counts};
 
 use super::{Codes, GROUP, PartInfo, PartTables, Sides, map_sizes, share};
+use crate::grid_file::attributes::Attributes;
 use crate::grid_file::coding::Coding;
 use crate::grid_file::digests::{DatasetList, Digests, open_dataset};
-use crate::grid_file::header::{Attributes, Header};
+use crate::grid_file::header::Header;
 use crate::grid_file::kept_mesh::MeshReader;
 use crate::grid_file::read_sparse::SampleDataset;
 use crate::grid_file::{

@@ -21,7 +21,7 @@ where
     let mut random = Random::seeded();
     let mut minima = vec![];
     for (scene, unscaled) in scenes(scale).iter().zip(scenes(1.0)) {
-        for _ in 0..15 {
+        for _ in 0..8 {
             let mut simplex = random_simplex::<N>(&mut random, unscaled.size);
             for corner in &mut simplex.corners {
                 // Rounded to f32 before the scaling, so that scaling by a power of two is exact.

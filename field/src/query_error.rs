@@ -1,0 +1,55 @@
+//! Why may a field not answer a query for contacts?
+
+use crate::mesh_view::VertexOutOfRange;
+
+/// Why a query cannot be answered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum QueryError {
+    /// The mesh names a vertex that it does not have.
+    VertexOutOfRange(VertexOutOfRange),
+    /// Golden-section search is for edges alone.
+    GoldenSectionNeedsEdges,
+    /// Only the certified methods find every minimum of an element.
+    AllMinimaNeedCertified,
+    /// A complete search needs a bound of the field's error, and this field has none.
+    ErrorBoundUnknown,
+    /// An exact search needs the mesh that the grid was baked from.
+    MeshNotKept,
+    /// The mesh that came with the grid cannot be searched: why.
+    MeshUnusable(String),
+    /// An exact search has its own method, and finds one minimum of each element.
+    ExactHasItsOwnMethod,
+    /// An exact search has no clusters and no margins of single faces.
+    ExactNotInMotion,
+    /// Clusters or margins are not those of the mesh: they have another number of faces.
+    FaceCountDiffers,
+}
+
+impl std::fmt::Display for QueryError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::VertexOutOfRange(error) => error.fmt(f),
+            Self::GoldenSectionNeedsEdges => f.write_str("golden-section search works on edges only"),
+            Self::ErrorBoundUnknown => {
+                f.write_str("a complete search needs a field whose error bound is known: a baked grid or a closed form")
+            }
+            Self::MeshNotKept => f.write_str(
+                "an exact search needs the mesh in the field: bake it again with BakeOptions::keep_mesh, or `bake --keep-mesh`",
+            ),
+            Self::MeshUnusable(why) => write!(f, "the mesh in the field cannot be searched: {why}; bake it again"),
+            Self::ExactHasItsOwnMethod => {
+                f.write_str("an exact search has its own method and finds one minimum of each element: leave out the others")
+            }
+            Self::ExactNotInMotion => {
+                f.write_str("an exact search has no clusters and no margins of single faces: ask for contacts of the mesh alone")
+            }
+            Self::FaceCountDiffers => {
+                f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
+            }
+            Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
+        }
+    }
+}
+
+impl std::error::Error for QueryError {}
