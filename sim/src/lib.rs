@@ -59,6 +59,7 @@ pub mod scene;
 mod sheet_normal;
 pub mod soft;
 mod surface;
+mod touch;
 mod world;
 
 pub use caged::{CageAtRest, CageRoom, CagedBody};

@@ -2,7 +2,7 @@
 
 use sdf_core::contact::{Row, RowSide};
 
-use crate::world::Touch;
+use crate::touch::Touch;
 
 /// The shape of two rigid sides near a contact, which tells where they touch after they have rolled.
 ///

@@ -23,7 +23,6 @@ use crate::{Body, V3};
 
 pub use stretch::Stretch;
 pub use tets::Tet;
-pub(crate) use touch::Touch;
 
 /// Order of the constraints in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

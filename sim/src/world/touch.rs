@@ -7,42 +7,8 @@ use sdf_core::nalgebra::UnitQuaternion;
 
 use super::World;
 use crate::row::{Rounding, Rows};
+use crate::touch::{Side, Touch};
 use crate::{Body, V3};
-
-/// A row as a pass takes it: gap = n · (a − b − age · velocity) + offset. A fixed side that is not round stands at the origin.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch {
-    element: Side,
-    field: Side,
-    normal: V3,
-    /// The body that the normal turns with, and the normal in its frame.
-    turns_with: Option<(u32, V3)>,
-    velocity: V3,
-    offset: f64,
-    friction: f64,
-    /// Σ w²/m of all particles.
-    particle_weight: f64,
-    /// The largest w/m of a particle: how far a push of one moves it.
-    farthest: f64,
-    /// A push moves no particle much farther than this: the row is a plane only near where it was found.
-    reach: f64,
-    /// The push along n and across it in this step: mass · length.
-    pushed: f64,
-    held: V3,
-    /// The twist against rolling: mass · length², as a push times an arm.
-    twisted: V3,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Side {
-    /// A point that stands still: `radius` along the row's normal beyond a center.
-    Fixed { center: V3, radius: f64, point: V3 },
-    /// Entries of [`Rows::terms`].
-    Particles { first: u32, count: u32 },
-    /// A point of a body: `radius` along the row's normal beyond a center that turns with the body, and as the last step began at
-    /// `arm` from the body's position.
-    Body { id: u32, center: V3, radius: f64, arm: V3 },
-}
 
 /// With equal masses a push moves no corner by more than (1 + √2)/2 ≈ 1.21 depths on an edge, and 1.37 on a face. A corner that weighs
 /// 1/r of the others moves up to √r/2 depths: 16 at 1 : 1000, which folds the sheet over itself. A push that would move a corner by
