@@ -2,7 +2,7 @@
 //!
 //! Branch and bound over the tree, from the triangle to which the nearest boxes lead. A node is opened, and a triangle measured, only
 //! if its box is nearer to the element's box than the nearest pair so far, and no plane parts it that far from the element: neither
-//! the plane across the way between that pair nor the element's own.
+//! the plane across the way between that pair nor the element's own. Boxes of large nodes are too thick for planes.
 
 use sdf_core::nalgebra::Vector3;
 
@@ -11,6 +11,9 @@ use super::{MeshSurface, SurfacePoint};
 use crate::bvh::{ARITY, Bvh, STACK};
 use crate::rounding::{PARTING_SLACK, PRUNE_SLACK};
 use crate::triangle::nearest_on_triangle;
+
+/// Levels of the tree, from the lowest, whose boxes are held against planes.
+const PLANE_LEVELS: usize = 2;
 
 /// The nearest points of an element and the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,15 +84,29 @@ impl pulp::NullaryFnOnce for ClosestQuery<'_> {
                 continue;
             };
             let distances_sq = tree.box_distances_sq(level, node, min, max);
-            let [_, highest] = tree.box_extents(level, node, parting.direction);
-            let [bottom, top] = tree.box_extents(level, node, slab.normal);
-            let distance = best_sq.sqrt();
-            let first = depth;
-            for (child, distance_sq) in distances_sq.into_iter().enumerate() {
-                let is_parted = highest[child] < parting.least || slab.parts([bottom[child], top[child]], distance);
-                if distance_sq > best_sq * (1.0 + PRUNE_SLACK) || is_parted {
-                    continue;
+            // One bit for each child that is near.
+            let mut near = 0_u32;
+            for (child, distance_sq) in distances_sq.iter().enumerate() {
+                near |= u32::from(*distance_sq <= best_sq * (1.0 + PRUNE_SLACK)) << child;
+            }
+            if near == 0 {
+                continue;
+            }
+            if level < PLANE_LEVELS {
+                let [_, highest] = tree.box_extents(level, node, parting.direction);
+                let [bottom, top] = tree.box_extents(level, node, slab.normal);
+                let distance = best_sq.sqrt();
+                for child in 0..ARITY {
+                    let is_parted =
+                        (highest[child] < parting.least) | slab.parts([bottom[child], top[child]], distance);
+                    near &= !(u32::from(is_parted) << child);
                 }
+            }
+            let first = depth;
+            while near != 0 {
+                let child = near.trailing_zeros() as usize;
+                near &= near - 1;
+                let distance_sq = distances_sq[child];
                 // Insertion sort: the nearest child is on top.
                 let mut position = depth;
                 while position > first && stack[position - 1].0 < distance_sq {
@@ -146,7 +163,7 @@ impl Slab {
     #[inline(always)]
     fn parts(&self, [bottom, top]: [f64; 2], distance: f64) -> bool {
         let distance = distance * (1.0 + PARTING_SLACK);
-        bottom - self.heights[1] > distance || self.heights[0] - top > distance
+        (bottom - self.heights[1] > distance) | (self.heights[0] - top > distance)
     }
 }
 

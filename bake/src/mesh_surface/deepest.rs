@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use sdf_core::nalgebra::Vector3;
 
-use super::nearby::{Ball, Distances, FIRST_FOOT, Nearest, Sieve};
+use super::nearby::{Ball, Distances, FIRST_FOOT, MAX_TRIANGLES, Nearest, Sieve};
 use super::{MeshSurface, SurfacePoint};
 use crate::simd::{LANES, lane_of};
 
@@ -51,6 +51,9 @@ pub struct DepthLimits {
 /// Pieces into which a part is split, and the corners that this makes.
 const PIECES: usize = 4;
 const NEW: usize = FIRST_FOOT;
+
+/// Room for the points of nearly all searches.
+const POINTS: usize = 64;
 
 /// A part of the element that is not settled.
 #[derive(Clone, Copy)]
@@ -124,8 +127,8 @@ impl MeshSurface {
             surface: self,
             corners,
             limits,
-            points: vec![],
-            lists: vec![],
+            points: Vec::with_capacity(POINTS),
+            lists: Vec::with_capacity(2 * MAX_TRIANGLES),
             distances: Distances::new(),
             best,
             evaluations: 0,
@@ -187,7 +190,7 @@ impl Search<'_> {
             return self.bounded(part, middle.slot, None);
         }
         let list = 0..self.lists.len();
-        let mut queries = [middle; LANES];
+        let mut queries = [middle; NEW + 1];
         (0..count).for_each(|corner| queries[corner] = self.points[corner].query);
         self.distances.measure(&self.surface.tree, &self.lists[list.clone()], &queries);
         for corner in 0..count {

@@ -23,13 +23,23 @@ pub(super) fn game_value(rows: Rows, corners: usize, enough: f64) -> GameValue {
     let mut best = Mixture { value: GameValue { upper: f64::INFINITY, weights: [0.0; 3] }, rows: [usize::MAX; 3] };
     for (index, row) in rows.iter().enumerate() {
         let highest = (1..corners).fold(0, |highest, corner| if row[corner] > row[highest] { corner } else { highest });
-        let weights = std::array::from_fn(|corner| f64::from(u8::from(corner == highest)));
-        best.keep_lower(corners, [index, usize::MAX, usize::MAX], &[(1.0, row)], weights);
+        if row[highest] < best.value.upper {
+            let weights = std::array::from_fn(|corner| f64::from(u8::from(corner == highest)));
+            best = Mixture { value: GameValue { upper: row[highest], weights }, rows: [index, usize::MAX, usize::MAX] };
+        }
     }
     while best.value.upper > enough {
         let at = |row: &[f64; 3]| (0..corners).map(|corner| row[corner] * best.value.weights[corner]).sum::<f64>();
-        let entering = (0..rows.len()).min_by(|a, b| at(&rows[*a]).total_cmp(&at(&rows[*b])));
-        let Some(entering) = entering.filter(|row| at(&rows[*row]) < best.value.upper) else { break };
+        let (mut entering, mut lowest) = (usize::MAX, best.value.upper);
+        for (index, row) in rows.iter().enumerate() {
+            let value = at(row);
+            if value < lowest {
+                (entering, lowest) = (index, value);
+            }
+        }
+        if entering == usize::MAX {
+            break;
+        }
         let (before, used) = (best, best.rows.into_iter().filter(|row| *row != usize::MAX));
         let t = &rows[entering];
         for (position, first) in used.clone().enumerate() {

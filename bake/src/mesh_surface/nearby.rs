@@ -9,12 +9,12 @@ use sdf_core::nalgebra::Vector3;
 use super::MeshSurface;
 use crate::bvh::Bvh;
 use crate::rounding::{NORMAL_SLACK, PRUNE_SLACK};
-use crate::simd::{LANES, Lanes, VectorX8};
+use crate::simd::{LANES, Lanes};
 use crate::triangle::is_sliver;
 use crate::triangle::nearest::for_each_point;
 
 /// Longest list. A part with more triangles around it has none, and is measured by the tree.
-const MAX_TRIANGLES: usize = 192;
+pub(super) const MAX_TRIANGLES: usize = 192;
 
 /// The first point whose nearest points are kept.
 pub(super) const FIRST_FOOT: usize = 3;
@@ -41,8 +41,8 @@ impl Distances {
         Self { squared: vec![], feet: vec![], least: [0.0; LANES], nearest: [0; LANES] }
     }
 
-    /// Measures eight points.
-    pub fn measure(&mut self, tree: &Bvh, slots: &[u32], points: &[Vector3<f64>; LANES]) {
+    /// Measures up to eight points; those of further lanes are unknown.
+    pub fn measure<const L: usize>(&mut self, tree: &Bvh, slots: &[u32], points: &[Vector3<f64>; L]) {
         let points = [0, 1, 2].map(|axis| points.map(|point| point[axis]));
         tree.arch.dispatch(Pass { tree, slots, points: &points, to: self });
     }
@@ -54,14 +54,14 @@ impl Distances {
 }
 
 /// The pass over a list, dispatched to the instruction set of the machine.
-struct Pass<'a> {
+struct Pass<'a, const L: usize> {
     tree: &'a Bvh,
     slots: &'a [u32],
-    points: &'a VectorX8<f64>,
+    points: &'a [[f64; L]; 3],
     to: &'a mut Distances,
 }
 
-impl pulp::NullaryFnOnce for Pass<'_> {
+impl<const L: usize> pulp::NullaryFnOnce for Pass<'_, L> {
     type Output = ();
 
     #[inline(always)]
@@ -73,13 +73,15 @@ impl pulp::NullaryFnOnce for Pass<'_> {
         for slot in slots {
             let corners = &tree.corners[*slot as usize];
             let is_sliver = is_sliver(*corners);
-            let (mut squared, mut nearest_points) = (Lanes::default(), [[f64::NAN; LANES]; 3]);
+            let (mut squared, mut nearest_points) = (Lanes::default(), [[f64::NAN; L]; 3]);
             for_each_point(points, corners, is_sliver, |lane, point, distance_sq| {
                 squared[lane] = distance_sq;
                 (0..3).for_each(|axis| nearest_points[axis][lane] = if is_sliver { f64::NAN } else { point[axis] });
             });
-            let feet = nearest_points.map(|axis| std::array::from_fn(|foot| axis[FIRST_FOOT + foot]));
-            for lane in 0..LANES {
+            let feet = nearest_points.map(|axis| {
+                std::array::from_fn(|foot| if FIRST_FOOT + foot < L { axis[FIRST_FOOT + foot] } else { f64::NAN })
+            });
+            for lane in 0..L {
                 let is_nearer =
                     (squared[lane] < least[lane]) | ((squared[lane] == least[lane]) & (*slot < nearest[lane]));
                 least[lane] = if is_nearer { squared[lane] } else { least[lane] };

@@ -16,6 +16,7 @@ use sdf_core::nalgebra::Vector3;
 use super::{Part, Point, Search};
 use crate::mesh_surface::game::game_value;
 use crate::rounding::{NORMAL_SLACK, PRUNE_SLACK};
+use crate::simd::{max, min};
 
 /// Triangles in the bound of a part, at most: those nearest to its corners and its middle.
 const TRIANGLES: usize = 4;
@@ -73,7 +74,7 @@ impl Search<'_> {
         let mut least_cosine = f64::INFINITY;
         for slot in &self.lists[from as usize..to as usize] {
             let normal = self.surface.outward(*slot as usize);
-            least_cosine = least_cosine.min(normal.dot(&axis));
+            least_cosine = min(normal.dot(&axis), least_cosine);
             let mut heights = [0.0; 3];
             points
                 .iter()
@@ -81,7 +82,7 @@ impl Search<'_> {
                 .for_each(|(point, height)| *height = normal.dot(&(point.query - points[0].query)));
             for base in 0..3 {
                 for corner in 0..3 {
-                    falls[base][corner] = f64::max(falls[base][corner], heights[base] - heights[corner]);
+                    falls[base][corner] = max(heights[base] - heights[corner], falls[base][corner]);
                 }
             }
         }
