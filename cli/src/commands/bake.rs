@@ -69,7 +69,7 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
                 .map_err(|error| failure(args, error))
         })?;
         let times = [read, started.elapsed().as_secs_f64() - read];
-        return Ok(part_report(shard, &baked, &input, times, output));
+        return Ok(part_report(args, shard, &baked, &input, times, output));
     }
     let outcome = with_progress(args, |on_progress| bake_whole(args, view, &options, output, on_progress))?;
     drop(mesh);
@@ -147,6 +147,7 @@ fn with_progress<T>(args: &BakeArgs, bake: impl FnOnce(&(dyn Fn(Progress) + Sync
 }
 
 fn part_report(
+    args: &BakeArgs,
     BrickShard { index, count }: BrickShard,
     baked: &BakedFile,
     input: &MeshFacts,
@@ -157,7 +158,7 @@ fn part_report(
     let (lattice, bricks) = (&grid.lattice, grid.slots.len());
     let file = fs::metadata(output).map_or(0, |file| file.len());
     let rows = vec![
-        ("mesh", mesh_row(input, &baked.mesh)),
+        ("mesh", mesh_row(args, input, &baked.mesh)),
         ("sign", info.sign_reason.clone()),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
         (

@@ -144,6 +144,7 @@ fn a_crack_is_welded_when_asked() {
         &["28 points welded", "28 vertices welded to others"],
     );
     folder.done("verify nut.sdf.h5 nut.obj --points 2000");
+    says(&folder.done("bake nut.obj --res 16 --weld 1e-6 --close 1e-6"), &["no points to weld", "no loop to cap"]);
     let json = folder.json("bake nut.obj --res 16 --weld 0.01");
     assert_eq!((json["merged_points"].as_u64(), json["boundary_edges"].as_u64()), (Some(28), Some(0)));
 }

@@ -82,7 +82,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
     let proof = if facts.is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
     let [read, bake, write] = times.map(seconds);
     let mut rows = vec![
-        ("mesh", mesh_row(input, facts.mesh)),
+        ("mesh", mesh_row(args, input, facts.mesh)),
         ("sign", info.sign_reason.clone()),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
     ];
@@ -196,7 +196,8 @@ fn stored_in_bricks(lattice: &Lattice, slots: &[[u32; 3]]) -> [usize; 2] {
     stored
 }
 
-pub fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
+/// The mesh and what was done to it; of repairs that were asked for also that there was nothing to do.
+pub fn mesh_row(args: &BakeArgs, mesh: &MeshFacts, report: &MeshReport) -> String {
     let mut row = format!("{} points, {} triangles", mesh.points, mesh.triangles);
     let objects = if mesh.objects > 1 { mesh.objects } else { 0 };
     let rest = [
@@ -214,5 +215,10 @@ pub fn mesh_row(mesh: &MeshFacts, report: &MeshReport) -> String {
     for (count, one, several) in rest.into_iter().filter(|(count, ..)| *count > 0) {
         row.push_str(&format!(", {count} {}", if count == 1 { one } else { several }));
     }
+    let in_vain = [
+        (args.weld.is_some() && report.merged_points == 0, ", no points to weld within --weld"),
+        (args.close.is_some() && report.cap_triangles == 0, ", no loop to cap within --close"),
+    ];
+    in_vain.into_iter().filter(|(is_in_vain, _)| *is_in_vain).for_each(|(_, words)| row.push_str(words));
     row
 }
