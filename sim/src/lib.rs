@@ -63,10 +63,9 @@ mod touch;
 mod world;
 
 pub use caged::{CageAtRest, CageRoom, CagedBody};
-pub use memory::Memory;
 pub use motion::Motion;
 pub use obstacle::{Carried, Moving, Obstacle, Placed};
-pub use query::{Contacts, Elements, Query};
+pub use query::{Contacts, Elements, Memory, Query};
 pub use rigid::Body;
 pub use row::{Rounding, Rows};
 pub use sdf_core::contact::{Row, RowSide};

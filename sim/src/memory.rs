@@ -1,4 +1,4 @@
-//! Which elements need no search this frame? [`Memory`] keeps what the last search of a surface against an obstacle told.
+//! Which elements need no search this frame? [`Memory`](crate::Memory) keeps what the last search of a surface against an obstacle told.
 //!
 //! All of it is kept in the frame in which the obstacle's field stands still. Let w be the longest way of an element's corners since it
 //! was searched.
@@ -21,15 +21,6 @@ use sdf_core::contact::{Contact, Feature};
 use sdf_core::nalgebra::Isometry3;
 
 use crate::V3;
-use crate::query::RigidMemory;
-
-/// Knowledge of one surface and one obstacle from frame to frame.
-#[derive(Clone, Debug, Default)]
-pub struct Memory {
-    pub(crate) faces: Known,
-    pub(crate) edges: Known,
-    pub(crate) rigid: RigidMemory,
-}
 
 /// Elements of one kind.
 #[derive(Clone, Debug, Default)]

@@ -6,7 +6,7 @@ use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, Field, MeshInMotion, MeshView, Method, QueryError, Threads};
 
-use crate::memory::{self, Again, Asked, Memory};
+use crate::memory::{self, Again, Asked, Known};
 use crate::motion::Motion;
 use crate::obstacle::Obstacle;
 use crate::row::{Rounding, Rows};
@@ -14,7 +14,15 @@ use crate::sheet_normal::SheetNormals;
 use crate::surface::{Carrier, Surface};
 use crate::{V3, World};
 
-pub(crate) use rigid::RigidMemory;
+use rigid::RigidMemory;
+
+/// Knowledge of one surface and one obstacle from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    faces: Known,
+    edges: Known,
+    rigid: RigidMemory,
+}
 
 /// Kinds of elements that are asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
