@@ -1,4 +1,4 @@
-//! What a pass keeps beside each row: both of its sides where they stand, and all that was pushed in the step.
+//! The state that a pass keeps beside each row: both of its sides where they stand, and all that was pushed in the step.
 
 use crate::V3;
 

@@ -1,4 +1,4 @@
-//! What is said of a grid that is in a file and not in memory, and why it may not get there.
+//! Facts about a grid that is in a file and not in memory, and why it may not get there.
 
 use std::io;
 use std::path::Path;
