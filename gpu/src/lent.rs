@@ -1,7 +1,7 @@
 //! Arrays of other programs that are in the card's memory: may kernels read them where they are, and from when on?
 //!
-//! The lender promises that the array stays where it is. The driver is asked the rest: is there memory at that address, of this card and
-//! not of the host, and does all of the array lie in it? Memory that is mapped in pieces one after the other counts as one.
+//! The lender promises that the array stays where it is. The driver checks the rest: the address is memory of this card and not of the
+//! host, and the whole array lies in it. Adjacent mappings count as one piece of memory.
 
 use cudarc::driver::result::{DriverError, memcpy_dtod_async, memcpy_dtoh_async, stream};
 use cudarc::driver::{CudaSlice, DevicePtr, sys};

@@ -17,8 +17,8 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// Shape of the two sides of a row. Curvature costs four evaluations: it is asked for where the field is a body's, which may roll, or
-    /// where a body's flat face may roll on the field.
+    /// Shape of the two sides of a row. The curvature costs four evaluations of the field. It is computed only if one side can roll on the
+    /// other: if the field is a body's, or if the element is a body's flat face.
     pub(crate) fn of(row: &Row<f64>, is_flat: bool, radius: impl FnOnce() -> f64) -> Self {
         let is_body = |side: &RowSide<f64>| matches!(side, RowSide::Body { .. });
         let is_asked = is_body(&row.field) || is_flat && is_body(&row.element);

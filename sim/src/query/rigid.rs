@@ -76,7 +76,7 @@ struct Due {
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     contact: Contact<f64>,
-    /// Radius of curvature of the field's surface there, once it was asked for.
+    /// Radius of curvature of the field's surface at the contact; computed when it is first needed.
     radius: Option<f64>,
 }
 
@@ -128,8 +128,9 @@ impl<const N: usize> Near<N> {
         let spent = total + needed / slope_bound;
         let mut asked = vec![];
         for (place, due) in (0..).zip(&mut self.due) {
+            let reached = if due.by_bound { spent } else { total };
             // False of NaN.
-            if if due.by_bound { spent } else { total } < due.way {
+            if reached < due.way {
                 continue;
             }
             let known = &mut self.known[place as usize];
@@ -158,7 +159,8 @@ impl<const N: usize> Near<N> {
         asked
     }
 
-    /// Records what was found of the asked elements, numbered as they were asked. Those for which another element speaks are left out.
+    /// Records the contacts of the elements that were searched. `Contact::element` is an index into `asked`. Leaves out contacts at a
+    /// vertex or an edge that is searched as an element of its own.
     fn tell(&mut self, asked: &[u32], found: &[Contact<f64>], needs: &Needs, others: Elements) {
         for contact in found {
             let place = asked[contact.element as usize] as usize;

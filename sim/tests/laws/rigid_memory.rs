@@ -1,5 +1,5 @@
-//! A rigid surface that is asked frame after frame: nothing that a search anew finds is missing, however the surface moves, and what is
-//! at rest is not searched.
+//! A rigid surface that is searched in every frame with its memory: it has every contact that a search without memory finds, however
+//! the surface moves, and elements at rest are not searched.
 
 use sdf_core::contact::Contact;
 use sdf_core::nalgebra::{Isometry3, UnitQuaternion};

@@ -196,7 +196,7 @@ fn stored_in_bricks(lattice: &Lattice, slots: &[[u32; 3]]) -> [usize; 2] {
     stored
 }
 
-/// The mesh and what was done to it; of repairs that were asked for also that there was nothing to do.
+/// Counts of the mesh and of its repairs. A repair that was asked for and found nothing to do is named too.
 pub fn mesh_row(args: &BakeArgs, mesh: &MeshFacts, report: &MeshReport) -> String {
     let mut row = format!("{} points, {} triangles", mesh.points, mesh.triangles);
     let objects = if mesh.objects > 1 { mesh.objects } else { 0 };
