@@ -285,3 +285,21 @@ fn conflicting_options_are_wrong_usage() {
         says(&folder.wrong_usage(&format!("bake ball.obj {words}")), &[message]);
     }
 }
+
+/// Through the missing side the sign jumps far from all faces, and the interpolant passes through zero there: that is no fault.
+#[test]
+fn an_open_mesh_is_verified_where_its_sign_jumps_beyond_the_band() {
+    let folder = Folder::new();
+    let side = "f 1 3 4 2\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\nf 3 1 5 7\n";
+    let open_box = |bottom: f64, top: f64| {
+        let level = |z| format!("v 0 0 {z}\nv 1 0 {z}\nv 0 1 {z}\nv 1 1 {z}\n");
+        level(bottom) + &level(top) + side
+    };
+    folder.write("open.obj", open_box(0.0, 1.0));
+    folder.write("moved.obj", open_box(0.25, 1.25));
+    folder.done("bake open.obj --res 32 --layout sparse -o open.sdf.h5");
+    let verified = folder.json("verify open.sdf.h5 open.obj --points 20000");
+    assert_eq!(verified["far"]["wrong_signs"], 0);
+    let moved = folder.sdftool("verify open.sdf.h5 moved.obj --points 20000").assert().code(1);
+    says(&String::from_utf8_lossy(&moved.get_output().stderr), &["points beyond the band have the wrong sign"]);
+}

@@ -2,6 +2,8 @@
 
 use sdf_bake::MeshDistance;
 use sdf_core::Aabb;
+use sdf_core::grid::Storage;
+use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
 use sdf_formats::grid_file::StoredGrid;
 use sdf_procedural::random::unit_at;
@@ -48,6 +50,8 @@ pub struct FarErrors {
     /// The same outside, where the value is a lower bound.
     #[serde(skip)]
     pub over_outside: f64,
+    /// Not counted: points of cells through which the sign of an open mesh jumps, if all corners have their own sign. There the
+    /// interpolant passes through zero where the distance does not.
     pub wrong_signs: usize,
 }
 
@@ -130,7 +134,9 @@ impl Findings {
                 let missing = sdf_parallel::filter(args.points as usize, is_missing).len();
                 let missing_near = samples.iter().filter(|sample| !is_whole(sample.point)).count();
                 let beyond = samples.iter().filter(is_beyond).count();
-                (samples, Some(FarErrors::new(&far, bound)), Some(missing + missing_near), Some(beyond))
+                let is_crossed = |sample: &PointSample| is_crossed_by_a_true_jump(grid, truth, sample.point, bound);
+                let far = FarErrors::new(&far, bound, is_crossed);
+                (samples, Some(far), Some(missing + missing_near), Some(beyond))
             }
             None => (sample(args, grid, truth, box_point(!args.seed)), None, None, None),
         };
@@ -174,14 +180,29 @@ impl Errors {
 }
 
 impl FarErrors {
-    fn new(samples: &[PointSample], error_bound: f64) -> Self {
+    fn new(samples: &[PointSample], error_bound: f64, is_crossed: impl Fn(&PointSample) -> bool) -> Self {
+        let has_wrong_sign = |sample: &&PointSample| sample.has_wrong_sign(error_bound) && !is_crossed(sample);
         let over = |sample: &PointSample| sample.value.abs() - sample.truth.abs();
         Self {
             sample_count: samples.len(),
             falls_short: samples.iter().map(|sample| -over(sample)).fold(0.0, f64::max),
             over: samples.iter().map(over).fold(0.0, f64::max),
             over_outside: samples.iter().filter(|sample| sample.truth > 0.0).map(over).fold(0.0, f64::max),
-            wrong_signs: samples.iter().filter(|sample| sample.has_wrong_sign(error_bound)).count(),
+            wrong_signs: samples.iter().filter(has_wrong_sign).count(),
         }
     }
+}
+
+/// Does a point's cell have corners on both sides, each on the side of the mesh that the file says?
+fn is_crossed_by_a_true_jump(grid: &OwnedGrid, truth: &MeshDistance, point: [f64; 3], sign_tolerance: f64) -> bool {
+    let lattice = grid.lattice();
+    let cell = cell_at(lattice, point);
+    let stored = grid.storage().corners(cell);
+    let is_true = |corner: usize| {
+        let node = std::array::from_fn(|axis| cell[axis] + (corner >> axis & 1) as u32);
+        let truth = truth.signed_distance(lattice.node(node));
+        truth.abs() <= sign_tolerance || (truth < 0.0) == (stored[corner] < 0.0)
+    };
+    let inside_count = stored.iter().filter(|value| **value < 0.0).count();
+    (1..8).contains(&inside_count) && (0..8).all(is_true)
 }
