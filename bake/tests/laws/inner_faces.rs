@@ -197,7 +197,7 @@ fn is_on_surface(all: &[[Vector3<f64>; 3]], point: Vector3<f64>, normal: Vector3
 fn crossing_shells_have_the_distances_of_the_surface_of_their_solid() {
     let mut random = Random::from_env();
     let (mut inside, mut deeper, mut dropped) = (0, 0, 0);
-    for round in 0..60 {
+    for round in 0..40 {
         let parts: Vec<Mesh> = (0..1 + random.below(4)).map(|_| random_part(&mut random)).collect();
         let mesh = parts.iter().cloned().fold(Mesh::default(), Mesh::and);
         let mesh = if parts.len() == 1 { figure_eight(24, 9).turned(&random.rotation()) } else { mesh };
@@ -238,7 +238,7 @@ fn crossing_shells_have_the_distances_of_the_surface_of_their_solid() {
             }
         }
     }
-    assert!(inside > 300 && deeper > 40 && dropped > 2000, "{inside} {deeper} {dropped}");
+    assert!(inside > 200 && deeper > 25 && dropped > 1300, "{inside} {deeper} {dropped}");
 }
 
 fn crossing_solid(turn: &Rotation3<f64>) -> Mesh {

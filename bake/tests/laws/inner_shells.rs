@@ -97,7 +97,7 @@ fn nested_shells_have_the_distances_of_the_surface_of_the_solid() {
 fn whatever_the_shells_the_solid_stays_and_so_do_the_distances_outside() {
     let mut random = Random::from_env();
     let (mut dropped, mut entangled) = (0, 0);
-    for round in 0..120 {
+    for round in 0..60 {
         let mut mesh = Mesh::default();
         for _ in 0..2 + random.below(7) {
             let shell = random_shell(&mut random).scaled(10.0_f64.powf(random.between(-1.5, 0.3)));
@@ -122,7 +122,7 @@ fn whatever_the_shells_the_solid_stays_and_so_do_the_distances_outside() {
             }
         }
     }
-    assert!(dropped > 8 && entangled > 100, "{dropped} {entangled}");
+    assert!(dropped > 3 && entangled > 50, "{dropped} {entangled}");
 }
 
 /// Two crossing shells around others: what lies in them counts twice, so nothing there may be dropped.

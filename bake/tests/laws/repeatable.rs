@@ -36,7 +36,7 @@ fn any_number_of_threads_bakes_the_same_bytes() {
         let bake_on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let Baked { grid, lattice } = Baked::from_mesh(&mesh, None, 20);
+                let Baked { grid, lattice } = Baked::from_mesh(&mesh, None, 16);
                 let coded = Precision::ALL.map(|precision| grid.clone().into_grid_as(&lattice, precision));
                 (grid, coded)
             })
@@ -67,7 +67,7 @@ fn progress_counts_every_node_once() {
 fn any_order_of_triangles_and_points_bakes_the_same_samples() {
     let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
-        let baked = Baked::from_mesh(&mesh, None, 20);
+        let baked = Baked::from_mesh(&mesh, None, 16);
         for _ in 0..2 {
             let mut shuffled = mesh.clone();
             random.shuffle(&mut shuffled.triangles);
@@ -77,7 +77,7 @@ fn any_order_of_triangles_and_points_bakes_the_same_samples() {
                 shuffled.points[*index as usize] = *point;
             }
             shuffled.triangles.iter_mut().flatten().for_each(|index| *index = new_indices[*index as usize]);
-            assert_same_bits(name, &baked.grid, &Baked::from_mesh(&shuffled, None, 20).grid);
+            assert_same_bits(name, &baked.grid, &Baked::from_mesh(&shuffled, None, 16).grid);
         }
     }
 }
@@ -87,10 +87,10 @@ fn any_order_of_triangles_and_points_bakes_the_same_samples() {
 fn any_order_of_corners_bakes_the_same_samples_up_to_rounding() {
     let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
-        let baked = Baked::from_mesh(&mesh, None, 20);
+        let baked = Baked::from_mesh(&mesh, None, 16);
         let mut turned = mesh.clone();
         turned.triangles.iter_mut().for_each(|corners| corners.rotate_left(random.below(3)));
-        let again = Baked::from_mesh(&turned, None, 20);
+        let again = Baked::from_mesh(&turned, None, 16);
         let on_surface = 1e-9 * oracle::diagonal(&mesh);
         let mut differing = 0;
         for ((node, first), (_, second)) in baked.nodes().zip(again.nodes()) {
@@ -112,10 +112,10 @@ fn a_mesh_scaled_by_a_power_of_two_bakes_to_the_samples_scaled() {
     let mut random = Random::from_env();
     for (name, mesh) in samples(&mut random) {
         for method in [SignMethod::PseudoNormal, SignMethod::Winding] {
-            let baked = Baked::from_mesh(&mesh, Some(method), 16);
+            let baked = Baked::from_mesh(&mesh, Some(method), 12);
             for exponent in [-80, -1, 7, 80] {
                 let scale = 2.0_f64.powi(exponent);
-                let scaled = Baked::from_mesh(&mesh.clone().scaled(scale), Some(method), 16);
+                let scaled = Baked::from_mesh(&mesh.clone().scaled(scale), Some(method), 12);
                 let mut wanted = baked.grid.clone();
                 wanted.distances.iter_mut().for_each(|distance| *distance *= scale as f32);
                 wanted.error_bound *= scale;

@@ -102,7 +102,7 @@ fn the_winding_number_is_within_its_bound_of_the_exact_sum_and_on_the_same_side_
         let distance = MeshDistance::new(&baked, None);
         let corners: Vec<_> = mesh.corners();
         let mut worst_here = 0.0_f64;
-        for _ in 0..600 {
+        for _ in 0..300 {
             let bounds = baked.bounds().inflate(0.3 * baked.bounds().longest_side());
             let point = random.point_in_box(bounds.min, bounds.max);
             let exact = oracle::winding_number(&corners, point);
@@ -146,7 +146,7 @@ fn every_sign_is_that_of_the_exact_winding_number() {
     for (name, mesh) in open_meshes(&mut random).into_iter().chain(closed_meshes()).chain(broken) {
         let baked = mesh.baked();
         let distance = MeshDistance::new(&baked, Some(SignMethod::Winding));
-        let dense = Baked::new(&distance, &baked.bounds(), 13 + random.below(7) as u32);
+        let dense = Baked::new(&distance, &baked.bounds(), 10 + random.below(6) as u32);
         assert_sides(&mesh, name, dense.nodes(), &mut random);
         let sparse = sdf_bake::sparse::bake::<f32>(&distance, &dense.lattice, dense.lattice.spacing(), &|_| ());
         let node = |(index, sample): (usize, &f32)| {

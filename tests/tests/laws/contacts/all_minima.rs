@@ -125,10 +125,10 @@ fn from_every_point_below_the_level_a_path_that_hardly_rises_leads_to_a_minimum(
     }
     let mut random = Random::seeded();
     check::<f64, 1>(&mut random, 4);
-    check::<f64, 2>(&mut random, 12);
-    check::<f64, 3>(&mut random, 6);
-    check::<f32, 2>(&mut random, 6);
-    check::<f32, 3>(&mut random, 4);
+    check::<f64, 2>(&mut random, 6);
+    check::<f64, 3>(&mut random, 3);
+    check::<f32, 2>(&mut random, 4);
+    check::<f32, 3>(&mut random, 3);
 }
 
 #[test]

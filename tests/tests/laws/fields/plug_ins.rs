@@ -199,8 +199,9 @@ impl Searches {
     }
 }
 
-/// All that a search asks of a field is compared in f32 and f64 by [`Enclosures`]. So one number type per element is enough here,
-/// and spares the compiler half of the searches.
+/// All that a search asks of any field is compared in f32 and f64 by [`Enclosures`]. So here one number type per element is enough,
+/// and one field for each way through the search: convex, bounded by curvature, by its parts, with exact minima, and posed.
+/// The others would only cost the compiler their searches.
 impl Law for Searches {
     fn check<F: EnclosedSdf>(&mut self, name: &str, field: &F, behind: &dyn DynSdf) {
         for _ in 0..40 {
@@ -212,7 +213,15 @@ impl Law for Searches {
 
 #[test]
 fn a_field_behind_a_pointer_is_searched_to_the_same_bits() {
-    for_each_field(&mut Searches(Random::seeded()));
+    let mut law = Searches(Random::seeded());
+    let (ball, block) = (Sphere::new(0.5).unwrap(), Cuboid::new([0.25, 0.5, 0.375]).unwrap());
+    let (torus, difference) = (Torus::new(0.6, 0.25).unwrap(), Difference(block, ball));
+    let placement = Similarity::new([0.1, 0.0, 0.3], [0.5, 0.5, 0.5, 0.5], 1.5).unwrap();
+    let turned = Placed { field: sampled(&ball, cube_lattice(0.75, 16), 1.0), placement };
+    law.check("cuboid", &block, &block);
+    law.check("torus", &torus, &torus);
+    law.check("difference", &difference, &difference);
+    law.check("turned grid", &turned, &turned);
 }
 
 /// Behind a pointer a union is one field: its bits are its own, and a search does not see its parts.

@@ -92,7 +92,7 @@ fn evaluations_count_the_points_where_the_field_was_evaluated() {
     where
         Method: Minimizer<N>,
     {
-        everywhere::<f64, N>(24, 4, |case| {
+        everywhere::<f64, N>(24, 2, |case| {
             let (field, monitor) = monitored(case.scene);
             let minimum = case.method.minimize(&field, case.simplex);
             // Point sampling evaluates the lowest of its points a second time, for the gradient.
@@ -112,7 +112,7 @@ fn the_value_is_the_lowest_that_the_field_returned() {
     where
         Method: Minimizer<N>,
     {
-        everywhere::<f64, N>(budget, 4, |case| {
+        everywhere::<f64, N>(budget, 2, |case| {
             if matches!(case.method, Method::Certified(_)) {
                 return;
             }
