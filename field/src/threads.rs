@@ -31,11 +31,19 @@ impl Threads {
     /// Runs `work` where rayon's parallel iterators use so many threads.
     #[cfg(feature = "threads")]
     pub(crate) fn install<T: Send>(self, work: impl FnOnce() -> T + Send) -> T {
-        let Some(count) = self.count else { return work() };
-        match rayon::ThreadPoolBuilder::new().num_threads(count.get()).build() {
-            Ok(pool) => pool.install(work),
+        let (mut work, mut result) = (Some(work), None);
+        self.run(&mut || result = work.take().map(|work| work()));
+        result.expect("`run` calls its work")
+    }
+
+    /// [`install`](Self::install), compiled once.
+    #[cfg(feature = "threads")]
+    fn run(self, work: &mut (dyn FnMut() + Send)) {
+        let pool = self.count.map(|count| rayon::ThreadPoolBuilder::new().num_threads(count.get()).build());
+        match pool {
+            Some(Ok(pool)) => pool.install(work),
             // The system starts no more threads: what there is must do.
-            Err(_) => work(),
+            Some(Err(_)) | None => work(),
         }
     }
 
@@ -48,9 +56,11 @@ impl Threads {
     {
         #[cfg(feature = "threads")]
         if self != Self::ONE && items.len() > size {
-            let chunks = || items.chunks(size).enumerate().collect();
-            let map = |(chunk, items): (usize, &[T])| map(chunk * size, items);
-            return self.install(|| sdf_parallel::map_items(chunks(), || (), |(), chunk| map(chunk)));
+            let map = |chunk: usize| {
+                let first = chunk * size;
+                map(first, &items[first..items.len().min(first + size)])
+            };
+            return self.install(|| sdf_parallel::map_each(items.len().div_ceil(size), &map));
         }
         items.chunks(size).enumerate().map(|(chunk, items)| map(chunk * size, items)).collect()
     }

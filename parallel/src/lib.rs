@@ -33,16 +33,26 @@ pub fn map_items<I: Send, S: Send, T: Send>(
     map: impl Fn(&mut S, I) -> T + Sync,
 ) -> Vec<T> {
     let states = Mutex::new(vec![]);
-    let items: Vec<_> = items.into_iter().map(|item| (Mutex::new(Some(item)), Mutex::new(None))).collect();
-    for_each_index(items.len(), &|index| {
-        let (item, result) = &items[index];
-        let Some(item) = lock(item).take() else { return };
+    let items: Vec<_> = items.into_iter().map(|item| Mutex::new(Some(item))).collect();
+    let results = map_each(items.len(), &|index| {
+        let item = lock(&items[index]).take()?;
         let state = lock(&states).pop();
         let mut state = state.unwrap_or_else(&init);
-        *lock(result) = Some(map(&mut state, item));
+        let result = map(&mut state, item);
         lock(&states).push(state);
+        Some(result)
     });
-    items.into_iter().filter_map(|(_, result)| into_inner(result)).collect()
+    results.into_iter().flatten().collect()
+}
+
+/// The results of `map` for each index below `count`, in order. An index may stand for much work. Compiled once for a type of results.
+pub fn map_each<T: Send>(count: usize, map: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
+    let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
+    for_each_index(count, &|index| {
+        let result = map(index);
+        *lock(&results[index]) = Some(result);
+    });
+    results.into_iter().filter_map(into_inner).collect()
 }
 
 /// Threads of the pool that loops called from here run on.
@@ -76,12 +86,7 @@ pub fn filter(count: usize, test: impl Fn(usize) -> bool + Sync) -> Vec<usize> {
 /// The results of `map` for chunks of the indices below `count`, in order. The chunks depend on `count` alone.
 pub fn map_chunks<T: Send>(count: usize, map: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let size = count.div_ceil(CHUNKS).max(1);
-    let results: Vec<Mutex<Option<T>>> = (0..count.div_ceil(size)).map(|_| Mutex::new(None)).collect();
-    for_each_index(results.len(), &|chunk| {
-        let result = map(chunk * size..count.min((chunk + 1) * size));
-        *lock(&results[chunk]) = Some(result);
-    });
-    results.into_iter().filter_map(into_inner).collect()
+    map_each(count.div_ceil(size), &|chunk| map(chunk * size..count.min((chunk + 1) * size)))
 }
 
 /// All items of all chunks, in order.
@@ -103,6 +108,7 @@ mod tests {
             assert_eq!(filter(count, |index| index % 3 == 1), (0..count).filter(|i| i % 3 == 1).collect::<Vec<_>>());
             let chunks = map_chunks(count, |chunk| chunk);
             assert_eq!(chunks.into_iter().flatten().collect::<Vec<_>>(), (0..count).collect::<Vec<_>>());
+            assert_eq!(map_each(count, &|index| 3 * index), map(count, |index| 3 * index));
             let mut items = vec![0; count];
             for_each(items.iter_mut().enumerate().collect(), |(index, item)| *item += index);
             assert_eq!(items, (0..count).collect::<Vec<_>>());

@@ -60,6 +60,8 @@ pub(crate) fn invalid(name: &str, message: impl ToString) -> SceneError {
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Reads a scene file.
+// Inlined, as `parse` is: what serde derives is so compiled where a scene is read. In the program that is for size.
+#[inline]
 pub fn read(path: &Path) -> Result<SceneSpec, SceneError> {
     use std::io::Read;
     let unreadable = |source| SceneError::Unreadable { path: path.to_owned(), source };
@@ -69,6 +71,7 @@ pub fn read(path: &Path) -> Result<SceneSpec, SceneError> {
 }
 
 /// Reads a scene from its text. Errors show `name` in place of a path.
+#[inline]
 pub fn parse(text: &str, name: &str) -> Result<SceneSpec, SceneError> {
     let at_line = |error: toml::de::Error| {
         let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
