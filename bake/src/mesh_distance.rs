@@ -75,11 +75,11 @@ impl<'a> MeshDistance<'a> {
     /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, else winding numbers. A mesh of which
     /// [`TriangleMesh::without_inner_faces`] left only a part has winding numbers in any case.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
-        let tree = Bvh::new(mesh);
+        let tree = mesh.tree.take().unwrap_or_else(|| Bvh::new(mesh));
         let solid = mesh.solid.as_deref().map(Bvh::for_points);
         let sign = if solid.is_some() { sign.and(Some(SignMethod::Winding)) } else { sign };
         let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
-        let mut oriented = mesh_of_signs.known.take().unwrap_or_else(|| orient(mesh_of_signs));
+        let mut oriented = mesh_of_signs.orientation.take().unwrap_or_else(|| orient(mesh_of_signs));
         let orientations: Vec<f64> =
             tree_of_signs.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
         if oriented.topology.bounds_one_solid() {

@@ -78,12 +78,11 @@ fn count_pairs(
     orientations: &[f64],
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
 ) -> usize {
-    let boxes: Vec<Aabb> = sdf_parallel::map(tree.corners.len(), |slot| box_around(&tree.corners[slot]));
     let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
     let is_counted = |slot: &usize| orientations[*slot] != 0.0;
     let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
-        let group = first..boxes.len().min(first + GROUP_SIZE);
-        let group_box = boxes[group.clone()].iter().copied().reduce(|a, b| a.union(&b));
+        let group = first..tree.corners.len().min(first + GROUP_SIZE);
+        let group_box = tree.corners[group.clone()].iter().map(box_around).reduce(|a, b| a.union(&b));
         let Some(group_box) = group_box else { return 0 };
         near.clear();
         // Pairs are counted from the first of both.
@@ -96,7 +95,7 @@ fn count_pairs(
         let mut count_with = |slot: usize| {
             let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot]));
             masks.resize(packed.len(), 0);
-            let (bounds, points) = (&boxes[slot], triangle.0);
+            let (bounds, points) = (&box_around(&tree.corners[slot]), triangle.0);
             tree.arch.dispatch(FindNotApart { triangles: packed, bounds, plane: &plane, points, masks });
             let mut count = 0;
             for (others, mask) in near.chunks(LANES).zip(masks.iter()) {
@@ -111,7 +110,7 @@ fn count_pairs(
         };
         group.filter(is_counted).map(&mut count_with).sum()
     };
-    let counts = sdf_parallel::map_chunks(boxes.len().div_ceil(GROUP_SIZE), |groups| {
+    let counts = sdf_parallel::map_chunks(tree.corners.len().div_ceil(GROUP_SIZE), |groups| {
         let mut buffers = Default::default();
         groups.map(|group| count_in_group(&mut buffers, group * GROUP_SIZE)).sum::<usize>()
     });
