@@ -74,6 +74,12 @@ pub(crate) fn or_lanes<T: Copy + Default + BitOr<Output = T>>(lanes: &Lanes<T>) 
     lanes.iter().fold(T::default(), |any, lane| any | *lane)
 }
 
+/// One bit for each lane: by a product in which no two bits meet.
+#[inline(always)]
+pub(crate) fn bits_of(lanes: &Lanes<bool>) -> u32 {
+    (u64::from_le_bytes(lanes.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32
+}
+
 /// One list of indices per lane, filled without branches.
 pub(crate) struct LaneLists {
     lists: Lanes<Vec<u32>>,

@@ -4,9 +4,10 @@
 //! | step | rejects a pair if | arithmetic |
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
-//! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
-//! | 3 | the same | exact |
-//! | 4 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
+//! | 2 | a plane across the line of their centroids separates them but for a shared corner; not asked of shells that touch | f64 with an error bound |
+//! | 3 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
+//! | 4 | the same | exact |
+//! | 5 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
 //! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
 //! or along an edge, do not intersect; shared corners are recognized by their indices.
@@ -22,7 +23,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME, NODE_POSITION_ROUNDING};
-use crate::simd::{LANES, Lanes, VectorX8, dot, max, min};
+use crate::simd::{LANES, Lanes, VectorX8, bits_of, dot, max, min};
 use crate::triangle::area_vector;
 
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
@@ -30,7 +31,9 @@ const GROUP_SIZE: usize = 8;
 
 /// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
-    count_pairs(mesh, tree, orientations, |plane, a, b, _| may_intersect(plane, a, b) && intersect(a, b))
+    count_pairs(mesh, tree, orientations, |plane, a, b, _| {
+        !are_apart_across_centroids(a, b) && may_intersect(plane, a, b) && intersect(a, b)
+    })
 }
 
 /// Calls `visit` with the triangles of each pair that intersects, or has a point in common although they are not of one
@@ -59,7 +62,7 @@ pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Opt
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
     count_pairs(mesh, tree, &all, |plane, a, b, slots| {
-        let is_contact = may_intersect(plane, a, b) && are_in_contact(a, b);
+        let is_contact = !are_apart_across_centroids(a, b) && may_intersect(plane, a, b) && are_in_contact(a, b);
         // Beyond the limit, what is found is not wanted.
         if is_contact && count.fetch_add(1, Ordering::Relaxed) < max_count {
             found.lock().unwrap_or_else(PoisonError::into_inner).push(slots.map(|slot| tree.triangles[slot]));
@@ -202,7 +205,7 @@ impl CornersX8 {
     #[inline(always)]
     fn not_apart(&self, bounds: &Aabb, plane: &Plane, points: &[u32; 3]) -> u32 {
         let points = points.map(u64::from);
-        let mut is_kept = [0_u8; LANES];
+        let mut is_kept = [false; LANES];
         for lane in 0..LANES {
             let mut meets = true;
             for axis in 0..3 {
@@ -220,10 +223,26 @@ impl CornersX8 {
                 are_below &= is_shared | (side < -rounding);
                 is_any |= !is_shared;
             }
-            is_kept[lane] = u8::from(meets & !(is_any & (are_above | are_below)));
+            is_kept[lane] = meets & !(is_any & (are_above | are_below));
         }
-        (u64::from_le_bytes(is_kept).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32
+        bits_of(&is_kept)
     }
+}
+
+/// Is a plane across the line of the centroids, through the corner that both share or else between them, certain to have the
+/// triangles on either side but for that corner? So it is for most pairs around one corner.
+fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
+    let mut shared = a.0.iter().zip(a.1).filter(|(point, _)| b.0.contains(point)).map(|(_, corner)| *corner);
+    let (corner, is_more) = (shared.next(), shared.next().is_some());
+    let [a_sum, b_sum] = [a, b].map(|(_, [p, q, r])| p + q + r);
+    let normal = b_sum - a_sum;
+    let origin = corner.unwrap_or_else(|| (a_sum + b_sum) / 6.0);
+    let plane = Plane { origin, normal, rounding: normal.abs() * DETERMINANT_ROUNDING };
+    let all = |own: Corners, other: Corners, is_side: fn(f64) -> bool| {
+        let mut own = own.0.iter().zip(own.1).filter(|(point, _)| !other.0.contains(point));
+        own.all(|(_, corner)| is_side(plane.certain_side(corner)))
+    };
+    !is_more && all(a, b, |side| side < 0.0) && all(b, a, |side| side > 0.0)
 }
 
 /// False if the plane of `a` or of `b` certainly separates the triangles. For most pairs this decides.
