@@ -202,8 +202,8 @@ impl<'a> MeshDistance<'a> {
     /// Is the segment between two points too short for the surface of one solid to cross it? Then both are on one side.
     /// D(p) + D(q) > |p − q| suffices, for points of the surface are outside of both balls.
     fn is_segment_clear(&self, neighbour: &MeasuredPoint, point: Vector3<f64>, distance: f64) -> bool {
-        self.solid_normals().is_some()
-            && neighbour.nearest.distance + distance > (point - neighbour.point).norm() * CLEARANCE
+        let sum = neighbour.nearest.distance + distance;
+        self.solid_normals().is_some() && sum * sum > (point - neighbour.point).norm_squared() * (CLEARANCE * CLEARANCE)
     }
 
     /// Sign at a point by pseudo-normals, if its nearest triangle is one of the given slots.
