@@ -99,7 +99,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_are_those_of_a_loop_for_any_count() {
+    fn results_are_those_of_a_loop_for_any_count_and_number_of_threads() {
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(results_are_those_of_a_loop);
+        }
+    }
+
+    fn results_are_those_of_a_loop() {
         for count in [0, 1, 2, CHUNKS - 1, CHUNKS, CHUNKS + 1, 10 * CHUNKS + 7] {
             assert_eq!(map(count, |index| 3 * index), (0..count).map(|index| 3 * index).collect::<Vec<_>>());
             assert_eq!(filter(count, |index| index % 3 == 1), (0..count).filter(|i| i % 3 == 1).collect::<Vec<_>>());
