@@ -4,7 +4,7 @@
 //! | step | rejects a pair if | arithmetic |
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
-//! | 2 | a plane across the line of their centroids separates them but for a shared corner; not asked of shells that touch | f64 with an error bound |
+//! | 2 | a plane across the line of their centroids separates them but for a shared corner; asked where pairs are counted alone | f64 with an error bound |
 //! | 3 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
 //! | 4 | the same | exact |
 //! | 5 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
@@ -65,7 +65,7 @@ pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Opt
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
     count_pairs(mesh, tree, &all, |plane, a, b, slots| {
-        let is_contact = !are_apart_across_centroids(a, b) && may_intersect(plane, a, b) && are_in_contact(a, b);
+        let is_contact = may_intersect(plane, a, b) && are_in_contact(a, b);
         // Beyond the limit, what is found is not wanted.
         if is_contact && count.fetch_add(1, Ordering::Relaxed) < max_count {
             found.lock().unwrap_or_else(PoisonError::into_inner).push(slots.map(|slot| tree.triangles[slot]));
