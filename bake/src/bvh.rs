@@ -42,6 +42,7 @@ pub(crate) const STACK: usize = 11 * ARITY;
 pub(crate) const MAX_EXPANDED: usize = 192;
 
 /// The tree. A triangle's index in the tree's order is its *slot*.
+#[derive(Debug)]
 pub(crate) struct Bvh {
     /// Corners of each slot.
     pub corners: Vec<[Vector3<f64>; 3]>,
@@ -86,6 +87,7 @@ impl PacketTree<'_> {
 }
 
 /// Approximations and discs, which searches of packets ask for beside the tree.
+#[derive(Debug)]
 struct ForPackets {
     /// Approximation of each slot in [`Bvh::frame`].
     approx: Vec<ApproxTriangle>,
@@ -94,7 +96,7 @@ struct ForPackets {
 }
 
 /// Boxes of a node's children, side by side. Unused lanes hold an empty box, infinitely far from everything.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct ChildBoxes {
     min: VectorX8<f64>,
     max: VectorX8<f64>,

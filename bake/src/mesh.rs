@@ -7,6 +7,7 @@
 mod inner_faces;
 mod inner_shells;
 pub mod intersections;
+pub mod known;
 mod stitches;
 pub mod topology;
 
@@ -20,7 +21,9 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 use thiserror::Error;
 
-use topology::KnownOrientation;
+use crate::bvh::Bvh;
+use known::Known;
+use topology::OrientedMesh;
 
 /// Triangles that can be baked: indices in range, finite coordinates, positive extent.
 ///
@@ -38,8 +41,9 @@ pub struct TriangleMesh {
     pub(crate) intersecting_pairs: Option<usize>,
     /// The triangles in the order of a tree, where one was built before.
     pub(crate) order: Option<Vec<u32>>,
-    /// Its orientation, where it was found before: for one who asks next.
-    pub(crate) known: KnownOrientation,
+    /// That tree, and the mesh's orientation, where it was found before.
+    pub(crate) tree: Known<Bvh>,
+    pub(crate) orientation: Known<OrientedMesh>,
     /// The mesh whose winding numbers give the signs, where this is only the surface of its solid.
     pub(crate) solid: Option<Arc<TriangleMesh>>,
     /// Distance by which the surface may be off, as its corners are rounded.
@@ -156,8 +160,21 @@ impl TriangleMesh {
         let bounds = with_extent(Aabb::from_points(corners).ok_or(InvalidMesh::NoArea)?)?;
         let counts = MeshReport { welded_points, unreferenced_points, ..MeshReport::default() };
         let report = MeshReport { degenerate_triangles, repeated_triangles, ..counts };
-        let (intersecting_pairs, order, solid, known) = (None, None, None, KnownOrientation::default());
-        Ok(Self { points, triangles, stitches, bounds, report, intersecting_pairs, order, known, solid, rounding: 0.0 })
+        let (intersecting_pairs, order, solid) = (None, None, None);
+        let (tree, orientation) = (Known::default(), Known::default());
+        Ok(Self {
+            points,
+            triangles,
+            stitches,
+            bounds,
+            report,
+            intersecting_pairs,
+            order,
+            tree,
+            orientation,
+            solid,
+            rounding: 0.0,
+        })
     }
 
     /// Are all coordinates finite and in range, and all indices those of points?

@@ -75,11 +75,11 @@ impl<'a> MeshDistance<'a> {
     /// `sign`: `None` chooses pseudo-normals if the mesh bounds one solid, else winding numbers. A mesh of which
     /// [`TriangleMesh::without_inner_faces`] left only a part has winding numbers in any case.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
-        let tree = Bvh::new(mesh);
+        let tree = mesh.tree.take().unwrap_or_else(|| Bvh::new(mesh));
         let solid = mesh.solid.as_deref().map(Bvh::for_points);
         let sign = if solid.is_some() { sign.and(Some(SignMethod::Winding)) } else { sign };
         let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
-        let mut oriented = mesh_of_signs.known.take().unwrap_or_else(|| orient(mesh_of_signs));
+        let mut oriented = mesh_of_signs.orientation.take().unwrap_or_else(|| orient(mesh_of_signs));
         let orientations: Vec<f64> =
             tree_of_signs.triangles.iter().map(|triangle| oriented.orientations[*triangle as usize]).collect();
         if oriented.topology.bounds_one_solid() {
@@ -202,8 +202,8 @@ impl<'a> MeshDistance<'a> {
     /// Is the segment between two points too short for the surface of one solid to cross it? Then both are on one side.
     /// D(p) + D(q) > |p − q| suffices, for points of the surface are outside of both balls.
     fn is_segment_clear(&self, neighbour: &MeasuredPoint, point: Vector3<f64>, distance: f64) -> bool {
-        self.solid_normals().is_some()
-            && neighbour.nearest.distance + distance > (point - neighbour.point).norm() * CLEARANCE
+        let sum = neighbour.nearest.distance + distance;
+        self.solid_normals().is_some() && sum * sum > (point - neighbour.point).norm_squared() * (CLEARANCE * CLEARANCE)
     }
 
     /// Sign at a point by pseudo-normals, if its nearest triangle is one of the given slots.

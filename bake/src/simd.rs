@@ -25,6 +25,12 @@ pub(crate) fn dot<T: Copy + Add<Output = T> + Mul<Output = T>>(a: [T; 3], b: [T;
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// [`dot`] with fused products. Only for what is inlined into dispatched code: elsewhere each is a call of a library.
+#[inline(always)]
+pub(crate) fn fused_dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
 #[inline(always)]
 pub(crate) fn sub<T: Copy + Sub<Output = T>>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
@@ -62,10 +68,16 @@ pub(crate) fn greater_magnitude(a: f32, b: f32) -> f32 {
     f32::from_bits(a.to_bits().max(b.to_bits()))
 }
 
-/// Bitwise or of all lanes.
+/// Bitwise or of all lanes. Fast where the lanes are read from memory: of lanes that were just compared, each is looked at by itself.
 #[inline(always)]
 pub(crate) fn or_lanes<T: Copy + Default + BitOr<Output = T>>(lanes: &Lanes<T>) -> T {
     lanes.iter().fold(T::default(), |any, lane| any | *lane)
+}
+
+/// One bit for each lane: by a product in which no two bits meet.
+#[inline(always)]
+pub(crate) fn bits_of(lanes: &Lanes<bool>) -> u32 {
+    (u64::from_le_bytes(lanes.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32
 }
 
 /// One list of indices per lane, filled without branches.

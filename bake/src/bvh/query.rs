@@ -10,7 +10,7 @@ use sdf_core::nalgebra::Vector3;
 
 use super::{ARITY, Bvh, ChildBoxes, STACK};
 use crate::rounding::PRUNE_SLACK;
-use crate::simd::{Lanes, max};
+use crate::simd::{Lanes, bits_of, max};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 
 /// A triangle of the tree and its nearest point to a query point.
@@ -217,9 +217,10 @@ impl Bvh {
         while depth > 0 {
             depth -= 1;
             let (level, node) = stack[depth];
-            let entered = enters(&self.levels[level][node]);
-            for (child, _) in entered.iter().enumerate().filter(|(_, enters)| **enters) {
-                let index = node * ARITY + child;
+            let mut entered = bits_of(&enters(&self.levels[level][node]));
+            while entered != 0 {
+                let index = node * ARITY + entered.trailing_zeros() as usize;
+                entered &= entered - 1;
                 if level == 0 {
                     if visit(index).is_break() {
                         return;

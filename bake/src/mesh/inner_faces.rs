@@ -24,7 +24,8 @@ use sdf_core::nalgebra::Vector3;
 use super::has_area;
 use super::inner_shells::MAX_SHELLS;
 use super::intersections::{contacts, intersecting_pairs};
-use super::topology::{KnownOrientation, OrientedMesh, Shells, orient, same_edge};
+use super::known::Known;
+use super::topology::{OrientedMesh, Shells, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::rounding::PIECE_ROUNDING;
@@ -60,7 +61,7 @@ impl TriangleMesh {
     pub fn without_inner_faces(self) -> Self {
         let oriented = orient(&self);
         if oriented.boundary().next().is_some() {
-            return Self { known: KnownOrientation::new(oriented), ..self };
+            return Self { orientation: Known::new(oriented), ..self };
         }
         let topology = oriented.topology;
         let are_shells_known =
@@ -81,8 +82,9 @@ impl TriangleMesh {
             let count = intersecting_pairs(&self, &tree, &orientations);
             self.intersecting_pairs = Some(count);
             if count == 0 {
-                self.order = Some(tree.triangles);
-                self.known = KnownOrientation::new(oriented);
+                self.order = Some(tree.triangles.clone());
+                self.tree = Known::new(tree);
+                self.orientation = Known::new(oriented);
                 return self;
             }
         }
@@ -213,7 +215,8 @@ impl TriangleMesh {
             rounding,
             intersecting_pairs: None,
             order: None,
-            known: KnownOrientation::default(),
+            tree: Known::default(),
+            orientation: Known::default(),
             solid: Some(Arc::new(self)),
         }
     }

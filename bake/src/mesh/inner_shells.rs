@@ -19,7 +19,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use sdf_core::nalgebra::Vector3;
 
 use super::intersections::{for_meeting_pairs, ray_crossings};
-use super::topology::{KnownOrientation, OrientedMesh, Shells, orient, same_edge};
+use super::known::Known;
+use super::topology::{OrientedMesh, Shells, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::triangle::area_vector;
@@ -80,7 +81,7 @@ impl TriangleMesh {
         let count_before = self.triangles.len();
         let mut triangle = 0..;
         self.triangles.retain(|_| !is_inner[labels[triangle.next().unwrap_or(0)]]);
-        (self.order, self.known) = (None, KnownOrientation::default());
+        (self.order, self.tree, self.orientation) = (None, Known::default(), Known::default());
         self.report.inner_triangles = count_before - self.triangles.len();
         self
     }

@@ -4,12 +4,15 @@
 //! | step | rejects a pair if | arithmetic |
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
-//! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
-//! | 3 | the same | exact |
-//! | 4 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
+//! | 2 | a plane across the line of their centroids separates them but for a shared corner; asked where pairs are counted alone | f64 with an error bound |
+//! | 3 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
+//! | 4 | the same | exact |
+//! | 5 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
 //! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
 //! or along an edge, do not intersect; shared corners are recognized by their indices.
+
+mod corners_x8;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,15 +25,18 @@ use sdf_core::nalgebra::Vector3;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME, NODE_POSITION_ROUNDING};
-use crate::simd::{LANES, Lanes, VectorX8, dot, max, min};
+use crate::simd::LANES;
 use crate::triangle::area_vector;
+use corners_x8::{CornersX8, FindNotApart};
 
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
 const GROUP_SIZE: usize = 8;
 
 /// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
-    count_pairs(mesh, tree, orientations, |plane, a, b, _| may_intersect(plane, a, b) && intersect(a, b))
+    count_pairs(mesh, tree, orientations, |plane, a, b, _| {
+        !are_apart_across_centroids(a, b) && may_intersect(plane, a, b) && intersect(a, b)
+    })
 }
 
 /// Calls `visit` with the triangles of each pair that intersects, or has a point in common although they are not of one
@@ -78,12 +84,11 @@ fn count_pairs(
     orientations: &[f64],
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
 ) -> usize {
-    let boxes: Vec<Aabb> = sdf_parallel::map(tree.corners.len(), |slot| box_around(&tree.corners[slot]));
     let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
     let is_counted = |slot: &usize| orientations[*slot] != 0.0;
     let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
-        let group = first..boxes.len().min(first + GROUP_SIZE);
-        let group_box = boxes[group.clone()].iter().copied().reduce(|a, b| a.union(&b));
+        let group = first..tree.corners.len().min(first + GROUP_SIZE);
+        let group_box = tree.corners[group.clone()].iter().map(box_around).reduce(|a, b| a.union(&b));
         let Some(group_box) = group_box else { return 0 };
         near.clear();
         // Pairs are counted from the first of both.
@@ -96,7 +101,7 @@ fn count_pairs(
         let mut count_with = |slot: usize| {
             let (triangle, plane) = (corners(slot), Plane::new(&tree.corners[slot]));
             masks.resize(packed.len(), 0);
-            let (bounds, points) = (&boxes[slot], triangle.0);
+            let (bounds, points) = (&box_around(&tree.corners[slot]), triangle.0);
             tree.arch.dispatch(FindNotApart { triangles: packed, bounds, plane: &plane, points, masks });
             let mut count = 0;
             for (others, mask) in near.chunks(LANES).zip(masks.iter()) {
@@ -111,7 +116,7 @@ fn count_pairs(
         };
         group.filter(is_counted).map(&mut count_with).sum()
     };
-    let counts = sdf_parallel::map_chunks(boxes.len().div_ceil(GROUP_SIZE), |groups| {
+    let counts = sdf_parallel::map_chunks(tree.corners.len().div_ceil(GROUP_SIZE), |groups| {
         let mut buffers = Default::default();
         groups.map(|group| count_in_group(&mut buffers, group * GROUP_SIZE)).sum::<usize>()
     });
@@ -157,74 +162,20 @@ impl Plane {
     }
 }
 
-/// [`CornersX8::not_apart`] of many triangles, dispatched to the instruction set of the machine.
-struct FindNotApart<'a> {
-    triangles: &'a [CornersX8],
-    bounds: &'a Aabb,
-    plane: &'a Plane,
-    points: &'a [u32; 3],
-    masks: &'a mut [u32],
-}
-
-impl pulp::NullaryFnOnce for FindNotApart<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for (triangles, mask) in self.triangles.iter().zip(self.masks) {
-            *mask = triangles.not_apart(self.bounds, self.plane, self.points);
-        }
-    }
-}
-
-/// Eight triangles side by side. Lanes after the last hold NaN.
-struct CornersX8 {
-    points: [Lanes<u64>; 3],
-    positions: [VectorX8<f64>; 3],
-}
-
-impl CornersX8 {
-    fn new<'a>(slots: &[usize], corners: impl Fn(usize) -> Corners<'a>) -> Self {
-        let mut all = Self { points: [[0; LANES]; 3], positions: [[[f64::NAN; LANES]; 3]; 3] };
-        for (lane, slot) in slots.iter().enumerate() {
-            let (points, positions) = corners(*slot);
-            for corner in 0..3 {
-                all.points[corner][lane] = points[corner].into();
-                for axis in 0..3 {
-                    all.positions[corner][axis][lane] = positions[corner][axis];
-                }
-            }
-        }
-        all
-    }
-
-    /// Bits of the triangles whose boxes meet a box, and which a plane does not certainly separate from the triangle of
-    /// some points ([`Plane::separates`]).
-    #[inline(always)]
-    fn not_apart(&self, bounds: &Aabb, plane: &Plane, points: &[u32; 3]) -> u32 {
-        let points = points.map(u64::from);
-        let mut is_kept = [0_u8; LANES];
-        for lane in 0..LANES {
-            let mut meets = true;
-            for axis in 0..3 {
-                let [a, b, c] = [0, 1, 2].map(|corner: usize| self.positions[corner][axis][lane]);
-                meets &= (bounds.min[axis] <= max(max(a, b), c)) & (min(min(a, b), c) <= bounds.max[axis]);
-            }
-            let (mut are_above, mut are_below, mut is_any) = (true, true, false);
-            for corner in 0..3 {
-                let point = self.points[corner][lane];
-                let is_shared = (point == points[0]) | (point == points[1]) | (point == points[2]);
-                let offset = [0, 1, 2].map(|axis: usize| self.positions[corner][axis][lane] - plane.origin[axis]);
-                let side = dot(plane.normal.into(), offset);
-                let rounding = dot(plane.rounding.into(), offset.map(f64::abs)) + MIN_VOLUME;
-                are_above &= is_shared | (side > rounding);
-                are_below &= is_shared | (side < -rounding);
-                is_any |= !is_shared;
-            }
-            is_kept[lane] = u8::from(meets & !(is_any & (are_above | are_below)));
-        }
-        (u64::from_le_bytes(is_kept).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32
-    }
+/// Is a plane across the line of the centroids, through the corner that both share or else between them, certain to have the
+/// triangles on either side but for that corner? So it is for most pairs around one corner.
+fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
+    let mut shared = a.0.iter().zip(a.1).filter(|(point, _)| b.0.contains(point)).map(|(_, corner)| *corner);
+    let (corner, is_more) = (shared.next(), shared.next().is_some());
+    let [a_sum, b_sum] = [a, b].map(|(_, [p, q, r])| p + q + r);
+    let normal = b_sum - a_sum;
+    let origin = corner.unwrap_or_else(|| (a_sum + b_sum) / 6.0);
+    let plane = Plane { origin, normal, rounding: normal.abs() * DETERMINANT_ROUNDING };
+    let all = |own: Corners, other: Corners, is_side: fn(f64) -> bool| {
+        let mut own = own.0.iter().zip(own.1).filter(|(point, _)| !other.0.contains(point));
+        own.all(|(_, corner)| is_side(plane.certain_side(corner)))
+    };
+    !is_more && all(a, b, |side| side < 0.0) && all(b, a, |side| side > 0.0)
 }
 
 /// False if the plane of `a` or of `b` certainly separates the triangles. For most pairs this decides.

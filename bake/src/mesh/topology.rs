@@ -10,7 +10,6 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::TriangleMesh;
 use crate::mesh::stitches::needed_stitches;
@@ -81,7 +80,7 @@ impl fmt::Display for Topology {
 }
 
 /// One triangle's side of an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct HalfEdge {
     /// End points, the lower index first.
     pub points: [u32; 2],
@@ -100,21 +99,6 @@ pub(crate) struct OrientedMesh {
     pub orientations: Vec<f64>,
     /// Half-edges of all triangles that are not ignored, grouped by edge.
     pub half_edges: Vec<HalfEdge>,
-}
-
-/// The orientation of a mesh between two that ask for it, one soon after the other: it is large, so the second takes it away.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct KnownOrientation(Arc<Mutex<Option<OrientedMesh>>>);
-
-impl KnownOrientation {
-    pub fn new(oriented: OrientedMesh) -> Self {
-        Self(Arc::new(Mutex::new(Some(oriented))))
-    }
-
-    /// The orientation, once.
-    pub fn take(&self) -> Option<OrientedMesh> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
 }
 
 impl OrientedMesh {
@@ -204,35 +188,30 @@ fn boundary_edges(half_edges: &[HalfEdge]) -> usize {
     half_edges.chunk_by(same_edge).filter(|edge| edge.len() == 1).count()
 }
 
+/// Half-edges of the triangles that count, in their order: a counting sort by the first point, then each small bucket by itself.
 fn half_edges(mesh: &TriangleMesh, is_counted: &[bool]) -> Vec<HalfEdge> {
-    let all = mesh.triangles.iter().chain(&mesh.stitches).take(is_counted.len());
-    let triangles = (0_u32..).zip(all).filter(|(triangle, _)| is_counted[*triangle as usize]);
-    let mut half_edges: Vec<HalfEdge> = triangles
-        .flat_map(|(triangle, corners)| {
-            [0_u8, 1, 2].map(|corner| {
-                let [from, to] = [0, 1].map(|step| corners[(usize::from(corner) + step) % 3]);
-                HalfEdge { points: [from.min(to), from.max(to)], triangle, corner, is_forward: from < to }
-            })
-        })
-        .collect();
-    counting_sort(&mut half_edges, mesh.points.len(), |half| half.points[0]);
-    half_edges
-}
-
-/// Sorts items whose order begins with a key below `key_count`: a counting sort by key, then each small bucket by
-/// itself.
-fn counting_sort<T: Ord + Copy>(items: &mut Vec<T>, key_count: usize, key: impl Fn(&T) -> u32) {
-    let mut ends = vec![0_usize; key_count + 1];
-    items.iter().for_each(|item| ends[key(item) as usize + 1] += 1);
-    (0..key_count).for_each(|key| ends[key + 1] += ends[key]);
-    let mut sorted = items.clone();
-    for item in items.iter() {
-        let position = &mut ends[key(item) as usize];
-        sorted[*position] = *item;
-        *position += 1;
+    let all = mesh.triangles.iter().chain(&mesh.stitches).zip(is_counted).enumerate();
+    let triangles =
+        || all.clone().filter(|(_, (_, is_counted))| **is_counted).map(|(index, (corners, _))| (index, corners));
+    let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
+    let mut ends = vec![0_usize; mesh.points.len() + 1];
+    for (_, corners) in triangles() {
+        edges(*corners).into_iter().for_each(|[from, to]| ends[from.min(to) as usize + 1] += 1);
     }
-    sorted.chunk_by_mut(|a, b| key(a) == key(b)).for_each(<[T]>::sort_unstable);
-    *items = sorted;
+    (1..ends.len()).for_each(|point| ends[point] += ends[point - 1]);
+    let unset = HalfEdge { points: [0; 2], triangle: 0, corner: 0, is_forward: false };
+    let mut sorted = vec![unset; ends[mesh.points.len()]];
+    for (triangle, corners) in triangles() {
+        for (corner, [from, to]) in (0..).zip(edges(*corners)) {
+            let points = [from.min(to), from.max(to)];
+            let position = &mut ends[points[0] as usize];
+            sorted[*position] = HalfEdge { points, triangle: triangle as u32, corner, is_forward: from < to };
+            *position += 1;
+        }
+    }
+    let key = |half: &HalfEdge| (u64::from(half.points[1]) << 32 | u64::from(half.triangle), half.corner);
+    sorted.chunk_by_mut(|a, b| a.points[0] == b.points[0]).for_each(|edges| edges.sort_unstable_by_key(key));
+    sorted
 }
 
 /// Pairs of triangles with the same corners, by the half-edges of all. Their windings differ: [`TriangleMesh`] removed repeated triangles.

@@ -10,7 +10,7 @@
 //! If that is positive for every t of a triangle, the triangle is nearest to no point of the cube.
 
 use crate::bvh::bounding_disc::BoundingDisc;
-use crate::simd::{LANES, Lanes, VectorX8, dot, lane_of, min, sub};
+use crate::simd::{LANES, Lanes, VectorX8, fused_dot, lane_of, min, sub};
 
 /// Eight cubes, and for each a point of the mesh.
 pub(crate) struct OctantCull {
@@ -40,7 +40,7 @@ impl NearestPoints {
     pub fn update(&mut self, id: u32, point: [f32; 3], centers: &VectorX8<f32>) {
         for lane in 0..LANES {
             let offset = sub(lane_of(centers, lane), point);
-            let distance_sq = dot(offset, offset);
+            let distance_sq = fused_dot(offset, offset);
             let is_nearer = distance_sq < self.distances_sq[lane];
             self.ids[lane] = if is_nearer { id } else { self.ids[lane] };
             self.distances_sq[lane] = if is_nearer { distance_sq } else { self.distances_sq[lane] };
@@ -59,7 +59,7 @@ impl OctantCull {
         let (mut certain, mut threshold) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             let offset = sub(lane_of(&centers, lane), lane_of(&points, lane));
-            let distance_sq = dot(offset, offset);
+            let distance_sq = fused_dot(offset, offset);
             let length = distance_sq.sqrt() + 4.0 * half_side + 8.0 * rounding;
             certain[lane] = 1.0 - rounding / length;
             threshold[lane] = distance_sq + 2.0 * rounding * length;
@@ -89,7 +89,7 @@ impl OctantCull {
     #[inline(always)]
     fn lower_at(&self, lane: usize, point: [f32; 3]) -> f32 {
         let offset = sub(lane_of(&self.centers, lane), point);
-        self.certain[lane] * dot(offset, offset) - 2.0 * self.half_side * self.distance_l1(lane, point)
+        self.certain[lane] * fused_dot(offset, offset) - 2.0 * self.half_side * self.distance_l1(lane, point)
     }
 
     /// ‖p − t‖₁.
@@ -105,8 +105,16 @@ impl OctantCull {
     /// |u∥| ≤ h, those across it a⊥ and |u⊥| ≤ ρ. Then
     ///
     /// ```text
-    /// |c − t|² ≥ |a|² − 2 h |a∥| − 2 |a⊥| |u⊥| + |u⊥|²,   ‖p − t‖₁ ≤ ‖p − m‖₁ + √3 (h + |u⊥|).
+    /// |c − t|² + 2 v·(p − t) ≥ |a|² − 2 h (|a∥| + |v|) − 2 |a⊥ + v⊥| |u⊥| + |u⊥|² + 2 v·(p − m).
     /// ```
+    ///
+    /// Where |a⊥| > ρ + |v|, that is least for |u⊥| = ρ; with |a⊥ + v⊥| ≤ |a⊥| + v·e + |v|² / 2|a⊥| and e = a⊥ / |a⊥|, it is
+    ///
+    /// ```text
+    /// ≥ |a|² − 2 h (|a∥| + √3 s) − ρ (2 |a⊥| − ρ) − 3 s² ρ / |a⊥| − 2 s ‖p − m − ρ e‖₁.
+    /// ```
+    ///
+    /// Elsewhere |a⊥ + v⊥| ≤ |a⊥| + √3 s, and −v·(p − m) ≤ s ‖p − m‖₁.
     #[inline(always)]
     pub fn keeps_disc(&self, disc: &BoundingDisc) -> Lanes<u32> {
         let BoundingDisc { center, normal, radius, half_thickness, .. } = *disc;
@@ -114,14 +122,18 @@ impl OctantCull {
         let mut keeps = [0; LANES];
         for lane in 0..LANES {
             let offset = sub(lane_of(&self.centers, lane), center);
-            let along = dot(offset, normal);
+            let along = fused_dot(offset, normal);
             let across = [0, 1, 2].map(|axis: usize| offset[axis] - along * normal[axis]);
-            let across = dot(across, across).sqrt() + diagonal;
-            // The |u⊥| of the minimum.
-            let nearest_radius = min(radius, across);
-            let lower = self.certain[lane] * dot(offset, offset)
-                - 2.0 * self.half_side * self.distance_l1(lane, center)
-                - nearest_radius * (2.0 * across - nearest_radius)
+            let length = fused_dot(across, across).sqrt();
+            let is_far = length > radius + diagonal;
+            // The |u⊥| of the minimum, and its offset along e.
+            let nearest_radius = if is_far { radius } else { min(radius, length + diagonal) };
+            let shift = if is_far { radius / length } else { 0.0 };
+            let bent = if is_far { self.rounding + 1.5 * self.half_side * self.half_side / length } else { diagonal };
+            let l1 = [0, 1, 2].map(|axis: usize| (self.points[axis][lane] - center[axis] - shift * across[axis]).abs());
+            let lower = self.certain[lane] * fused_dot(offset, offset)
+                - 2.0 * self.half_side * (l1[0] + l1[1] + l1[2])
+                - nearest_radius * (2.0 * (length + bent) - nearest_radius)
                 - 2.0 * half_thickness * (along.abs() + diagonal);
             keeps[lane] = if lower > self.threshold[lane] { 0 } else { 1 };
         }

@@ -12,7 +12,7 @@
 
 use super::octants::Octants;
 use crate::nearest::octant_cull::{NearestPoints, OctantCull};
-use crate::simd::{LANES, LaneLists, Lanes, VectorX8, lane_of, min, or_lanes};
+use crate::simd::{LANES, LaneLists, Lanes, VectorX8, min, or_lanes};
 use crate::triangle::approx::{ApproxDistance, ApproxTriangle};
 
 /// Nearest triangles of eight centers, so far.
@@ -36,6 +36,8 @@ pub(super) struct Prefilter {
     survivor_ends: Lanes<usize>,
     /// Distances of what the octant cull left from the eight centers.
     distances: Vec<(u32, ApproxDistance)>,
+    /// For each triangle 1 for the cubes in which it can be nearest, else 0.
+    keeps: Vec<Lanes<u32>>,
     /// Slots that can be nearest in each cube.
     lists: LaneLists,
     /// For the entries of `lists` one after the other, [`ApproxDistance::distance_sq`] and [`ApproxDistance::gap`]
@@ -51,6 +53,7 @@ impl Prefilter {
             survivors: vec![],
             survivor_ends: [0; LANES],
             distances: vec![],
+            keeps: vec![],
             lists: LaneLists::new(),
             corner_distances: vec![],
             nearest: [0; LANES],
@@ -69,13 +72,18 @@ impl Prefilter {
         let centers = cubes.centers();
         let mut nearest = NearestApproxX8::by_first_corners(triangles, slots, &centers);
         let cull = OctantCull::new(centers, half_side, nearest.points(&centers), rounding);
+        // Masks go to memory first, so that they are made and combined in vectors.
+        self.keeps.clear();
+        for slot in slots {
+            let triangle = &triangles[*slot as usize];
+            self.keeps.push(cull.keeps_triangle(&triangle.corners(), triangle.radius_sq()));
+        }
         self.survivors.clear();
         self.survivors.resize(slots.len(), 0);
         let mut count = 0;
-        for slot in slots {
-            let triangle = &triangles[*slot as usize];
+        for (slot, keeps) in slots.iter().zip(&self.keeps) {
             self.survivors[count] = *slot;
-            count += or_lanes(&cull.keeps_triangle(&triangle.corners(), triangle.radius_sq())) as usize;
+            count += or_lanes(keeps) as usize;
         }
         self.distances.clear();
         for slot in &self.survivors[..count] {
@@ -84,9 +92,13 @@ impl Prefilter {
             self.distances.push((*slot, distances));
         }
         let bounds = nearest.upper_bounds(half_side, rounding);
+        self.keeps.clear();
+        for (_, distances) in &self.distances {
+            self.keeps.push(bounds.keeps(distances, half_side));
+        }
         self.lists.clear(self.distances.len());
-        for (slot, distances) in &self.distances {
-            self.lists.push(*slot, &bounds.keeps(distances, half_side));
+        for ((slot, _), keeps) in self.distances.iter().zip(&self.keeps) {
+            self.lists.push(*slot, keeps);
         }
         self.nearest = nearest.slots;
     }
@@ -217,12 +229,17 @@ impl UpperBounds {
     /// 1 for the cubes where d ≤ A + s ‖k e − f‖₁, else 0. Both sides are multiplied by d.
     #[inline(always)]
     fn keeps(&self, distances: &ApproxDistance, half_side: f32) -> Lanes<u32> {
-        let mut keeps = [0; LANES];
+        let (mut lengths, mut sums, mut keeps) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
         for lane in 0..LANES {
-            let length = distances.distance_sq[lane].sqrt();
-            let [slope, offset] = [lane_of(&self.slopes, lane), lane_of(&distances.offset, lane)];
-            let difference = |axis: usize| (length * slope[axis] - offset[axis]).abs();
-            let upper = length * self.constants[lane] + half_side * (difference(0) + difference(1) + difference(2));
+            lengths[lane] = distances.distance_sq[lane].sqrt();
+        }
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                sums[lane] += lengths[lane].mul_add(self.slopes[axis][lane], -distances.offset[axis][lane]).abs();
+            }
+        }
+        for lane in 0..LANES {
+            let upper = lengths[lane].mul_add(self.constants[lane], half_side * sums[lane]);
             keeps[lane] = if distances.gap[lane] > upper { 0 } else { 1 };
         }
         keeps

@@ -42,17 +42,17 @@ impl PseudoNormals {
             }
         }
 
-        let weighted = |triangle: usize| {
+        let angles = |triangle: usize| {
             let positions = mesh.corner_points(mesh.triangles[triangle]);
             [0, 1, 2].map(|corner| {
                 let [here, next, last] = [0, 1, 2].map(|step| positions[(corner + step) % 3]);
-                faces[triangle] * (next - here).angle(&(last - here))
+                (next - here).angle(&(last - here))
             })
         };
-        let weighted: Vec<[Vector3<f64>; 3]> = sdf_parallel::map(mesh.triangles.len(), weighted);
+        let angles: Vec<[f64; 3]> = sdf_parallel::map(mesh.triangles.len(), angles);
         let mut points = vec![Vector3::zeros(); mesh.points.len()];
-        for (corners, normals) in mesh.triangles.iter().zip(&weighted) {
-            corners.iter().zip(normals).for_each(|(point, normal)| points[*point as usize] += normal);
+        for (corners, (normal, angles)) in mesh.triangles.iter().zip(faces.iter().zip(&angles)) {
+            corners.iter().zip(angles).for_each(|(point, angle)| points[*point as usize] += normal * *angle);
         }
         let is_triangle_sliver = |triangle: usize| is_sliver(mesh.corner_points(mesh.triangles[triangle]));
         let slivers = sdf_parallel::filter(mesh.triangles.len(), is_triangle_sliver);

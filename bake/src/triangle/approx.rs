@@ -14,7 +14,7 @@ use sdf_core::Aabb;
 use sdf_core::nalgebra::Vector3;
 
 use crate::rounding::{APPROX_DISTANCE_ROUNDING, MIN_SQ_F32};
-use crate::simd::{LANES, Lanes, VectorX8, dot, lane_of, max, sub};
+use crate::simd::{LANES, Lanes, VectorX8, dot, fused_dot, lane_of, max, sub};
 use crate::triangle::is_sliver;
 
 /// Coordinates in which a mesh spans −1 … 1, the range in which f32 is accurate.
@@ -25,7 +25,7 @@ pub(crate) struct UnitFrame {
 }
 
 /// A triangle in a [`UnitFrame`], and what of its nearest point does not depend on the query point.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct ApproxTriangle {
     pub is_sliver: bool,
     a: [f32; 3],
@@ -113,15 +113,16 @@ impl ApproxTriangle {
 
     #[inline(always)]
     pub fn distances_from(&self, points: &VectorX8<f32>) -> ApproxDistance {
+        let Self { a, ab, ac, .. } = *self;
         let mut distances = ApproxDistance { offset: [[0.0; LANES]; 3], distance_sq: [0.0; LANES], gap: [0.0; LANES] };
         for lane in 0..LANES {
-            let from_a = sub(lane_of(points, lane), self.a);
-            let [u, v] = self.nearest_weights(dot(self.ab, from_a), dot(self.ac, from_a));
-            let offset = |axis: usize| from_a[axis] - (self.ab[axis] * u + self.ac[axis] * v);
+            let from_a = sub(lane_of(points, lane), a);
+            let [u, v] = self.nearest_weights(fused_dot(ab, from_a), fused_dot(ac, from_a));
+            let offset = |axis: usize| (-v).mul_add(ac[axis], (-u).mul_add(ab[axis], from_a[axis]));
             let offset = [offset(0), offset(1), offset(2)];
-            let distance_sq = dot(offset, offset);
-            let foremost = max(max(dot(self.ab, offset), dot(self.ac, offset)), 0.0);
-            let gap = dot(from_a, offset) - foremost;
+            let distance_sq = fused_dot(offset, offset);
+            let foremost = max(max(fused_dot(ab, offset), fused_dot(ac, offset)), 0.0);
+            let gap = fused_dot(from_a, offset) - foremost;
             distances.distance_sq[lane] = distance_sq;
             distances.gap[lane] = if distance_sq > MIN_SQ_F32 { gap } else { 0.0 };
             for axis in 0..3 {
@@ -136,18 +137,16 @@ impl ApproxTriangle {
     /// less |ap|² is t (t e·e − 2 e·ap).
     #[inline(always)]
     fn nearest_weights(&self, d1: f32, d2: f32) -> [f32; 2] {
-        let inside_u = (self.ac_sq * d1 - self.ab_ac * d2) * self.inv_area_sq;
-        let inside_v = (self.ab_sq * d2 - self.ab_ac * d1) * self.inv_area_sq;
+        let inside_u = self.ac_sq.mul_add(d1, -self.ab_ac * d2) * self.inv_area_sq;
+        let inside_v = self.ab_sq.mul_add(d2, -self.ab_ac * d1) * self.inv_area_sq;
         let is_inside = (inside_u >= 0.0) & (inside_v >= 0.0) & (inside_u + inside_v <= 1.0);
         let t_ab = clamp_to_unit(d1 * self.inv_ab_sq);
         let t_ac = clamp_to_unit(d2 * self.inv_ac_sq);
-        let t_bc = clamp_to_unit((d2 - d1 + self.ab_sq - self.ab_ac) * self.inv_bc_sq);
-        let ab_distance = t_ab * (t_ab * self.ab_sq - 2.0 * d1);
-        let ac_distance = t_ac * (t_ac * self.ac_sq - 2.0 * d2);
-        let t_cb = 1.0 - t_bc;
-        let bc_distance = t_cb * (t_cb * self.ab_sq - 2.0 * d1)
-            + t_bc * (t_bc * self.ac_sq - 2.0 * d2)
-            + 2.0 * t_bc * t_cb * self.ab_ac;
+        let t_bc = clamp_to_unit((d2 - d1 + (self.ab_sq - self.ab_ac)) * self.inv_bc_sq);
+        let along_ab = |t: f32| t * t.mul_add(self.ab_sq, -2.0 * d1);
+        let along_ac = |t: f32| t * t.mul_add(self.ac_sq, -2.0 * d2);
+        let (ab_distance, ac_distance, t_cb) = (along_ab(t_ab), along_ac(t_ac), 1.0 - t_bc);
+        let bc_distance = (2.0 * t_bc * t_cb).mul_add(self.ab_ac, along_ab(t_cb) + along_ac(t_bc));
         let is_ac = ac_distance < ab_distance;
         let [edge_distance, edge_u, edge_v] = [
             if is_ac { ac_distance } else { ab_distance },

@@ -14,7 +14,7 @@ fn coarse_triangles(state: &mut u64) -> [([u32; 3], [Vector3<f64>; 3]); 2] {
 #[test]
 fn a_pair_that_is_rejected_early_does_not_intersect() {
     let mut state = 23;
-    let (mut intersecting, mut rejected) = (0, 0);
+    let (mut intersecting, mut rejected, mut apart) = (0, 0, [0; 2]);
     for _ in 0..200_000 {
         let triangles = coarse_triangles(&mut state);
         if triangles.iter().any(|(_, corners)| area_vector(*corners) == Vector3::zeros()) {
@@ -30,8 +30,12 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
         let may_intersect = may_intersect(&Plane::new(a.1), a, b);
         assert!(may_intersect || !wanted, "{a:?} {b:?}");
         rejected += usize::from(!may_intersect);
+        if are_apart_across_centroids(a, b) {
+            assert!(!wanted, "{a:?} {b:?}");
+            apart[shared] += 1;
+        }
     }
-    assert!(intersecting > 1000 && rejected > 1000);
+    assert!(intersecting > 1000 && rejected > 1000 && apart.iter().all(|count| *count > 1000), "{apart:?}");
 }
 
 #[test]
