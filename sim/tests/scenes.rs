@@ -35,6 +35,7 @@ fn every_scene_of_the_folder_is_one() {
         spec.shrink();
         spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = 8);
         spec.rigid.iter_mut().for_each(|rigid| rigid.cells = 8);
+        spec.soft.iter_mut().for_each(|soft| soft.cells = 8);
         let stage =
             Stage::build(&spec, &folder, Threads::ONE).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert!(!stage.surfaces.is_empty(), "{}: nothing moves", path.display());

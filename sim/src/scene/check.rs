@@ -53,6 +53,7 @@ impl SceneSpec {
             is_positive("density", soft.density)?;
             is_positive("young", soft.young)?;
             is_not_negative("padding", soft.padding)?;
+            is_count("cells", soft.cells)?;
             if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
                 return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
             }
