@@ -96,6 +96,16 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
     }
 }
 
+/// Found by fuzzing: a file of 500 bytes took a second to build.
+#[test]
+fn a_ball_turned_inside_out_is_refused_before_it_is_baked() {
+    for list in ["obstacle", "rigid", "cloth"] {
+        let ball = format!("[[{list}]]\nmesh.spiked-ball = {{ levels = 1, radius = -0.45 }}\n");
+        let refused = message(|text| format!("{text}\n{ball}"));
+        assert_eq!(refused, "my.toml: radius = -0.45: give a positive number", "{list}");
+    }
+}
+
 #[test]
 fn variants_are_all_combinations_and_the_last_list_changes_fastest() {
     let vary = "vary = { rate = [30.0, 60.0], substeps = [1, 2, 3], speed = [0.5], seeds = 2 }\nthickness = 0.01";
