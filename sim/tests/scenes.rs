@@ -35,6 +35,7 @@ fn every_scene_of_the_folder_is_one() {
         spec.shrink();
         spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = 8);
         spec.rigid.iter_mut().for_each(|rigid| rigid.cells = 8);
+        spec.soft.iter_mut().for_each(|soft| soft.cells = 8);
         let stage =
             Stage::build(&spec, &folder, Threads::ONE).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert!(!stage.surfaces.is_empty(), "{}: nothing moves", path.display());
@@ -92,6 +93,16 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
         }
         let refused = message(|text| text.replace(from, to));
         assert!(refused.starts_with("my.toml: ") && refused.contains(wanted), "{to}: {refused}");
+    }
+}
+
+/// Found by fuzzing: a file of 500 bytes took a second to build.
+#[test]
+fn a_ball_turned_inside_out_is_refused_before_it_is_baked() {
+    for list in ["obstacle", "rigid", "cloth"] {
+        let ball = format!("[[{list}]]\nmesh.spiked-ball = {{ levels = 1, radius = -0.45 }}\n");
+        let refused = message(|text| format!("{text}\n{ball}"));
+        assert_eq!(refused, "my.toml: radius = -0.45: give a positive number", "{list}");
     }
 }
 

@@ -103,6 +103,8 @@ def test_a_matrix_and_a_quaternion_are_one_pose(body):
     by_quaternion = body.contacts(*sheet(12), pose=(pose[:3, 3], quaternion))
     assert len(by_matrix) == len(by_quaternion) > 10
     assert np.allclose(by_matrix["distance"], by_quaternion["distance"], atol=1e-12)
+    by_single = body.contacts(*sheet(12), pose=pose.astype(np.float32))
+    assert len(by_single) == len(by_matrix) and np.allclose(by_single["distance"], by_matrix["distance"], atol=1e-6)
     # The field moves with the pose: the mesh moved back has the same distances.
     vertices, faces = sheet(12)
     moved_back = body.contacts((vertices - pose[:3, 3]) @ pose[:3, :3], faces)
@@ -242,6 +244,44 @@ def test_combinations(body):
     ]
     for shape in shapes:
         assert shape.layout == "closed form" and np.isfinite(shape(POINTS)).all()
+
+
+def test_each_number_of_a_shape_is_the_one_that_its_name_says():
+    for shape, point, value in [
+        (sdftool.half_space([0, 2, 0], 1.5), [0, 3, 0], 1.5),
+        (sdftool.cuboid([1, 2, 3]), [0, 5, 0], 3.0),
+        (sdftool.rounded_box([1, 2, 3], 0.5), [0, 0, 5], 1.5),
+        (sdftool.capsule([0, 0, 0], [0, 0, 4], 0.5), [0, 0, 6], 1.5),
+        (sdftool.cylinder(1, 3), [0, 0, 2.5], -0.5),
+        (sdftool.cone(0.4, 2), [0, 0, -2.5], 0.5),
+        (sdftool.torus(2, 0.5), [2, 0, 0], -0.5),
+        (sdftool.octahedron(2), [0, 2, 0], 0.0),
+        (sdftool.ellipsoid([1, 2, 3]), [0, 0, 3], 0.0),
+        (sdftool.bowl(1, 0.5, 0.1), [0, 0, -1], -0.05),
+        (sdftool.bowl(1, 0.5, 0.1), [0, 0, 1], 0.95),
+    ]:
+        assert abs(shape([point])[0] - value) < 1e-9, (point, value)
+
+
+def test_budget_and_tolerance_count():
+    field = sdftool.sphere(0.6).smooth_union(sdftool.cuboid([0.3, 0.3, 0.7]), 0.2)
+
+    def evaluations(**options):
+        found = field.contacts(*sheet(8), method="certified", margin=0.3, **options)
+        assert len(found) > 10
+        return found["evaluations"].astype(int)
+
+    assert evaluations(budget=8).max() == 8 < evaluations().max()
+    assert evaluations(tolerance=0.3).sum() < evaluations().sum() < evaluations(tolerance=1e-6).sum()
+
+
+def test_an_overlap_has_the_distances_of_either_field_and_keeps_its_margin():
+    large, small = sdftool.sphere(1.0), sdftool.sphere(0.5)
+    inside = large.overlap(small, other_pose=([0, 0, 0.2], [0, 0, 0, 1]))
+    assert np.allclose(inside.distances, [[-0.8, -0.5]], atol=1e-2)
+    apart = dict(other_pose=([0, 0, 1.55], [0, 0, 0, 1]))
+    assert large.overlap(small, **apart).verdict == "separated"
+    assert large.overlap(small, margin=0.05, **apart).verdict == "contact"
 
 
 def test_overlap_of_two_fields(body):

@@ -147,7 +147,8 @@ impl CudaQuery {
 
     /// The contact with bounds that hold on the element as it was given: the card searched the one whose corners are rounded to f32,
     /// and φ of two points differs by at most slope bound · distance. Points that the card alone has are exact, but for the rounding
-    /// into the frame of a field that has a pose.
+    /// into the frame of a field that has a pose, which is small beside what each bound allows for: 0.87 ε of the largest coordinate of
+    /// 32 ε.
     fn lowered(&self, contact: Contact<f64>) -> Contact<f64> {
         let Some(points) = &self.points else { return contact };
         let corners = contact.vertices.iter().filter_map(|vertex| points.get(*vertex as usize));

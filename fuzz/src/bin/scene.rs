@@ -11,11 +11,16 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         let Ok(text) = std::str::from_utf8(bytes) else { return };
         let Ok(mut spec) = scene::parse(text, "fuzz.toml") else { return };
         spec.shrink();
+        if !make_small(&mut spec) {
+            return;
+        }
+        let folder = Path::new("/nowhere");
+        let Ok(obstacles) = Stage::obstacles(&spec, folder, Threads::ONE) else { return };
         for mut variant in scene::variants(&spec).take(2) {
-            if !make_small(&mut variant) {
-                return;
-            }
-            let Ok(mut stage) = Stage::build(&variant, Path::new("/nowhere"), Threads::ONE) else { return };
+            // Lists of substeps and speeds give them anew.
+            (variant.frames, variant.substeps) = (1, variant.substeps.min(2));
+            let stage = Stage::with_obstacles(&variant, folder, Threads::ONE, obstacles.clone());
+            let Ok(mut stage) = stage else { return };
             let method: ElementMethod = "fw".parse().unwrap();
             let _ = scene::run(&variant, &mut stage, method, Threads::ONE, |_, _| ControlFlow::Continue(()));
         }
@@ -24,12 +29,11 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
 
 /// Cuts what the file's numbers may ask for in time, not in kind; false for what cannot be cut.
 fn make_small(spec: &mut SceneSpec) -> bool {
-    (spec.frames, spec.substeps) = (1, spec.substeps.min(2));
     for rigid in &mut spec.rigid {
         (rigid.cells, rigid.count) = (rigid.cells.min(8), rigid.count.map(|count| count.min(2)));
     }
     for soft in &mut spec.soft {
-        (soft.cell, soft.padding) = (soft.cell.max(1.0), soft.padding.min(1.0));
+        (soft.cell, soft.padding, soft.cells) = (soft.cell.max(1.0), soft.padding.min(1.0), soft.cells.min(8));
     }
     spec.obstacle.iter_mut().for_each(|obstacle| obstacle.cells = obstacle.cells.min(8));
     let lists = [spec.cloth.len(), spec.rigid.len(), spec.soft.len(), spec.obstacle.len()];

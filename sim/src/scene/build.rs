@@ -138,18 +138,19 @@ impl Stage {
 
     fn add_soft(&mut self, spec: &SoftSpec, folder: &Path, threads: Threads) -> Result<(), String> {
         let mesh = spec.mesh.mesh(folder)?;
-        let field = bake(&mesh, 48, threads)?;
+        let cubes = soft::cube_count(&mesh.points, spec.cell, spec.padding);
+        // A mesh without points has its message from the bake.
+        if cubes > MAX_CUBES && !mesh.points.is_empty() {
+            return Err(format!(
+                "a box of {cubes:.0} cubes around a soft body: use a larger cell, for at most {MAX_CUBES:.0}"
+            ));
+        }
+        let field = bake(&mesh, spec.cells, threads)?;
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
         // A cube whose center is farther than this has no point within the padding.
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
         let is_wanted = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < reach;
         let (first, first_tet) = (self.world.x.len(), self.world.tets.len());
-        let cubes = soft::cube_count(&mesh.points, spec.cell, spec.padding);
-        if cubes > MAX_CUBES {
-            return Err(format!(
-                "a box of {cubes:.0} cubes around a soft body: use a larger cell, for at most {MAX_CUBES:.0}"
-            ));
-        }
         let surface =
             soft::add(&mut self.world, &mesh.points, &mesh.triangles, spec.cell, spec.padding, &matter, is_wanted);
         if let Some(map) = spec.touched {

@@ -1,5 +1,6 @@
 //! Are the numbers of a scene such as it can be run with? Each is refused by its key, with what to give instead.
 
+use super::mesh_spec::MeshSpec;
 use super::spec::{ObstacleSpec, SceneSpec, Vary};
 use super::vary::variant_count;
 
@@ -53,6 +54,7 @@ impl SceneSpec {
             is_positive("density", soft.density)?;
             is_positive("young", soft.young)?;
             is_not_negative("padding", soft.padding)?;
+            is_count("cells", soft.cells)?;
             if !(soft.poisson > 0.0 && soft.poisson < 0.5) {
                 return Err(format!("poisson = {}: give a number between 0 and 0.5", soft.poisson));
             }
@@ -65,6 +67,14 @@ impl SceneSpec {
             }
             if [mesh.is_some(), shape.is_some(), file.is_some()].iter().filter(|is_given| **is_given).count() != 1 {
                 return Err("an obstacle is one of mesh, shape and file: give one of them".to_owned());
+            }
+        }
+        let bodies = self.rigid.iter().map(|rigid| &rigid.mesh).chain(self.soft.iter().map(|soft| &soft.mesh));
+        let obstacles = self.obstacle.iter().filter_map(|obstacle| obstacle.mesh.as_ref());
+        for mesh in self.cloth.iter().map(|cloth| &cloth.mesh).chain(bodies).chain(obstacles) {
+            if let MeshSpec::SpikedBall(ball) = mesh {
+                // All spikes of a ball that is turned inside out cross each other, and take long to tell apart.
+                is_positive("radius", ball.radius)?;
             }
         }
         Ok(())

@@ -102,6 +102,9 @@ fn one() -> f64 {
 fn cells() -> u32 {
     64
 }
+fn soft_cells() -> u32 {
+    48
+}
 fn dashpot() -> f64 {
     DAMPING
 }
@@ -195,6 +198,9 @@ pub struct SoftSpec {
     /// Tetrahedra reach so far beyond the mesh.
     #[serde(default)]
     pub padding: f64,
+    /// Cells of the grid of its field along the mesh's longest side.
+    #[serde(default = "soft_cells")]
+    pub cells: u32,
     /// Others touch it: its field at rest is carried by the tetrahedra.
     pub touched: Option<CageMapSpec>,
 }

@@ -15,13 +15,13 @@ use crate::scenes::{Scene, assert_equal, pulled, pushed, scene};
 use crate::{gpu, with_stub};
 
 /// A list that another program has on the card: its default stream copies it there, some time.
-struct Other<T> {
+pub struct Other<T> {
     stream: Arc<CudaStream>,
     list: CudaSlice<T>,
 }
 
 impl<T: DeviceRepr> Other<T> {
-    fn new(numbers: &[T]) -> Self {
+    pub fn new(numbers: &[T]) -> Self {
         let stream = CudaContext::new(0).unwrap().default_stream();
         let list = stream.clone_htod(numbers).unwrap();
         Self { stream, list }
@@ -35,7 +35,7 @@ impl<T: DeviceRepr> Other<T> {
         self.list.device_ptr(&self.stream).0
     }
 
-    fn lend(&self, gpu: &Gpu, ready: Ready) -> LentRows {
+    pub fn lend(&self, gpu: &Gpu, ready: Ready) -> LentRows {
         lend(gpu, self.address(), self.list.len() / 3, ready).unwrap()
     }
 }

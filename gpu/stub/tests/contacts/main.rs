@@ -3,6 +3,7 @@
 //! Every test here runs in a process of its own, whose library path has the stub as `libcuda.so`: see [`with_stub`].
 
 mod auto;
+mod bounds;
 mod lent;
 mod queries;
 mod scenes;
