@@ -147,7 +147,7 @@ fn page(rows: &[Row]) -> String {
          The time is that of the bake, without reading the mesh and writing the file. The peak memory is that of the whole\n\
          process. A cell counts as stored if all its corners are. Errors are in voxels. `sdftool verify` measures them at\n\
          100,000 random points: in the whole box of a dense grid, in the band of a sparse one (3 voxels). Certified errors\n\
-         (docs/error-bounds.md) are those of the median brick and of the worst.\n\n"
+         (docs/error-bounds.md) are those of the median brick and of the worst, by `--certify fast`.\n\n"
     );
     let _ = writeln!(text, "| {} |", HEAD.join(" | "));
     let _ = writeln!(text, "|{}", "---|".repeat(HEAD.len()));
