@@ -41,7 +41,7 @@ pub struct TriangleMesh {
     pub(crate) intersecting_pairs: Option<usize>,
     /// The triangles in the order of a tree, where one was built before.
     pub(crate) order: Option<Vec<u32>>,
-    /// That tree, and the mesh's orientation, where it was found before.
+    /// The tree of its triangles, and the mesh's orientation, where it was found before.
     pub(crate) tree: Known<Bvh>,
     pub(crate) orientation: Known<OrientedMesh>,
     /// The mesh whose winding numbers give the signs, where this is only the surface of its solid.
