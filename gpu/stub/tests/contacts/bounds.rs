@@ -1,6 +1,8 @@
 //! Bounds of points far from the origin: do they hold on the points as they were given, where rounding to f32 moves them by more than
 //! the search allows for?
 
+use std::path::Path;
+
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::cuda::{Cuda, CudaFaces, CudaMesh, CudaPoints, CudaQuery};
@@ -8,7 +10,7 @@ use sdf_field::{ContactOptions, Elements, Field, MeshView, Threads};
 use sdf_gpu::Ready;
 
 use crate::lent::Other;
-use crate::scenes::scene;
+use crate::scenes::{Scene, scene};
 use crate::with_stub;
 
 /// A body that stands where f32 has steps of 2.4e-4.
@@ -30,49 +32,47 @@ fn touching(query: &mut CudaQuery, field: &Field, points: &[[f64; 3]]) -> Vec<f6
     found.iter().zip(&values).map(|(contact, value)| contact.distance - value).collect()
 }
 
-const KINDS: [&str; 3] = ["dense", "sparse_u16", "shapes"];
+/// Calls `test` with each kind of field, and what to ask of it where it stands far away.
+fn for_each_kind(folder: &Path, test: impl Fn(&str, &Cuda, &Scene, &Field, &ContactOptions)) {
+    let cuda = Cuda::open(&folder.join("kernels.ptx")).unwrap();
+    for kind in ["dense", "sparse_u16", "shapes"] {
+        let scene = scene(kind);
+        let field = Field::new(scene.field.clone());
+        let margin = f64::from(scene.margin);
+        let options = ContactOptions { margin, pose: Some(far()), elements: Elements::Vertices, ..Default::default() };
+        test(kind, &cuda, &scene, &field, &options);
+    }
+}
 
 #[test]
 fn bounds_hold_on_points_that_f32_moves_farther_than_the_search_allows_for() {
     with_stub("bounds::bounds_hold_on_points_that_f32_moves_farther_than_the_search_allows_for", &[], |folder| {
-        let cuda = Cuda::open(&folder.join("kernels.ptx")).unwrap();
-        for kind in KINDS {
-            let scene = scene(kind);
-            let field = Field::new(scene.field.clone());
+        for_each_kind(folder, |kind, cuda, scene, field, options| {
             let points: Vec<[f64; 3]> =
                 scene.points.iter().map(|point| far().push(Vector3::from(*point).map(f64::from)).into()).collect();
-            let margin = f64::from(scene.margin);
-            let options =
-                ContactOptions { margin, pose: Some(far()), elements: Elements::Vertices, ..Default::default() };
             let mesh = MeshView { points: &points, faces: &[] };
-            let mut query = field.query_on(&cuda, mesh, &options).unwrap();
-            let off = touching(&mut query, &field, &points).into_iter().fold(0.0, f64::max);
+            let mut query = field.query_on(cuda, mesh, options).unwrap();
+            let off = touching(&mut query, field, &points).into_iter().fold(0.0, f64::max);
             // The search allows for 32 units of 1.2e-7 times its coordinates, of 2.4 at most: 9e-6.
             assert!(off > 3e-5, "{kind}: φ is off by {off} at most");
-        }
+        });
     });
 }
 
 #[test]
 fn bounds_hold_on_points_that_the_card_alone_has() {
     with_stub("bounds::bounds_hold_on_points_that_the_card_alone_has", &[], |folder| {
-        let cuda = Cuda::open(&folder.join("kernels.ptx")).unwrap();
-        for kind in KINDS {
-            let scene = scene(kind);
-            let field = Field::new(scene.field.clone());
+        for_each_kind(folder, |kind, cuda, scene, field, options| {
             let place = |point: &[f32; 3]| far().push(Vector3::from(*point).map(f64::from)).map(|x| x as f32).into();
             let on_card: Vec<[f32; 3]> = scene.points.iter().map(place).collect();
             let points: Vec<[f64; 3]> = on_card.iter().map(|point| point.map(f64::from)).collect();
             let other = Other::new(on_card.as_flattened());
             let lent = CudaPoints::Lent(other.lend(cuda.gpu(), Ready::AfterAll));
-            let margin = f64::from(scene.margin);
-            let options =
-                ContactOptions { margin, pose: Some(far()), elements: Elements::Vertices, ..Default::default() };
             let mesh = CudaMesh { points: lent, faces: CudaFaces::Slice(&[]) };
-            let mut query = field.query_on(&cuda, mesh, &options).unwrap();
+            let mut query = field.query_on(cuda, mesh, options).unwrap();
             // They are rounded once, at the size of the coordinates in the body's frame.
-            let off = touching(&mut query, &field, &points).into_iter().fold(0.0, f64::max);
+            let off = touching(&mut query, field, &points).into_iter().fold(0.0, f64::max);
             assert!(off < 1e-6, "{kind}: φ is off by {off}");
-        }
+        });
     });
 }
