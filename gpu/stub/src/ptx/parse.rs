@@ -20,7 +20,7 @@ pub enum Operand {
     Thread,
 }
 
-/// What an instruction does.
+/// Effect of an instruction.
 #[derive(Clone)]
 pub enum Action {
     Compute(Function),
@@ -55,7 +55,7 @@ pub struct Instruction {
     pub guard: Option<(u32, bool)>,
     pub results: Vec<u32>,
     pub operands: [Operand; 4],
-    /// Of memory; the offset is added to it.
+    /// Address of memory, to which the offset is added.
     pub address: Operand,
     pub offset: u64,
     pub cost: Cost,
