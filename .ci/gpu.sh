@@ -5,6 +5,8 @@
 #     .ci/gpu.sh              compare
 #     .ci/gpu.sh --write      write the file anew, and the table of docs/gpu.md after it
 #     .ci/gpu.sh --out DIR    build only: DIR/kernels.ptx, DIR/kernels.sm_80.cubin, DIR/kernels.sm_90.cubin
+#     .ci/gpu.sh --model ...  build, and run kernels.ptx on the CPU for the scenes of docs/gpu.md, with a model of an H100's times
+#                             (options of sdf-bench's gpu, such as --only Dragon)
 #
 # Fails if a kernel has more spilled bytes, f64 operations or calls than in the file, if any is contracted to an fma, or if something
 # external is called. Registers and stack depend on the compilers, whose versions are in the file: they are compared where those are
@@ -44,7 +46,11 @@ main() {
             document >"$target_dir/new"
             cp "$target_dir/new" "$table"
             ;;
-        *) compare ;;
+        --model)
+            shift
+            model "$@"
+            ;;
+        *) compare && run_ptx ;;
     esac
 }
 
@@ -142,6 +148,20 @@ compare() {
     [ "$same" = yes ] || echo "gpu: registers and stack are of $(sed -n 's/^# versions: //p' "$file"): not compared"
     [ $status = 0 ] || fail "a kernel takes more than before; if it must, renew the file by .ci/gpu.sh --write and say why"
     echo "gpu: $(wc -l <"$target_dir/found") kernels as in $file"
+}
+
+# The tests of contacts by the instructions of the PTX, and not by the source of the kernels.
+run_ptx() {
+    SDF_STUB_KERNELS=$ptx cargo test --quiet --locked -p sdf-gpu-stub || fail "kernels.ptx does not find the contacts of the source"
+}
+
+model() {
+    cargo build --quiet --release --locked -p sdf-gpu-stub -p sdf-bench
+    local built stub=$target_dir/stub
+    built=$(realpath "${CARGO_TARGET_DIR:-target}")/release
+    mkdir -p "$stub"
+    cp "$built/libsdf_gpu_stub.so" "$stub/libcuda.so"
+    SDF_STUB_LAUNCHES=1 LD_LIBRARY_PATH=$stub "$built/gpu" "$ptx" --repetitions 1 "$@"
 }
 
 fail() {

@@ -31,6 +31,9 @@ pub struct GpuOptions {
     /// Further scenes, as bench/scenes has them.
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Vec<PathBuf>,
+    /// Only the scenes of these names.
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
     /// How often each time is taken.
     #[arg(long, default_value_t = 100)]
     pub repetitions: usize,
@@ -80,6 +83,9 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
     ];
     let mut table = Table { head, rows: vec![] };
     for file in read_scenes(&options.scene)? {
+        if !options.only.is_empty() && !options.only.contains(&file.scene.name) {
+            continue;
+        }
         let scene = Scene::new(&file, options.cells)?;
         let field = GpuField::new(&gpu, &scene.field).with_context(|| scene.name.clone())?;
         for (label, method) in METHODS {

@@ -29,7 +29,8 @@ impl GpuQuery {
         let graph = gpu.stream.end_capture(flags)?.ok_or(GpuError::Unsupported("an empty graph"))?;
         captured?;
         let mut times = Times { kernels: vec![vec![]; count - 1], ..Times::default() };
-        for _ in 0..repetitions + WARM_UP {
+        let warm_up = WARM_UP.min(repetitions);
+        for _ in 0..repetitions + warm_up {
             start.record(&gpu.stream)?;
             for stage in 0..count {
                 self.launch(stage)?;
@@ -55,11 +56,11 @@ impl GpuQuery {
             times.graph.push(1e3 * start.elapsed_ms(end)?);
         }
         for list in times.kernels.iter_mut().chain([&mut times.launched, &mut times.graph]) {
-            list.drain(..WARM_UP);
+            list.drain(..warm_up);
         }
         Ok(times)
     }
 }
 
-/// Repetitions that are not counted.
+/// Repetitions that are not counted, but no more than are.
 const WARM_UP: usize = 10;

@@ -108,9 +108,7 @@ impl AllMinima {
             + rounding * R::from_f64(NESTED_FIELDS_TWICE);
         let global_minimum = self.search.minimize_below(field, simplex, level);
         let evaluations = global_minimum.evaluations.to_f64() as u32;
-        // False where a value is NaN: then nothing is proven.
-        let is_proven = global_minimum.lower_bound <= global_minimum.sample.value;
-        let lower_bound = if is_proven { global_minimum.lower_bound } else { R::from_f64(f64::NEG_INFINITY) };
+        let lower_bound = global_minimum.lower_bound;
         let mut summary = MinimaSummary { global_minimum, count: 0, is_complete: true, lower_bound, evaluations };
         if level < lower_bound {
             return summary;

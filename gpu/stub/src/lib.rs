@@ -9,6 +9,7 @@
 //! | `memory` | lists, and what is wrong with their use |
 //! | `threads` | the threads of the card |
 //! | `work` | launches, copies, graphs and events |
+//! | `ptx` | the kernels' PTX in place of their source, where a file of it is loaded, and a model of its time |
 //! | `abi`, `fields`, `stages`, `kernels` | those of `gpu/src` and `gpu/kernels/src` |
 //!
 //! Memory of the card is memory of the process, so that a test can be another program of the same card: it allocates by `cuMemAlloc_v2`
@@ -27,15 +28,16 @@ mod fields;
 #[path = "../../kernels/src/kernels.rs"]
 mod kernels;
 mod memory;
+pub mod ptx;
 #[path = "../../kernels/src/stages.rs"]
 mod stages;
 mod threads;
 mod work;
 
 use std::ffi::{CStr, c_char, c_float, c_int, c_uint, c_void};
-use std::time::Instant;
 
-use work::{Arguments, Driver, Graph, Work, driver};
+use ptx::Card;
+use work::{Arguments, Graph, Work, driver};
 
 /// `CUresult`.
 type Status = c_int;
@@ -216,7 +218,10 @@ driver_functions! {
     fn cuModuleLoad(module: *mut *mut c_void, path: *const c_char) -> Status {
         *module = HANDLE;
         match std::fs::read(CStr::from_ptr(path).to_string_lossy().as_ref()) {
-            Ok(text) => status(text.starts_with(b"//"), INVALID_IMAGE),
+            Ok(text) => {
+                driver().card = std::str::from_utf8(&text).ok().filter(|text| text.contains(".entry")).map(Card::new);
+                status(text.starts_with(b"//"), INVALID_IMAGE)
+            }
             Err(_) => FILE_NOT_FOUND,
         }
     }
@@ -246,7 +251,7 @@ driver_functions! {
         if [blocks_y, blocks_z, threads_y, threads_z] != [1; 4] {
             return INVALID_VALUE;
         }
-        driver().take(Work::Launch { kernel, arguments, threads: blocks_x as usize * threads_x as usize })
+        driver().take(Work::Launch { kernel, arguments, blocks: blocks_x as usize, block: threads_x as usize })
     }
 
     fn cuStreamBeginCapture_v2(_stream: *mut c_void, _mode: c_int) -> Status {
@@ -267,8 +272,8 @@ driver_functions! {
     }
 
     fn cuGraphLaunch(executable: *mut Graph, _stream: *mut c_void) -> Status {
-        let Driver { memory, launches, .. } = &mut *driver();
-        let failed = (*executable).iter().map(|work| work.run(memory, launches)).find(|status| *status != SUCCESS);
+        let driver = &mut *driver();
+        let failed = (*executable).iter().map(|work| driver.run(work)).find(|status| *status != SUCCESS);
         failed.unwrap_or(SUCCESS)
     }
 
@@ -279,28 +284,28 @@ driver_functions! {
         SUCCESS
     }
 
-    fn cuEventCreate(event: *mut *mut Instant, _flags: c_uint) -> Status {
-        *event = Box::into_raw(Box::new(Instant::now()));
+    fn cuEventCreate(event: *mut *mut f64, _flags: c_uint) -> Status {
+        *event = Box::into_raw(Box::new(0.0));
         SUCCESS
     }
 
-    fn cuEventRecord(event: *mut Instant, _stream: *mut c_void) -> Status {
-        *event = Instant::now();
+    fn cuEventRecord(event: *mut f64, _stream: *mut c_void) -> Status {
+        *event = driver().microseconds();
         SUCCESS
     }
 
-    fn cuEventSynchronize(_event: *mut Instant) -> Status { SUCCESS }
+    fn cuEventSynchronize(_event: *mut f64) -> Status { SUCCESS }
 
-    fn cuEventElapsedTime(milliseconds: *mut c_float, start: *const Instant, end: *const Instant) -> Status {
-        *milliseconds = (*end).saturating_duration_since(*start).as_secs_f32() * 1e3;
+    fn cuEventElapsedTime(milliseconds: *mut c_float, start: *const f64, end: *const f64) -> Status {
+        *milliseconds = (1e-3 * (*end - *start)) as f32;
         SUCCESS
     }
 
-    fn cuEventElapsedTime_v2(milliseconds: *mut c_float, start: *const Instant, end: *const Instant) -> Status {
+    fn cuEventElapsedTime_v2(milliseconds: *mut c_float, start: *const f64, end: *const f64) -> Status {
         cuEventElapsedTime(milliseconds, start, end)
     }
 
-    fn cuEventDestroy_v2(event: *mut Instant) -> Status {
+    fn cuEventDestroy_v2(event: *mut f64) -> Status {
         drop(Box::from_raw(event));
         SUCCESS
     }

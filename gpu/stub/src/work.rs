@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::ffi::c_void;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use crate::kernels::Kernel;
 use crate::memory::Memory;
+use crate::ptx::Card;
 use crate::threads::run_all;
 use crate::{ILLEGAL_ADDRESS, INVALID_VALUE, SUCCESS, Status, status};
 
@@ -23,6 +25,8 @@ pub struct Driver {
     later: Vec<(usize, u64, Vec<u8>)>,
     /// Streams of other programs so far.
     streams: usize,
+    /// Runs the loaded PTX, if a file of it was loaded and not one that only stands for the kernels.
+    pub card: Option<Card>,
 }
 
 /// The one driver of the process.
@@ -33,6 +37,7 @@ pub fn driver() -> MutexGuard<'static, Driver> {
         launches: 0,
         later: vec![],
         streams: 0,
+        card: None,
     });
     DRIVER.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -72,7 +77,34 @@ impl Driver {
                 graph.push(work);
                 SUCCESS
             }
-            None => work.run(&mut self.memory, &mut self.launches),
+            None => self.run(&work),
+        }
+    }
+
+    /// The time that has passed on the card, or here.
+    pub fn microseconds(&self) -> f64 {
+        static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+        self.card.as_ref().map_or_else(|| 1e6 * START.elapsed().as_secs_f64(), |card| card.time)
+    }
+
+    pub fn run(&mut self, work: &Work) -> Status {
+        match work {
+            Work::Fill { address, bytes, .. } if !self.memory.holds(*address, *bytes) => INVALID_VALUE,
+            Work::Fill { address, byte, bytes } => {
+                // SAFETY: the bytes lie within one list.
+                unsafe { (*address as *mut u8).write_bytes(*byte, *bytes) };
+                SUCCESS
+            }
+            Work::Launch { kernel, arguments, blocks, block } => {
+                self.launches += 1;
+                let addresses: Vec<*const u8> = arguments.0.iter().map(|words| words.as_ptr().cast()).collect();
+                // SAFETY: the arguments are those of this kernel; their lists are the host's to get right.
+                match &mut self.card {
+                    Some(card) => unsafe { card.launch(kernel.name, &addresses, *blocks, *block) },
+                    None => run_all(blocks * block, self.launches, || unsafe { (kernel.run)(&addresses) }),
+                }
+                status(self.memory.is_intact(), ILLEGAL_ADDRESS)
+            }
         }
     }
 }
@@ -100,25 +132,5 @@ impl Arguments {
 /// One piece of work.
 pub enum Work {
     Fill { address: u64, byte: u8, bytes: usize },
-    Launch { kernel: &'static Kernel, arguments: Arguments, threads: usize },
-}
-
-impl Work {
-    pub fn run(&self, memory: &mut Memory, launches: &mut usize) -> Status {
-        match self {
-            Self::Fill { address, bytes, .. } if !memory.holds(*address, *bytes) => INVALID_VALUE,
-            Self::Fill { address, byte, bytes } => {
-                // SAFETY: the bytes lie within one list.
-                unsafe { (*address as *mut u8).write_bytes(*byte, *bytes) };
-                SUCCESS
-            }
-            Self::Launch { kernel, arguments, threads } => {
-                *launches += 1;
-                let addresses: Vec<*const u8> = arguments.0.iter().map(|words| words.as_ptr().cast()).collect();
-                // SAFETY: the arguments are those of this kernel; their lists are the host's to get right.
-                run_all(*threads, *launches, || unsafe { (kernel.run)(&addresses) });
-                status(memory.is_intact(), ILLEGAL_ADDRESS)
-            }
-        }
-    }
+    Launch { kernel: &'static Kernel, arguments: Arguments, blocks: usize, block: usize },
 }

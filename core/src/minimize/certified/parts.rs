@@ -29,11 +29,19 @@ pub(super) fn minimum_of_parts<R: Float, F: EnclosedSdf, const N: usize>(
     let kept = if parts.0 > 1 { evaluations_of_whole::<N>() } else { 0 };
     let min_budget = BranchAndBound::<R, F, N>::MIN_LOCAL_BUDGET;
     if parts.0 > 1 && method.evaluations < min_budget.saturating_add(kept) {
-        return method.lowest_corner(field, simplex);
+        return proven(method.lowest_corner(field, simplex));
     }
     let mut search = PartsSearch::new(method, simplex, level, method.evaluations.saturating_sub(kept), parts.0);
     field.visit_parts(&mut search);
     search.finish(field)
+}
+
+/// The minimum with −∞ as its bound where bound or value is NaN: then nothing is proven.
+#[inline(always)]
+fn proven<R: Float, const N: usize>(minimum: Minimum<R, N>) -> Minimum<R, N> {
+    let is_proven = minimum.lower_bound <= minimum.sample.value;
+    let lower_bound = if is_proven { minimum.lower_bound } else { R::from_f64(f64::NEG_INFINITY) };
+    Minimum { lower_bound, ..minimum }
 }
 
 /// Evaluations of the whole field at the end: the corners, and the result.
@@ -120,12 +128,9 @@ impl<'a, R: Float, const N: usize> PartsSearch<'a, R, N> {
     #[cfg_attr(feature = "std", inline(always))]
     fn search<F: EnclosedSdf>(&mut self, part: &F, level: R) -> Minimum<R, N> {
         let method = Certified { evaluations: self.share::<F>(), ..*self.method };
-        let minimum = method.minimum(part, self.simplex, level);
-        // False where a value is NaN: then nothing is proven.
-        let is_proven = minimum.lower_bound <= minimum.sample.value;
-        let lower_bound = if is_proven { minimum.lower_bound } else { R::from_f64(f64::NEG_INFINITY) };
-        self.include(lower_bound, minimum.converged);
-        self.is_spent |= !(minimum.converged || level < lower_bound);
+        let minimum = proven(method.minimum(part, self.simplex, level));
+        self.include(minimum.lower_bound, minimum.converged);
+        self.is_spent |= !(minimum.converged || level < minimum.lower_bound);
         self.spend(minimum.evaluations.to_f64() as u32);
         minimum
     }

@@ -1,6 +1,7 @@
 //! Contacts by the host code of `sdf-gpu` and the kernels on the CPU: are they those of `contact::<f32, …>`, bit for bit?
 //!
 //! Every test here runs in a process of its own, whose library path has the stub as `libcuda.so`: see [`with_stub`].
+//! With the path of `kernels.ptx` in `SDF_STUB_KERNELS`, as `.ci/gpu.sh` has it, the stub runs that, instruction by instruction.
 
 mod auto;
 mod bounds;
@@ -24,7 +25,11 @@ impl Driver {
         let name = "libsdf_gpu_stub.so";
         let built = test.ancestors().skip(1).take(2).map(|at| at.join(name)).find(|path| path.exists());
         std::fs::copy(built.expect("the stub beside the tests"), folder.path().join("libcuda.so")).unwrap();
-        std::fs::write(folder.path().join("kernels.ptx"), "// The stub has the kernels.\n").unwrap();
+        let kernels = folder.path().join("kernels.ptx");
+        match std::env::var_os("SDF_STUB_KERNELS") {
+            Some(ptx) => drop(std::fs::copy(ptx, kernels).unwrap()),
+            None => std::fs::write(kernels, "// The stub has the kernels.\n").unwrap(),
+        }
         std::fs::write(folder.path().join("broken.ptx"), "no kernels").unwrap();
         Self(folder)
     }

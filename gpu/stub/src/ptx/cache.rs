@@ -1,0 +1,45 @@
+//! The caches of a multiprocessor: of data and of instructions.
+
+/// Sectors of 32 bytes in 192 KB: the 256 KB of an H100 without what shared memory and the driver take.
+const SECTORS: usize = 6144;
+
+/// Lines of 128 bytes, eight instructions, in 128 KB.
+const LINES: usize = 1024;
+
+/// Cycles until the next line of instructions is there, which was asked for ahead.
+const NEXT_LINE: u64 = 40;
+/// Cycles until another one is.
+const OTHER_LINE: u64 = 260;
+
+/// Caches in which each sector or line has one place.
+pub struct Cache {
+    sectors: Vec<u64>,
+    lines: Vec<u64>,
+}
+
+impl Cache {
+    pub fn new() -> Self {
+        Self { sectors: vec![0; SECTORS], lines: vec![0; LINES] }
+    }
+
+    /// Is the sector there? It is from now on.
+    pub fn has(&mut self, sector: u64) -> bool {
+        // Neighbours have places side by side, local memories and lists far apart.
+        let place = (sector ^ (sector >> 32).wrapping_mul(0x9e37_79b9)) % SECTORS as u64;
+        std::mem::replace(&mut self.sectors[place as usize], sector) == sector
+    }
+
+    /// Cycles until a line of instructions is there, after another one.
+    pub fn fetch(&mut self, line: u64, last: u64) -> u64 {
+        match std::mem::replace(&mut self.lines[line as usize % LINES], line) {
+            old if old == line => 0,
+            _ if line == last + 1 => NEXT_LINE,
+            _ => OTHER_LINE,
+        }
+    }
+
+    /// Forgets the instructions, as another kernel begins.
+    pub fn forget_code(&mut self) {
+        self.lines.fill(0);
+    }
+}
