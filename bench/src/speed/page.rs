@@ -266,3 +266,30 @@ fn curves(table: &CsvTable, x: &str, y: impl Fn(&CsvTable, &[String]) -> Option<
     };
     table.distinct("work").into_iter().map(curve).filter(|curve| !curve.points.is_empty()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So that nobody mends the page alone, where the next run of the bench would undo it.
+    #[test]
+    fn the_page_and_its_pictures_are_what_the_stored_numbers_give() {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+        let read = |path: &Path| std::fs::read_to_string(path).unwrap();
+        let written = tempfile::tempdir().unwrap();
+        std::fs::create_dir(written.path().join(FOLDER)).unwrap();
+        for entry in std::fs::read_dir(docs.join(FOLDER)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "svg") {
+                std::fs::copy(&path, written.path().join(FOLDER).join(path.file_name().unwrap())).unwrap();
+            }
+        }
+        write(written.path()).unwrap();
+        let page = |folder: &Path| read(&folder.join("performance.md"));
+        assert!(page(written.path()) == page(&docs), "write the page: speed --docs docs --rewrite");
+        let pictures = std::fs::read_dir(written.path().join(FOLDER)).unwrap().map(|entry| entry.unwrap().path());
+        for picture in pictures.filter(|path| path.extension().is_some_and(|extension| extension == "svg")) {
+            assert!(read(&picture) == read(&docs.join(FOLDER).join(picture.file_name().unwrap())), "{picture:?}");
+        }
+    }
+}

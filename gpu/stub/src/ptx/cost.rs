@@ -1,7 +1,7 @@
 //! Costs of an instruction on an H100, per warp: issue slots and cycles of its pipe on a quarter of a multiprocessor, and cycles until its
 //! result can be read.
 //!
-//! Rates are those of the CUDA C++ programming guide for compute capability 9.0. The counts of machine instructions that ptxas makes of
+//! Rates are assumed after what is published of compute capability 9.0. The counts of machine instructions that ptxas makes of
 //! one of PTX (divisions, roots, 64 bits) and the latencies are assumptions, which the measured times of docs/gpu.md hold to account.
 
 /// The units that an instruction occupies.
