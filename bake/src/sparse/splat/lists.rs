@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
-use super::frame::{PlaneFrame, TriangleFrame, planar_distance_sq};
+use super::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
 use super::packed::{WIDTH, pack_bits};
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
@@ -53,7 +53,7 @@ impl SlotLists {
         &mut self,
         mesh: &MeshDistance,
         lattice: &Lattice,
-        frames: &[PlaneFrame],
+        frames: &PlaneFrames,
         wanted: &[WantedSlot],
         max_triangles: usize,
     ) -> bool {
@@ -113,7 +113,7 @@ impl SlotLists {
 struct Splat<'a, 'b> {
     lists: &'a mut SlotLists,
     mesh: &'a MeshDistance<'b>,
-    frames: &'a [PlaneFrame],
+    frames: &'a PlaneFrames<'a>,
     reaches: &'a [f32; BLOCK_SLOTS],
     max_reach: f32,
     /// First node of the block.
@@ -135,7 +135,7 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
         triangles.reserve(near.len());
         for slot in near.iter() {
             let index = *slot as usize;
-            triangles.push(TriangleFrame::new(*slot, &frames[index], &corners[index], middle.into(), inv_spacing));
+            triangles.push(TriangleFrame::new(*slot, frames.get(index), &corners[index], middle.into(), inv_spacing));
         }
         for (index, triangle) in (0..).zip(triangles.iter()) {
             let TriangleFrame { middle: [u, v, w], plane, .. } = *triangle;
