@@ -186,7 +186,7 @@ impl Mark<'_> {
         let spacing = lattice.spacing();
         let middle = [0, 1, 2]
             .map(|axis: usize| lattice.origin()[axis] + spacing * (SIDE * first[axis] as f64 + f64::from(HALF_NODES)));
-        let frame = TriangleFrame::new(triangle as u32, frames.get(triangle), corners, middle, 1.0 / spacing);
+        let frame = TriangleFrame::new(triangle as u32, &frames.get(triangle), corners, middle, 1.0 / spacing);
         let PlaneFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = frame.plane;
         let size = frame.middle.iter().map(|x| x.abs()).sum::<f32>() + shape.b;
         let margin = MARGIN + 1e-5 * size;

@@ -120,13 +120,13 @@ impl PlaneFrame {
 
 impl TriangleFrame {
     #[inline(always)]
-    pub fn new(slot: u32, plane: PlaneFrame, corners: &[Vector3<f64>; 3], middle: [f64; 3], inv_spacing: f64) -> Self {
+    pub fn new(slot: u32, plane: &PlaneFrame, corners: &[Vector3<f64>; 3], middle: [f64; 3], inv_spacing: f64) -> Self {
         let a = corners[usize::from(plane.first)];
         let from_a = sub(middle, [a.x, a.y, a.z]).map(|x| x * inv_spacing);
         let coordinates = plane.axes.map(|axis| dot(from_a, axis.map(f64::from)));
         let middle = coordinates.map(|x| x as f32);
         let middle_rest = [0, 1, 2].map(|axis: usize| (coordinates[axis] - f64::from(middle[axis])) as f32);
-        Self { middle, middle_rest, plane, slot }
+        Self { middle, middle_rest, plane: *plane, slot }
     }
 }
 

@@ -13,7 +13,7 @@ fn frames(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<TriangleFrame> {
     let tree = Bvh::new(&mesh);
     let orientations = vec![1.0; triangles.len()];
     let planes = PlaneFrames::new(&tree, Some(&orientations), 1.0);
-    let frame = |slot| TriangleFrame::new(slot as u32, planes.get(slot), &tree.corners[slot], [0.0; 3], 1.0);
+    let frame = |slot| TriangleFrame::new(slot as u32, &planes.get(slot), &tree.corners[slot], [0.0; 3], 1.0);
     (0..triangles.len()).map(frame).collect()
 }
 
