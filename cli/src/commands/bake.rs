@@ -133,7 +133,7 @@ fn bake_whole(
     if standard_output::is_standard_output(output) {
         let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
         let baked = Field::bake_with_progress(view, options, on_progress);
-        return baked.map(BakeOutcome::InMemory).map_err(|error| refusal(args, error));
+        return baked.map(Box::new).map(BakeOutcome::InMemory).map_err(|error| refusal(args, error));
     }
     let mesh = checked(args, mesh, options)?;
     Field::bake_or_stream(mesh, options, target(args, output), on_progress).map_err(|error| failure(args, error))

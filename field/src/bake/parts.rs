@@ -48,9 +48,9 @@ impl BakeTarget<'_> {
 #[derive(Clone, Debug)]
 pub enum BakeOutcome {
     /// In memory; the target is not written.
-    InMemory(Baked),
+    InMemory(Box<Baked>),
     /// In the target, which is written.
-    OnDisk(BakedFile),
+    OnDisk(Box<BakedFile>),
 }
 
 /// A grid in a file, or a part of one, and what was found out about the mesh.
@@ -90,13 +90,14 @@ impl Field {
                         memory.require_streamed(&baker, precision)?;
                         let (grid, baked) = stream(&mesh, &distance, baker, options, target, on_progress)?;
                         let (mesh, topology) = (mesh.report(), *distance.topology());
-                        return Ok(BakeOutcome::OnDisk(BakedFile { grid, mesh, topology, baked }));
+                        let file = BakedFile { grid, mesh, topology, baked };
+                        return Ok(BakeOutcome::OnDisk(Box::new(file)));
                     }
                     bake_bricks(&baker, options, memory, on_progress)?
                 }
                 _ => bake_grid(&distance, options, memory, on_progress)?,
             };
-            Ok(BakeOutcome::InMemory(finished(&mesh, &distance, options, grid)))
+            Ok(BakeOutcome::InMemory(Box::new(finished(&mesh, &distance, options, grid))))
         })
     }
 
