@@ -107,7 +107,7 @@ mod tests {
     use super::*;
     use crate::mesh::topology::orient;
 
-    /// Of one, two or three triangles; zero where one of them is a sliver, whose normal is not known.
+    /// Edges of one, two or three triangles; the sum is zero where one of them is a sliver, whose normal is not known.
     #[test]
     fn the_normal_of_an_edge_is_the_sum_of_those_of_its_triangles() {
         let sliver = [0.5, 1.0, 0.25 + 1e-14];

@@ -99,7 +99,7 @@ fn a_grid_that_does_not_fit_into_memory_is_streamed_into_the_same_bytes() {
     says(&folder.refused("bake closed.obj --res 64 --memory 100kB"), &["--memory allows", "--layout sparse"]);
 }
 
-/// What goes to standard output is baked in memory, as is the grid of an open mesh that fits.
+/// A grid for standard output is baked in memory, as is that of an open mesh that fits.
 #[test]
 fn a_large_grid_of_a_closed_mesh_is_streamed_into_the_bytes_of_a_bake_in_memory() {
     let folder = bodies();
