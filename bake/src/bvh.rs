@@ -96,7 +96,7 @@ struct ForPackets {
 }
 
 /// Boxes of a node's children, side by side. Unused lanes hold an empty box, infinitely far from everything.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct ChildBoxes {
     min: VectorX8<f64>,
     max: VectorX8<f64>,
@@ -127,13 +127,13 @@ impl Bvh {
 
     fn new_for_packets(&self) -> ForPackets {
         let Self { corners, levels, frame, disc_nodes, .. } = self;
-        let approx = sdf_parallel::map(corners.len(), |slot| ApproxTriangle::new(corners[slot], frame));
+        let approx = sdf_parallel::map_plain(corners.len(), |slot| ApproxTriangle::new(corners[slot], frame));
         let mut bounding_discs = vec![];
         let mut triangles_below = 1;
         for level in levels.iter().take_while(|level| level.len() > *disc_nodes || level.len() == levels[0].len()) {
             triangles_below *= ARITY;
             let disc = |node: usize| BoundingDisc::enclosing(corners, node * triangles_below, triangles_below, frame);
-            bounding_discs.push(sdf_parallel::map(level.len(), disc));
+            bounding_discs.push(sdf_parallel::map_plain(level.len(), disc));
         }
         ForPackets { approx, bounding_discs }
     }
@@ -141,8 +141,9 @@ impl Bvh {
     /// Builds a tree. Searches of packets ask for more: [`Self::prepare_packets`].
     pub fn for_points(mesh: &TriangleMesh) -> Self {
         let triangles = Self::order(mesh);
-        let corners =
-            sdf_parallel::map(triangles.len(), |slot| mesh.corner_points(mesh.triangles[triangles[slot] as usize]));
+        let corners = sdf_parallel::map_plain(triangles.len(), |slot| {
+            mesh.corner_points(mesh.triangles[triangles[slot] as usize])
+        });
         let mut levels = vec![group(&corners, box_around)];
         while levels[levels.len() - 1].len() > 1 {
             levels.push(group(&levels[levels.len() - 1], ChildBoxes::union));
@@ -200,7 +201,7 @@ fn group<T: Sync>(children: &[T], bounds: impl Fn(&T) -> [Vector3<f64>; 2] + Syn
         }
         boxes
     };
-    sdf_parallel::map(children.len().div_ceil(ARITY), |index| {
+    sdf_parallel::map_plain(children.len().div_ceil(ARITY), |index| {
         node(&children[index * ARITY..children.len().min((index + 1) * ARITY)])
     })
 }

@@ -153,7 +153,13 @@ impl TriangleMesh {
         let unique = without_repeated(welded);
         let repeated_triangles = triangles.len() - unique.len();
         let has_area = |corners: &[u32; 3]| has_area(corners.map(|index| points[index as usize]));
-        let (triangles, mut stitches): (Vec<_>, Vec<_>) = unique.into_iter().partition(has_area);
+        let (mut triangles, mut stitches) = (unique, vec![]);
+        triangles.retain(|corners| {
+            let has_area = has_area(corners);
+            stitches.extend((!has_area).then_some(*corners));
+            has_area
+        });
+        triangles.shrink_to_fit();
         let degenerate_triangles = stitches.len();
         stitches.retain(|[a, b, c]| a != b && b != c && c != a);
         let corners = triangles.iter().flatten().map(|index| points[*index as usize].into());

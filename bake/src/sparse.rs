@@ -63,7 +63,7 @@ pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;
 use quantize::{CodesMut, CodesRef};
 use splat::can_splat;
-use splat::frame::{PlaneFrame, plane_frames};
+use splat::frame::PlaneFrames;
 
 /// A baked sparse grid and certified bounds. Bricks are in Hilbert order; after them, in the same order, those that
 /// only close an open mesh.
@@ -129,8 +129,8 @@ pub struct SparseBaker<'a> {
     mesh: &'a MeshDistance<'a>,
     lattice: Lattice,
     map: BrickMap,
-    /// Frames of all triangles, if they are to be splatted.
-    frames: Vec<PlaneFrame>,
+    /// Frames of the triangles, if they are to be splatted.
+    frames: Option<PlaneFrames<'a>>,
     certify: Certify,
 }
 
@@ -151,12 +151,9 @@ const SLOTS_AT_A_TIME: usize = 1024;
 impl<'a> SparseBaker<'a> {
     /// Finds which slots are near the surface. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
-        let frames = if can_splat(mesh) {
-            plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / lattice.spacing())
-        } else {
-            vec![]
-        };
-        let map = BrickMap::new(mesh, lattice, band, &frames);
+        let frames = || PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), lattice.spacing());
+        let frames = can_splat(mesh).then(frames);
+        let map = BrickMap::new(mesh, lattice, band, frames.as_ref());
         Self { mesh, lattice: *lattice, map, frames, certify: Certify::default() }
     }
 

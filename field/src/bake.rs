@@ -140,7 +140,7 @@ impl Field {
         cancel: &AtomicBool,
     ) -> Result<Baked, BakeError> {
         let baked = options.threads.install(|| {
-            let mesh = solid_mesh(mesh, options)?;
+            let mesh = CheckedMesh::new(mesh, options)?.solid(options);
             bake(&mesh, options, on_progress, cancel)
         });
         // What was skipped may look like any other error.
@@ -148,14 +148,26 @@ impl Field {
     }
 }
 
-/// The mesh, welded, closed and without inner faces as the options say.
-fn solid_mesh(mesh: MeshView, options: &BakeOptions) -> Result<TriangleMesh, BakeError> {
-    let mesh = options.repairs()?.apply(mesh.points, mesh.faces).map_err(BakeError::InvalidMesh)?;
-    Ok(match (options.inner_faces, options.sign) {
-        (InnerFaces::Keep, _) => mesh,
-        (InnerFaces::Drop, Some(SignMethod::PseudoNormal)) => mesh.without_inner_shells(),
-        (InnerFaces::Drop, _) => mesh.without_inner_faces(),
-    })
+/// A mesh that was checked, welded and closed, and is to be baked. It holds all that a bake needs: the view that it came from can be freed
+/// before.
+#[derive(Clone, Debug)]
+pub struct CheckedMesh(TriangleMesh);
+
+impl CheckedMesh {
+    /// Checks a mesh, and repairs it as the options say.
+    pub fn new(mesh: MeshView, options: &BakeOptions) -> Result<Self, BakeError> {
+        options.repairs()?.apply(mesh.points, mesh.faces).map(Self).map_err(BakeError::InvalidMesh)
+    }
+
+    /// The mesh without inner faces, as the options say.
+    fn solid(self, options: &BakeOptions) -> TriangleMesh {
+        let Self(mesh) = self;
+        match (options.inner_faces, options.sign) {
+            (InnerFaces::Keep, _) => mesh,
+            (InnerFaces::Drop, Some(SignMethod::PseudoNormal)) => mesh.without_inner_shells(),
+            (InnerFaces::Drop, _) => mesh.without_inner_faces(),
+        }
+    }
 }
 
 /// Bakes on the threads of the current pool.

@@ -53,8 +53,8 @@ mod threads;
 
 #[cfg(feature = "bake")]
 pub use bake::{
-    BakeError, BakeOptions, Baked, Certify, ErrorBudgetError, ErrorRegion, ErrorRegions, GridSize, InnerFaces,
-    InvalidMesh, MaxError, MeshReport, Progress, Topology,
+    BakeError, BakeOptions, Baked, Certify, CheckedMesh, ErrorBudgetError, ErrorRegion, ErrorRegions, GridSize,
+    InnerFaces, InvalidMesh, MaxError, MeshReport, Progress, Topology,
 };
 #[cfg(all(feature = "bake", feature = "files"))]
 pub use bake::{BakeFileError, BakeOutcome, BakeTarget, BakedFile, BrickShard, GridOnDisk, merge_parts};

@@ -80,6 +80,19 @@ pub fn map<T: Send>(count: usize, map: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if thread_count() == 1 { map_chunk(0..count) } else { concat(map_chunks(count, map_chunk)) }
 }
 
+/// [`map`] to plain values, which are written where they stay: a large list is never in memory twice.
+pub fn map_plain<T: Copy + Default + Send>(count: usize, map: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if thread_count() == 1 {
+        return (0..count).map(map).collect();
+    }
+    let mut all = vec![T::default(); count];
+    let size = chunk_size(count);
+    for_each(all.chunks_mut(size).enumerate().collect(), |(chunk, results)| {
+        (chunk * size..).zip(results).for_each(|(index, result)| *result = map(index));
+    });
+    all
+}
+
 /// The indices below `count` that pass a test, in order.
 pub fn filter(count: usize, test: impl Fn(usize) -> bool + Sync) -> Vec<usize> {
     concat(map_chunks(count, |chunk| chunk.filter(|index| test(*index)).collect()))
@@ -87,8 +100,13 @@ pub fn filter(count: usize, test: impl Fn(usize) -> bool + Sync) -> Vec<usize> {
 
 /// The results of `map` for chunks of the indices below `count`, in order. The chunks depend on `count` alone.
 pub fn map_chunks<T: Send>(count: usize, map: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
-    let size = count.div_ceil(CHUNKS).max(1);
+    let size = chunk_size(count);
     map_each(count.div_ceil(size), &|chunk| map(chunk * size..count.min((chunk + 1) * size)))
+}
+
+/// Length of the chunks that indices below `count` are cut into.
+fn chunk_size(count: usize) -> usize {
+    count.div_ceil(CHUNKS).max(1)
 }
 
 /// All items of all chunks, in order.
@@ -114,6 +132,7 @@ mod tests {
     fn results_are_those_of_a_loop() {
         for count in [0, 1, 2, CHUNKS - 1, CHUNKS, CHUNKS + 1, 10 * CHUNKS + 7] {
             assert_eq!(map(count, |index| 3 * index), (0..count).map(|index| 3 * index).collect::<Vec<_>>());
+            assert_eq!(map_plain(count, |index| 3 * index), map(count, |index| 3 * index));
             assert_eq!(filter(count, |index| index % 3 == 1), (0..count).filter(|i| i % 3 == 1).collect::<Vec<_>>());
             let chunks = map_chunks(count, |chunk| chunk);
             assert_eq!(chunks.into_iter().flatten().collect::<Vec<_>>(), (0..count).collect::<Vec<_>>());

@@ -9,7 +9,7 @@ use crate::rounding::{MIN_AREA, SINGLE_SLACK};
 use crate::triangle::approx::UnitFrame;
 
 /// Disc around the triangles of a node, in the tree's [`UnitFrame`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BoundingDisc {
     /// First corner of a triangle.
     pub center: [f32; 3],

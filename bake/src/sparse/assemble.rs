@@ -165,15 +165,16 @@ impl BoundedGrid {
 
 /// Some bricks and all around them, ascending.
 fn with_neighbours(storage: &Sparse<BrickTables>, slots: &[[u32; 3]], batch: std::ops::Range<usize>) -> Vec<u32> {
-    let mut bricks: Vec<u32> = batch.clone().map(|brick| brick as u32).collect();
-    for slot in &slots[batch.clone()] {
-        for part in 0..27_u32 {
+    let outside = |brick: usize| {
+        let slot = slots[batch.start + brick];
+        let neighbours = (0..27_u32).map(move |part| {
             let step = [part % 3, part / 3 % 3, part / 9];
-            let neighbour = std::array::from_fn(|axis| (slot[axis] + step[axis]).wrapping_sub(1));
-            let outside = storage.brick_at(neighbour).filter(|brick| !batch.contains(brick));
-            bricks.extend(outside.map(|brick| brick as u32));
-        }
-    }
+            std::array::from_fn(|axis| (slot[axis] + step[axis]).wrapping_sub(1))
+        });
+        neighbours.filter_map(|slot| storage.brick_at(slot)).filter(|brick| !batch.contains(brick))
+    };
+    let outside = sdf_parallel::map_chunks(batch.len(), |bricks| bricks.flat_map(outside).collect::<Vec<_>>());
+    let mut bricks: Vec<u32> = batch.chain(outside.into_iter().flatten()).map(|brick| brick as u32).collect();
     bricks.sort_unstable();
     bricks.dedup();
     bricks

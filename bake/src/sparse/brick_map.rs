@@ -29,7 +29,7 @@ use sdf_core::nalgebra::Vector3;
 
 use super::coarse_map::{CoarseMap, SlotSides, corner_node, map_coarse_nodes, slot_index, slots_around};
 use super::slot_bits::SlotBits;
-use super::splat::frame::PlaneFrame;
+use super::splat::frame::PlaneFrames;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sign::flood_fill::{Seed, Winding};
 use crate::{MeshDistance, SignMethod};
@@ -83,8 +83,8 @@ struct Windings {
 }
 
 impl BrickMap {
-    /// `frames` are those of all triangles, if signs can be carried along clear edges.
-    pub fn new(mesh: &MeshDistance, lattice: &Lattice, band: f64, frames: &[PlaneFrame]) -> Self {
+    /// `frames` are those of the triangles, if signs can be carried along clear edges.
+    pub fn new(mesh: &MeshDistance, lattice: &Lattice, band: f64, frames: Option<&PlaneFrames>) -> Self {
         let Some((map, marked)) = Self::marked(mesh, lattice, band, frames) else {
             return Self::by_middles(mesh, lattice, band).with_slot_sides();
         };

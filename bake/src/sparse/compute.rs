@@ -4,7 +4,7 @@
 use sdf_core::grid::sparse::BRICK_SAMPLES;
 
 use super::part::BrickColumns;
-use super::splat::{BLOCK, BrickRecord, Splatter, can_splat};
+use super::splat::{BLOCK, BrickRecord, Splatter};
 use super::{Certify, CodesMut, Quantize, SparseBaker};
 use crate::nearest::PacketSearch;
 
@@ -16,12 +16,11 @@ impl SparseBaker<'_> {
         on_slots_done: &(dyn Fn(usize) + Sync),
     ) -> (BrickColumns, Vec<C>) {
         let block = |slot: &[u32; 3]| slot.map(|n| n / BLOCK);
-        let can_splat = can_splat(self.mesh);
-        if !can_splat || self.certify == Certify::Tight {
+        if self.frames.is_none() || self.certify == Certify::Tight {
             self.mesh.tree().prepare_packets();
         }
         self.collect(slots.chunk_by(|a, b| block(a) == block(b)), slots.len(), &|workspace, slots, codes| {
-            let splatted = if can_splat { self.splat(&mut workspace.splatter, slots, codes) } else { None };
+            let splatted = self.splat(&mut workspace.splatter, slots, codes);
             let records =
                 splatted.unwrap_or_else(|| self.search_bricks(workspace, slots, self.map.kept_within(), codes));
             on_slots_done(slots.len());

@@ -36,7 +36,7 @@ use crate::sign::flood_fill::NodeBlock;
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
 use distances::{BrickDistances, BrickQuery};
-use frame::{PlaneFrame, TriangleFrame};
+use frame::TriangleFrame;
 use lists::{SlotLists, WantedSlot};
 use sides::{NODES, NodeBits};
 use values::SignedBrick;
@@ -91,7 +91,7 @@ impl Splatter {
 }
 
 impl SparseBaker<'_> {
-    /// Bakes some slots of one block, whose codes follow each other in `codes`. `None` if too many triangles are near.
+    /// Bakes some slots of one block, whose codes follow each other in `codes`. `None` without frames, or if too many triangles are near.
     pub(super) fn splat(
         &self,
         splatter: &mut Splatter,
@@ -100,7 +100,8 @@ impl SparseBaker<'_> {
     ) -> Option<Vec<BrickRecord>> {
         let plans: Vec<SlotPlan> = slots.iter().map(|slot| self.slot_plan(*slot)).collect();
         let wanted: Vec<WantedSlot> = plans.iter().map(|plan| plan.wanted).collect();
-        if !splatter.lists.fill(self.mesh, &self.lattice, &self.frames, &wanted, MAX_TRIANGLES) {
+        let frames = self.frames.as_ref()?;
+        if !splatter.lists.fill(self.mesh, &self.lattice, frames, &wanted, MAX_TRIANGLES) {
             return None;
         }
         let mut records = vec![];
@@ -219,11 +220,9 @@ impl SparseBaker<'_> {
     }
 }
 
-/// Memory of all frames, and of the triangles around one block.
+/// Memory of the triangles around one block.
 pub(super) fn max_bytes(mesh: &MeshDistance) -> usize {
-    let triangles = mesh.tree().corners.len();
-    triangles * size_of::<PlaneFrame>()
-        + triangles.min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
+    mesh.tree().corners.len().min(MAX_TRIANGLES) * (size_of::<TriangleFrame>() + 16 * size_of::<u32>())
 }
 
 fn step_of(node: usize) -> [usize; 3] {

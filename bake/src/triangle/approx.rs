@@ -25,7 +25,7 @@ pub(crate) struct UnitFrame {
 }
 
 /// A triangle in a [`UnitFrame`], and what of its nearest point does not depend on the query point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ApproxTriangle {
     pub is_sliver: bool,
     a: [f32; 3],

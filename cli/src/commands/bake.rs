@@ -11,9 +11,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget};
 use sdf_core::grid::owned::Layout;
 use sdf_field::page::Scene;
 use sdf_field::{
-    BakeError, BakeFileError, BakeOptions, BakeOutcome, BakeTarget, Baked, BakedFile, BrickShard, ErrorBudgetError,
-    Field, MeshView, Progress, Source,
+    BakeError, BakeFileError, BakeOptions, BakeOutcome, BakeTarget, Baked, BakedFile, BrickShard, CheckedMesh,
+    ErrorBudgetError, Field, MeshView, Progress, Source,
 };
+use sdf_formats::mesh::Mesh;
 use serde_json::json;
 
 use crate::args::BakeArgs;
@@ -21,7 +22,7 @@ use crate::commands::export::stem;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
-use crate::{memory, output, progress, standard_output};
+use crate::{field_input, memory, output, progress, standard_output};
 use facts::{GridFacts, document, mesh_row, rows};
 
 /// The program and its version, as a grid that it baked states them.
@@ -62,27 +63,31 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
     let MeshInput { mesh, facts: input } = input;
     mesh.require_triangles(&args.mesh.display().to_string())?;
     let options = args.options(source(&input))?;
-    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
     if let Some(shard) = args.shard_of_bricks() {
+        let mesh = checked(args, mesh, &options)?;
         let baked = with_progress(args, |on_progress| {
-            Field::bake_part(view, &options, target(args, output), shard, on_progress)
+            Field::bake_part(mesh, &options, target(args, output), shard, on_progress)
                 .map_err(|error| failure(args, error))
         })?;
         let times = [read, started.elapsed().as_secs_f64() - read];
         return Ok(part_report(args, shard, &baked, &input, times, output));
     }
-    let outcome = with_progress(args, |on_progress| bake_whole(args, view, &options, output, on_progress))?;
-    drop(mesh);
-    let bake = started.elapsed().as_secs_f64() - read;
+    let outcome = with_progress(args, |on_progress| bake_whole(args, mesh, &options, output, on_progress))?;
+    let baked = match &outcome {
+        BakeOutcome::InMemory(_) => Instant::now(),
+        BakeOutcome::OnDisk(baked) => baked.baked,
+    };
+    let bake = (baked - started).as_secs_f64() - read;
     let file = match &outcome {
         BakeOutcome::InMemory(baked) => output::save(&baked.field, output, args.compress)?,
         BakeOutcome::OnDisk(_) => fs::metadata(output).map_or(0, |file| file.len()),
     };
     if let Some(path) = &args.view {
-        let BakeOutcome::InMemory(baked) = &outcome else {
-            bail!("{}: is written, but too large for --view, which holds a grid in memory", output.display());
+        let write = |field: &Field| page::write(path, &Scene::of_field(stem(output), field));
+        match &outcome {
+            BakeOutcome::InMemory(baked) => write(&baked.field)?,
+            BakeOutcome::OnDisk(_) => write(&field_input::read_whole(output)?)?,
         };
-        page::write(path, &Scene::of_field(stem(output), &baked.field))?;
     }
     let write = started.elapsed().as_secs_f64() - read - bake;
     let facts = match &outcome {
@@ -120,16 +125,24 @@ fn target<'a>(args: &BakeArgs, path: &'a Path) -> BakeTarget<'a> {
 /// Bakes a grid in memory, or into its file if it does not fit.
 fn bake_whole(
     args: &BakeArgs,
-    view: MeshView,
+    mesh: Mesh,
     options: &BakeOptions,
     output: &Path,
     on_progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<BakeOutcome> {
     if standard_output::is_standard_output(output) {
+        let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
         let baked = Field::bake_with_progress(view, options, on_progress);
-        return baked.map(BakeOutcome::InMemory).map_err(|error| refusal(args, error));
+        return baked.map(Box::new).map(BakeOutcome::InMemory).map_err(|error| refusal(args, error));
     }
-    Field::bake_or_stream(view, options, target(args, output), on_progress).map_err(|error| failure(args, error))
+    let mesh = checked(args, mesh, options)?;
+    Field::bake_or_stream(mesh, options, target(args, output), on_progress).map_err(|error| failure(args, error))
+}
+
+/// The mesh to bake, when the file's is freed.
+fn checked(args: &BakeArgs, mesh: Mesh, options: &BakeOptions) -> Result<CheckedMesh> {
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    CheckedMesh::new(view, options).map_err(|error| refusal(args, error))
 }
 
 fn with_progress<T>(args: &BakeArgs, bake: impl FnOnce(&(dyn Fn(Progress) + Sync)) -> Result<T>) -> Result<T> {

@@ -80,10 +80,13 @@ fn parts_joined_in_any_order_are_the_bytes_of_one_bake() {
 #[test]
 fn a_grid_that_does_not_fit_into_memory_is_streamed_into_the_same_bytes() {
     let folder = bodies();
-    for (mesh, options) in [("closed", "--keep-mesh"), ("open", "--compress none"), ("closed", "--precision f32")] {
-        let words = format!("bake {mesh}.obj --layout sparse --res 160 {options}");
+    for (mesh, options, memory) in [
+        ("closed", "--res 160 --keep-mesh", "3500kB"),
+        ("open", "--res 160 --compress none", "3500kB"),
+        ("closed", "--res 110 --precision f32", "4MB"),
+    ] {
+        let words = format!("bake {mesh}.obj --layout sparse {options}");
         let whole = folder.json(&format!("{words} -o whole.sdf.h5"));
-        let memory = if options.contains("f32") { "6MB" } else { "3500kB" };
         let streamed = folder.json(&format!("{words} --memory {memory} -o streamed.sdf.h5"));
         assert_eq!((whole.get("streamed"), &streamed["streamed"]), (None, &true.into()), "{words}");
         assert_same(&folder.read("streamed.sdf.h5"), &folder.read("whole.sdf.h5"), &words);
@@ -94,6 +97,23 @@ fn a_grid_that_does_not_fit_into_memory_is_streamed_into_the_same_bytes() {
     says(&folder.refused("bake closed.obj --layout sparse --res 160 --memory 1MB"), &["--memory allows", " bricks"]);
     says(&folder.wrong_usage("bake closed.obj --res 8 --memory much"), &["--memory", "500MB"]);
     says(&folder.refused("bake closed.obj --res 64 --memory 100kB"), &["--memory allows", "--layout sparse"]);
+}
+
+/// A grid for standard output is baked in memory, as is that of an open mesh that fits.
+#[test]
+fn a_large_grid_of_a_closed_mesh_is_streamed_into_the_bytes_of_a_bake_in_memory() {
+    let folder = bodies();
+    for options in ["--keep-mesh", "--precision f32 --compress none --threads 1"] {
+        let words = format!("bake closed.obj --layout sparse --res 240 {options}");
+        let streamed = folder.json(&format!("{words} -o ball.sdf.h5 --view page.html"));
+        assert_eq!(streamed["streamed"], true, "{words}");
+        let whole = folder.sdftool(&format!("{words} -o -")).output().unwrap();
+        assert!(whole.stdout == folder.read("ball.sdf.h5"), "{words}");
+        folder.done("view ball.sdf.h5 -o again.html");
+        assert!(folder.read("page.html") == folder.read("again.html"), "{words}");
+    }
+    let open = folder.json("bake open.obj --layout sparse --res 240 -o open.sdf.h5");
+    assert_eq!((open.get("streamed"), open["error_regions"].is_null()), (None, false));
 }
 
 #[test]

@@ -23,20 +23,30 @@ pub fn merge_parts(parts: &[PathBuf], output: &Path) -> Result<GridOnDisk, BakeF
         let fault = GridFault::DoesNotJoin(format!("was baked by {tool}, and this is {TOOL}: merge with the former"));
         return Err(BakeFileError::File(GridFileError { path: parts[0].clone(), fault }));
     }
-    let written = atomic_write(output, |temporary| join(joined, temporary, BRICKS_AT_A_TIME));
+    let written = atomic_write(output, |temporary| join(joined, temporary, BRICKS_AT_A_TIME, || ()));
     written.map_err(|failure: Failure| failure.at(output))
 }
 
-/// Writes the grid of all parts.
-pub(super) fn join(parts: JoinedParts, path: &Path, at_a_time: usize) -> Result<GridOnDisk, Failure> {
+/// Writes the grid of all parts. Calls `on_bounded` when its bricks are bounded, before they are packed.
+pub(super) fn join(
+    parts: JoinedParts,
+    path: &Path,
+    at_a_time: usize,
+    on_bounded: impl FnOnce(),
+) -> Result<GridOnDisk, Failure> {
     match parts.info().precision {
-        Precision::F32 => join_as::<f32>(parts, path, at_a_time),
-        Precision::U16 => join_as::<u16>(parts, path, at_a_time),
-        Precision::U8 => join_as::<u8>(parts, path, at_a_time),
+        Precision::F32 => join_as::<f32>(parts, path, at_a_time, on_bounded),
+        Precision::U16 => join_as::<u16>(parts, path, at_a_time, on_bounded),
+        Precision::U8 => join_as::<u8>(parts, path, at_a_time, on_bounded),
     }
 }
 
-fn join_as<C: Quantize>(mut parts: JoinedParts, path: &Path, at_a_time: usize) -> Result<GridOnDisk, Failure>
+fn join_as<C: Quantize>(
+    mut parts: JoinedParts,
+    path: &Path,
+    at_a_time: usize,
+    on_bounded: impl FnOnce(),
+) -> Result<GridOnDisk, Failure>
 where
     for<'a> SamplesOfParts<'a>: BrickSamples<C, Error = GridFileError>,
     for<'a> Samples<'a>: From<SparseSamples<'a, C>>,
@@ -50,6 +60,7 @@ where
         );
     }
     let (grid, sources) = unbounded.bounded(&SamplesOfParts(&parts), at_a_time)?;
+    on_bounded();
     let BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound } = grid;
     drop(table);
     let about = About { slope_bound, error_bound, ..about };

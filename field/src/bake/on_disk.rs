@@ -10,8 +10,9 @@ use sdf_formats::grid_file::{GridFault, GridFileError};
 use super::BakeError;
 use crate::info::GridInfo;
 
-/// Bricks whose samples are in memory at a time: 16 MiB of u16, of which three copies may be there, and more of their neighbours.
-pub(super) const BRICKS_AT_A_TIME: usize = 16_384;
+/// Bricks whose samples are in memory at a time: 2 MiB of u16, of which three copies may be there, and more of their neighbours. With
+/// fewer, neighbours are read so often that it takes time.
+pub(super) const BRICKS_AT_A_TIME: usize = 2048;
 
 /// Facts about a sparse grid in a file.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,6 +7,7 @@
 
 use std::io;
 use std::path::Path;
+use std::time::Instant;
 
 use sdf_bake::sparse::{BakedPart, BrickColumns, BrickShard, Quantize, SlotSides, SparseBaker};
 use sdf_bake::{MeshDistance, MeshReport, Topology, TriangleMesh};
@@ -18,11 +19,13 @@ use sdf_formats::grid_file::{Compression, StoredMesh};
 
 use super::join::join;
 use super::on_disk::{BRICKS_AT_A_TIME, BakeFileError, Failure, GridOnDisk};
-use super::{BakeError, BakeOptions, Baked, Memory, Progress, bake_bricks, bake_grid, finished, grid_info};
-use super::{solid_mesh, sparse_baker};
+use super::sparse_baker;
+use super::{
+    BakeError, BakeOptions, Baked, CheckedMesh, Memory, Progress, bake_bricks, bake_grid, finished, grid_info,
+};
+use crate::Field;
 use crate::file::about;
 use crate::info::SignMethod;
-use crate::{Field, MeshView};
 
 /// Where a bake goes if its samples do not fit into memory.
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +48,9 @@ impl BakeTarget<'_> {
 #[derive(Clone, Debug)]
 pub enum BakeOutcome {
     /// In memory; the target is not written.
-    InMemory(Baked),
+    InMemory(Box<Baked>),
     /// In the target, which is written.
-    OnDisk(BakedFile),
+    OnDisk(Box<BakedFile>),
 }
 
 /// A grid in a file, or a part of one, and what was found out about the mesh.
@@ -59,49 +62,55 @@ pub struct BakedFile {
     pub mesh: MeshReport,
     /// Holes, shells, and worse.
     pub topology: Topology,
+    /// When all bricks were measured, and those of a whole grid bounded. What came after was packing and writing them.
+    pub baked: Instant,
 }
 
 impl Field {
-    /// Bakes a mesh, in memory if that is enough. A sparse grid whose samples take more is streamed: its bricks go to a temporary file
-    /// beside the target as they come, and from there into the target, which has the bytes that [`Field::save_packed`] would write.
+    /// Bakes a mesh in memory if the grid is small, dense, of an open mesh, or of [`GridSize::MaxError`](super::GridSize::MaxError). Any
+    /// other sparse grid is streamed, and so is that of an open mesh that does not fit: its bricks go to a temporary file beside the
+    /// target as they come, and from there into the target, which has the bytes that [`Field::save_packed`] would write.
     pub fn bake_or_stream(
-        mesh: MeshView,
+        mesh: CheckedMesh,
         options: &BakeOptions,
         target: BakeTarget,
         on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<BakeOutcome, BakeFileError> {
         options.threads.install(|| {
-            let mesh = solid_mesh(mesh, options)?;
+            let mesh = mesh.solid(options);
             let distance = MeshDistance::new(&mesh, options.sign.and_then(SignMethod::for_mesh));
             let memory = target.memory();
             let grid = match (options.size.spacing(&mesh.bounds()), options.layout) {
                 (Ok(spacing), Layout::Sparse) => {
                     let baker = sparse_baker(&distance, options, spacing, memory)?;
                     let precision = options.precision.unwrap_or(Precision::U16);
-                    if baker.max_bytes_as(precision) as f64 > memory.bytes() {
+                    let bytes = baker.max_bytes_as(precision) as f64;
+                    // The regions of an open mesh's error are measured on the whole grid.
+                    if bytes > memory.bytes() || bytes > STREAMED_BYTES && distance.is_continuous() {
                         memory.require_streamed(&baker, precision)?;
-                        let grid = stream(&mesh, &distance, baker, options, target, on_progress)?;
+                        let (grid, baked) = stream(&mesh, &distance, baker, options, target, on_progress)?;
                         let (mesh, topology) = (mesh.report(), *distance.topology());
-                        return Ok(BakeOutcome::OnDisk(BakedFile { grid, mesh, topology }));
+                        let file = BakedFile { grid, mesh, topology, baked };
+                        return Ok(BakeOutcome::OnDisk(Box::new(file)));
                     }
                     bake_bricks(&baker, options, memory, on_progress)?
                 }
                 _ => bake_grid(&distance, options, memory, on_progress)?,
             };
-            Ok(BakeOutcome::InMemory(finished(&mesh, &distance, options, grid)))
+            Ok(BakeOutcome::InMemory(Box::new(finished(&mesh, &distance, options, grid))))
         })
     }
 
     /// Bakes a part of a sparse grid's bricks into a file, which is for [`merge_parts`](super::merge_parts) alone.
     pub fn bake_part(
-        mesh: MeshView,
+        mesh: CheckedMesh,
         options: &BakeOptions,
         target: BakeTarget,
         shard: BrickShard,
         on_progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<BakedFile, BakeFileError> {
         options.threads.install(|| {
-            let mesh = solid_mesh(mesh, options)?;
+            let mesh = mesh.solid(options);
             let distance = MeshDistance::new(&mesh, options.sign.and_then(SignMethod::for_mesh));
             let memory = target.memory();
             let (Ok(spacing), Layout::Sparse) = (options.size.spacing(&mesh.bounds()), options.layout) else {
@@ -112,10 +121,14 @@ impl Field {
             let part = Part { mesh: &mesh, distance: &distance, options, target, shard };
             let written = atomic_write(target.path, |temporary| part.write(baker, temporary, on_progress));
             let grid = written.map_err(|failure: Failure| failure.at(target.path))?;
-            Ok(BakedFile { grid, mesh: mesh.report(), topology: *distance.topology() })
+            let (mesh, topology, baked) = (mesh.report(), *distance.topology(), Instant::now());
+            Ok(BakedFile { grid, mesh, topology, baked })
         })
     }
 }
+
+/// A grid that takes more memory is streamed though it would fit.
+const STREAMED_BYTES: f64 = 8e6;
 
 /// So many where there is little memory: with fewer, threads wait for each other and neighbours are read again and again.
 const MIN_BRICKS_AT_A_TIME: usize = 256;
@@ -133,7 +146,7 @@ impl Memory {
     }
 }
 
-/// Bakes all bricks into a part beside the target's temporary file, and joins it.
+/// Bakes all bricks into a part beside the target's temporary file, and joins it. Returns when they were bounded, too.
 fn stream(
     mesh: &TriangleMesh,
     distance: &MeshDistance,
@@ -141,14 +154,17 @@ fn stream(
     options: &BakeOptions,
     target: BakeTarget,
     on_progress: &(dyn Fn(Progress) + Sync),
-) -> Result<GridOnDisk, BakeFileError> {
+) -> Result<(GridOnDisk, Instant), BakeFileError> {
     let shard = BrickShard::WHOLE;
     let part = Part { mesh, distance, options, target, shard };
     let write = |temporary: &Path| {
         // In the folder that is removed with the temporary file.
         let path = temporary.with_file_name("part");
         part.write(baker, &path, on_progress)?;
-        join(JoinedParts::open(&[path])?, temporary, target.memory().bricks_at_a_time())
+        let mut baked = Instant::now();
+        let on_bounded = || baked = Instant::now();
+        let grid = join(JoinedParts::open(&[path])?, temporary, target.memory().bricks_at_a_time(), on_bounded)?;
+        Ok((grid, baked))
     };
     atomic_write(target.path, write).map_err(|failure: Failure| failure.at(target.path))
 }

@@ -33,7 +33,7 @@ use crate::MeshDistance;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
 use crate::sparse::coarse_map::with_side;
 use crate::sparse::slot_bits::SlotBits;
-use crate::sparse::splat::frame::PlaneFrame;
+use crate::sparse::splat::frame::PlaneFrames;
 
 /// Nodes within this of the surface are near whatever the band, in voxels: beyond it the segment between the middles of
 /// neighbouring slots, 8 long, meets no triangle.
@@ -98,7 +98,7 @@ impl<'a> Marked<'a> {
         map: &BrickMap,
         mesh: &'a MeshDistance,
         lattice: &'a Lattice,
-        frames: &[PlaneFrame],
+        frames: &PlaneFrames,
         max_listed: usize,
     ) -> Self {
         let reach = (map.kept_within() / map.spacing).max(MIN_REACH);
@@ -220,13 +220,11 @@ impl BrickMap {
         mesh: &'a MeshDistance,
         lattice: &'a Lattice,
         band: f64,
-        frames: &[PlaneFrame],
+        frames: Option<&PlaneFrames>,
     ) -> Option<(Self, Marked<'a>)> {
         let (outer, inner) = (lattice.bounds(), mesh.bounds());
         let is_within = (0..3).all(|axis| outer.min[axis] <= inner.min[axis] && inner.max[axis] <= outer.max[axis]);
-        if frames.is_empty() || !is_within {
-            return None;
-        }
+        let frames = frames.filter(|_| is_within)?;
         let map = Self::empty(brick_counts(lattice), lattice.spacing(), band);
         let marked = Marked::new(&map, mesh, lattice, frames, MAX_LISTED);
         Some((map, marked))

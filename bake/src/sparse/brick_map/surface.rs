@@ -10,7 +10,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
 use crate::sparse::slot_bits::SlotBits;
-use crate::sparse::splat::frame::{PlaneFrame, TriangleFrame, planar_distance_sq};
+use crate::sparse::splat::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
 use crate::triangle::nearest_on_triangle;
 
 /// Nodes along a side of a slot.
@@ -72,7 +72,7 @@ impl SurfaceSlots {
     /// `reach` is in voxels, and no triangle is larger than fits f32 at the scale of a voxel. `max_listed`: [`MAX_LISTED`].
     pub fn new(
         tree: &Bvh,
-        frames: &[PlaneFrame],
+        frames: &PlaneFrames,
         lattice: &Lattice,
         counts: [u32; 3],
         reach: f64,
@@ -123,7 +123,7 @@ impl SurfaceSlots {
 struct Mark<'a> {
     slots: &'a SurfaceSlots,
     tree: &'a Bvh,
-    frames: &'a [PlaneFrame],
+    frames: &'a PlaneFrames<'a>,
     lattice: &'a Lattice,
     counts: [u32; 3],
     reach: f64,
@@ -186,7 +186,7 @@ impl Mark<'_> {
         let spacing = lattice.spacing();
         let middle = [0, 1, 2]
             .map(|axis: usize| lattice.origin()[axis] + spacing * (SIDE * first[axis] as f64 + f64::from(HALF_NODES)));
-        let frame = TriangleFrame::new(triangle as u32, &frames[triangle], corners, middle, 1.0 / spacing);
+        let frame = TriangleFrame::new(triangle as u32, &frames.get(triangle), corners, middle, 1.0 / spacing);
         let PlaneFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = frame.plane;
         let size = frame.middle.iter().map(|x| x.abs()).sum::<f32>() + shape.b;
         let margin = MARGIN + 1e-5 * size;

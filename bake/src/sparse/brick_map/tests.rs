@@ -1,6 +1,6 @@
 use super::marked::Marked;
 use super::*;
-use crate::sparse::splat::frame::plane_frames;
+use crate::sparse::splat::frame::PlaneFrames;
 use crate::testing::{random, random_vector};
 use crate::{TriangleMesh, lattice_around};
 use sdf_core::grid::sparse::brick_counts;
@@ -48,8 +48,8 @@ fn a_solids_slots_are_marked_and_its_coarse_nodes_are_distances_inside_and_never
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 25).unwrap();
         let mesh = MeshDistance::new(&mesh, None);
         let spacing = lattice.spacing();
-        let frames = plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / spacing);
-        let map = BrickMap::new(&mesh, &lattice, band * spacing, &frames);
+        let frames = PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), spacing);
+        let map = BrickMap::new(&mesh, &lattice, band * spacing, Some(&frames));
         assert!(map.is_solid, "{}", mesh.sign_reason());
         let distance = |node: [u32; 3]| mesh.nearest(lattice.node(node).into(), 0);
         let (mut far, mut deepest) = (0, 0.0_f32);
@@ -120,7 +120,7 @@ fn a_solids_coarse_grid_is_the_same_by_layers_and_its_sides_are_limited_by_thems
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 25).unwrap();
         let mesh = MeshDistance::new(&mesh, None);
         let spacing = lattice.spacing();
-        let frames = plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / spacing);
+        let frames = PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), spacing);
         let empty = || BrickMap::empty(brick_counts(&lattice), spacing, band * spacing);
         let nodes = |max_listed, window| {
             let map = empty();
@@ -150,8 +150,8 @@ fn far_from_crossed_slots_magnitudes_interpolate_to_no_more_than_the_distance_fr
     let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 24.0, 60).unwrap();
     let mesh = MeshDistance::new(&mesh, None);
     let spacing = lattice.spacing();
-    let frames = plane_frames(mesh.tree(), mesh.solid_orientations(), 1.0 / spacing);
-    let (map, mut marked) = BrickMap::marked(&mesh, &lattice, 3.0 * spacing, &frames).unwrap();
+    let frames = PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), spacing);
+    let (map, mut marked) = BrickMap::marked(&mesh, &lattice, 3.0 * spacing, Some(&frames)).unwrap();
     marked.look_at(&map, 0..map.counts()[2] as usize + 1);
     let middle_gaps = marked.middle_gaps(&map);
     let slots: Vec<usize> = (0..middle_gaps.len()).collect();
@@ -244,9 +244,9 @@ fn a_marked_map_signed_by_winding_numbers_has_the_sides_of_one_that_is_measured_
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 20).unwrap();
         let mesh = MeshDistance::new(&mesh, None);
         let (spacing, band) = (lattice.spacing(), 3.0 * lattice.spacing());
-        let frames = plane_frames(mesh.tree(), None, 1.0 / spacing);
+        let frames = PlaneFrames::new(mesh.tree(), None, spacing);
         let (map, measured) =
-            (BrickMap::new(&mesh, &lattice, band, &frames), BrickMap::by_middles(&mesh, &lattice, band));
+            (BrickMap::new(&mesh, &lattice, band, Some(&frames)), BrickMap::by_middles(&mesh, &lattice, band));
         let sides = |map: &BrickMap| map.coarse.nodes.iter().map(|node| node.is_sign_negative()).collect::<Vec<_>>();
         assert_eq!(sides(&map), sides(&measured));
         for index in 0..map.slot_count() {

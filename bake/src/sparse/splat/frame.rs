@@ -17,9 +17,6 @@ use crate::simd::{cross, dot, sub};
 /// Height over the longest edge, relative to it, below which a triangle is its longest edge.
 const MIN_HEIGHT: f64 = 1e-9;
 
-/// Triangles that one thread takes at a time.
-const CHUNK: usize = 1024;
-
 /// Shape in the plane, as a kernel needs it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::sparse) struct Shape {
@@ -57,18 +54,27 @@ pub(in crate::sparse) struct TriangleFrame {
     pub slot: u32,
 }
 
-/// Frames of all triangles of the tree. `orientations` are 1 for triangles wound outward, −1 for inward.
-pub(in crate::sparse) fn plane_frames(tree: &Bvh, orientations: Option<&[f64]>, inv_spacing: f64) -> Vec<PlaneFrame> {
-    let mut frames = vec![PlaneFrame::default(); tree.corners.len()];
-    sdf_parallel::for_each(frames.chunks_mut(CHUNK).enumerate().collect(), |(chunk, frames)| {
-        tree.arch.dispatch(|| {
-            for (slot, frame) in (CHUNK * chunk..).zip(frames) {
-                let orientation = orientations.map_or(0.0, |orientations| orientations[slot]);
-                *frame = PlaneFrame::new(&tree.corners[slot], orientation, inv_spacing);
-            }
-        });
-    });
-    frames
+/// Frames of a tree's triangles, each made when it is asked for: that takes a small part of the time of a triangle's bricks, and no
+/// memory.
+#[derive(Clone, Copy)]
+pub(in crate::sparse) struct PlaneFrames<'a> {
+    tree: &'a Bvh,
+    orientations: Option<&'a [f64]>,
+    inv_spacing: f64,
+}
+
+impl<'a> PlaneFrames<'a> {
+    /// `orientations` are 1 for triangles wound outward, −1 for inward.
+    pub fn new(tree: &'a Bvh, orientations: Option<&'a [f64]>, spacing: f64) -> Self {
+        Self { tree, orientations, inv_spacing: 1.0 / spacing }
+    }
+
+    /// Frame of the triangle in a slot.
+    #[inline(always)]
+    pub fn get(&self, slot: usize) -> PlaneFrame {
+        let orientation = self.orientations.map_or(0.0, |orientations| orientations[slot]);
+        PlaneFrame::new(&self.tree.corners[slot], orientation, self.inv_spacing)
+    }
 }
 
 impl PlaneFrame {

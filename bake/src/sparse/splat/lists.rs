@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
-use super::frame::{PlaneFrame, TriangleFrame, planar_distance_sq};
+use super::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
 use super::packed::{WIDTH, pack_bits};
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
@@ -32,7 +32,12 @@ pub(super) struct SlotLists {
     base: [u32; 3],
     /// Slots of the triangles in the tree.
     near: Vec<u32>,
+    /// Frames made before, with the slot of each, at the slot modulo their number.
+    frames: Vec<(u32, PlaneFrame)>,
 }
+
+/// Frames that are kept: blocks beside each other have many triangles in common.
+const KEPT_FRAMES: usize = 4096;
 
 /// A slot that is to be measured.
 #[derive(Clone, Copy)]
@@ -44,7 +49,13 @@ pub(super) struct WantedSlot {
 
 impl SlotLists {
     pub fn new() -> Self {
-        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3], near: vec![] }
+        Self {
+            triangles: vec![],
+            lists: vec![vec![]; BLOCK_SLOTS],
+            base: [0; 3],
+            near: vec![],
+            frames: vec![(u32::MAX, PlaneFrame::default()); KEPT_FRAMES],
+        }
     }
 
     /// Fills the lists of some slots of one block. Returns false, and fills nothing, if more than `max_triangles` are
@@ -53,7 +64,7 @@ impl SlotLists {
         &mut self,
         mesh: &MeshDistance,
         lattice: &Lattice,
-        frames: &[PlaneFrame],
+        frames: &PlaneFrames,
         wanted: &[WantedSlot],
         max_triangles: usize,
     ) -> bool {
@@ -113,7 +124,7 @@ impl SlotLists {
 struct Splat<'a, 'b> {
     lists: &'a mut SlotLists,
     mesh: &'a MeshDistance<'b>,
-    frames: &'a [PlaneFrame],
+    frames: &'a PlaneFrames<'a>,
     reaches: &'a [f32; BLOCK_SLOTS],
     max_reach: f32,
     /// First node of the block.
@@ -129,13 +140,17 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
         let Self { lists, mesh, frames, reaches, max_reach, base, inv_spacing } = self;
         let half_side = 0.5 * SLOT_SIDE as f32;
         let middle = base + Vector3::repeat(0.5 * f64::from(BLOCK) * SLOT_SIDE / inv_spacing);
-        let SlotLists { triangles, lists, near, .. } = lists;
+        let SlotLists { triangles, lists, near, frames: kept, .. } = lists;
         let corners = &mesh.tree().corners;
         triangles.clear();
         triangles.reserve(near.len());
         for slot in near.iter() {
             let index = *slot as usize;
-            triangles.push(TriangleFrame::new(*slot, &frames[index], &corners[index], middle.into(), inv_spacing));
+            let kept = &mut kept[index % KEPT_FRAMES];
+            if kept.0 != *slot {
+                *kept = (*slot, frames.get(index));
+            }
+            triangles.push(TriangleFrame::new(*slot, &kept.1, &corners[index], middle.into(), inv_spacing));
         }
         for (index, triangle) in (0..).zip(triangles.iter()) {
             let TriangleFrame { middle: [u, v, w], plane, .. } = *triangle;

@@ -1,12 +1,11 @@
 //! The report of a bake, on a grid in memory or in its file: rows for a person, a document for a program.
 
-use std::collections::HashSet;
 use std::path::Path;
 
 use anyhow::{Result, bail};
 use sdf_core::grid::Lattice;
-use sdf_core::grid::owned::{Layout, Precision};
-use sdf_core::grid::sparse::BRICK;
+use sdf_core::grid::owned::{Blocks, Layout, Precision};
+use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_field::{Baked, BakedFile, ErrorRegions, GridInfo, MeshReport, Topology};
 use serde_json::json;
 
@@ -52,7 +51,7 @@ impl<'a> GridFacts<'a> {
         })
     }
 
-    pub fn of_file(BakedFile { grid, mesh, topology }: &'a BakedFile) -> Self {
+    pub fn of_file(BakedFile { grid, mesh, topology, .. }: &'a BakedFile) -> Self {
         Self {
             lattice: grid.lattice,
             info: &grid.info,
@@ -163,8 +162,8 @@ pub fn document(
 /// Median of the bricks' error bounds; `None` for a dense grid.
 fn median_error(errors: &[f32]) -> Option<f64> {
     let mut errors = errors.to_vec();
-    errors.sort_unstable_by(f32::total_cmp);
-    errors.get(errors.len() / 2).copied().map(f64::from)
+    let middle = errors.len() / 2;
+    (!errors.is_empty()).then(|| f64::from(*errors.select_nth_unstable_by(middle, f32::total_cmp).1))
 }
 
 /// Nodes that have a sample, and cells with all corners among them.
@@ -179,14 +178,17 @@ fn stored(facts: &GridFacts) -> [usize; 2] {
 /// Counts for each brick the cells whose first corner it has. Their other corners are in the same brick or in the next ones.
 fn stored_in_bricks(lattice: &Lattice, slots: &[[u32; 3]]) -> [usize; 2] {
     let nodes = lattice.nodes();
-    let with_brick: HashSet<[u32; 3]> = slots.iter().copied().collect();
+    let counts = brick_counts(lattice);
+    let mut with_brick = Blocks::new(counts, false).expect("a grid's slots can be numbered");
+    slots.iter().for_each(|slot| with_brick.set(*slot, true));
     let mut stored = [0, 0];
     for slot in slots {
         let sides: [u32; 3] = std::array::from_fn(|axis| (nodes[axis] - slot[axis] * BRICK).min(BRICK));
         stored[0] += sides.iter().map(|n| *n as usize).product::<usize>();
         for next in 0..8_u32 {
             let step: [u32; 3] = std::array::from_fn(|axis| next >> axis & 1);
-            if with_brick.contains(&std::array::from_fn(|axis| slot[axis] + step[axis])) {
+            let slot: [u32; 3] = std::array::from_fn(|axis| slot[axis] + step[axis]);
+            if (0..3).all(|axis| slot[axis] < counts[axis]) && with_brick.get(slot) == Some(true) {
                 // Along axes with a step: one layer of cells, which need the next brick; along the others all but that layer.
                 let cells = |axis: usize| if step[axis] == 1 { 1 } else { sides[axis] as usize - 1 };
                 stored[1] += cells(0) * cells(1) * cells(2);

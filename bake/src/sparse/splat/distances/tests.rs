@@ -5,15 +5,16 @@ use sdf_core::nalgebra::Vector3;
 use super::*;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::sparse::splat::frame::plane_frames;
+use crate::sparse::splat::frame::PlaneFrames;
 
 /// Triangles wound outward, seen from the origin, in voxels of side one.
 fn frames(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<TriangleFrame> {
     let mesh = TriangleMesh::new(points, triangles).unwrap();
     let tree = Bvh::new(&mesh);
-    let planes = plane_frames(&tree, Some(&vec![1.0; triangles.len()]), 1.0);
-    let frame = |(slot, plane)| TriangleFrame::new(slot as u32, plane, &tree.corners[slot], [0.0; 3], 1.0);
-    planes.iter().enumerate().map(frame).collect()
+    let orientations = vec![1.0; triangles.len()];
+    let planes = PlaneFrames::new(&tree, Some(&orientations), 1.0);
+    let frame = |slot| TriangleFrame::new(slot as u32, &planes.get(slot), &tree.corners[slot], [0.0; 3], 1.0);
+    (0..triangles.len()).map(frame).collect()
 }
 
 #[test]
