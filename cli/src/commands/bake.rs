@@ -86,7 +86,10 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
         let write = |field: &Field| page::write(path, &Scene::of_field(stem(output), field));
         match &outcome {
             BakeOutcome::InMemory(baked) => write(&baked.field)?,
-            BakeOutcome::OnDisk(_) => write(&field_input::read_whole(output)?)?,
+            BakeOutcome::OnDisk(baked) if baked.fits => write(&field_input::read_whole(output)?)?,
+            BakeOutcome::OnDisk(_) => {
+                bail!("{}: is written, but too large for --view, which holds a grid in memory", output.display())
+            }
         };
     }
     let write = started.elapsed().as_secs_f64() - read - bake;

@@ -94,6 +94,9 @@ fn a_grid_that_does_not_fit_into_memory_is_streamed_into_the_same_bytes() {
             assert_eq!(whole[key], streamed[key], "{key} of {words}");
         }
     }
+    // The grid replaces the one before it, and there is no page.
+    let view = "bake closed.obj --layout sparse --res 160 --memory 3500kB -o streamed.sdf.h5 --view page.html";
+    says(&folder.refused(view), &["streamed.sdf.h5: is written, but too large for --view"]);
     says(&folder.refused("bake closed.obj --layout sparse --res 160 --memory 1MB"), &["--memory allows", " bricks"]);
     says(&folder.wrong_usage("bake closed.obj --res 8 --memory much"), &["--memory", "500MB"]);
     says(&folder.refused("bake closed.obj --res 64 --memory 100kB"), &["--memory allows", "--layout sparse"]);

@@ -64,6 +64,8 @@ pub struct BakedFile {
     pub topology: Topology,
     /// When all bricks were measured, and those of a whole grid bounded. What came after was packing and writing them.
     pub baked: Instant,
+    /// Is there room in memory for the whole grid, too?
+    pub fits: bool,
 }
 
 impl Field {
@@ -85,12 +87,13 @@ impl Field {
                     let baker = sparse_baker(&distance, options, spacing, memory)?;
                     let precision = options.precision.unwrap_or(Precision::U16);
                     let bytes = baker.max_bytes_as(precision) as f64;
+                    let fits = bytes <= memory.bytes();
                     // The regions of an open mesh's error are measured on the whole grid.
-                    if bytes > memory.bytes() || bytes > STREAMED_BYTES && distance.is_continuous() {
+                    if !fits || bytes > STREAMED_BYTES && distance.is_continuous() {
                         memory.require_streamed(&baker, precision)?;
                         let (grid, baked) = stream(&mesh, &distance, baker, options, target, on_progress)?;
                         let (mesh, topology) = (mesh.report(), *distance.topology());
-                        let file = BakedFile { grid, mesh, topology, baked };
+                        let file = BakedFile { grid, mesh, topology, baked, fits };
                         return Ok(BakeOutcome::OnDisk(Box::new(file)));
                     }
                     bake_bricks(&baker, options, memory, on_progress)?
@@ -117,12 +120,14 @@ impl Field {
                 return Err(BakeFileError::NotInParts);
             };
             let baker = sparse_baker(&distance, options, spacing, memory)?;
-            memory.require_streamed(&baker, options.precision.unwrap_or(Precision::U16))?;
+            let precision = options.precision.unwrap_or(Precision::U16);
+            memory.require_streamed(&baker, precision)?;
+            let fits = baker.max_bytes_as(precision) as f64 <= memory.bytes();
             let part = Part { mesh: &mesh, distance: &distance, options, target, shard };
             let written = atomic_write(target.path, |temporary| part.write(baker, temporary, on_progress));
             let grid = written.map_err(|failure: Failure| failure.at(target.path))?;
             let (mesh, topology, baked) = (mesh.report(), *distance.topology(), Instant::now());
-            Ok(BakedFile { grid, mesh, topology, baked })
+            Ok(BakedFile { grid, mesh, topology, baked, fits })
         })
     }
 }
