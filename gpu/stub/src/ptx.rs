@@ -4,10 +4,10 @@
 //!
 //! - latency: on each multiprocessor, as many warps at once as registers allow, each as long as it takes alone;
 //! - issue: four machine instructions a cycle, and the cycles of the pipe that is taken most, on the multiprocessor that has most to do;
-//! - memory: sectors from the multiprocessor's own cache, four a cycle, and those from the shared cache at 5.5 TB/s on all;
+//! - memory: sectors from the L1 cache, four a cycle on a multiprocessor, and its misses, from the L2 cache at 5.5 TB/s on all;
 //!
 //! and a time that each launch costs. It leaves out that warps wait for each other's pipes, contention of atomics, and misses of the
-//! shared cache.
+//! L2 cache.
 
 mod cache;
 mod cost;
@@ -29,8 +29,8 @@ const CLOCK: f64 = 1700.0;
 /// Warps at once on a multiprocessor, and its registers.
 const WARPS: usize = 64;
 const REGISTERS: usize = 65_536;
-/// Bytes a cycle from the shared cache to all multiprocessors.
-const SHARED_BYTES: f64 = 5.5e6 / CLOCK;
+/// Bytes a cycle from the L2 cache to all multiprocessors.
+const L2_BYTES: f64 = 5.5e6 / CLOCK;
 /// Microseconds of a launch in a graph.
 const LAUNCH: f64 = 1.5;
 
@@ -105,12 +105,12 @@ struct LaunchTime {
 impl LaunchTime {
     fn new(warps: &[Vec<WarpCounts>], resident: usize) -> Self {
         let most = |of: &dyn Fn(&[WarpCounts]) -> f64| warps.iter().map(|list| of(list)).fold(0.0, f64::max) / CLOCK;
-        let far: u64 = warps.iter().flatten().map(|warp| warp.far_sectors).sum();
-        let near = most(&|list| list.iter().map(|warp| warp.sectors).sum::<u64>() as f64 / 4.0);
+        let misses: u64 = warps.iter().flatten().map(|warp| warp.l1_misses).sum();
+        let l1 = most(&|list| list.iter().map(|warp| warp.sectors).sum::<u64>() as f64 / 4.0);
         Self {
             latency: most(&|list| latency(list, resident)),
             issue: most(&issue),
-            memory: near.max(32.0 * far as f64 / SHARED_BYTES / CLOCK),
+            memory: l1.max(32.0 * misses as f64 / L2_BYTES / CLOCK),
         }
     }
 
@@ -130,7 +130,7 @@ impl LaunchTime {
         let longest = all.iter().max_by_key(|warp| warp.latency).map_or([0; 2], |warp| [warp.latency, warp.fetch]);
         format!(
             "latency {:.1} µs, issue {:.1}, memory {:.1}; {} threads with {:.0} instructions each, half {}, 99 % {}, at most {}; \
-             {slots} of warps, {:.0} % of lanes at work; longest warp {} cycles, {} for instructions; {:.0} bytes a thread, {:.0} far",
+             {slots} of warps, {:.0} % of lanes at work; longest warp {} cycles, {} for instructions; {:.0} bytes a thread, {:.0} from L2",
             self.latency,
             self.issue,
             self.memory,
@@ -143,7 +143,7 @@ impl LaunchTime {
             longest[0],
             longest[1],
             32.0 * sum(|warp| warp.sectors) as f64 / busy.len().max(1) as f64,
-            32.0 * sum(|warp| warp.far_sectors) as f64 / busy.len().max(1) as f64,
+            32.0 * sum(|warp| warp.l1_misses) as f64 / busy.len().max(1) as f64,
         )
     }
 }

@@ -54,8 +54,7 @@ pub(in crate::sparse) struct TriangleFrame {
     pub slot: u32,
 }
 
-/// Frames of a tree's triangles, each made when it is asked for: that takes a small part of the time of a triangle's bricks, and no
-/// memory.
+/// Frames of a tree's triangles, computed on demand: a small part of the time of a triangle's bricks, and no memory.
 #[derive(Clone, Copy)]
 pub(in crate::sparse) struct PlaneFrames<'a> {
     tree: &'a Bvh,

@@ -1,4 +1,4 @@
-//! The caches of a multiprocessor: of data and of instructions.
+//! The caches of a multiprocessor: L1 for data, and one for instructions.
 
 /// Sectors of 32 bytes in 192 KB: the 256 KB of an H100 without what shared memory and the driver take.
 const SECTORS: usize = 6144;
@@ -6,12 +6,12 @@ const SECTORS: usize = 6144;
 /// Lines of 128 bytes, eight instructions, in 128 KB.
 const LINES: usize = 1024;
 
-/// Cycles until the next line of instructions is there, which was asked for ahead.
+/// Cycles of a miss of the next line of instructions, which is prefetched.
 const NEXT_LINE: u64 = 40;
-/// Cycles until another one is.
+/// Cycles of a miss of any other line.
 const OTHER_LINE: u64 = 260;
 
-/// Caches in which each sector or line has one place.
+/// Direct-mapped caches.
 pub struct Cache {
     sectors: Vec<u64>,
     lines: Vec<u64>,

@@ -8,11 +8,11 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pipe {
     /// Products and sums of f32: a warp a cycle.
-    Single,
-    /// Whole numbers, comparisons and choices: a warp in two cycles.
-    Whole,
+    F32,
+    /// Integer numbers, comparisons and choices: a warp in two cycles.
+    Integer,
     /// f64: a warp in two cycles.
-    Double,
+    F64,
     /// Reciprocals, roots and conversions of 64 bits: a warp in eight cycles.
     Special,
     /// Loads and stores: a warp in four cycles.
@@ -38,42 +38,42 @@ impl Cost {
     }
 }
 
-/// Cycles of a load whose data are in the multiprocessor's own cache.
-pub const NEAR: u64 = 36;
-/// Cycles of a load from the cache that all multiprocessors share.
-pub const FAR: u64 = 260;
-/// Cycles of an atomic addition there.
+/// Cycles of a load that hits the L1 cache.
+pub const L1_LATENCY: u64 = 36;
+/// Cycles of a load from the L2 cache.
+pub const L2_LATENCY: u64 = 260;
+/// Cycles of an atomic addition in the L2 cache.
 pub const ATOMIC: u64 = 400;
 /// Cycles from a branch to the instruction behind it.
 pub const BRANCH: u64 = 10;
 
 /// The costs of an operation such as `add.rn.f32`.
 pub fn cost(operation: &str) -> Cost {
-    use Pipe::{Double, Memory, Single, Special, Whole};
+    use Pipe::{F32, F64, Integer, Memory, Special};
     let parts: Vec<&str> = operation.split('.').collect();
     let (base, type_) = (parts[0], parts[parts.len() - 1]);
     let is_wide = type_.ends_with("64");
     let (slots, pipe, occupied, latency) = match (base, type_) {
         // Copies, signs and extensions vanish.
-        ("mov" | "cvta" | "neg" | "abs", _) => (0, Whole, 0, 0),
-        ("cvt", _) if parts[1].starts_with(['u', 's']) && type_.starts_with(['u', 's']) => (0, Whole, 0, 0),
-        ("ld" | "st", _) if parts[1] == "param" => (1, Whole, 2, 8),
+        ("mov" | "cvta" | "neg" | "abs", _) => (0, Integer, 0, 0),
+        ("cvt", _) if parts[1].starts_with(['u', 's']) && type_.starts_with(['u', 's']) => (0, Integer, 0, 0),
+        ("ld" | "st", _) if parts[1] == "param" => (1, Integer, 2, 8),
         ("ld" | "st" | "atom", _) => (1, Memory, 4, 4),
-        ("div", "f32") => (10, Single, 10, 48),
-        ("sqrt", "f32") => (9, Single, 9, 44),
-        ("rcp", "f32") => (7, Single, 7, 36),
-        ("div" | "sqrt" | "rcp", "f64") => (20, Double, 40, 180),
-        ("div", _) => (16, Whole, 32, 80),
+        ("div", "f32") => (10, F32, 10, 48),
+        ("sqrt", "f32") => (9, F32, 9, 44),
+        ("rcp", "f32") => (7, F32, 7, 36),
+        ("div" | "sqrt" | "rcp", "f64") => (20, F64, 40, 180),
+        ("div", _) => (16, Integer, 32, 80),
         ("cvt", _) if is_wide || parts[parts.len() - 2].ends_with("64") => (1, Special, 8, 12),
-        ("cvt", _) => (1, Whole, 2, 6),
-        ("add" | "sub" | "mul", "f32") => (1, Single, 1, 4),
-        (_, "f64") => (1, Double, 2, 8),
-        ("mul" | "mad", _) if is_wide => (4, Whole, 8, 12),
-        ("mul" | "mad", _) => (1, Whole, 2, 5),
+        ("cvt", _) => (1, Integer, 2, 6),
+        ("add" | "sub" | "mul", "f32") => (1, F32, 1, 4),
+        (_, "f64") => (1, F64, 2, 8),
+        ("mul" | "mad", _) if is_wide => (4, Integer, 8, 12),
+        ("mul" | "mad", _) => (1, Integer, 2, 5),
         ("popc", _) => (1, Special, 8, 12),
-        ("bra" | "brx" | "ret" | "exit" | "call", _) => (1, Whole, 2, 0),
-        _ if is_wide => (2, Whole, 4, 6),
-        _ => (1, Whole, 2, 4),
+        ("bra" | "brx" | "ret" | "exit" | "call", _) => (1, Integer, 2, 0),
+        _ if is_wide => (2, Integer, 4, 6),
+        _ => (1, Integer, 2, 4),
     };
     Cost { slots, pipe, occupied, latency }
 }

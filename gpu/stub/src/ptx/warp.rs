@@ -4,7 +4,7 @@
 //! they can. Time passes as on a machine that issues the instructions of a basic block in the best order: each when its operands are there.
 
 use super::cache::Cache;
-use super::cost::{ATOMIC, BRANCH, FAR, NEAR, PIPES};
+use super::cost::{ATOMIC, BRANCH, L1_LATENCY, L2_LATENCY, PIPES};
 use super::function::Function;
 use super::parse::{Action, Instruction, Module, Operand};
 
@@ -22,9 +22,9 @@ pub struct WarpCounts {
     pub latency: u64,
     /// Cycles of these in which it waited for instructions.
     pub fetch: u64,
-    /// Sectors of 32 bytes that were asked for, and those of them that came from the cache of all multiprocessors.
+    /// Sectors of 32 bytes requested, and those of them that missed the L1 cache.
     pub sectors: u64,
-    pub far_sectors: u64,
+    pub l1_misses: u64,
     /// Machine instructions of each thread.
     pub threads: [u64; LANES],
 }
@@ -297,13 +297,13 @@ impl Warp {
         }
         sectors.sort_unstable();
         sectors.dedup();
-        let far = sectors.iter().filter(|sector| !cache.has(**sector)).count() as u64;
+        let misses = sectors.iter().filter(|sector| !cache.has(**sector)).count() as u64;
         counts.sectors += sectors.len() as u64;
-        counts.far_sectors += far;
+        counts.l1_misses += misses;
         match instruction.action {
             Action::AtomicAdd => ATOMIC,
-            _ if far > 0 => FAR,
-            _ => NEAR,
+            _ if misses > 0 => L2_LATENCY,
+            _ => L1_LATENCY,
         }
     }
 }
