@@ -40,6 +40,9 @@ pub struct GpuOptions {
     /// Largest number of cells along a grid's longest side.
     #[arg(long, default_value_t = u32::MAX)]
     pub cells: u32,
+    /// Leave out the times of the processor.
+    #[arg(long)]
+    pub card_only: bool,
 }
 
 /// Steps of every method, as in the paper's table 1.
@@ -92,7 +95,10 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
             if let Some(elements) = scene.elements(method) {
                 let paper = scene.paper(method).map_or("-".to_owned(), |time| format!("{time:.0}"));
                 let expected = scene.on_processor(elements, method);
-                let processor = [1, 0].map(|threads| scene.processor_time(elements, method, threads));
+                let processor = [1, 0].map(|threads| match options.card_only {
+                    true => Ok("-".to_owned()),
+                    false => scene.processor_time(elements, method, threads),
+                });
                 let [one, all] = [&processor[0], &processor[1]].map(|time| time.as_deref().unwrap_or("failed"));
                 let (margin, iterations) = (scene.margin, ITERATIONS);
                 for (stages, unsettled) in FORMS {
