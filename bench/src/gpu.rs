@@ -11,7 +11,8 @@ use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use sdf_core::AnyField;
 use sdf_core::Simplex;
-use sdf_core::contact::{Contact, Element, Feature, Outcome, contact, contact_at, cull};
+use sdf_core::contact::{Contact, Element, Feature, Outcome, contact, contact_at, cull, lean_contact};
+use sdf_core::grid::PlainNormals;
 use sdf_core::minimize::{Certified, FrankWolfe, GoldenSection, Minimizer, Newton, PointSampling, ProjectedGradient};
 use sdf_core::nalgebra::Vector3;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
@@ -52,9 +53,10 @@ const ITERATIONS: u32 = 32;
 const EVALUATIONS: u32 = 256;
 
 /// Forms of a query. The last certifies what Frank-Wolfe does not settle.
-const FORMS: [(Stages, Unsettled); 3] = [
+const FORMS: [(Stages, Unsettled); 4] = [
     (Stages::Separate, Unsettled::Keep),
     (Stages::Fused, Unsettled::Keep),
+    (Stages::Lean, Unsettled::Keep),
     (Stages::Separate, Unsettled::Certify { evaluations: EVALUATIONS }),
 ];
 
@@ -94,7 +96,7 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
         for (label, method) in METHODS {
             if let Some(elements) = scene.elements(method) {
                 let paper = scene.paper(method).map_or("-".to_owned(), |time| format!("{time:.0}"));
-                let expected = scene.on_processor(elements, method);
+                let [expected, lean] = [false, true].map(|is_lean| scene.on_processor(elements, method, is_lean));
                 let processor = [1, 0].map(|threads| match options.card_only {
                     true => Ok("-".to_owned()),
                     false => scene.processor_time(elements, method, threads),
@@ -106,6 +108,7 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
                         QueryOptions { method, margin, iterations, stages, unsettled, ..QueryOptions::default() };
                     let twice;
                     let expected = match (unsettled, elements) {
+                        (Unsettled::Keep, _) if stages == Stages::Lean => &lean,
                         (Unsettled::Keep, _) => &expected,
                         (_, Elements::Faces(faces)) if method == Method::FrankWolfe => {
                             twice = scene.search_twice(faces);
@@ -216,29 +219,37 @@ impl Scene {
         }
     }
 
-    /// The contacts by `contact::<f32, …>`.
-    fn on_processor(&self, elements: Elements, method: Method) -> Vec<Contact<f32>> {
+    /// The contacts by `contact::<f32, …>`, or by `lean_contact` with plain normals.
+    fn on_processor(&self, elements: Elements, method: Method, is_lean: bool) -> Vec<Contact<f32>> {
         let gradient = ProjectedGradient { iterations: ITERATIONS, ..ProjectedGradient::default() };
         let (fw, golden) = (FrankWolfe::default(), GoldenSection::default());
         match (elements, method) {
             (Elements::Vertices, _) => {
                 let vertices: Vec<_> = (0..self.points.len() as u32).map(|vertex| [vertex]).collect();
-                self.search(&vertices, &PointSampling { samples: ITERATIONS, corners: false })
+                self.search(&vertices, &PointSampling { samples: ITERATIONS, corners: false }, is_lean)
             }
-            (Elements::Edges(edges), Method::GoldenSection) => self.search(edges, &golden),
-            (Elements::Edges(edges), Method::ProjectedGradient) => self.search(edges, &gradient),
-            (Elements::Edges(edges), _) => self.search(edges, &fw),
-            (Elements::Faces(faces), Method::ProjectedGradient) => self.search(faces, &gradient),
-            (Elements::Faces(faces), Method::Newton) => self.search(faces, &Newton::default()),
-            (Elements::Faces(faces), _) => self.search(faces, &fw),
+            (Elements::Edges(edges), Method::GoldenSection) => self.search(edges, &golden, is_lean),
+            (Elements::Edges(edges), Method::ProjectedGradient) => self.search(edges, &gradient, is_lean),
+            (Elements::Edges(edges), _) => self.search(edges, &fw, is_lean),
+            (Elements::Faces(faces), Method::ProjectedGradient) => self.search(faces, &gradient, is_lean),
+            (Elements::Faces(faces), Method::Newton) => self.search(faces, &Newton::default(), is_lean),
+            (Elements::Faces(faces), _) => self.search(faces, &fw, is_lean),
             (Elements::LentFaces(_), _) => unreachable!("the scenes lend nothing"),
         }
     }
 
-    fn search<M: Minimizer<N> + Sync, const N: usize>(&self, elements: &[[u32; N]], method: &M) -> Vec<Contact<f32>> {
-        self.search_each(elements, |element| match contact(&self.field, method, self.margin, element) {
-            Outcome::Contact(contact) => Some(contact),
-            _ => None,
+    fn search<M: Minimizer<N> + Sync, const N: usize>(
+        &self,
+        elements: &[[u32; N]],
+        method: &M,
+        is_lean: bool,
+    ) -> Vec<Contact<f32>> {
+        self.search_each(elements, |element| {
+            let outcome = match is_lean {
+                true => lean_contact(&PlainNormals(&self.field), method, self.margin, element),
+                false => contact(&self.field, method, self.margin, element),
+            };
+            if let Outcome::Contact(contact) = outcome { Some(contact) } else { None }
         })
     }
 

@@ -68,13 +68,17 @@ impl Default for QueryOptions {
     }
 }
 
-/// How a query is cut into kernels. The contacts are the same.
+/// How a query is cut into kernels. The contacts of the first two are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stages {
     /// Cull, search and report are a kernel each. What is left after each moves together, so that no thread waits.
     Separate,
     /// One kernel. It saves two launches, which on meshes of some ten thousand elements cost more than threads that wait.
     Fused,
+    /// One kernel, for contacts with no more in them than the paper's: those of `sdf_core::contact::lean_contact` on
+    /// `sdf_core::grid::PlainNormals`. Elements are culled at their centroid, a grid's normals are those of its cells, and nothing is
+    /// known of errors: `error_bound` is infinite.
+    Lean,
 }
 
 /// Treatment of elements that a local search does not settle: its lowest value is above the margin, which may be a local minimum, or

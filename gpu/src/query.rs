@@ -242,7 +242,10 @@ impl GpuQuery {
             (Stages::Fused, Unsettled::Keep) => {
                 return Ok(vec![step(format!("contact_{elements}_{kind}_{method}"), frame, Some(first))?]);
             }
-            (Stages::Fused, _) => return Err(GpuError::Unsupported("a second search after one kernel for all")),
+            (Stages::Lean, Unsettled::Keep) => {
+                return Ok(vec![step(format!("lean_{elements}_{kind}_{method}"), frame, Some(first))?]);
+            }
+            (Stages::Fused | Stages::Lean, _) => return Err(GpuError::Unsupported("a second search after one kernel for all")),
             (Stages::Separate, _) => {}
         }
         let mut steps = vec![

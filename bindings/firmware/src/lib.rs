@@ -21,7 +21,7 @@ use sdf_core::{Sample, Sdf, Simplex};
 #[cfg(feature = "smooth")]
 type Field<S> = Grid<S>;
 #[cfg(not(feature = "smooth"))]
-type Field<S> = sdf_core::grid::PlainNormals<S>;
+type Field<S> = sdf_core::grid::PlainNormals<Grid<S>>;
 
 fn field<S: Storage>(grid: Grid<S>) -> Field<S> {
     #[cfg(feature = "smooth")]

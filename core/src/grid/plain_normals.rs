@@ -1,17 +1,21 @@
 use nalgebra::Vector3;
 
-use super::{Grid, Storage};
 use crate::number::Real;
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
-/// A grid whose contacts have its own gradient as normal, which jumps at the faces of cells. The code of smooth normals, 2 KiB on a
-/// Cortex-M4F, is then not linked, nor is that of bounds in boxes.
+/// A field whose contacts have its own gradient as normal, which on a grid jumps at the faces of cells. The code of smooth normals,
+/// 2 KiB on a Cortex-M4F, is then not linked, nor is that of bounds in boxes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlainNormals<S>(pub Grid<S>);
+pub struct PlainNormals<F>(pub F);
 
-impl<S: Storage> Sdf for PlainNormals<S> {
+impl<F: Sdf> Sdf for PlainNormals<F> {
+    #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.0.evaluate(point)
+    }
+    #[inline(always)]
+    fn value<R: Real>(&self, point: Vector3<R>) -> R {
+        self.0.value(point)
     }
     fn bounds(&self, level: f64) -> Aabb {
         self.0.bounds(level)
@@ -30,4 +34,4 @@ impl<S: Storage> Sdf for PlainNormals<S> {
     }
 }
 
-impl<S: Storage> EnclosedSdf for PlainNormals<S> {}
+impl<F: Sdf> EnclosedSdf for PlainNormals<F> {}

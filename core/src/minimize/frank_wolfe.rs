@@ -6,7 +6,7 @@ use super::descent_state::{DescentState, KernelSample, WeightedSample, lower};
 use super::{Minimizer, Minimum};
 use crate::number::kernel::LaneKernel;
 use crate::number::kernel::run;
-use crate::number::{Mask, Real};
+use crate::number::{Mask, Parameter, Real};
 use crate::simplex::{LongestEdge, corner_weights};
 use crate::{EnclosedSdf, Simplex};
 
@@ -67,9 +67,8 @@ impl FrankWolfe {
         let tolerance = longest_edge * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let (mut current, mut active) = (state.best, R::one());
         for taken in 0..self.iterations {
-            // α = 2/(i + 2), i = taken + 1. The sum is exact for fewer than 2²⁴ steps. Where R is f32 the compiler then divides
-            // in f32, whose quotient is that of f64 rounded.
-            let step = Step { rate: 2.0 / f64::from(taken as f32 + 3.0) };
+            let rate = RATES.get(taken as usize).copied().unwrap_or_else(|| rate(taken));
+            let step = Step { rate };
             let (kept, next, point, [goes_on]) =
                 run(&step, (*simplex, current.kernel_sample(), state.best.kernel_sample(), [active, tolerance]));
             state.replace_best(kept, current.sample.status);
@@ -85,12 +84,30 @@ impl FrankWolfe {
     }
 }
 
+/// α = 2/(i + 2), i = taken + 1, in steps of which so many were taken before.
+const fn rate(taken: u32) -> Parameter {
+    // Exact for fewer than 2²⁴ steps; and the quotient in f32 is that of f64 rounded.
+    let divisor = taken as f32 + 3.0;
+    Parameter { double: 2.0 / divisor as f64, single: 2.0 / divisor }
+}
+
+/// The first of these: a search divides only after as many steps as it takes by default.
+const RATES: [Parameter; 32] = {
+    let mut rates = [Parameter { double: 0.0, single: 0.0 }; 32];
+    let mut taken = 0;
+    while taken < 32 {
+        rates[taken as usize] = rate(taken);
+        taken += 1;
+    }
+    rates
+};
+
 /// One step. It takes the current sample, the best one, `active` (1 where the search goes on, else 0) and the
 /// tolerance. It returns the lower of both samples, the next weights, their point, and `active`.
 ///
 /// One kernel and not four: short loops over the lanes are unrolled, and what is unrolled is not vectorized.
 struct Step<const N: usize> {
-    rate: f64,
+    rate: Parameter,
 }
 
 impl<const N: usize> LaneKernel for Step<N> {
@@ -114,7 +131,7 @@ impl<const N: usize> LaneKernel for Step<N> {
         let (mut mean_slope, mut next) = (R::zero(), weights);
         for k in 0..N {
             mean_slope += weights[k] * slopes[k];
-            next[k] += (target[k] - weights[k]) * R::from_f64(self.rate);
+            next[k] += (target[k] - weights[k]) * R::from_parameter(self.rate);
         }
         let duality_gap = mean_slope - min_slope;
         let goes_on = R::select(tolerance.lt(duality_gap), active, R::zero());

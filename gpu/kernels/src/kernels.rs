@@ -242,8 +242,19 @@ method! { FUSED, contact:
     contact_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }
 
+method! { LEAN, lean:
+    lean_faces_dense_frank_wolfe, DenseGrid, 3, frank_wolfe;
+    lean_faces_dense_projected_gradient, DenseGrid, 3, projected_gradient;
+    lean_faces_sparse_u16_frank_wolfe, SparseGrid<u16>, 3, frank_wolfe;
+    lean_faces_shapes_frank_wolfe, Shapes, 3, frank_wolfe;
+    lean_edges_dense_frank_wolfe, DenseGrid, 2, frank_wolfe;
+    lean_vertices_dense_point_sampling, DenseGrid, 1, point_sampling;
+    lean_vertices_sparse_u16_point_sampling, SparseGrid<u16>, 1, point_sampling;
+    lean_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
+}
+
 /// The kernel of this name.
 #[cfg(not(target_arch = "nvptx64"))]
 pub fn find(name: &str) -> Option<&'static Kernel> {
-    [PLAIN, CULL, SEARCH, CERTIFY, REPORT, FUSED].into_iter().flatten().find(|kernel| kernel.name == name)
+    [PLAIN, CULL, SEARCH, CERTIFY, REPORT, FUSED, LEAN].into_iter().flatten().find(|kernel| kernel.name == name)
 }

@@ -22,9 +22,10 @@ use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use sdf_core::contact::{self, Contact, Element, Feature, Outcome};
+use sdf_core::grid::PlainNormals;
 use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{EnclosedSdf, Simplex};
+use sdf_core::{EnclosedSdf, Sdf, Simplex};
 
 use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, counter};
 
@@ -235,13 +236,32 @@ pub unsafe fn place(pose: &PoseParams, frame: &Frame) {
 /// As [`cull`].
 #[inline(always)]
 pub unsafe fn contact<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+    // SAFETY: the caller's.
+    unsafe { finish(frame, |element| contact::contact(field, method, frame.margin, element)) }
+}
+
+/// [`contact`] without bounds in boxes, smooth normals and bounds of errors: what the paper computes.
+///
+/// # Safety
+/// As [`cull`].
+#[inline(always)]
+pub unsafe fn lean<F: Sdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+    // SAFETY: the caller's.
+    unsafe {
+        finish(frame, |element| contact::lean_contact(&PlainNormals(field), method, frame.margin, element));
+    }
+}
+
+/// The outcome of this thread's element.
+#[inline(always)]
+unsafe fn finish<const N: usize>(frame: &Frame, outcome: impl Fn(&Element<f32, N>) -> Outcome<f32, N>) {
     let id = thread();
     if id >= frame.element_count as usize {
         return;
     }
     // SAFETY: the id is below the number of elements; each appends at most once.
     unsafe {
-        match contact::contact(field, method, frame.margin, &element::<N>(frame, id as u32)) {
+        match outcome(&element::<N>(frame, id as u32)) {
             Outcome::Contact(contact) => {
                 let slot = count_one(frame, counter::HITS);
                 *(frame.contacts as *mut ContactRecord).add(slot) = record(&contact);

@@ -16,7 +16,7 @@ use sdf_core::{EnclosedSdf, Simplex};
 type DenseF32 = Grid<BlobDense<'static, [u8; 4]>>;
 type DenseU16 = Grid<BlobDense<'static, [u8; 2]>>;
 type SparseU16 = Grid<Sparse<BlobBricks<'static, [u8; 2]>>>;
-type PlainU16 = PlainNormals<BlobDense<'static, [u8; 2]>>;
+type PlainU16 = PlainNormals<Grid<BlobDense<'static, [u8; 2]>>>;
 
 /// Distance, weights and point of the minimum: what a program needs that has normals of its own.
 #[inline(always)]
