@@ -53,10 +53,11 @@ const ITERATIONS: u32 = 32;
 const EVALUATIONS: u32 = 256;
 
 /// Forms of a query. The last certifies what Frank-Wolfe does not settle.
-const FORMS: [(Stages, Unsettled); 4] = [
+const FORMS: [(Stages, Unsettled); 5] = [
     (Stages::Separate, Unsettled::Keep),
     (Stages::Fused, Unsettled::Keep),
     (Stages::Lean, Unsettled::Keep),
+    (Stages::LeanSeparate, Unsettled::Keep),
     (Stages::Separate, Unsettled::Certify { evaluations: EVALUATIONS }),
 ];
 
@@ -108,7 +109,7 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
                         QueryOptions { method, margin, iterations, stages, unsettled, ..QueryOptions::default() };
                     let twice;
                     let expected = match (unsettled, elements) {
-                        (Unsettled::Keep, _) if stages == Stages::Lean => &lean,
+                        (Unsettled::Keep, _) if matches!(stages, Stages::Lean | Stages::LeanSeparate) => &lean,
                         (Unsettled::Keep, _) => &expected,
                         (_, Elements::Faces(faces)) if method == Method::FrankWolfe => {
                             twice = scene.search_twice(faces);

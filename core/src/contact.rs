@@ -183,11 +183,27 @@ where
         return Outcome::Culled;
     }
     let minimum = minimizer.minimize_below(field, &element.simplex, margin);
-    if is_separated(margin, &minimum) {
-        return Outcome::Separated(minimum);
+    lean_contact_at(field, margin, element, &minimum, lower_bound)
+}
+
+/// The second half of [`lean_contact`]: the outcome of an element that may touch by [`centroid_bound`], from its minimum and the lower
+/// bound there.
+pub fn lean_contact_at<R, F, const N: usize>(
+    field: &F,
+    margin: R,
+    element: &Element<R, N>,
+    minimum: &Minimum<R, N>,
+    lower_bound: R,
+) -> Outcome<R, N>
+where
+    R: Float,
+    F: EnclosedSdf,
+{
+    if is_separated(margin, minimum) {
+        return Outcome::Separated(*minimum);
     }
     let is_bounded = lower_bound <= margin;
-    let contact = describe(field, element, &minimum, lower_bound, 0).filter(|_| is_bounded);
+    let contact = describe(field, element, minimum, lower_bound, 0).filter(|_| is_bounded);
     contact.map_or(Outcome::NotFinite, Outcome::Contact)
 }
 

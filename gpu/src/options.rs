@@ -79,6 +79,9 @@ pub enum Stages {
     /// `sdf_core::grid::PlainNormals`. Elements are culled at their centroid, a grid's normals are those of its cells, and nothing is
     /// known of errors: `error_bound` is infinite.
     Lean,
+    /// The same contacts by three kernels, for meshes of some hundred thousand elements and more: the cull; searches of a single step,
+    /// which settle elements whose lowest point is a corner; and searches of what that leaves.
+    LeanSeparate,
 }
 
 /// Treatment of elements that a local search does not settle: its lowest value is above the margin, which may be a local minimum, or

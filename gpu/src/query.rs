@@ -245,7 +245,20 @@ impl GpuQuery {
             (Stages::Lean, Unsettled::Keep) => {
                 return Ok(vec![step(format!("lean_{elements}_{kind}_{method}"), frame, Some(first))?]);
             }
-            (Stages::Fused | Stages::Lean, _) => return Err(GpuError::Unsupported("a second search after one kernel for all")),
+            (Stages::LeanSeparate, Unsettled::Keep) => {
+                let search = format!("lean_search_{elements}_{kind}_{method}");
+                let unsettled = self.mesh.unsettled.device_ptr(&self.gpu.stream).0;
+                let quick = SearchParams { iterations: 1, ..first };
+                let rest = Frame { survivors: unsettled, survivor_counter: counter::UNSETTLED, ..frame };
+                return Ok(vec![
+                    step(format!("lean_cull_{elements}_{kind}"), frame, None)?,
+                    step(search.clone(), Frame { unsettled, ..frame }, Some(quick))?,
+                    step(search, rest, Some(first))?,
+                ]);
+            }
+            (Stages::Fused | Stages::Lean | Stages::LeanSeparate, _) => {
+                return Err(GpuError::Unsupported("a second search after one kernel for all"));
+            }
             (Stages::Separate, _) => {}
         }
         let mut steps = vec![

@@ -111,9 +111,11 @@ impl LaneKernel for Extrapolate<'_> {
         let is_nonnegative = R::zero().le(value);
         let hypotenuse = (distance * distance + value * value).sqrt();
         let divisor = R::select(is_outside & is_nonnegative, hypotenuse, R::select(is_outside, distance, R::one()));
+        // Not divided by it thrice: a GPU divides zero, which two of three components mostly are, in its slowest way.
+        let factor = R::one() / divisor;
         let outside = Sample {
             value: R::select(is_nonnegative, hypotenuse, value + distance),
-            gradient: from_box / divisor + along_box * R::select(is_nonnegative, value / divisor, R::one()),
+            gradient: from_box * factor + along_box * R::select(is_nonnegative, value * factor, R::one()),
             status: Status { outside_grid: is_outside, ..Status::GOOD },
         };
         Sample::select(is_outside, outside, Sample::new(value, gradient))

@@ -253,8 +253,21 @@ method! { LEAN, lean:
     lean_vertices_shapes_point_sampling, Shapes, 1, point_sampling;
 }
 
+stage! { LEAN_CULL, lean_cull:
+    lean_cull_faces_dense, DenseGrid, 3;
+    lean_cull_faces_sparse_u16, SparseGrid<u16>, 3;
+}
+
+method! { LEAN_SEARCH, lean_search:
+    lean_search_faces_dense_frank_wolfe, DenseGrid, 3, frank_wolfe;
+    lean_search_faces_sparse_u16_frank_wolfe, SparseGrid<u16>, 3, frank_wolfe;
+}
+
 /// The kernel of this name.
 #[cfg(not(target_arch = "nvptx64"))]
 pub fn find(name: &str) -> Option<&'static Kernel> {
-    [PLAIN, CULL, SEARCH, CERTIFY, REPORT, FUSED, LEAN].into_iter().flatten().find(|kernel| kernel.name == name)
+    [PLAIN, CULL, SEARCH, CERTIFY, REPORT, FUSED, LEAN, LEAN_CULL, LEAN_SEARCH]
+        .into_iter()
+        .flatten()
+        .find(|kernel| kernel.name == name)
 }

@@ -21,7 +21,7 @@ use core::arch::asm;
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use sdf_core::contact::{self, Contact, Element, Feature, Outcome};
+use sdf_core::contact::{self, CentroidBound, Contact, Element, Feature, Outcome};
 use sdf_core::grid::PlainNormals;
 use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
@@ -252,19 +252,75 @@ pub unsafe fn lean<F: Sdf, M: Minimizer<N>, const N: usize>(field: &F, method: &
     }
 }
 
-/// The outcome of this thread's element.
+/// The elements that [`lean`] searches.
+///
+/// # Safety
+/// As [`cull`].
 #[inline(always)]
-unsafe fn finish<const N: usize>(frame: &Frame, outcome: impl Fn(&Element<f32, N>) -> Outcome<f32, N>) {
+pub unsafe fn lean_cull<F: Sdf, const N: usize>(field: &F, frame: &Frame) {
     let id = thread();
     if id >= frame.element_count as usize {
         return;
     }
     // SAFETY: the id is below the number of elements; each appends at most once.
     unsafe {
-        match outcome(&element::<N>(frame, id as u32)) {
+        let Element { simplex, .. } = element::<N>(frame, id as u32);
+        if !simplex.is_representable() {
+            count_one(frame, counter::SKIPPED);
+            return;
+        }
+        let CentroidBound { may_touch, lower_bound } = contact::centroid_bound(field, &simplex, frame.margin);
+        if may_touch {
+            let slot = count_one(frame, counter::SURVIVORS);
+            *(frame.survivors as *mut Survivor).add(slot) = Survivor { element: id as u32, lower_bound };
+        }
+    }
+}
+
+/// Search and contacts of what [`lean_cull`] leaves. Searches that do not converge are listed, if there is a list.
+///
+/// # Safety
+/// As [`search`], after [`lean_cull`].
+#[inline(always)]
+pub unsafe fn lean_search<F: Sdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+    // SAFETY: as many survivors were written as are counted; each appends at most once.
+    unsafe {
+        let index = thread();
+        if index >= read(frame, frame.survivor_counter) {
+            return;
+        }
+        let survivor = *(frame.survivors as *const Survivor).add(index);
+        let (field, element) = (PlainNormals(field), element::<N>(frame, survivor.element));
+        let minimum = method.minimize_below(&field, &element.simplex, frame.margin);
+        if frame.unsettled != 0 && !minimum.converged {
+            let slot = count_one(frame, counter::UNSETTLED);
+            *(frame.unsettled as *mut Survivor).add(slot) = survivor;
+            return;
+        }
+        let lower_bound = survivor.lower_bound;
+        keep(frame, &contact::lean_contact_at(&field, frame.margin, &element, &minimum, lower_bound));
+    }
+}
+
+/// Keeps the outcome of this thread's element.
+#[inline(always)]
+unsafe fn finish<const N: usize>(frame: &Frame, outcome: impl Fn(&Element<f32, N>) -> Outcome<f32, N>) {
+    let id = thread();
+    if id < frame.element_count as usize {
+        // SAFETY: the id is below the number of elements; each appends at most once.
+        unsafe { keep(frame, &outcome(&element::<N>(frame, id as u32))) }
+    }
+}
+
+/// Appends a contact, and counts what is skipped.
+#[inline(always)]
+unsafe fn keep<const N: usize>(frame: &Frame, outcome: &Outcome<f32, N>) {
+    // SAFETY: the caller's: each element appends at most once.
+    unsafe {
+        match outcome {
             Outcome::Contact(contact) => {
                 let slot = count_one(frame, counter::HITS);
-                *(frame.contacts as *mut ContactRecord).add(slot) = record(&contact);
+                *(frame.contacts as *mut ContactRecord).add(slot) = record(contact);
             }
             Outcome::NotFinite => {
                 count_one(frame, counter::SKIPPED);
