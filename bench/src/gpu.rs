@@ -4,6 +4,8 @@
 //! clock measures each stage with warm buffers, and the processor's searches of the same scene, in f64 as programs call them, are
 //! measured beside it. Times are medians, in microseconds.
 
+mod export;
+
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -27,8 +29,12 @@ use crate::table::Table;
 #[derive(Clone, Debug, clap::Args)]
 pub struct GpuOptions {
     /// PTX or machine code of the kernels, made by .ci/gpu.sh.
-    #[arg(value_name = "KERNELS")]
-    pub kernels: PathBuf,
+    #[arg(value_name = "KERNELS", required_unless_present = "export")]
+    pub kernels: Option<PathBuf>,
+    /// Use no card: write points, elements, samples and the CPU's contacts of each scene with a grid into DIR/NAME, for
+    /// tests/peers/gpu.py.
+    #[arg(long, value_name = "DIR", conflicts_with = "kernels")]
+    pub export: Option<PathBuf>,
     /// Further scenes, as bench/scenes has them.
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Vec<PathBuf>,
@@ -69,9 +75,19 @@ const METHODS: [(&str, Method); 5] = [
     ("Newton", Method::Newton),
 ];
 
-/// Compares and measures all scenes, and prints a table. Fails if one contact differs.
+/// Compares and measures all scenes, and prints a table. Fails if one contact differs. With `export` writes files in place of that.
 pub fn measure(options: &GpuOptions) -> Result<()> {
-    let gpu = Gpu::new(&options.kernels)?;
+    let scenes = read_scenes(&options.scene)?;
+    let wanted = |file: &&SceneFile| options.only.is_empty() || options.only.contains(&file.scene.name);
+    if let Some(folder) = &options.export {
+        for file in scenes.iter().filter(wanted) {
+            let name = &file.scene.name;
+            let is_written = export::write(&folder.join(name), file, options.cells).with_context(|| name.clone())?;
+            println!("{name}: {}", if is_written { "written" } else { "skipped, has no grid of a mesh" });
+        }
+        return Ok(());
+    }
+    let gpu = Gpu::new(options.kernels.as_deref().context("needs KERNELS")?)?;
     println!("{}", gpu.name()?);
     let head = vec![
         "scene",
@@ -88,11 +104,8 @@ pub fn measure(options: &GpuOptions) -> Result<()> {
         "CPU all µs",
     ];
     let mut table = Table { head, rows: vec![] };
-    for file in read_scenes(&options.scene)? {
-        if !options.only.is_empty() && !options.only.contains(&file.scene.name) {
-            continue;
-        }
-        let scene = Scene::new(&file, options.cells)?;
+    for file in scenes.iter().filter(wanted) {
+        let scene = Scene::new(file, options.cells)?;
         let field = GpuField::new(&gpu, &scene.field).with_context(|| scene.name.clone())?;
         for (label, method) in METHODS {
             if let Some(elements) = scene.elements(method) {

@@ -141,18 +141,27 @@ pub struct SceneFile {
 impl SceneFile {
     /// The field, baked if the body is a mesh, with at most `max_cells` cells along its longest side.
     pub fn field(&self, max_cells: u32) -> Result<AnyField> {
-        let body = match &self.scene.body {
-            Body::SpikedBall(body) => body.mesh(),
-            Body::Bowl(body) => body.mesh(),
-            Body::Pot(body) => body.mesh(),
-            Body::File(name) => match (&self.folder, self.scene.grid) {
-                (None, _) => return Ok(field_file::read_text(ANALYTIC.1, ANALYTIC.0)?),
-                (Some(folder), Some(_)) => read_mesh(&folder.join(name))?,
-                (Some(folder), None) => return read_field(&folder.join(name)),
-            },
+        let Some(body) = self.body()? else {
+            return match (&self.scene.body, &self.folder) {
+                (Body::File(name), Some(folder)) => read_field(&folder.join(name)),
+                _ => Ok(field_file::read_text(ANALYTIC.1, ANALYTIC.0)?),
+            };
         };
         let grid = self.scene.grid.with_context(|| format!("scene {}: needs a grid to bake into", self.scene.name))?;
         fields::bake(&body, grid.resolution.min(max_cells), grid.layout)
+    }
+
+    /// The mesh that the field is baked from; `None` if a file has the field itself.
+    pub fn body(&self) -> Result<Option<Mesh>> {
+        Ok(match &self.scene.body {
+            Body::SpikedBall(body) => Some(body.mesh()),
+            Body::Bowl(body) => Some(body.mesh()),
+            Body::Pot(body) => Some(body.mesh()),
+            Body::File(name) => match (&self.folder, self.scene.grid) {
+                (Some(folder), Some(_)) => Some(read_mesh(&folder.join(name))?),
+                _ => None,
+            },
+        })
     }
 
     pub fn mesh(&self) -> Result<Mesh> {

@@ -3,5 +3,6 @@
 mod program;
 
 mod accuracy;
+mod gpu;
 mod help;
 mod speed;

@@ -4,6 +4,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 pub const ACCURACY: &str = env!("CARGO_BIN_EXE_accuracy");
+pub const GPU: &str = env!("CARGO_BIN_EXE_gpu");
 pub const SPEED: &str = env!("CARGO_BIN_EXE_speed");
 
 /// A temporary folder in which a program runs.
