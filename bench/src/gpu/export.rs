@@ -86,7 +86,7 @@ pub(super) fn write(folder: &Path, file: &SceneFile, cells: u32) -> Result<bool>
 
 /// The records of the scene's contacts by a method on the CPU.
 fn contacts(scene: &Scene, method: Method) -> Vec<u32> {
-    let found = scene.elements(method).map_or(vec![], |elements| scene.on_processor(elements, method));
+    let found = scene.elements(method).map_or(vec![], |elements| scene.on_processor(elements, method, false));
     found.iter().flat_map(record).collect()
 }
 
