@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{LocalPoint, Placement};
 use crate::Aabb;
-use crate::number::Real;
-use crate::vector::{from_f64, largest_component, times};
+use crate::number::{Parameter, Real};
+use crate::vector::{from_parameters, largest_component, times};
 
 /// A similarity: x = t + s R p. J = Rᵀ/s, so s ‖J‖ = 1: distances stay exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,13 +13,13 @@ pub struct Similarity {
     /// s R.
     world_from_local: Matrix3<f64>,
     /// Rᵀ / s.
-    local_from_world: Matrix3<f64>,
-    translation: [f64; 3],
+    local_from_world: Matrix3<Parameter>,
+    translation: [Parameter; 3],
     /// Largest component of t.
-    largest_translation: f64,
+    largest_translation: Parameter,
     /// The quaternion as given.
     rotation: [f64; 4],
-    scale: f64,
+    scale: Parameter,
 }
 
 impl Similarity {
@@ -37,17 +37,17 @@ impl Similarity {
         let matrix = UnitQuaternion::new_unchecked(normalize(rotation)).to_rotation_matrix().into_inner();
         Some(Self {
             world_from_local: matrix * scale,
-            local_from_world: matrix.transpose() * inv_scale,
-            translation,
-            largest_translation: largest_component(translation),
+            local_from_world: (matrix.transpose() * inv_scale).map(Parameter::from),
+            translation: translation.map(Parameter::from),
+            largest_translation: largest_component::<f64>(translation).into(),
             rotation,
-            scale,
+            scale: scale.into(),
         })
     }
 
     /// t.
     pub fn translation(&self) -> [f64; 3] {
-        self.translation
+        self.translation.map(|x| x.double)
     }
 
     /// The quaternion x, y, z, w as it was given, of any length.
@@ -62,16 +62,16 @@ impl Similarity {
 
     /// World point of a local point.
     pub fn push(&self, local: Vector3<f64>) -> Vector3<f64> {
-        self.world_from_local * local + Vector3::from(self.translation)
+        self.world_from_local * local + Vector3::from(self.translation())
     }
 }
 
 impl Placement for Similarity {
     #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> LocalPoint<R> {
-        let jacobian = self.local_from_world.map(R::from_f64);
-        let point = times(&jacobian, world_point - from_f64(self.translation));
-        LocalPoint { point, jacobian, scale: R::from_f64(self.scale) }
+        let jacobian = self.local_from_world.map(R::from_parameter);
+        let point = times(&jacobian, world_point - from_parameters(self.translation));
+        LocalPoint { point, jacobian, scale: R::from_parameter(self.scale) }
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {
@@ -79,7 +79,7 @@ impl Placement for Similarity {
     }
 
     fn pull_bounds(&self, world: Aabb) -> Aabb {
-        map_bounds(world, &self.local_from_world, |center| self.pull(center).point)
+        map_bounds(world, &self.local_from_world.map(|x| x.double), |center| self.pull(center).point)
     }
 
     fn slope_factor(&self) -> f64 {
@@ -87,12 +87,12 @@ impl Placement for Similarity {
     }
 
     fn scale(&self) -> f64 {
-        self.scale
+        self.scale.double
     }
 
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
-        R::from_f64(self.largest_translation)
+        R::from_parameter(self.largest_translation)
     }
 }
 
