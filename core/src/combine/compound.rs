@@ -61,18 +61,16 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
         mut get: impl FnMut(usize, &F) -> T,
         mut combine: impl FnMut(T, T) -> T,
     ) -> T {
-        let mut combined = None;
+        let (mut combined, mut is_first) = (none, true);
         let mut index = parts.next_from(0);
         // Not by `reduce`, where what `get` does would stand twice.
         while let Some(part) = self.parts().get(index) {
             let next = get(index, part);
-            combined = Some(match combined {
-                None => next,
-                Some(combined) => combine(combined, next),
-            });
+            combined = if is_first { next } else { combine(combined, next) };
+            is_first = false;
             index = parts.next_from(index.saturating_add(1));
         }
-        combined.unwrap_or(none)
+        combined
     }
 
     #[inline(always)]
@@ -82,6 +80,8 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
 }
 
 impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
+    const IS_SMOOTH_AS_IT_IS: bool = F::IS_SMOOTH_AS_IT_IS;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.evaluate_among(PartSet::ALL, point)

@@ -99,8 +99,11 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
     /// Starts from the lowest corner, as §3.3 of the paper does.
     #[inline(always)]
     pub fn from_corners(field: &'a F, simplex: &'a Simplex<R, N>) -> Self {
-        let mut state = Self::new(field, simplex, corner_weights(0));
-        for corner in 1..N {
+        let [longest_edge] = run(&LongestEdge, *simplex);
+        let sample = Sample::new(R::zero(), Vector3::zeros());
+        let best = WeightedSample { weights: corner_weights(0), sample };
+        let mut state = Self { field, simplex, longest_edge, near: NearParts::default(), best, evaluations: R::zero() };
+        for corner in 0..N {
             state.evaluate_corner(corner);
         }
         state
@@ -114,13 +117,16 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
         state
     }
 
-    /// Evaluates the field at a corner, and learns there which parts of a union can be the minimum.
+    /// Evaluates the field at a corner, the first one first, and learns there which parts of a union can be the minimum.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn evaluate_corner(&mut self, corner: usize) -> WeightedSample<R, N> {
         let weights = corner_weights(corner);
         let point = run(&PointOfWeights, (*self.simplex, weights));
         let candidate = WeightedSample { weights, sample: self.field.narrow(point, self.longest_edge, &mut self.near) };
-        self.keep_lower(candidate, R::one());
+        match corner {
+            0 => self.best = candidate,
+            _ => self.keep_lower(candidate, R::one()),
+        }
         self.evaluations += R::one();
         candidate
     }

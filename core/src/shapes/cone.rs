@@ -63,9 +63,6 @@ impl Sdf for Cone {
         revolve(point, |[rho, z]| {
             let side = Profile { value: rho * cos + z * sin, gradient: [cos, sin], is_degenerate: R::Mask::NONE };
             let base = Profile { value: -height - z, gradient: [R::zero(), -R::one()], is_degenerate: R::Mask::NONE };
-            let apex = Profile::norm([rho, z]);
-            let rim = Profile::norm([rho - base_radius, z + height]);
-
             let mut nearest_wall = Profile::select(side.value.lt(base.value), base, side);
             nearest_wall.is_degenerate = side.value.le(base.value) & base.value.le(side.value);
             // Distance from the apex along the side.
@@ -75,7 +72,12 @@ impl Sdf for Cone {
             let is_apex_nearest = is_past_side & along_side.le(R::zero());
             let is_rim_nearest = (is_past_side & R::from_parameter(self.slant).lt(along_side) & base_radius.lt(rho))
                 | (is_past_base & base_radius.lt(rho));
-            Profile::select(is_apex_nearest, apex, Profile::select(is_rim_nearest, rim, nearest_wall))
+            // A root and divisions for the one that counts.
+            let from_apex_or_rim = Profile::norm([
+                R::select(is_apex_nearest, rho, rho - base_radius),
+                R::select(is_apex_nearest, z, z + height),
+            ]);
+            Profile::select(is_apex_nearest | is_rim_nearest, from_apex_or_rim, nearest_wall)
         })
     }
 

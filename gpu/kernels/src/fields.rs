@@ -142,6 +142,8 @@ delegate_sdf!(Shape { Sphere, Cuboid, Capsule, Cylinder, Cone, Torus });
 pub struct Part(Posed<Shape, Similarity>);
 
 impl Sdf for Part {
+    const IS_SMOOTH_AS_IT_IS: bool = true;
+
     // One copy of the code of all shapes: a warp waits longer for code that it has not run yet than for a call.
     #[inline(never)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
