@@ -79,6 +79,21 @@ macro_rules! delegate_sdf {
             fn linearization_error(&self, region: &$crate::Aabb) -> f64 {
                 match self { $(Self::$variant(field) => field.linearization_error(region)),+ }
             }
+            fn evaluate_near<R: $crate::Real>(
+                &self,
+                point: $crate::nalgebra::Vector3<R>,
+                near: &$crate::NearParts<R>,
+            ) -> $crate::Sample<R> {
+                match self { $(Self::$variant(field) => field.evaluate_near(point, near)),+ }
+            }
+            fn narrow<R: $crate::Real>(
+                &self,
+                point: $crate::nalgebra::Vector3<R>,
+                radius: R,
+                near: &mut $crate::NearParts<R>,
+            ) -> $crate::Sample<R> {
+                match self { $(Self::$variant(field) => field.narrow(point, radius, near)),+ }
+            }
             fn error_bound(&self, region: &$crate::Aabb) -> $crate::ErrorBound {
                 match self { $(Self::$variant(field) => field.error_bound(region)),+ }
             }

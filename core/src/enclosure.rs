@@ -11,7 +11,7 @@ use crate::number::{Float, Real};
 use crate::relaxation::{Relaxation, smallest, tangent_planes};
 use crate::rounding::{FieldScale, rounding};
 use crate::simplex::{max_distance, mean};
-use crate::{Aabb, ErrorBound, Sdf};
+use crate::{Aabb, ErrorBound, NearParts, Sample, Sdf};
 
 /// A field that bounds itself in regions. Every method has a default from [`Sdf::slope_bound`], so that
 /// `impl EnclosedSdf for MyField {}` is enough; better bounds make culls and certified searches faster.
@@ -85,6 +85,19 @@ pub trait EnclosedSdf: Sdf {
         ErrorBound::EXACT
     }
 
+    /// [`Sdf::evaluate`] at a point of an element, by the parts that can be the minimum there: the same bits.
+    #[inline(always)]
+    fn evaluate_near<R: Real>(&self, point: Vector3<R>, _near: &NearParts<R>) -> Sample<R> {
+        self.evaluate(point)
+    }
+
+    /// [`evaluate_near`](Self::evaluate_near), where a union also learns from the values which parts cannot be the minimum. No two
+    /// points of the element are farther apart than `radius`.
+    #[inline(always)]
+    fn narrow<R: Real>(&self, point: Vector3<R>, _radius: R, _near: &mut NearParts<R>) -> Sample<R> {
+        self.evaluate(point)
+    }
+
     /// Visits the fields whose minimum this field is: the parts of a union, else the field itself. A search of a union can
     /// so use what each part knows.
     #[inline(always)]
@@ -134,6 +147,14 @@ impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
     }
     fn linearization_error(&self, region: &Aabb) -> f64 {
         (**self).linearization_error(region)
+    }
+    #[inline(always)]
+    fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
+        (**self).evaluate_near(point, near)
+    }
+    #[inline(always)]
+    fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
+        (**self).narrow(point, radius, near)
     }
     #[inline(always)]
     fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {

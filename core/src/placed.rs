@@ -36,7 +36,9 @@ pub use stretch::Stretch;
 use crate::number::{Float, Real};
 use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
-use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
+use crate::{
+    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, NearParts, Relaxation, Sample, Sdf,
+};
 
 /// An affine map from the world into a field's local frame.
 pub trait Placement {
@@ -137,6 +139,18 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         scaled.widen(rounding(FieldScale::new(self), about, max_distance(about, corners), scaled.value))
     }
 
+    #[inline(always)]
+    fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
+        let pulled = self.placement.pull(point);
+        pulled.push_sample(self.field.evaluate_near(pulled.point, near))
+    }
+
+    #[inline(always)]
+    fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
+        let (pulled, radius) = (self.placement.pull(point), pull_radius(&self.placement, point, radius));
+        pulled.push_sample(self.field.narrow(pulled.point, radius, near))
+    }
+
     fn relaxation<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Relaxation<R> {
         let pulled = self.pull_all(corners);
         let here = self.placement.pull(about);
@@ -171,6 +185,14 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
         Some(push_minimum(local, &self.placement, FieldScale::new(self), corners))
     }
+}
+
+/// Upper bound of the distance of two points in the field's frame, computed of points at most `radius` apart of which one is `point`.
+#[inline(always)]
+fn pull_radius<R: Real, P: Placement>(placement: &P, point: Vector3<R>, radius: R) -> R {
+    let world = FieldScale { slope_bound: R::one(), magnitude: placement.magnitude() };
+    let rounding = rounding(world, point, radius, R::zero());
+    (radius + rounding) * R::from_f64(placement.slope_factor() / placement.scale())
 }
 
 /// A minimum in the field's frame as one in the world, where the corners were rounded.

@@ -40,6 +40,9 @@ use crate::number::{Float, Mask, Real};
 /// assert_eq!(Ground.sample(Vector3::new(0.0_f32, 2.0, -0.5)).value, -0.5);
 /// ```
 pub trait Sdf {
+    /// Is [`evaluate_smooth`](Self::evaluate_smooth) the same as [`evaluate`](Self::evaluate), so that nobody need ask for both?
+    const IS_SMOOTH_AS_IT_IS: bool = false;
+
     /// φ and ∇φ at a point whose coordinates are finite and within ±[`Real::MAX_COORDINATE`]. Any other point may give NaN;
     /// [`sample`](Self::sample) takes those too.
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R>;
@@ -100,6 +103,7 @@ pub trait Sdf {
 }
 
 impl<F: Sdf + ?Sized> Sdf for &F {
+    const IS_SMOOTH_AS_IT_IS: bool = F::IS_SMOOTH_AS_IT_IS;
     #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         (**self).evaluate(point)

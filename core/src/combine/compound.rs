@@ -6,7 +6,9 @@ use nalgebra::Vector3;
 
 use super::boolean::lower;
 use crate::enclosure::PartVisitor;
-use crate::number::{Float, Real};
+use crate::near_parts::{NearParts, PartSet, spread};
+use crate::number::{Float, Mask, Parameter, Real};
+use crate::rounding::FieldScale;
 use crate::simplex::mean;
 use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Relaxation, Sample, Sdf};
 
@@ -25,12 +27,18 @@ use crate::{Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compound<S> {
     parts: S,
+    /// The largest slope bound and magnitude of a part.
+    scale: FieldScale<Parameter>,
 }
 
-impl<F, S: Deref<Target = [F]>> Compound<S> {
+impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
     /// `None` without a part.
     pub fn new(parts: S) -> Option<Self> {
-        if parts.is_empty() { None } else { Some(Self { parts }) }
+        let slope_bound = parts.iter().map(Sdf::slope_bound).reduce(f64::max)?;
+        let double = parts.iter().map(Sdf::magnitude::<f64>).fold(0.0, f64::max);
+        let single = parts.iter().map(Sdf::magnitude::<f32>).fold(0.0, f32::max);
+        let scale = FieldScale { slope_bound: slope_bound.into(), magnitude: Parameter { double, single } };
+        Some(Self { parts, scale })
     }
 
     /// The parts, at least one.
@@ -40,15 +48,43 @@ impl<F, S: Deref<Target = [F]>> Compound<S> {
 
     /// Combines what `get` returns for each part. There is at least one, so that `none` is never returned.
     #[inline(always)]
-    fn combine<T>(&self, none: T, get: impl FnMut(&F) -> T, combine: impl FnMut(T, T) -> T) -> T {
-        self.parts().iter().map(get).reduce(combine).unwrap_or(none)
+    fn combine<T>(&self, none: T, mut get: impl FnMut(&F) -> T, combine: impl FnMut(T, T) -> T) -> T {
+        self.combine_among(PartSet::ALL, none, |_, part| get(part), combine)
+    }
+
+    /// The same of the parts in a set.
+    #[inline(always)]
+    fn combine_among<T>(
+        &self,
+        parts: PartSet,
+        none: T,
+        mut get: impl FnMut(usize, &F) -> T,
+        mut combine: impl FnMut(T, T) -> T,
+    ) -> T {
+        let (mut combined, mut is_first) = (none, true);
+        let mut index = parts.next_from(0);
+        // Not by `reduce`, where what `get` does would stand twice.
+        while let Some(part) = self.parts().get(index) {
+            let next = get(index, part);
+            combined = if is_first { next } else { combine(combined, next) };
+            is_first = false;
+            index = parts.next_from(index.saturating_add(1));
+        }
+        combined
+    }
+
+    #[inline(always)]
+    fn evaluate_among<R: Real>(&self, parts: PartSet, point: Vector3<R>) -> Sample<R> {
+        self.combine_among(parts, Sample::new(R::zero(), Vector3::zeros()), |_, part| part.evaluate(point), lower)
     }
 }
 
 impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
+    const IS_SMOOTH_AS_IT_IS: bool = F::IS_SMOOTH_AS_IT_IS;
+
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        self.combine(Sample::new(R::zero(), Vector3::zeros()), |part| part.evaluate(point), lower)
+        self.evaluate_among(PartSet::ALL, point)
     }
 
     #[inline]
@@ -66,12 +102,17 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
     }
 
     fn slope_bound(&self) -> f64 {
-        self.combine(0.0, Sdf::slope_bound, f64::max)
+        self.scale.slope_bound.double
     }
 
-    #[inline]
+    #[inline(always)]
+    fn slope_bound_as<R: Real>(&self) -> R {
+        R::from_parameter(self.scale.slope_bound)
+    }
+
+    #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
-        self.combine(R::zero(), Sdf::magnitude, R::max)
+        R::from_parameter(self.scale.magnitude)
     }
 }
 
@@ -82,6 +123,29 @@ impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
 
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         self.combine(ErrorBound::UNKNOWN, |part| part.error_bound(region), ErrorBound::max)
+    }
+
+    #[inline(always)]
+    fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
+        self.evaluate_among(near.parts, point)
+    }
+
+    #[inline(always)]
+    fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
+        let (scale, none) = (FieldScale::new(self), Sample::new(R::zero(), Vector3::zeros()));
+        let (mut left, mut is_finite) = (near.emptied(), !R::Mask::NONE);
+        let get = |index, part: &F| {
+            let sample = part.evaluate(point);
+            is_finite = is_finite & sample.value.is_finite();
+            left.add(index, sample.value, spread(scale, point, radius, sample.value));
+            sample
+        };
+        let lowest = self.combine_among(near.parts, none, get, lower);
+        // Whether a NaN is the answer depends on all parts.
+        if !(!is_finite).any() {
+            *near = left;
+        }
+        lowest
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

@@ -80,7 +80,8 @@ pub(super) fn describe<R: Float, F: EnclosedSdf, const N: usize>(
     let Sample { value, gradient, status } = minimum.sample;
     // A true distance has slope 1, and no field is steeper than its slope bound.
     let full_slope = Real::min(field.slope_bound_as::<R>(), R::one());
-    let smooth = Normal::new(value, field.evaluate_smooth(minimum.point).gradient, full_slope);
+    let smooth = if F::IS_SMOOTH_AS_IT_IS { gradient } else { field.evaluate_smooth(minimum.point).gradient };
+    let smooth = Normal::new(value, smooth, full_slope);
     let is_degenerate = status.degenerate_gradient || smooth.is_none();
     let zero = Normal { normal: Vector3::zeros(), slope: R::zero(), from_surface: Vector3::zeros() };
     let Normal { normal, slope, from_surface } =

@@ -10,14 +10,17 @@ use crate::number::kernel::LaneKernel;
 use crate::number::kernel::run;
 use crate::number::{Mask, Real};
 use crate::rounding::FieldScale;
-use crate::simplex::{LowerBound, corner_weights};
+use crate::simplex::{LongestEdge, LowerBound, corner_weights};
 use crate::vector::select;
-use crate::{EnclosedSdf, Sample, Simplex, Status};
+use crate::{EnclosedSdf, NearParts, Sample, Simplex, Status};
 
 /// A local search in progress.
 pub(super) struct DescentState<'a, R: Real, F, const N: usize> {
     field: &'a F,
     simplex: &'a Simplex<R, N>,
+    pub longest_edge: R,
+    /// Parts of a union that can be the minimum on the simplex.
+    pub near: NearParts<R>,
     pub best: WeightedSample<R, N>,
     pub evaluations: R,
 }
@@ -33,12 +36,6 @@ pub(super) struct WeightedSample<R: Real, const N: usize> {
 pub(super) type KernelSample<R, const N: usize> = ([R; N], [R; 1], Vector3<R>);
 
 impl<R: Real, const N: usize> WeightedSample<R, N> {
-    #[cfg_attr(feature = "std", inline(always))]
-    fn new<F: EnclosedSdf>(field: &F, simplex: &Simplex<R, N>, weights: [R; N]) -> Self {
-        let point = run(&PointOfWeights, (*simplex, weights));
-        Self { weights, sample: field.evaluate(point) }
-    }
-
     #[inline(always)]
     pub fn kernel_sample(&self) -> KernelSample<R, N> {
         (self.weights, [self.sample.value], self.sample.gradient)
@@ -93,15 +90,21 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
     /// Starts from the point of the given weights.
     #[inline(always)]
     pub fn new(field: &'a F, simplex: &'a Simplex<R, N>, weights: [R; N]) -> Self {
-        Self { field, simplex, best: WeightedSample::new(field, simplex, weights), evaluations: R::one() }
+        let ([longest_edge], point) = (run(&LongestEdge, *simplex), run(&PointOfWeights, (*simplex, weights)));
+        let mut near = NearParts::default();
+        let best = WeightedSample { weights, sample: field.narrow(point, longest_edge, &mut near) };
+        Self { field, simplex, longest_edge, near, best, evaluations: R::one() }
     }
 
     /// Starts from the lowest corner, as §3.3 of the paper does.
     #[inline(always)]
     pub fn from_corners(field: &'a F, simplex: &'a Simplex<R, N>) -> Self {
-        let mut state = Self::new(field, simplex, corner_weights(0));
-        for corner in 1..N {
-            state.evaluate(corner_weights(corner), !R::Mask::NONE);
+        let [longest_edge] = run(&LongestEdge, *simplex);
+        let sample = Sample::new(R::zero(), Vector3::zeros());
+        let best = WeightedSample { weights: corner_weights(0), sample };
+        let mut state = Self { field, simplex, longest_edge, near: NearParts::default(), best, evaluations: R::zero() };
+        for corner in 0..N {
+            state.evaluate_corner(corner);
         }
         state
     }
@@ -114,10 +117,25 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
         state
     }
 
+    /// Evaluates the field at a corner, the first one first, and learns there which parts of a union can be the minimum.
+    #[cfg_attr(feature = "std", inline(always))]
+    pub fn evaluate_corner(&mut self, corner: usize) -> WeightedSample<R, N> {
+        let weights = corner_weights(corner);
+        let point = run(&PointOfWeights, (*self.simplex, weights));
+        let candidate = WeightedSample { weights, sample: self.field.narrow(point, self.longest_edge, &mut self.near) };
+        match corner {
+            0 => self.best = candidate,
+            _ => self.keep_lower(candidate, R::one()),
+        }
+        self.evaluations += R::one();
+        candidate
+    }
+
     /// Evaluates the field at the given weights. Lanes that are not `active` neither count nor keep it.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn evaluate(&mut self, weights: [R; N], active: R::Mask) -> WeightedSample<R, N> {
-        let candidate = WeightedSample::new(self.field, self.simplex, weights);
+        let point = run(&PointOfWeights, (*self.simplex, weights));
+        let candidate = WeightedSample { weights, sample: self.field.evaluate_near(point, &self.near) };
         let active = R::select(active, R::one(), R::zero());
         self.keep_lower(candidate, active);
         self.evaluations += active;

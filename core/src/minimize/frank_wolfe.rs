@@ -7,7 +7,7 @@ use super::{Minimizer, Minimum};
 use crate::number::kernel::LaneKernel;
 use crate::number::kernel::run;
 use crate::number::{Mask, Parameter, Real};
-use crate::simplex::{LongestEdge, corner_weights};
+use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Simplex};
 
 /// The Frank-Wolfe method (Frank and Wolfe 1956, "An algorithm for quadratic programming"; §3.2 of the paper): each
@@ -63,8 +63,7 @@ impl FrankWolfe {
         simplex: &Simplex<R, N>,
         mut state: DescentState<R, F, N>,
     ) -> Minimum<R, N> {
-        let [longest_edge] = run(&LongestEdge, *simplex);
-        let tolerance = longest_edge * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
+        let tolerance = state.longest_edge * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let (mut current, mut active) = (state.best, R::one());
         for taken in 0..self.iterations {
             let rate = RATES.get(taken as usize).copied().unwrap_or_else(|| rate(taken));
@@ -77,7 +76,7 @@ impl FrankWolfe {
                 break;
             }
             state.evaluations += active;
-            current = WeightedSample { weights: next, sample: field.evaluate(point) };
+            current = WeightedSample { weights: next, sample: field.evaluate_near(point, &state.near) };
         }
         state.keep_lower(current, active);
         state.finish(Real::is_zero(active))

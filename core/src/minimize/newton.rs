@@ -64,7 +64,7 @@ impl<const N: usize> Minimizer<N> for Newton {
         let first = Tangent::new(simplex, &state.best);
         let mut corners = [first; N];
         for corner in 1..N {
-            corners[corner] = Tangent::new(simplex, &state.evaluate(corner_weights(corner), !R::Mask::NONE));
+            corners[corner] = Tangent::new(simplex, &state.evaluate_corner(corner));
         }
         let tolerance = simplex.longest_edge() * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let mut model = Model::new(&corners, first);

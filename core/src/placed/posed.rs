@@ -1,4 +1,4 @@
-//! A field with a rigid motion that may be absent at run time, [`Posed`]: one type for both cases, so that searches
+//! A field with a placement that may be absent at run time, [`Posed`]: one type for both cases, so that searches
 //! compile once.
 
 use nalgebra::Vector3;
@@ -7,27 +7,28 @@ use super::{Placed, Placement, Rigid};
 use crate::number::{Float, Real};
 use crate::rounding::FieldScale;
 use crate::{
-    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, PartVisitor, Relaxation, Sample, Sdf,
+    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, NearParts, PartVisitor, Relaxation,
+    Sample, Sdf,
 };
 
-/// A field that a rigid motion may move, known only at run time: the same bits as the field itself without one, and as
-/// [`Placed`] with one. One type for both halves the code of what is compiled for it.
+/// A field that a placement, mostly a rigid motion, may move, known only at run time: the same bits as the field itself without
+/// one, and as [`Placed`] with one. One type for both halves the code of what is compiled for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Posed<F> {
+pub struct Posed<F, P = Rigid> {
     /// The field in its own frame.
     pub field: F,
     /// Where it stands in the world; `None` where its frame is the world's.
-    pub pose: Option<Rigid>,
+    pub pose: Option<P>,
 }
 
-impl<F> Posed<F> {
+impl<F, P: Copy> Posed<F, P> {
     #[inline(always)]
-    fn placed(&self) -> Option<Placed<&F, Rigid>> {
+    fn placed(&self) -> Option<Placed<&F, P>> {
         self.pose.map(|placement| Placed { field: &self.field, placement })
     }
 }
 
-impl<F: Sdf> Sdf for Posed<F> {
+impl<F: Sdf, P: Placement + Copy> Sdf for Posed<F, P> {
     // The field's own code stands here once, between what is before and after it with a pose.
     #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
@@ -77,7 +78,7 @@ impl<F: Sdf> Sdf for Posed<F> {
     }
 }
 
-impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
+impl<F: EnclosedSdf, P: Placement + Copy> EnclosedSdf for Posed<F, P> {
     #[inline(always)]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         let local = self.pose.as_ref().map_or(*region, |pose| pose.pull_bounds(*region));
@@ -89,6 +90,21 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
                 slope_bound: local.slope_bound * pose.slope_factor(),
             },
         }
+    }
+
+    #[inline(always)]
+    fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
+        let pulled = self.pose.as_ref().map(|pose| pose.pull(point));
+        let local = self.field.evaluate_near(pulled.map_or(point, |pulled| pulled.point), near);
+        pulled.map_or(local, |pulled| pulled.push_sample(local))
+    }
+
+    #[inline(always)]
+    fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
+        let pulled = self.pose.as_ref().map(|pose| pose.pull(point));
+        let radius = self.pose.as_ref().map_or(radius, |pose| super::pull_radius(pose, point, radius));
+        let local = self.field.narrow(pulled.map_or(point, |pulled| pulled.point), radius, near);
+        pulled.map_or(local, |pulled| pulled.push_sample(local))
     }
 
     #[inline(always)]
@@ -162,12 +178,12 @@ impl<F: EnclosedSdf> EnclosedSdf for Posed<F> {
 }
 
 /// Visits the parts of a union, each moved as the whole is.
-struct WithPose<'v, V> {
+struct WithPose<'v, V, P> {
     visitor: &'v mut V,
-    pose: Option<Rigid>,
+    pose: Option<P>,
 }
 
-impl<V: PartVisitor> PartVisitor for WithPose<'_, V> {
+impl<V: PartVisitor, P: Placement + Copy> PartVisitor for WithPose<'_, V, P> {
     #[inline(always)]
     fn visit<F: EnclosedSdf>(&mut self, part: &F) {
         self.visitor.visit(&Posed { field: part, pose: self.pose });

@@ -4,22 +4,29 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{LocalPoint, Placement};
 use crate::Aabb;
-use crate::number::Real;
-use crate::vector::{from_f64, largest_component, times};
+use crate::number::{Parameter, Real};
+use crate::vector::{largest_component, times};
 
 /// A similarity: x = t + s R p. J = Rᵀ/s, so s ‖J‖ = 1: distances stay exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Similarity {
     /// s R.
     world_from_local: Matrix3<f64>,
-    /// Rᵀ / s.
-    local_from_world: Matrix3<f64>,
-    translation: [f64; 3],
-    /// Largest component of t.
-    largest_translation: f64,
     /// The quaternion as given.
     rotation: [f64; 4],
-    scale: f64,
+    double: PullNumbers<f64>,
+    single: PullNumbers<f32>,
+}
+
+/// The numbers of p(x) in one precision, side by side, so that a processor loads several at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PullNumbers<T> {
+    /// Rᵀ / s.
+    local_from_world: Matrix3<T>,
+    translation: Vector3<T>,
+    scale: T,
+    /// Largest component of t.
+    largest_translation: T,
 }
 
 impl Similarity {
@@ -35,19 +42,28 @@ impl Similarity {
             return None;
         }
         let matrix = UnitQuaternion::new_unchecked(normalize(rotation)).to_rotation_matrix().into_inner();
+        let double = PullNumbers {
+            local_from_world: matrix.transpose() * inv_scale,
+            translation: translation.into(),
+            scale,
+            largest_translation: largest_component(translation),
+        };
         Some(Self {
             world_from_local: matrix * scale,
-            local_from_world: matrix.transpose() * inv_scale,
-            translation,
-            largest_translation: largest_component(translation),
             rotation,
-            scale,
+            single: PullNumbers {
+                local_from_world: double.local_from_world.map(|x| x as f32),
+                translation: double.translation.map(|x| x as f32),
+                scale: scale as f32,
+                largest_translation: double.largest_translation as f32,
+            },
+            double,
         })
     }
 
     /// t.
     pub fn translation(&self) -> [f64; 3] {
-        self.translation
+        self.double.translation.into()
     }
 
     /// The quaternion x, y, z, w as it was given, of any length.
@@ -62,16 +78,17 @@ impl Similarity {
 
     /// World point of a local point.
     pub fn push(&self, local: Vector3<f64>) -> Vector3<f64> {
-        self.world_from_local * local + Vector3::from(self.translation)
+        self.world_from_local * local + self.double.translation
     }
 }
 
 impl Placement for Similarity {
     #[inline(always)]
     fn pull<R: Real>(&self, world_point: Vector3<R>) -> LocalPoint<R> {
-        let jacobian = self.local_from_world.map(R::from_f64);
-        let point = times(&jacobian, world_point - from_f64(self.translation));
-        LocalPoint { point, jacobian, scale: R::from_f64(self.scale) }
+        let Self { double, single, .. } = self;
+        let jacobian = double.local_from_world.zip_map(&single.local_from_world, known);
+        let point = times(&jacobian, world_point - double.translation.zip_map(&single.translation, known));
+        LocalPoint { point, jacobian, scale: known(double.scale, single.scale) }
     }
 
     fn push_bounds(&self, local: Aabb) -> Aabb {
@@ -79,7 +96,7 @@ impl Placement for Similarity {
     }
 
     fn pull_bounds(&self, world: Aabb) -> Aabb {
-        map_bounds(world, &self.local_from_world, |center| self.pull(center).point)
+        map_bounds(world, &self.double.local_from_world, |center| self.pull(center).point)
     }
 
     fn slope_factor(&self) -> f64 {
@@ -87,13 +104,19 @@ impl Placement for Similarity {
     }
 
     fn scale(&self) -> f64 {
-        self.scale
+        self.double.scale
     }
 
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
-        R::from_f64(self.largest_translation)
+        known(self.double.largest_translation, self.single.largest_translation)
     }
+}
+
+/// A number that is known in both precisions.
+#[inline(always)]
+fn known<R: Real>(double: f64, single: f32) -> R {
+    R::from_parameter(Parameter { double, single })
 }
 
 /// A quaternion x, y, z, w of length 1. Divided by the largest component first, so that no square underflows or overflows.

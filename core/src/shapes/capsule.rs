@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::is_length;
-use crate::number::Real;
-use crate::vector::{direction, from_f64, largest_component};
+use crate::number::{Parameter, Real};
+use crate::vector::{direction, from_parameters, largest_component};
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// All points within `radius` of the segment from `a` to `b`: φ = |x − a − t (b − a)| − r, t = clamp((x − a)·(b − a)
@@ -13,15 +13,15 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 /// Degenerate: the segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capsule {
-    a: [f64; 3],
-    b: [f64; 3],
-    radius: f64,
+    a: [Parameter; 3],
+    b: [Parameter; 3],
+    radius: Parameter,
     /// (b − a) / |b − a|², or zero if the ends coincide: t is its product with x − a.
-    axis: [f64; 3],
+    axis: [Parameter; 3],
     /// Largest coordinate of the ends.
-    largest_coordinate: f64,
+    largest_coordinate: Parameter,
     /// Gradient on the segment: a unit vector normal to it.
-    normal: [f64; 3],
+    normal: [Parameter; 3],
 }
 
 impl Capsule {
@@ -35,40 +35,49 @@ impl Capsule {
         let (axis, normal) = (axis.into(), normal.into());
         let is_valid = [a, b, axis, normal, [length_sq; 3]].iter().flatten().all(|x: &f64| x.is_finite());
         let largest_coordinate = largest_component::<f64>(a).max(largest_component(b));
-        (is_valid && is_length(radius)).then_some(Self { a, b, radius, axis, largest_coordinate, normal })
+        let parameters = |vector: [f64; 3]| vector.map(Parameter::from);
+        (is_valid && is_length(radius)).then(|| Self {
+            a: parameters(a),
+            b: parameters(b),
+            radius: radius.into(),
+            axis: parameters(axis),
+            largest_coordinate: largest_coordinate.into(),
+            normal: parameters(normal),
+        })
     }
 
     /// One end of the segment.
     pub fn a(&self) -> [f64; 3] {
-        self.a
+        self.a.map(|x| x.double)
     }
 
     /// The other end of the segment.
     pub fn b(&self) -> [f64; 3] {
-        self.b
+        self.b.map(|x| x.double)
     }
 
     /// The radius.
     pub fn radius(&self) -> f64 {
-        self.radius
+        self.radius.double
     }
 }
 
 impl Sdf for Capsule {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let (a, b) = (from_f64::<R>(self.a), from_f64::<R>(self.b));
+        let (a, b) = (from_parameters::<R>(self.a), from_parameters::<R>(self.b));
         let offset = point - a;
-        let t = from_f64::<R>(self.axis).dot(&offset).clamp(R::zero(), R::one());
+        let t = from_parameters::<R>(self.axis).dot(&offset).clamp(R::zero(), R::one());
         let outward = direction(offset - (b - a) * t);
-        let gradient =
-            outward.unit.zip_map(&from_f64(self.normal), |unit, normal| R::select(outward.is_zero, normal, unit));
-        Sample::with_degenerate(outward.length - R::from_f64(self.radius), gradient, outward.is_zero)
+        let gradient = outward
+            .unit
+            .zip_map(&from_parameters(self.normal), |unit, normal| R::select(outward.is_zero, normal, unit));
+        Sample::with_degenerate(outward.length - R::from_parameter(self.radius), gradient, outward.is_zero)
     }
 
     fn bounds(&self, level: f64) -> Aabb {
-        let ends = Aabb { min: self.a, max: self.a }.union(&Aabb { min: self.b, max: self.b });
-        ends.inflate(self.radius + level.max(0.0))
+        let ends = Aabb { min: self.a(), max: self.a() }.union(&Aabb { min: self.b(), max: self.b() });
+        ends.inflate(self.radius() + level.max(0.0))
     }
 
     fn slope_bound(&self) -> f64 {
@@ -78,7 +87,7 @@ impl Sdf for Capsule {
     /// x − a, and the nearest point of the segment.
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
-        R::from_f64(self.largest_coordinate)
+        R::from_parameter(self.largest_coordinate)
     }
 }
 

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use super::is_length;
 use super::profile::{Profile, revolve};
-use crate::number::{Mask, Real};
+use crate::number::{Mask, Parameter, Real};
 use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 
 /// A solid cone with its apex at the origin and its base at z = −`height`. Exact.
@@ -21,11 +21,11 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     half_angle: f64,
-    sin: f64,
-    cos: f64,
-    height: f64,
-    base_radius: f64,
-    slant: f64,
+    sin: Parameter,
+    cos: Parameter,
+    height: Parameter,
+    base_radius: Parameter,
+    slant: Parameter,
 }
 
 impl Cone {
@@ -36,11 +36,11 @@ impl Cone {
         let is_valid = half_angle > 0.0 && half_angle < core::f64::consts::FRAC_PI_2;
         (is_valid && [sin, cos, height, base_radius, slant].into_iter().all(is_length)).then_some(Self {
             half_angle,
-            sin,
-            cos,
-            height,
-            base_radius,
-            slant,
+            sin: sin.into(),
+            cos: cos.into(),
+            height: height.into(),
+            base_radius: base_radius.into(),
+            slant: slant.into(),
         })
     }
 
@@ -51,21 +51,18 @@ impl Cone {
 
     /// Distance from the apex to the base.
     pub fn height(&self) -> f64 {
-        self.height
+        self.height.double
     }
 }
 
 impl Sdf for Cone {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        let (sin, cos) = (R::from_f64(self.sin), R::from_f64(self.cos));
-        let (height, base_radius) = (R::from_f64(self.height), R::from_f64(self.base_radius));
+        let (sin, cos) = (R::from_parameter(self.sin), R::from_parameter(self.cos));
+        let (height, base_radius) = (R::from_parameter(self.height), R::from_parameter(self.base_radius));
         revolve(point, |[rho, z]| {
             let side = Profile { value: rho * cos + z * sin, gradient: [cos, sin], is_degenerate: R::Mask::NONE };
             let base = Profile { value: -height - z, gradient: [R::zero(), -R::one()], is_degenerate: R::Mask::NONE };
-            let apex = Profile::norm([rho, z]);
-            let rim = Profile::norm([rho - base_radius, z + height]);
-
             let mut nearest_wall = Profile::select(side.value.lt(base.value), base, side);
             nearest_wall.is_degenerate = side.value.le(base.value) & base.value.le(side.value);
             // Distance from the apex along the side.
@@ -73,15 +70,20 @@ impl Sdf for Cone {
             let is_past_side = R::zero().lt(side.value);
             let is_past_base = R::zero().lt(base.value);
             let is_apex_nearest = is_past_side & along_side.le(R::zero());
-            let is_rim_nearest = (is_past_side & R::from_f64(self.slant).lt(along_side) & base_radius.lt(rho))
+            let is_rim_nearest = (is_past_side & R::from_parameter(self.slant).lt(along_side) & base_radius.lt(rho))
                 | (is_past_base & base_radius.lt(rho));
-            Profile::select(is_apex_nearest, apex, Profile::select(is_rim_nearest, rim, nearest_wall))
+            // A root and divisions for the one that counts.
+            let from_apex_or_rim = Profile::norm([
+                R::select(is_apex_nearest, rho, rho - base_radius),
+                R::select(is_apex_nearest, z, z + height),
+            ]);
+            Profile::select(is_apex_nearest | is_rim_nearest, from_apex_or_rim, nearest_wall)
         })
     }
 
     fn bounds(&self, level: f64) -> Aabb {
-        let radius = self.base_radius;
-        Aabb { min: [-radius, -radius, -self.height], max: [radius, radius, 0.0] }.inflate(level.max(0.0))
+        let radius = self.base_radius.double;
+        Aabb { min: [-radius, -radius, -self.height()], max: [radius, radius, 0.0] }.inflate(level.max(0.0))
     }
 
     fn slope_bound(&self) -> f64 {

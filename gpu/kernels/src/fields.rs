@@ -7,8 +7,10 @@ use sdf_core::combine::Compound;
 use sdf_core::delegate_sdf;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Code, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
-use sdf_core::placed::{Placed, Similarity};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Posed, Similarity};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
+use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf};
 
 use crate::abi::{FIELD_MARK, FieldBlob, GridParams, ShapeParams, Slice, shape};
 
@@ -136,16 +138,30 @@ pub enum Shape {
 
 delegate_sdf!(Shape { Sphere, Cuboid, Capsule, Cylinder, Cone, Torus });
 
-type PlacedShape = Placed<Shape, Similarity>;
-
 /// A closed form as it stands, or placed.
-#[allow(clippy::large_enum_variant, reason = "there is no allocator on the card")]
-pub enum Part {
-    Shape(Shape),
-    Placed(PlacedShape),
+pub struct Part(Posed<Shape, Similarity>);
+
+impl Sdf for Part {
+    const IS_SMOOTH_AS_IT_IS: bool = true;
+
+    // One copy of the code of all shapes: a warp waits longer for code that it has not run yet than for a call.
+    #[inline(never)]
+    fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
+        self.0.evaluate(point)
+    }
+    fn bounds(&self, level: f64) -> Aabb {
+        self.0.bounds(level)
+    }
+    fn slope_bound(&self) -> f64 {
+        self.0.slope_bound()
+    }
+    fn magnitude<R: Real>(&self) -> R {
+        self.0.magnitude()
+    }
 }
 
-delegate_sdf!(Part { Shape, Placed });
+/// What closed forms know beyond that, no method of these kernels asks.
+impl EnclosedSdf for Part {}
 
 /// # Safety
 /// The slice is that of an array of `T` in the card's memory.
@@ -201,11 +217,11 @@ pub fn part(params: &ShapeParams) -> Option<Part> {
         shape::TORUS => Shape::Torus(Torus::new(a, b)?),
         _ => return None,
     };
-    if params.is_placed == 0 {
-        return Some(Part::Shape(shape));
-    }
-    let place = Similarity::new(params.translation, params.rotation, params.scale)?;
-    Some(Part::Placed(PlacedShape { field: shape, placement: place }))
+    let pose = match params.is_placed {
+        0 => None,
+        _ => Some(Similarity::new(params.translation, params.rotation, params.scale)?),
+    };
+    Some(Part(Posed { field: shape, pose }))
 }
 
 /// # Safety

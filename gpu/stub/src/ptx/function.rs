@@ -146,6 +146,8 @@ pub fn function(operation: &str) -> Option<Function> {
         ["popc", _] => Some(|a, _, _| u64::from(a.count_ones())),
         ["bfe", "u32"] => Some(|a, b, c| (a as u32 as u64) >> (b & 255).min(63) & ((1 << (c & 255).min(32)) - 1)),
         ["prmt", "b32"] => Some(permute),
+        ["shf", "l", "wrap", "b32"] => Some(|a, b, c| (b << 32 | a & 0xffff_ffff) << (c & 31) >> 32),
+        ["shf", "r", "wrap", "b32"] => Some(|a, b, c| (b << 32 | a & 0xffff_ffff) >> (c & 31) & 0xffff_ffff),
         ["mul" | "mad", half, type_] => of_type(type_, &format!("{}.{half}", parts[0])),
         ["setp", compare, type_] => of_type(type_, compare),
         [op, type_] => of_type(type_, op),
