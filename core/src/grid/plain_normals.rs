@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::number::Real;
-use crate::{Aabb, EnclosedSdf, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, NearParts, Sample, Sdf};
 
 /// A field whose contacts have its own gradient as normal, which on a grid jumps at the faces of cells. The code of smooth normals,
 /// 2 KiB on a Cortex-M4F, is then not linked, nor is that of bounds in boxes.
@@ -9,6 +9,8 @@ use crate::{Aabb, EnclosedSdf, Sample, Sdf};
 pub struct PlainNormals<F>(pub F);
 
 impl<F: Sdf> Sdf for PlainNormals<F> {
+    const IS_SMOOTH_AS_IT_IS: bool = true;
+
     #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         self.0.evaluate(point)
@@ -34,4 +36,13 @@ impl<F: Sdf> Sdf for PlainNormals<F> {
     }
 }
 
-impl<F: Sdf> EnclosedSdf for PlainNormals<F> {}
+impl<F: EnclosedSdf> EnclosedSdf for PlainNormals<F> {
+    #[inline(always)]
+    fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
+        self.0.evaluate_near(point, near)
+    }
+    #[inline(always)]
+    fn narrow<R: Real>(&self, point: Vector3<R>, radius: R, near: &mut NearParts<R>) -> Sample<R> {
+        self.0.narrow(point, radius, near)
+    }
+}

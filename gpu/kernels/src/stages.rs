@@ -245,7 +245,7 @@ pub unsafe fn contact<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F
 /// # Safety
 /// As [`cull`].
 #[inline(always)]
-pub unsafe fn lean<F: Sdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+pub unsafe fn lean<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
     // SAFETY: the caller's.
     unsafe {
         finish(frame, |element| contact::lean_contact(&PlainNormals(field), method, frame.margin, element));
@@ -282,7 +282,7 @@ pub unsafe fn lean_cull<F: Sdf, const N: usize>(field: &F, frame: &Frame) {
 /// # Safety
 /// As [`search`], after [`lean_cull`].
 #[inline(always)]
-pub unsafe fn lean_search<F: Sdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
+pub unsafe fn lean_search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
     // SAFETY: as many survivors were written as are counted; each appends at most once.
     unsafe {
         let index = thread();
