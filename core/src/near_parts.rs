@@ -22,10 +22,12 @@ impl PartSet {
     /// Every part of any union.
     pub const ALL: Self = Self(u32::MAX);
 
-    /// The first part from `part` on that is in the set; of a union with fewer parts than that says, none is.
+    /// The first part from `part` on that is in the set, or a number beyond the last part. It may be a part that is not in the set,
+    /// which does no harm, so that there always is one and a processor need not ask.
     #[inline(always)]
     pub fn next_from(self, part: usize) -> usize {
-        part.saturating_add(self.0.rotate_right(part as u32).trailing_zeros() as usize)
+        let ahead = self.0.rotate_right(part as u32) | 1 << 31;
+        part.wrapping_add(ahead.trailing_zeros() as usize)
     }
 }
 

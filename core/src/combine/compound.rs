@@ -68,7 +68,7 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
             let next = get(index, part);
             combined = if is_first { next } else { combine(combined, next) };
             is_first = false;
-            index = parts.next_from(index.saturating_add(1));
+            index = parts.next_from(index.wrapping_add(1));
         }
         combined
     }
