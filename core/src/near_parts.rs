@@ -56,6 +56,12 @@ impl<R: Real> NearParts<R> {
         Self { parts: PartSet(0), ..*self }
     }
 
+    /// No part has been added.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.parts.0 == 0
+    }
+
     /// Adds a part that lies within `value` ± `spread` on the element, unless another is lower everywhere.
     #[inline(always)]
     pub(crate) fn add(&mut self, part: usize, value: R, spread: R) {
@@ -73,3 +79,6 @@ pub(crate) fn spread<R: Real>(union: FieldScale<R>, point: Vector3<R>, radius: R
     let spread = union.slope_bound * radius;
     spread + rounding(union, point, radius, value.abs() + spread) * R::from_f64(NESTED_FIELDS)
 }
+
+#[cfg(test)]
+mod tests;

@@ -141,8 +141,8 @@ impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
             sample
         };
         let lowest = self.combine_among(near.parts, none, get, lower);
-        // Whether a NaN is the answer depends on all parts.
-        if !(!is_finite).any() {
+        // Whether a NaN is the answer depends on all parts. None is left of a field that is steeper than its slope bound.
+        if !(!is_finite).any() && !left.is_empty() {
             *near = left;
         }
         lowest
