@@ -22,10 +22,12 @@ impl PartSet {
     /// Every part of any union.
     pub const ALL: Self = Self(u32::MAX);
 
-    /// The first part from `part` on that is in the set; of a union with fewer parts than that says, none is.
+    /// The first part from `part` on that is in the set, or a number beyond the last part. It may be a part that is not in the set,
+    /// which does no harm, so that there always is one and a processor need not ask.
     #[inline(always)]
     pub fn next_from(self, part: usize) -> usize {
-        part.saturating_add(self.0.rotate_right(part as u32).trailing_zeros() as usize)
+        let ahead = self.0.rotate_right(part as u32) | 1 << 31;
+        part.wrapping_add(ahead.trailing_zeros() as usize)
     }
 }
 
@@ -54,6 +56,12 @@ impl<R: Real> NearParts<R> {
         Self { parts: PartSet(0), ..*self }
     }
 
+    /// No part has been added.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.parts.0 == 0
+    }
+
     /// Adds a part that lies within `value` ± `spread` on the element, unless another is lower everywhere.
     #[inline(always)]
     pub(crate) fn add(&mut self, part: usize, value: R, spread: R) {
@@ -71,3 +79,6 @@ pub(crate) fn spread<R: Real>(union: FieldScale<R>, point: Vector3<R>, radius: R
     let spread = union.slope_bound * radius;
     spread + rounding(union, point, radius, value.abs() + spread) * R::from_f64(NESTED_FIELDS)
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,7 +13,7 @@ use crate::Aabb;
 use crate::number::kernel::{LaneBundle, LaneKernel};
 use crate::number::{Float, Mask, Real};
 use crate::rounding::{FieldScale, rounding};
-use crate::vector::norm;
+use crate::vector::norm_squared;
 
 /// The convex hull of `N` corners: a point, segment, triangle or tetrahedron. Corners may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,11 +49,13 @@ impl<R: Real, const N: usize> Simplex<R, N> {
     /// Length of the longest edge.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn longest_edge(&self) -> R {
-        let mut longest = R::zero();
-        for corner in 0..N {
-            longest = longest.max(self.max_distance_from(self.corners[corner]));
+        let mut largest = R::zero();
+        for corner in 1..N {
+            for other in 0..corner {
+                largest = largest.max(norm_squared(self.corners[corner] - self.corners[other]));
+            }
         }
-        longest
+        largest.sqrt()
     }
 
     /// Lower bound of φ on the simplex, rounding included, from the value at a point of it and the slope bound there:
@@ -104,14 +106,14 @@ pub(crate) fn mean<R: Real>(points: &[Vector3<R>]) -> Vector3<R> {
     points.iter().skip(1).fold(*first, |mean, point| mean + (point - first) * fraction)
 }
 
-/// Largest distance from `from` to one of the points.
+/// Largest distance from `from` to one of the points: the root of the largest square, which is the largest root.
 #[inline(always)]
 pub(crate) fn max_distance<R: Real>(from: Vector3<R>, points: &[Vector3<R>]) -> R {
     let mut largest = R::zero();
     for point in points {
-        largest = largest.max(norm(point - from));
+        largest = largest.max(norm_squared(point - from));
     }
-    largest
+    largest.sqrt()
 }
 
 /// [`Simplex::lower_bound`] as a kernel: from the simplex, the scale of the whole field and the slope bound there, a point and its value.

@@ -25,7 +25,13 @@ pub(crate) fn direction<R: Real>(vector: Vector3<R>) -> Direction<R> {
 /// |vector|.
 #[inline(always)]
 pub(crate) fn norm<R: Real>(vector: Vector3<R>) -> R {
-    vector.dot(&vector).sqrt()
+    norm_squared(vector).sqrt()
+}
+
+/// |vector|².
+#[inline(always)]
+pub(crate) fn norm_squared<R: Real>(vector: Vector3<R>) -> R {
+    vector.dot(&vector)
 }
 
 /// max(|x|, |y|, |z|).

@@ -68,7 +68,7 @@ impl<F: Sdf, S: Deref<Target = [F]>> Compound<S> {
             let next = get(index, part);
             combined = if is_first { next } else { combine(combined, next) };
             is_first = false;
-            index = parts.next_from(index.saturating_add(1));
+            index = parts.next_from(index.wrapping_add(1));
         }
         combined
     }
@@ -141,8 +141,8 @@ impl<F: EnclosedSdf, S: Deref<Target = [F]>> EnclosedSdf for Compound<S> {
             sample
         };
         let lowest = self.combine_among(near.parts, none, get, lower);
-        // Whether a NaN is the answer depends on all parts.
-        if !(!is_finite).any() {
+        // Whether a NaN is the answer depends on all parts. None is left of a field that is steeper than its slope bound.
+        if !(!is_finite).any() && !left.is_empty() {
             *near = left;
         }
         lowest
