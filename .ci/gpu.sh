@@ -26,8 +26,11 @@ target_dir=$(realpath -m "${CARGO_TARGET_DIR:-target}")/gpu-kernels
 ptx=$target_dir/kernels.ptx
 venv=$target_dir/venv
 # Kernels that are assembled for no more registers than this, as they spill none: 16 blocks of 64 threads fit on a multiprocessor.
-lean=(search_faces_dense_frank_wolfe search_faces_dense_projected_gradient)
-lean_registers=64
+narrow=(search_faces_dense_frank_wolfe search_faces_dense_projected_gradient)
+narrow_registers=64
+# Lean contacts are for small meshes, which do not fill a card: the assembler is told that few blocks of a launch's 64 threads are
+# enough, and then loads all samples of a cell at once.
+lean_launch='.maxntid 64, 1, 1\n.minnctapersm 4'
 packages=(rustc-web cargo-web rust-web-src rust-web-llvm llvm-22 python3 python3-venv)
 
 main() {
@@ -71,10 +74,11 @@ build() {
         -Z build-std=core --target nvptx64-nvidia-cuda || fail "the kernels do not build"
     cp "$target_dir/nvptx64-nvidia-cuda/release/sdf_gpu_kernels.ptx" "$ptx"
     local kernel
-    for kernel in "${lean[@]}"; do
-        sed -i "/\.entry $kernel(/,/^{/ s/^)[^{]*$/)\n.maxnreg $lean_registers/" "$ptx"
+    for kernel in "${narrow[@]}"; do
+        sed -i "/\.entry $kernel(/,/^{/ s/^)[^{]*$/)\n.maxnreg $narrow_registers/" "$ptx"
         grep -A 6 "\.entry $kernel(" "$ptx" | grep -q maxnreg || fail "$kernel: no place for its number of registers"
     done
+    sed -i "/\.entry lean_/,/^{/ s/^)[^{]*$/)\n$lean_launch/" "$ptx"
     # A fma or an approximation would change bits, ftz the smallest numbers.
     local forbidden
     forbidden=$(grep -nE '\bfma\.|\.approx|\.ftz|\.extern' "$ptx" | head -n 3 || true)

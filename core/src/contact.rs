@@ -29,7 +29,7 @@ use nalgebra::Vector3;
 use classify::{classify, describe, is_separated, report};
 pub(crate) use cluster::sort_along_curve;
 pub use cluster::{CLUSTER_SIZE, ClusterKey, Clusters, cluster_count, refit};
-pub use cull::{CentroidBound, centroid_bound, cull};
+pub use cull::{CentroidBound, centroid_bound, cull, lean_cull};
 pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
 pub use features::{FeatureOwners, FeatureUse, one_per_feature};
 pub use first_touch::{FirstTouch, MovingElement, Touch};
@@ -175,18 +175,15 @@ where
     F: EnclosedSdf,
     M: Minimizer<N>,
 {
-    if ElementKind::from_corner_count(N).is_none() || !element.simplex.is_representable() {
-        return Outcome::NotFinite;
-    }
-    let CentroidBound { may_touch, lower_bound } = centroid_bound(field, &element.simplex, margin);
-    if !may_touch {
-        return Outcome::Culled;
-    }
+    let lower_bound = match lean_cull(field, margin, element) {
+        Ok(lower_bound) => lower_bound,
+        Err(outcome) => return outcome,
+    };
     let minimum = minimizer.minimize_below(field, &element.simplex, margin);
     lean_contact_at(field, margin, element, &minimum, lower_bound)
 }
 
-/// The second half of [`lean_contact`]: the outcome of an element that may touch by [`centroid_bound`], from its minimum and the lower
+/// The second half of [`lean_contact`]: the outcome of an element that [`lean_cull`] leaves, from its minimum and the lower
 /// bound there.
 pub fn lean_contact_at<R, F, const N: usize>(
     field: &F,

@@ -39,6 +39,7 @@ use nalgebra::Vector3;
 
 pub use blob::Blob;
 pub use block_bounds::WithBlockBounds;
+use brick::brick_slot;
 pub use dense::Dense;
 use gradient_range::GradientRange;
 pub use kind::{Layout, Precision};
@@ -233,6 +234,20 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         let slope_bound = slope_bound_with_outside(slope, may_be_negative);
         let range = Interval { lower, upper: f64::INFINITY };
         BoxEnclosure { range, slope_bound: slope_bound.min(self.slope_bound()) }
+    }
+
+    #[inline(always)]
+    fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
+        let none = R::from_f64(f64::NEG_INFINITY);
+        if !S::HAS_BLOCK_BOUNDS {
+            return none;
+        }
+        let Some(cell) = evaluate::cell_of(&self.lattice, point) else { return none };
+        // All corners are in one block, or there is no bound.
+        if brick_slot(cell) != brick_slot(cell.map(|first| first.saturating_add(1))) {
+            return none;
+        }
+        self.storage.block_bounds(cell, cell).map_or(none, |bounds| R::from_stored(bounds.range.lower))
     }
 
     /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,

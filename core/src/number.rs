@@ -125,6 +125,18 @@ pub trait Real:
         self.max(low).min(high)
     }
 
+    /// The smaller of two numbers. If one is NaN, either: some processors then have one instruction for it.
+    #[inline(always)]
+    fn min_number(self, other: Self) -> Self {
+        self.min(other)
+    }
+
+    /// The larger of two numbers; as [`min_number`](Self::min_number).
+    #[inline(always)]
+    fn max_number(self, other: Self) -> Self {
+        self.max(other)
+    }
+
     /// −1 below zero, else 1.
     #[inline(always)]
     fn sign(self) -> Self {
@@ -200,7 +212,7 @@ pub trait Gather {
 }
 
 macro_rules! float {
-    ($float:ident, $precision:ident, $sqrt:ident, $trunc:ident, $max_coordinate:literal) => {
+    ($float:ident, $precision:ident, $sqrt:ident, $trunc:ident, $index:ident, $min:ident, $max:ident, $max_coordinate:literal) => {
         impl Real for $float {
             type Mask = bool;
             type Lane = Self;
@@ -225,6 +237,14 @@ macro_rules! float {
                 backend::$trunc(self)
             }
             #[inline(always)]
+            fn min_number(self, other: Self) -> Self {
+                backend::$min(self, other)
+            }
+            #[inline(always)]
+            fn max_number(self, other: Self) -> Self {
+                backend::$max(self, other)
+            }
+            #[inline(always)]
             fn lt(self, other: Self) -> bool {
                 self < other
             }
@@ -246,7 +266,7 @@ macro_rules! float {
             }
             #[inline(always)]
             fn gather<G: Gather>([x, y, z]: [Self; 3], table: &G) -> [Self; 8] {
-                table.gather_one([x as u32, y as u32, z as u32]).map(Self::from_stored)
+                table.gather_one([x, y, z].map(backend::$index)).map(Self::from_stored)
             }
         }
 
@@ -275,5 +295,5 @@ macro_rules! float {
     };
 }
 
-float!(f32, single, sqrtf, truncf, 1e18);
-float!(f64, double, sqrt, trunc, 1e150);
+float!(f32, single, sqrtf, truncf, indexf, minf, maxf, 1e18);
+float!(f64, double, sqrt, trunc, index, min, max, 1e150);

@@ -20,6 +20,28 @@ pub fn cull<R: Float, F: EnclosedSdf, const N: usize>(
     }
 }
 
+/// The first half of [`lean_contact`](super::lean_contact): a lower bound of φ on an element by [`centroid_bound`], or why there is
+/// nothing to search. Where all of a grid's block about the centroid is far off, no sample is read.
+///
+/// With the minimum of a search it makes an outcome: see [`lean_contact_at`](super::lean_contact_at).
+#[inline(always)]
+pub fn lean_cull<R: Float, F: EnclosedSdf, const N: usize>(
+    field: &F,
+    margin: R,
+    element: &Element<R, N>,
+) -> Result<R, Outcome<R, N>> {
+    let simplex = &element.simplex;
+    if ElementKind::from_corner_count(N).is_none() || !simplex.is_representable() {
+        return Err(Outcome::NotFinite);
+    }
+    let (scale, centroid) = (FieldScale::new(field), simplex.centroid());
+    if margin < simplex.lower_bound(scale, scale.slope_bound, centroid, field.lowest_about(centroid)) {
+        return Err(Outcome::Culled);
+    }
+    let CentroidBound { may_touch, lower_bound } = centroid_bound(field, simplex, margin);
+    if may_touch { Ok(lower_bound) } else { Err(Outcome::Culled) }
+}
+
 /// A lower bound of φ on an element, the first that is above the margin if one is. `None` where something is not finite.
 #[inline(always)]
 pub(super) fn bound<R: Float, F: EnclosedSdf, const N: usize>(

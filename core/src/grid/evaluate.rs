@@ -46,6 +46,14 @@ pub(super) fn evaluate<R: Real, S: Storage>(lattice: &Lattice, storage: &S, poin
     Sample::new(value, gradient)
 }
 
+/// The cell in which a point lies; `None` outside the box.
+#[inline(always)]
+pub(super) fn cell_of<R: Float>(lattice: &Lattice, point: Vector3<R>) -> Option<[u32; 3]> {
+    let located = run(&Locate(lattice), point);
+    let is_inside = located.inside.x * located.inside.y * located.inside.z >= R::one();
+    is_inside.then(|| core::array::from_fn(|axis| located.cell[axis].to_count()))
+}
+
 struct Locate<'a>(&'a Lattice);
 
 impl Locate<'_> {
@@ -55,8 +63,8 @@ impl Locate<'_> {
         let last = R::from_f64(f64::from(self.0.cells()[axis]));
         let (origin, _, inv_spacing) = self.0.in_numbers::<R>();
         let steps = (x - origin[axis]) * inv_spacing;
-        let clamped = steps.clamp(R::zero(), last);
-        let cell = clamped.trunc().min(last - R::one());
+        let clamped = steps.max_number(R::zero()).min_number(last);
+        let cell = clamped.trunc().min_number(last - R::one());
         let inside = R::select(steps.le(clamped) & clamped.le(steps), R::one(), R::zero());
         [cell, clamped - cell, inside]
     }

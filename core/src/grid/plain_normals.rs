@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use crate::number::Real;
+use crate::number::{Float, Real};
 use crate::{Aabb, EnclosedSdf, NearParts, Sample, Sdf};
 
 /// A field whose contacts have its own gradient as normal, which on a grid jumps at the faces of cells. The code of smooth normals,
@@ -37,6 +37,10 @@ impl<F: Sdf> Sdf for PlainNormals<F> {
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for PlainNormals<F> {
+    #[inline(always)]
+    fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
+        self.0.lowest_about(point)
+    }
     #[inline(always)]
     fn evaluate_near<R: Real>(&self, point: Vector3<R>, near: &NearParts<R>) -> Sample<R> {
         self.0.evaluate_near(point, near)

@@ -129,7 +129,10 @@ impl<const N: usize> LaneKernel for Step<N> {
         }
         let (mut mean_slope, mut next) = (R::zero(), weights);
         for k in 0..N {
-            mean_slope += weights[k] * slopes[k];
+            // The first is zero.
+            if k > 0 {
+                mean_slope += weights[k] * slopes[k];
+            }
             next[k] += (target[k] - weights[k]) * R::from_parameter(self.rate);
         }
         let duality_gap = mean_slope - min_slope;

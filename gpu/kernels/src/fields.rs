@@ -172,8 +172,14 @@ unsafe fn slice<T>(slice: Slice) -> &'static [T] {
     unsafe { core::slice::from_raw_parts(address as *const T, slice.len as usize) }
 }
 
+/// Nodes along an axis, so that f32 has all of them and their halves.
+const MAX_NODES: u32 = 1 << 22;
+
 fn grid<S: Storage>(params: &GridParams, storage: impl FnOnce(&Lattice) -> Option<S>) -> Option<Grid<S>> {
     let [x, y, z, _] = params.nodes;
+    if [x, y, z].iter().any(|nodes| *nodes >= MAX_NODES) {
+        return None;
+    }
     let lattice = Lattice::new(params.origin, params.spacing, [x, y, z])?;
     let storage = storage(&lattice)?;
     let grid = Grid::new(lattice, storage, params.slope_bound)?;

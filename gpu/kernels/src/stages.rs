@@ -21,11 +21,11 @@ use core::arch::asm;
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use sdf_core::contact::{self, CentroidBound, Contact, Element, Feature, Outcome};
+use sdf_core::contact::{self, Contact, Element, Feature, Outcome};
 use sdf_core::grid::PlainNormals;
 use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{EnclosedSdf, Sdf, Simplex};
+use sdf_core::{EnclosedSdf, Simplex};
 
 use crate::abi::{ContactRecord, Frame, HIT_BYTES, PoseParams, SURVIVOR_BYTES, counter};
 
@@ -111,10 +111,19 @@ pub unsafe fn cull<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
     // SAFETY: the id is below the number of elements; each appends at most once.
     unsafe {
         let id = id as u32;
-        match contact::cull(field, frame.margin, &element::<N>(frame, id)) {
+        keep_survivor(frame, id, contact::cull(field, frame.margin, &element::<N>(frame, id)));
+    }
+}
+
+/// Appends what a cull leaves, and counts what is skipped.
+#[inline(always)]
+unsafe fn keep_survivor<const N: usize>(frame: &Frame, element: u32, bound: Result<f32, Outcome<f32, N>>) {
+    // SAFETY: the caller's: each element appends at most once.
+    unsafe {
+        match bound {
             Ok(lower_bound) => {
                 let slot = count_one(frame, counter::SURVIVORS);
-                *(frame.survivors as *mut Survivor).add(slot) = Survivor { element: id, lower_bound };
+                *(frame.survivors as *mut Survivor).add(slot) = Survivor { element, lower_bound };
             }
             Err(Outcome::NotFinite) => {
                 count_one(frame, counter::SKIPPED);
@@ -257,23 +266,15 @@ pub unsafe fn lean<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, m
 /// # Safety
 /// As [`cull`].
 #[inline(always)]
-pub unsafe fn lean_cull<F: Sdf, const N: usize>(field: &F, frame: &Frame) {
+pub unsafe fn lean_cull<F: EnclosedSdf, const N: usize>(field: &F, frame: &Frame) {
     let id = thread();
     if id >= frame.element_count as usize {
         return;
     }
     // SAFETY: the id is below the number of elements; each appends at most once.
     unsafe {
-        let Element { simplex, .. } = element::<N>(frame, id as u32);
-        if !simplex.is_representable() {
-            count_one(frame, counter::SKIPPED);
-            return;
-        }
-        let CentroidBound { may_touch, lower_bound } = contact::centroid_bound(field, &simplex, frame.margin);
-        if may_touch {
-            let slot = count_one(frame, counter::SURVIVORS);
-            *(frame.survivors as *mut Survivor).add(slot) = Survivor { element: id as u32, lower_bound };
-        }
+        let id = id as u32;
+        keep_survivor(frame, id, contact::lean_cull(&PlainNormals(field), frame.margin, &element::<N>(frame, id)));
     }
 }
 
