@@ -31,7 +31,7 @@ impl PartSet {
     }
 }
 
-/// What a search of one element, or of one in each lane, has learnt of a union: which parts can be the minimum.
+/// Knowledge that a search of one element, or of one in each lane, gains of a union: which parts can be the minimum.
 ///
 /// See [`EnclosedSdf::narrow`](crate::EnclosedSdf::narrow).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -160,7 +160,7 @@ impl Sdf for Part {
     }
 }
 
-/// What closed forms know beyond that, no method of these kernels asks.
+/// The defaults: no method of these kernels asks for more.
 impl EnclosedSdf for Part {}
 
 /// # Safety
