@@ -76,7 +76,8 @@ impl<'a> MeshDistance<'a> {
     /// [`TriangleMesh::without_inner_faces`] left only a part has winding numbers in any case.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
         let tree = mesh.tree.take().unwrap_or_else(|| Bvh::new(mesh));
-        let solid = mesh.solid.as_deref().map(Bvh::for_points);
+        let tree_of_solid = |solid: &TriangleMesh| solid.tree.take().unwrap_or_else(|| Bvh::for_points(solid));
+        let solid = mesh.solid.as_deref().map(tree_of_solid);
         let sign = if solid.is_some() { sign.and(Some(SignMethod::Winding)) } else { sign };
         let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
         let mut oriented = mesh_of_signs.orientation.take().unwrap_or_else(|| orient(mesh_of_signs));

@@ -4,9 +4,9 @@
 //! | step | rejects a pair if | arithmetic |
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
-//! | 2 | a plane across the line of their centroids separates them but for a shared corner; asked where pairs are counted alone | f64 with an error bound |
-//! | 3 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
-//! | 4 | the same | exact |
+//! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
+//! | 3 | a plane across the line of their centroids separates them but for a shared corner; where they may be in contact, no corner may be in the other's plane | f64 with an error bound |
+//! | 4 | step 2 again | exact |
 //! | 5 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
 //! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
@@ -24,7 +24,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME, NODE_POSITION_ROUNDING};
+use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
@@ -34,41 +34,40 @@ const GROUP_SIZE: usize = 8;
 
 /// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
-    count_pairs(mesh, tree, orientations, |plane, a, b, _| {
-        !are_apart_across_centroids(a, b) && may_intersect(plane, a, b) && intersect(a, b)
+    count_pairs(mesh, tree, orientations, |_, a, b, _| {
+        !are_apart_across_centroids(a, b) && !Plane::new(b.1).separates(a, b.0) && intersect(a, b)
     })
-}
-
-/// Calls `visit` with the triangles of each pair that intersects, or has a point in common although they are not of one
-/// shell. Some coplanar pairs that only come near are among them.
-pub(super) fn for_meeting_pairs(
-    mesh: &TriangleMesh,
-    tree: &Bvh,
-    are_one_shell: impl Fn(u32, u32) -> bool + Sync,
-    visit: impl Fn(u32, u32) + Sync,
-) {
-    let all = vec![1.0; tree.triangles.len()];
-    count_pairs(mesh, tree, &all, |plane, a, b, slots| {
-        let [first, second] = slots.map(|slot| tree.triangles[slot]);
-        let do_meet = may_intersect(plane, a, b)
-            && if are_one_shell(first, second) { intersect(a, b) } else { have_common_point(a, b) };
-        if do_meet {
-            visit(first, second);
-        }
-        do_meet
-    });
 }
 
 /// Pairs of triangles that have more in common than corners and edges of the mesh, if there are no more than `max_count`.
 /// Some pairs that only come near in the plane of one are among them.
-pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Option<Vec<[u32; 2]>> {
+///
+/// Calls `on_meeting` with the triangles of each pair that intersects, or has a point in common although they are not of one
+/// shell. Some coplanar pairs that only come near are among them.
+pub(super) fn contacts(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    max_count: usize,
+    are_one_shell: impl Fn(u32, u32) -> bool + Sync,
+    on_meeting: impl Fn(u32, u32) + Sync,
+) -> Option<Vec<[u32; 2]>> {
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
-    count_pairs(mesh, tree, &all, |plane, a, b, slots| {
-        let is_contact = may_intersect(plane, a, b) && are_in_contact(a, b);
+    count_pairs(mesh, tree, &all, |plane_of_a, a, b, slots| {
+        let plane_of_b = Plane::new(b.1);
+        if plane_of_b.separates(a, b.0) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b) {
+            return false;
+        }
+        let [first, second] = slots.map(|slot| tree.triangles[slot]);
+        let is_contact = are_in_contact(a, b);
+        let do_meet =
+            if are_one_shell(first, second) { is_contact && intersect(a, b) } else { have_common_point(a, b) };
+        if do_meet {
+            on_meeting(first, second);
+        }
         // Beyond the limit, what is found is not wanted.
         if is_contact && count.fetch_add(1, Ordering::Relaxed) < max_count {
-            found.lock().unwrap_or_else(PoisonError::into_inner).push(slots.map(|slot| tree.triangles[slot]));
+            found.lock().unwrap_or_else(PoisonError::into_inner).push([first, second]);
         }
         is_contact
     });
@@ -76,8 +75,8 @@ pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Opt
     (count.into_inner() <= max_count).then_some(found)
 }
 
-/// Number of pairs of triangles with overlapping boxes that pass a test, which gets the first one's plane, both, and
-/// their slots. Triangles with orientation 0 are ignored.
+/// Number of pairs of triangles with overlapping boxes, and not parted by the first one's plane, that pass a test, which gets
+/// that plane, both, and their slots. Triangles with orientation 0 are ignored.
 fn count_pairs(
     mesh: &TriangleMesh,
     tree: &Bvh,
@@ -178,9 +177,14 @@ fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
     !is_more && all(a, b, |side| side < 0.0) && all(b, a, |side| side > 0.0)
 }
 
-/// False if the plane of `a` or of `b` certainly separates the triangles. For most pairs this decides.
-fn may_intersect(plane_of_a: &Plane, a: Corners, b: Corners) -> bool {
-    !plane_of_a.separates(b, a.0) && !Plane::new(b.1).separates(a, b.0)
+/// Are two triangles [apart](are_apart_across_centroids), and is no corner of one but a shared one in the plane of the other?
+/// Then an edge that meets the other triangle by exact predicates has a point in common with it, which none has.
+fn are_apart_off_planes([plane_of_a, plane_of_b]: [&Plane; 2], a: Corners, b: Corners) -> bool {
+    let are_off = |plane: &Plane, (points, corners): Corners, other: &[u32; 3]| {
+        let mut all = points.iter().zip(corners);
+        all.all(|(point, corner)| other.contains(point) || plane.certain_side(corner) != 0.0)
+    };
+    are_apart_across_centroids(a, b) && are_off(plane_of_a, b, a.0) && are_off(plane_of_b, a, b.0)
 }
 
 fn intersect(a: Corners, b: Corners) -> bool {
@@ -300,31 +304,26 @@ pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vect
     change
 }
 
-/// Triangles that a long segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None`
-/// if it touches an edge or an end lies in a plane.
+/// Triangles that a segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None` if it
+/// touches an edge or an end lies in a plane.
 pub(super) fn ray_crossings(
     tree: &Bvh,
-    [from, to]: [Vector3<f64>; 2],
+    segment: [Vector3<f64>; 2],
     is_counted: impl Fn(u32) -> bool,
 ) -> Option<Vec<(u32, f64)>> {
-    /// Boxes around so many pieces contain little beside the segment.
-    const PIECES: usize = 64;
-    let at = |piece: usize| from + (to - from) * (piece as f64 / PIECES as f64);
-    let padding = Vector3::repeat(((to - from).norm() + from.amax()) * NODE_POSITION_ROUNDING);
-    let mut near = vec![];
-    for piece in 0..PIECES {
-        let (start, end) = (at(piece), at(piece + 1));
-        tree.visit_overlapping(start.inf(&end) - padding, start.sup(&end) + padding, |slot| {
-            near.extend(Some(slot).filter(|slot| is_counted(tree.triangles[*slot])));
-            ControlFlow::Continue(())
-        });
-    }
-    near.sort_unstable();
-    near.dedup();
-    let crossings =
-        near.into_iter().map(|slot| Some((tree.triangles[slot], crossing([from, to], tree.corners[slot])?)));
-    let crossings: Option<Vec<(u32, f64)>> = crossings.collect();
-    crossings.map(|crossings| crossings.into_iter().filter(|(_, crossing)| *crossing != 0.0).collect())
+    let mut crossings = Some(vec![]);
+    tree.visit_along(segment, |slot| {
+        let triangle = tree.triangles[slot];
+        if is_counted(triangle) {
+            match crossing(segment, tree.corners[slot]) {
+                Some(0.0) => {}
+                Some(crossing) => crossings.iter_mut().for_each(|crossings| crossings.push((triangle, crossing))),
+                None => crossings = None,
+            }
+        }
+        if crossings.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    crossings
 }
 
 /// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the
