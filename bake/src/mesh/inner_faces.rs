@@ -153,13 +153,19 @@ impl TriangleMesh {
                 union.union(a.triangle, b.triangle);
             }
         }
-        let roots: Vec<usize> = (0..count as u32).map(|triangle| union.root(triangle) as usize).collect();
-        let mut samples: Vec<Vec<usize>> = vec![vec![]; is_apart.len()];
-        for (triangle, root) in roots.iter().enumerate().filter(|(triangle, _)| is_apart[*triangle]) {
-            if samples[*root].len() < MAX_SAMPLES {
-                samples[*root].push(triangle);
+        let mut part_of_root = vec![usize::MAX; count];
+        let mut samples: Vec<Vec<usize>> = vec![];
+        let mut part = |triangle: usize| {
+            let part = &mut part_of_root[union.root(triangle as u32) as usize];
+            if *part == usize::MAX {
+                *part = samples.len();
+                samples.push(vec![]);
             }
-        }
+            let samples = &mut samples[*part];
+            samples.extend((samples.len() < MAX_SAMPLES).then_some(triangle));
+            *part
+        };
+        let parts: Vec<Option<usize>> = (0..count).map(|triangle| is_apart[triangle].then(|| part(triangle))).collect();
         let verdict = |samples: &Vec<usize>| {
             let verdicts = samples.iter().flat_map(|triangle| {
                 let face = self.corner_points(self.triangles[*triangle]);
@@ -169,8 +175,8 @@ impl TriangleMesh {
             // What is not certain stays.
             verdicts.into_iter().find(|verdict| verdict.is_certain).unwrap_or(Verdict::UNKNOWN)
         };
-        let by_root: Vec<Verdict> = sdf_parallel::map(samples.len(), |root| verdict(&samples[root]));
-        roots.into_iter().map(|root| by_root[root]).collect()
+        let by_part: Vec<Verdict> = sdf_parallel::map(samples.len(), |part| verdict(&samples[part]));
+        parts.into_iter().map(|part| part.map_or(Verdict::UNKNOWN, |part| by_part[part])).collect()
     }
 
     fn assembled(mut self, oriented: OrientedMesh, tree: Bvh, apart: &[Verdict], divided: &[Divided]) -> Self {

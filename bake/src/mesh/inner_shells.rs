@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_core::nalgebra::Vector3;
 
-use super::intersections::{contacts, ray_crossings};
+use super::intersections::{RAYS, contacts, ray_crossings, ray_end};
 use super::known::Known;
 use super::topology::{OrientedMesh, Shells, Topology, orient, same_edge};
 use crate::TriangleMesh;
@@ -194,17 +194,14 @@ fn windings_around(
     labels: &[usize],
     ends: [usize; 2],
 ) -> Option<Vec<(usize, i32)>> {
-    const RAYS: usize = 12;
     (0..RAYS).find_map(|ray| {
         let from = mesh.points[mesh.triangles[ends[ray % 2]][ray % 3] as usize];
-        // Directions with no simple ratio of coordinates, by the fractional parts of multiples of roots.
-        let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
-        let to = from + direction.normalize() * (2.0 * mesh.bounds.diagonal());
         let mut windings: Vec<(usize, i32)> = vec![];
-        let is_other = |triangle: u32| labels[triangle as usize] != labels[ends[0]];
-        for (triangle, crossing) in ray_crossings(tree, [from, to], is_other)? {
-            let label = labels[triangle as usize];
-            let change = -(crossing * orientations[triangle as usize]) as i32;
+        let is_other = |slot: usize| labels[tree.triangles[slot] as usize] != labels[ends[0]];
+        for (slot, crossing) in ray_crossings(tree, [from, ray_end(from, &mesh.bounds, ray)], is_other)? {
+            let triangle = tree.triangles[slot] as usize;
+            let label = labels[triangle];
+            let change = -(crossing * orientations[triangle]) as i32;
             match windings.iter_mut().find(|(shell, _)| *shell == label) {
                 Some((_, winding)) => *winding += change,
                 None => windings.push((label, change)),

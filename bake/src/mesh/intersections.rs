@@ -6,8 +6,9 @@
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
 //! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
 //! | 3 | a plane across the line of their centroids separates them but for a shared corner; where they may be in contact, no corner may be in the other's plane | f64 with an error bound |
-//! | 4 | step 2 again | exact |
-//! | 5 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
+//! | 4 | they have an edge in common, and would lie on different sides of it in one plane | f64 with an error bound |
+//! | 5 | step 2 again | exact |
+//! | 6 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
 //! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
 //! or along an edge, do not intersect; shared corners are recognized by their indices.
@@ -35,7 +36,8 @@ const GROUP_SIZE: usize = 8;
 /// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
     count_pairs(mesh, tree, orientations, |_, a, b, _| {
-        !are_apart_across_centroids(a, b) && !Plane::new(b.1).separates(a, b.0) && intersect(a, b)
+        let are_apart = are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
+        !are_apart && !Plane::new(b.1).separates(a, b.0) && intersect(a, b)
     })
 }
 
@@ -55,7 +57,8 @@ pub(super) fn contacts(
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
     count_pairs(mesh, tree, &all, |plane_of_a, a, b, slots| {
         let plane_of_b = Plane::new(b.1);
-        if plane_of_b.separates(a, b.0) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b) {
+        let are_apart = || are_apart_across_edge(a, b) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b);
+        if plane_of_b.separates(a, b.0) || are_apart() {
             return false;
         }
         let [first, second] = slots.map(|slot| tree.triangles[slot]);
@@ -175,6 +178,24 @@ fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
         own.all(|(_, corner)| is_side(plane.certain_side(corner)))
     };
     !is_more && all(a, b, |side| side < 0.0) && all(b, a, |side| side > 0.0)
+}
+
+/// Have two triangles a common edge, and would certainly lie on different sides of it if they were in one plane? Then they have no
+/// more in common: so it is for the halves of a quadrangle, which rounding may leave in one plane.
+fn are_apart_across_edge(a: Corners, b: Corners) -> bool {
+    let corners = |own: Corners, other: Corners, is_shared: bool| {
+        let corners = own.0.iter().zip(own.1).filter(|(point, _)| other.0.contains(point) == is_shared);
+        let mut corners = corners.map(|(_, corner)| *corner);
+        [0, 1].map(|_| corners.next())
+    };
+    let ([Some(from), Some(to)], [Some(c), None], [Some(d), None]) =
+        (corners(a, b, true), corners(a, b, false), corners(b, a, false))
+    else {
+        return false;
+    };
+    let [c, d] = [c, d].map(|corner| Plane::new(&[from, to, corner]));
+    let rounding = c.normal.abs().dot(&d.rounding) + d.normal.abs().dot(&c.rounding) + c.rounding.dot(&d.rounding);
+    c.normal.dot(&d.normal) + 2.0 * rounding + MIN_VOLUME < 0.0
 }
 
 /// Are two triangles [apart](are_apart_across_centroids), and is no corner of one but a shared one in the plane of the other?
@@ -304,20 +325,43 @@ pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vect
     change
 }
 
-/// Triangles that a segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None` if it
+/// Directions of rays that are tried where one touches an edge.
+pub(crate) const RAYS: usize = 12;
+
+/// End of a ray from a point, out of a box. It has no simple ratio of coordinates, which are fractional parts of multiples of roots.
+pub(crate) fn ray_end(from: Vector3<f64>, bounds: &Aabb, ray: usize) -> Vector3<f64> {
+    let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
+    let to_box = (from - Vector3::from(bounds.min)).norm();
+    from + direction.normalize() * (2.0 * bounds.diagonal().max(to_box))
+}
+
+/// Winding number at a point, by the triangles that a ray crosses, where all winding numbers are whole. `orientation` is that of the
+/// triangle of a slot. `None` if each ray touches an edge.
+pub(crate) fn whole_winding_number(
+    tree: &Bvh,
+    from: Vector3<f64>,
+    bounds: &Aabb,
+    orientation: impl Fn(usize) -> f64,
+) -> Option<i32> {
+    (0..RAYS).find_map(|ray| {
+        let crossings = ray_crossings(tree, [from, ray_end(from, bounds, ray)], |slot| orientation(slot) != 0.0)?;
+        Some(crossings.iter().map(|(slot, crossing)| -(crossing * orientation(*slot)) as i32).sum())
+    })
+}
+
+/// Slots of the triangles that a segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None` if it
 /// touches an edge or an end lies in a plane.
 pub(super) fn ray_crossings(
     tree: &Bvh,
     segment: [Vector3<f64>; 2],
-    is_counted: impl Fn(u32) -> bool,
-) -> Option<Vec<(u32, f64)>> {
+    is_counted: impl Fn(usize) -> bool,
+) -> Option<Vec<(usize, f64)>> {
     let mut crossings = Some(vec![]);
     tree.visit_along(segment, |slot| {
-        let triangle = tree.triangles[slot];
-        if is_counted(triangle) {
+        if is_counted(slot) {
             match crossing(segment, tree.corners[slot]) {
                 Some(0.0) => {}
-                Some(crossing) => crossings.iter_mut().for_each(|crossings| crossings.push((triangle, crossing))),
+                Some(crossing) => crossings.iter_mut().for_each(|crossings| crossings.push((slot, crossing))),
                 None => crossings = None,
             }
         }
