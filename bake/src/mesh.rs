@@ -14,7 +14,6 @@ pub mod topology;
 use std::hash::BuildHasher;
 use std::sync::Arc;
 
-use hashbrown::hash_table::Entry;
 use hashbrown::{DefaultHashBuilder, HashTable};
 use robust::{Coord, orient2d};
 use sdf_core::Aabb;
@@ -150,7 +149,7 @@ impl TriangleMesh {
 
         let points: Vec<Vector3<f64>> = points.iter().map(|point| Vector3::from(*point)).collect();
         let welded = triangles.iter().map(|corners| corners.map(|index| first_at_position[index as usize]));
-        let unique = without_repeated(welded);
+        let unique = without_repeated(&welded.collect::<Vec<_>>(), points.len());
         let repeated_triangles = triangles.len() - unique.len();
         let has_area = |corners: &[u32; 3]| has_area(corners.map(|index| points[index as usize]));
         let (mut triangles, mut stitches) = (unique, vec![]);
@@ -248,21 +247,27 @@ fn weld(points: &[[f64; 3]]) -> Vec<u32> {
     (0..).zip(points).map(|(index, _)| index).map(first).collect()
 }
 
-/// The first of all triangles with the same corners and winding.
-fn without_repeated(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
-    let mut unique: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
-    let mut table: HashTable<u32> = HashTable::with_capacity(triangles.len());
-    let hasher = DefaultHashBuilder::default();
-    for corners in triangles {
-        let rotated = rotated_to_lowest_first(corners);
-        let key = |index: &u32| rotated_to_lowest_first(unique[*index as usize]);
-        let hash = |index: &u32| hasher.hash_one(key(index));
-        if let Entry::Vacant(entry) = table.entry(hasher.hash_one(rotated), |index| key(index) == rotated, hash) {
-            entry.insert(unique.len() as u32);
-            unique.push(corners);
+/// The first of all triangles with the same corners and winding, in their order. Corners are below `point_count`.
+fn without_repeated(triangles: &[[u32; 3]], point_count: usize) -> Vec<[u32; 3]> {
+    // A counting sort by the lowest corner, which few triangles have in common.
+    let mut ends = vec![0_u32; point_count + 1];
+    let rotated = || triangles.iter().map(|corners| rotated_to_lowest_first(*corners));
+    rotated().for_each(|[lowest, ..]| ends[lowest as usize + 1] += 1);
+    (1..ends.len()).for_each(|point| ends[point] += ends[point - 1]);
+    let mut sorted = vec![([0; 3], 0_u32); triangles.len()];
+    for (index, corners) in (0..).zip(rotated()) {
+        let position = &mut ends[corners[0] as usize];
+        sorted[*position as usize] = (corners, index);
+        *position += 1;
+    }
+    let mut is_first = vec![true; triangles.len()];
+    for with_lowest in sorted.chunk_by_mut(|(a, _), (b, _)| a[0] == b[0]) {
+        with_lowest.sort_unstable();
+        for pair in with_lowest.windows(2) {
+            is_first[pair[1].1 as usize] = pair[0].0 != pair[1].0;
         }
     }
-    unique
+    triangles.iter().zip(is_first).filter(|(_, is_first)| *is_first).map(|(corners, _)| *corners).collect()
 }
 
 /// The same triangle with the same winding, its lowest index first.

@@ -9,7 +9,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::{Bvh, NearestTriangle};
-use crate::mesh::intersections::{intersecting_pairs, winding_change};
+use crate::mesh::intersections::{intersecting_pairs, whole_winding_number, winding_change};
 use crate::mesh::topology::{Topology, orient};
 use crate::nearest::{NearestToNode, PacketNodes, PacketSearch};
 use crate::sign::flood_fill::CLEARANCE;
@@ -76,7 +76,8 @@ impl<'a> MeshDistance<'a> {
     /// [`TriangleMesh::without_inner_faces`] left only a part has winding numbers in any case.
     pub fn new(mesh: &'a TriangleMesh, sign: Option<SignMethod>) -> Self {
         let tree = mesh.tree.take().unwrap_or_else(|| Bvh::new(mesh));
-        let solid = mesh.solid.as_deref().map(Bvh::for_points);
+        let tree_of_solid = |solid: &TriangleMesh| solid.tree.take().unwrap_or_else(|| Bvh::for_points(solid));
+        let solid = mesh.solid.as_deref().map(tree_of_solid);
         let sign = if solid.is_some() { sign.and(Some(SignMethod::Winding)) } else { sign };
         let (mesh_of_signs, tree_of_signs) = (mesh.mesh_of_signs(), solid.as_ref().unwrap_or(&tree));
         let mut oriented = mesh_of_signs.orientation.take().unwrap_or_else(|| orient(mesh_of_signs));
@@ -92,7 +93,8 @@ impl<'a> MeshDistance<'a> {
         let sign_reason = sign_reason(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
         let winding = WindingNumbers::of_mesh(mesh_of_signs, &oriented, orientations);
-        if pseudo_normals.is_none() {
+        // Whole winding numbers are those of rays.
+        if pseudo_normals.is_none() && !winding.boundary().is_empty() {
             winding.prepare(tree_of_signs);
         }
         Self { mesh, tree, solid, topology, winding, pseudo_normals, sign_reason, cancel: None }
@@ -255,11 +257,19 @@ impl<'a> MeshDistance<'a> {
         self.mesh.triangles[self.tree.triangles[slot] as usize]
     }
 
-    /// Winding number with an error less than `max_error`, and so small that the value is on the right side of 1/2.
+    /// Winding number with an error less than `max_error`, and so small that the value is on the right side of 1/2. Exact by a ray if
+    /// all of the mesh are whole, unless each ray touches an edge, as at points on the surface.
     ///
     /// Where distances are those to the surface of a solid, it can change far from that surface, but not its side of 1/2.
     pub(crate) fn winding_estimate(&self, point: Vector3<f64>, max_error: f64) -> Estimate {
-        self.winding.evaluate(self.tree_of_signs(), point, max_error)
+        let (tree, orientations) = (self.tree_of_signs(), self.winding.orientations());
+        let by_ray = || {
+            let bounds = self.mesh.mesh_of_signs().bounds();
+            let winding = whole_winding_number(tree, point, &bounds, |slot| orientations[slot])?;
+            Some(Estimate { value: winding.into(), error: 0.0 })
+        };
+        let whole = if self.winding.boundary().is_empty() { by_ray() } else { None };
+        whole.unwrap_or_else(|| self.winding.evaluate(tree, point, max_error))
     }
 
     fn tree_of_signs(&self) -> &Bvh {

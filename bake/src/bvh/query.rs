@@ -9,8 +9,8 @@ use std::ops::ControlFlow;
 use sdf_core::nalgebra::Vector3;
 
 use super::{ARITY, Bvh, ChildBoxes, STACK};
-use crate::rounding::PRUNE_SLACK;
-use crate::simd::{Lanes, bits_of, max};
+use crate::rounding::{NODE_POSITION_ROUNDING, PRUNE_SLACK};
+use crate::simd::{Lanes, VectorX8, bits_of, max};
 use crate::triangle::{NearestOnTriangle, nearest_on_triangle};
 
 /// A triangle of the tree and its nearest point to a query point.
@@ -61,6 +61,26 @@ impl<V: FnMut(usize) -> ControlFlow<()>> pulp::NullaryFnOnce for OverlapQuery<'_
             meets
         };
         tree.traverse(meets, visit);
+    }
+}
+
+/// [`Bvh::visit_along`], dispatched to the instruction set of the machine.
+struct SegmentQuery<'a, V> {
+    tree: &'a Bvh,
+    segment: [Vector3<f64>; 2],
+    visit: V,
+}
+
+impl<V: FnMut(usize) -> ControlFlow<()>> pulp::NullaryFnOnce for SegmentQuery<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { tree, segment: [from, to], visit } = self;
+        let half = (to - from) * 0.5;
+        let middle = from + half;
+        let reach = middle.amax() + half.amax();
+        tree.traverse(|boxes| boxes.meet_segment(middle, half, reach), visit);
     }
 }
 
@@ -208,6 +228,11 @@ impl Bvh {
         self.arch.dispatch(OverlapQuery { tree: self, min, max, visit });
     }
 
+    /// Calls `visit` with the slot of every triangle whose box meets a segment, and perhaps of a few more, until it breaks.
+    pub fn visit_along(&self, segment: [Vector3<f64>; 2], visit: impl FnMut(usize) -> ControlFlow<()>) {
+        self.arch.dispatch(SegmentQuery { tree: self, segment, visit });
+    }
+
     /// Calls `visit` with the slots below all children that `enters` selects, until it breaks.
     #[inline(always)]
     fn traverse(&self, enters: impl Fn(&ChildBoxes) -> Lanes<bool>, mut visit: impl FnMut(usize) -> ControlFlow<()>) {
@@ -254,5 +279,31 @@ impl ChildBoxes {
             }
         }
         distances_sq
+    }
+
+    /// Does each child's box meet a segment, its middle ± `half`? It does unless an axis, or the cross product of one with the segment,
+    /// separates them (Ericson 2005, "Real-Time Collision Detection", §5.3.3). `reach` is the segment's largest coordinate.
+    #[inline(always)]
+    fn meet_segment(&self, middle: Vector3<f64>, half: Vector3<f64>, reach: f64) -> Lanes<bool> {
+        let (mut offset, mut extent): (VectorX8<f64>, VectorX8<f64>) = Default::default();
+        for axis in 0..3 {
+            for child in 0..ARITY {
+                let (low, high) = (self.min[axis][child], self.max[axis][child]);
+                offset[axis][child] = 0.5 * (low + high) - middle[axis];
+                let rounding = (low.abs() + high.abs() + reach) * NODE_POSITION_ROUNDING;
+                extent[axis][child] = 0.5 * (high - low) + rounding;
+            }
+        }
+        let mut meet = [true; ARITY];
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            for child in 0..ARITY {
+                let across = offset[next][child] * half[last] - offset[last][child] * half[next];
+                let limit = extent[next][child] * half[last].abs() + extent[last][child] * half[next].abs();
+                let is_along = offset[axis][child].abs() <= extent[axis][child] + half[axis].abs();
+                meet[child] &= is_along & (across.abs() <= limit);
+            }
+        }
+        meet
     }
 }

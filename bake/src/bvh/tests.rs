@@ -122,6 +122,49 @@ fn a_box_meets_the_triangles_whose_boxes_it_meets() {
     }
 }
 
+/// Segments anywhere, along axes and in planes of the triangles' boxes, near the origin and far off.
+#[test]
+fn a_segment_meets_all_triangles_whose_boxes_it_enters_and_few_others() {
+    let mut state = 19;
+    println!("seed {state}");
+    let (mut entered, mut visited) = (0, 0);
+    for round in 0..40 {
+        let far_off = Vector3::repeat([0.0, 1e3, -1e9][round % 3]);
+        let mut mesh = soup(400, 0.05, &mut state);
+        let shrink = |point: &mut Vector3<f64>| *point = *point * 0.5 + far_off;
+        mesh.points.iter_mut().for_each(shrink);
+        mesh.bounds = sdf_core::Aabb::from_points(mesh.points.iter().map(|point| (*point).into())).unwrap();
+        let tree = Bvh::new(&mesh);
+        for along in 0..40 {
+            let [mut from, mut to] = [0, 1].map(|_| Vector3::from_fn(|_, _| random(&mut state)) + far_off);
+            if along % 4 == 0 {
+                from = tree.corners[along][0];
+            }
+            if along % 4 < 3 {
+                (0..along % 3).for_each(|axis| to[axis] = from[axis]);
+            }
+            let mut found = vec![false; tree.corners.len()];
+            tree.visit_along([from, to], |slot| {
+                assert!(!std::mem::replace(&mut found[slot], true));
+                ControlFlow::Continue(())
+            });
+            for (slot, corners) in tree.corners.iter().enumerate() {
+                // Points of the segment, rounded inward, in the box.
+                let [low, high] = box_around(corners);
+                let is_in = |step: usize| {
+                    let point = from + (to - from) * (step as f64 / 256.0);
+                    (0..3).all(|axis| low[axis] <= point[axis] && point[axis] <= high[axis])
+                };
+                let is_entered = (0..=256).any(is_in);
+                assert!(found[slot] || !is_entered, "{from:?} {to:?} {corners:?}");
+                entered += usize::from(is_entered);
+                visited += usize::from(found[slot]);
+            }
+        }
+    }
+    assert!(entered > 10_000 && visited < entered + entered / 5, "{entered} of {visited}");
+}
+
 /// Two tetrahedra, one in the other.
 fn nested_tetrahedra() -> TriangleMesh {
     let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use sdf_core::nalgebra::Vector3;
 
 use super::has_area;
-use super::inner_shells::MAX_SHELLS;
+use super::inner_shells::has_known_shells;
 use super::intersections::{contacts, intersecting_pairs};
 use super::known::Known;
 use super::topology::{OrientedMesh, Shells, orient, same_edge};
@@ -63,35 +63,44 @@ impl TriangleMesh {
         if oriented.boundary().next().is_some() {
             return Self { orientation: Known::new(oriented), ..self };
         }
-        let topology = oriented.topology;
-        let are_shells_known =
-            topology.is_closed() && topology.doubled == 0 && (2..=MAX_SHELLS).contains(&topology.shells);
-        let mesh = self.without_free_inner_shells(&oriented);
-        if are_shells_known && mesh.report.entangled_shells == 0 {
-            return mesh;
+        let tree = Bvh::for_points(&self);
+        let max_pairs = MAX_PAIRS.min(MAX_PAIRS_PER_TRIANGLE * self.triangles.len());
+        if has_known_shells(&oriented.topology) {
+            let (mesh, pairs) = self.without_free_inner_shells(&oriented, &tree, max_pairs);
+            return match (mesh.report.inner_shells, mesh.report.entangled_shells) {
+                (0, 0) => mesh.with_known(tree, oriented),
+                (0, _) => mesh.divided(oriented, tree, pairs),
+                (_, 0) => mesh,
+                _ => {
+                    let (oriented, tree) = (orient(&mesh), Bvh::for_points(&mesh));
+                    mesh.divided_alone(oriented, tree, max_pairs)
+                }
+            };
         }
-        let oriented = if mesh.report.inner_shells > 0 { orient(&mesh) } else { oriented };
-        mesh.divided(oriented)
+        self.divided_alone(oriented, tree, max_pairs)
     }
 
-    fn divided(mut self, oriented: OrientedMesh) -> Self {
-        let tree = Bvh::for_points(&self);
+    /// [`Self::divided`] by all pairs in contact, once they are found. Unchanged if the mesh bounds one solid.
+    fn divided_alone(mut self, oriented: OrientedMesh, tree: Bvh, max_pairs: usize) -> Self {
         if oriented.topology.bounds_one_solid() {
             let in_tree = |triangle: &u32| oriented.orientations[*triangle as usize];
             let orientations: Vec<f64> = tree.triangles.iter().map(in_tree).collect();
             let count = intersecting_pairs(&self, &tree, &orientations);
             self.intersecting_pairs = Some(count);
             if count == 0 {
-                self.order = Some(tree.triangles.clone());
-                self.tree = Known::new(tree);
-                self.orientation = Known::new(oriented);
-                return self;
+                return self.with_known(tree, oriented);
             }
         }
-        let max_pairs = MAX_PAIRS.min(MAX_PAIRS_PER_TRIANGLE * self.triangles.len());
-        let Some(pairs) = contacts(&self, &tree, max_pairs) else {
+        let pairs = contacts(&self, &tree, max_pairs, |_, _| true, |_, _| ());
+        self.divided(oriented, tree, pairs)
+    }
+
+    /// Divides triangles by those with which they are in contact, and removes what is inside of the solid. `pairs` is `None` if they
+    /// were too many.
+    fn divided(mut self, oriented: OrientedMesh, tree: Bvh, pairs: Option<Vec<[u32; 2]>>) -> Self {
+        let Some(pairs) = pairs else {
             self.report.has_too_many_crossings = true;
-            return self;
+            return self.with_known(tree, oriented);
         };
         let keyed =
             |triangle: u32, other: u32| (u64::from(triangle) << 32 | u64::from(other.wrapping_mul(SCATTER)), other);
@@ -124,10 +133,10 @@ impl TriangleMesh {
         let divided = sdf_parallel::map(groups.len(), |group| divide(groups[group]));
         let Some(divided) = divided.into_iter().collect::<Option<Vec<Divided>>>() else {
             self.report.has_too_many_crossings = true;
-            return self;
+            return self.with_known(tree, oriented);
         };
         let apart = self.verdicts_apart(&oriented, &sides, &divided);
-        self.assembled(&oriented, &apart, &divided)
+        self.assembled(oriented, tree, &apart, &divided)
     }
 
     /// Verdict of each triangle that meets no other. Meaningless for the others.
@@ -144,13 +153,19 @@ impl TriangleMesh {
                 union.union(a.triangle, b.triangle);
             }
         }
-        let roots: Vec<usize> = (0..count as u32).map(|triangle| union.root(triangle) as usize).collect();
-        let mut samples: Vec<Vec<usize>> = vec![vec![]; is_apart.len()];
-        for (triangle, root) in roots.iter().enumerate().filter(|(triangle, _)| is_apart[*triangle]) {
-            if samples[*root].len() < MAX_SAMPLES {
-                samples[*root].push(triangle);
+        let mut part_of_root = vec![usize::MAX; count];
+        let mut samples: Vec<Vec<usize>> = vec![];
+        let mut part = |triangle: usize| {
+            let part = &mut part_of_root[union.root(triangle as u32) as usize];
+            if *part == usize::MAX {
+                *part = samples.len();
+                samples.push(vec![]);
             }
-        }
+            let samples = &mut samples[*part];
+            samples.extend((samples.len() < MAX_SAMPLES).then_some(triangle));
+            *part
+        };
+        let parts: Vec<Option<usize>> = (0..count).map(|triangle| is_apart[triangle].then(|| part(triangle))).collect();
         let verdict = |samples: &Vec<usize>| {
             let verdicts = samples.iter().flat_map(|triangle| {
                 let face = self.corner_points(self.triangles[*triangle]);
@@ -160,11 +175,11 @@ impl TriangleMesh {
             // What is not certain stays.
             verdicts.into_iter().find(|verdict| verdict.is_certain).unwrap_or(Verdict::UNKNOWN)
         };
-        let by_root: Vec<Verdict> = sdf_parallel::map(samples.len(), |root| verdict(&samples[root]));
-        roots.into_iter().map(|root| by_root[root]).collect()
+        let by_part: Vec<Verdict> = sdf_parallel::map(samples.len(), |part| verdict(&samples[part]));
+        parts.into_iter().map(|part| part.map_or(Verdict::UNKNOWN, |part| by_part[part])).collect()
     }
 
-    fn assembled(mut self, oriented: &OrientedMesh, apart: &[Verdict], divided: &[Divided]) -> Self {
+    fn assembled(mut self, oriented: OrientedMesh, tree: Bvh, apart: &[Verdict], divided: &[Divided]) -> Self {
         self.report.entangled_shells = 0;
         let mut report = self.report;
         let (mut points, mut triangles) = (self.points.clone(), vec![]);
@@ -202,7 +217,7 @@ impl TriangleMesh {
             }
         }
         if triangles.is_empty() || triangles.len() == self.triangles.len() && !has_new_points {
-            return self;
+            return self.with_known(tree, oriented);
         }
         let rounding = if has_new_points { PIECE_ROUNDING * max_coordinate } else { 0.0 };
         let (bounds, stitches) = (self.bounds, vec![]);
@@ -217,7 +232,7 @@ impl TriangleMesh {
             order: None,
             tree: Known::default(),
             orientation: Known::default(),
-            solid: Some(Arc::new(self)),
+            solid: Some(Arc::new(self.with_known(tree, oriented))),
         }
     }
 }

@@ -18,15 +18,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_core::nalgebra::Vector3;
 
-use super::intersections::{for_meeting_pairs, ray_crossings};
+use super::intersections::{RAYS, contacts, ray_crossings, ray_end};
 use super::known::Known;
-use super::topology::{OrientedMesh, Shells, orient, same_edge};
+use super::topology::{OrientedMesh, Shells, Topology, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::triangle::area_vector;
 
 /// More shells than this are not examined: each takes a ray.
-pub(super) const MAX_SHELLS: usize = 10_000;
+const MAX_SHELLS: usize = 10_000;
 
 /// A shell's volume is known to be positive or negative if it is more than this share of the mesh's diagonal cubed.
 const MIN_RELATIVE_VOLUME: f64 = 1e-12;
@@ -48,43 +48,63 @@ impl TriangleMesh {
     /// Unchanged unless the mesh is closed, without doubled triangles, and has from two to 10,000 shells.
     pub fn without_inner_shells(self) -> Self {
         let oriented = orient(&self);
-        self.without_free_inner_shells(&oriented)
+        if !has_known_shells(&oriented.topology) {
+            return Self { orientation: Known::new(oriented), ..self };
+        }
+        let tree = Bvh::for_points(&self);
+        let (mesh, _) = self.without_free_inner_shells(&oriented, &tree, 0);
+        if mesh.report.inner_shells > 0 { mesh } else { mesh.with_known(tree, oriented) }
     }
 
-    /// [`Self::without_inner_shells`] of a mesh whose orientation is known.
-    pub(super) fn without_free_inner_shells(mut self, oriented: &OrientedMesh) -> Self {
-        let topology = oriented.topology;
-        if !topology.is_closed() || topology.doubled > 0 || !(2..=MAX_SHELLS).contains(&topology.shells) {
-            return self;
-        }
+    /// [`Self::without_inner_shells`] of a mesh that [has known shells](has_known_shells), and the pairs of triangles of all its shells
+    /// that are in [contact](contacts), if there are no more than `max_pairs`.
+    pub(super) fn without_free_inner_shells(
+        mut self,
+        oriented: &OrientedMesh,
+        tree: &Bvh,
+        max_pairs: usize,
+    ) -> (Self, Option<Vec<[u32; 2]>>) {
         let mut union = Shells::new(self.triangles.len() + self.stitches.len());
         for edge in oriented.half_edges.chunk_by(same_edge) {
             edge.windows(2).for_each(|pair| union.union(pair[0].triangle, pair[1].triangle));
         }
         let (labels, count) = labels(&mut union, self.triangles.len());
-        let tree = Bvh::new(&self);
-        let is_entangled = entangled(&self, &tree, &labels, count);
+        let (is_entangled, pairs) = entangled(&self, tree, &labels, count, max_pairs);
         let ends = first_and_last_triangles(&labels, count);
         let volumes = volumes(&self, &oriented.orientations, &labels, count);
         let min_volume = MIN_RELATIVE_VOLUME * self.bounds.diagonal().powi(3);
         let is_free = |index: usize| !is_entangled[index] && volumes[index].abs() > min_volume;
         self.report.entangled_shells = (0..count).filter(|index| !is_free(*index)).count();
         let shell = |index: usize| {
-            let windings = windings_around(&self, &tree, &oriented.orientations, &labels, ends[index])?;
+            let windings = windings_around(&self, tree, &oriented.orientations, &labels, ends[index])?;
             let orientation = if volumes[index] > 0.0 { 1 } else { -1 };
             Some(Shell { is_free: is_free(index), orientation, windings })
         };
         let shells = sdf_parallel::map(count, shell).into_iter().collect::<Option<Vec<Shell>>>();
-        let Some(shells) = shells else { return self };
+        let Some(shells) = shells else { return (self, pairs) };
         let is_inner = inner(&shells);
         self.report.inner_shells = is_inner.iter().filter(|is_inner| **is_inner).count();
+        if self.report.inner_shells == 0 {
+            return (self, pairs);
+        }
         let count_before = self.triangles.len();
         let mut triangle = 0..;
         self.triangles.retain(|_| !is_inner[labels[triangle.next().unwrap_or(0)]]);
         (self.order, self.tree, self.orientation) = (None, Known::default(), Known::default());
         self.report.inner_triangles = count_before - self.triangles.len();
-        self
+        (self, pairs)
     }
+
+    /// The mesh with its tree and orientation, for whoever asks next.
+    pub(super) fn with_known(self, tree: Bvh, oriented: OrientedMesh) -> Self {
+        let order = Some(tree.triangles.clone());
+        Self { order, tree: Known::new(tree), orientation: Known::new(oriented), ..self }
+    }
+}
+
+/// Is a mesh closed, without doubled triangles, and of more than one shell but not too many?
+pub(super) fn has_known_shells(topology: &Topology) -> bool {
+    topology.is_closed() && topology.doubled == 0 && (2..=MAX_SHELLS).contains(&topology.shells)
 }
 
 /// Is each shell inside of the solid at both sides, and apart from entangled shells?
@@ -136,8 +156,14 @@ fn volumes(mesh: &TriangleMesh, orientations: &[f64], labels: &[usize], count: u
     volumes
 }
 
-/// Does each shell cross or touch itself or another?
-fn entangled(mesh: &TriangleMesh, tree: &Bvh, labels: &[usize], count: usize) -> Vec<bool> {
+/// Does each shell cross or touch itself or another? And the pairs of triangles in contact, if there are no more than `max_pairs`.
+fn entangled(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    labels: &[usize],
+    count: usize,
+    max_pairs: usize,
+) -> (Vec<bool>, Option<Vec<[u32; 2]>>) {
     let is_entangled: Vec<AtomicBool> = (0..count).map(|_| AtomicBool::new(false)).collect();
     let entangle = |a: usize, b: usize| {
         is_entangled[a].store(true, Ordering::Relaxed);
@@ -154,8 +180,9 @@ fn entangled(mesh: &TriangleMesh, tree: &Bvh, labels: &[usize], count: usize) ->
         }
     }
     let are_one_shell = |a: u32, b: u32| labels[a as usize] == labels[b as usize];
-    for_meeting_pairs(mesh, tree, are_one_shell, |a, b| entangle(labels[a as usize], labels[b as usize]));
-    is_entangled.into_iter().map(AtomicBool::into_inner).collect()
+    let on_meeting = |a: u32, b: u32| entangle(labels[a as usize], labels[b as usize]);
+    let pairs = contacts(mesh, tree, max_pairs, are_one_shell, on_meeting);
+    (is_entangled.into_iter().map(AtomicBool::into_inner).collect(), pairs)
 }
 
 /// Winding numbers of all other shells at a corner of one of two triangles, where they are not zero. `None` if every ray
@@ -167,17 +194,14 @@ fn windings_around(
     labels: &[usize],
     ends: [usize; 2],
 ) -> Option<Vec<(usize, i32)>> {
-    const RAYS: usize = 12;
     (0..RAYS).find_map(|ray| {
         let from = mesh.points[mesh.triangles[ends[ray % 2]][ray % 3] as usize];
-        // Directions with no simple ratio of coordinates, by the fractional parts of multiples of roots.
-        let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
-        let to = from + direction.normalize() * (2.0 * mesh.bounds.diagonal());
         let mut windings: Vec<(usize, i32)> = vec![];
-        let is_other = |triangle: u32| labels[triangle as usize] != labels[ends[0]];
-        for (triangle, crossing) in ray_crossings(tree, [from, to], is_other)? {
-            let label = labels[triangle as usize];
-            let change = -(crossing * orientations[triangle as usize]) as i32;
+        let is_other = |slot: usize| labels[tree.triangles[slot] as usize] != labels[ends[0]];
+        for (slot, crossing) in ray_crossings(tree, [from, ray_end(from, &mesh.bounds, ray)], is_other)? {
+            let triangle = tree.triangles[slot] as usize;
+            let label = labels[triangle];
+            let change = -(crossing * orientations[triangle]) as i32;
             match windings.iter_mut().find(|(shell, _)| *shell == label) {
                 Some((_, winding)) => *winding += change,
                 None => windings.push((label, change)),

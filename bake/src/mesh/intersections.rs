@@ -4,10 +4,11 @@
 //! | step | rejects a pair if | arithmetic |
 //! |---|---|---|
 //! | 1 | their boxes are apart ([`Bvh::visit_overlapping`], then each pair) | exact |
-//! | 2 | a plane across the line of their centroids separates them but for a shared corner; asked where pairs are counted alone | f64 with an error bound |
-//! | 3 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
-//! | 4 | the same | exact |
-//! | 5 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
+//! | 2 | all corners of one lie strictly on one side of the other's plane (Möller 1997, "A fast triangle-triangle intersection test") | f64 with an error bound |
+//! | 3 | a plane across the line of their centroids separates them but for a shared corner; where they may be in contact, no corner may be in the other's plane | f64 with an error bound |
+//! | 4 | they have an edge in common, and would lie on different sides of it in one plane | f64 with an error bound |
+//! | 5 | step 2 again | exact |
+//! | 6 | no edge of one crosses the other (Guigue and Devillers 2003, "Fast and robust triangle-triangle overlap test using orientation predicates"): for a segment pq that crosses abc, the volumes of pqab, pqbc, pqca have one sign | exact |
 //!
 //! Triangles in one plane are compared by separating lines through their edges. Triangles that only touch, at a corner
 //! or along an edge, do not intersect; shared corners are recognized by their indices.
@@ -24,7 +25,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME, NODE_POSITION_ROUNDING};
+use crate::rounding::{DETERMINANT_ROUNDING, MIN_VOLUME};
 use crate::simd::LANES;
 use crate::triangle::area_vector;
 use corners_x8::{CornersX8, FindNotApart};
@@ -34,41 +35,42 @@ const GROUP_SIZE: usize = 8;
 
 /// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
-    count_pairs(mesh, tree, orientations, |plane, a, b, _| {
-        !are_apart_across_centroids(a, b) && may_intersect(plane, a, b) && intersect(a, b)
+    count_pairs(mesh, tree, orientations, |_, a, b, _| {
+        let are_apart = are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
+        !are_apart && !Plane::new(b.1).separates(a, b.0) && intersect(a, b)
     })
-}
-
-/// Calls `visit` with the triangles of each pair that intersects, or has a point in common although they are not of one
-/// shell. Some coplanar pairs that only come near are among them.
-pub(super) fn for_meeting_pairs(
-    mesh: &TriangleMesh,
-    tree: &Bvh,
-    are_one_shell: impl Fn(u32, u32) -> bool + Sync,
-    visit: impl Fn(u32, u32) + Sync,
-) {
-    let all = vec![1.0; tree.triangles.len()];
-    count_pairs(mesh, tree, &all, |plane, a, b, slots| {
-        let [first, second] = slots.map(|slot| tree.triangles[slot]);
-        let do_meet = may_intersect(plane, a, b)
-            && if are_one_shell(first, second) { intersect(a, b) } else { have_common_point(a, b) };
-        if do_meet {
-            visit(first, second);
-        }
-        do_meet
-    });
 }
 
 /// Pairs of triangles that have more in common than corners and edges of the mesh, if there are no more than `max_count`.
 /// Some pairs that only come near in the plane of one are among them.
-pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Option<Vec<[u32; 2]>> {
+///
+/// Calls `on_meeting` with the triangles of each pair that intersects, or has a point in common although they are not of one
+/// shell. Some coplanar pairs that only come near are among them.
+pub(super) fn contacts(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    max_count: usize,
+    are_one_shell: impl Fn(u32, u32) -> bool + Sync,
+    on_meeting: impl Fn(u32, u32) + Sync,
+) -> Option<Vec<[u32; 2]>> {
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
-    count_pairs(mesh, tree, &all, |plane, a, b, slots| {
-        let is_contact = may_intersect(plane, a, b) && are_in_contact(a, b);
+    count_pairs(mesh, tree, &all, |plane_of_a, a, b, slots| {
+        let plane_of_b = Plane::new(b.1);
+        let are_apart = || are_apart_across_edge(a, b) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b);
+        if plane_of_b.separates(a, b.0) || are_apart() {
+            return false;
+        }
+        let [first, second] = slots.map(|slot| tree.triangles[slot]);
+        let is_contact = are_in_contact(a, b);
+        let do_meet =
+            if are_one_shell(first, second) { is_contact && intersect(a, b) } else { have_common_point(a, b) };
+        if do_meet {
+            on_meeting(first, second);
+        }
         // Beyond the limit, what is found is not wanted.
         if is_contact && count.fetch_add(1, Ordering::Relaxed) < max_count {
-            found.lock().unwrap_or_else(PoisonError::into_inner).push(slots.map(|slot| tree.triangles[slot]));
+            found.lock().unwrap_or_else(PoisonError::into_inner).push([first, second]);
         }
         is_contact
     });
@@ -76,8 +78,8 @@ pub(super) fn contacts(mesh: &TriangleMesh, tree: &Bvh, max_count: usize) -> Opt
     (count.into_inner() <= max_count).then_some(found)
 }
 
-/// Number of pairs of triangles with overlapping boxes that pass a test, which gets the first one's plane, both, and
-/// their slots. Triangles with orientation 0 are ignored.
+/// Number of pairs of triangles with overlapping boxes, and not parted by the first one's plane, that pass a test, which gets
+/// that plane, both, and their slots. Triangles with orientation 0 are ignored.
 fn count_pairs(
     mesh: &TriangleMesh,
     tree: &Bvh,
@@ -178,9 +180,32 @@ fn are_apart_across_centroids(a: Corners, b: Corners) -> bool {
     !is_more && all(a, b, |side| side < 0.0) && all(b, a, |side| side > 0.0)
 }
 
-/// False if the plane of `a` or of `b` certainly separates the triangles. For most pairs this decides.
-fn may_intersect(plane_of_a: &Plane, a: Corners, b: Corners) -> bool {
-    !plane_of_a.separates(b, a.0) && !Plane::new(b.1).separates(a, b.0)
+/// Have two triangles a common edge, and would certainly lie on different sides of it if they were in one plane? Then they have no
+/// more in common: so it is for the halves of a quadrangle, which rounding may leave in one plane.
+fn are_apart_across_edge(a: Corners, b: Corners) -> bool {
+    let corners = |own: Corners, other: Corners, is_shared: bool| {
+        let corners = own.0.iter().zip(own.1).filter(|(point, _)| other.0.contains(point) == is_shared);
+        let mut corners = corners.map(|(_, corner)| *corner);
+        [0, 1].map(|_| corners.next())
+    };
+    let ([Some(from), Some(to)], [Some(c), None], [Some(d), None]) =
+        (corners(a, b, true), corners(a, b, false), corners(b, a, false))
+    else {
+        return false;
+    };
+    let [c, d] = [c, d].map(|corner| Plane::new(&[from, to, corner]));
+    let rounding = c.normal.abs().dot(&d.rounding) + d.normal.abs().dot(&c.rounding) + c.rounding.dot(&d.rounding);
+    c.normal.dot(&d.normal) + 2.0 * rounding + MIN_VOLUME < 0.0
+}
+
+/// Are two triangles [apart](are_apart_across_centroids), and is no corner of one but a shared one in the plane of the other?
+/// Then an edge that meets the other triangle by exact predicates has a point in common with it, which none has.
+fn are_apart_off_planes([plane_of_a, plane_of_b]: [&Plane; 2], a: Corners, b: Corners) -> bool {
+    let are_off = |plane: &Plane, (points, corners): Corners, other: &[u32; 3]| {
+        let mut all = points.iter().zip(corners);
+        all.all(|(point, corner)| other.contains(point) || plane.certain_side(corner) != 0.0)
+    };
+    are_apart_across_centroids(a, b) && are_off(plane_of_a, b, a.0) && are_off(plane_of_b, a, b.0)
 }
 
 fn intersect(a: Corners, b: Corners) -> bool {
@@ -300,31 +325,49 @@ pub(crate) fn winding_change(tree: &Bvh, orientations: &[f64], [from, to]: [Vect
     change
 }
 
-/// Triangles that a long segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None`
-/// if it touches an edge or an end lies in a plane.
+/// Directions of rays that are tried where one touches an edge.
+pub(crate) const RAYS: usize = 12;
+
+/// End of a ray from a point, out of a box. It has no simple ratio of coordinates, which are fractional parts of multiples of roots.
+pub(crate) fn ray_end(from: Vector3<f64>, bounds: &Aabb, ray: usize) -> Vector3<f64> {
+    let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
+    let to_box = (from - Vector3::from(bounds.min)).norm();
+    from + direction.normalize() * (2.0 * bounds.diagonal().max(to_box))
+}
+
+/// Winding number at a point, by the triangles that a ray crosses, where all winding numbers are whole. `orientation` is that of the
+/// triangle of a slot. `None` if each ray touches an edge.
+pub(crate) fn whole_winding_number(
+    tree: &Bvh,
+    from: Vector3<f64>,
+    bounds: &Aabb,
+    orientation: impl Fn(usize) -> f64,
+) -> Option<i32> {
+    (0..RAYS).find_map(|ray| {
+        let crossings = ray_crossings(tree, [from, ray_end(from, bounds, ray)], |slot| orientation(slot) != 0.0)?;
+        Some(crossings.iter().map(|(slot, crossing)| -(crossing * orientation(*slot)) as i32).sum())
+    })
+}
+
+/// Slots of the triangles that a segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None` if it
+/// touches an edge or an end lies in a plane.
 pub(super) fn ray_crossings(
     tree: &Bvh,
-    [from, to]: [Vector3<f64>; 2],
-    is_counted: impl Fn(u32) -> bool,
-) -> Option<Vec<(u32, f64)>> {
-    /// Boxes around so many pieces contain little beside the segment.
-    const PIECES: usize = 64;
-    let at = |piece: usize| from + (to - from) * (piece as f64 / PIECES as f64);
-    let padding = Vector3::repeat(((to - from).norm() + from.amax()) * NODE_POSITION_ROUNDING);
-    let mut near = vec![];
-    for piece in 0..PIECES {
-        let (start, end) = (at(piece), at(piece + 1));
-        tree.visit_overlapping(start.inf(&end) - padding, start.sup(&end) + padding, |slot| {
-            near.extend(Some(slot).filter(|slot| is_counted(tree.triangles[*slot])));
-            ControlFlow::Continue(())
-        });
-    }
-    near.sort_unstable();
-    near.dedup();
-    let crossings =
-        near.into_iter().map(|slot| Some((tree.triangles[slot], crossing([from, to], tree.corners[slot])?)));
-    let crossings: Option<Vec<(u32, f64)>> = crossings.collect();
-    crossings.map(|crossings| crossings.into_iter().filter(|(_, crossing)| *crossing != 0.0).collect())
+    segment: [Vector3<f64>; 2],
+    is_counted: impl Fn(usize) -> bool,
+) -> Option<Vec<(usize, f64)>> {
+    let mut crossings = Some(vec![]);
+    tree.visit_along(segment, |slot| {
+        if is_counted(slot) {
+            match crossing(segment, tree.corners[slot]) {
+                Some(0.0) => {}
+                Some(crossing) => crossings.iter_mut().for_each(|crossings| crossings.push((slot, crossing))),
+                None => crossings = None,
+            }
+        }
+        if crossings.is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    crossings
 }
 
 /// 1 if the segment crosses a triangle from its front, −1 from its back, 0 if not; `None` if it touches an edge or the

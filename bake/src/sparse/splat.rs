@@ -9,7 +9,7 @@
 //! | step | file |
 //! |---|---|
 //! | 1. which triangles are near which brick? | `lists` |
-//! | 2. how far is each node from them, in f32 around the brick's middle, and how do their normals turn? | `distances`, `nearest_test`, `packed`, `frame` |
+//! | 2. how far is each node from them, in f32 around the brick's middle, and how do their normals turn? | `distances`, `nearest_test`, `order`, `packed`, `frame` |
 //! | 3. which nodes are inside? Sides flood along clear edges of the grid from a few exact ones | `sides`; winding numbers: `sign::flood_fill` |
 //! | 4. what is stored | `values` |
 //!
@@ -23,6 +23,7 @@ mod distances;
 pub(super) mod frame;
 mod lists;
 mod nearest_test;
+mod order;
 mod packed;
 mod sides;
 mod values;

@@ -67,6 +67,26 @@ fn repeated_triangles_are_counted_and_left_out() {
     assert_eq!(mesh.triangle_count(), 3);
 }
 
+/// Both sides of a tetrahedron's faces, again and again in another order, begun at any corner.
+#[test]
+fn the_first_of_repeated_triangles_stays_wherever_the_others_are() {
+    let sides = [[0, 1, 2], [0, 2, 1], [0, 1, 3], [0, 3, 1], [0, 2, 3], [0, 3, 2], [1, 2, 3], [1, 3, 2]];
+    let rotated = |[a, b, c]: [u32; 3], by: usize| [[a, b, c], [b, c, a], [c, a, b]][by % 3];
+    let triangle = |index: usize| rotated(sides[(5 * index * index + 3 * index / 2) % sides.len()], index / 2);
+    let triangles: Vec<[u32; 3]> = (0..60).map(triangle).collect();
+    let is_first = |index: &usize| {
+        let is_same = |other: &[u32; 3]| (0..3).any(|by| rotated(*other, by) == triangles[*index]);
+        !triangles[..*index].iter().any(is_same)
+    };
+    let firsts: Vec<[u32; 3]> = (0..60).filter(is_first).map(|index| triangles[index]).collect();
+    assert!(firsts.len() > 4 && firsts != triangles[..firsts.len()]);
+    let mesh = TriangleMesh::new(&CORNERS, &triangles).unwrap();
+    assert_eq!(mesh.triangle_count(), firsts.len());
+    for (triangle, corners) in firsts.iter().enumerate() {
+        assert_eq!(mesh.corners(triangle), corners.map(|corner| CORNERS[corner as usize]));
+    }
+}
+
 #[test]
 fn an_invalid_mesh_is_refused_with_the_index_of_its_error() {
     let refusal = |points: &[[f64; 3]], triangles: &[[u32; 3]]| TriangleMesh::new(points, triangles).unwrap_err();

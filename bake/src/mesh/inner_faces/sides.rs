@@ -17,7 +17,7 @@ use sdf_core::nalgebra::Vector3;
 use super::pieces::{Piece, side_of};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::mesh::intersections::{crossing, ray_crossings};
+use crate::mesh::intersections::{crossing, whole_winding_number};
 use crate::triangle::area_vector;
 
 /// Distances of p and q from the piece, as fractions of the way from its middle to its edges.
@@ -28,8 +28,6 @@ const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
 
 /// Distance of p and q where no answer is certain, relative to the largest coordinate.
 const FUSED: f64 = 16384.0 * f64::EPSILON;
-
-const RAYS: usize = 12;
 
 /// Which side of a piece is inside of the solid?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,16 +101,9 @@ impl Sides<'_> {
         Some(Verdict { inside: [front, front + change].map(|winding| winding != 0), is_certain: true })
     }
 
-    /// Winding number at a point by the crossings of a ray. `None` if each ray touches an edge.
     fn winding_number(&self, from: Vector3<f64>) -> Option<i32> {
-        (0..RAYS).find_map(|ray| {
-            // Directions with no simple ratio of coordinates, by the fractional parts of multiples of roots.
-            let direction = Vector3::from([2.0_f64, 3.0, 5.0].map(|n| ((ray + 1) as f64 * n.sqrt()).fract() - 0.5));
-            let to = from + direction.normalize() * (2.0 * self.mesh.bounds.diagonal());
-            let crossings = ray_crossings(self.tree, [from, to], |_| true)?;
-            let change = |(triangle, crossing): &(u32, f64)| -(crossing * self.orientations[*triangle as usize]) as i32;
-            Some(crossings.iter().map(change).sum())
-        })
+        let orientation = |slot: usize| self.orientations[self.tree.triangles[slot] as usize];
+        whole_winding_number(self.tree, from, &self.mesh.bounds, orientation)
     }
 }
 

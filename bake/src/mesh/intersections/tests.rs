@@ -14,7 +14,8 @@ fn coarse_triangles(state: &mut u64) -> [([u32; 3], [Vector3<f64>; 3]); 2] {
 #[test]
 fn a_pair_that_is_rejected_early_does_not_intersect() {
     let mut state = 23;
-    let (mut intersecting, mut rejected, mut apart) = (0, 0, [0; 2]);
+    let (mut intersecting, mut rejected, mut across_edge) = (0, 0, 0);
+    let (mut apart, mut off_planes) = ([0; 2], [0; 2]);
     for _ in 0..200_000 {
         let triangles = coarse_triangles(&mut state);
         if triangles.iter().any(|(_, corners)| area_vector(*corners) == Vector3::zeros()) {
@@ -27,15 +28,25 @@ fn a_pair_that_is_rejected_early_does_not_intersect() {
         let wanted = if is_flat { overlap_in_plane(*a.1, *b.1) } else { crosses };
         intersecting += usize::from(wanted);
         assert_eq!(intersect(a, b), wanted, "{a:?} {b:?}");
-        let may_intersect = may_intersect(&Plane::new(a.1), a, b);
-        assert!(may_intersect || !wanted, "{a:?} {b:?}");
-        rejected += usize::from(!may_intersect);
+        let planes = [a, b].map(|(_, corners)| Plane::new(corners));
+        let is_rejected = planes[0].separates(b, a.0);
+        assert!(!is_rejected || !wanted && !are_in_contact(a, b), "{a:?} {b:?}");
+        rejected += usize::from(is_rejected);
         if are_apart_across_centroids(a, b) {
             assert!(!wanted, "{a:?} {b:?}");
             apart[shared] += 1;
         }
+        if are_apart_across_edge(a, b) {
+            assert!(!wanted && !are_in_contact(a, b), "{a:?} {b:?}");
+            across_edge += 1;
+        }
+        if are_apart_off_planes(planes.each_ref(), a, b) {
+            assert!(!are_in_contact(a, b) && (shared > 0 || !have_common_point(a, b)), "{a:?} {b:?}");
+            off_planes[shared] += 1;
+        }
     }
-    assert!(intersecting > 1000 && rejected > 1000 && apart.iter().all(|count| *count > 1000), "{apart:?}");
+    let counts = apart.iter().chain(&off_planes).chain([&intersecting, &rejected, &across_edge]);
+    assert!(counts.clone().all(|count| *count > 500), "{:?}", counts.collect::<Vec<_>>());
 }
 
 #[test]

@@ -16,6 +16,7 @@
 
 use super::frame::{TriangleFrame, greater, lesser, mix};
 use super::nearest_test::{NearestTest, Region, largest_sine};
+use super::order::ByDistance;
 use super::packed::{PackedTriangles, View, WIDTH, Wide, pack_bits};
 use super::sides::{NODES, NodeBits};
 use crate::error::normal_cones::MAX_ERROR;
@@ -79,8 +80,8 @@ pub(super) struct BrickDistances {
     masks: Vec<u32>,
     planes: Vec<[Wide; 4]>,
     picked: Vec<u32>,
-    /// Triangles that matter to an octant, by their distances from its middle, whose bits are the higher half.
-    by_distance: Vec<u64>,
+    /// Triangles that matter to an octant, by their distances from its middle.
+    by_distance: ByDistance,
 }
 
 /// Points of the groups of an octant, around its middle.
@@ -124,7 +125,7 @@ impl BrickDistances {
             masks: vec![],
             planes: vec![],
             picked: vec![],
-            by_distance: vec![],
+            by_distance: ByDistance::default(),
         }
     }
 
@@ -199,13 +200,11 @@ impl BrickDistances {
             while mask != 0 {
                 let lane = mask.trailing_zeros() as usize;
                 mask &= mask - 1;
-                let key = u64::from(view.distances_sq[lane].to_bits()) << 32;
-                self.by_distance.push(key | (WIDTH * index + lane) as u64);
+                self.by_distance.push(view.distances_sq[lane], WIDTH * index + lane);
             }
         }
-        self.by_distance.sort_unstable();
-        for key in &self.by_distance {
-            let (pack, lane) = (*key as u32 as usize / WIDTH, *key as u32 as usize % WIDTH);
+        for triangle in self.by_distance.in_order() {
+            let (pack, lane) = (triangle / WIDTH, triangle % WIDTH);
             let plane = [0, 1, 2, 3].map(|k: usize| self.planes[pack][k][lane]);
             let mut groups = nearest.improvable(plane);
             while groups != 0 {
