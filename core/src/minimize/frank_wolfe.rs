@@ -75,6 +75,10 @@ impl FrankWolfe {
             if !R::zero().lt(active).any() {
                 break;
             }
+            if R::LANES == 1 {
+                // As it is, but compilers do not see it, and keep it in a register.
+                active = R::one();
+            }
             state.evaluations += active;
             current = WeightedSample { weights: next, sample: field.evaluate_near(point, &state.near) };
         }

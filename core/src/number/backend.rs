@@ -67,6 +67,7 @@ mod scalar {
 #[cfg(not(feature = "std"))]
 mod convert {
     /// Toward zero; 0 below zero.
+    #[cfg(not(all(feature = "core-math", target_arch = "nvptx64")))]
     #[inline(always)]
     pub fn truncf(x: f32) -> f32 {
         x as u32 as f32

@@ -4,6 +4,9 @@
 
 use std::cmp::Ordering;
 
+/// The bit that tells an address of local memory from a generic one: on a card they are different numbers.
+pub const LOCAL: u64 = 1 << 60;
+
 /// A result from up to three operands.
 pub type Function = fn(u64, u64, u64) -> u64;
 
@@ -137,7 +140,16 @@ pub fn function(operation: &str) -> Option<Function> {
     let is_rounding = |part: &&str| !matches!(*part, "rn" | "rzi" | "uni");
     let parts: Vec<&str> = operation.split('.').filter(is_rounding).collect();
     match parts[..] {
+        ["cvt", "rmi", "f32", "f32"] => Some(|a, _, _| <f32 as Number>::get(a).floor().put()),
         ["cvt", to, from] => convert(to, from),
+        ["cvta", "local", _] => Some(|a, _, _| {
+            assert!(a & LOCAL != 0, "cvta.local of {a:x}, which is no address of local memory");
+            a & !LOCAL
+        }),
+        ["cvta", "to", "local", _] => Some(|a, _, _| {
+            assert!(a & LOCAL == 0, "cvta.to.local of {a:x}, which is one already");
+            a | LOCAL
+        }),
         ["mov" | "cvta", ..] => Some(|a, _, _| a),
         ["selp", _] => Some(|a, b, c| if c & 1 == 1 { a } else { b }),
         ["mul", "wide", "u32"] => Some(|a, b, _| a.wrapping_mul(b)),

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use super::cost::{Cost, cost};
-use super::function::{Function, function};
+use super::function::{Function, LOCAL, function};
 
 /// Where a number comes from.
 #[derive(Clone, Copy)]
@@ -59,6 +59,8 @@ pub struct Instruction {
     pub address: Operand,
     pub offset: u64,
     pub cost: Cost,
+    /// Does it load or store in local memory by an address of that memory?
+    pub is_local: bool,
     /// Line of 128 bytes of machine code, from 1 on.
     pub line: u64,
     /// A branch leads here.
@@ -279,7 +281,7 @@ impl Parser {
         } else if let Ok(number) = text.parse::<i128>() {
             Operand::Constant(number as u64)
         } else if let Some((start, _)) = self.places.get(text) {
-            Operand::Own(*start as u64)
+            Operand::Own(*start as u64 | if text.starts_with("__local") { LOCAL } else { 0 })
         } else if let Some(address) = self.constants.get(text) {
             Operand::Constant(*address)
         } else {
@@ -314,6 +316,7 @@ impl Parser {
             address: Operand::Constant(0),
             offset: 0,
             cost: cost(operation),
+            is_local: operation.contains(".local."),
             line: 0,
             is_target: false,
         };
@@ -357,6 +360,10 @@ impl Parser {
         let given = if operation.starts_with("st.") { 0 } else { words.len() - usize::from(is_atomic) };
         instruction.results = words[..given].iter().map(|word| self.register(word)).collect();
         for (operand, word) in instruction.operands.iter_mut().zip(&words[given..]) {
+            // Of a float, ptxas would convert the value and not store its low bits.
+            let is_part =
+                word.starts_with("%rd") && bytes < 8 || word.starts_with("%r") && !word.starts_with("%rs") && bytes < 4;
+            assert!(!is_part, "{operation} of {word}, which is wider");
             *operand = self.operand(word);
         }
         instruction.action = match (given, is_atomic) {

@@ -5,7 +5,7 @@
 
 use super::cache::Cache;
 use super::cost::{ATOMIC, BRANCH, L1_LATENCY, L2_LATENCY, PIPES};
-use super::function::Function;
+use super::function::{Function, LOCAL};
 use super::parse::{Action, Instruction, Module, Operand};
 
 /// Threads of a warp.
@@ -265,6 +265,12 @@ impl Warp {
         let mut sectors = vec![];
         for lane in lanes(mask) {
             let address = self.value(instruction.address, lane).wrapping_add(instruction.offset);
+            assert!(address & LOCAL == if instruction.is_local { LOCAL } else { 0 }, "{address:x} of another memory");
+            let address = address & !LOCAL;
+            assert!(
+                address.is_multiple_of((count * bytes) as u64),
+                "{address:x} is not aligned for {count} × {bytes} bytes"
+            );
             for k in 0..count {
                 let at = address + (k * bytes) as u64;
                 // SAFETY: the caller's.

@@ -27,7 +27,16 @@ fn elements<'a>(scene: &'a Scene, kind: &str) -> Elements<'a> {
     }
 }
 
-fn expected(scene: &Scene, kind: &str, method: Method) -> (Vec<Contact<f32>>, u32) {
+fn expected(scene: &Scene, kind: &str, method: Method, stages: Stages) -> (Vec<Contact<f32>>, u32) {
+    if matches!(stages, Stages::Lean | Stages::LeanSeparate) {
+        let points = PointSampling { samples: 32, corners: false };
+        return match (kind, method) {
+            ("vertices", _) => scene.expected_lean(&scene.vertices(), &points),
+            ("edges", _) => scene.expected_lean(&scene.edges, &FrankWolfe::default()),
+            (_, Method::ProjectedGradient) => scene.expected_lean(&scene.faces, &ProjectedGradient::default()),
+            _ => scene.expected_lean(&scene.faces, &FrankWolfe::default()),
+        };
+    }
     let certified = Certified { evaluations: 32, ..Certified::default() };
     match (kind, method) {
         ("vertices", _) => scene.expected(&scene.vertices(), &PointSampling { samples: 32, corners: false }),
@@ -53,14 +62,14 @@ fn contacts_are_those_of_the_core_bit_for_bit() {
         let mut compared = 0;
         for scene in scenes() {
             for (kind, method) in METHODS {
-                for stages in [Stages::Separate, Stages::Fused] {
+                for stages in [Stages::Separate, Stages::Fused, Stages::Lean, Stages::LeanSeparate] {
                     let options = QueryOptions { method, stages, ..QueryOptions::default() };
                     let what = format!("{} {kind} {method:?} {stages:?}", scene.kind);
                     let mut query = match query(&gpu, &scene, kind, options) {
                         Err(GpuError::Unsupported(_)) => continue,
                         query => query.unwrap(),
                     };
-                    let (contacts, skipped) = expected(&scene, kind, method);
+                    let (contacts, skipped) = expected(&scene, kind, method, stages);
                     // The counters begin at zero each time.
                     for _ in 0..2 {
                         let found = query.contacts().unwrap();
@@ -72,7 +81,7 @@ fn contacts_are_those_of_the_core_bit_for_bit() {
             }
         }
         // As the table of docs/gpu.md has them.
-        assert_eq!(compared, 25);
+        assert_eq!(compared, 25 + 8 + 2);
     });
 }
 

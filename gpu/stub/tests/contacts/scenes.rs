@@ -1,6 +1,7 @@
 //! Fields of all kinds that the card knows, and what `sdf-core` finds in them on the CPU.
 
-use sdf_core::contact::{Contact, Element, Feature, Outcome, contact};
+use sdf_core::contact::{Contact, Element, Feature, Outcome, contact, lean_contact};
+use sdf_core::grid::PlainNormals;
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_core::minimize::Minimizer;
 use sdf_core::nalgebra::Vector3;
@@ -83,9 +84,27 @@ impl Scene {
         elements: &[[u32; N]],
         method: &M,
     ) -> (Vec<Contact<f32>>, u32) {
+        self.found(elements, |element| contact(&self.field, method, self.margin, element))
+    }
+
+    /// The same by `lean_contact` and plain normals.
+    pub fn expected_lean<M: Minimizer<N>, const N: usize>(
+        &self,
+        elements: &[[u32; N]],
+        method: &M,
+    ) -> (Vec<Contact<f32>>, u32) {
+        let field = PlainNormals(&self.field);
+        self.found(elements, |element| lean_contact(&field, method, self.margin, element))
+    }
+
+    fn found<const N: usize>(
+        &self,
+        elements: &[[u32; N]],
+        outcome: impl Fn(&Element<f32, N>) -> Outcome<f32, N>,
+    ) -> (Vec<Contact<f32>>, u32) {
         let (mut contacts, mut skipped) = (vec![], 0);
         for element in self.elements(elements) {
-            match contact(&self.field, method, self.margin, &element) {
+            match outcome(&element) {
                 Outcome::Contact(contact) => contacts.push(contact),
                 Outcome::NotFinite => skipped += 1,
                 Outcome::Culled | Outcome::Separated(_) => {}
