@@ -26,7 +26,7 @@ fn exported_samples_interpolate_to_the_distances_of_the_exported_contacts() {
     let (origin, nodes) = (triple(&about, "origin"), triple(&about, "nodes").map(|count| count as usize));
     let (spacing, margin) = (about["spacing"].as_f64().unwrap(), about["margin"].as_f64().unwrap());
     let samples = numbers(&folder, "scenes/Teapot/samples.f32");
-    assert_eq!(samples.len(), nodes.iter().product());
+    assert_eq!(samples.len(), nodes.iter().product::<usize>());
     let interpolated = |point: [f64; 3]| -> f64 {
         let local: [f64; 3] = std::array::from_fn(|axis| (point[axis] - origin[axis]) / spacing);
         let corner = |index: usize| -> f64 {
