@@ -361,9 +361,8 @@ impl Parser {
         instruction.results = words[..given].iter().map(|word| self.register(word)).collect();
         for (operand, word) in instruction.operands.iter_mut().zip(&words[given..]) {
             // Of a float, ptxas would convert the value and not store its low bits.
-            let is_part =
-                word.starts_with("%rd") && bytes < 8 || word.starts_with("%r") && !word.starts_with("%rs") && bytes < 4;
-            assert!(!is_part, "{operation} of {word}, which is wider");
+            let fewest = [("%rs", 1), ("%rd", 8), ("%r", 4)].iter().find(|(start, _)| word.starts_with(start));
+            assert!(fewest.is_none_or(|(_, fewest)| bytes >= *fewest), "{operation} of {word}, which is wider");
             *operand = self.operand(word);
         }
         instruction.action = match (given, is_atomic) {
