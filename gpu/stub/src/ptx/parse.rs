@@ -360,9 +360,11 @@ impl Parser {
         let given = if operation.starts_with("st.") { 0 } else { words.len() - usize::from(is_atomic) };
         instruction.results = words[..given].iter().map(|word| self.register(word)).collect();
         for (operand, word) in instruction.operands.iter_mut().zip(&words[given..]) {
-            // Of a float, ptxas would convert the value and not store its low bits.
             let fewest = [("%rs", 1), ("%rd", 8), ("%r", 4)].iter().find(|(start, _)| word.starts_with(start));
-            assert!(fewest.is_none_or(|(_, fewest)| bytes >= *fewest), "{operation} of {word}, which is wider");
+            assert!(
+                fewest.is_none_or(|(_, fewest)| bytes >= *fewest),
+                "{operation} of part of {word}: ptxas converts floats"
+            );
             *operand = self.operand(word);
         }
         instruction.action = match (given, is_atomic) {
