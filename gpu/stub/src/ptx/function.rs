@@ -167,6 +167,15 @@ pub fn function(operation: &str) -> Option<Function> {
     }
 }
 
+/// Refuses a store of so few bytes of a register: where that holds a float, ptxas stores its value, converted, and not its low bits.
+pub fn check_stored(register: &str, bytes: usize) {
+    let fewest = [("%rs", 1), ("%rd", 8), ("%r", 4)].iter().find(|(start, _)| register.starts_with(start));
+    assert!(
+        fewest.is_none_or(|(_, fewest)| bytes >= *fewest),
+        "a store of {bytes} bytes of {register}, which has more"
+    );
+}
+
 fn of_type(type_: &str, op: &str) -> Option<Function> {
     match type_ {
         "f32" => float!(f32, op),

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use super::cost::{Cost, cost};
-use super::function::{Function, LOCAL, function};
+use super::function::{Function, LOCAL, check_stored, function};
 
 /// Where a number comes from.
 #[derive(Clone, Copy)]
@@ -360,11 +360,7 @@ impl Parser {
         let given = if operation.starts_with("st.") { 0 } else { words.len() - usize::from(is_atomic) };
         instruction.results = words[..given].iter().map(|word| self.register(word)).collect();
         for (operand, word) in instruction.operands.iter_mut().zip(&words[given..]) {
-            let fewest = [("%rs", 1), ("%rd", 8), ("%r", 4)].iter().find(|(start, _)| word.starts_with(start));
-            assert!(
-                fewest.is_none_or(|(_, fewest)| bytes >= *fewest),
-                "{operation} of part of {word}: ptxas converts floats"
-            );
+            check_stored(word, bytes);
             *operand = self.operand(word);
         }
         instruction.action = match (given, is_atomic) {
