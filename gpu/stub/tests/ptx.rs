@@ -67,24 +67,50 @@ $L__BB0_4:
 ";
 
 #[test]
-fn threads_loop_part_and_call_each_for_itself_and_time_passes() {
-    let mut card = Card::new(SUMS);
+#[should_panic(expected = "a store of 2 bytes of %rd2, which has more")]
+fn a_store_of_part_of_a_register_is_refused() {
+    Card::new(&changed("st.local.b64 \t[%SPL+8], %rd2", "st.local.b16 \t[%SPL+8], %rd2"));
+}
+
+#[test]
+#[should_panic(expected = "of another memory")]
+fn an_address_of_local_memory_is_no_generic_one() {
+    run(&changed("st.local.b64 \t[%SPL+8], %rd2", "st.b64 \t[%SPL+8], %rd2"), 129);
+}
+
+#[test]
+#[should_panic(expected = "is not aligned for 1 × 8 bytes")]
+fn an_address_that_is_not_aligned_is_refused() {
+    run(&changed("st.local.b64 \t[%SPL+8], %rd2", "st.local.b64 \t[%SPL+4], %rd2"), 129);
+}
+
+/// The program with other words.
+fn changed(from: &str, to: &str) -> String {
+    assert!(SUMS.contains(from), "{from}");
+    SUMS.replace(from, to)
+}
+
+/// The program's numbers for so many of 130 threads, and the time that they took.
+fn run(program: &str, count: u32) -> ([u64; 130], f64) {
+    let mut card = Card::new(program);
     let mut sums = [u64::MAX; 130];
-    let (address, count) = (sums.as_mut_ptr(), 129_u32);
+    let address = sums.as_mut_ptr();
     let arguments = [(&raw const address).cast(), (&raw const count).cast()];
     // SAFETY: there is room for each number.
     unsafe { card.launch("sums", &arguments, 3, 64) };
+    (sums, card.time)
+}
+
+#[test]
+fn threads_loop_part_and_call_each_for_itself_and_time_passes() {
+    let (sums, time) = run(SUMS, 129);
     for (number, sum) in (0..129_u64).zip(sums) {
         let expected = number * (number + 1) / 2;
         assert_eq!(sum, if number % 2 == 1 { expected * expected } else { expected }, "{number}");
     }
     assert_eq!(sums[129], u64::MAX);
-    let (first, longer) = (card.time, 100_u32);
-    assert!(first > 0.0);
-    let arguments = [(&raw const address).cast(), (&raw const longer).cast()];
-    // SAFETY: as above.
-    unsafe { card.launch("sums", &arguments, 3, 64) };
-    assert!(card.time - first < first, "fewer numbers take less time: {first}, {}", card.time);
+    let (_, shorter) = run(SUMS, 100);
+    assert!(shorter > 0.0 && shorter < time, "fewer numbers take less time: {time}, {shorter}");
 }
 
 #[test]
