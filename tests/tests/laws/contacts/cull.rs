@@ -1,16 +1,17 @@
 //! The cull: it drops distant elements, and none with a value within the margin.
 
 use nalgebra::Vector3;
-use sdf_core::contact::{Outcome, centroid_bound, contact};
+use sdf_core::contact::{Outcome, centroid_bound, contact, lean_contact, lean_cull};
+use sdf_core::grid::{Dense, Grid, Storage};
 use sdf_core::minimize::FrankWolfe;
 use sdf_core::placed::{Placed, Rigid};
-use sdf_core::shapes::{HalfSpace, Sphere};
+use sdf_core::shapes::{HalfSpace, Sphere, Torus};
 use sdf_core::{EnclosedSdf, Float, Lanes, Sdf, Simplex};
 use sdf_tests::lanes::pack_simplices;
-use sdf_tests::oracle::{cast, element, lattice_minimum, random_simplex};
+use sdf_tests::oracle::{cast, element, lattice_minimum, random_simplex, random_triangle};
 use sdf_tests::random::Random;
 use sdf_tests::scene_field::SceneField;
-use sdf_tests::scenes::{Meaning, Scene, Steep, cube_lattice, sampled, scenes};
+use sdf_tests::scenes::{Meaning, Scene, Steep, cube_lattice, sampled, sampled_in_bricks, scenes, with_block_bounds};
 use sdf_tests::stability::answer::Number;
 
 /// Checks that no element with a value within the margin is culled, and that the cull's lower bound holds.
@@ -150,6 +151,48 @@ fn the_cull_drops_distant_elements() {
                 scene.name
             );
         }
+    }
+}
+
+/// A grid with bounds of its blocks culls by them first. That drops no element within the margin, and its contacts are those of the
+/// grid without bounds.
+#[test]
+fn a_block_that_is_far_off_culls_only_elements_beyond_the_margin() {
+    fn check<A: Storage, B: Storage>(bounded: &Grid<A>, plain: Option<&Grid<B>>, random: &mut Random) -> [usize; 2] {
+        let [mut by_block, mut contacts] = [0; 2];
+        for _ in 0..3000 {
+            let first = random.in_cube(1.1);
+            let corners = random_triangle(first, random.pick(&[0.02, 0.1, 0.4]), random);
+            let element = element(0, cast::<f32, 3>(&Simplex { corners }));
+            let centroid = element.simplex.centroid();
+            let lowest = lattice_minimum(bounded, &element.simplex, 12);
+            let margin = lowest + random.pick(&[0.0, 1e-6, -1e-6, 0.1, -0.1, -0.3, -0.6]);
+            let radius = element.simplex.max_distance_from(centroid);
+            by_block +=
+                usize::from(bounded.lowest_about(centroid) - radius * bounded.slope_bound() as f32 > margin + 1e-4);
+            if let Err(Outcome::Culled) = lean_cull(bounded, margin, &element) {
+                assert!(margin < lowest, "culled with {margin}, but {lowest} on {element:?}");
+            }
+            let Some(plain) = plain else { continue };
+            let [found, expected] = [
+                lean_contact(bounded, &FrankWolfe::default(), margin, &element),
+                lean_contact(plain, &FrankWolfe::default(), margin, &element),
+            ];
+            if let Outcome::Contact(expected) = expected {
+                contacts += 1;
+                assert_eq!(found, Outcome::Contact(expected));
+            }
+        }
+        [by_block, contacts]
+    }
+    let mut random = Random::seeded();
+    for field in [SceneField::new(Sphere::new(0.6).unwrap()), SceneField::new(Torus::new(0.6, 0.2).unwrap())] {
+        let plain = sampled(&field, cube_lattice(1.0, 40), 1.0);
+        let [by_block, contacts] = check(&with_block_bounds(plain.clone()), Some(&plain), &mut random);
+        assert!(by_block > 20 && contacts > 500, "{by_block} by their blocks, {contacts} contacts");
+        let bricks = sampled_in_bricks::<u16>(&field, cube_lattice(1.0, 40), 0.3);
+        let [by_block, _] = check(&bricks, None::<&Grid<Dense<Vec<f32>>>>, &mut random);
+        assert!(by_block > 20, "{by_block} by their bricks");
     }
 }
 
