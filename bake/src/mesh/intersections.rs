@@ -349,8 +349,8 @@ pub(crate) fn whole_winding_number(
     })
 }
 
-/// Slots of the triangles that a segment crosses and that are asked for, each with 1 if from its front, −1 from its back. `None` if it
-/// touches an edge or an end lies in a plane.
+/// Slots of the counted triangles that a segment crosses, each with 1 if it does so from the front, −1 from the back. `None` if the segment
+/// touches an edge, or an end of it lies in a triangle's plane.
 pub(super) fn ray_crossings(
     tree: &Bvh,
     segment: [Vector3<f64>; 2],

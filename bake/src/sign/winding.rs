@@ -12,8 +12,8 @@
 //! | 4 | How fast does w change in a ball without triangles? | `boundary` |
 //!
 //! [`WindingNumbers::evaluate`] repeats step 2 with larger β until the error decides |w| ≥ 1/2. Step 3 makes the value
-//! exact but for rounding: for closed meshes always, for open ones where the boundary has few edges. Signs of closed meshes
-//! need no sum: a ray counts, and steps 1 to 3 are asked where each of twelve rays touches an edge
+//! exact but for rounding: for closed meshes always, for open ones where the boundary has few edges. The sign of a point of a
+//! closed mesh needs no sum: it is counted along a ray. Steps 1 to 3 serve only where each of twelve rays touches an edge
 //! ([`whole_winding_number`](crate::mesh::intersections::whole_winding_number)).
 
 mod boundary;

@@ -4,32 +4,34 @@
 //! |---|---|---|---|
 //! | `std` | `std` | inlined instruction | additions, which vector units have |
 //! | `core-math` without `std` | `core_math` | inlined instruction (unstable `core_float_math`) | conversion to `u32` |
-//! | `core-math` without `std`, on nvptx64 | `nvptx` | inlined instruction | rounding down |
+//! | the same, on nvptx64 | `core_math`, `nvptx` | inlined instruction | rounding down |
 //! | neither | `libm` | in software on some targets | conversion to `u32` |
 //!
 //! All square roots are correctly rounded (IEEE 754), so answers have the same bits in every build.
 
-#[cfg(all(feature = "core-math", not(feature = "std"), not(target_arch = "nvptx64")))]
+#[cfg(all(feature = "core-math", not(feature = "std")))]
 mod core_math;
 #[cfg(not(any(feature = "core-math", feature = "std")))]
 mod libm;
-#[cfg(all(feature = "core-math", not(feature = "std"), target_arch = "nvptx64"))]
+#[cfg(target_arch = "nvptx64")]
 mod nvptx;
 #[cfg(feature = "std")]
 mod std;
 
-#[cfg(all(feature = "core-math", not(feature = "std"), not(target_arch = "nvptx64")))]
+#[cfg(all(feature = "core-math", not(feature = "std")))]
 pub use self::core_math::{sqrt, sqrtf};
 #[cfg(not(any(feature = "core-math", feature = "std")))]
 pub use self::libm::{sqrt, sqrtf};
-#[cfg(all(feature = "core-math", not(feature = "std"), target_arch = "nvptx64"))]
-pub use self::nvptx::{indexf, maxf, minf, sqrt, sqrtf, trunc, truncf};
+#[cfg(target_arch = "nvptx64")]
+pub use self::nvptx::{indexf, maxf, minf, truncf};
 #[cfg(feature = "std")]
 pub use self::std::{sqrt, sqrtf, trunc, truncf};
-#[cfg(all(not(feature = "std"), not(all(feature = "core-math", target_arch = "nvptx64"))))]
-pub use convert::{trunc, truncf};
+#[cfg(not(feature = "std"))]
+pub use convert::trunc;
+#[cfg(not(any(feature = "std", target_arch = "nvptx64")))]
+pub use convert::truncf;
 pub use scalar::{index, max, min};
-#[cfg(not(all(feature = "core-math", not(feature = "std"), target_arch = "nvptx64")))]
+#[cfg(not(target_arch = "nvptx64"))]
 pub use scalar::{indexf, maxf, minf};
 
 /// Smallest f64 from which on neighbouring numbers are 1 apart: 2⁵². Adding it rounds a smaller number to an integer,
@@ -58,7 +60,7 @@ mod scalar {
         };
     }
     scalar!(f64, index, min, max);
-    #[cfg(not(all(feature = "core-math", not(feature = "std"), target_arch = "nvptx64")))]
+    #[cfg(not(target_arch = "nvptx64"))]
     scalar!(f32, indexf, minf, maxf);
 }
 
@@ -67,7 +69,7 @@ mod scalar {
 #[cfg(not(feature = "std"))]
 mod convert {
     /// Toward zero; 0 below zero.
-    #[cfg(not(all(feature = "core-math", target_arch = "nvptx64")))]
+    #[cfg(not(target_arch = "nvptx64"))]
     #[inline(always)]
     pub fn truncf(x: f32) -> f32 {
         x as u32 as f32

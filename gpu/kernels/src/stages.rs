@@ -9,6 +9,9 @@
 //! | [`search`] | `Minimizer::minimize_below` | survivors | hits |
 //! | [`report`] | `contact::contact_at` | hits | contacts |
 //!
+//! [`contact()`] is all three in one thread, and [`lean`] so much of them as the paper has; [`lean_cull`] and [`lean_search`] are the same
+//! in several kernels.
+//!
 //! Unsettled elements of a search ([`is_settled`]) go to a second list, the input of the certified search.
 //! Where the field has a pose, `place_points` brings the points into its frame before all this, and [`place`] the
 //! contacts into the world after it.

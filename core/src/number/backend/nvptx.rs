@@ -1,12 +1,6 @@
 //! Functions of NVIDIA's processors, whose conversions between floats and integers, and choices by a comparison, take longer than
 //! additions.
 
-pub use core::f32::math::sqrt as sqrtf;
-pub use core::f64::math::sqrt;
-
-use super::convert;
-pub use convert::trunc;
-
 /// 2²³: added to a smaller f32, it leaves an integer in the low bits.
 const UNIT_ULP_F32: f32 = 8_388_608.0;
 
