@@ -59,11 +59,10 @@ impl TriangleMesh {
     ///
     /// Unchanged unless all winding numbers are whole, as in closed meshes, or if too many triangles cross.
     pub fn without_inner_faces(self) -> Self {
-        let oriented = orient(&self);
+        let (oriented, tree) = sdf_parallel::join(|| orient(&self), || Bvh::for_points(&self));
         if oriented.boundary().next().is_some() {
-            return Self { orientation: Known::new(oriented), ..self };
+            return self.with_known(tree, oriented);
         }
-        let tree = Bvh::for_points(&self);
         let max_pairs = MAX_PAIRS.min(MAX_PAIRS_PER_TRIANGLE * self.triangles.len());
         if has_known_shells(&oriented.topology) {
             let (mesh, pairs) = self.without_free_inner_shells(&oriented, &tree, max_pairs);
@@ -72,7 +71,7 @@ impl TriangleMesh {
                 (0, _) => mesh.divided(oriented, tree, pairs),
                 (_, 0) => mesh,
                 _ => {
-                    let (oriented, tree) = (orient(&mesh), Bvh::for_points(&mesh));
+                    let (oriented, tree) = sdf_parallel::join(|| orient(&mesh), || Bvh::for_points(&mesh));
                     mesh.divided_alone(oriented, tree, max_pairs)
                 }
             };

@@ -8,7 +8,6 @@
 //!    connected part keeps its winding.
 //! 5. A closed shell with negative volume (divergence theorem, V = ⅓ Σ area vector · corner) is turned as a whole.
 
-use std::collections::VecDeque;
 use std::fmt;
 
 use crate::TriangleMesh;
@@ -239,18 +238,18 @@ fn orient_connected(
     orientations: &mut [f64],
     topology: &mut Topology,
 ) {
+    // The triangles found so far, which is also the queue of the search.
     let mut part = vec![first];
-    let mut disagreements = 0;
-    let mut queue = VecDeque::from([first]);
+    let (mut next, mut disagreements) = (0, 0);
     orientations[first] = 1.0;
-    while let Some(triangle) = queue.pop_front() {
+    while let Some(&triangle) = part.get(next) {
+        next += 1;
         for neighbour in neighbours[triangle].iter().flatten() {
             let wanted = if neighbour.agrees { orientations[triangle] } else { -orientations[triangle] };
             let orientation = &mut orientations[neighbour.triangle as usize];
             if *orientation == 0.0 {
                 *orientation = wanted;
                 part.push(neighbour.triangle as usize);
-                queue.push_back(neighbour.triangle as usize);
             } else if *orientation != wanted {
                 disagreements += 1;
             }
