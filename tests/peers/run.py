@@ -21,13 +21,15 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from finer import divide
+
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 HEAD = [
     "date", "machine", "work", "mesh", "triangles", "resolution", "program", "seconds", "least", "rounds", "ratio",
     "error", "wrong_signs", "nodes", "peak_mib", "facts",
 ]
-GROUPS = ["dense", "sparse", "contacts", "obj", "entangled"]
+GROUPS = ["dense", "sparse", "fine", "contacts", "obj", "entangled"]
 
 ORACLE = "libigl fast winding number"
 
@@ -217,15 +219,21 @@ class Run:
             programs += self.worker(name, self.python(program, mesh, nodes))
         self.take_turns("dense", mesh.stem, said["triangles"], resolution, programs, reference)
 
-    def sparse(self, mesh):
-        for resolution in [256, 512]:
+    def sparse(self, mesh, work="sparse ±3", resolutions=(256, 512)):
+        for resolution in resolutions:
             said, file = self.bake(mesh, resolution, "--layout", "sparse")
             file.unlink()
             lattice = {name: said[name] for name in ["origin", "spacing"]}
             programs = [self.our_bake(mesh, resolution, "--layout", "sparse", "--band", 3)]
             # One node suffices: the program chooses its own.
             programs += self.worker("OpenVDB meshToLevelSet", self.python("openvdb", mesh, {**lattice, "counts": [1, 1, 1]}))
-            self.take_turns("sparse ±3", mesh.stem, said["triangles"], resolution, programs)
+            self.take_turns(work, mesh.stem, said["triangles"], resolution, programs)
+
+    def fine(self, mesh):
+        finer = self.folder / mesh.name
+        divide(mesh, finer)
+        self.sparse(finer, "sparse ±3, fine", [256])
+        finer.unlink()
 
     def contacts(self, cloth, body):
         said, file = self.bake(body, 256)
@@ -335,6 +343,7 @@ def main():
     work = {
         "dense": lambda: [run.dense(mesh) for mesh in meshes],
         "sparse": lambda: [run.sparse(mesh) for mesh in meshes],
+        "fine": lambda: [run.fine(mesh) for mesh in meshes],
         "contacts": lambda: run.contacts(cloth, body) if cloth.exists() and body.exists() else None,
         "obj": run.obj,
         "entangled": run.entangled,

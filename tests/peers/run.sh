@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Measures other programs beside ours and writes docs/performance/peers.csv and entangled.csv, then docs/performance.md.
 #
-#     tests/peers/run.sh [--meshes FOLDER] [--only dense,sparse,contacts,obj,entangled] [--rounds N] [--limit SECONDS]
+#     tests/peers/run.sh [--meshes FOLDER] [--only dense,sparse,fine,contacts,obj,entangled] [--rounds N] [--limit SECONDS]
 #
 # FOLDER has the meshes as OBJ (stanford-bunny, armadillo, dragon, cloth; --names selects others). Needs Python 3.11 and PyPI;
-# as root on Debian it installs OpenVDB for Python, and Eigen to build pysdf. A full run takes about 15 minutes on an idle
+# as root on Debian it installs OpenVDB for Python, and Eigen to build pysdf. A full run takes about 20 minutes on an idle
 # machine.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
