@@ -9,6 +9,7 @@ use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
+use crate::simd::{LANES, VectorX8};
 use crate::sparse::slot_bits::SlotBits;
 use crate::sparse::splat::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
 use crate::triangle::nearest_on_triangle;
@@ -144,14 +145,14 @@ impl pulp::NullaryFnOnce for Mark<'_> {
 
     #[inline(always)]
     fn call(self) {
-        for triangle in self.range.clone() {
-            self.mark(triangle);
+        for first in self.range.clone().step_by(LANES) {
+            self.mark_eight(first..self.range.end.min(first + LANES));
         }
     }
 }
 
 /// Slots of one triangle along one axis: with nodes in its widened box, and with cells in its box.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Along {
     near: [usize; 2],
     crossed: [usize; 2],
@@ -174,19 +175,34 @@ impl Mark<'_> {
         }
     }
 
+    /// Marks the slots of up to eight triangles.
     #[inline(always)]
-    fn mark(&self, triangle: usize) {
-        let Self { slots, tree, frames, lattice, counts, stage, .. } = *self;
-        let corners = &tree.corners[triangle];
-        let ranges = [self.along(0, corners), self.along(1, corners), self.along(2, corners)];
-        if ranges.iter().any(|range| range.near[0] >= range.near[1]) {
-            return;
+    fn mark_eight(&self, triangles: Range<usize>) {
+        let Self { tree, frames, lattice, .. } = *self;
+        let slots = std::array::from_fn(|lane| (triangles.start + lane).min(triangles.end - 1) as u32);
+        let mut ranges = [[Along::default(); 3]; LANES];
+        let mut middles: VectorX8<f64> = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let corners = &tree.corners[slots[lane] as usize];
+            ranges[lane] = [self.along(0, corners), self.along(1, corners), self.along(2, corners)];
+            for axis in 0..3 {
+                let first = SIDE * ranges[lane][axis].near[0] as f64;
+                middles[axis][lane] = lattice.origin()[axis] + lattice.spacing() * (first + f64::from(HALF_NODES));
+            }
         }
+        let seen = frames.eight(&slots, &middles);
+        for (lane, triangle) in triangles.enumerate() {
+            if ranges[lane].iter().all(|range| range.near[0] < range.near[1]) {
+                self.mark(triangle, ranges[lane], &seen[lane]);
+            }
+        }
+    }
+
+    /// `frame` is seen from the middle of the nodes of the first slot in `ranges`.
+    #[inline(always)]
+    fn mark(&self, triangle: usize, ranges: [Along; 3], frame: &TriangleFrame) {
+        let Self { slots, counts, stage, .. } = *self;
         let first = ranges.map(|range| range.near[0]);
-        let spacing = lattice.spacing();
-        let middle = [0, 1, 2]
-            .map(|axis: usize| lattice.origin()[axis] + spacing * (SIDE * first[axis] as f64 + f64::from(HALF_NODES)));
-        let frame = TriangleFrame::new(triangle as u32, &frames.get(triangle), corners, middle, 1.0 / spacing);
         let PlaneFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = frame.plane;
         let size = frame.middle.iter().map(|x| x.abs()).sum::<f32>() + shape.b;
         let margin = MARGIN + 1e-5 * size;

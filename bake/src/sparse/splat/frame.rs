@@ -8,11 +8,9 @@
 //! With the longest edge along u, "inside" needs three signs that rounding cannot all turn: behind A or B one of them is a
 //! sum of two numbers of one sign, and the angle at C is at least 60°.
 
-use sdf_core::nalgebra::Vector3;
-
 use crate::bvh::Bvh;
 use crate::rounding::SLIVER_SINE_SQ;
-use crate::simd::{cross, dot, sub};
+use crate::simd::{LANES, Lanes, VectorX8, cross, dot, lane_of, sub};
 
 /// Height over the longest edge, relative to it, below which a triangle is its longest edge.
 const MIN_HEIGHT: f64 = 1e-9;
@@ -39,12 +37,10 @@ pub(in crate::sparse) struct PlaneFrame {
     pub shape: Shape,
     /// 1 or −1 if n is the outward normal or its opposite, 0 if that is unknown.
     pub outward: f32,
-    /// Corner of the triangle that is A.
-    first: u8,
 }
 
 /// A triangle seen from one point, such as the middle of a block of slots.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(in crate::sparse) struct TriangleFrame {
     /// Coordinates of the point: rounded, and what rounding took.
     pub middle: [f32; 3],
@@ -68,65 +64,126 @@ impl<'a> PlaneFrames<'a> {
         Self { tree, orientations, inv_spacing: 1.0 / spacing }
     }
 
-    /// Frame of the triangle in a slot.
+    /// Frames of the triangles in eight slots, side by side, each seen from its own point.
     #[inline(always)]
-    pub fn get(&self, slot: usize) -> PlaneFrame {
-        let orientation = self.orientations.map_or(0.0, |orientations| orientations[slot]);
-        PlaneFrame::new(&self.tree.corners[slot], orientation, self.inv_spacing)
+    pub fn eight(&self, slots: &Lanes<u32>, points: &VectorX8<f64>) -> [TriangleFrame; LANES] {
+        let mut corners: [VectorX8<f64>; 3] = [[[0.0; LANES]; 3]; 3];
+        let mut orientations = [0.0; LANES];
+        for (lane, slot) in slots.iter().enumerate() {
+            for (corners, corner) in corners.iter_mut().zip(&self.tree.corners[*slot as usize]) {
+                (0..3).for_each(|axis| corners[axis][lane] = corner[axis]);
+            }
+            orientations[lane] = self.orientations.map_or(0.0, |orientations| orientations[*slot as usize]);
+        }
+        side_by_side(&corners, &orientations, points, self.inv_spacing).frames(slots)
     }
 }
 
-impl PlaneFrame {
+/// Frames as a structure of arrays.
+#[derive(Default)]
+struct FramesX8 {
+    middle: VectorX8<f32>,
+    middle_rest: VectorX8<f32>,
+    /// u, v and n of each, by coordinate.
+    axes: [VectorX8<f32>; 3],
+    /// The fields of [`Shape`].
+    shape: [Lanes<f32>; 6],
+    outward: Lanes<f32>,
+}
+
+impl FramesX8 {
     #[inline(always)]
-    fn new(corners: &[Vector3<f64>; 3], orientation: f64, inv_spacing: f64) -> Self {
-        let corners = [0, 1, 2].map(|corner: usize| [corners[corner].x, corners[corner].y, corners[corner].z]);
-        let edges = [0, 1, 2].map(|corner: usize| sub(corners[(corner + 1) % 3], corners[corner]));
-        let lengths_sq = edges.map(|edge| dot(edge, edge));
-        let after_first = if lengths_sq[1] >= lengths_sq[2] { 1 } else { 2 };
-        let first = if lengths_sq[0] >= lengths_sq[after_first] { 0 } else { after_first };
-        let scaled = |vector: [f64; 3], by: f64| vector.map(|x| x * by);
-        let (ab, ac) = (scaled(edges[first], inv_spacing), scaled(edges[(first + 2) % 3], -inv_spacing));
+    fn frames(&self, slots: &Lanes<u32>) -> [TriangleFrame; LANES] {
+        let mut frames = [TriangleFrame::default(); LANES];
+        for lane in 0..LANES {
+            let axes = [0, 1, 2].map(|axis: usize| lane_of(&self.axes[axis], lane));
+            let [b, c_x, c_y, inv_ac_sq, inv_bc_sq, bc_x] = self.shape.map(|numbers| numbers[lane]);
+            let shape = Shape { b, c: [c_x, c_y], inv_ac_sq, inv_bc_sq, bc_x };
+            let plane = PlaneFrame { axes, shape, outward: self.outward[lane] };
+            let (middle, middle_rest) = (lane_of(&self.middle, lane), lane_of(&self.middle_rest, lane));
+            frames[lane] = TriangleFrame { middle, middle_rest, plane, slot: slots[lane] };
+        }
+        frames
+    }
+}
+
+/// Frames of eight triangles. Branches would keep the loop from becoming vectors: compilers move what a choice chooses between into
+/// the branches of an `if`.
+#[inline(always)]
+fn side_by_side(
+    corners: &[VectorX8<f64>; 3],
+    orientations: &Lanes<f64>,
+    points: &VectorX8<f64>,
+    inv_spacing: f64,
+) -> FramesX8 {
+    let mut frames = FramesX8::default();
+    for lane in 0..LANES {
+        let [a, b, c] = [lane_of(&corners[0], lane), lane_of(&corners[1], lane), lane_of(&corners[2], lane)];
+        let edges = [sub(b, a), sub(c, b), sub(a, c)];
+        let [first_sq, second_sq, third_sq] =
+            [dot(edges[0], edges[0]), dot(edges[1], edges[1]), dot(edges[2], edges[2])];
+        let is_second = second_sq >= third_sq;
+        let is_first = first_sq >= select(is_second, second_sq, third_sq);
+        // Of the first, second and third corner, that at which the longest edge begins: A.
+        let of_first = |first, second, third| choose(is_first, first, choose(is_second, second, third));
+        let ab = scaled(of_first(edges[0], edges[1], edges[2]), inv_spacing);
+        let ac = scaled(of_first(edges[2], edges[0], edges[1]), -inv_spacing);
+        let point = lane_of(points, lane);
+        let from_a = scaled(of_first(sub(point, a), sub(point, b), sub(point, c)), inv_spacing);
         let length = dot(ab, ab).sqrt();
-        let u = if length > 0.0 { scaled(ab, 1.0 / length) } else { [1.0, 0.0, 0.0] };
+        let u = choose(length > 0.0, scaled(ab, 1.0 / length), [1.0, 0.0, 0.0]);
         let c_x = dot(ac, u);
         let height = sub(ac, scaled(u, c_x));
         let c_y = dot(height, height).sqrt();
         let has_height = c_y > MIN_HEIGHT * length;
-        let v = if has_height {
-            scaled(height, 1.0 / c_y)
-        } else {
-            let across = cross(u, if u[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] });
-            scaled(across, 1.0 / dot(across, across).sqrt())
-        };
-        let c_y = if has_height { c_y } else { 0.0 };
+        let across = cross(u, choose(u[0].abs() < 0.6, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]));
+        let v = choose(has_height, scaled(height, 1.0 / c_y), scaled(across, 1.0 / dot(across, across).sqrt()));
+        let c_y = select(has_height, c_y, 0.0);
         let n = cross(u, v);
-        let inverse = |x: f64| if x > 0.0 { (1.0 / x) as f32 } else { 0.0 };
         let bc_x = c_x - length;
-        let shape = Shape {
-            b: length as f32,
-            c: [c_x as f32, c_y as f32],
-            inv_ac_sq: inverse(c_x * c_x + c_y * c_y),
-            inv_bc_sq: inverse(bc_x * bc_x + c_y * c_y),
-            bc_x: bc_x as f32,
-        };
+        let inverse = |x: f64| select(x > 0.0, 1.0 / x, 0.0) as f32;
         // n is the winding's normal: v points to the third corner. In voxels, nothing overflows.
         let doubled_area = cross(ab, ac);
         let is_sliver = dot(doubled_area, doubled_area) <= SLIVER_SINE_SQ * dot(ab, ab) * dot(ac, ac);
-        let outward = if is_sliver { 0.0 } else { orientation as f32 };
-        Self { axes: [u, v, n].map(|axis| axis.map(|x| x as f32)), shape, outward, first: first as u8 }
+        frames.outward[lane] = select(is_sliver, 0.0, orientations[lane]) as f32;
+        frames.shape[0][lane] = length as f32;
+        frames.shape[1][lane] = c_x as f32;
+        frames.shape[2][lane] = c_y as f32;
+        frames.shape[3][lane] = inverse(c_x * c_x + c_y * c_y);
+        frames.shape[4][lane] = inverse(bc_x * bc_x + c_y * c_y);
+        frames.shape[5][lane] = bc_x as f32;
+        let axes = [single(u), single(v), single(n)];
+        for axis in 0..3 {
+            for coordinate in 0..3 {
+                frames.axes[axis][coordinate][lane] = axes[axis][coordinate];
+            }
+            let [x, y, z] = axes[axis];
+            let along = dot(from_a, [f64::from(x), f64::from(y), f64::from(z)]);
+            frames.middle[axis][lane] = along as f32;
+            frames.middle_rest[axis][lane] = (along - f64::from(along as f32)) as f32;
+        }
     }
+    frames
 }
 
-impl TriangleFrame {
-    #[inline(always)]
-    pub fn new(slot: u32, plane: &PlaneFrame, corners: &[Vector3<f64>; 3], middle: [f64; 3], inv_spacing: f64) -> Self {
-        let a = corners[usize::from(plane.first)];
-        let from_a = sub(middle, [a.x, a.y, a.z]).map(|x| x * inv_spacing);
-        let coordinates = plane.axes.map(|axis| dot(from_a, axis.map(f64::from)));
-        let middle = coordinates.map(|x| x as f32);
-        let middle_rest = [0, 1, 2].map(|axis: usize| (coordinates[axis] - f64::from(middle[axis])) as f32);
-        Self { middle, middle_rest, plane: *plane, slot }
-    }
+#[inline(always)]
+fn select(is_first: bool, first: f64, second: f64) -> f64 {
+    std::hint::select_unpredictable(is_first, first, second)
+}
+
+#[inline(always)]
+fn choose(is_first: bool, [a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 3] {
+    [select(is_first, a, d), select(is_first, b, e), select(is_first, c, f)]
+}
+
+#[inline(always)]
+fn scaled([x, y, z]: [f64; 3], by: f64) -> [f64; 3] {
+    [x * by, y * by, z * by]
+}
+
+#[inline(always)]
+fn single([x, y, z]: [f64; 3]) -> [f32; 3] {
+    [x as f32, y as f32, z as f32]
 }
 
 #[inline(always)]

@@ -13,6 +13,7 @@ use super::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
 use super::packed::{WIDTH, pack_bits};
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
+use crate::simd::LANES;
 
 /// Slots along a side of a block.
 pub(super) const BLOCK: u32 = 4;
@@ -32,12 +33,7 @@ pub(super) struct SlotLists {
     base: [u32; 3],
     /// Slots of the triangles in the tree.
     near: Vec<u32>,
-    /// Frames made before, with the slot of each, at the slot modulo their number.
-    frames: Vec<(u32, PlaneFrame)>,
 }
-
-/// Frames that are kept: blocks beside each other have many triangles in common.
-const KEPT_FRAMES: usize = 4096;
 
 /// A slot that is to be measured.
 #[derive(Clone, Copy)]
@@ -49,13 +45,7 @@ pub(super) struct WantedSlot {
 
 impl SlotLists {
     pub fn new() -> Self {
-        Self {
-            triangles: vec![],
-            lists: vec![vec![]; BLOCK_SLOTS],
-            base: [0; 3],
-            near: vec![],
-            frames: vec![(u32::MAX, PlaneFrame::default()); KEPT_FRAMES],
-        }
+        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3], near: vec![] }
     }
 
     /// Fills the lists of some slots of one block. Returns false, and fills nothing, if more than `max_triangles` are
@@ -140,17 +130,14 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
         let Self { lists, mesh, frames, reaches, max_reach, base, inv_spacing } = self;
         let half_side = 0.5 * SLOT_SIDE as f32;
         let middle = base + Vector3::repeat(0.5 * f64::from(BLOCK) * SLOT_SIDE / inv_spacing);
-        let SlotLists { triangles, lists, near, frames: kept, .. } = lists;
+        let SlotLists { triangles, lists, near, .. } = lists;
         let corners = &mesh.tree().corners;
         triangles.clear();
         triangles.reserve(near.len());
-        for slot in near.iter() {
-            let index = *slot as usize;
-            let kept = &mut kept[index % KEPT_FRAMES];
-            if kept.0 != *slot {
-                *kept = (*slot, frames.get(index));
-            }
-            triangles.push(TriangleFrame::new(*slot, &kept.1, &corners[index], middle.into(), inv_spacing));
+        let middles = [0, 1, 2].map(|axis: usize| [middle[axis]; LANES]);
+        for slots in near.chunks(LANES) {
+            let all = std::array::from_fn(|lane| slots[lane.min(slots.len() - 1)]);
+            triangles.extend_from_slice(&frames.eight(&all, &middles)[..slots.len()]);
         }
         for (index, triangle) in (0..).zip(triangles.iter()) {
             let TriangleFrame { middle: [u, v, w], plane, .. } = *triangle;

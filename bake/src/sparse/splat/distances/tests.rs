@@ -5,6 +5,7 @@ use sdf_core::nalgebra::Vector3;
 use super::*;
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
+use crate::simd::LANES;
 use crate::sparse::splat::frame::PlaneFrames;
 
 /// Triangles wound outward, seen from the origin, in voxels of side one.
@@ -13,7 +14,7 @@ fn frames(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<TriangleFrame> {
     let tree = Bvh::new(&mesh);
     let orientations = vec![1.0; triangles.len()];
     let planes = PlaneFrames::new(&tree, Some(&orientations), 1.0);
-    let frame = |slot| TriangleFrame::new(slot as u32, &planes.get(slot), &tree.corners[slot], [0.0; 3], 1.0);
+    let frame = |slot: usize| planes.eight(&[slot as u32; LANES], &[[0.0; LANES]; 3])[0];
     (0..triangles.len()).map(frame).collect()
 }
 
