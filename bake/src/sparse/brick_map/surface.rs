@@ -190,7 +190,7 @@ impl Mark<'_> {
                 middles[axis][lane] = lattice.origin()[axis] + lattice.spacing() * (first + f64::from(HALF_NODES));
             }
         }
-        let seen = frames.eight(&slots, &middles);
+        let seen = frames.eight(&slots, &frames.corners(&slots), &middles);
         for (lane, triangle) in triangles.enumerate() {
             if ranges[lane].iter().all(|range| range.near[0] < range.near[1]) {
                 self.mark(triangle, ranges[lane], &seen[lane]);

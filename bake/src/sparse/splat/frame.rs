@@ -64,18 +64,28 @@ impl<'a> PlaneFrames<'a> {
         Self { tree, orientations, inv_spacing: 1.0 / spacing }
     }
 
-    /// Frames of the triangles in eight slots, side by side, each seen from its own point.
+    /// Corners of the triangles in eight slots.
     #[inline(always)]
-    pub fn eight(&self, slots: &Lanes<u32>, points: &VectorX8<f64>) -> [TriangleFrame; LANES] {
-        let mut corners: [VectorX8<f64>; 3] = [[[0.0; LANES]; 3]; 3];
-        let mut orientations = [0.0; LANES];
+    pub fn corners(&self, slots: &Lanes<u32>) -> [VectorX8<f64>; 3] {
+        let mut all: [VectorX8<f64>; 3] = [[[0.0; LANES]; 3]; 3];
         for (lane, slot) in slots.iter().enumerate() {
-            for (corners, corner) in corners.iter_mut().zip(&self.tree.corners[*slot as usize]) {
+            for (corners, corner) in all.iter_mut().zip(&self.tree.corners[*slot as usize]) {
                 (0..3).for_each(|axis| corners[axis][lane] = corner[axis]);
             }
-            orientations[lane] = self.orientations.map_or(0.0, |orientations| orientations[*slot as usize]);
         }
-        side_by_side(&corners, &orientations, points, self.inv_spacing).frames(slots)
+        all
+    }
+
+    /// Frames of the triangles in eight slots, of which these are the corners, side by side, each seen from its own point.
+    #[inline(always)]
+    pub fn eight(
+        &self,
+        slots: &Lanes<u32>,
+        corners: &[VectorX8<f64>; 3],
+        points: &VectorX8<f64>,
+    ) -> [TriangleFrame; LANES] {
+        let orientation = |slot: u32| self.orientations.map_or(0.0, |orientations| orientations[slot as usize]);
+        side_by_side(corners, &slots.map(orientation), points, self.inv_spacing).frames(slots)
     }
 }
 

@@ -13,7 +13,7 @@ use super::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
 use super::packed::{WIDTH, pack_bits};
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
-use crate::simd::LANES;
+use crate::simd::{LANES, Lanes, VectorX8, max, min};
 
 /// Slots along a side of a block.
 pub(super) const BLOCK: u32 = 4;
@@ -33,6 +33,8 @@ pub(super) struct SlotLists {
     base: [u32; 3],
     /// Slots of the triangles in the tree.
     near: Vec<u32>,
+    /// For each triangle the slots of the block that its box is near.
+    rows: Vec<u64>,
 }
 
 /// A slot that is to be measured.
@@ -45,7 +47,7 @@ pub(super) struct WantedSlot {
 
 impl SlotLists {
     pub fn new() -> Self {
-        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3], near: vec![] }
+        Self { triangles: vec![], lists: vec![vec![]; BLOCK_SLOTS], base: [0; 3], near: vec![], rows: vec![] }
     }
 
     /// Fills the lists of some slots of one block. Returns false, and fills nothing, if more than `max_triangles` are
@@ -89,7 +91,7 @@ impl SlotLists {
         }
         self.lists.iter_mut().for_each(Vec::clear);
         let base = corner(self.base);
-        tree.arch.dispatch(Splat { lists: self, mesh, frames, reaches: &reaches, max_reach, base, inv_spacing });
+        tree.arch.dispatch(Splat { lists: self, frames, reaches: &reaches, max_reach, base, inv_spacing });
         true
     }
 
@@ -111,9 +113,8 @@ impl SlotLists {
 }
 
 /// Writes all triangles into lists.
-struct Splat<'a, 'b> {
+struct Splat<'a> {
     lists: &'a mut SlotLists,
-    mesh: &'a MeshDistance<'b>,
     frames: &'a PlaneFrames<'a>,
     reaches: &'a [f32; BLOCK_SLOTS],
     max_reach: f32,
@@ -122,29 +123,31 @@ struct Splat<'a, 'b> {
     inv_spacing: f64,
 }
 
-impl pulp::NullaryFnOnce for Splat<'_, '_> {
+impl pulp::NullaryFnOnce for Splat<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { lists, mesh, frames, reaches, max_reach, base, inv_spacing } = self;
+        let Self { lists, frames, reaches, max_reach, base, inv_spacing } = self;
         let half_side = 0.5 * SLOT_SIDE as f32;
         let middle = base + Vector3::repeat(0.5 * f64::from(BLOCK) * SLOT_SIDE / inv_spacing);
-        let SlotLists { triangles, lists, near, .. } = lists;
-        let corners = &mesh.tree().corners;
+        let SlotLists { triangles, lists, near, rows, .. } = lists;
         triangles.clear();
         triangles.reserve(near.len());
         let middles = [0, 1, 2].map(|axis: usize| [middle[axis]; LANES]);
+        rows.clear();
         for slots in near.chunks(LANES) {
             let all = std::array::from_fn(|lane| slots[lane.min(slots.len() - 1)]);
-            triangles.extend_from_slice(&frames.eight(&all, &middles)[..slots.len()]);
+            let corners = frames.corners(&all);
+            let seen = frames.eight(&all, &corners, &middles);
+            let reaches = seen.map(|triangle| f64::from(max_reach + margin(&triangle)));
+            let near = slots_near_boxes(&corners, base.into(), inv_spacing, &reaches);
+            triangles.extend_from_slice(&seen[..slots.len()]);
+            rows.extend_from_slice(&near[..slots.len()]);
         }
-        for (index, triangle) in (0..).zip(triangles.iter()) {
-            let TriangleFrame { middle: [u, v, w], plane, .. } = *triangle;
+        for (index, (triangle, rows)) in (0..).zip(triangles.iter().zip(rows.iter())) {
+            let (TriangleFrame { middle: [u, v, w], plane, .. }, margin) = (*triangle, margin(triangle));
             let PlaneFrame { axes: [u_axis, v_axis, n_axis], shape, .. } = plane;
-            let rounding = BRICK_DISTANCE_ROUNDING * (u.abs() + v.abs() + w.abs() + shape.b + 32.0);
-            let margin = MARGIN + 2.0 * rounding;
-            let rows = slots_near_box(&corners[triangle.slot as usize], base, inv_spacing, max_reach + margin);
             let plane_reach = half_side * (n_axis[0].abs() + n_axis[1].abs() + n_axis[2].abs()) + margin;
             for layer in 0..BLOCK as usize {
                 let in_layer = rows >> (WIDTH * layer) & 0xffff;
@@ -175,22 +178,42 @@ impl pulp::NullaryFnOnce for Splat<'_, '_> {
     }
 }
 
-/// Bits of the slots of a block that a triangle's box comes within `reach` of.
+/// Added to the reach of each slot for one triangle, in voxels.
 #[inline(always)]
-fn slots_near_box(corners: &[Vector3<f64>; 3], base: Vector3<f64>, inv_spacing: f64, reach: f32) -> u64 {
-    let [a, b, c] = corners;
-    let [lower, upper] = [a.inf(b).inf(c), a.sup(b).sup(c)].map(|end| (end - base) * inv_spacing);
-    let along = |axis: usize| {
-        let (lower, upper) = (lower[axis] - f64::from(reach), upper[axis] + f64::from(reach));
-        (0..BLOCK as usize).fold(0_u64, |bits, slot| {
-            let start = slot as f64 * SLOT_SIDE;
-            bits | u64::from((lower <= start + SLOT_SIDE) & (upper >= start)) << slot
-        })
-    };
-    // A bit for each row of four slots, then for each layer of four rows.
-    let spread = |bits: u64, by: usize| (0..4).fold(0, |all, slot| all | (bits >> slot & 1) << (by * slot));
-    let (x, y, z) = (along(0), spread(along(1), 4), spread(along(2), 16));
-    (x * y) * z
+fn margin(triangle: &TriangleFrame) -> f32 {
+    let [u, v, w] = triangle.middle;
+    let rounding = BRICK_DISTANCE_ROUNDING * (u.abs() + v.abs() + w.abs() + triangle.plane.shape.b + 32.0);
+    MARGIN + 2.0 * rounding
+}
+
+/// Bits of the slots of a block that the boxes of eight triangles come within `reaches` of.
+#[inline(always)]
+fn slots_near_boxes(
+    corners: &[VectorX8<f64>; 3],
+    base: [f64; 3],
+    inv_spacing: f64,
+    reaches: &Lanes<f64>,
+) -> Lanes<u64> {
+    // A bit for each slot of a row, then for each row of a layer, and for each layer.
+    let mut bits = [[0_u64; LANES]; 3];
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            let [a, b, c] = [corners[0][axis][lane], corners[1][axis][lane], corners[2][axis][lane]];
+            let lower = (min(min(a, b), c) - base[axis]) * inv_spacing - reaches[lane];
+            let upper = (max(max(a, b), c) - base[axis]) * inv_spacing + reaches[lane];
+            let mut near = 0;
+            for slot in 0..BLOCK as usize {
+                let start = slot as f64 * SLOT_SIDE;
+                near |= u64::from((lower <= start + SLOT_SIDE) & (upper >= start)) << (slot << (2 * axis));
+            }
+            bits[axis][lane] = near;
+        }
+    }
+    let mut slots = [0; LANES];
+    for lane in 0..LANES {
+        slots[lane] = bits[0][lane] * bits[1][lane] * bits[2][lane];
+    }
+    slots
 }
 
 #[cfg(test)]
@@ -208,8 +231,9 @@ mod tests {
                     let mut at = Vector3::repeat(4.0);
                     let start = SLOT_SIDE * slot as f64;
                     at[axis] = if is_before { start - gap } else { start + SLOT_SIDE + gap };
-                    let corners = [base + at * spacing; 3];
-                    let bits = slots_near_box(&corners, base, 1.0 / spacing, reach);
+                    let corner = base + at * spacing;
+                    let corners = [[[corner.x; LANES], [corner.y; LANES], [corner.z; LANES]]; 3];
+                    let [bits, ..] = slots_near_boxes(&corners, base.into(), 1.0 / spacing, &[reach; LANES]);
                     let index = slot << (2 * axis);
                     assert_eq!(bits >> index & 1 == 1, is_near, "slot {slot} along {axis}, {gap} away");
                 }

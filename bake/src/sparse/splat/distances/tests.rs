@@ -14,7 +14,10 @@ fn frames(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<TriangleFrame> {
     let tree = Bvh::new(&mesh);
     let orientations = vec![1.0; triangles.len()];
     let planes = PlaneFrames::new(&tree, Some(&orientations), 1.0);
-    let frame = |slot: usize| planes.eight(&[slot as u32; LANES], &[[0.0; LANES]; 3])[0];
+    let frame = |slot: usize| {
+        let slots = [slot as u32; LANES];
+        planes.eight(&slots, &planes.corners(&slots), &[[0.0; LANES]; 3])[0]
+    };
     (0..triangles.len()).map(frame).collect()
 }
 
