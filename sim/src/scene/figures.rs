@@ -83,6 +83,13 @@ impl Figures {
         missed.collect()
     }
 
+    /// Most that the energy exceeded the start, over the most that it fell, or without a loss, as in free flight, over the kinetic energy at
+    /// the start. Without either, any gain is 1.
+    pub(super) fn energy_gain([start, highest, lowest]: [f64; 3], kinetic_at_start: f64) -> f64 {
+        let (gain, scale) = (highest - start, (start - lowest).max(kinetic_at_start));
+        if scale > 0.0 { gain / scale } else { f64::from(u8::from(gain > 0.0)) }
+    }
+
     /// Counts deep faces, if there are more of them or a deeper one than before.
     pub(super) fn add_deep(&mut self, count: usize, depth: f64) {
         self.deep_faces = self.deep_faces.max(count);
@@ -115,6 +122,23 @@ impl Figures {
                 detect: self.seconds.detect + other.seconds.detect,
                 solve: self.seconds.solve + other.seconds.solve,
             },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn energy_from_nothing_is_a_gain_of_one() {
+        for (energy, kinetic, gain) in [
+            ([5.0, 6.0, 1.0], 2.0, 0.25),
+            ([5.0, 6.0, 5.0], 2.0, 0.5),
+            ([5.0, 6.0, 5.0], 0.0, 1.0),
+            ([5.0, 5.0, 5.0], 0.0, 0.0),
+        ] {
+            assert_eq!(Figures::energy_gain(energy, kinetic), gain, "{energy:?}");
         }
     }
 }

@@ -321,10 +321,7 @@ impl<'a> Run<'a> {
         figures.stretch = world.max_stretch();
         figures.jitter = self.spec.rate * (self.squares.0 / self.squares.1.max(1) as f64).sqrt();
         figures.drift = self.settled.iter().zip(&points).map(|(a, b)| distance_sq(a, b).sqrt()).fold(0.0, f64::max);
-        let [start, highest, lowest] = self.energy;
-        // Without a loss, as in free flight, the kinetic energy at the start is the measure.
-        let scale = (start - lowest).max(self.start.kinetic_energy()).max(f64::MIN_POSITIVE);
-        figures.energy_gain = (highest - start) / scale;
+        figures.energy_gain = Figures::energy_gain(self.energy, self.start.kinetic_energy());
         // What holds a pin is not known.
         let has_pins = world.inv_mass.contains(&0.0);
         let change = world.momentum() - self.start.momentum() - world.outer.sum;
