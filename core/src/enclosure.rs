@@ -1,8 +1,7 @@
 //! Enclosures of a field in a region: intervals of the value and of the gradient, and exact minima where they are known.
 //!
-//! The bounds are those of interval analysis (Moore 1966, "Interval Analysis"): an enclosure of φ over a hull holds every
-//! value there, rounding included. Fields that know nothing better are bounded by their slope:
-//! φ(about) ± slope_bound · distance.
+//! The bounds are those of interval analysis (Moore 1966, "Interval Analysis"): an enclosure of φ over a hull holds every value there,
+//! rounding included. Fields that know nothing better are bounded by their slope: φ(about) ± slope_bound · distance.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -23,6 +22,9 @@ pub trait EnclosedSdf: Sdf {
     fn enclose_box(&self, _region: &Aabb) -> BoxEnclosure {
         BoxEnclosure { slope_bound: self.slope_bound(), ..BoxEnclosure::ANYTHING }
     }
+
+    /// Does a cull of many save time if it asks [`lowest_in_box`](Self::lowest_in_box) for each? Else it asks that for several together.
+    const SLOPES_TAKE_LONG: bool = false;
 
     /// Lower bound of φ in a box, at most that of [`enclose_box`](Self::enclose_box), in less time; −∞ where there is none.
     #[inline(always)]
@@ -55,8 +57,7 @@ pub trait EnclosedSdf: Sdf {
         Self::IS_CONVEX
     }
 
-    /// For each of one to four corners: upper bound of the total rise of φ along any straight path to it from a point of
-    /// the hull.
+    /// For each of one to four corners: upper bound of the total rise of φ along any straight path to it from a point of the hull.
     fn max_rise_to_corners<R: Float>(&self, corners: &[Vector3<R>]) -> [R; 4] {
         if self.is_convex_on(corners) {
             max_rise_of_convex(self, corners)
@@ -105,8 +106,7 @@ pub trait EnclosedSdf: Sdf {
         self.evaluate(point)
     }
 
-    /// Visits the fields whose minimum this field is: the parts of a union, else the field itself. A search of a union can
-    /// so use what each part knows.
+    /// Visits the fields whose minimum this field is: the parts of a union, else the field itself. So a search uses what each knows.
     #[inline(always)]
     fn visit_parts<V: PartVisitor>(&self, visitor: &mut V) {
         visitor.visit(&self);
@@ -121,6 +121,7 @@ pub trait PartVisitor {
 
 impl<F: EnclosedSdf + ?Sized> EnclosedSdf for &F {
     const IS_CONVEX: bool = F::IS_CONVEX;
+    const SLOPES_TAKE_LONG: bool = F::SLOPES_TAKE_LONG;
     #[inline(always)]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         (**self).enclose_box(region)
@@ -331,8 +332,7 @@ impl<R: Float> Enclosure<R> {
         unrounded.widen(rounding(FieldScale::new(field), about, distance, value))
     }
 
-    /// Enclosure of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(p) + ∇φ(p)·(x − p) for p = `about` and for
-    /// one of the corners.
+    /// Enclosure of a convex φ, which lies above its tangent planes: φ(x) ≥ φ(p) + ∇φ(p)·(x − p) for p = `about` and for one corner.
     pub fn from_tangent_planes<F: Sdf + ?Sized>(field: &F, about: Vector3<R>, corners: &[Vector3<R>]) -> Self {
         let (value, plane) = tangent_planes(field, about, corners);
         let distance = max_distance(about, corners);

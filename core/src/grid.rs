@@ -210,6 +210,8 @@ impl<S: Storage> Sdf for Grid<S> {
 }
 
 impl<S: Storage> EnclosedSdf for Grid<S> {
+    const SLOPES_TAKE_LONG: bool = S::SLOPES_TAKE_LONG;
+
     /// From the block bounds of the nodes of all cells that the box meets, after it was clamped to the grid.
     #[cfg_attr(feature = "std", inline(always))]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
@@ -279,7 +281,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         }
     }
 
-    /// Lower bound from samples alone, where a storage's slopes cost more. Outside, a point is as far from the grid as along one
+    /// Lower bound from samples alone. Outside, a point is as far from the grid as along one
     /// axis at least.
     #[inline(always)]
     fn lowest_in_box(&self, region: &Aabb) -> f64 {

@@ -131,9 +131,9 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
     let search_chunk = |elements: Vec<Element<f64, N>>| {
         let query = Query { field, pose: options.pose, margin: report.search_margin(&elements), elements: &elements };
         let mut found = Contacts::default();
-        for (index, outcome) in query.outcomes(minimizer) {
-            found.count(&outcome);
-            found.contacts.extend(report.contact(&elements[index], outcome));
+        for (index, outcome) in &query.outcomes(minimizer) {
+            found.count(outcome);
+            found.contacts.extend(report.contact(&elements[*index], outcome));
         }
         found
     };
@@ -206,10 +206,10 @@ impl<'a> Report<'a> {
         largest + self.error
     }
 
-    fn contact<const N: usize>(&self, element: &Element<f64, N>, outcome: Outcome<f64, N>) -> Option<Contact<f64>> {
+    fn contact<const N: usize>(&self, element: &Element<f64, N>, outcome: &Outcome<f64, N>) -> Option<Contact<f64>> {
         let contact = match outcome {
-            Outcome::Contact(contact) => contact,
-            _ => self.of_separated(element, &outcome)?,
+            Outcome::Contact(contact) => *contact,
+            _ => self.of_separated(element, outcome)?,
         };
         self.settle(element, contact)
     }

@@ -38,6 +38,14 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> WithBlockBounds<S, B> {
     pub fn bounds(&self) -> &[BlockBounds] {
         self.bounds.as_ref()
     }
+
+    /// The bounds of a slot.
+    #[inline(always)]
+    fn at(&self, slot: [u32; 3]) -> Option<&BlockBounds> {
+        let (count_x, count_y) = (self.block_counts[0] as usize, self.block_counts[1] as usize);
+        let (x, y, z) = (slot[0] as usize, slot[1] as usize, slot[2] as usize);
+        self.bounds.as_ref().get((z * count_y + y) * count_x + x)
+    }
 }
 
 impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
@@ -67,15 +75,18 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
         self.storage.error_bound(first, last, at)
     }
 
+    const HAS_LOWEST: bool = true;
+
+    #[inline(always)]
+    fn lowest(&self, first: [u32; 3], last: [u32; 3]) -> Option<f32> {
+        merge_slots(first, last, f32::INFINITY, |slot| Some(self.at(slot)?.range.lower), f32::min)
+    }
+
     const HAS_BLOCK_BOUNDS: bool = true;
 
     #[inline(always)]
     fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
-        let (count_x, count_y) = (self.block_counts[0] as usize, self.block_counts[1] as usize);
-        merge_blocks(first, last, |slot| {
-            let (x, y, z) = (slot[0] as usize, slot[1] as usize, slot[2] as usize);
-            self.bounds.as_ref().get((z * count_y + y) * count_x + x).copied()
-        })
+        merge_blocks(first, last, |slot| self.at(slot).copied())
     }
 }
 

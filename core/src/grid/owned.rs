@@ -199,6 +199,8 @@ impl Storage for OwnedStorage {
         for_each_storage!(self, dense => dense.copy_box(first, counts, to), sparse => sparse.copy_box(first, counts, to));
     }
 
+    const SLOPES_TAKE_LONG: bool = true;
+
     const HAS_LOWEST: bool = true;
 
     #[inline]

@@ -370,6 +370,8 @@ impl<B: BrickData> Storage for Sparse<B> {
     }
 
     // Slopes of empty slots are computed.
+    const SLOPES_TAKE_LONG: bool = true;
+
     const HAS_LOWEST: bool = true;
 
     #[inline(always)]

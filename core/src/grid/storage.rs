@@ -46,6 +46,9 @@ pub trait Storage {
         copy_rows(self, first, counts, samples);
     }
 
+    /// See [`EnclosedSdf::SLOPES_TAKE_LONG`](crate::EnclosedSdf::SLOPES_TAKE_LONG).
+    const SLOPES_TAKE_LONG: bool = false;
+
     /// Does [`lowest`](Self::lowest) take less time than [`block_bounds`](Self::block_bounds)? If not, it is never called.
     const HAS_LOWEST: bool = false;
 
@@ -110,6 +113,7 @@ impl<S: Storage> Storage for &S {
         (**self).copy_box(first, counts, samples);
     }
 
+    const SLOPES_TAKE_LONG: bool = S::SLOPES_TAKE_LONG;
     const HAS_LOWEST: bool = S::HAS_LOWEST;
 
     #[inline(always)]

@@ -37,6 +37,11 @@ pub(super) type KernelSample<R, const N: usize> = ([R; N], [R; 1], Vector3<R>);
 
 impl<R: Real, const N: usize> WeightedSample<R, N> {
     #[inline(always)]
+    pub fn new((weights, [value], gradient): KernelSample<R, N>, status: Status<R::Mask>) -> Self {
+        Self { weights, sample: Sample { value, gradient, status } }
+    }
+
+    #[inline(always)]
     pub fn kernel_sample(&self) -> KernelSample<R, N> {
         (self.weights, [self.sample.value], self.sample.gradient)
     }
@@ -58,6 +63,19 @@ pub(super) fn lower<R: Real, const N: usize>(
     let value = R::select(is_lower, candidate.1[0], best.1[0]);
     let gradient = select(is_lower, candidate.2, best.2);
     ((weights, [value], gradient), [R::select(is_lower, R::one(), R::zero())])
+}
+
+/// The status of the lower one, where `is_candidate` comes from [`lower`].
+#[inline(always)]
+pub(super) fn lower_status<R: Real>(
+    candidate: Status<R::Mask>,
+    best: Status<R::Mask>,
+    is_candidate: R,
+) -> Status<R::Mask> {
+    match best.merge(candidate).is_good() {
+        true => best,
+        false => Status::select(R::zero().lt(is_candidate), candidate, best),
+    }
 }
 
 /// [`lower`] as a kernel: from the candidate, the best and `active`.
@@ -146,21 +164,9 @@ impl<'a, R: Real, F: EnclosedSdf, const N: usize> DescentState<'a, R, F, N> {
     #[cfg_attr(feature = "std", inline(always))]
     pub fn keep_lower(&mut self, candidate: WeightedSample<R, N>, active: R) {
         let kept = run(&Lower, (candidate.kernel_sample(), self.best.kernel_sample(), [active]));
-        self.replace_best(kept, candidate.sample.status);
-    }
-
-    /// Replaces the best by the result of [`lower`] for a candidate with this status.
-    #[inline(always)]
-    pub fn replace_best(
-        &mut self,
-        ((weights, [value], gradient), [is_candidate]): (KernelSample<R, N>, [R; 1]),
-        status: Status<R::Mask>,
-    ) {
-        let status = match self.best.sample.status {
-            best if best.merge(status).is_good() => best,
-            best => Status::select(R::zero().lt(is_candidate), status, best),
-        };
-        self.best = WeightedSample { weights, sample: Sample { value, gradient, status } };
+        let (best, [is_candidate]) = kept;
+        let status = lower_status(candidate.sample.status, self.best.sample.status, is_candidate);
+        self.best = WeightedSample::new(best, status);
     }
 
     /// Makes the result from the best point. Inlined, as each method calls it once.

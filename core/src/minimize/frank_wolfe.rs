@@ -2,10 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::descent_state::{DescentState, KernelSample, WeightedSample, lower};
+use super::descent_state::{DescentState, KernelSample, WeightedSample, lower, lower_status};
 use super::{Minimizer, Minimum};
-use crate::number::kernel::LaneKernel;
-use crate::number::kernel::run;
+use crate::number::kernel::{LaneKernel, run_into};
 use crate::number::{Mask, Parameter, Real};
 use crate::simplex::corner_weights;
 use crate::{EnclosedSdf, Simplex};
@@ -64,25 +63,28 @@ impl FrankWolfe {
         mut state: DescentState<R, F, N>,
     ) -> Minimum<R, N> {
         let tolerance = state.longest_edge * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
-        let (mut current, mut active) = (state.best, R::one());
+        let (best, mut current, mut status) = (state.best.kernel_sample(), state.best.sample, state.best.sample.status);
+        let mut after = ((best, [R::zero()]), best.0, Vector3::zeros(), [R::one()]);
         for taken in 0..self.iterations {
             let rate = RATES.get(taken as usize).copied().unwrap_or_else(|| rate(taken));
-            let step = Step { rate };
-            let (kept, next, point, [goes_on]) =
-                run(&step, (*simplex, current.kernel_sample(), state.best.kernel_sample(), [active, tolerance]));
-            state.replace_best(kept, current.sample.status);
-            active = goes_on;
-            if !R::zero().lt(active).any() {
+            let ((best, _), weights, _, [active]) = after;
+            let before = (*simplex, (weights, [current.value], current.gradient), best, [active, tolerance]);
+            run_into(&Step { rate }, before, &mut after);
+            let ((_, [is_current]), _, point, [active]) = &mut after;
+            status = lower_status(current.status, status, *is_current);
+            if !R::zero().lt(*active).any() {
                 break;
             }
             if R::LANES == 1 {
                 // As it is, but compilers do not see it, and keep it in a register.
-                active = R::one();
+                *active = R::one();
             }
-            state.evaluations += active;
-            current = WeightedSample { weights: next, sample: field.evaluate_near(point, &state.near) };
+            state.evaluations += *active;
+            current = field.evaluate_near(*point, &state.near);
         }
-        state.keep_lower(current, active);
+        let ((best, _), weights, _, [active]) = after;
+        state.best = WeightedSample::new(best, status);
+        state.keep_lower(WeightedSample { weights, sample: current }, active);
         state.finish(Real::is_zero(active))
     }
 }

@@ -4,8 +4,7 @@ use nalgebra::Vector3;
 
 use super::descent_state::DescentState;
 use super::{Minimizer, Minimum};
-use crate::number::kernel::LaneKernel;
-use crate::number::kernel::run;
+use crate::number::kernel::{LaneKernel, run_into};
 use crate::number::{Mask, Real};
 use crate::{EnclosedSdf, Simplex};
 
@@ -75,16 +74,18 @@ fn lowest_of<R: Real, F: EnclosedSdf, const N: usize>(
         None => core::array::from_fn(|corner| if corner as u32 == number { 1.0 } else { 0.0 }),
     };
     let mut current = weights(0);
-    let mut value = field.value(simplex.point(current.map(R::from_f64)));
-    let mut best = (current.map(R::from_f64), [value]);
+    let first = current.map(R::from_f64);
+    let point = simplex.point(first);
+    let mut value = field.value(point);
+    let mut after = ((first, [value]), point);
     for number in 1..count {
         let next = weights(number);
-        let point;
-        (best, point) = run(&Step { current, next }, (*simplex, best, [value]));
-        (current, value) = (next, field.value(point));
+        run_into(&Step { current, next }, (*simplex, after.0, [value]), &mut after);
+        (current, value) = (next, field.value(after.1));
     }
-    (best, _) = run(&Step { current, next: current }, (*simplex, best, [value]));
-    let mut state = DescentState::new(field, simplex, best.0);
+    run_into(&Step { current, next: current }, (*simplex, after.0, [value]), &mut after);
+    let ((best, _), _) = after;
+    let mut state = DescentState::new(field, simplex, best);
     state.evaluations = R::from_f64(f64::from(count));
     state.finish(R::Mask::NONE)
 }

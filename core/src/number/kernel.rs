@@ -43,10 +43,21 @@ pub fn run<R: Real, K: LaneKernel>(kernel: &K, from: K::From<R>) -> K::To<R> {
         return kernel.apply::<R>(from);
     }
     let mut to = K::To::<R>::zero();
+    run_into(kernel, from, &mut to);
+    to
+}
+
+/// Applies a kernel as [`run`] does, to a result that stays where it is. For what a loop changes with each pass: a new result
+/// would be copied each time, and compilers copy vectors in pieces, which the processor cannot read before they are stored.
+#[inline(always)]
+pub fn run_into<R: Real, K: LaneKernel>(kernel: &K, from: K::From<R>, to: &mut K::To<R>) {
+    if R::LANES == 1 {
+        *to = kernel.apply::<R>(from);
+        return;
+    }
     for lane in 0..R::LANES {
         to.set_lane(lane, kernel.apply::<R::Lane>(from.lane(lane)));
     }
-    to
 }
 
 macro_rules! tuple {

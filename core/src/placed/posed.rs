@@ -79,6 +79,8 @@ impl<F: Sdf, P: Placement + Copy> Sdf for Posed<F, P> {
 }
 
 impl<F: EnclosedSdf, P: Placement + Copy> EnclosedSdf for Posed<F, P> {
+    const SLOPES_TAKE_LONG: bool = F::SLOPES_TAKE_LONG;
+
     #[inline(always)]
     fn enclose_box(&self, region: &Aabb) -> BoxEnclosure {
         let local = self.pose.as_ref().map_or(*region, |pose| pose.pull_bounds(*region));

@@ -1,5 +1,5 @@
-//! Which elements of many need no search? Step 1 of a batch: bounds in the box of each, then one evaluation at the centroids of those
-//! that are left, side by side in lanes (Macklin et al. 2020, §3.3).
+//! Which elements of many need no search? Step 1 of a batch: the lowest value in the box around `L` of them, bounds in the box of each,
+//! then one evaluation at the centroids of those that are left, side by side in lanes (Macklin et al. 2020, §3.3).
 
 use core::array::from_fn;
 
@@ -9,7 +9,7 @@ use crate::contact::cull::{BoxBound, box_rounding};
 use crate::contact::{Element, ElementKind};
 use crate::number::kernel::run;
 use crate::number::{Float, Real};
-use crate::rounding::FieldScale;
+use crate::rounding::{FieldScale, POSED_COORDINATE};
 use crate::simplex::LowerBound;
 use crate::{Aabb, EnclosedSdf, Lanes};
 
@@ -53,7 +53,7 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
     #[inline(always)]
     pub fn run(&self, mut visit: impl FnMut(Option<(usize, Result<R, CullReason>)>)) {
         const { assert!(L > 0) };
-        let mut boxes = Boxes::zero();
+        let (mut boxes, mut are_far) = (Boxes::zero(), false);
         let filler = BoxBound { lower: R::zero(), slope_bound: R::zero() };
         let mut near = Queue::new(CullSurvivor { index: 0, in_box: filler });
         // One index more than there are elements: there the queue is emptied. So each stage stands here, and is inlined, once.
@@ -61,9 +61,11 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
             let lane = index % L;
             if lane == 0 {
                 boxes = self.boxes(index);
+                are_far = !F::SLOPES_TAKE_LONG && self.are_far(&boxes, index);
             }
             let is_last = index == self.elements.len();
-            let bounded = if is_last { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, index, lane) };
+            let bounded =
+                if is_last || are_far { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, index, lane) };
             let is_full = match bounded {
                 Ok(in_box) => near.push(CullSurvivor { index, in_box }),
                 Err(reason) => {
@@ -109,6 +111,24 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
         boxes
     }
 
+    /// Does the lowest value in the box around all `L` elements cull each of them? No element's own box has a lower one: where a
+    /// pose rounds the boxes, the one around all is larger by that.
+    #[inline(always)]
+    fn are_far(&self, boxes: &Boxes<R, L>, first: usize) -> bool {
+        let corner = |bounds: &[[R; L]; 3], choose: fn(R, R) -> R| -> [f64; 3] {
+            from_fn(|axis| bounds[axis].iter().skip(1).fold(bounds[axis][0], |a, b| choose(a, *b)).to_f64())
+        };
+        let region = Aabb { min: corner(&boxes.min, Real::min), max: corner(&boxes.max, Real::max) };
+        let largest = region.largest_finite_coordinate().max(self.field.magnitude());
+        let region = region.inflate(largest * (POSED_COORDINATE * f64::EPSILON));
+        let lowest = R::from_f64(self.field.lowest_in_box(&region));
+        let is_far = |lane: usize| {
+            let margin = self.margin.margin(first.saturating_add(lane));
+            (R::zero() < boxes.is_representable[lane]) & (margin < lowest - boxes.rounding[lane])
+        };
+        ElementKind::from_corner_count(N).is_some() && (0..L).fold(true, |all, lane| all & is_far(lane))
+    }
+
     /// The first half of [`contact`](crate::contact::contact)'s cull.
     #[inline(always)]
     fn bound_in_box(&self, boxes: &Boxes<R, L>, index: usize, lane: usize) -> Result<BoxBound<R>, CullReason> {
@@ -117,9 +137,8 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
         }
         let corner = |bounds: &[[R; L]; 3]| from_fn(|axis| bounds[axis][lane].to_f64());
         let region = Aabb { min: corner(&boxes.min), max: corner(&boxes.max) };
-        // Most elements are far off, and need no slope bound.
         let margin = self.margin.margin(index);
-        if margin < R::from_f64(self.field.lowest_in_box(&region)) - boxes.rounding[lane] {
+        if F::SLOPES_TAKE_LONG && margin < R::from_f64(self.field.lowest_in_box(&region)) - boxes.rounding[lane] {
             return Err(CullReason::Culled);
         }
         let in_box = BoxBound::new(self.field, &region, boxes.rounding[lane]);

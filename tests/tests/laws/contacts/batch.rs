@@ -5,6 +5,7 @@ use pulp::{Arch, NullaryFnOnce};
 use sdf_core::contact::batch::{CullReason, Survivor};
 use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
+use sdf_core::placed::{Posed, Rigid};
 use sdf_core::shapes::Cuboid;
 use sdf_core::{EnclosedSdf, Float, Real, Simplex};
 use sdf_tests::methods::{Method, methods};
@@ -160,6 +161,29 @@ fn any_number_of_lanes_and_elements_gives_the_same_contacts() {
             batch_equals_alone::<_, _, 3, 3>(&grid, &method, 0.1, &elements, "3 lanes");
             batch_equals_alone::<_, _, 3, 8>(&grid, &method, 0.1, &elements, "8 lanes");
             batch_equals_alone::<_, _, 3, 16>(&grid, &method, 0.1, &elements, "16 lanes");
+        }
+    }
+}
+
+/// Eight far elements of a grid are culled by one look at the box around them, unless one of them is near or not finite.
+#[test]
+fn far_elements_side_by_side_are_culled_and_what_is_among_them_is_not() {
+    let body = Cuboid::new([0.5, 0.4, 0.3]).unwrap();
+    let grid = with_block_bounds(sampled(&body, cube_lattice(1.0, 20), 1.0));
+    let pose = Rigid::new([0.3, -0.2, 0.1], [0.1, 0.2, -0.3, 0.9]).unwrap();
+    let around = |center: Vector3<f64>| {
+        let corners = [0, 1, 2].map(|axis| center + Vector3::ith(axis, 0.02));
+        move |id: u32| element(id, Simplex { corners })
+    };
+    let (far, outside) = (around(Vector3::repeat(0.9)), around(Vector3::repeat(1.5)));
+    let (near, unknown) = (around(Vector3::new(0.5, 0.1, 0.1)), around(Vector3::new(0.9, f64::NAN, 0.9)));
+    for stranger in [near, unknown, outside] {
+        // In each of the eight lanes, then in none of the last group.
+        let elements: Vec<_> = (0..72).map(|id| if id % 9 == 0 { stranger(id) } else { far(id) }).collect();
+        for pose in [None, Some(pose)] {
+            let field = Posed { field: &grid, pose };
+            batch_equals_alone::<_, _, 3, 8>(&field, &FrankWolfe::default(), 0.0, &elements, "far elements");
+            batch_equals_alone::<_, _, 3, 8>(&field, &FrankWolfe::default(), f64::NAN, &elements, "no margin");
         }
     }
 }
