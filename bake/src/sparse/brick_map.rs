@@ -225,21 +225,8 @@ impl BrickMap {
         if self.is_solid {
             return self.near.count();
         }
-        let may_have_no_brick = |index: usize| self.may_have_no_brick(index);
-        let may_be_at_jump = |index: usize| {
-            let slot = self.slot(index);
-            let nodes = (0..8_u32).map(|corner| std::array::from_fn(|axis| slot[axis] + (corner >> axis & 1)));
-            let is_inside = self.is_inside(index);
-            nodes
-                .flat_map(|node| self.slots_around(node))
-                .any(|other| self.is_inside(other) != is_inside && may_have_no_brick(other))
-                || self.windings.as_ref().is_some_and(|windings| {
-                    let mut nodes = (0..8_u32).map(|corner| corner_node(self.counts(), slot, corner));
-                    may_have_no_brick(index) && nodes.any(|node| windings.is_node_inside(node) != is_inside)
-                })
-        };
-        let may_have = |index: &usize| self.may_need_brick(*index) || may_be_at_jump(*index);
-        sdf_parallel::map_chunks(self.slot_count(), |slots| slots.filter(may_have).count()).into_iter().sum()
+        let at_jumps = self.coarse.slots_at_sign_jumps(|slot| self.may_have_no_brick(self.index(slot)));
+        self.near.count() + at_jumps.into_iter().filter(|index| !self.may_need_brick(*index)).count()
     }
 
     fn slots_around(&self, node: [u32; 3]) -> impl Iterator<Item = usize> + '_ {
@@ -312,12 +299,6 @@ impl BrickMap {
     /// Is a node of the coarse grid inside? False of nodes around which all slots have bricks, where it is not asked for.
     fn is_node_inside(&self, index: usize) -> bool {
         self.coarse.nodes[index].is_sign_negative()
-    }
-}
-
-impl Windings {
-    fn is_node_inside(&self, node: usize) -> bool {
-        self.nodes[node].is_inside()
     }
 }
 

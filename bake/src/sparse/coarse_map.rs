@@ -75,12 +75,12 @@ impl CoarseMap {
         let jumps_at = |index: usize, node: [u32; 3]| {
             let has_side = matches!(self.sides, SlotSides::WithNodes(_));
             let node_side = has_side.then(|| self.nodes[index].is_sign_negative());
-            let around = || slots_around_node(self.counts, node);
             // Most nodes are far from the surface.
-            if are_all_equal(around().map(|slot| side(&slot)).chain(node_side)) {
+            if self.is_amid_one_side(index, node) {
                 return Vec::new();
             }
-            let around: Vec<[u32; 3]> = around().filter(|slot| may_be_empty(*slot)).collect();
+            let around: Vec<[u32; 3]> =
+                slots_around_node(self.counts, node).filter(|slot| may_be_empty(*slot)).collect();
             if are_all_equal(around.iter().map(side).chain(node_side)) { Vec::new() } else { around }
         };
         let [row, rows, _] = self.counts.map(|n| n as usize + 1);
@@ -89,6 +89,24 @@ impl CoarseMap {
             nodes.flat_map(|index| jumps_at(index, node(index))).map(|slot| self.index(slot)).collect::<Vec<_>>()
         });
         jumps.into_iter().flatten().collect()
+    }
+
+    /// Are a node and all eight slots around it on one side? False at the lattice's box.
+    fn is_amid_one_side(&self, index: usize, node: [u32; 3]) -> bool {
+        let all_equal = |side: bool, first: usize, more: usize, is_inside: &dyn Fn(usize) -> bool| {
+            let [row, rows, _] = self.counts.map(|n| n as usize + more);
+            let below = |corner: usize| (corner & 1) + row * (corner >> 1 & 1) + row * rows * (corner >> 2);
+            (0..8).all(|corner| is_inside(first - below(corner)) == side)
+        };
+        if (0..3).any(|axis| node[axis] == 0 || node[axis] >= self.counts[axis]) {
+            return false;
+        }
+        let node_side = self.nodes[index].is_sign_negative();
+        match &self.sides {
+            SlotSides::FirstNodes => all_equal(node_side, index, 1, &|node| self.nodes[node].is_sign_negative()),
+            SlotSides::Own(slots) => all_equal(slots[self.index(node)], self.index(node), 0, &|slot| slots[slot]),
+            SlotSides::WithNodes(slots) => all_equal(node_side, self.index(node), 0, &|slot| slots[slot]),
+        }
     }
 
     /// Values of the coarse grid. The sign of a node is that of the slots around it without a brick.
