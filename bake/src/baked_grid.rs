@@ -4,7 +4,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{DEEP_ERROR, brick_counts};
 
-use crate::sparse::{Quantize, SparseBaker};
+use crate::sparse::{Quantize, SignJumps, SparseBaker};
 use crate::{DenseGrid, SparseGrid};
 
 /// A baked grid and its certified error.
@@ -14,6 +14,8 @@ pub struct BakedGrid {
     pub grid: OwnedGrid,
     /// See [`DenseGrid::error_bound`] and [`SparseGrid::error_bound`].
     pub error_bound: f64,
+    /// See [`SparseGrid::jumps`]; `None` of dense grids.
+    pub jumps: Option<SignJumps>,
 }
 
 /// The baker's counts and tables fit its own lattice, and its slope bound is finite.
@@ -28,7 +30,7 @@ impl DenseGrid {
     pub fn into_grid(self, lattice: &Lattice) -> BakedGrid {
         let storage = OwnedStorage::dense(lattice, self.distances, self.bounds).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, self.slope_bound).expect(FITS).with_error_bound(self.error_bound);
-        BakedGrid { grid, error_bound: self.error_bound }
+        BakedGrid { grid, error_bound: self.error_bound, jumps: None }
     }
 }
 
@@ -39,7 +41,7 @@ impl<C: OwnedCode> SparseGrid<C> {
     ///
     /// On another lattice.
     pub fn into_grid(self, lattice: &Lattice, band: f64) -> BakedGrid {
-        let Self { table: _, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound } = self;
+        let Self { table: _, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound, jumps } = self;
         let counts = brick_counts(lattice);
         let table = OwnedBricks::<C>::table_of(counts, &slots).expect(FITS);
         let coarse = OwnedBricks::<C>::coarse_of(counts, &coarse).expect(FITS);
@@ -47,7 +49,7 @@ impl<C: OwnedCode> SparseGrid<C> {
         let storage = OwnedStorage::sparse(lattice, bricks).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS);
         let grid = grid.with_band(band).with_error_bound(error_bound).with_deep_error(DEEP_ERROR * lattice.spacing());
-        BakedGrid { grid, error_bound }
+        BakedGrid { grid, error_bound, jumps }
     }
 }
 

@@ -54,6 +54,7 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Bricks, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice};
 
 use crate::MeshDistance;
+pub use crate::error::regions::{SignJumps, code_step};
 pub use assemble::{BoundedGrid, BrickSamples, BrickSources, UnboundedGrid};
 use brick_map::BrickMap;
 pub use brick_map::streamed_slot_bytes;
@@ -90,6 +91,8 @@ pub struct SparseGrid<C> {
     pub slope_bound: f64,
     /// Largest of [`Self::errors`].
     pub error_bound: f64,
+    /// Cells in which the sign may jump. `None` where the signed distance is continuous, or the mesh was not at hand.
+    pub jumps: Option<SignJumps>,
 }
 
 impl<C: Code> Bricks for SparseGrid<C> {

@@ -207,14 +207,10 @@ fn bake_grid(
 }
 
 /// A baked grid with all that is known of it.
-fn finished(
-    mesh: &TriangleMesh,
-    distance: &MeshDistance,
-    options: &BakeOptions,
-    (BakedGrid { grid, error_bound }, band): GridAndBand,
-) -> Baked {
+fn finished(mesh: &TriangleMesh, distance: &MeshDistance, options: &BakeOptions, (baked, band): GridAndBand) -> Baked {
+    let regions = distance.error_regions(&baked);
+    let BakedGrid { grid, error_bound, .. } = baked;
     let info = grid_info(mesh, distance, options, &grid.lattice().bounds(), error_bound, band);
-    let regions = distance.error_regions(&grid, band);
     let info = GridInfo { error_regions: regions.clone(), ..info };
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {

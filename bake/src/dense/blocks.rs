@@ -148,7 +148,7 @@ impl DenseGrid {
         let error_bound = if rounding > 0.0 { (error_bound + rounding).next_up() } else { error_bound };
         let storage = OwnedStorage::dense_blocks(lattice, blocks).expect(FITS);
         let grid = OwnedGrid::new(*lattice, storage, slope_bound).expect(FITS).with_error_bound(error_bound);
-        BakedGrid { grid, error_bound }
+        BakedGrid { grid, error_bound, jumps: None }
     }
 }
 

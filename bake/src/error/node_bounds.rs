@@ -20,6 +20,22 @@ const CELLS: usize = SIDE - 1;
 /// Length of a row in memory: a multiple of all registers, so that rows are bounded in whole ones.
 const STRIDE: usize = 16;
 
+/// Cells with corners in bricks, all within the distance up to which samples are exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct BandCells {
+    /// Their number.
+    pub count: u64,
+    /// Largest magnitude at their corners.
+    pub max_magnitude: f32,
+}
+
+impl BandCells {
+    /// Counts both.
+    pub fn joined(self, other: Self) -> Self {
+        Self { count: self.count + other.count, max_magnitude: self.max_magnitude.max(other.max_magnitude) }
+    }
+}
+
 /// Rows of samples with a halo of one node, x fastest.
 pub(crate) type Halo = [[[f32; STRIDE]; SIDE]; SIDE];
 
@@ -85,11 +101,12 @@ impl HaloBlock {
         BlockBounds { range: Interval { lower, upper }, slope_bound: round_up(slope_bound) }
     }
 
-    /// Largest magnitude at the corners of cells that may have both signs and have none beyond `max_magnitude`.
+    /// Largest magnitude at the corners of cells that may have both signs and have none beyond `max_magnitude`, and the cells that have
+    /// none beyond `exact_within`.
     ///
     /// Only cells whose first corner is in the brick count. Each value is off by `rounding` at most.
-    pub fn largest_at_sign_change(&self, rounding: f32, max_magnitude: f32) -> f32 {
-        pulp::Arch::new().dispatch(LargestAtSignChange { halo: self, rounding, max_magnitude })
+    pub fn largest_at_sign_change(&self, rounding: f32, max_magnitude: f32, exact_within: f32) -> (f32, BandCells) {
+        pulp::Arch::new().dispatch(LargestAtSignChange { halo: self, rounding, max_magnitude, exact_within })
     }
 }
 
@@ -97,33 +114,41 @@ struct LargestAtSignChange<'a> {
     halo: &'a HaloBlock,
     rounding: f32,
     max_magnitude: f32,
+    exact_within: f32,
 }
 
 impl pulp::NullaryFnOnce for LargestAtSignChange<'_> {
-    type Output = f32;
+    type Output = (f32, BandCells);
 
     #[inline(always)]
-    fn call(self) -> f32 {
-        let Self { halo: HaloBlock { values, own_cells, .. }, rounding, max_magnitude } = self;
-        let mut largest = [0.0_f32; CELLS];
+    fn call(self) -> (f32, BandCells) {
+        const LANES: usize = BRICK as usize;
+        let Self { halo: HaloBlock { values, own_cells, .. }, rounding, max_magnitude, exact_within } = self;
+        let (mut largest, mut largest_in_band, mut count) = ([0.0_f32; LANES], [0.0_f32; LANES], [0_u32; LANES]);
         for z in 1..=own_cells[2] {
             for y in 1..=own_cells[1] {
                 let rows = [[y, z], [y + 1, z], [y, z + 1], [y + 1, z + 1]].map(|[y, z]| &values[z][y]);
-                for x in 0..CELLS {
-                    let (mut lower, mut upper) = (rows[0][x], rows[0][x]);
+                for x in 0..LANES {
+                    let (mut lower, mut upper) = (rows[0][x + 1], rows[0][x + 1]);
                     for row in rows {
-                        lower = min(min(row[x], row[x + 1]), lower);
-                        upper = max(max(row[x], row[x + 1]), upper);
+                        lower = min(min(row[x + 1], row[x + 2]), lower);
+                        upper = max(max(row[x + 1], row[x + 2]), upper);
                     }
                     // Not −0.
                     let magnitude = max(upper, -lower).abs();
-                    let is_own = (1 <= x) & (x <= own_cells[0]);
+                    let is_own = x < own_cells[0];
                     let counts = is_own & (lower <= rounding) & (upper >= -rounding) & (magnitude <= max_magnitude);
                     largest[x] = greater_magnitude(if counts { magnitude } else { 0.0 }, largest[x]);
+                    let is_in_band = is_own & (magnitude <= exact_within);
+                    count[x] += u32::from(is_in_band);
+                    largest_in_band[x] =
+                        greater_magnitude(if is_in_band { magnitude } else { 0.0 }, largest_in_band[x]);
                 }
             }
         }
-        largest.into_iter().fold(0.0, f32::max)
+        let greatest = |lanes: [f32; LANES]| lanes.into_iter().fold(0.0, f32::max);
+        let count = count.into_iter().map(u64::from).sum();
+        (greatest(largest), BandCells { count, max_magnitude: greatest(largest_in_band) })
     }
 }
 

@@ -13,80 +13,169 @@
 use std::collections::HashMap;
 
 use sdf_core::Aabb;
-use sdf_core::grid::Storage;
-use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, Layout, OwnedGrid, Precision};
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, brick_counts};
+use sdf_core::grid::owned::{ErrorRegion, ErrorRegions, OwnedGrid, Precision};
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale, brick_counts};
+use sdf_core::grid::{Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
 
+use crate::error::node_bounds::{BandCells, HaloBlock};
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::DEQUANTIZED_ROUNDING;
 use crate::sign::winding::Estimate;
 use crate::simd::{max, min};
-use crate::{MeshDistance, SignMethod};
+use crate::{BakedGrid, MeshDistance, SignMethod};
 
 const SIDE: usize = BRICK as usize;
 
 /// Largest number of regions that are reported one by one.
 pub const MAX_REGIONS: usize = 8;
 
+/// Distance up to which the samples at a cell's corners are exact, in a sparse grid with this band.
+pub fn cells_within(band: f64, spacing: f64) -> f32 {
+    (band + 2.0 * (MAX_ERROR * spacing)) as f32
+}
+
 /// Error to which a winding number is computed where the boundary does not give its fraction.
 const MAX_WINDING_ERROR: f64 = 0.1;
+
+/// Slots along a side of the blocks that are asked at once.
+const BLOCK: u32 = 4;
 
 /// A cell in which the sign may jump, and the largest magnitude at its corners.
 type JumpCell = ([u32; 3], f32);
 
-impl MeshDistance<'_> {
-    /// The error of a grid that was baked from this mesh, by region; `band` is that of a sparse grid, a length. `None` where the
-    /// signed distance is continuous: then one bound holds everywhere.
-    pub fn error_regions(&self, grid: &OwnedGrid, band: Option<f64>) -> Option<ErrorRegions> {
-        if self.is_continuous() {
-            return None;
-        }
-        let (lattice, storage) = (grid.lattice(), grid.storage());
-        let spacing = lattice.spacing();
-        let half_diagonal = MAX_ERROR * spacing;
-        let exact_within = band.map_or(f64::INFINITY, |band| band + 2.0 * half_diagonal) as f32;
-        let jumps_in = |slot: [u32; 3]| {
-            let mut found = JumpsOfSlot::new(grid, slot).find(self.tree().arch, exact_within);
-            // What a ball excludes, all balls in it exclude: most slots are decided at once.
-            for side in [BRICK, BRICK / 2, BRICK / 4, 1] {
-                let mut excluded = [None; BRICK_SAMPLES];
-                found.jumps.retain(|(cell, _)| {
-                    let [x, y, z] = cell.map(|n| (n % BRICK / side) as usize);
-                    let exclude = || {
-                        let middle = cell.map(|n| f64::from(n / side * side) + 0.5 * f64::from(side));
-                        let center = |axis: usize| lattice.origin()[axis] + spacing * middle[axis];
-                        self.excludes_jump([0, 1, 2].map(center).into(), f64::from(side) * half_diagonal)
-                    };
-                    let at = (z * BRICK as usize + y) * BRICK as usize + x;
-                    !*excluded[at].get_or_insert_with(exclude)
-                });
-            }
-            found
-        };
-        let all = match storage.layout() {
-            Layout::Dense => {
-                let [row, rows, layers] = brick_counts(lattice);
-                let slot = |index: u32| [index % row, index / row % rows, index / row / rows];
-                (0..row * rows * layers).map(slot).collect()
-            }
-            Layout::Sparse => storage.slots().to_vec(),
-        };
-        let found = sdf_parallel::map(all.len(), |index| jumps_in(all[index]));
-        let count = found.into_iter().fold(Jumps::default(), Jumps::joined);
+/// Cells of a grid in which the sign of an open mesh may jump.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SignJumps {
+    pub(crate) cells: BandCells,
+    pub(crate) jumps: Vec<JumpCell>,
+}
+
+impl SignJumps {
+    /// Adds others.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.cells = self.cells.joined(other.cells);
+        self.jumps.extend(other.jumps);
+    }
+
+    fn joined(mut self, other: Self) -> Self {
+        self.add(other);
+        self
+    }
+
+    /// The error by region of a grid with these jumps. `step` is the largest difference of two codes, zero of samples in f32.
+    pub fn regions(&self, lattice: &Lattice, step: f32) -> ErrorRegions {
+        let Self { cells: BandCells { count, max_magnitude }, jumps } = self;
         // Half a step of a code, and the roundings of f32.
-        let is_coded = storage.precision() != Precision::F32;
-        let step = storage.scales().iter().filter(|_| is_coded).map(|scale| scale.step).fold(0.0, f32::max);
-        let rounding = f64::from(count.max_magnitude) * DEQUANTIZED_ROUNDING + 0.5 * f64::from(step);
-        let error_bound = half_diagonal + rounding;
-        let mut regions = regions(&count.jumps, |cell| lattice.node(cell), spacing, error_bound);
+        let rounding = f64::from(*max_magnitude) * DEQUANTIZED_ROUNDING + 0.5 * f64::from(step);
+        let error_bound = MAX_ERROR * lattice.spacing() + rounding;
+        let mut regions = regions(jumps, |cell| lattice.node(cell), lattice.spacing(), error_bound);
         regions.sort_by(|a, b| {
             b.cells.cmp(&a.cells).then(a.bounds.min.partial_cmp(&b.bounds.min).unwrap_or(std::cmp::Ordering::Equal))
         });
         let region_count = regions.len();
         regions.truncate(MAX_REGIONS);
-        let cells_within = count.cells - count.jumps.len() as u64;
-        Some(ErrorRegions { cells: count.cells, cells_within, error_bound, regions, region_count })
+        let cells_within = count - jumps.len() as u64;
+        ErrorRegions { cells: *count, cells_within, error_bound, regions, region_count }
+    }
+}
+
+/// Blocks of slots without a jump of the sign, looked up one after the other.
+#[derive(Default)]
+pub(crate) struct JumpFreeBlocks {
+    last: Option<([u32; 3], bool)>,
+}
+
+impl JumpFreeBlocks {
+    /// Does the sign change at triangles alone in a slot's cells, by the ball around its block or around itself?
+    fn contain(&mut self, mesh: &MeshDistance, lattice: &Lattice, slot: [u32; 3]) -> bool {
+        let excludes = |first: [u32; 3], slots: u32| {
+            let half_side = 0.5 * f64::from(slots * BRICK);
+            let middle = first.map(|n| f64::from(n * BRICK) + half_side);
+            let center = |axis: usize| lattice.origin()[axis] + lattice.spacing() * middle[axis];
+            mesh.excludes_jump([0, 1, 2].map(center).into(), 2.0 * half_side * MAX_ERROR * lattice.spacing())
+        };
+        let block = slot.map(|n| n / BLOCK * BLOCK);
+        let last = self.last.filter(|(last, _)| *last == block);
+        let (_, is_free) = *self.last.insert(last.unwrap_or_else(|| (block, excludes(block, BLOCK))));
+        is_free || excludes(slot, 1)
+    }
+}
+
+/// Largest difference of two codes of a grid, zero of samples in f32.
+pub fn code_step(precision: Precision, scales: &[Scale]) -> f32 {
+    let is_coded = precision != Precision::F32;
+    scales.iter().filter(|_| is_coded).map(|scale| scale.step).fold(0.0, f32::max)
+}
+
+impl MeshDistance<'_> {
+    /// The error of a grid that was baked from this mesh, by region. `None` where the signed distance is continuous: then one bound holds
+    /// everywhere.
+    pub fn error_regions(&self, BakedGrid { grid, jumps, .. }: &BakedGrid) -> Option<ErrorRegions> {
+        if self.is_continuous() {
+            return None;
+        }
+        let (lattice, storage) = (grid.lattice(), grid.storage());
+        let step = code_step(storage.precision(), storage.scales());
+        let regions = |jumps: &SignJumps| jumps.regions(lattice, step);
+        Some(jumps.as_ref().map_or_else(|| regions(&self.jumps_of_dense(grid)), regions))
+    }
+
+    fn jumps_of_dense(&self, grid: &OwnedGrid) -> SignJumps {
+        let lattice = grid.lattice();
+        let [row, rows, layers] = brick_counts(lattice);
+        let slot = |index: usize| [index as u32 % row, index as u32 / row % rows, index as u32 / row / rows];
+        let found = sdf_parallel::map_chunks((row * rows * layers) as usize, |slots| {
+            let mut free = JumpFreeBlocks::default();
+            let jumps_in = |index: usize| {
+                let slot = slot(index);
+                let nodes = SlotNodes::of_grid(grid, slot);
+                let mut found = nodes.jumps(self.tree().arch, f32::INFINITY);
+                self.retain_jumps(lattice, slot, &mut free, &mut found.jumps);
+                found
+            };
+            slots.map(jumps_in).fold(SignJumps::default(), SignJumps::joined)
+        });
+        found.into_iter().fold(SignJumps::default(), SignJumps::joined)
+    }
+
+    /// Cells of a slot in which the sign may jump, of those with corners of both signs and none beyond `exact_within`.
+    pub(crate) fn jumps_in(
+        &self,
+        lattice: &Lattice,
+        slot: [u32; 3],
+        halo: &HaloBlock,
+        exact_within: f32,
+        free: &mut JumpFreeBlocks,
+    ) -> Vec<JumpCell> {
+        // What a ball excludes, all balls in it exclude: most slots are decided at once.
+        if free.contain(self, lattice, slot) {
+            return vec![];
+        }
+        let mut found = SlotNodes::of_halo(lattice, slot, halo).jumps(self.tree().arch, exact_within).jumps;
+        self.retain_jumps(lattice, slot, free, &mut found);
+        found
+    }
+
+    /// Keeps the cells of a slot in which the sign may jump: by the balls around the slot, its octants and theirs.
+    fn retain_jumps(&self, lattice: &Lattice, slot: [u32; 3], free: &mut JumpFreeBlocks, jumps: &mut Vec<JumpCell>) {
+        if jumps.is_empty() || free.contain(self, lattice, slot) {
+            return jumps.clear();
+        }
+        for side in [BRICK / 2, BRICK / 4, 1] {
+            let mut excluded = [None; BRICK_SAMPLES];
+            jumps.retain(|(cell, _)| {
+                let [x, y, z] = cell.map(|n| (n % BRICK / side) as usize);
+                let exclude = || {
+                    let middle = cell.map(|n| f64::from(n / side * side) + 0.5 * f64::from(side));
+                    let center = |axis: usize| lattice.origin()[axis] + lattice.spacing() * middle[axis];
+                    let radius = f64::from(side) * MAX_ERROR * lattice.spacing();
+                    self.excludes_jump([0, 1, 2].map(center).into(), radius)
+                };
+                let at = (z * BRICK as usize + y) * BRICK as usize + x;
+                !*excluded[at].get_or_insert_with(exclude)
+            });
+        }
     }
 
     /// Does the sign change at triangles alone, in a ball?
@@ -104,25 +193,8 @@ impl MeshDistance<'_> {
     }
 }
 
-/// Findings in some of the cells.
-#[derive(Default)]
-struct Jumps {
-    cells: u64,
-    max_magnitude: f32,
-    jumps: Vec<JumpCell>,
-}
-
-impl Jumps {
-    fn joined(mut self, other: Self) -> Self {
-        self.cells += other.cells;
-        self.max_magnitude = self.max_magnitude.max(other.max_magnitude);
-        self.jumps.extend(other.jumps);
-        self
-    }
-}
-
 /// Nodes of the cells of one slot.
-struct JumpsOfSlot {
+struct SlotNodes {
     slot: [u32; 3],
     /// Cells along each axis.
     cells: [usize; 3],
@@ -130,28 +202,43 @@ struct JumpsOfSlot {
     values: [[[f32; 2 * SIDE]; SIDE + 1]; SIDE + 1],
 }
 
-impl JumpsOfSlot {
-    fn new(grid: &OwnedGrid, slot: [u32; 3]) -> Self {
+impl SlotNodes {
+    fn empty(lattice: &Lattice, slot: [u32; 3]) -> Self {
+        let cells =
+            std::array::from_fn(|axis| lattice.cells()[axis].saturating_sub(slot[axis] * BRICK).min(BRICK) as usize);
+        Self { slot, cells, values: [[[0.0; 2 * SIDE]; SIDE + 1]; SIDE + 1] }
+    }
+
+    fn of_grid(grid: &OwnedGrid, slot: [u32; 3]) -> Self {
         let first = slot.map(|n| n * BRICK);
-        let cells: [usize; 3] =
-            std::array::from_fn(|axis| grid.lattice().cells()[axis].saturating_sub(first[axis]).min(BRICK) as usize);
-        let mut values = [[[0.0; 2 * SIDE]; SIDE + 1]; SIDE + 1];
-        for (z, layer) in (first[2]..).zip(&mut values[..=cells[2]]) {
+        let mut nodes = Self::empty(grid.lattice(), slot);
+        let cells = nodes.cells;
+        for (z, layer) in (first[2]..).zip(&mut nodes.values[..=cells[2]]) {
             for (y, row) in (first[1]..).zip(&mut layer[..=cells[1]]) {
                 grid.storage().copy_row([first[0], y, z], cells[0] as u32 + 1, row);
             }
         }
-        Self { slot, cells, values }
+        nodes
+    }
+
+    fn of_halo(lattice: &Lattice, slot: [u32; 3], halo: &HaloBlock) -> Self {
+        let mut nodes = Self::empty(lattice, slot);
+        for (layer, halo) in nodes.values.iter_mut().zip(&halo.values[1..]) {
+            for (row, halo) in layer.iter_mut().zip(&halo[1..]) {
+                row[..=SIDE].copy_from_slice(&halo[1..SIDE + 2]);
+            }
+        }
+        nodes
     }
 
     /// Cells with corners of both signs and none beyond `exact_within`.
-    fn find(&self, arch: pulp::Arch, exact_within: f32) -> Jumps {
-        arch.dispatch(|| self.find_in_lanes(exact_within))
+    fn jumps(&self, arch: pulp::Arch, exact_within: f32) -> SignJumps {
+        arch.dispatch(|| self.jumps_in_lanes(exact_within))
     }
 
     #[inline(always)]
-    fn find_in_lanes(&self, exact_within: f32) -> Jumps {
-        let mut found = Jumps::default();
+    fn jumps_in_lanes(&self, exact_within: f32) -> SignJumps {
+        let mut found = SignJumps::default();
         for z in 0..self.cells[2] {
             for y in 0..self.cells[1] {
                 let rows = [[y, z], [y + 1, z], [y, z + 1], [y + 1, z + 1]].map(|[y, z]| &self.values[z][y]);
@@ -167,8 +254,8 @@ impl JumpsOfSlot {
                     if magnitude > exact_within {
                         continue;
                     }
-                    found.cells += 1;
-                    found.max_magnitude = max(magnitude, found.max_magnitude);
+                    found.cells.count += 1;
+                    found.cells.max_magnitude = max(magnitude, found.cells.max_magnitude);
                     if lower[x] < 0.0 && upper[x] >= 0.0 {
                         let [i, j, k] = self.slot.map(|n| n * BRICK);
                         found.jumps.push(([i + x as u32, j + y as u32, k + z as u32], magnitude));

@@ -12,7 +12,9 @@ use super::brick_tables::BrickTables;
 use super::coarse_map::CoarseMap;
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::{Quantize, SparseBaker, SparseGrid};
-use crate::error::node_bounds::{HaloBlock, inside_reaches_box, round_up};
+use crate::MeshDistance;
+use crate::error::node_bounds::{BandCells, HaloBlock, inside_reaches_box, round_up};
+use crate::error::regions::{JumpFreeBlocks, SignJumps, cells_within};
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
 
 /// Samples of baked bricks, wherever they are kept, in the order in which they were baked: of several parts those of all
@@ -88,54 +90,72 @@ impl UnboundedGrid {
     }
 
     /// The grid without its samples, once they have been read for the bounds. Unless all are in memory, holds those of `bricks_at_a_time`
-    /// bricks and of the bricks around them.
+    /// bricks and of the bricks around them. Jumps of the sign are found if the mesh is there.
     pub fn bounded<C: Quantize, S: BrickSamples<C>>(
         self,
         samples: &S,
         bricks_at_a_time: usize,
+        mesh: Option<&MeshDistance>,
     ) -> Result<(BoundedGrid, BrickSources), S::Error> {
         let Self { lattice, band, is_continuous, columns, coarse, table, sources, .. } = self;
         let coarse = coarse.into_values(&table);
         let BrickColumns { slots, scales, roundings, interpolations } = columns;
         let storage = Sparse::of_checked(&lattice, BrickTables { table: &table, scales: &scales, coarse: &coarse });
         let arch = pulp::Arch::new();
-        let exact_within = exact_within(band, lattice.spacing());
+        let (exact_within, cells_within) =
+            (exact_within(band, lattice.spacing()), cells_within(band, lattice.spacing()));
         let last_slot = lattice.cells().map(|cells| cells / BRICK);
-        let bound = |window: Window, brick: usize| {
+        let bound = |window: Window, brick: usize, free: &mut JumpFreeBlocks| {
             let bricks = BoundedBricks { lattice: &lattice, storage: &storage, samples: window, roundings: &roundings };
             let slot = slots[brick];
             let SampleBounds { bounds, rounding, halo } = bricks.bound(arch, slot);
-            let at_jump = if is_continuous { 0.0 } else { largest_at_sign_change(exact_within, &halo, rounding) };
+            let (at_jump, cells) = if is_continuous {
+                (0.0, BandCells::default())
+            } else {
+                largest_at_sign_change(exact_within, cells_within, &halo, rounding)
+            };
+            let jumps = mesh.filter(|_| at_jump > 0.0);
+            let jumps = jumps.map(|mesh| mesh.jumps_in(&lattice, slot, &halo, cells_within, free));
             let is_at_box = (0..3).any(|axis| slot[axis] == 0 || slot[axis] == last_slot[axis]);
             let reaches_box = is_at_box && is_inside_at_box(&halo, &lattice, slot);
             // The terms of `dense::error_bound`.
-            (bounds, (round_up(interpolations[brick] + rounding + 2.0 * at_jump), reaches_box))
+            let error = round_up(interpolations[brick] + rounding + 2.0 * at_jump);
+            (bounds, error, reaches_box, SignJumps { cells, jumps: jumps.unwrap_or_default() })
         };
         let mut all_bounds = Vec::with_capacity(slots.len());
         let mut errors = Vec::with_capacity(slots.len());
         let mut reaches_box = false;
-        let mut keep = |found: Vec<(BlockBounds, (f32, bool))>| {
-            for (bounds, (error, brick_reaches_box)) in found {
+        let mut jumps = SignJumps::default();
+        let mut keep = |found: Vec<Vec<(BlockBounds, f32, bool, SignJumps)>>| {
+            for (bounds, error, brick_reaches_box, jumps_of_brick) in found.into_iter().flatten() {
                 all_bounds.push(bounds);
                 errors.push(error);
                 reaches_box |= brick_reaches_box;
+                jumps.add(jumps_of_brick);
             }
         };
+        let bound_all = |window: Window, bricks: Range<usize>| {
+            sdf_parallel::map_chunks(bricks.len(), |batch| {
+                let mut free = JumpFreeBlocks::default();
+                batch.map(|index| bound(window, bricks.start + index, &mut free)).collect::<Vec<_>>()
+            })
+        };
         if let Some(codes) = samples.all() {
-            keep(sdf_parallel::map(slots.len(), |brick| bound(Window { bricks: None, codes: C::codes(codes) }, brick)));
+            keep(bound_all(Window { bricks: None, codes: C::codes(codes) }, 0..slots.len()));
         } else {
             for first in (0..slots.len()).step_by(bricks_at_a_time.max(1)) {
                 let batch = first..slots.len().min(first.saturating_add(bricks_at_a_time.max(1)));
                 let bricks = with_neighbours(&storage, &slots, batch.clone());
                 let codes = samples.read(&bricks.iter().map(|brick| sources.place(*brick)).collect::<Vec<_>>())?;
                 let window = Window { bricks: Some(&bricks), codes: C::codes(&codes) };
-                keep(sdf_parallel::map(batch.len(), |index| bound(window, batch.start + index)));
+                keep(bound_all(window, batch));
             }
         }
         let slope_bound = slope_bound(&lattice, &storage, &all_bounds, reaches_box);
         let error_bound = errors.iter().copied().fold(0.0, f32::max).into();
         let bounds = all_bounds;
-        let grid = BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound };
+        let jumps = mesh.filter(|_| !is_continuous).map(|_| jumps);
+        let grid = BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps };
         Ok((grid, sources))
     }
 }
@@ -152,14 +172,15 @@ pub struct BoundedGrid {
     pub coarse: Vec<f32>,
     pub slope_bound: f64,
     pub error_bound: f64,
+    pub jumps: Option<SignJumps>,
 }
 
 impl BoundedGrid {
     /// The grid with its samples.
     pub fn with_samples<C>(self, samples: Vec<C>) -> SparseGrid<C> {
-        let Self { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound } = self;
+        let Self { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps } = self;
         let table = table.to_vec();
-        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound }
+        SparseGrid { table, slots, scales, samples, bounds, errors, coarse, slope_bound, error_bound, jumps }
     }
 }
 
@@ -214,17 +235,18 @@ impl SparseBaker<'_> {
         all.0.shrink_to_fit();
         let coarse = self.coarse_map().clone();
         let unbounded = UnboundedGrid::new(&self.lattice, self.band(), self.is_continuous(), part, coarse);
-        let Ok((grid, _)) = unbounded.bounded(&all, usize::MAX);
+        let Ok((grid, _)) = unbounded.bounded(&all, usize::MAX, Some(self.mesh));
         grid.with_samples(all.0)
     }
 }
 
 /// Largest magnitude at a corner of a cell of the brick that the band can enter and whose corners can have both
-/// signs. Samples are off by `rounding` at most.
-fn largest_at_sign_change(exact_within: f64, halo: &HaloBlock, rounding: f64) -> f64 {
+/// signs, and the cells with corners within `cells_within`. Samples are off by `rounding` at most.
+fn largest_at_sign_change(exact_within: f64, cells_within: f32, halo: &HaloBlock, rounding: f64) -> (f64, BandCells) {
     let rounding = round_up(rounding);
     let exact_within = round_up(exact_within) + rounding;
-    halo.largest_at_sign_change(rounding, exact_within.next_up()).into()
+    let (largest, cells) = halo.largest_at_sign_change(rounding, exact_within.next_up(), cells_within);
+    (largest.into(), cells)
 }
 
 /// Is a node of the brick that lies on the lattice's box inside?

@@ -47,7 +47,7 @@ fn away_from_the_regions_the_error_is_that_of_a_closed_mesh() {
         let band = 3.0 * lattice.spacing();
         let sparse = SparseBaker::new(&distance, &lattice, band).bake_as(Precision::U8, &|_| ());
         for (baked, band) in [(dense, None), (sparse, Some(band))] {
-            let found = distance.error_regions(&baked.grid, band).unwrap();
+            let found = distance.error_regions(&baked).unwrap();
             assert!(found.region_count <= found.regions.len() && found.cells_within < found.cells);
             assert!(found.cells_within as f64 > 0.9 * found.cells as f64, "{found:?}");
             assert!(found.error_bound < 0.95 * lattice.spacing());
@@ -65,5 +65,5 @@ fn a_closed_mesh_has_no_regions() {
     let distance = MeshDistance::new(&mesh, None);
     let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 16.0, 3).unwrap();
     let baked = dense::bake(&distance, &lattice, &|_| ()).into_grid(&lattice);
-    assert_eq!(distance.error_regions(&baked.grid, None), None);
+    assert_eq!(distance.error_regions(&baked), None);
 }

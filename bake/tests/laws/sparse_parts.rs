@@ -27,7 +27,13 @@ impl BrickSamples<u16> for Shelf {
 }
 
 /// The grid of parts, bounded a few bricks at a time.
-fn joined(baker: &SparseBaker, count: u32, slots_at_a_time: usize, bricks_at_a_time: usize) -> SparseGrid<u16> {
+fn joined(
+    mesh: &MeshDistance,
+    baker: &SparseBaker,
+    count: u32,
+    slots_at_a_time: usize,
+    bricks_at_a_time: usize,
+) -> SparseGrid<u16> {
     let (mut near, mut closing) = (BrickColumns::default(), BrickColumns::default());
     let (mut near_samples, mut closing_samples) = (vec![], vec![]);
     for index in 0..count {
@@ -48,7 +54,7 @@ fn joined(baker: &SparseBaker, count: u32, slots_at_a_time: usize, bricks_at_a_t
     let (parts, coarse) = (BakedPart { near, closing }, baker.coarse_map().clone());
     let unbounded = UnboundedGrid::new(baker.lattice(), baker.band(), baker.is_continuous(), parts, coarse);
     assert_eq!(unbounded.missing(), None);
-    let Ok((grid, sources)) = unbounded.bounded(&shelf, bricks_at_a_time);
+    let Ok((grid, sources)) = unbounded.bounded(&shelf, bricks_at_a_time, Some(mesh));
     let places: Vec<u32> = (0..grid.slots.len() as u32).map(|brick| sources.place(brick)).collect();
     let Ok(samples) = shelf.read(&places);
     grid.with_samples(samples)
@@ -65,7 +71,7 @@ fn parts_are_the_grid_that_is_baked_at_once() {
         let baker = SparseBaker::new(&distance, &lattice, BAND * lattice.spacing());
         let whole = baker.bake::<u16>(&|_| ());
         for (count, slots, bricks) in [(1, 100, 7), (3, 1, 64), (11, usize::MAX, 1000)] {
-            assert!(joined(&baker, count, slots, bricks) == whole, "{name} in {count} parts");
+            assert!(joined(&distance, &baker, count, slots, bricks) == whole, "{name} in {count} parts");
         }
         let mut take = |_: Vec<u16>| Ok::<(), Infallible>(());
         let Ok(part) = baker.bake_part(BrickShard::WHOLE, 1000, &mut take, &|_| ());

@@ -55,7 +55,7 @@ pub struct BakeArgs {
     /// Pack the file's chunks, or write them as they are: larger, but written and read faster.
     #[arg(long, value_parser = compressions(), default_value = Compression::Deflate.name())]
     pub compress: Compression,
-    /// Memory that the bake may take, such as 2GiB or 500MB: a sparse grid that takes more is streamed into its file, brick by brick, as is any large one of a closed mesh [default: what is free].
+    /// Memory that the bake may take, such as 2GiB or 500MB: a sparse grid that takes more is streamed into its file, brick by brick, as is any large one [default: what is free].
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     pub memory: Option<u64>,
     /// Cells added around the mesh's box, on each side; limits the --margin of contacts.

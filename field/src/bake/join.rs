@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use sdf_bake::MeshDistance;
 use sdf_bake::sparse::{
-    BakedPart, BoundedGrid, BrickColumns, BrickSamples, CoarseMap, Quantize, SlotSides, UnboundedGrid,
+    BakedPart, BoundedGrid, BrickColumns, BrickSamples, CoarseMap, Quantize, SlotSides, UnboundedGrid, code_step,
 };
 use sdf_core::grid::Lattice;
 use sdf_core::grid::owned::Precision;
@@ -23,21 +24,22 @@ pub fn merge_parts(parts: &[PathBuf], output: &Path) -> Result<GridOnDisk, BakeF
         let fault = GridFault::DoesNotJoin(format!("was baked by {tool}, and this is {TOOL}: merge with the former"));
         return Err(BakeFileError::File(GridFileError { path: parts[0].clone(), fault }));
     }
-    let written = atomic_write(output, |temporary| join(joined, temporary, BRICKS_AT_A_TIME, || ()));
+    let written = atomic_write(output, |temporary| join(joined, temporary, BRICKS_AT_A_TIME, None, || ()));
     written.map_err(|failure: Failure| failure.at(output))
 }
 
-/// Writes the grid of all parts. Calls `on_bounded` when its bricks are bounded, before they are packed.
+/// Writes the grid of all parts, and the regions of its error if the mesh is there. Calls `on_bounded` when its bricks are bounded, before they are packed.
 pub(super) fn join(
     parts: JoinedParts,
     path: &Path,
     at_a_time: usize,
+    mesh: Option<&MeshDistance>,
     on_bounded: impl FnOnce(),
 ) -> Result<GridOnDisk, Failure> {
     match parts.info().precision {
-        Precision::F32 => join_as::<f32>(parts, path, at_a_time, on_bounded),
-        Precision::U16 => join_as::<u16>(parts, path, at_a_time, on_bounded),
-        Precision::U8 => join_as::<u8>(parts, path, at_a_time, on_bounded),
+        Precision::F32 => join_as::<f32>(parts, path, at_a_time, mesh, on_bounded),
+        Precision::U16 => join_as::<u16>(parts, path, at_a_time, mesh, on_bounded),
+        Precision::U8 => join_as::<u8>(parts, path, at_a_time, mesh, on_bounded),
     }
 }
 
@@ -45,6 +47,7 @@ fn join_as<C: Quantize>(
     mut parts: JoinedParts,
     path: &Path,
     at_a_time: usize,
+    mesh: Option<&MeshDistance>,
     on_bounded: impl FnOnce(),
 ) -> Result<GridOnDisk, Failure>
 where
@@ -59,11 +62,12 @@ where
             GridFault::DoesNotJoin(format!("its parts lack the brick of slot {slot:?}: bake them again")).into()
         );
     }
-    let (grid, sources) = unbounded.bounded(&SamplesOfParts(&parts), at_a_time)?;
+    let (grid, sources) = unbounded.bounded(&SamplesOfParts(&parts), at_a_time, mesh)?;
     on_bounded();
-    let BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound } = grid;
+    let BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps } = grid;
     drop(table);
-    let about = About { slope_bound, error_bound, ..about };
+    let error_regions = jumps.map(|jumps| jumps.regions(&lattice, code_step(precision, &scales)));
+    let about = About { slope_bound, error_bound, error_regions, ..about };
     let mesh = parts.mesh()?;
     let deep_values = DeepValues::Distances;
     let samples = SparseSamples::<C> {

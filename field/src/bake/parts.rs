@@ -69,9 +69,9 @@ pub struct BakedFile {
 }
 
 impl Field {
-    /// Bakes a mesh in memory if the grid is small, dense, of an open mesh, or of [`GridSize::MaxError`](super::GridSize::MaxError). Any
-    /// other sparse grid is streamed, and so is that of an open mesh that does not fit: its bricks go to a temporary file beside the
-    /// target as they come, and from there into the target, which has the bytes that [`Field::save_packed`] would write.
+    /// Bakes a mesh in memory if the grid is small, dense, or of [`GridSize::MaxError`](super::GridSize::MaxError). Any other sparse grid
+    /// is streamed: its bricks go to a temporary file beside the target as they come, and from there into the target, which has the bytes
+    /// that [`Field::save_packed`] would write.
     pub fn bake_or_stream(
         mesh: CheckedMesh,
         options: &BakeOptions,
@@ -88,8 +88,7 @@ impl Field {
                     let precision = options.precision.unwrap_or(Precision::U16);
                     let bytes = baker.max_bytes_as(precision) as f64;
                     let fits = bytes <= memory.bytes();
-                    // The regions of an open mesh's error are measured on the whole grid.
-                    if !fits || bytes > STREAMED_BYTES && distance.is_continuous() {
+                    if !fits || bytes > STREAMED_BYTES {
                         memory.require_streamed(&baker, precision)?;
                         let (grid, baked) = stream(&mesh, &distance, baker, options, target, on_progress)?;
                         let (mesh, topology) = (mesh.report(), *distance.topology());
@@ -168,7 +167,8 @@ fn stream(
         part.write(baker, &path, on_progress)?;
         let mut baked = Instant::now();
         let on_bounded = || baked = Instant::now();
-        let grid = join(JoinedParts::open(&[path])?, temporary, target.memory().bricks_at_a_time(), on_bounded)?;
+        let at_a_time = target.memory().bricks_at_a_time();
+        let grid = join(JoinedParts::open(&[path])?, temporary, at_a_time, Some(distance), on_bounded)?;
         Ok((grid, baked))
     };
     atomic_write(target.path, write).map_err(|failure: Failure| failure.at(target.path))

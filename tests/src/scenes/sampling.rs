@@ -81,6 +81,7 @@ pub fn sampled_in_bricks<C: Quantize>(field: &impl Sdf, lattice: Lattice, band: 
         errors: vec![],
         slope_bound: 0.0,
         error_bound: 0.0,
+        jumps: None,
     };
     let counts = brick_counts(&lattice);
     let value = |node: [u32; 3]| field.value(Vector3::from(lattice.node(node))) as f32;

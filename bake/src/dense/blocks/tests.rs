@@ -71,7 +71,7 @@ fn the_bounds_of_a_grid_of_codes_are_those_of_its_decoded_samples() {
         let lattice = Lattice::new([-1.3, -1.2, -1.4], 0.1, counts).unwrap();
         let dense = bumpy(&lattice);
         for precision in [Precision::U16, Precision::U8] {
-            let BakedGrid { grid, error_bound } = dense.clone().into_grid_as(&lattice, precision);
+            let BakedGrid { grid, error_bound, .. } = dense.clone().into_grid_as(&lattice, precision);
             assert_eq!((grid.storage().layout().name(), grid.storage().precision()), ("dense", precision));
             let [nx, ny, nz] = counts;
             let mut row = vec![0.0; nx as usize + 8];

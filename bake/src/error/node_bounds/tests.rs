@@ -50,8 +50,15 @@ fn bounds_in_lanes_are_those_of_all_nodes_and_cells_one_by_one() {
                 if has_both && largest <= max_magnitude { largest } else { 0.0 }
             };
             let wanted = nodes(first, end_cell).map(largest_if_sign_changes).fold(0.0, f32::max);
-            let found = halo_block.largest_at_sign_change(rounding, max_magnitude);
-            assert_eq!(found, wanted, "{brick:?} of {counts:?}");
+            let in_band = |cell: &[u32; 3]| {
+                let largest = (0..8).map(|index| corner(*cell, index).abs()).fold(0.0, f32::max);
+                (largest <= 0.8).then_some(largest)
+            };
+            let largest: Vec<f32> = nodes(first, end_cell).filter_map(|cell| in_band(&cell)).collect();
+            let max_magnitude_in_band = largest.iter().copied().fold(0.0, f32::max);
+            let cells = BandCells { count: largest.len() as u64, max_magnitude: max_magnitude_in_band };
+            let found = halo_block.largest_at_sign_change(rounding, max_magnitude, 0.8);
+            assert_eq!(found, (wanted, cells), "{brick:?} of {counts:?}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Regions of an open ball, compared with each cell by itself.
 
-use sdf_core::grid::owned::Precision;
+use sdf_core::grid::owned::{Layout, Precision};
 
 use super::*;
 use crate::sparse::SparseBaker;
@@ -59,8 +59,9 @@ fn slots_decide_for_their_cells_what_each_would_by_itself() {
         let band = 3.0 * lattice.spacing();
         let sparse = SparseBaker::new(&mesh, &lattice, band).bake_as(Precision::U16, &|_| ());
         let dense = dense::bake(&mesh, &lattice, &|_| ()).into_grid(&lattice);
-        for (BakedGrid { grid, .. }, band) in [(sparse, Some(band)), (dense, None)] {
-            let found = mesh.error_regions(&grid, band).unwrap();
+        for (baked, band) in [(sparse, Some(band)), (dense, None)] {
+            let found = mesh.error_regions(&baked).unwrap();
+            let BakedGrid { grid, .. } = baked;
             let exact_within = band.map_or(f64::INFINITY, |band| band + 2.0 * MAX_ERROR * lattice.spacing()) as f32;
             let (cells, jumps, largest) = cell_by_cell(&mesh, &grid, exact_within);
             assert_eq!((found.cells, found.cells - found.cells_within), (cells, jumps));

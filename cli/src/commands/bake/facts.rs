@@ -27,7 +27,7 @@ pub struct GridFacts<'a> {
     mesh: &'a MeshReport,
     topology: &'a Topology,
     is_proven: bool,
-    /// Only of grids in memory.
+    /// Regions of the error of an open mesh.
     regions: Option<&'a ErrorRegions>,
 }
 
@@ -62,7 +62,7 @@ impl<'a> GridFacts<'a> {
             mesh,
             topology,
             is_proven: grid.is_proven,
-            regions: None,
+            regions: grid.info.error_regions.as_ref(),
         }
     }
 
