@@ -57,7 +57,7 @@ pub struct ContactsArgs {
     #[arg(long)]
     pub one_per_feature: bool,
     /// Leave out smooth normals and error bounds, which takes less time: points and distances are the same; normals are those of a grid's
-    /// cells, and jump between them. On a GPU also fewer kernels, without auto and certified.
+    /// cells, and jump between them. On a GPU one kernel in place of three, and not by auto and certified.
     #[arg(long)]
     pub lean: bool,
     /// Report elements that come within this distance of the surface, in the mesh's unit; negative: report only contacts at
