@@ -26,7 +26,8 @@ mod row;
 
 use nalgebra::Vector3;
 
-use classify::{classify, describe, is_separated, report};
+pub use classify::classify;
+use classify::{describe, is_separated, report};
 pub(crate) use cluster::sort_along_curve;
 pub use cluster::{CLUSTER_SIZE, ClusterKey, Clusters, cluster_count, refit};
 pub use cull::{CentroidBound, centroid_bound, cull, lean_cull};

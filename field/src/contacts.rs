@@ -22,7 +22,7 @@ pub struct Contacts {
     pub contacts: Vec<Contact<f64>>,
     /// All elements.
     pub element_count: usize,
-    /// Elements that were searched: not culled, and finite.
+    /// Elements that were searched: not culled, and finite. 0 of lean contacts of a card, which does not count them.
     pub searched_count: usize,
     /// Contacts with the status [`Possible`](sdf_core::contact::ContactStatus::Possible): see
     /// [`ContactOptions::complete`].
@@ -41,7 +41,7 @@ const MAX_PIECES: usize = 4096;
 const MAX_MINIMA: usize = 256;
 
 pub(crate) fn find(field: &AnyField, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
-    refuse_exact(options)?;
+    check(options)?;
     match options.elements {
         Elements::Faces => find_by_method(field, &Selection::all(mesh.points, mesh.faces)?, options),
         Elements::Edges => find_edges(field, mesh.points, &mesh.edges(), options),
@@ -55,13 +55,15 @@ pub(crate) fn find_vertices(
     vertices: &[[u32; 1]],
     options: &ContactOptions,
 ) -> Result<Contacts, QueryError> {
-    refuse_exact(options)?;
+    check(options)?;
     // A point has one minimum, and every method finds it by one evaluation.
     find_by(field, &Selection::all(points, vertices)?, options, &FrankWolfe::default())
 }
 
-/// A field that was built with the feature `bake` and keeps its mesh has answered an exact query before.
-fn refuse_exact(options: &ContactOptions) -> Result<(), QueryError> {
+/// Refuses options that do not go together, and what is left of exact queries: a field that was built with the feature `bake` and keeps
+/// its mesh has answered them before.
+fn check(options: &ContactOptions) -> Result<(), QueryError> {
+    options.check()?;
     if options.exact { Err(QueryError::MeshNotKept) } else { Ok(()) }
 }
 
@@ -70,6 +72,7 @@ pub(crate) fn find_in_motion(
     mesh: &MeshInMotion,
     options: &ContactOptions,
 ) -> Result<Contacts, QueryError> {
+    options.check()?;
     if options.exact {
         return Err(QueryError::ExactNotInMotion);
     }
@@ -82,7 +85,7 @@ pub(crate) fn find_edges(
     edges: &[[u32; 2]],
     options: &ContactOptions,
 ) -> Result<Contacts, QueryError> {
-    refuse_exact(options)?;
+    check(options)?;
     let edges = Selection::all(points, edges)?;
     if options.method == Method::GoldenSection && !options.all_minima {
         let method = GoldenSection { iterations: options.budget(), ..GoldenSection::default() };
@@ -129,7 +132,8 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
 ) -> Result<Contacts, QueryError> {
     let report = Report::new(field, selection, options)?;
     let search_chunk = |elements: Vec<Element<f64, N>>| {
-        let query = Query { field, pose: options.pose, margin: report.search_margin(&elements), elements: &elements };
+        let margin = report.search_margin(&elements);
+        let query = Query { field, pose: options.pose, margin, elements: &elements, lean: options.lean };
         let mut found = Contacts::default();
         for (index, outcome) in &query.outcomes(minimizer) {
             found.count(outcome);

@@ -9,6 +9,8 @@
 //! `Auto` therefore misses no element that it finds on the CPU, except by the rounding of the points to f32. What it finds at once keeps
 //! the minimum of Frank-Wolfe, which on an element with several minima need not be the lowest.
 //!
+//! Lean contacts ([`ContactOptions::lean`]) take one kernel in place of three, and are of local methods alone.
+//!
 //! The driver is loaded when [`Cuda::open`] asks for it. The kernels come from a file: docs/gpu.md says how it is made.
 //!
 //! Points and faces that are on the card already are lent by [`Gpu::lend`] and read where they are: [`CudaMesh`].

@@ -11,11 +11,10 @@
 
 use pulp::NullaryFnOnce;
 use sdf_core::contact::batch::{self, CullReason, Survivor};
-#[cfg(feature = "bake")]
-use sdf_core::contact::cull;
-use sdf_core::contact::{Element, Outcome, contact};
+use sdf_core::contact::{Element, Outcome, classify, cull, lean_contact_at};
+use sdf_core::grid::PlainNormals;
 use sdf_core::grid::owned::OwnedStorage;
-use sdf_core::minimize::Minimizer;
+use sdf_core::minimize::{Minimizer, Minimum};
 use sdf_core::placed::{Posed, Rigid};
 use sdf_core::{AnyField, EnclosedSdf};
 
@@ -36,6 +35,8 @@ pub(crate) struct Query<'a, const N: usize> {
     pub pose: Option<Rigid>,
     pub margin: f64,
     pub elements: &'a [Element<f64, N>],
+    /// See [`ContactOptions::lean`](crate::ContactOptions::lean).
+    pub lean: bool,
 }
 
 impl<const N: usize> Query<'_, N> {
@@ -88,8 +89,29 @@ impl<const N: usize> Query<'_, N> {
         minimizer: &M,
     ) -> Vec<(usize, Outcome<f64, N>)> {
         let field = Posed { field: self.field, pose: self.pose };
-        let outcomes = indices.map(|index| (index, contact(&field, minimizer, self.margin, &self.elements[index])));
+        let outcome = |element: &Element<f64, N>| match cull(&field, self.margin, element) {
+            Ok(lower_bound) => {
+                let minimum = minimizer.minimize_below(&field, &element.simplex, self.margin);
+                self.outcome(&field, element, &minimum, lower_bound)
+            }
+            Err(outcome) => outcome,
+        };
+        let outcomes = indices.map(|index| (index, outcome(&self.elements[index])));
         outcomes.filter(|(_, outcome)| !matches!(outcome, Outcome::Culled)).collect()
+    }
+
+    /// The outcome of an element that the cull leaves, from its minimum and the lower bound there.
+    fn outcome<F: EnclosedSdf>(
+        &self,
+        field: &F,
+        element: &Element<f64, N>,
+        minimum: &Minimum<f64, N>,
+        lower_bound: f64,
+    ) -> Outcome<f64, N> {
+        match self.lean {
+            true => lean_contact_at(&PlainNormals(field), self.margin, element, minimum, lower_bound),
+            false => classify(field, self.margin, element, minimum, lower_bound),
+        }
     }
 
     fn wide<const L: usize, F, M>(&self, field: &F, minimizer: &M, vectors: Vectors) -> Vec<(usize, Outcome<f64, N>)>
@@ -112,7 +134,10 @@ impl<const N: usize> Query<'_, N> {
                 places.push(place);
             }
         }
-        let visit = |survivor: usize, outcome| outcomes[places[survivor]].1 = outcome;
+        let visit = |survivor: usize, minimum: &Minimum<f64, N>| {
+            let Survivor { index, lower_bound } = survivors[survivor];
+            outcomes[places[survivor]].1 = self.outcome(&field, &elements[index], minimum, lower_bound);
+        };
         vectors.run(WideSearch::<_, _, _, N, L> { field, minimizer, margin, elements, survivors: &survivors, visit });
         outcomes
     }
@@ -205,13 +230,13 @@ impl<F, M, V, const N: usize, const L: usize> NullaryFnOnce for WideSearch<'_, F
 where
     F: EnclosedSdf,
     M: Minimizer<N>,
-    V: FnMut(usize, Outcome<f64, N>),
+    V: FnMut(usize, &Minimum<f64, N>),
 {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let Self { field, minimizer, margin, elements, survivors, visit } = self;
-        batch::search::<_, _, _, _, N, L>(&field, minimizer, margin, elements, survivors, visit);
+        batch::minima::<_, _, _, _, N, L>(&field, minimizer, margin, elements, survivors, visit);
     }
 }

@@ -116,7 +116,7 @@ impl Field {
     pub fn contacts(&self, mesh: MeshView, options: &ContactOptions) -> Result<Contacts, QueryError> {
         #[cfg(feature = "bake")]
         if options.exact {
-            let surface = self.mesh_surface()?;
+            let surface = self.mesh_surface(options)?;
             return ExactField { grid: &self.field, surface: &surface }.find(mesh, options);
         }
         contacts::find(&self.field, mesh, options)
@@ -138,15 +138,16 @@ impl Field {
     ) -> Result<Contacts, QueryError> {
         #[cfg(feature = "bake")]
         if options.exact {
-            let surface = self.mesh_surface()?;
+            let surface = self.mesh_surface(options)?;
             return ExactField { grid: &self.field, surface: &surface }.find_elements(points, edges, options);
         }
         contacts::find_edges(&self.field, points, edges, options)
     }
 
-    /// The kept mesh, ready to be searched.
+    /// The kept mesh, ready to be searched with these options.
     #[cfg(feature = "bake")]
-    fn mesh_surface(&self) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
+    fn mesh_surface(&self, options: &ContactOptions) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
+        options.check()?;
         match (&self.mesh, self.info()) {
             (Some(mesh), Some(info)) => mesh.surface(info),
             _ => Err(QueryError::MeshNotKept),

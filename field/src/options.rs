@@ -2,7 +2,7 @@
 
 use sdf_core::placed::Rigid;
 
-use crate::{Method, Threads};
+use crate::{Method, QueryError, Threads};
 
 /// Which parts of a mesh are searched for contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -45,6 +45,11 @@ pub struct ContactOptions {
     /// Report one contact for each vertex, edge or face that is touched: see
     /// [`one_per_feature`](sdf_core::contact::one_per_feature).
     pub one_per_feature: bool,
+    /// Leave out what a solver may not need: smooth normals and bounds of the field's error. Elements, points, weights, distances and
+    /// lower bounds are those of full contacts, bit for bit, by every method. Normal, slope and surface point are by ∇φ, which on a grid
+    /// jumps at the faces of cells, and so is the status [`DegenerateGradient`](sdf_core::contact::ContactStatus::DegenerateGradient).
+    /// `error_bound` is infinite, and `shape_lower_bound` −∞. Not with `all_minima`, `complete` or `exact`.
+    pub lean: bool,
     /// How many threads work.
     pub threads: Threads,
 }
@@ -62,6 +67,7 @@ impl Default for ContactOptions {
             complete: false,
             exact: false,
             one_per_feature: false,
+            lean: false,
             threads: Threads::ALL,
         }
     }
@@ -81,6 +87,14 @@ impl ContactOptions {
     /// Certified within 1024 evaluations per element.
     pub fn certified() -> Self {
         Self { method: Method::Certified, ..Self::default() }
+    }
+
+    /// Refuses options that do not go together.
+    pub(crate) fn check(&self) -> Result<(), QueryError> {
+        match self.lean && (self.all_minima || self.complete || self.exact) {
+            true => Err(QueryError::LeanLeavesOut),
+            false => Ok(()),
+        }
     }
 
     pub(crate) fn budget(&self) -> u32 {

@@ -22,6 +22,8 @@ pub enum QueryError {
     ExactHasItsOwnMethod,
     /// An exact search has no clusters and no margins of single faces.
     ExactNotInMotion,
+    /// A lean contact has no error bound, and only the lowest minimum of an element is one.
+    LeanLeavesOut,
     /// Clusters or margins are not those of the mesh: they have another number of faces.
     FaceCountDiffers,
 }
@@ -44,6 +46,9 @@ impl std::fmt::Display for QueryError {
             Self::ExactNotInMotion => {
                 f.write_str("an exact search has no clusters and no margins of single faces: ask for contacts of the mesh alone")
             }
+            Self::LeanLeavesOut => f.write_str(
+                "lean contacts have no error bounds and stand for one minimum of each element: leave out all minima, complete and exact",
+            ),
             Self::FaceCountDiffers => {
                 f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }

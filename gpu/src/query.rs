@@ -236,6 +236,9 @@ impl GpuQuery {
         };
         let step = |name: String, frame, search| match self.gpu.kernel(&name) {
             Ok(kernel) => Ok(Step { kernel, frame, search }),
+            Err(_) if name.starts_with("lean_") => {
+                Err(GpuError::Unsupported("lean contacts by this method on this field and kind of element"))
+            }
             Err(_) => Err(GpuError::Unsupported("this method on this field and kind of element")),
         };
         match (options.stages, options.unsettled) {

@@ -36,8 +36,8 @@ typedef struct SdfBakeOptions {
 /* Start from sdf_query(). Elements with a distance of at most margin somewhere are contacts. The field is turned by rotation (a
  * quaternion x, y, z, w), then moved by translation. budget: evaluations an element; 0 stands for the method's own. */
 typedef struct SdfQuery {
-    double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads;
-} SdfQuery;
+    double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads, lean;
+} SdfQuery; /* lean: not 0 leaves out smooth normals and error bounds, in less time */
 
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
  * the distance to the baked mesh. key: element and feature, the same from frame to frame. feature_id: a vertex, an edge's two

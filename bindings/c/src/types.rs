@@ -56,6 +56,7 @@ pub struct SdfQuery {
     pub all_minima: u32,
     pub budget: u32,
     pub threads: u32,
+    pub lean: u32,
 }
 
 /// The header's `SdfOverlapPoint`.
@@ -136,6 +137,7 @@ impl Default for SdfQuery {
             all_minima: 0,
             budget: 0,
             threads: 1,
+            lean: 0,
         }
     }
 }
@@ -161,6 +163,7 @@ impl SdfQuery {
             pose: is_moved.then_some(pose),
             budget: (self.budget > 0).then_some(self.budget),
             all_minima: self.all_minima != 0,
+            lean: self.lean != 0,
             threads: Threads::new(thread_count(self.threads)),
             ..ContactOptions::default()
         })

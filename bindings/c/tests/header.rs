@@ -35,7 +35,7 @@ fn facts() -> Vec<Fact> {
     let mut facts = facts!(SdfBakeOptions, "SdfBakeOptions":
         voxel_size, resolution, layout, precision, sign, band, padding, threads);
     facts.extend(facts!(SdfQuery, "SdfQuery":
-        margin, translation, rotation, elements, method, all_minima, budget, threads));
+        margin, translation, rotation, elements, method, all_minima, budget, threads, lean));
     facts.extend(facts!(ContactRow, "SdfContact":
         weights, point, surface_point, normal, distance, lower_bound, slope, error_bound, shape_lower_bound, key, id, evaluations,
         vertices, feature_id, element, feature, status, padding));

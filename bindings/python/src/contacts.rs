@@ -30,6 +30,7 @@ pub struct Keywords<'a, 'py> {
     pub complete: bool,
     pub exact: bool,
     pub one_per_feature: bool,
+    pub lean: bool,
     pub budget: Option<u32>,
     pub tolerance: f64,
 }
@@ -37,7 +38,7 @@ pub struct Keywords<'a, 'py> {
 impl Keywords<'_, '_> {
     /// Options that they ask for, on all threads.
     pub fn options(self, field: &Field) -> PyResult<ContactOptions> {
-        let Self { margin, tolerance, budget, all_minima, complete, exact, one_per_feature, .. } = self;
+        let Self { margin, tolerance, budget, all_minima, complete, exact, one_per_feature, lean, .. } = self;
         if !margin.is_finite() {
             return Err(value_error(format!("margin={margin}: give a finite length")));
         }
@@ -58,6 +59,7 @@ impl Keywords<'_, '_> {
             complete,
             exact,
             one_per_feature,
+            lean,
             threads: Threads::ALL,
         })
     }

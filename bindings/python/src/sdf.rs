@@ -79,19 +79,19 @@ impl Sdf {
     /// margin somewhere, at the point where it is lowest. Negative distances are inside.
     ///
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
-    /// margin: a length; negative: only contacts at least so deep.
+    /// margin: a length; negative: only contacts at least so deep. elements: "faces", "edges" or "vertices".
     /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
-    /// elements: "faces", "edges" or "vertices".
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
     /// complete: leave out no element that the baked mesh has within the margin; what the grid's error leaves open has the
     /// status "possible". exact: contacts by the triangles of the mesh, which bake(..., keep_mesh=True) keeps.
+    /// lean: leave out smooth normals and error bounds, in less time; points and distances are the same.
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). threads: None for all cores.
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
     /// int32 may be arrays on the card, of CuPy, PyTorch, Warp or Numba, which are read where they are. kernels: the file that
     /// .ci/gpu.sh --out FOLDER made, or that folder.
     #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
-        complete=false, exact=false, one_per_feature=false, budget=None, tolerance=1e-3, threads=None,
+        complete=false, exact=false, one_per_feature=false, lean=false, budget=None, tolerance=1e-3, threads=None,
         device="cpu", kernels=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn contacts<'py>(
@@ -107,6 +107,7 @@ impl Sdf {
         complete: bool,
         exact: bool,
         one_per_feature: bool,
+        lean: bool,
         budget: Option<u32>,
         tolerance: f64,
         threads: Option<usize>,
@@ -122,6 +123,7 @@ impl Sdf {
             complete,
             exact,
             one_per_feature,
+            lean,
             budget,
             tolerance,
         };
@@ -148,7 +150,7 @@ impl Sdf {
     /// Arguments are those of contacts with device="cuda". Points on the card are read where they are in each query, and kept
     /// from being freed; faces are copied once.
     #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, one_per_feature=false,
-        budget=None, tolerance=1e-3, threads=None, kernels=None))]
+        lean=false, budget=None, tolerance=1e-3, threads=None, kernels=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn cuda_query(
         &self,
@@ -160,21 +162,22 @@ impl Sdf {
         elements: &str,
         pose: Option<&Bound<PyAny>>,
         one_per_feature: bool,
+        lean: bool,
         budget: Option<u32>,
         tolerance: f64,
         threads: Option<usize>,
         kernels: Option<PathBuf>,
     ) -> PyResult<CudaQuery> {
-        let (all_minima, complete, exact) = (false, false, false);
         let keywords = Keywords {
             margin,
             method,
             elements,
             pose,
-            all_minima,
-            complete,
-            exact,
+            all_minima: false,
+            complete: false,
+            exact: false,
             one_per_feature,
+            lean,
             budget,
             tolerance,
         };

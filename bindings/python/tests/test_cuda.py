@@ -50,7 +50,8 @@ def same(a, b, is_posed=False):
 
 
 @pytest.mark.parametrize("options", [dict(), dict(method="fw"), dict(method="certified"), dict(pose=POSE), dict(elements="vertices"),
-                                     dict(elements="edges", method="gss"), dict(one_per_feature=True, method="pgd")])
+                                     dict(elements="edges", method="gss"), dict(one_per_feature=True, method="pgd"),
+                                     dict(lean=True, method="fw")])
 def test_contacts_on_a_card_are_those_of_the_cpu_to_seven_digits(options):
     card, cpu = on_card(**options), on_cpu(**options)
     # The cloth has elements that are flat to the body: minima may lie anywhere in them.

@@ -27,6 +27,7 @@ QUERIES = [
     ),
     (dict(all_minima=True, method="certified"), ["--all-minima", "--method", "certified"]),
     (dict(complete=True, one_per_feature=True), ["--complete", "--one-per-feature"]),
+    (dict(lean=True, method="fw", margin=0.02), ["--lean", "--method", "fw", "--margin", "0.02"]),
 ]
 
 

@@ -57,6 +57,7 @@ pub struct ContactWords {
     complete: bool,
     exact: bool,
     one_per_feature: bool,
+    lean: bool,
 }
 
 /// Where the field stands: turned by a quaternion x, y, z, w, then moved.
@@ -186,6 +187,7 @@ impl ContactWords {
             complete: self.complete,
             exact: self.exact,
             one_per_feature: self.one_per_feature,
+            lean: self.lean,
             threads: Threads::ONE,
         })
     }

@@ -80,6 +80,7 @@ for (const [body, mesh, options] of bakes) {
   compare(field, "native.sdf.h5", mesh, { margin: 0.01, allMinima: true });
   compare(field, "native.sdf.h5", mesh, { margin: 0.01, complete: true });
   compare(field, "native.sdf.h5", mesh, { margin: 0.01, onePerFeature: true, method: "newton" });
+  compare(field, "native.sdf.h5", mesh, { margin: 0.01, lean: true, method: "fw" });
   if (options.keepMesh) compare(field, "native.sdf.h5", mesh, { margin: 0.01, exact: true });
   // What is saved here, the program opens, and the reverse.
   writeFileSync("browser.sdf.h5", field.save());

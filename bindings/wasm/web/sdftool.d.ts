@@ -62,6 +62,8 @@ export interface ContactOptions {
   exact?: boolean;
   /** One contact for each vertex, edge or face that is touched. */
   onePerFeature?: boolean;
+  /** Without smooth normals and error bounds, in less time; the same points and distances. */
+  lean?: boolean;
 }
 
 /** Counts of a search. */

@@ -56,6 +56,10 @@ pub struct ContactsArgs {
     /// vertex they share report it each.
     #[arg(long)]
     pub one_per_feature: bool,
+    /// Leave out smooth normals and error bounds, which takes less time: points and distances are the same; normals are those of a grid's
+    /// cells, and jump between them. On a GPU one kernel in place of three, and not by auto and certified.
+    #[arg(long)]
+    pub lean: bool,
     /// Report elements that come within this distance of the surface, in the mesh's unit; negative: report only contacts at
     /// least this deep. For two fields: points within it of both, which exist if the gap is at most twice as wide.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
@@ -97,6 +101,7 @@ impl ContactsArgs {
             ("--complete", self.complete),
             ("--exact", self.exact),
             ("--one-per-feature", self.one_per_feature),
+            ("--lean", self.lean),
             ("--view", self.view.is_some()),
             ("--device", self.device.device != Device::Cpu),
             ("--kernels", self.device.kernels.is_some()),
@@ -116,6 +121,17 @@ impl ContactsArgs {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => bail!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses options that need what --lean leaves out.
+    pub fn refuse_what_lean_leaves_out(&self) -> Result<()> {
+        let given = [("--all-minima", self.all_minima), ("--complete", self.complete), ("--exact", self.exact)];
+        match given.iter().find(|(_, given)| self.lean && *given) {
+            Some((option, _)) => {
+                bail!("--lean leaves out error bounds and all minima but the lowest: remove it, or {option}")
+            }
             None => Ok(()),
         }
     }
@@ -207,6 +223,9 @@ pub struct CompareArgs {
     /// Number of runs of each method.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
+    /// Compare times of lean contacts: see contacts --lean.
+    #[arg(long)]
+    pub lean: bool,
     /// Where to write a page with a plot [default: nowhere].
     #[arg(short, long, value_name = "OUT.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,

@@ -83,6 +83,7 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
         margin: args.margin,
         pose: args.pose.motion()?,
         tolerance: args.tolerance,
+        lean: args.lean,
         threads: Threads::ALL,
         ..ContactOptions::default()
     })

@@ -34,6 +34,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     args.refuse_options_of_fields()?;
     args.refuse_methods_of_exact()?;
+    args.refuse_what_lean_leaves_out()?;
     let searcher = Searcher::open(&args.device)?;
     let started = Instant::now();
     let mesh = mesh_input::read_mesh(&args.mesh)?;
@@ -80,7 +81,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let deepest = found.records().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![
         ("elements", found.elements.to_string()),
-        ("passed the cull", found.passed_cull.to_string()),
+        ("passed the cull", found.passed_cull.map_or("not counted on a GPU".to_owned(), |count| count.to_string())),
         ("contacts", found.rows.len().to_string()),
         ("inside", found.inside.to_string()),
         ("deepest", deepest.as_ref().map_or("none".to_owned(), describe)),
@@ -123,7 +124,8 @@ struct Document<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     card: Option<String>,
     elements: usize,
-    passed_cull: usize,
+    /// `None` where it is not counted.
+    passed_cull: Option<usize>,
     not_finite: usize,
     possible: usize,
     beyond_band: usize,
@@ -223,7 +225,8 @@ fn read_needed<const N: usize>(
 /// All contacts of a mesh, in the order of its elements.
 pub struct ContactList<'a> {
     pub elements: usize,
-    pub passed_cull: usize,
+    /// `None` of lean contacts of a card, whose one kernel does not count them.
+    pub passed_cull: Option<usize>,
     /// Number of skipped elements: a coordinate or a value of the field is NaN, infinite or too large.
     pub not_finite: usize,
     /// Contacts that the grid's error leaves open.
@@ -275,7 +278,7 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
     let found = found.continue_value().context("a search that nothing ends")?;
     Ok(ContactList {
         elements: found.element_count,
-        passed_cull: found.searched_count,
+        passed_cull: (!args.lean || !searcher.is_card()).then_some(found.searched_count),
         not_finite: found.not_finite_count,
         possible: found.possible_count,
         inside,
@@ -301,6 +304,7 @@ fn options(args: &ContactsArgs) -> Result<ContactOptions> {
         complete: args.complete,
         exact: args.exact,
         one_per_feature: args.one_per_feature,
+        lean: args.lean,
         threads: Threads::ALL,
     })
 }

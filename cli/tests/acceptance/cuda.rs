@@ -57,7 +57,7 @@ fn scene() -> Folder {
 fn contacts_on_a_card_are_those_of_the_cpu_to_seven_digits() {
     let folder = scene();
     for field in ["ball.sdf.h5", "sparse.sdf.h5"] {
-        for method in ["auto", "fw", "pgd"] {
+        for method in ["auto", "fw", "pgd", "fw --lean"] {
             for pose in ["", "--translate 0.1,0.2,-0.1 --rotate 0.1,0.2,0.3,0.9"] {
                 let query = format!("contacts sheet.obj {field} --margin 0.05 --method {method} {pose} --json");
                 let by_card = json(&on_stub(&folder, &format!("{query} --device cuda --kernels kernels.ptx"), &[]));
@@ -76,6 +76,21 @@ fn contacts_on_a_card_are_those_of_the_cpu_to_seven_digits() {
             }
         }
     }
+}
+
+#[test]
+fn lean_contacts_of_a_card_say_what_they_leave_out() {
+    let folder = scene();
+    let query = "contacts sheet.obj ball.sdf.h5 --margin 0.05 --lean --device cuda --kernels kernels.ptx";
+    let report = json(&on_stub(&folder, &format!("{query} --method fw --json"), &[]));
+    assert_eq!((&report["passed_cull"], &report["contacts"][0]["error_bound"]), (&Value::Null, &Value::Null));
+    let rows = on_stub(&folder, &format!("{query} --method fw"), &[]);
+    says(&String::from_utf8_lossy(&rows.stdout), &["not counted on a GPU"]);
+    says(&error(&on_stub(&folder, query, &[])), &["lean contacts by auto", "CPU"]);
+    let compare = "compare sheet.obj ball.sdf.h5 --margin 0.05 --rounds 1 --lean --device cuda --kernels kernels.ptx";
+    let report = json(&on_stub(&folder, &format!("{compare} --json"), &[]));
+    let rows = report["methods"].as_array().unwrap().iter().filter(|row| row["device"] == "cuda");
+    assert!(rows.map(|row| row["method"].as_str().unwrap()).eq(["fw", "pgd"]), "{report}");
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod fleet;
 mod help;
 mod hostile;
 mod interrupted;
+mod lean;
 mod overlap;
 mod parts;
 mod pictures;

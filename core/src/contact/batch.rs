@@ -40,7 +40,7 @@ use queue::Queue;
 use search::Search;
 
 use super::{Element, Outcome};
-use crate::minimize::Minimizer;
+use crate::minimize::{Minimizer, Minimum};
 use crate::number::Float;
 use crate::{EnclosedSdf, Lanes, Simplex};
 
@@ -104,8 +104,7 @@ pub fn cull<R, F, V, const N: usize, const L: usize>(
 
 /// The second half of [`contacts`]: the outcomes of the elements that [`cull`] left.
 ///
-/// Calls `visit(index, outcome)` once per survivor, with its index in `survivors`, in unspecified order: what the
-/// [quick pass](Minimizer::quick_pass) leaves over waits until it fills all lanes.
+/// Calls `visit(index, outcome)` once per survivor, with its index in `survivors`, in unspecified order.
 #[inline(always)]
 pub fn search<R, F, M, V, const N: usize, const L: usize>(
     field: &F,
@@ -119,6 +118,33 @@ pub fn search<R, F, M, V, const N: usize, const L: usize>(
     F: EnclosedSdf,
     M: Minimizer<N>,
     V: FnMut(usize, Outcome<R, N>),
+{
+    let search = Search { field, margin, elements };
+    minima::<_, _, _, _, N, L>(field, minimizer, margin, elements, survivors, |index, minimum| {
+        if let Some(survivor) = survivors.get(index) {
+            search.emit(index, survivor, minimum, &mut visit);
+        }
+    });
+}
+
+/// [`search`] without the last step: the minima on the elements that [`cull`] left. Of each, [`classify`](super::classify) makes the
+/// outcome, and [`lean_contact_at`](super::lean_contact_at) one with less in it.
+///
+/// Calls `visit(index, minimum)` once per survivor, with its index in `survivors`, in unspecified order: what the
+/// [quick pass](Minimizer::quick_pass) leaves over waits until it fills all lanes.
+#[inline(always)]
+pub fn minima<R, F, M, V, const N: usize, const L: usize>(
+    field: &F,
+    minimizer: &M,
+    margin: impl Margins<R>,
+    elements: &[Element<R, N>],
+    survivors: &[Survivor<R>],
+    mut visit: V,
+) where
+    R: Float,
+    F: EnclosedSdf,
+    M: Minimizer<N>,
+    V: FnMut(usize, &Minimum<R, N>),
 {
     const { assert!(L > 0) };
     let search = Search { field, margin, elements };
@@ -141,7 +167,7 @@ pub fn search<R, F, M, V, const N: usize, const L: usize>(
             if is_quick && !minimum.converged {
                 left_over.push(*item);
             } else {
-                search.emit(item.0, &item.1, minimum, &mut visit);
+                visit(item.0, minimum);
             }
         });
     }

@@ -9,8 +9,9 @@ use crate::number::{Float, Real};
 use crate::vector::norm;
 use crate::{Aabb, EnclosedSdf, ErrorBound, Sample};
 
-/// The outcome of an element that passed the cull with this lower bound, from its minimum.
-pub(super) fn classify<R: Float, F: EnclosedSdf, const N: usize>(
+/// The second half of [`contact`](super::contact): the outcome of an element that [`cull`](super::cull) leaves, from its minimum and the
+/// lower bound there.
+pub fn classify<R: Float, F: EnclosedSdf, const N: usize>(
     field: &F,
     margin: R,
     element: &Element<R, N>,

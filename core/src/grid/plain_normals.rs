@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::number::{Float, Real};
-use crate::{Aabb, EnclosedSdf, NearParts, Sample, Sdf};
+use crate::{Aabb, EnclosedSdf, ErrorBound, NearParts, Sample, Sdf};
 
 /// A field whose contacts have its own gradient as normal, which on a grid jumps at the faces of cells. The code of smooth normals,
 /// 2 KiB on a Cortex-M4F, is then not linked, nor is that of bounds in boxes.
@@ -37,6 +37,9 @@ impl<F: Sdf> Sdf for PlainNormals<F> {
 }
 
 impl<F: EnclosedSdf> EnclosedSdf for PlainNormals<F> {
+    fn error_bound(&self, region: &Aabb) -> ErrorBound {
+        self.0.error_bound(region)
+    }
     #[inline(always)]
     fn lowest_about<R: Float>(&self, point: Vector3<R>) -> R {
         self.0.lowest_about(point)

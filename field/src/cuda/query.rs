@@ -7,7 +7,8 @@ use sdf_core::grid::owned::OwnedStorage;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
 use sdf_gpu::{
-    CardContacts, Elements as CardElements, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages, Unsettled,
+    CardContacts, Elements as CardElements, GpuError, GpuField, GpuMesh, GpuQuery, LentRows, QueryOptions, Stages,
+    Unsettled,
 };
 
 use super::{Cuda, CudaError, CudaFaces, CudaPoints};
@@ -217,6 +218,7 @@ impl CudaQuery {
 
 /// How the card searches; an error where only the CPU can.
 fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Result<QueryOptions, CudaError> {
+    options.check()?;
     let refused = [
         ("all minima", options.all_minima),
         ("a complete search", options.complete),
@@ -250,8 +252,12 @@ fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Re
             (sdf_gpu::Method::PointSampling, samples, Unsettled::Keep)
         }
     };
+    if options.lean && unsettled != Unsettled::Keep {
+        return Err(GpuError::Unsupported("lean contacts by auto").into());
+    }
     let (margin, tolerance) = (options.margin as f32, options.tolerance);
-    Ok(QueryOptions { method, margin, iterations, tolerance, stages: Stages::Separate, unsettled })
+    let stages = if options.lean { Stages::Lean } else { Stages::Separate };
+    Ok(QueryOptions { method, margin, iterations, tolerance, stages, unsettled })
 }
 
 fn rounded(points: &[[f64; 3]]) -> Vec<[f32; 3]> {

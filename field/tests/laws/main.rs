@@ -11,6 +11,7 @@ mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;
 mod in_motion;
+mod lean;
 // Only its count of memory is needed here.
 #[allow(dead_code)]
 #[path = "../../../formats/tests/formats/memory.rs"]

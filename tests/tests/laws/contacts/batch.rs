@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
 use sdf_core::contact::batch::{CullReason, Survivor};
-use sdf_core::contact::{Contact, Element, Outcome, batch, contact};
+use sdf_core::contact::{Contact, Element, Outcome, batch, contact, lean_contact_at};
+use sdf_core::grid::PlainNormals;
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer, Minimum, PointSampling, ProjectedGradient};
 use sdf_core::placed::{Posed, Rigid};
 use sdf_core::shapes::Cuboid;
@@ -95,8 +96,7 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     batch::contacts::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, |index, outcome| {
         assert!(batched[index].replace(outcome).is_none(), "{name}: two outcomes of element {index}");
     });
-    let mut in_two_steps = vec![];
-    let mut survivors = vec![];
+    let (mut in_two_steps, mut survivors, mut minima) = (vec![], vec![], 0);
     batch::cull::<_, _, _, N, L>(field, R::from_f64(margin), elements, |place, culled| match culled {
         Ok(lower_bound) => survivors.push(Survivor { index: place, lower_bound }),
         Err(CullReason::Culled) => in_two_steps.push((place, Outcome::Culled)),
@@ -105,6 +105,16 @@ fn batch_equals_alone<R: Float, M: Minimizer<N> + std::fmt::Debug, const N: usiz
     batch::search::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &survivors, |index, outcome| {
         in_two_steps.push((survivors[index].index, outcome));
     });
+    batch::minima::<_, _, _, _, N, L>(field, method, R::from_f64(margin), elements, &survivors, |index, minimum| {
+        let Survivor { index, lower_bound } = survivors[index];
+        let alone = method.minimize_below(field, &elements[index].simplex, R::from_f64(margin));
+        let [lean, alone] = [minimum, &alone].map(|minimum| {
+            lean_contact_at(&PlainNormals(field), R::from_f64(margin), &elements[index], minimum, lower_bound)
+        });
+        assert_eq!(bits(&lean), bits(&alone), "{name} by {method:?}: lean contacts");
+        minima += 1;
+    });
+    assert_eq!(minima, survivors.len());
     in_two_steps.sort_by_key(|(place, _)| *place);
     assert!(in_two_steps.iter().map(|(place, _)| *place).eq(0..elements.len()), "{name}: not one outcome each");
     for ((_, outcome), batched) in in_two_steps.iter().zip(&batched) {

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 use sdf_core::contact::{Outcome, contact};
-use sdf_core::minimize::Certified;
+use sdf_core::grid::PlainNormals;
+use sdf_core::minimize::{Certified, FrankWolfe};
 use sdf_core::shapes::{Cuboid, Sphere};
 use sdf_core::{Float, Sdf, Simplex};
 use sdf_tests::methods::Method;
@@ -152,4 +153,26 @@ fn contacts_name_their_vertices_and_the_slope_of_their_normal() {
             }
         }
     }
+}
+
+/// A grid with plain normals is no nearer to its body than the grid itself.
+#[test]
+fn plain_normals_leave_the_bound_of_the_error_as_it_is() {
+    let mut random = Random::seeded();
+    let (mut seen, mut inexact) = (0, 0);
+    for scene in scenes(1.0) {
+        for id in 0..50 {
+            let element = element(id, random_simplex::<3>(&mut random, scene.size));
+            let margin = 0.2 * scene.size;
+            let found = [
+                contact(&scene.field, &FrankWolfe::default(), margin, &element),
+                contact(&PlainNormals(&scene.field), &FrankWolfe::default(), margin, &element),
+            ];
+            let [Outcome::Contact(smooth), Outcome::Contact(plain)] = found else { continue };
+            assert_eq!(plain.error_bound, smooth.error_bound, "{}: {element:?}", scene.name);
+            seen += 1;
+            inexact += usize::from(smooth.error_bound > 0.0);
+        }
+    }
+    assert!(seen > 500 && inexact > 50, "{seen} contacts, {inexact} with an error");
 }
