@@ -34,8 +34,8 @@ pub enum Action {
         bytes: usize,
     },
     AtomicAdd,
-    /// The halves of a number of 64 bits.
-    Split,
+    /// The halves of a number, of so many bits each.
+    Split(u32),
     Branch(usize),
     /// To one of these, by the number of the operand.
     Switch(Vec<usize>),
@@ -230,7 +230,7 @@ impl Parser {
                 continue;
             }
             // Brackets stand alone, around calls, or around the statements of inline assembly.
-            let is_split = line.contains("mov.b64 {");
+            let is_split = ["mov.b64 {", "mov.b32 {"].iter().any(|start| line.contains(start));
             let line = if is_split { line.trim_start_matches("{ ").trim_end_matches('}') } else { line };
             depth += if is_split { 0 } else { line.matches('{').count() };
             depth -= if is_split { 0 } else { line.matches('}').count() };
@@ -332,8 +332,8 @@ impl Parser {
         } else if operation.starts_with("call") {
             self.call(rest, &mut instruction);
         } else if matches!(operation, "ret" | "exit" | "trap") {
-        } else if operation == "mov.b64" && rest.starts_with('{') {
-            instruction.action = Action::Split;
+        } else if operation.starts_with("mov.b") && rest.starts_with('{') {
+            instruction.action = Action::Split(if operation == "mov.b64" { 32 } else { 16 });
             instruction.results = words[..2].iter().map(|word| self.register(word)).collect();
             instruction.operands[0] = self.operand(words[2]);
         } else {

@@ -156,11 +156,11 @@ impl Warp {
                         self.compute(instruction, *function, mask);
                         u64::from(cost.latency)
                     }
-                    Action::Split => {
+                    Action::Split(bits) => {
                         for lane in lanes(mask) {
                             let number = self.value(instruction.operands[0], lane);
-                            self.set(instruction.results[0], lane, number & 0xffff_ffff);
-                            self.set(instruction.results[1], lane, number >> 32);
+                            self.set(instruction.results[0], lane, number & ((1 << bits) - 1));
+                            self.set(instruction.results[1], lane, number >> bits & ((1 << bits) - 1));
                         }
                         0
                     }
