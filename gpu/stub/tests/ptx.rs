@@ -113,16 +113,15 @@ fn threads_loop_part_and_call_each_for_itself_and_time_passes() {
     assert!(shorter > 0.0 && shorter < time, "fewer numbers take less time: {time}, {shorter}");
 }
 
-/// The sums fit into 32 bits: taken apart into halves of halves, they are put together again.
+/// Sums taken apart into halves of 32 bits, the lower of these into halves of 16, and put together again.
 #[test]
-fn a_number_is_split_into_halves_of_32_bits_and_of_16() {
-    let halves = "{ .reg .b32 tmp; mov.b64 {%r8, tmp}, %rd8; }
+fn a_number_is_split_into_halves_and_made_of_them() {
+    let halves = "{ .reg .b32 tmp; mov.b64 {tmp, %r9}, %rd8; }
+	mov.b64 	{%r8, %r10}, %rd8;
 	{ .reg .b16 tmp; mov.b32 {%rs1, tmp}, %r8; }
 	{ .reg .b16 tmp; mov.b32 {tmp, %rs2}, %r8; }
-	cvt.u64.u16 	%rd9, %rs1;
-	cvt.u64.u16 	%rd10, %rs2;
-	shl.b64 	%rd10, %rd10, 16;
-	or.b64 	%rd8, %rd9, %rd10;
+	mov.b32 	%r11, {%rs1, %rs2};
+	mov.b64 	%rd8, {%r11, %r9};
 	st.global.b64 	[%rd7], %rd8;";
     let (sums, _) = run(&changed("st.global.b64 	[%rd7], %rd8;", halves), 129);
     assert!(sums[127] > 1 << 16);

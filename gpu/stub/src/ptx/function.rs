@@ -150,6 +150,9 @@ pub fn function(operation: &str) -> Option<Function> {
             assert!(a & LOCAL == 0, "cvta.to.local of {a:x}, which is one already");
             a | LOCAL
         }),
+        // Of two halves, or of one number and nothing.
+        ["mov", "b64"] => Some(|a, b, _| a | b << 32),
+        ["mov", "b32"] => Some(|a, b, _| a | b << 16),
         ["mov" | "cvta", ..] => Some(|a, _, _| a),
         ["selp", _] => Some(|a, b, c| if c & 1 == 1 { a } else { b }),
         ["mul", "wide", "u32"] => Some(|a, b, _| a.wrapping_mul(b)),

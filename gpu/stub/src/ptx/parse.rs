@@ -305,7 +305,8 @@ impl Parser {
             }
             None => (None, text),
         };
-        let (operation, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        let (operation, rest) =
+            text.split_once(char::is_whitespace).map_or((text, ""), |(start, rest)| (start, rest.trim()));
         let is_memory = ["ld.", "st.", "atom."].iter().any(|start| operation.starts_with(start));
         let words: Vec<&str> = rest.split([',', ' ', '\t', '{', '}']).filter(|word| !word.is_empty()).collect();
         let mut instruction = Instruction {
