@@ -232,7 +232,7 @@ class Run:
     def fine(self, mesh):
         finer = self.folder / mesh.name
         divide(mesh, finer)
-        self.sparse(finer, "sparse ±3, fine", [256])
+        self.sparse(finer, "sparse ±3 fine", [256])
         finer.unlink()
 
     def contacts(self, cloth, body):

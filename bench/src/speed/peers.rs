@@ -20,7 +20,7 @@ fn heading(work: &str) -> &str {
     match work {
         "dense" => "Dense grids",
         "sparse ±3" => "Sparse grids, three voxels on either side",
-        "sparse ±3, fine" => "Sparse grids of meshes with sixteen times the triangles",
+        "sparse ±3 fine" => "Sparse grids of meshes with sixteen times the triangles",
         "contacts" => "Contacts",
         other => other,
     }
