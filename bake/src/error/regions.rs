@@ -38,7 +38,7 @@ pub fn cells_within(band: f64, spacing: f64) -> f32 {
 /// Error to which a winding number is computed where the boundary does not give its fraction.
 const MAX_WINDING_ERROR: f64 = 0.1;
 
-/// Slots along a side of the blocks that are asked at once.
+/// Slots along a side of a block: one ball around it may exclude jumps in all of them.
 const BLOCK: u32 = 4;
 
 /// A cell in which the sign may jump, and the largest magnitude at its corners.
@@ -89,12 +89,8 @@ pub(crate) struct JumpFreeBlocks {
 impl JumpFreeBlocks {
     /// Does the sign change at triangles alone in a slot's cells, by the ball around its block or around itself?
     fn contain(&mut self, mesh: &MeshDistance, lattice: &Lattice, slot: [u32; 3]) -> bool {
-        let excludes = |first: [u32; 3], slots: u32| {
-            let half_side = 0.5 * f64::from(slots * BRICK);
-            let middle = first.map(|n| f64::from(n * BRICK) + half_side);
-            let center = |axis: usize| lattice.origin()[axis] + lattice.spacing() * middle[axis];
-            mesh.excludes_jump([0, 1, 2].map(center).into(), 2.0 * half_side * MAX_ERROR * lattice.spacing())
-        };
+        let excludes =
+            |first: [u32; 3], slots: u32| mesh.excludes_jump_in(lattice, first.map(|n| n * BRICK), slots * BRICK);
         let block = slot.map(|n| n / BLOCK * BLOCK);
         let last = self.last.filter(|(last, _)| *last == block);
         let (_, is_free) = *self.last.insert(last.unwrap_or_else(|| (block, excludes(block, BLOCK))));
@@ -129,9 +125,11 @@ impl MeshDistance<'_> {
             let mut free = JumpFreeBlocks::default();
             let jumps_in = |index: usize| {
                 let slot = slot(index);
-                let nodes = SlotNodes::of_grid(grid, slot);
-                let mut found = nodes.jumps(self.tree().arch, f32::INFINITY);
-                self.retain_jumps(lattice, slot, &mut free, &mut found.jumps);
+                let mut found = SlotNodes::from_grid(grid, slot).jumps(self.tree().arch, f32::INFINITY);
+                if !found.jumps.is_empty() && free.contain(self, lattice, slot) {
+                    found.jumps.clear();
+                }
+                self.retain_jumps(lattice, &mut found.jumps);
                 found
             };
             slots.map(jumps_in).fold(SignJumps::default(), SignJumps::joined)
@@ -152,30 +150,29 @@ impl MeshDistance<'_> {
         if free.contain(self, lattice, slot) {
             return vec![];
         }
-        let mut found = SlotNodes::of_halo(lattice, slot, halo).jumps(self.tree().arch, exact_within).jumps;
-        self.retain_jumps(lattice, slot, free, &mut found);
+        let mut found = SlotNodes::from_halo(lattice, slot, halo).jumps(self.tree().arch, exact_within).jumps;
+        self.retain_jumps(lattice, &mut found);
         found
     }
 
-    /// Keeps the cells of a slot in which the sign may jump: by the balls around the slot, its octants and theirs.
-    fn retain_jumps(&self, lattice: &Lattice, slot: [u32; 3], free: &mut JumpFreeBlocks, jumps: &mut Vec<JumpCell>) {
-        if jumps.is_empty() || free.contain(self, lattice, slot) {
-            return jumps.clear();
-        }
+    /// Keeps the cells of a slot in which the sign may jump: by the balls around its octants, theirs, and the cells.
+    fn retain_jumps(&self, lattice: &Lattice, jumps: &mut Vec<JumpCell>) {
         for side in [BRICK / 2, BRICK / 4, 1] {
             let mut excluded = [None; BRICK_SAMPLES];
             jumps.retain(|(cell, _)| {
                 let [x, y, z] = cell.map(|n| (n % BRICK / side) as usize);
-                let exclude = || {
-                    let middle = cell.map(|n| f64::from(n / side * side) + 0.5 * f64::from(side));
-                    let center = |axis: usize| lattice.origin()[axis] + lattice.spacing() * middle[axis];
-                    let radius = f64::from(side) * MAX_ERROR * lattice.spacing();
-                    self.excludes_jump([0, 1, 2].map(center).into(), radius)
-                };
+                let exclude = || self.excludes_jump_in(lattice, cell.map(|n| n / side * side), side);
                 let at = (z * BRICK as usize + y) * BRICK as usize + x;
                 !*excluded[at].get_or_insert_with(exclude)
             });
         }
+    }
+
+    /// Does the sign change at triangles alone, by the ball around a cube of cells? `first` is its first cell, `side` their number.
+    fn excludes_jump_in(&self, lattice: &Lattice, first: [u32; 3], side: u32) -> bool {
+        let middle = first.map(|n| f64::from(n) + 0.5 * f64::from(side));
+        let center = |axis: usize| lattice.origin()[axis] + lattice.spacing() * middle[axis];
+        self.excludes_jump([0, 1, 2].map(center).into(), f64::from(side) * MAX_ERROR * lattice.spacing())
     }
 
     /// Does the sign change at triangles alone, in a ball?
@@ -209,7 +206,7 @@ impl SlotNodes {
         Self { slot, cells, values: [[[0.0; 2 * SIDE]; SIDE + 1]; SIDE + 1] }
     }
 
-    fn of_grid(grid: &OwnedGrid, slot: [u32; 3]) -> Self {
+    fn from_grid(grid: &OwnedGrid, slot: [u32; 3]) -> Self {
         let first = slot.map(|n| n * BRICK);
         let mut nodes = Self::empty(grid.lattice(), slot);
         let cells = nodes.cells;
@@ -221,7 +218,7 @@ impl SlotNodes {
         nodes
     }
 
-    fn of_halo(lattice: &Lattice, slot: [u32; 3], halo: &HaloBlock) -> Self {
+    fn from_halo(lattice: &Lattice, slot: [u32; 3], halo: &HaloBlock) -> Self {
         let mut nodes = Self::empty(lattice, slot);
         for (layer, halo) in nodes.values.iter_mut().zip(&halo.values[1..]) {
             for (row, halo) in layer.iter_mut().zip(&halo[1..]) {
