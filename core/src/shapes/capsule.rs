@@ -66,9 +66,13 @@ impl Sdf for Capsule {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
         let (a, b) = (from_parameters::<R>(self.a), from_parameters::<R>(self.b));
-        let offset = point - a;
-        let t = from_parameters::<R>(self.axis).dot(&offset).clamp(R::zero(), R::one());
-        let outward = direction(offset - (b - a) * t);
+        let (offset, segment, axis) = (point - a, b - a, from_parameters::<R>(self.axis));
+        let t = axis.dot(&offset);
+        let from_segment = offset - segment * t.clamp(R::zero(), R::one());
+        // Near the axis the offset is mere rounding, and may point along it.
+        let is_beside = R::zero().le(t) & t.le(R::one());
+        let along = R::select(is_beside, axis.dot(&from_segment), R::zero());
+        let outward = direction(from_segment - segment * along);
         let gradient = outward
             .unit
             .zip_map(&from_parameters(self.normal), |unit, normal| R::select(outward.is_zero, normal, unit));

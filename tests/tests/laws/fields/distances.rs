@@ -1,7 +1,7 @@
 //! Sign, magnitude, slope bound and bounding boxes of fields.
 
 use nalgebra::Vector3;
-use sdf_core::shapes::{Bowl, Horseshoe};
+use sdf_core::shapes::{Bowl, Capsule, Horseshoe};
 use sdf_core::{EnclosedSdf, Sample, Sdf};
 use sdf_tests::oracle::surface_points;
 use sdf_tests::random::Random;
@@ -141,5 +141,22 @@ fn bounds_contain_every_point_up_to_their_level() {
 fn bounds_of_bounded_shapes_are_bounded() {
     for scene in scenes(1.0).iter().filter(|scene| scene.name != "half-space") {
         assert!(scene.bounds(0.0).diagonal() < 8.0 * scene.size, "{}: {:?}", scene.name, scene.bounds(0.0));
+    }
+}
+
+/// Gradients on the axis of a capsule, where the offset from it is mere rounding, are normal to it, and a step of φ along one
+/// ends on the surface.
+#[test]
+fn gradients_on_the_axis_of_a_capsule_are_normal_to_it() {
+    let mut random = Random::seeded();
+    for _ in 0..2000 {
+        let [a, b] = [(); 2].map(|()| random.in_cube(3.0));
+        let capsule = Capsule::new(a.into(), b.into(), 0.2).unwrap();
+        let point = a + (b - a) * random.between(0.05, 0.95);
+        let Sample { value, gradient, .. } = capsule.evaluate(point);
+        let along = gradient.dot(&(b - a).normalize());
+        assert!(along.abs() < 1e-9, "{along} at {point} between {a} and {b}");
+        let at_surface = capsule.value(point - gradient * value);
+        assert!(at_surface.abs() < 1e-9, "{at_surface} at {point} between {a} and {b}");
     }
 }
