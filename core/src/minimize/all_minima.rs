@@ -143,9 +143,9 @@ impl AllMinima {
             }
             sort(minima, summary.count);
         }
-        let is_complete = search.is_complete;
+        let (is_complete, converged) = (search.is_complete, search.is_complete && global_minimum.converged);
         for minimum in minima.iter_mut().take(summary.count) {
-            (minimum.lower_bound, minimum.converged) = (summary.lower_bound, is_complete);
+            (minimum.lower_bound, minimum.converged) = (summary.lower_bound, converged);
             minimum.evaluations = R::from_f64(f64::from(search.evaluations));
         }
         MinimaSummary { is_complete, evaluations: search.evaluations, ..summary }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 use sdf_core::combine::Union;
-use sdf_core::minimize::{AllMinima, MinimaSummary, Minimum, SimplexCell};
+use sdf_core::minimize::{AllMinima, Certified, MinimaSummary, Minimum, SimplexCell};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::Sphere;
 use sdf_core::{EnclosedSdf, Float, Sdf, Simplex};
@@ -227,4 +227,26 @@ fn too_small_a_buffer_or_budget_is_reported() {
     let far: Simplex<f64, 3> = Simplex { corners: [0, 1, 2].map(|_| random.in_cube(1.0) + Vector3::x() * 50.0) };
     let (found, minima) = minima(&AllMinima::default(), &balls, &far, 0.0, CELLS);
     assert!(found.is_complete && minima.is_empty(), "{found:?}");
+}
+
+/// With any budget: a minimum that has converged is the lowest to within the tolerance of the search for the global one.
+#[test]
+fn converged_minima_are_the_lowest_to_within_the_tolerance() {
+    let mut random = Random::seeded();
+    let (mut converged, mut others) = (0, 0);
+    for scene in scenes(1.0) {
+        for evaluations in [6, 12, 24, 1024] {
+            let simplex = random_simplex::<3>(&mut random, scene.size);
+            let search = Certified { evaluations, tolerance: 1e-6, ..Certified::default() };
+            let search = AllMinima { search, ..AllMinima::default() };
+            let (found, minima) = minima(&search, &scene.field, &simplex, 10.0 * scene.size, CELLS);
+            let gap = 2e-6 * scene.field.slope_bound() * simplex.longest_edge() + 1e-9 * scene.size;
+            if let Some(minimum) = minima.first() {
+                let is_lowest = minimum.sample.value - gap <= found.lower_bound;
+                assert!(is_lowest || !minimum.converged, "{}: {minimum:?} on {simplex:?}", scene.name);
+                *if minimum.converged { &mut converged } else { &mut others } += 1;
+            }
+        }
+    }
+    assert!(converged > 20 && others > 20, "{converged} and {others}");
 }
