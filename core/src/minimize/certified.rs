@@ -38,13 +38,14 @@ use crate::{EnclosedSdf, Goal, Simplex};
 ///
 /// It has converged if that gap is within the tolerance. Otherwise the budget ran out first, and the bound still holds.
 ///
-/// A grid knows its minimum on a segment, and on a triangle that meets up to a few hundred cells
+/// A grid knows its minimum on a segment, and on a triangle in a box of up to some 56 cells along each axis
 /// ([`EnclosedSdf::exact_minimum`]): these need no search, and a larger triangle is cut until its parts are of that
 /// size. On other fields the search starts where a few steps of [`Newton`] end: the lower the value to beat, the fewer
 /// the nodes.
 ///
-/// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the minimum
-/// is at most the level, the answer is the same as without.
+/// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found
+/// without it is at most the level, the answer is the same. Where that is above the level, but by less than the tolerance
+/// leaves open, the search goes on with what is left of the budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
     /// Largest number of evaluations of an answer, local steps and all parts of a union included; 0 counts as 1. The
@@ -84,8 +85,18 @@ impl<const N: usize> Minimizer<N> for Certified {
         let mut minimum = Minimum::default();
         for lane in 0..R::LANES {
             let (simplex, level) = (simplex.lane(lane), level.lane(lane));
-            // By reference, as a field visits itself as its only part: so both are of one type, compiled once.
-            minimum.set_lane(lane, minimum_of_parts(self, &field, &simplex, level));
+            let (mut method, mut first) = (*self, None);
+            loop {
+                // By reference, as a field visits itself as its only part: so both are of one type, compiled once.
+                let found = minimum_of_parts(&method, &field, &simplex, level);
+                match (first, method.finer(field, &simplex, level, &found)) {
+                    (None, Some(finer)) => (method, first) = (finer, Some(found)),
+                    (first, _) => {
+                        minimum.set_lane(lane, first.map_or(found, |first| join(&first, &found)));
+                        break;
+                    }
+                }
+            }
         }
         minimum
     }
@@ -98,7 +109,40 @@ struct Slack<R> {
     rounding: R,
 }
 
+/// The lower value and the higher bound of two searches.
+#[inline(never)]
+fn join<R: Float, const N: usize>(a: &Minimum<R, N>, b: &Minimum<R, N>) -> Minimum<R, N> {
+    let lowest = if b.sample.value < a.sample.value { *b } else { *a };
+    Minimum {
+        lower_bound: Real::max(a.lower_bound, b.lower_bound),
+        evaluations: a.evaluations + b.evaluations,
+        ..lowest
+    }
+}
+
 impl Certified {
+    /// The search, with what is left of the budget, that can tell whether a value is at most the level, where the tolerance left that
+    /// open.
+    #[inline(always)]
+    fn finer<R: Float, F: EnclosedSdf, const N: usize>(
+        &self,
+        field: &F,
+        simplex: &Simplex<R, N>,
+        level: R,
+        found: &Minimum<R, N>,
+    ) -> Option<Self> {
+        let value = found.sample.value;
+        if !found.converged || value <= level || level < found.lower_bound {
+            return None;
+        }
+        let fraction = (value - level) / self.tolerance_on(field, simplex.longest_edge());
+        // NaN where the tolerance is zero.
+        let tolerance =
+            if fraction < R::one() { self.tolerance * 0.5 * fraction.to_f64() } else { self.tolerance * 0.5 };
+        let evaluations = self.evaluations.saturating_sub(found.evaluations.to_count());
+        (evaluations > 0).then_some(Self { evaluations, tolerance, ..*self })
+    }
+
     /// The minimum of one field that is not a union.
     #[cfg_attr(feature = "std", inline(always))]
     fn minimum<R: Float, F: EnclosedSdf, const N: usize>(
