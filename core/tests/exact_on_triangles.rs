@@ -1,18 +1,19 @@
 //! The exact minimum of a grid on a triangle is not above its minimum on any edge, or on any line along which the faces of cells
-//! cut it. Those are found another way here: plane by plane, by the exact minimum on a segment.
+//! cut it. Those are found another way here: plane by plane, by the exact minimum on a segment. Triangles have up to 50 cells along an
+//! axis: small ones are searched at once, larger ones block by block. A level at which the search may stop changes no minimum below it.
 
 mod bricks;
 
 use bricks::Bricks;
 use sdf_core::grid::sparse::{BRICK, NO_BRICK, Scale, Sparse, brick_counts};
-use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, measure_slope_bound};
+use sdf_core::grid::{BlockBounds, Dense, Grid, Lattice, Storage, WithBlockBounds, measure_slope_bound};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Goal, Interval};
 
 type Corners = [Vector3<f64>; 3];
 
 const SPACING: f64 = 0.125;
-const NODES: [u32; 3] = [13, 11, 18];
+const NODES: [u32; 3] = [33, 29, 52];
 
 /// Splitmix64, as numbers from 0 to 1.
 struct Random(u64);
@@ -39,7 +40,7 @@ fn lattice() -> Lattice {
 fn samples(kind: usize, random: &mut Random) -> Vec<f32> {
     let bounds = lattice().bounds();
     let middle: [f64; 3] = std::array::from_fn(|k| random.between(bounds.min[k], bounds.max[k]));
-    let radius = random.between(0.1, 0.7);
+    let radius = random.between(0.1, 2.0);
     let mut samples = vec![];
     for z in 0..NODES[2] {
         for y in 0..NODES[1] {
@@ -63,7 +64,7 @@ fn triangle(case: usize, random: &mut Random) -> Corners {
     let bounds = lattice().bounds();
     let (min, max) = (Vector3::from(bounds.min), Vector3::from(bounds.max));
     let snap = |x: f64| (x / SPACING).round() * SPACING;
-    let size = 10.0_f64.powf(random.between(-2.5, 0.0));
+    let size = 10.0_f64.powf(random.between(-2.5, 0.6));
     let about = Vector3::from_fn(|k, _| random.between(min[k], max[k]));
     let mut corners: Corners = std::array::from_fn(|_| Vector3::from_fn(|k, _| about[k] + random.between(-size, size)));
     match case {
@@ -104,9 +105,16 @@ fn lines(corners: &Corners) -> Vec<[Vector3<f64>; 2]> {
     lines
 }
 
-fn check<S: Storage>(name: &str, grid: &Grid<S>, corners: Corners) -> bool {
-    let goal = Goal { level: f64::INFINITY, gap: 1e-3 };
-    let Some(minimum) = grid.exact_minimum(corners, goal) else { return false };
+/// Numbers of triangles of which the minimum was found, and of those with a minimum that is proven above a level.
+#[derive(Default)]
+struct Counts {
+    found: u32,
+    proven: u32,
+}
+
+fn check<S: Storage>(name: &str, grid: &Grid<S>, corners: Corners, counts: &mut Counts) {
+    let minimum_below = |level: f64| grid.exact_minimum(corners, Goal { level, gap: 1e-3 });
+    let Some(minimum) = minimum_below(f64::INFINITY) else { return };
     for line in lines(&corners) {
         let Some(on_line) = grid.exact_minimum(line, Goal::exact()) else { continue };
         assert!(
@@ -115,28 +123,55 @@ fn check<S: Storage>(name: &str, grid: &Grid<S>, corners: Corners) -> bool {
         );
         assert!(minimum.lower_bound <= on_line.value + 1e-12, "{name}: {minimum:?} on {corners:?}");
     }
-    true
+    let above = minimum_below(minimum.value + 0.02).unwrap();
+    assert!((above.value - minimum.value).abs() < 1e-12, "{name}: {above:?} is not {minimum:?} on {corners:?}");
+    let level = minimum.value - 0.02;
+    let below = minimum_below(level).unwrap();
+    assert!(minimum.value <= below.value + 1e-12, "{name}: {below:?} is below {minimum:?} on {corners:?}");
+    assert!(below.lower_bound <= minimum.value + 1e-12, "{name}: {below:?} and {minimum:?} on {corners:?}");
+    counts.found += 1;
+    counts.proven += u32::from(level < below.lower_bound);
 }
 
 #[test]
 fn the_exact_minimum_on_a_triangle_is_not_above_that_on_any_edge_or_cut() {
     let mut random = Random(17);
-    let mut answered = 0;
-    for round in 0..60 {
+    let mut counts = Counts::default();
+    for round in 0..48 {
         let samples = samples(round % 4, &mut random);
         let dense = Dense::new(&lattice(), &samples[..]).unwrap();
         let slope_bound = measure_slope_bound(&lattice(), &dense);
+        let bounds = block_bounds(&samples);
+        let bounded =
+            Grid::new(lattice(), WithBlockBounds::new(&lattice(), dense, &bounds[..]).unwrap(), slope_bound).unwrap();
         let dense = Grid::new(lattice(), dense, slope_bound).unwrap();
         let bricks = sampled_bricks(&samples, &mut random);
         let sparse = Sparse::new(&lattice(), bricks.slices()).unwrap();
         let slope_bound = measure_slope_bound(&lattice(), &sparse);
         let sparse = Grid::new(lattice(), sparse, slope_bound).unwrap();
-        for case in 0..100 {
+        for case in 0..60 {
             let corners = triangle(case % 12, &mut random);
-            answered += u32::from(check("dense", &dense, corners)) + u32::from(check("sparse", &sparse, corners));
+            check("dense", &dense, corners, &mut counts);
+            check("dense with bounds of blocks", &bounded, corners, &mut counts);
+            check("sparse", &sparse, corners, &mut counts);
         }
     }
-    assert!(answered > 10_000, "{answered}");
+    assert!(counts.found > 8_000 && counts.proven > 7_000, "{} and {}", counts.found, counts.proven);
+}
+
+/// Bounds of the samples at the nodes of each block.
+fn block_bounds(samples: &[f32]) -> Vec<BlockBounds> {
+    let bounds = |slot: [u32; 3]| {
+        let mut range = Interval { lower: f32::INFINITY, upper: f32::NEG_INFINITY };
+        for node in nodes([BRICK; 3]).map(|node| std::array::from_fn(|k| slot[k] * BRICK + node[k])) {
+            if (0..3).all(|k| node[k] < NODES[k]) {
+                let sample = samples[lattice().index(node)];
+                range = Interval { lower: range.lower.min(sample), upper: range.upper.max(sample) };
+            }
+        }
+        BlockBounds { range, slope_bound: 100.0 }
+    };
+    nodes(brick_counts(&lattice())).map(bounds).collect()
 }
 
 /// A sparse grid of u16 with a brick in most slots.

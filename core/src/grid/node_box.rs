@@ -4,7 +4,7 @@
 //! bricks and decoded; copied once, brick by brick, they lie side by side as in a dense grid.
 
 use super::{Dense, Storage};
-use crate::number::Float;
+use crate::number::{Float, Real};
 
 /// Most nodes in a box, those that are read beyond the last row included. Small processors have less memory for a stack.
 pub(super) const ROOM: usize = if cfg!(feature = "std") { 1024 } else { 256 };
@@ -16,6 +16,7 @@ pub(super) const SPILL: usize = 8;
 pub(super) struct NodeBox {
     samples: Dense<[f32; ROOM]>,
     first: [u32; 3],
+    counts: [u32; 3],
 }
 
 impl NodeBox {
@@ -26,7 +27,39 @@ impl NodeBox {
         let mut samples = [0.0; ROOM];
         storage.copy_box(first, counts, &mut samples);
         let row = x as usize;
-        Self { samples: Dense::with_rows(samples, row, row.wrapping_mul(y as usize)), first }
+        Self { samples: Dense::with_rows(samples, row, row.wrapping_mul(y as usize)), first, counts }
+    }
+
+    /// Is every sample finite?
+    #[inline(always)]
+    pub fn is_finite(&self) -> bool {
+        let mut largest = [0; SPILL];
+        let count = self.counts.iter().fold(1, |count: usize, along| count.wrapping_mul(*along as usize));
+        for samples in self.samples.holder().as_chunks::<SPILL>().0.iter().take(count.div_ceil(SPILL)) {
+            for lane in 0..SPILL {
+                largest[lane] = largest[lane].max(samples[lane].abs().to_bits());
+            }
+        }
+        largest.into_iter().all(|bits| f32::from_bits(bits).is_finite())
+    }
+
+    /// The lowest sample of each of the first eight cells of a row along x; meaningless beyond the box.
+    #[inline(always)]
+    pub fn lowest_in_row(&self, y: u32, z: u32) -> Option<[f32; SPILL]> {
+        let [row, rows, _] = self.counts.map(|count| count as usize);
+        let layer = row.wrapping_mul(rows);
+        let first = (z as usize).wrapping_mul(layer).wrapping_add((y as usize).wrapping_mul(row));
+        let samples = |start: usize| self.samples.holder().get(start..)?.first_chunk::<{ SPILL + 1 }>();
+        let [a, b] = [samples(first)?, samples(first.wrapping_add(row))?];
+        let [c, d] = [samples(first.wrapping_add(layer))?, samples(first.wrapping_add(layer).wrapping_add(row))?];
+        let mut lowest = [0.0; SPILL];
+        for lane in 0..SPILL {
+            let near = Real::min(Real::min(a[lane], b[lane]), Real::min(c[lane], d[lane]));
+            let next = lane + 1;
+            let far = Real::min(Real::min(a[next], b[next]), Real::min(c[next], d[next]));
+            lowest[lane] = Real::min(near, far);
+        }
+        Some(lowest)
     }
 }
 

@@ -18,6 +18,7 @@
 //! | 5 | The minimum on these parts | `line_parts` |
 //! | 6 | (c): saddle → minimum on the boundary; else at most four Newton steps | `interior_minimum` |
 //! | 7 | What step 6 leaves undecided is bisected and bounded by ½‖H‖r² (Taylor) | `stationary` |
+//! | – | A triangle that meets many cells: the same in blocks of its box, and only in cells with low samples | `blocks` |
 //!
 //! If φ is monotonic along some d in all cells, cuts and interiors have no minimum, and only edges are left. Most triangles end
 //! after one corner or edge, the others after a few parts of cuts.
@@ -25,6 +26,7 @@
 //! Steps 1 and 2 only exclude. They are in single precision, which samples have anyway, and widened by its rounding. What is
 //! evaluated is evaluated in the caller's numbers.
 
+mod blocks;
 mod cell;
 mod cell_range;
 mod cells;
@@ -38,6 +40,7 @@ mod separating_planes;
 mod stationary;
 
 use cells::{Cells, DirectionalBoundsLanes};
+use corners_and_edges::MinimumPlaces;
 use descent_table::DescentTable;
 use directions::{DirectionalBounds, Directions};
 use grid_triangle::GridTriangle;
@@ -54,6 +57,9 @@ use crate::rounding::{FieldScale, rounding};
 use crate::simplex::{max_distance, mean};
 use crate::{Aabb, ExactMinimum, Goal};
 
+/// Most cells along an axis of a triangle's box that are all searched. Of more, those with low samples.
+const FEW_CELLS: u32 = 7;
+
 impl<S: Storage> Grid<S> {
     /// `None` if the triangle leaves the box or meets too many cells, or a sample is not finite.
     // On small processors not inlined: its 8 KB of stack are free again when a search by branch and bound begins.
@@ -68,6 +74,13 @@ impl<S: Storage> Grid<S> {
             return None;
         }
         let triangle = GridTriangle::new(&self.lattice, corners.map(|corner| self.cell_coordinates(corner)))?;
+        // Small processors have no memory for blocks, and answers in single precision are the same everywhere.
+        if cfg!(feature = "std") && R::EPSILON < 1e-10 && FEW_CELLS < triangle.extent {
+            return self.minimum_by_blocks(&triangle, corners, goal);
+        }
+        if !triangle.is_small() {
+            return None;
+        }
         if !S::IS_COPIED {
             return self.search_triangle(&self.storage, &triangle, corners, goal);
         }
@@ -101,16 +114,8 @@ impl<S: Storage> Grid<S> {
         let mut deficit = R::zero();
         if lower_bound <= level {
             corners_and_edges::minimize_on_corners(&bounds, corner_values, &mut lowest);
-            let feasible = corners_and_edges::feasible_on_edges(&bounds, corner_values, lowest.value);
-            let is_monotonic = bounds.is_monotonic();
-            if !is_monotonic || feasible != [0; 3] {
-                let mut table = DescentTable::new(triangle);
-                table.fill(triangle, &cells, feasible, !is_monotonic);
-                minimize_on_parts(storage, triangle, &table, &mut lowest)?;
-            }
-            if !is_monotonic {
-                deficit = minimize_interiors(storage, triangle, &cells, &directions, gap, &mut lowest);
-            }
+            let places = MinimumPlaces::on_triangle(&bounds, corner_values, lowest.value);
+            deficit = minimize_in_cells(storage, triangle, &cells, &directions, &places, gap, &mut lowest)?;
         }
         let LowestPoint { weights, value, evaluations } = lowest;
         let lower_bound =
@@ -160,6 +165,25 @@ fn directional_bounds<S: Storage>(
         from = from.saturating_add(LANES);
     }
     bounds.merge()
+}
+
+/// Lowers `lowest` to the minima in these cells. Returns the deficit; `None` if a value is not finite.
+#[inline(always)]
+fn minimize_in_cells<R: Float, S: Storage>(
+    storage: &S,
+    triangle: &GridTriangle<R>,
+    cells: &Cells,
+    directions: &Directions<R>,
+    &MinimumPlaces { feasible, has_interior }: &MinimumPlaces,
+    gap: R,
+    lowest: &mut LowestPoint<R>,
+) -> Option<R> {
+    if has_interior || feasible != [0; 3] {
+        let mut table = DescentTable::new(triangle);
+        table.fill(triangle, cells, feasible, has_interior);
+        minimize_on_parts(storage, triangle, &table, lowest)?;
+    }
+    Some(if has_interior { minimize_interiors(storage, triangle, cells, directions, gap, lowest) } else { R::zero() })
 }
 
 /// Lowers `lowest` to the minima on those parts of edges and creases that may hold one. `None` if a value is not finite.

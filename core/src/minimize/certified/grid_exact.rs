@@ -5,7 +5,7 @@
 //! point of those weights, so φ ≥ min(exact lower bound, sample) − rounding.
 //!
 //! An exact minimum and the sample there count as one evaluation, however many cells of a grid the element meets. The
-//! grid bounds their number by itself: 256 cells of a segment, 512 of a triangle's box.
+//! grid bounds their number by itself: 256 cells of a segment, 512 blocks of a triangle's box.
 
 use core::array::from_fn;
 

@@ -92,7 +92,10 @@ fn the_exact_minimum_on_a_triangle_is_below_all_its_points() {
                     assert!(is_below, "{}, but {value} at {weights:?}", context());
                 }
                 let at_level = scene.exact_minimum(corners, Goal { level: minimum.value, gap }).unwrap();
-                assert_eq!(at_level, minimum, "a level that is met changes nothing");
+                for (met, known) in [(at_level.value, minimum.value), (at_level.lower_bound, minimum.lower_bound)] {
+                    let change = (met - known).to_f64().abs();
+                    assert!(change <= tolerance, "{}, but {at_level:?} with its level", context());
+                }
             }
             if scene.name.ends_with("grid of a sphere") {
                 assert!(answered > 100, "{}: {answered} of 200", scene.name);

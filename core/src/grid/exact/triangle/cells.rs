@@ -19,6 +19,7 @@ use super::in_lane;
 use super::separating_planes::SeparatingPlanes;
 use crate::grid::Storage;
 use crate::grid::exact::polynomial::Polynomial;
+use crate::grid::node_box::NodeBox;
 use crate::number::{Float, Real};
 
 /// Room for the cells of a triangle's box, and for full lanes after the last.
@@ -65,17 +66,72 @@ impl Cells {
     /// Fills the list with the cells that `triangle` meets. It must be the one passed to [`new`](Self::new).
     #[inline(always)]
     pub fn collect<R: Float>(&mut self, triangle: &GridTriangle<R>) {
+        self.collect_met(triangle, self.range.count, |_, from| {
+            let mut numbers = [0.0; LANES];
+            for lane in 0..LANES {
+                numbers[lane] = from as u32 as f32 + lane as f32;
+            }
+            numbers
+        });
+    }
+
+    /// Fills the list with those cells of a block that `triangle` meets and that have a sample below `ceiling`. Returns the lowest
+    /// sample of the cells that have none.
+    #[inline(always)]
+    pub fn collect_low<R: Float>(&mut self, triangle: &GridTriangle<R>, nodes: &NodeBox, ceiling: f32) -> f32 {
         let [x, y, z] = triangle.cell_counts();
-        let extent = R::from_f64(f64::from(x.max(y).max(z)));
-        let planes = SeparatingPlanes::new(triangle).to_single(extent);
+        let (mut first, mut count, mut above) = (0_u16, 0_usize, [f32::INFINITY; LANES]);
+        for (z, y) in (0..z).flat_map(|z| (0..y).map(move |y| (z, y))) {
+            let Some(lowest) = nodes.lowest_in_row(y, z) else { break };
+            let mut any = 0;
+            for lane in 0..LANES {
+                let is_low = lowest[lane] < ceiling;
+                above[lane] =
+                    Real::min(above[lane], Real::select((lane as u32) < x && !is_low, lowest[lane], f32::INFINITY));
+                any |= u32::from(is_low);
+            }
+            if any != 0 {
+                for lane in 0..LANES {
+                    if let Some(slot) = self.numbers.get_mut(count) {
+                        *slot = first.wrapping_add(lane as u16);
+                    }
+                    count = count.wrapping_add(usize::from(lowest[lane] < ceiling && (lane as u32) < x));
+                }
+            }
+            first = first.wrapping_add(x as u16);
+        }
+        if count > 0 {
+            self.collect_met(triangle, count, |list, from| {
+                let mut numbers = [0.0; LANES];
+                let entries = list.get(from..).and_then(<[u16]>::first_chunk::<LANES>).unwrap_or(&[0; LANES]);
+                for lane in 0..LANES {
+                    numbers[lane] = f32::from(entries[lane]);
+                }
+                numbers
+            });
+        }
+        above.into_iter().fold(f32::INFINITY, Real::min)
+    }
+
+    /// Fills the list with those of `total` cells that `triangle` meets. `get` returns the numbers of eight from a position on, and may
+    /// read the list from there on.
+    #[inline(always)]
+    fn collect_met<R: Float>(
+        &mut self,
+        triangle: &GridTriangle<R>,
+        total: usize,
+        get: impl Fn(&[u16; ROOM], usize) -> [f32; LANES],
+    ) {
+        let planes = SeparatingPlanes::new(triangle).to_single(R::from_f64(f64::from(triangle.extent)));
         let Self { range, numbers, .. } = self;
-        let cell_count = range.count as u32 as f32;
         let mut count = 0;
         let mut from = 0;
-        while from < range.count {
+        while from < total {
             let (mut is_met, mut entries) = ([0_u8; LANES], [0_u16; LANES]);
+            let some = get(numbers, from);
+            let left = total.saturating_sub(from) as u32 as f32;
             for lane in 0..LANES {
-                let number = from as u32 as f32 + lane as f32;
+                let number = some[lane];
                 let part = range.clip(number);
                 let center = Vector3::new(
                     part.offset[0] + part.center[0],
@@ -84,7 +140,7 @@ impl Cells {
                 );
                 let (overlap, edges) = planes.overlap_and_edges(center, part.half_extents.into());
                 entries[lane] = (number + edges * f32::from(EDGE)).to_index() as u16;
-                is_met[lane] = u8::from((0.0 <= overlap) & (number < cell_count));
+                is_met[lane] = u8::from((0.0 <= overlap) & ((lane as f32) < left));
             }
             // Every number is written, but kept only if met: no branch on unpredictable data.
             for lane in 0..LANES {

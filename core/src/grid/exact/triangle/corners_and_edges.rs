@@ -38,24 +38,45 @@ pub(super) fn minimize_on_corners<R: Float>(
     }
 }
 
-/// For each edge ab, ac and bc the directions that are feasible on it: bit k for direction k, bit 4 + k for its opposite. None
-/// for an edge that cannot hold a minimum below `lowest`.
-#[inline(always)]
-pub(super) fn feasible_on_edges<R: Float>(bounds: &DirectionalBounds<R>, corner_values: [R; 3], lowest: R) -> [u8; 3] {
-    const ALONG: [u8; 3] = [1, 2, 4];
-    const AGAINST: [u8; 3] = [16, 32, 64];
-    let mut falling = 0;
-    for k in [U, V, W] {
-        falling |= if bounds.is_falling(k) { ALONG[k % 3] } else { 0 };
-        falling |= if bounds.is_rising(k) { AGAINST[k % 3] } else { 0 };
+/// Parts of cells in which a minimum can lie, by the bounds of their slopes.
+pub(super) struct MinimumPlaces {
+    /// For each edge ab, ac and bc the directions that are feasible on it: bit k for direction k, bit 4 + k for its opposite. None
+    /// for an edge that cannot hold a minimum.
+    pub feasible: [u8; 3],
+    /// Interiors and creases: φ does not fall along one direction everywhere.
+    pub has_interior: bool,
+}
+
+impl MinimumPlaces {
+    /// Places in all cells of the triangle, for a minimum below `lowest`.
+    #[inline(always)]
+    pub fn on_triangle<R: Float>(bounds: &DirectionalBounds<R>, corner_values: [R; 3], lowest: R) -> Self {
+        let mut places = Self::in_cells(bounds);
+        for (edge, (direction, [start, end])) in [(U, [0, 1]), (V, [0, 2]), (W, [1, 2])].into_iter().enumerate() {
+            let bound = bounds.edge_lower_bound(direction, [corner_values[start % 3], corner_values[end % 3]]);
+            if lowest <= bound {
+                places.feasible[edge % 3] = 0;
+            }
+        }
+        places
     }
-    let edge = |direction: usize, [start, end]: [usize; 2], feasible: u8| {
-        let bound = bounds.edge_lower_bound(direction, [corner_values[start % 3], corner_values[end % 3]]);
-        if falling & feasible == 0 && bound < lowest { feasible } else { 0 }
-    };
-    [
-        edge(U, [0, 1], ALONG[U] | AGAINST[U] | ALONG[V] | ALONG[W]),
-        edge(V, [0, 2], ALONG[V] | AGAINST[V] | ALONG[U] | AGAINST[W]),
-        edge(W, [1, 2], ALONG[W] | AGAINST[W] | AGAINST[U] | AGAINST[V]),
-    ]
+
+    /// Places in some cells of it.
+    #[inline(always)]
+    pub fn in_cells<R: Float>(bounds: &DirectionalBounds<R>) -> Self {
+        const ALONG: [u8; 3] = [1, 2, 4];
+        const AGAINST: [u8; 3] = [16, 32, 64];
+        let mut falling = 0;
+        for k in [U, V, W] {
+            falling |= if bounds.is_falling(k) { ALONG[k % 3] } else { 0 };
+            falling |= if bounds.is_rising(k) { AGAINST[k % 3] } else { 0 };
+        }
+        let edge = |feasible: u8| if falling & feasible == 0 { feasible } else { 0 };
+        let feasible = [
+            edge(ALONG[U] | AGAINST[U] | ALONG[V] | ALONG[W]),
+            edge(ALONG[V] | AGAINST[V] | ALONG[U] | AGAINST[W]),
+            edge(ALONG[W] | AGAINST[W] | AGAINST[U] | AGAINST[V]),
+        ];
+        Self { feasible, has_interior: !bounds.is_monotonic() }
+    }
 }

@@ -1,5 +1,7 @@
 //! A triangle in cell coordinates, with what every step needs of it: box, normal, separating planes, range of cells.
 
+use core::array::from_fn;
+
 use nalgebra::Vector3;
 
 use crate::grid::Lattice;
@@ -7,13 +9,20 @@ use crate::grid::node_box::{ROOM, SPILL};
 use crate::number::{Float, Real};
 use crate::rounding::CELL_COORDINATE;
 
-/// Most cells in a triangle's box. A larger triangle is better searched in parts, most of which are culled at once.
+/// Most cells in a triangle's box that are searched at once.
 pub(super) const MAX_CELLS: u32 = if cfg!(feature = "std") { 512 } else { MAX_ENTRIES };
 
 /// Most nodes in a triangle's box, and entries in a [`DescentTable`](super::descent_table::DescentTable).
 pub(super) const MAX_ENTRIES: u32 = (ROOM - SPILL) as u32;
 
-/// A triangle in cell coordinates.
+/// Cells from the first of a block to that of the next.
+const BLOCK_STEP: u32 = 7;
+
+/// Most blocks of a triangle's box: 56 cells along each axis. A larger triangle is better cut first.
+const MAX_BLOCKS: u32 = 512;
+
+/// A triangle in cell coordinates, or its part in a range of cells.
+#[derive(Clone, Copy)]
 pub(super) struct GridTriangle<R: Real> {
     pub corners: [Vector3<R>; 3],
     /// (b − a) × (c − a).
@@ -26,12 +35,14 @@ pub(super) struct GridTriangle<R: Real> {
     pub first_cell: [u32; 3],
     /// Last cell of its box along each axis.
     pub last_cell: [u32; 3],
+    /// Most cells of its whole box along an axis.
+    pub extent: u32,
     /// Bound of the rounding of a coordinate.
     pub rounding: R,
 }
 
 impl<R: Float> GridTriangle<R> {
-    /// `None` if its box holds more than [`MAX_CELLS`] cells.
+    /// `None` if a coordinate is not a number.
     #[cfg_attr(feature = "std", inline(always))]
     pub fn new(lattice: &Lattice, corners: [Vector3<R>; 3]) -> Option<Self> {
         let bounds = lattice.bounds();
@@ -48,16 +59,38 @@ impl<R: Float> GridTriangle<R> {
         };
         let (first_cell, last_cell) = (cell(lower), cell(upper));
         let cells = |k: usize| last_cell[k % 3].checked_sub(first_cell[k % 3])?.checked_add(1);
-        // In single precision as many as small processors have memory for, so that answers are the same everywhere.
-        let most_entries = if R::EPSILON > 1e-10 { MAX_ENTRIES.min(248) } else { MAX_ENTRIES };
-        let [x, y, z] = [cells(0)?, cells(1)?, cells(2)?];
-        let entries = [x, y, z].iter().try_fold(1, |product: u32, along| product.checked_mul(along.checked_add(1)?))?;
-        if x.checked_mul(y)?.checked_mul(z)? > MAX_CELLS || entries > most_entries {
-            return None;
-        }
+        let extent = cells(0)?.max(cells(1)?).max(cells(2)?);
         let (u, v) = (b - a, c - a);
         let normal = u.cross(&v);
-        Some(Self { corners, normal, lower, upper, first_cell, last_cell, rounding })
+        Some(Self { corners, normal, lower, upper, first_cell, last_cell, extent, rounding })
+    }
+
+    /// Can its cells be searched at once? In single precision as many as small processors have memory for, so that answers are
+    /// the same everywhere.
+    #[inline(always)]
+    pub fn is_small(&self) -> bool {
+        let most_entries = if R::EPSILON > 1e-10 { MAX_ENTRIES.min(248) } else { MAX_ENTRIES };
+        let [x, y, z] = self.cell_counts();
+        let product = |[x, y, z]: [u32; 3]| x.checked_mul(y)?.checked_mul(z);
+        let entries = product([x, y, z].map(|count| count.saturating_add(1)));
+        product([x, y, z]).is_some_and(|cells| cells <= MAX_CELLS)
+            && entries.is_some_and(|entries| entries <= most_entries)
+    }
+
+    /// Its parts in blocks of its box. Each shares a layer of cells with the next, so that the cells on both sides of a border lie
+    /// in one of them. `None` if there are more than [`MAX_BLOCKS`].
+    pub fn blocks(&self) -> Option<impl Iterator<Item = Self>> {
+        let counts = self.cell_counts().map(|cells| cells.saturating_sub(1).div_ceil(BLOCK_STEP).max(1));
+        let [x, y, z] = counts;
+        let count = x.checked_mul(y)?.checked_mul(z).filter(|count| *count <= MAX_BLOCKS)?;
+        let block = move |index: u32| {
+            let place = [index % x, index / x % y, index / x / y];
+            let first_cell =
+                from_fn(|k| self.first_cell[k % 3].saturating_add(place[k % 3].saturating_mul(BLOCK_STEP)));
+            let last_cell = from_fn(|k| first_cell[k % 3].saturating_add(BLOCK_STEP).min(self.last_cell[k % 3]));
+            Self { first_cell, last_cell, ..*self }
+        };
+        Some((0..count).map(block))
     }
 
     /// Number of cells of its box along each axis.

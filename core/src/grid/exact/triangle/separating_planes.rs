@@ -108,6 +108,39 @@ impl<R: Float> SeparatingPlanes<R> {
         (overlap, edges)
     }
 
+    /// Lower and upper bounds, along each axis, of the triangle's part in a box; the lower one is above the upper where there is none. Each
+    /// plane bounds one coordinate by the box's bounds of the others. A thousandth of a cell is allowed for the rounding of divisions.
+    #[inline(always)]
+    pub fn met_part(&self, lower: [R; 3], upper: [R; 3]) -> [[R; 3]; 2] {
+        let (mut from, mut to) = (lower, upper);
+        let normals = [&self.normal_x, &self.normal_y, &self.normal_z];
+        let slack = R::from_f64(1e-3);
+        for k in 0..4 {
+            // Of n·p − n·p0 over the box, along each axis.
+            let term = |axis: usize| {
+                let normal = normals[axis % 3][k % 4];
+                let (a, b) = (normal * lower[axis % 3], normal * upper[axis % 3]);
+                [Real::min(a, b), Real::max(a, b)]
+            };
+            let terms = [term(0), term(1), term(2)];
+            let (offset, rounding) = (self.offset[k], self.rounding[k]);
+            for axis in 0..3 {
+                let [one, other] = [terms[(axis + 1) % 3], terms[(axis + 2) % 3]];
+                let least = offset - rounding - one[1] - other[1];
+                let most = if k == 0 { offset + rounding - one[0] - other[0] } else { R::from_f64(f64::INFINITY) };
+                let normal = normals[axis][k];
+                if normal.is_zero() {
+                    continue;
+                }
+                let ends = [least / normal, most / normal];
+                let [low, high] = if normal < R::zero() { [ends[1], ends[0]] } else { ends };
+                from[axis] = Real::max(from[axis], low - slack);
+                to[axis] = Real::min(to[axis], high + slack);
+            }
+        }
+        [from, to]
+    }
+
     /// s and r of plane `k`.
     #[cfg_attr(feature = "std", inline(always))]
     fn distance_and_reach(&self, k: usize, center: Vector3<R>, half_extents: Vector3<R>) -> [R; 2] {
