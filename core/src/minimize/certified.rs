@@ -45,7 +45,7 @@ use crate::{EnclosedSdf, Goal, Simplex};
 ///
 /// With a level ([`Minimizer::minimize_below`]), it stops once every value is proven above the level. Where the value found
 /// without it is at most the level, the answer is the same. Where that is above the level, but by less than the tolerance
-/// leaves open, the search goes on with what is left of the budget.
+/// leaves open, a search in double precision goes on with what is left of the budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Certified {
     /// Largest number of evaluations of an answer, local steps and all parts of a union included; 0 counts as 1. The
@@ -132,7 +132,9 @@ impl Certified {
         found: &Minimum<R, N>,
     ) -> Option<Self> {
         let value = found.sample.value;
-        if !found.converged || value <= level || level < found.lower_bound {
+        // A GPU has no registers left for a second search, and answers in single precision are the same everywhere.
+        let is_single = R::EPSILON > 1e-10;
+        if is_single || !found.converged || value <= level || level < found.lower_bound {
             return None;
         }
         let fraction = (value - level) / self.tolerance_on(field, simplex.longest_edge());

@@ -87,7 +87,7 @@ fn a_search_that_knows_the_margin_finds_the_same_contacts() {
             }
         }
         let context = || format!("{contacts} contacts, {stopped} stopped, {decided} decided, of {N} corners");
-        assert!(contacts > 500 && (N < 3 || stopped > 20 && decided > 0), "{}", context());
+        assert!(contacts > 500 && (N < 3 || stopped > 20 && (R::EPSILON > 1e-10 || decided > 0)), "{}", context());
     }
     let mut random = Random::seeded();
     check::<f64, 1>(&mut random);
