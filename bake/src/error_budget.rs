@@ -120,9 +120,11 @@ fn rounding(precision: Precision, band: f64) -> f64 {
 /// triangle's length, which are together at most 2.5 diagonals of the mesh, and a brick's size.
 fn distance_rounding(mesh: &MeshDistance, spacing: f64) -> f64 {
     const DIAGONALS: f64 = 2.5;
-    const VOXELS: f64 = 60.0;
-    f64::from(BRICK_DISTANCE_ROUNDING) * (DIAGONALS * mesh.bounds().diagonal() + VOXELS * spacing)
+    f64::from(BRICK_DISTANCE_ROUNDING) * DIAGONALS * mesh.bounds().diagonal() + VOXEL_ROUNDING * spacing
 }
+
+/// Part of [`distance_rounding`] that grows with the voxels, relative to their side: a brick's size is at most 60 of them.
+const VOXEL_ROUNDING: f64 = 60.0 * BRICK_DISTANCE_ROUNDING as f64;
 
 /// A size of voxels and its certified error of exact distances, interpolated and rounded: a length.
 #[derive(Clone, Copy)]
@@ -190,10 +192,9 @@ impl ErrorBudget {
         // An error that rounding alone exceeds suffices for nothing, and is found to do so.
         let rounding_of_distances = distance_rounding(mesh, 0.0);
         let rest = (self.max_error - rounding_of_distances).max(0.5 * self.max_error);
-        let per_voxel = distance_rounding(mesh, 1.0) - rounding_of_distances;
         // Once for `error`, once for this division.
         let spacing = rest
-            / (MAX_ERROR + rounding(precision, self.band) + per_voxel)
+            / (MAX_ERROR + rounding(precision, self.band) + VOXEL_ROUNDING)
             / (1.0 + BOUND_ROUNDING)
             / (1.0 + BOUND_ROUNDING);
         let spacing = spacing.min(mesh.bounds().longest_side() / MIN_CELLS);

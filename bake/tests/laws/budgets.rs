@@ -60,6 +60,28 @@ fn a_grid_baked_to_a_budget_is_off_by_no_more() {
     }
 }
 
+/// A voxel of length 1 is nothing beside a mesh of 1e18, yet its rounding counts. Powers of two scale without rounding.
+#[test]
+fn a_budget_is_met_by_the_same_voxels_in_any_unit() {
+    let needle = |unit: f64| {
+        let mut cube = meshes::cube().scaled(unit);
+        for point in &mut cube.points {
+            (point.y, point.z) = (0.01 * point.y, 0.01 * point.z);
+        }
+        cube.baked()
+    };
+    let planned = |unit: f64| {
+        let mesh = needle(unit);
+        let distance = MeshDistance::new(&mesh, None);
+        let plan = budget(0.02 * mesh.bounds().longest_side()).plan(&distance).unwrap();
+        (plan.baker.lattice().spacing() / unit, plan.error_bound / unit, plan.bytes)
+    };
+    let expected = planned(1.0);
+    for exponent in [-70, -20, 20, 50, 60, 70] {
+        assert_eq!(planned(f64::from(exponent).exp2()), expected, "2^{exponent}");
+    }
+}
+
 #[test]
 fn a_smooth_mesh_gets_larger_voxels_than_an_arbitrary_one() {
     let mesh = meshes::icosphere(5).baked();
