@@ -260,7 +260,7 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
         let by_cells =
             self.lattice.nodes_around(region).and_then(|[first, last]| self.storage.error_bound(first, last, sampling));
         let all = match band < f64::INFINITY {
-            true => ErrorBound { near: self.error_bound, ..ErrorBound::UNKNOWN },
+            true => ErrorBound { near: self.error_bound, near_below: self.error_bound, ..ErrorBound::UNKNOWN },
             false => ErrorBound::everywhere(self.error_bound),
         };
         let error = by_cells.unwrap_or(all);

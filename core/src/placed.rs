@@ -37,7 +37,8 @@ use crate::number::{Float, Real};
 use crate::rounding::{FieldScale, rounding};
 use crate::simplex::max_distance;
 use crate::{
-    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, NearParts, Relaxation, Sample, Sdf,
+    Aabb, BoxEnclosure, EnclosedSdf, Enclosure, ErrorBound, ExactMinimum, Goal, Interval, NearParts, Relaxation,
+    Sample, Sdf,
 };
 
 /// An affine map from the world into a field's local frame.
@@ -54,8 +55,12 @@ pub trait Placement {
     /// Upper bound of s ‖J‖: by how much a placed field can be steeper than the field.
     fn slope_factor(&self) -> f64;
 
-    /// s: the world length of a local length of 1.
+    /// s: the least world length of a local length of 1.
     fn scale(&self) -> f64;
+
+    /// The largest world length of a local length of 1: as `scale` where shapes are kept. It bounds how far φ_w can be from the
+    /// distance to the placed shape.
+    fn largest_scale(&self) -> f64;
 
     /// Largest length that `pull` adds or subtracts, in the world: the largest component of the translation t.
     fn magnitude<R: Real>(&self) -> R;
@@ -127,7 +132,15 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
     }
 
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        self.field.error_bound(&self.placement.pull_bounds(*region)).scale(self.placement.scale())
+        let local_region = self.placement.pull_bounds(*region);
+        let error = self.field.error_bound(&local_region);
+        let scale = self.placement.scale();
+        let excess = self.placement.largest_scale() - scale;
+        // A closed form is its own shape, also stretched.
+        if excess <= 0.0 || error == ErrorBound::EXACT {
+            return error.scale(scale);
+        }
+        error.stretch(range_in(&self.field, &local_region), scale, excess)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {
@@ -185,6 +198,14 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
         Some(push_minimum(local, &self.placement, FieldScale::new(self), corners))
     }
+}
+
+/// Bounds of φ in a box: those of its enclosure, and φ(c) ± L r with the middle c, the slope bound L and half of the diagonal r.
+fn range_in<F: EnclosedSdf>(field: &F, region: &Aabb) -> Interval<f64> {
+    let range = field.enclose_box(region).range;
+    let middle = Vector3::from_fn(|k, _| 0.5 * (region.min[k] + region.max[k]));
+    let (value, reach) = (field.value(middle), 0.5 * field.slope_bound() * region.diagonal());
+    Interval { lower: range.lower.max(value - reach), upper: range.upper.min(value + reach) }
 }
 
 /// Upper bound of the distance of two points in the field's frame, computed of points at most `radius` apart of which one is `point`.

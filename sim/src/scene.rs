@@ -11,6 +11,7 @@
 //! | Which side does an entangled patch leave on? | `scene/entangled` |
 
 mod animation;
+mod budget;
 mod build;
 mod check;
 mod entangled;

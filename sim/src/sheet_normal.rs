@@ -29,7 +29,7 @@ pub(crate) struct SheetNormals<'a> {
 impl<'a> SheetNormals<'a> {
     pub fn new(surface: &Surface, points: &'a [[f64; 3]]) -> Self {
         let mut of_vertices = vec![V3::zeros(); points.len()];
-        for face in &surface.faces {
+        for face in surface.faces.iter() {
             let normal = across(points, face);
             face.iter().for_each(|vertex| of_vertices[*vertex as usize] += normal);
         }

@@ -1,5 +1,7 @@
 //! Whose skin is a mesh? [`Surface`]: triangles and edges over particles, a rigid body, or tetrahedra that the mesh is embedded in.
 
+use std::sync::Arc;
+
 use sdf_core::Aabb;
 use sdf_core::contact::{Contact, FeatureOwners, FeatureUse, RowSide, TetPoint};
 use sdf_core::placed::Placement;
@@ -20,26 +22,36 @@ pub enum Carrier {
         /// Index of the body.
         id: u32,
         /// The vertices in the body's frame.
-        points: Vec<[f64; 3]>,
+        points: Arc<[[f64; 3]]>,
     },
     /// Each vertex is a point of one of the world's tetrahedra.
     Tets(Vec<TetPoint<f64>>),
 }
 
-/// A mesh and what carries it.
+/// A mesh and what carries it. Copies of a body share all but the carrier.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// Triangles of vertices.
-    pub faces: Vec<[u32; 3]>,
+    pub faces: Arc<[[u32; 3]]>,
     /// The edges of the faces, each once, or those of strings.
-    pub edges: Vec<[u32; 2]>,
+    pub edges: Arc<[[u32; 2]]>,
     /// Owner of the vertices.
     pub carrier: Carrier,
     /// For each face the vertices and edges that it speaks for: [`FeatureOwners::bits`].
-    pub(crate) owners: Vec<u8>,
-    /// Clusters of a rigid body's faces, its box and its radius about the center of mass.
-    rigid: Option<(MeshClusters, Aabb, f64)>,
+    pub(crate) owners: Arc<[u8]>,
+    /// Knowledge of a rigid body's faces.
+    rigid: Option<Arc<RigidSkin>>,
     vertex_count: usize,
+}
+
+#[derive(Debug, PartialEq)]
+struct RigidSkin {
+    /// Clusters of the faces.
+    clusters: MeshClusters,
+    /// The box around the vertices in the body's frame.
+    bounds: Aabb,
+    /// The largest distance of a vertex from the center of mass.
+    radius: f64,
 }
 
 impl Surface {
@@ -60,16 +72,16 @@ impl Surface {
                 let clusters = MeshClusters::new(MeshView { points, faces: &faces }).expect("vertices that are there");
                 let bounds = Aabb::from_points(points.iter().copied()).unwrap_or(Aabb { min: [0.0; 3], max: [0.0; 3] });
                 let radius = points.iter().map(|point| V3::from(*point).norm()).fold(0.0, f64::max);
-                Some((clusters, bounds, radius))
+                Some(Arc::new(RigidSkin { clusters, bounds, radius }))
             }
             _ => None,
         };
-        Self { faces, edges, carrier, owners, rigid, vertex_count }
+        Self { faces: faces.into(), edges: edges.into(), carrier, owners: owners.into(), rigid, vertex_count }
     }
 
     /// Strings: edges without triangles.
     pub fn of_edges(edges: Vec<[u32; 2]>, vertex_count: usize, carrier: Carrier) -> Self {
-        Self { faces: vec![], edges, carrier, owners: vec![], rigid: None, vertex_count }
+        Self { faces: Arc::new([]), edges: edges.into(), carrier, owners: Arc::new([]), rigid: None, vertex_count }
     }
 
     /// How many vertices there are.
@@ -85,22 +97,20 @@ impl Surface {
     /// The vertices of a rigid body in its own frame, and clusters of its faces.
     pub(crate) fn at_rest(&self) -> Option<(&[[f64; 3]], &MeshClusters)> {
         match (&self.carrier, &self.rigid) {
-            (Carrier::Body { points, .. }, Some((clusters, ..))) => Some((points, clusters)),
+            (Carrier::Body { points, .. }, Some(skin)) => Some((points, &skin.clusters)),
             _ => None,
         }
     }
 
     /// The largest distance of a rigid body's vertex from its center of mass.
     pub(crate) fn radius(&self) -> f64 {
-        self.rigid.as_ref().map_or(0.0, |(_, _, radius)| *radius)
+        self.rigid.as_ref().map_or(0.0, |skin| skin.radius)
     }
 
     /// A box around all vertices. `None` without any.
     pub(crate) fn bounds(&self, world: &World) -> Option<Aabb> {
         match (&self.carrier, &self.rigid) {
-            (Carrier::Body { id, .. }, Some((_, bounds, _))) => {
-                Some(world.bodies[*id as usize].pose()?.push_bounds(*bounds))
-            }
+            (Carrier::Body { id, .. }, Some(skin)) => Some(world.bodies[*id as usize].pose()?.push_bounds(skin.bounds)),
             _ => Aabb::from_points(self.points(world)),
         }
     }

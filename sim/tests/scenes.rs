@@ -98,6 +98,23 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
 
 /// Found by fuzzing: a file of 500 bytes took a second to build.
 #[test]
+fn copies_of_a_body_beyond_all_memory_are_refused() {
+    let scene =
+        |kind: &str| format!("title = \"many\"\nframes = 1\n[[rigid]]\n{kind}\ncells = 8\ncount = [100, 100, 100]\n");
+    for kind in
+        ["mesh.spiked-ball = { radius = 0.99, levels = 2 }", "mesh.bowl = { around = 8, along = 8, thickness = 0.1 }"]
+    {
+        let spec = scene::parse(&scene(kind), "many.toml").unwrap();
+        let refused = Stage::build(&spec, Path::new("."), Threads::ONE).map(|_| ()).unwrap_err().to_string();
+        assert!(
+            refused.starts_with("many: rigid 0: 1000000 times ") && refused.contains("at most 10000000"),
+            "{refused}"
+        );
+        assert_eq!(refused.lines().count(), 1, "{refused}");
+    }
+}
+
+#[test]
 fn a_ball_turned_inside_out_is_refused_before_it_is_baked() {
     for list in ["obstacle", "rigid", "cloth"] {
         let ball = format!("[[{list}]]\nmesh.spiked-ball = {{ levels = 1, radius = -0.45 }}\n");

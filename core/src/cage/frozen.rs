@@ -86,6 +86,11 @@ impl Placement for FrozenMap {
         1.0
     }
 
+    /// 1: the field and its errors are in lengths of the body at rest.
+    fn largest_scale(&self) -> f64 {
+        1.0
+    }
+
     /// v₀, and v₀ₘ as a length of the world: ‖G‖ is the slope factor.
     #[inline]
     fn magnitude<R: Real>(&self) -> R {

@@ -310,7 +310,7 @@ impl<B: BrickData> Sparse<B> {
     fn slot_error(&self, slot: [u32; 3], at: Sampling) -> Option<ErrorBound> {
         if let Some(brick) = self.brick_in_slot(slot) {
             let near = f64::from(self.bricks.error_of_brick(brick)?);
-            return Some(ErrorBound { near, ..self.coarse_error(slot, near, at) });
+            return Some(ErrorBound { near, near_below: near, ..self.coarse_error(slot, near, at) });
         }
         Some(self.coarse_error(slot, 0.0, at))
     }
@@ -329,7 +329,8 @@ impl<B: BrickData> Sparse<B> {
         let band = band as f32;
         let is_deep = range.lower <= -band;
         let error = if is_deep { rise.max(deep_error + rounding) } else { rise };
-        ErrorBound { near: 0.0, above: error, below: if range.upper < band { error } else { f64::INFINITY } }
+        let below = if range.upper < band { error } else { f64::INFINITY };
+        ErrorBound { near: 0.0, near_below: 0.0, above: error, below }
     }
 }
 

@@ -190,6 +190,7 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {
         let (first, second) = (self.first.error_bound(region), self.second.error_bound(region));
         ErrorBound {
             near: self.mean_bound(first.near.max(first.above), second.near.max(second.above)),
+            near_below: self.mean_bound(first.near_below.max(first.above), second.near_below.max(second.above)),
             above: self.mean_bound(first.above, second.above),
             below: self.mean_bound(first.below, second.below),
         }

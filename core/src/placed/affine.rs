@@ -23,6 +23,8 @@ pub struct Affine {
     translation: [f64; 3],
     /// s: a lower bound of σ₃, off by rounding alone.
     scale: f64,
+    /// An upper bound of ‖J⁻¹‖: σ₁, off by rounding and by the residual.
+    largest_scale: f64,
     /// ‖A J − 1‖ in the maximum norm.
     residual: f64,
 }
@@ -39,7 +41,9 @@ impl Affine {
             && residual <= INVERSE_RESIDUAL
             && scale.is_finite()
             && scale > 0.0;
-        is_valid.then_some(Self { world_from_local, local_from_world, translation, scale, residual })
+        // J⁻¹ = (A J)⁻¹ A, and the Euclidean norm of a 3 × 3 matrix is at most √3 times its maximum norm.
+        let largest_scale = spectral_norm(&world_from_local) / (1.0 - 2.0 * residual);
+        is_valid.then_some(Self { world_from_local, local_from_world, translation, scale, largest_scale, residual })
     }
 
     /// World point of a local point.
@@ -86,6 +90,10 @@ impl Placement for Affine {
 
     fn scale(&self) -> f64 {
         self.scale
+    }
+
+    fn largest_scale(&self) -> f64 {
+        self.largest_scale
     }
 
     #[inline(always)]

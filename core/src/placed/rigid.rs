@@ -57,6 +57,10 @@ impl Placement for Rigid {
         1.0
     }
 
+    fn largest_scale(&self) -> f64 {
+        self.scale()
+    }
+
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         self.0.magnitude()

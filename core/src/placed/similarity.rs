@@ -107,6 +107,10 @@ impl Placement for Similarity {
         self.double.scale
     }
 
+    fn largest_scale(&self) -> f64 {
+        self.scale()
+    }
+
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         known(self.double.largest_translation, self.single.largest_translation)

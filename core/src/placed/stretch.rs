@@ -67,6 +67,10 @@ impl Placement for Stretch {
         self.smallest
     }
 
+    fn largest_scale(&self) -> f64 {
+        self.factors.iter().fold(0.0, |largest, factor| largest.max(factor.abs()))
+    }
+
     #[inline(always)]
     fn magnitude<R: Real>(&self) -> R {
         R::zero()

@@ -18,4 +18,5 @@ mod lean;
 mod memory;
 mod overlap;
 mod saves;
+mod stretched;
 mod visited_contacts;

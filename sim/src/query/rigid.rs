@@ -213,7 +213,7 @@ impl RigidMemory {
         let mut is_near = vec![!elements.faces; pair.surface.vertex_count()];
         faces.iter().flat_map(|face| all_faces[*face as usize]).for_each(|vertex| is_near[vertex as usize] = true);
         if elements.edges {
-            let near = (0..).zip(all_edges).filter(|(_, ends)| ends.iter().all(|end| is_near[*end as usize]));
+            let near = (0..).zip(all_edges.iter()).filter(|(_, ends)| ends.iter().all(|end| is_near[*end as usize]));
             self.edges.list(near.map(|(id, _)| id).collect(), rest, |id| all_edges[id as usize]);
         }
         if elements.vertices {

@@ -1,6 +1,7 @@
 //! From a scene's description to a world, surfaces and obstacles.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use sdf_core::AnyField;
 use sdf_core::nalgebra::UnitQuaternion;
@@ -9,6 +10,7 @@ use sdf_field::{BakeOptions, Field, GridSize, MeshView, Threads};
 use sdf_procedural::{Mesh, random::Random};
 
 use super::animation::Animation;
+use super::budget::Budget;
 use super::mesh_spec::{MeshSpec, regular_file};
 use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
@@ -73,12 +75,13 @@ impl Stage {
     }
 
     fn fill(&mut self, spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<(), String> {
-        let mut random = Random::new(spec.seed);
+        let (mut random, mut budget) = (Random::new(spec.seed), Budget::default());
         for (index, cloth) in spec.cloth.iter().enumerate() {
             let mesh = cloth.mesh.mesh(folder)?;
             if mesh.points.is_empty() {
                 return Err("a cloth without points: give its mesh more cells".to_owned());
             }
+            budget.add(&format!("cloth {index}"), &mesh, 1)?;
             let pose = Pose::of(&cloth.start, &mut random);
             let points: Vec<_> = mesh.points.iter().map(|point| pose.apply(point)).collect();
             let fabric = cloth::Fabric { mass: cloth.mass, stretch: cloth.stretch, bend: cloth.bend };
@@ -96,18 +99,30 @@ impl Stage {
             }
             self.surfaces.push(surface);
         }
-        spec.rigid.iter().try_for_each(|rigid| self.add_rigid(rigid, folder, threads, &mut random))?;
-        spec.soft.iter().try_for_each(|soft| self.add_soft(soft, folder, threads))
+        for (index, rigid) in spec.rigid.iter().enumerate() {
+            let mesh = rigid.mesh.mesh(folder)?;
+            budget.add(&format!("rigid {index}"), &mesh, rigid.count.iter().map(|count| *count as usize).product())?;
+            self.add_rigid(rigid, &mesh, threads, &mut random)?;
+        }
+        for (index, soft) in spec.soft.iter().enumerate() {
+            let (mesh, name) = (soft.mesh.mesh(folder)?, format!("soft {index}"));
+            budget.add(&name, &mesh, 1)?;
+            // A mesh without points has its message from the bake.
+            if !mesh.points.is_empty() {
+                budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
+            }
+            self.add_soft(soft, &mesh, threads)?;
+        }
+        Ok(())
     }
 
     fn add_rigid(
         &mut self,
         spec: &RigidSpec,
-        folder: &Path,
+        mesh: &Mesh,
         threads: Threads,
         random: &mut Random,
     ) -> Result<(), String> {
-        let mesh = spec.mesh.mesh(folder)?;
         let (body, points) = Body::of_mesh(&mesh.points, &mesh.triangles, spec.mass)
             .ok_or("a rigid body needs a closed mesh whose faces point outward")?;
         let field = match &spec.mesh {
@@ -116,6 +131,9 @@ impl Stage {
             }
             _ => bake(&Mesh { points: points.clone(), ..mesh.clone() }, spec.cells, threads)?,
         };
+        let points: Arc<[_]> = points.into();
+        let carrier = |id: u32| Carrier::Body { id, points: points.clone() };
+        let surface = Surface::of_faces(mesh.triangles.clone(), points.len(), carrier(0));
         let [columns, rows, layers] = spec.count;
         for (layer, row, column) in (0..layers)
             .flat_map(|layer| (0..rows).flat_map(move |row| (0..columns).map(move |column| (layer, row, column))))
@@ -129,23 +147,16 @@ impl Stage {
             body.velocity = V3::from(spec.start.velocity);
             body.set_angular_velocity(&V3::from(spec.start.spin));
             let id = self.world.add_body(body);
-            let carrier = Carrier::Body { id, points: points.clone() };
-            self.surfaces.push(Surface::of_faces(mesh.triangles.clone(), points.len(), carrier));
+            let mut surface = surface.clone();
+            surface.carrier = carrier(id);
+            self.surfaces.push(surface);
             self.fields.push(field.clone());
         }
         Ok(())
     }
 
-    fn add_soft(&mut self, spec: &SoftSpec, folder: &Path, threads: Threads) -> Result<(), String> {
-        let mesh = spec.mesh.mesh(folder)?;
-        let cubes = soft::cube_count(&mesh.points, spec.cell, spec.padding);
-        // A mesh without points has its message from the bake.
-        if cubes > MAX_CUBES && !mesh.points.is_empty() {
-            return Err(format!(
-                "a box of {cubes:.0} cubes around a soft body: use a larger cell, for at most {MAX_CUBES:.0}"
-            ));
-        }
-        let field = bake(&mesh, spec.cells, threads)?;
+    fn add_soft(&mut self, spec: &SoftSpec, mesh: &Mesh, threads: Threads) -> Result<(), String> {
+        let field = bake(mesh, spec.cells, threads)?;
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
         // A cube whose center is farther than this has no point within the padding.
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
@@ -165,9 +176,6 @@ impl Stage {
         Ok(())
     }
 }
-
-/// Most cubes in the box around a soft body.
-const MAX_CUBES: f64 = 1e6;
 
 /// A pose at the start.
 struct Pose {

@@ -4,7 +4,7 @@ use super::mesh_spec::MeshSpec;
 use super::spec::{ObstacleSpec, SceneSpec, Vary};
 use super::vary::variant_count;
 
-/// Most frames, substeps and bodies of a scene, so that a mistyped number ends in a message.
+/// Most frames, substeps and copies of a body, so that a mistyped number ends in a message. `Budget` limits all bodies together.
 const MAX_COUNT: u32 = 1_000_000;
 
 /// Most rounds over loaded edges: each costs as much as a pass over all contacts.

@@ -29,7 +29,7 @@ fn slide(degrees: f64) -> f64 {
     let (points, faces) = cuboid([0.3, 0.3, 0.05]);
     let (body, points) = Body::of_mesh(&points, &faces, 2.0).unwrap();
     let id = world.add_body(Body { position: V3::new(0.0, 0.0, 0.05), ..body });
-    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id, points });
+    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id, points: points.into() });
     let floor = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).unwrap());
     // Of a level face any point is the lowest: its vertices hold the corners.
     let elements = Elements { faces: true, edges: false, vertices: true };
@@ -114,8 +114,8 @@ fn boxes(swapped: bool) -> [(V3, [f64; 4]); 2] {
     world.gravity = V3::zeros();
     let bodies = if swapped { [upper, lower] } else { [lower, upper] };
     bodies.into_iter().for_each(|body| _ = world.add_body(body));
-    let surfaces =
-        [0, 1].map(|id| Surface::of_faces(faces.clone(), points.len(), Carrier::Body { id, points: points.clone() }));
+    let surfaces = [0, 1]
+        .map(|id| Surface::of_faces(faces.clone(), points.len(), Carrier::Body { id, points: points.clone().into() }));
     let momentum = world.momentum();
     let energy = world.energy();
     let query = Query { elements: Elements { faces: true, edges: true, vertices: false }, ..Query::default() };

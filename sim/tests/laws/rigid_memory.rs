@@ -29,7 +29,7 @@ impl Case {
         let (body, points) = Body::of_mesh(&ball.points, &ball.triangles, 1.0).unwrap();
         let mut world = World::default();
         let id = world.add_body(body);
-        let surface = Surface::of_faces(ball.triangles, points.len(), Carrier::Body { id, points });
+        let surface = Surface::of_faces(ball.triangles, points.len(), Carrier::Body { id, points: points.into() });
         Self { world, surface, field, pose }
     }
 

@@ -33,7 +33,7 @@ fn roll(degrees: f64, speed: f64, lever: f64, frames: u32) -> (f64, Body) {
     let (points, faces) = cuboid([5.0, 3.0, 0.1]);
     let floor = world.add_body(Body { position: V3::new(1.0, 0.7, -0.1), ..Body::fixed() });
     // The floor has the faces and the ball is the field: it is round, and not a solid of facets, which rests on one.
-    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id: floor, points });
+    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id: floor, points: points.into() });
     let field = Field::new(Sphere::new(RADIUS).unwrap());
     let query = Query { friction: 0.5, ..Query::default() };
     let (start, mut gain) = (world.energy(), 0.0_f64);
@@ -96,7 +96,7 @@ fn a_plank_that_rocks_on_a_log_gains_no_energy() {
     let [n, t] = [V3::new(tilt.sin(), 0.0, tilt.cos()), V3::new(tilt.cos(), 0.0, -tilt.sin())];
     let rotation = UnitQuaternion::from_axis_angle(&V3::y_axis(), tilt);
     let plank = world.add_body(Body { position: n * (1.0 + half[2]) - t * tilt, rotation, ..body });
-    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id: plank, points });
+    let surface = Surface::of_faces(faces, points.len(), Carrier::Body { id: plank, points: points.into() });
     let log = Field::new(Sphere::new(1.0).unwrap());
     let query = Query { friction: 1.0, ..Query::default() };
     let (start, mut gain, mut tilts) = (world.energy(), 0.0_f64, vec![]);
