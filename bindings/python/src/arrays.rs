@@ -129,13 +129,14 @@ fn rows_of_three<'py>(
     }
 }
 
-/// The array itself, if it is of this type and its rows lie one after the other.
+/// The array itself, if it is of this type, aligned, and its rows lie one after the other.
 fn lend<'py, T: Element>(array: &Bound<'py, PyUntypedArray>) -> Option<PyReadonlyArray2<'py, T>> {
     let array = array.cast::<numpy::PyArray2<T>>().ok()?.try_readonly().ok()?;
-    array.is_c_contiguous().then_some(array)
+    let is_slice = array.is_c_contiguous() && array.as_slice().is_ok();
+    is_slice.then_some(array)
 }
 
 fn contiguous<'py>(array: &Bound<'py, PyUntypedArray>, dtype: &str) -> PyResult<Bound<'py, PyUntypedArray>> {
     let numpy = array.py().import("numpy")?;
-    Ok(numpy.call_method1("ascontiguousarray", (array, dtype))?.cast_into::<PyUntypedArray>()?)
+    Ok(numpy.call_method1("require", (array, dtype, ("C", "A")))?.cast_into::<PyUntypedArray>()?)
 }

@@ -63,6 +63,23 @@ def test_every_kind_of_array_gives_the_same(body):
     assert body.contacts(vertices, []).shape == (0,) and body([]).shape == (0,)
 
 
+def not_aligned(array):
+    """The same numbers in memory that begins at an odd address, as after the header of a file."""
+    return np.frombuffer(b"?" + array.tobytes(), array.dtype, offset=1).reshape(array.shape)
+
+
+@pytest.mark.parametrize("point_type", ["f8", "f4"])
+@pytest.mark.parametrize("face_type", ["u4", "i4", "i8"])
+def test_arrays_that_are_not_aligned_are_converted(body, point_type, face_type):
+    points, faces = sheet(20)
+    points, faces = points.astype(point_type), faces.astype(face_type)
+    odd = [not_aligned(points), not_aligned(faces)]
+    assert not odd[0].flags.aligned and not odd[1].flags.aligned
+    assert np.array_equal(body(odd[0]), body(points))
+    found = body.contacts(*odd, margin=0.05)
+    assert len(found) > 0 and np.array_equal(found, body.contacts(points, faces, margin=0.05))
+
+
 def test_meshes_of_other_packages_are_taken_as_they_are(body):
     vertices, faces = sheet(12)
     expected = body.contacts(vertices, faces)
