@@ -58,7 +58,7 @@ use crate::simplex::{max_distance, mean};
 use crate::{Aabb, ExactMinimum, Goal};
 
 /// Most cells along an axis of a triangle's box that are all searched. Of more, those with low samples.
-const FEW_CELLS: u32 = 7;
+const FEW_CELLS: u32 = 10;
 
 impl<S: Storage> Grid<S> {
     /// `None` if the triangle leaves the box or meets too many cells, or a sample is not finite.
