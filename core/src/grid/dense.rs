@@ -22,11 +22,6 @@ impl<S: AsRef<[f32]>> Dense<S> {
         self.samples.as_ref()
     }
 
-    /// Whatever holds the samples.
-    pub(super) fn holder(&self) -> &S {
-        &self.samples
-    }
-
     /// Samples of which as many as `row` lie along x, and as many as `layer` in a plane.
     pub(super) fn with_rows(samples: S, row: usize, layer: usize) -> Self {
         Self { samples, row, layer }

@@ -35,7 +35,7 @@ impl NodeBox {
     pub fn is_finite(&self) -> bool {
         let mut largest = [0; SPILL];
         let count = self.counts.iter().fold(1, |count: usize, along| count.wrapping_mul(*along as usize));
-        for samples in self.samples.holder().as_chunks::<SPILL>().0.iter().take(count.div_ceil(SPILL)) {
+        for samples in self.samples.samples().as_chunks::<SPILL>().0.iter().take(count.div_ceil(SPILL)) {
             for lane in 0..SPILL {
                 largest[lane] = largest[lane].max(samples[lane].abs().to_bits());
             }
@@ -49,7 +49,7 @@ impl NodeBox {
         let [row, rows, _] = self.counts.map(|count| count as usize);
         let layer = row.wrapping_mul(rows);
         let first = (z as usize).wrapping_mul(layer).wrapping_add((y as usize).wrapping_mul(row));
-        let samples = |start: usize| self.samples.holder().get(start..)?.first_chunk::<{ SPILL + 1 }>();
+        let samples = |start: usize| self.samples.samples().get(start..)?.first_chunk::<{ SPILL + 1 }>();
         let [a, b] = [samples(first)?, samples(first.wrapping_add(row))?];
         let [c, d] = [samples(first.wrapping_add(layer))?, samples(first.wrapping_add(layer).wrapping_add(row))?];
         let mut lowest = [0.0; SPILL];
