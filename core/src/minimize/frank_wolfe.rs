@@ -65,8 +65,8 @@ impl FrankWolfe {
         let tolerance = state.longest_edge * (field.slope_bound_as::<R>() * R::from_f64(self.tolerance));
         let (best, mut current, mut status) = (state.best.kernel_sample(), state.best.sample, state.best.sample.status);
         let mut after = ((best, [R::zero()]), best.0, Vector3::zeros(), [R::one()]);
+        let mut rate = rate(0);
         for taken in 0..self.iterations {
-            let rate = RATES.get(taken as usize).copied().unwrap_or_else(|| rate(taken));
             let ((best, _), weights, _, [active]) = after;
             let before = (*simplex, (weights, [current.value], current.gradient), best, [active, tolerance]);
             run_into(&Step { rate }, before, &mut after);
@@ -80,6 +80,8 @@ impl FrankWolfe {
                 *active = R::one();
             }
             state.evaluations += *active;
+            // Before the evaluation, which takes as long as a card needs to read it.
+            rate = next_rate(taken + 1);
             current = field.evaluate_near(*point, &state.near);
         }
         let ((best, _), weights, _, [active]) = after;
@@ -94,6 +96,12 @@ const fn rate(taken: u32) -> Parameter {
     // Exact for fewer than 2²⁴ steps; and the quotient in f32 is that of f64 rounded.
     let divisor = taken as f32 + 3.0;
     Parameter { double: 2.0 / divisor as f64, single: 2.0 / divisor }
+}
+
+/// [`rate`] from a table, as far as it goes.
+#[inline(always)]
+fn next_rate(taken: u32) -> Parameter {
+    RATES.get(taken as usize).copied().unwrap_or_else(|| rate(taken))
 }
 
 /// The first of these: a search divides only after as many steps as it takes by default.

@@ -8,7 +8,7 @@ use sdf_core::delegate_sdf;
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Bricks, Code, Scale, Sparse};
 use sdf_core::grid::{BlockBounds, Grid, Lattice, Storage, WithBlockBounds};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::placed::{Posed, Similarity};
+use sdf_core::placed::{Placement, Posed, Similarity};
 use sdf_core::shapes::{Capsule, Cone, Cuboid, Cylinder, Sphere, Torus};
 use sdf_core::{Aabb, EnclosedSdf, Real, Sample, Sdf};
 
@@ -139,25 +139,74 @@ pub enum Shape {
 delegate_sdf!(Shape { Sphere, Cuboid, Capsule, Cylinder, Cone, Torus });
 
 /// A closed form as it stands, or placed.
-pub struct Part(Posed<Shape, Similarity>);
+pub struct Part {
+    shape: Shape,
+    /// There without a place, too, so that it is read before the answer to that question, together with it.
+    pose: Similarity,
+    is_placed: bool,
+}
+
+impl Part {
+    fn posed(&self) -> Posed<&Shape, Similarity> {
+        Posed { field: &self.shape, pose: self.is_placed.then_some(self.pose) }
+    }
+}
 
 impl Sdf for Part {
     const IS_SMOOTH_AS_IT_IS: bool = true;
 
-    // One copy of the code of all shapes: a warp waits longer for code that it has not run yet than for a call.
-    #[inline(never)]
+    #[inline(always)]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        self.0.evaluate(point)
+        let [x, y, z] = point.into();
+        evaluate_part(self, x, y, z)
     }
     fn bounds(&self, level: f64) -> Aabb {
-        self.0.bounds(level)
+        self.posed().bounds(level)
     }
     fn slope_bound(&self) -> f64 {
-        self.0.slope_bound()
+        self.posed().slope_bound()
     }
     fn magnitude<R: Real>(&self) -> R {
-        self.0.magnitude()
+        self.posed().magnitude()
     }
+}
+
+/// One copy of the code of all shapes: a warp waits longer for code that it has not run yet than for a call. Arguments and answer are in
+/// registers by the ABI of C.
+#[allow(improper_ctypes_definitions, reason = "only this crate calls it")]
+#[inline(never)]
+extern "C" fn evaluate_part<R: Real>(part: &Part, x: R, y: R, z: R) -> Sample<R> {
+    // SAFETY: all parts are in the card's memory.
+    let Part { shape, pose, is_placed } = unsafe { in_card_memory(part) };
+    let point = Vector3::new(x, y, z);
+    let pulled = pose.pull(point);
+    let local = shape.evaluate(if *is_placed { pulled.point } else { point });
+    let placed = pulled.push_sample(local);
+    if *is_placed { placed } else { local }
+}
+
+/// The same reference. The compiler learns that it is one of the card's memory, and not of a thread's stack.
+///
+/// # Safety
+/// It is.
+#[cfg(target_arch = "nvptx64")]
+#[inline(always)]
+unsafe fn in_card_memory<T>(reference: &T) -> &T {
+    let address: u64;
+    // SAFETY: the same address; see gpu/kernels/link on pointers that are made of integers.
+    unsafe {
+        asm!("mov.u64 {0}, {1};", out(reg64) address, in(reg64) &raw const *reference as u64, options(pure, nomem, nostack));
+        &*(address as *const T)
+    }
+}
+
+/// The same on the CPU.
+///
+/// # Safety
+/// As there.
+#[cfg(not(target_arch = "nvptx64"))]
+unsafe fn in_card_memory<T>(reference: &T) -> &T {
+    reference
 }
 
 /// The defaults: no method of these kernels asks for more.
@@ -223,11 +272,12 @@ pub fn part(params: &ShapeParams) -> Option<Part> {
         shape::TORUS => Shape::Torus(Torus::new(a, b)?),
         _ => return None,
     };
-    let pose = match params.is_placed {
-        0 => None,
-        _ => Some(Similarity::new(params.translation, params.rotation, params.scale)?),
+    let is_placed = params.is_placed != 0;
+    let pose = match is_placed {
+        true => Similarity::new(params.translation, params.rotation, params.scale)?,
+        false => Similarity::new([0.0; 3], [0.0, 0.0, 0.0, 1.0], 1.0)?,
     };
-    Some(Part(Posed { field: shape, pose }))
+    Some(Part { shape, pose, is_placed })
 }
 
 /// # Safety

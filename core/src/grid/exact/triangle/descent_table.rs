@@ -114,10 +114,10 @@ impl DescentTable {
         if x == 0 || y == 0 || z == 0 || entry >= self.end {
             return ([0; 3], 0);
         }
-        let mut words = [u32::MAX; 8];
-        for (word, back) in words.iter_mut().zip(self.steps_back()) {
-            *word = self.words.get(entry.wrapping_sub(back)).copied().unwrap_or(u32::MAX);
-        }
+        // Not by a loop, for which a card would keep them in memory.
+        let [a, b, c, d, e, f, g, h] = self.steps_back();
+        let word = |back| self.words.get(entry.wrapping_sub(back)).copied().unwrap_or(u32::MAX);
+        let words = [word(a), word(b), word(c), word(d), word(e), word(f), word(g), word(h)];
         let first = zero_bytes(words[0]);
         let (mut lines, mut edges) = (0, first);
         // Borders of two cells: by axis, then by the other two coordinates.
