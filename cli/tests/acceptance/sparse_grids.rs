@@ -15,6 +15,13 @@ fn contacts(json: &Value) -> &Vec<Value> {
     json["contacts"].as_array().unwrap()
 }
 
+/// The reasons why `verify` refuses.
+fn mismatch(folder: &Folder, words: &str) -> String {
+    let output = folder.sdftool(words).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{words}");
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
 #[test]
 fn every_precision_is_baked_described_and_verified() {
     let folder = Folder::new();
@@ -68,9 +75,30 @@ fn verify_refuses_another_mesh_than_the_baked_one() {
         &folder.done("verify ball.sdf.h5 ball.obj --points 2000"),
         &["the very file", "0 missing", "certified", "bytes"],
     );
-    let output = folder.sdftool("verify ball.sdf.h5 larger.obj --points 2000").output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    says(&String::from_utf8_lossy(&output.stderr), &["ball.sdf.h5 does not match larger.obj", "a node is wrong by"]);
+    let said = mismatch(&folder, "verify ball.sdf.h5 larger.obj --points 2000");
+    says(&said, &["ball.sdf.h5 does not match larger.obj", "a node is wrong by"]);
+}
+
+/// The step of samples in f32 is written as 1, but nothing is rounded to it. Signs count in any unit.
+#[test]
+fn verify_compares_nodes_to_a_millionth_in_any_precision_and_unit() {
+    let folder = Folder::new();
+    for unit in [1e-3, 1.0, 100.0] {
+        let ball = Model::ball([0.0; 3], unit, 3);
+        let mut dented = ball.clone();
+        dented.points[100] = dented.points[100].map(|x| 1.001 * x);
+        folder.write("ball.obj", ball.obj());
+        folder.write("dented.obj", dented.obj());
+        for precision in PRECISIONS {
+            folder.done(&format!("bake ball.obj --res 48 --layout sparse --precision {precision}"));
+            folder.done("verify ball.sdf.h5 ball.obj --points 500 --all-nodes");
+            let other = "verify ball.sdf.h5 dented.obj --points 500 --all-nodes";
+            // Half a step of u8 is more than the dent.
+            if precision != "u8" {
+                says(&mismatch(&folder, other), &["a node is wrong by"]);
+            }
+        }
+    }
 }
 
 #[test]
@@ -300,6 +328,6 @@ fn an_open_mesh_is_verified_where_its_sign_jumps_beyond_the_band() {
     folder.done("bake open.obj --res 32 --layout sparse -o open.sdf.h5");
     let verified = folder.json("verify open.sdf.h5 open.obj --points 20000");
     assert_eq!(verified["far"]["wrong_signs"], 0);
-    let moved = folder.sdftool("verify open.sdf.h5 moved.obj --points 20000").assert().code(1);
-    says(&String::from_utf8_lossy(&moved.get_output().stderr), &["points beyond the band have the wrong sign"]);
+    let said = mismatch(&folder, "verify open.sdf.h5 moved.obj --points 20000");
+    says(&said, &["points beyond the band have the wrong sign"]);
 }

@@ -1,6 +1,7 @@
 //! How far is a field from the exact distance? Statistics over the samples; in a sparse grid within and beyond the band.
 
 use sdf_bake::MeshDistance;
+use sdf_bake::sparse::code_step;
 use sdf_core::Aabb;
 use sdf_core::grid::Storage;
 use sdf_core::grid::owned::OwnedGrid;
@@ -141,7 +142,7 @@ impl Findings {
             None => (sample(args, grid, truth, box_point(!args.seed)), None, None, None),
         };
         // A sign may be lost only where a distance is rounded to zero.
-        let coarsest = grid.storage().scales().iter().map(|scale| f64::from(scale.step)).fold(0.0, f64::max);
+        let coarsest = f64::from(code_step(grid.storage().precision(), grid.storage().scales()));
         let nodes = sample_nodes(args, grid, sparse.map(|sparse| sparse.band), truth);
         let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
         let findings = Self {

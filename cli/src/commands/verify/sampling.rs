@@ -2,6 +2,7 @@
 //!
 //! Each sample depends on the seed and its own index alone: the number of threads does not change it.
 
+use sdf_bake::sparse::code_step;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
@@ -81,13 +82,18 @@ fn node(grid: &OwnedGrid, index: usize) -> Option<([u32; 3], f64)> {
         let [row, rows, _] = lattice.nodes().map(|n| n as usize);
         let node = [index % row, index / row % rows, index / row / rows].map(|i| i as u32);
         let block = storage.brick_at(node.map(|n| n / BRICK));
-        return Some((node, block.map_or(0.0, |block| f64::from(storage.scales()[block].step))));
+        return Some((node, block.map_or(0.0, |block| step_of(grid, block))));
     }
     let (brick, local) = (index / NODES_PER_BRICK, (index % NODES_PER_BRICK) as u32);
     let local = [local % BRICK, local / BRICK % BRICK, local / BRICK / BRICK];
     let node: [u32; 3] = std::array::from_fn(|axis| storage.slots()[brick][axis] * BRICK + local[axis]);
     let is_inside = (0..3).all(|axis| node[axis] < lattice.nodes()[axis]);
-    is_inside.then_some((node, f64::from(storage.scales()[brick].step)))
+    is_inside.then(|| (node, step_of(grid, brick)))
+}
+
+/// Step between the codes of a brick or block, zero of samples in f32.
+fn step_of(grid: &OwnedGrid, brick: usize) -> f64 {
+    f64::from(code_step(grid.storage().precision(), &grid.storage().scales()[brick..=brick]))
 }
 
 fn stored_at(grid: &OwnedGrid, node: [u32; 3]) -> f64 {
