@@ -4,9 +4,11 @@
 //! |---|---|
 //! | random points and nodes, the field's value and the exact distance there | `sampling` |
 //! | errors over all samples | `findings` |
+//! | beyond the band of a sparse grid | `far` |
 //! | reasons why the field does not match | `faults` |
 //! | rows and JSON | `summary` |
 
+mod far;
 mod faults;
 mod findings;
 mod sampling;

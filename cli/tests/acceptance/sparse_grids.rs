@@ -79,6 +79,31 @@ fn verify_refuses_another_mesh_than_the_baked_one() {
     says(&said, &["ball.sdf.h5 does not match larger.obj", "a node is wrong by"]);
 }
 
+/// All that is wrong lies beyond the band around the mesh.
+#[test]
+fn verify_refuses_surfaces_that_the_mesh_lacks() {
+    let folder = Folder::new();
+    let ball = Model::ball([0.0; 3], 1.0, 3);
+    folder.write("ball.obj", ball.obj());
+    let mut cavity = Model::ball([0.1, 0.2, 0.05], 0.05, 2);
+    cavity.triangles.iter_mut().for_each(|corners| corners.swap(0, 1));
+    let sheet = Model::hills(4).moved(|[x, y, z]| [0.5 * x, 0.5 * y, 1.7 + 0.1 * z]);
+    let inner = Model::ball([0.0; 3], 0.3, 2);
+    let others = [
+        (cavity, "", vec!["nodes beyond the band have the wrong sign", "a point deep inside is wrong by"]),
+        (sheet, "", vec!["a node beyond the band is wrong by"]),
+        (inner, "--inner-faces keep", vec!["a node beyond the band is wrong by", "a point deep inside is wrong by"]),
+    ];
+    for (other, option, reasons) in others {
+        folder.write("both.obj", ball.and(&other).obj());
+        for words in ["--precision f32", "--precision u16 --band 1", "--precision u8 --band 6"] {
+            folder.done(&format!("bake both.obj --res 64 --layout sparse {words} {option}"));
+            folder.done("verify both.sdf.h5 both.obj --points 5000 --all-nodes");
+            says(&mismatch(&folder, "verify both.sdf.h5 ball.obj --points 5000 --all-nodes"), &reasons);
+        }
+    }
+}
+
 /// The step of samples in f32 is written as 1, but nothing is rounded to it. Signs count in any unit.
 #[test]
 fn verify_compares_nodes_to_a_millionth_in_any_precision_and_unit() {

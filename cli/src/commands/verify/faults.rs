@@ -18,6 +18,14 @@ pub fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
             faults.push(format!("{} nodes have the wrong sign", nodes.wrong_signs));
         }
     }
+    if let Some(far) = &findings.far_nodes {
+        if far.excess > NODE_TOLERANCE * diagonal {
+            faults.push(format!("a node beyond the band is wrong by {}", number(far.excess)));
+        }
+        if far.wrong_signs > 0 {
+            faults.push(format!("{} nodes beyond the band have the wrong sign", far.wrong_signs));
+        }
+    }
     let Some(bound) = findings.bound else { return faults };
     let points = &findings.points;
     if points.max > bound {
@@ -33,6 +41,10 @@ pub fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
         if far.over_outside > bound {
             let over = number(far.over_outside);
             faults.push(format!("a point beyond the band claims {over} more than its distance"));
+        }
+        if far.beyond_deep_error > bound {
+            let beyond = number(far.beyond_deep_error);
+            faults.push(format!("a point deep inside is wrong by {beyond} more than the file states"));
         }
         if far.wrong_signs > 0 {
             faults.push(format!("{} points beyond the band have the wrong sign", far.wrong_signs));

@@ -50,18 +50,16 @@ pub fn sample<F: EnclosedSdf + Sync>(
     sdf_parallel::map(args.points as usize, |index| sample(index as u64))
 }
 
-/// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks, and only those whose sample is exact:
-/// |distance| ≤ band + √3 · spacing.
-pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, truth: &MeshDistance) -> Vec<PointSample> {
+/// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks.
+pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, truth: &MeshDistance) -> Vec<PointSample> {
     let lattice = grid.lattice();
     let count = grid.storage().brick_count().map_or(lattice.node_count(), |bricks| bricks * NODES_PER_BRICK);
     let check = |index: usize| {
         let (node, step) = node(grid, index)?;
         let truth = truth.signed_distance(lattice.node(node));
-        let is_exact = band.is_none_or(|band| truth.abs() <= band + 3.0_f64.sqrt() * lattice.spacing());
         let rounding = 0.5 * step + truth.abs() * f64::from(f32::EPSILON);
         let value = stored_at(grid, node);
-        is_exact.then_some(PointSample { point: lattice.node(node), value, slope: 0.0, truth, rounding })
+        Some(PointSample { point: lattice.node(node), value, slope: 0.0, truth, rounding })
     };
     let samples = |found: Vec<Option<PointSample>>| found.into_iter().flatten().collect();
     if args.all_nodes {
