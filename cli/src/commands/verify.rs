@@ -82,7 +82,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         }
         Field::Analytic(_) => (None, None),
     };
-    let faults = faults(&findings, diagonal);
+    let faults = faults(&findings);
     if let Some(path) = &args.histogram {
         let (unit, length) = spacing.map_or(("of the diagonal", diagonal), |spacing| ("in voxels", spacing));
         let errors: Vec<f64> = samples.iter().map(|sample| sample.error() / length).collect();

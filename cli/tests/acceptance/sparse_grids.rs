@@ -106,7 +106,7 @@ fn verify_refuses_surfaces_that_the_mesh_lacks() {
 
 /// The step of samples in f32 is written as 1, but nothing is rounded to it. Signs count in any unit.
 #[test]
-fn verify_compares_nodes_to_a_millionth_in_any_precision_and_unit() {
+fn verify_compares_nodes_to_their_rounding_in_any_precision_and_unit() {
     let folder = Folder::new();
     for unit in [1e-3, 1.0, 100.0] {
         let ball = Model::ball([0.0; 3], unit, 3);
@@ -355,4 +355,34 @@ fn an_open_mesh_is_verified_where_its_sign_jumps_beyond_the_band() {
     assert_eq!(verified["far"]["wrong_signs"], 0);
     let said = mismatch(&folder, "verify open.sdf.h5 moved.obj --points 20000");
     says(&said, &["points beyond the band have the wrong sign"]);
+}
+
+/// Nodes in the plane of the missing side have the winding number 1/2: the order of the triangles decides their side.
+#[test]
+fn verify_takes_nodes_for_either_side_where_rounding_decides() {
+    let folder = Folder::new();
+    let mut open = Model::cube();
+    open.triangles.truncate(10);
+    folder.write("open.obj", open.obj());
+    let mut verify = |order: usize| {
+        open.triangles.rotate_left(order);
+        open.triangles.iter_mut().for_each(|corners| corners.rotate_left(1));
+        folder.write("again.obj", open.obj());
+        folder.done("verify open.sdf.h5 again.obj --points 2000 --all-nodes");
+    };
+    for words in ["--res 8", "--res 16 --precision f32", "--res 20 --band 6", "--res 16 --band 40 --precision u8"] {
+        folder.done(&format!("bake open.obj --layout sparse {words}"));
+        (1..9).for_each(&mut verify);
+    }
+}
+
+/// Rounding of bricks is relative to a brick's size, not to the mesh's alone.
+#[test]
+fn verify_accepts_bricks_larger_than_the_mesh() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 2).obj());
+    for words in ["--res 1", "--res 2", "--res 1 --precision f32", "--res 2 --precision f32"] {
+        folder.done(&format!("bake ball.obj --layout sparse --band 40 --padding 16 {words}"));
+        folder.done("verify ball.sdf.h5 ball.obj --points 2000 --all-nodes");
+    }
 }

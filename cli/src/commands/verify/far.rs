@@ -102,8 +102,7 @@ fn is_crossed_by_a_true_jump(grid: &OwnedGrid, truth: &MeshDistance, point: [f64
     let stored = grid.storage().corners(cell);
     let is_true = |corner: usize| {
         let node = std::array::from_fn(|axis| cell[axis] + (corner >> axis & 1) as u32);
-        let truth = truth.signed_distance(lattice.node(node));
-        truth.abs() <= sign_tolerance || (truth < 0.0) == (stored[corner] < 0.0)
+        !PointSample::new(truth, lattice.node(node), stored[corner].into()).has_wrong_sign(sign_tolerance)
     };
     let inside_count = stored.iter().filter(|value| **value < 0.0).count();
     (1..8).contains(&inside_count) && (0..8).all(is_true)

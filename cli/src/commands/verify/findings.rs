@@ -1,7 +1,7 @@
 //! How far is a field from the exact distance? Statistics over the samples; in a sparse grid within and beyond the band.
 
 use sdf_bake::MeshDistance;
-use sdf_bake::sparse::code_step;
+use sdf_bake::sparse::{code_step, node_rounding};
 use sdf_core::Aabb;
 use sdf_core::grid::sparse::BRICK;
 use sdf_formats::grid_file::StoredGrid;
@@ -11,6 +11,9 @@ use serde::Serialize;
 use super::far::{FarErrors, FarNodes, FarValues};
 use super::sampling::{PointSample, Surface, cell_at, point_in_box, sample, sample_nodes};
 use crate::args::VerifyArgs;
+
+/// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
+const DENSE_TOLERANCE: f64 = 1e-6;
 
 #[derive(Serialize)]
 pub struct Findings {
@@ -33,6 +36,9 @@ pub struct Findings {
     pub missing_cells: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<Slope>,
+    /// Length by which a node may be off, beside the rounding of its precision.
+    #[serde(skip)]
+    pub node_tolerance: f64,
     /// The error bound that the file certifies.
     #[serde(skip)]
     pub bound: Option<f64>,
@@ -77,6 +83,7 @@ impl Findings {
             surface_points: None,
             missing_cells: None,
             slope: None,
+            node_tolerance: 0.0,
             bound: None,
             beyond_their_brick: None,
         }
@@ -128,6 +135,10 @@ impl Findings {
             }
             None => (sample(args, grid, truth, box_point(!args.seed)), None, None, None),
         };
+        let node_tolerance = match far_values {
+            Some(values) => node_rounding(truth, lattice, values.band),
+            None => DENSE_TOLERANCE * truth.bounds().diagonal(),
+        };
         // A sign may be lost only where a distance is rounded to zero.
         let coarsest = f64::from(code_step(grid.storage().precision(), grid.storage().scales()));
         let is_exact = |node: &PointSample| far_values.is_none_or(|values| node.truth.abs() <= values.exact_within);
@@ -141,6 +152,7 @@ impl Findings {
             surface_points: missing.map(|_| args.points as usize),
             missing_cells: missing,
             slope: Some(Slope { steepest, bound: about.slope_bound }),
+            node_tolerance,
             bound: Some(bound),
             beyond_their_brick: beyond,
         };

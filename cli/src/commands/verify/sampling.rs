@@ -19,12 +19,21 @@ pub struct PointSample {
     pub value: f64,
     /// Norm of the field's gradient; zero for a node.
     pub slope: f64,
+    /// Where rounding decides the side, on that of the value.
     pub truth: f64,
     /// Largest error that storing the value with its precision can cause.
     pub rounding: f64,
 }
 
 impl PointSample {
+    /// A field's value at a point, stored without rounding.
+    pub fn new(mesh: &MeshDistance, point: [f64; 3], value: f64) -> Self {
+        let distance = mesh.signed_distance(point);
+        let is_on_other_side = (value < 0.0) != (distance < 0.0);
+        let truth = if is_on_other_side && !mesh.is_side_certain(point) { -distance } else { distance };
+        Self { point, value, slope: 0.0, truth, rounding: 0.0 }
+    }
+
     pub fn error(&self) -> f64 {
         (self.value - self.truth).abs()
     }
@@ -44,8 +53,7 @@ pub fn sample<F: EnclosedSdf + Sync>(
     let sample = |index: u64| {
         let point = point(index);
         let sample = field.sample(Vector3::from(point));
-        let truth = truth.signed_distance(point);
-        PointSample { point, value: sample.value, slope: sample.gradient.norm(), truth, rounding: 0.0 }
+        PointSample { slope: sample.gradient.norm(), ..PointSample::new(truth, point, sample.value) }
     };
     sdf_parallel::map(args.points as usize, |index| sample(index as u64))
 }
@@ -56,10 +64,8 @@ pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, truth: &MeshDistance) -
     let count = grid.storage().brick_count().map_or(lattice.node_count(), |bricks| bricks * NODES_PER_BRICK);
     let check = |index: usize| {
         let (node, step) = node(grid, index)?;
-        let truth = truth.signed_distance(lattice.node(node));
-        let rounding = 0.5 * step + truth.abs() * f64::from(f32::EPSILON);
-        let value = stored_at(grid, node);
-        Some(PointSample { point: lattice.node(node), value, slope: 0.0, truth, rounding })
+        let sample = PointSample::new(truth, lattice.node(node), stored_at(grid, node));
+        Some(PointSample { rounding: 0.5 * step + sample.truth.abs() * f64::from(f32::EPSILON), ..sample })
     };
     let samples = |found: Vec<Option<PointSample>>| found.into_iter().flatten().collect();
     if args.all_nodes {
