@@ -106,7 +106,7 @@ const HOPELESS: f64 = 16.0;
 ///
 /// The samples of a brick differ by at most 7 voxels along each axis, 21 in all. u16 rounds by less than 2e-4 voxels, so that
 /// f32 is never planned.
-fn rounding(precision: Precision, band: f64) -> f64 {
+pub(crate) fn rounding(precision: Precision, band: f64) -> f64 {
     const RANGE: f64 = 21.0;
     let steps = match precision {
         Precision::U8 => f64::from(u8::MAX),
@@ -118,7 +118,7 @@ fn rounding(precision: Precision, band: f64) -> f64 {
 
 /// Largest rounding of a distance in a brick, a length: relative to a point's coordinates in a triangle's frame and the
 /// triangle's length, which are together at most 2.5 diagonals of the mesh, and a brick's size.
-fn distance_rounding(mesh: &MeshDistance, spacing: f64) -> f64 {
+pub(crate) fn distance_rounding(mesh: &MeshDistance, spacing: f64) -> f64 {
     const DIAGONALS: f64 = 2.5;
     f64::from(BRICK_DISTANCE_ROUNDING) * DIAGONALS * mesh.bounds().diagonal() + VOXEL_ROUNDING * spacing
 }

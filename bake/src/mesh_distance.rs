@@ -12,6 +12,7 @@ use crate::bvh::{Bvh, NearestTriangle};
 use crate::mesh::intersections::{intersecting_pairs, whole_winding_number, winding_change};
 use crate::mesh::topology::{Topology, orient};
 use crate::nearest::{NearestToNode, PacketNodes, PacketSearch};
+use crate::rounding::SUM_SLACK;
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
 use crate::sign::winding::{Estimate, MeshBoundary, WindingNumbers};
@@ -156,6 +157,13 @@ impl<'a> MeshDistance<'a> {
     pub fn winding_number(&self, point: [f64; 3]) -> f64 {
         const MAX_ERROR: f64 = 0.1;
         self.winding.evaluate(self.tree_of_signs(), point.into(), MAX_ERROR).value
+    }
+
+    /// Is the side of a point certain? Not if its winding number is so near to 1/2, or to −1/2, that rounding decides, as in the plane
+    /// of a flat hole. Bakes may take such a point for either side: their winding numbers are rounded otherwise.
+    pub fn is_side_certain(&self, point: [f64; 3]) -> bool {
+        let Estimate { value, error } = self.winding_estimate(point.into(), f64::INFINITY);
+        (value.abs() - 0.5).abs() > error.max(SUM_SLACK)
     }
 
     /// Nearest triangle. `guess` is any slot: a near one saves time.

@@ -65,6 +65,7 @@ pub use quantize::Quantize;
 use quantize::{CodesMut, CodesRef};
 use splat::can_splat;
 use splat::frame::PlaneFrames;
+pub use splat::node_rounding;
 
 /// A baked sparse grid and certified bounds. Bricks are in Hilbert order; after them, in the same order, those that
 /// only close an open mesh.

@@ -28,11 +28,14 @@ mod packed;
 mod sides;
 mod values;
 
+use sdf_core::grid::Lattice;
+use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
 
 use super::{Certify, CodesMut, SparseBaker};
 use crate::error::normal_cones::MAX_ERROR;
-use crate::rounding::{NODE_POSITION_ROUNDING, SINGLE_SLACK};
+use crate::error_budget::{distance_rounding, rounding};
+use crate::rounding::{BRICK_DISTANCE_ROUNDING, NODE_POSITION_ROUNDING, SINGLE_SLACK};
 use crate::sign::flood_fill::NodeBlock;
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
@@ -150,7 +153,7 @@ impl SparseBaker<'_> {
                 reach,
                 kept_within: in_voxels(map.kept_within()),
                 coarse,
-                position_rounding: self.position_rounding() as f32,
+                position_rounding: in_voxels(position_rounding(mesh, lattice)),
                 certified_band: is_certified.then(|| in_voxels(map.band())),
             },
         );
@@ -201,14 +204,6 @@ impl SparseBaker<'_> {
         Some(BrickRecord { slot, scale, rounding, interpolation })
     }
 
-    /// Error of the positions of nodes and of the surface, in voxels: their coordinates can be large.
-    fn position_rounding(&self) -> f64 {
-        let bounds = self.lattice.bounds();
-        let ends = bounds.min.iter().chain(&bounds.max);
-        let max_coordinate = ends.fold(0.0_f64, |max, end| max.max(end.abs()));
-        (NODE_POSITION_ROUNDING * max_coordinate + self.mesh.rounding()) / self.lattice.spacing()
-    }
-
     /// Sides by winding numbers. `bounds` are lower bounds of the distances, in voxels.
     fn inside_by_winding(&self, slot: [u32; 3], bounds: &mut [f32; NODES]) -> NodeBits {
         let spacing = self.lattice.spacing();
@@ -219,6 +214,25 @@ impl SparseBaker<'_> {
             |z: usize| (0..64).fold(0, |bits, node| bits | u64::from(bounds[64 * z + node].is_sign_negative()) << node);
         std::array::from_fn(layer)
     }
+}
+
+/// Error of the positions of nodes and of the surface: their coordinates can be large.
+fn position_rounding(mesh: &MeshDistance, lattice: &Lattice) -> f64 {
+    let bounds = lattice.bounds();
+    let ends = bounds.min.iter().chain(&bounds.max);
+    let max_coordinate = ends.fold(0.0_f64, |max, end| max.max(end.abs()));
+    NODE_POSITION_ROUNDING * max_coordinate + mesh.rounding()
+}
+
+/// Largest rounding of a node's sample in a brick, a length, but for half a step of its code.
+///
+/// Distances are rounded relative to a node's coordinates in the frame of its nearest triangle. They sum to what grows with the
+/// triangle's length and the brick's size, and √3 times the distance between the two: the band and some voxels.
+pub fn node_rounding(mesh: &MeshDistance, lattice: &Lattice, band: f64) -> f64 {
+    let spacing = lattice.spacing();
+    let of_band = f64::from(BRICK_DISTANCE_ROUNDING) * 3.0_f64.sqrt() * band;
+    let of_samples = rounding(Precision::F32, band / spacing) * spacing;
+    distance_rounding(mesh, spacing) + of_band + of_samples + position_rounding(mesh, lattice)
 }
 
 /// Memory of the triangles around one block.

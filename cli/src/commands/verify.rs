@@ -4,9 +4,11 @@
 //! |---|---|
 //! | random points and nodes, the field's value and the exact distance there | `sampling` |
 //! | errors over all samples | `findings` |
+//! | beyond the band of a sparse grid | `far` |
 //! | reasons why the field does not match | `faults` |
 //! | rows and JSON | `summary` |
 
+mod far;
 mod faults;
 mod findings;
 mod sampling;
@@ -80,7 +82,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         }
         Field::Analytic(_) => (None, None),
     };
-    let faults = faults(&findings, diagonal);
+    let faults = faults(&findings);
     if let Some(path) = &args.histogram {
         let (unit, length) = spacing.map_or(("of the diagonal", diagonal), |spacing| ("in voxels", spacing));
         let errors: Vec<f64> = samples.iter().map(|sample| sample.error() / length).collect();

@@ -1,21 +1,26 @@
 use super::findings::Findings;
 use crate::report::number;
 
-/// Tolerance of a node's error, as a fraction of the mesh's diagonal; the rounding of its precision is added.
-const NODE_TOLERANCE: f64 = 1e-6;
-
 /// Relative tolerance of a gradient's norm above the certified bound.
 const SLOPE_TOLERANCE: f64 = 1e-6;
 
 /// Reasons why the field does not match its mesh; empty if it does.
-pub fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
+pub fn faults(findings: &Findings) -> Vec<String> {
     let mut faults = Vec::new();
     if let Some(nodes) = &findings.nodes {
-        if nodes.beyond_rounding > NODE_TOLERANCE * diagonal {
+        if nodes.beyond_rounding > findings.node_tolerance {
             faults.push(format!("a node is wrong by {}", number(nodes.max)));
         }
         if nodes.wrong_signs > 0 {
             faults.push(format!("{} nodes have the wrong sign", nodes.wrong_signs));
+        }
+    }
+    if let Some(far) = &findings.far_nodes {
+        if far.excess > findings.node_tolerance {
+            faults.push(format!("a node beyond the band is wrong by {}", number(far.excess)));
+        }
+        if far.wrong_signs > 0 {
+            faults.push(format!("{} nodes beyond the band have the wrong sign", far.wrong_signs));
         }
     }
     let Some(bound) = findings.bound else { return faults };
@@ -33,6 +38,10 @@ pub fn faults(findings: &Findings, diagonal: f64) -> Vec<String> {
         if far.over_outside > bound {
             let over = number(far.over_outside);
             faults.push(format!("a point beyond the band claims {over} more than its distance"));
+        }
+        if far.beyond_deep_error > bound {
+            let beyond = number(far.beyond_deep_error);
+            faults.push(format!("a point deep inside is wrong by {beyond} more than the file states"));
         }
         if far.wrong_signs > 0 {
             faults.push(format!("{} points beyond the band have the wrong sign", far.wrong_signs));

@@ -1,22 +1,28 @@
 //! How far is a field from the exact distance? Statistics over the samples; in a sparse grid within and beyond the band.
 
 use sdf_bake::MeshDistance;
+use sdf_bake::sparse::{code_step, node_rounding};
 use sdf_core::Aabb;
-use sdf_core::grid::Storage;
-use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
 use sdf_formats::grid_file::StoredGrid;
 use sdf_procedural::random::unit_at;
 use serde::Serialize;
 
+use super::far::{FarErrors, FarNodes, FarValues};
 use super::sampling::{PointSample, Surface, cell_at, point_in_box, sample, sample_nodes};
 use crate::args::VerifyArgs;
 
+/// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
+const DENSE_TOLERANCE: f64 = 1e-6;
+
 #[derive(Serialize)]
 pub struct Findings {
-    /// `None` for shapes in closed form.
+    /// Errors of all nodes; in a sparse grid of those whose sample is exact. `None` for shapes in closed form.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Errors>,
+    /// Other nodes in the bricks of a sparse grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub far_nodes: Option<FarNodes>,
     /// Errors in the whole box; in a sparse grid within its band.
     pub points: Errors,
     /// Errors beyond the band of a sparse grid.
@@ -30,29 +36,15 @@ pub struct Findings {
     pub missing_cells: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<Slope>,
+    /// Length by which a node may be off, beside the rounding of its precision.
+    #[serde(skip)]
+    pub node_tolerance: f64,
     /// The error bound that the file certifies.
     #[serde(skip)]
     pub bound: Option<f64>,
     /// Number of points with an error above the bound of their own brick.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beyond_their_brick: Option<usize>,
-}
-
-/// Differences of |field| and |distance| beyond a sparse grid's band, where the field is a lower bound.
-#[derive(Serialize)]
-pub struct FarErrors {
-    #[serde(rename = "asked")]
-    pub sample_count: usize,
-    /// Maximum of |distance| − |field|.
-    pub falls_short: f64,
-    /// Maximum of |field| − |distance|.
-    pub over: f64,
-    /// The same outside, where the value is a lower bound.
-    #[serde(skip)]
-    pub over_outside: f64,
-    /// Not counted: points of cells through which the sign of an open mesh jumps, if all corners have their own sign. There the
-    /// interpolant passes through zero where the distance does not.
-    pub wrong_signs: usize,
 }
 
 /// The largest norm of a sampled gradient, and the bound that the file certifies.
@@ -85,11 +77,13 @@ impl Findings {
     pub fn from_points(points: Errors) -> Self {
         Self {
             nodes: None,
+            far_nodes: None,
             points,
             far: None,
             surface_points: None,
             missing_cells: None,
             slope: None,
+            node_tolerance: 0.0,
             bound: None,
             beyond_their_brick: None,
         }
@@ -107,8 +101,10 @@ impl Findings {
         let (bounds, spacing) = (lattice.bounds(), lattice.spacing());
         let bound = about.error_bound;
         let box_point = |seed: u64| move |index: u64| point_in_box(seed, index, &bounds);
-        let (samples, far, missing, beyond) = match sparse.map(|sparse| sparse.band) {
-            Some(band) => {
+        let far_values = sparse.map(|sparse| FarValues::new(grid, sparse.band, truth));
+        let (samples, far, missing, beyond) = match far_values {
+            Some(values) => {
+                let band = values.band;
                 let brick_errors = grid.storage().brick_errors();
                 let near = |index: u64| {
                     let offset: [f64; 3] =
@@ -134,23 +130,29 @@ impl Findings {
                 let missing = sdf_parallel::filter(args.points as usize, is_missing).len();
                 let missing_near = samples.iter().filter(|sample| !is_whole(sample.point)).count();
                 let beyond = samples.iter().filter(is_beyond).count();
-                let is_crossed = |sample: &PointSample| is_crossed_by_a_true_jump(grid, truth, sample.point, bound);
-                let far = FarErrors::new(&far, bound, is_crossed);
+                let far = FarErrors::new(&far, grid, truth, &values);
                 (samples, Some(far), Some(missing + missing_near), Some(beyond))
             }
             None => (sample(args, grid, truth, box_point(!args.seed)), None, None, None),
         };
+        let node_tolerance = match far_values {
+            Some(values) => node_rounding(truth, lattice, values.band),
+            None => DENSE_TOLERANCE * truth.bounds().diagonal(),
+        };
         // A sign may be lost only where a distance is rounded to zero.
-        let coarsest = grid.storage().scales().iter().map(|scale| f64::from(scale.step)).fold(0.0, f64::max);
-        let nodes = sample_nodes(args, grid, sparse.map(|sparse| sparse.band), truth);
+        let coarsest = f64::from(code_step(grid.storage().precision(), grid.storage().scales()));
+        let is_exact = |node: &PointSample| far_values.is_none_or(|values| node.truth.abs() <= values.exact_within);
+        let (nodes, far_nodes): (Vec<_>, Vec<_>) = sample_nodes(args, grid, truth).into_iter().partition(is_exact);
         let steepest = samples.iter().map(|sample| sample.slope).fold(0.0, f64::max);
         let findings = Self {
             nodes: Some(Errors::new(&nodes, spacing * 1e-6 + coarsest, Some(spacing))),
+            far_nodes: far_values.map(|values| FarNodes::new(&far_nodes, &values)),
             points: Errors::new(&samples, bound, Some(spacing)),
             far,
             surface_points: missing.map(|_| args.points as usize),
             missing_cells: missing,
             slope: Some(Slope { steepest, bound: about.slope_bound }),
+            node_tolerance,
             bound: Some(bound),
             beyond_their_brick: beyond,
         };
@@ -177,32 +179,4 @@ impl Errors {
             wrong_signs: samples.iter().filter(|sample| sample.has_wrong_sign(sign_tolerance)).count(),
         }
     }
-}
-
-impl FarErrors {
-    fn new(samples: &[PointSample], error_bound: f64, is_crossed: impl Fn(&PointSample) -> bool) -> Self {
-        let has_wrong_sign = |sample: &&PointSample| sample.has_wrong_sign(error_bound) && !is_crossed(sample);
-        let over = |sample: &PointSample| sample.value.abs() - sample.truth.abs();
-        Self {
-            sample_count: samples.len(),
-            falls_short: samples.iter().map(|sample| -over(sample)).fold(0.0, f64::max),
-            over: samples.iter().map(over).fold(0.0, f64::max),
-            over_outside: samples.iter().filter(|sample| sample.truth > 0.0).map(over).fold(0.0, f64::max),
-            wrong_signs: samples.iter().filter(has_wrong_sign).count(),
-        }
-    }
-}
-
-/// Does a point's cell have corners on both sides, each on the side of the mesh that the file says?
-fn is_crossed_by_a_true_jump(grid: &OwnedGrid, truth: &MeshDistance, point: [f64; 3], sign_tolerance: f64) -> bool {
-    let lattice = grid.lattice();
-    let cell = cell_at(lattice, point);
-    let stored = grid.storage().corners(cell);
-    let is_true = |corner: usize| {
-        let node = std::array::from_fn(|axis| cell[axis] + (corner >> axis & 1) as u32);
-        let truth = truth.signed_distance(lattice.node(node));
-        truth.abs() <= sign_tolerance || (truth < 0.0) == (stored[corner] < 0.0)
-    };
-    let inside_count = stored.iter().filter(|value| **value < 0.0).count();
-    (1..8).contains(&inside_count) && (0..8).all(is_true)
 }

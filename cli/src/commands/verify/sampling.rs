@@ -2,6 +2,7 @@
 //!
 //! Each sample depends on the seed and its own index alone: the number of threads does not change it.
 
+use sdf_bake::sparse::code_step;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::grid::sparse::BRICK;
@@ -18,12 +19,21 @@ pub struct PointSample {
     pub value: f64,
     /// Norm of the field's gradient; zero for a node.
     pub slope: f64,
+    /// Where rounding decides the side, on that of the value.
     pub truth: f64,
     /// Largest error that storing the value with its precision can cause.
     pub rounding: f64,
 }
 
 impl PointSample {
+    /// A field's value at a point, stored without rounding.
+    pub fn new(mesh: &MeshDistance, point: [f64; 3], value: f64) -> Self {
+        let distance = mesh.signed_distance(point);
+        let is_on_other_side = (value < 0.0) != (distance < 0.0);
+        let truth = if is_on_other_side && !mesh.is_side_certain(point) { -distance } else { distance };
+        Self { point, value, slope: 0.0, truth, rounding: 0.0 }
+    }
+
     pub fn error(&self) -> f64 {
         (self.value - self.truth).abs()
     }
@@ -43,24 +53,19 @@ pub fn sample<F: EnclosedSdf + Sync>(
     let sample = |index: u64| {
         let point = point(index);
         let sample = field.sample(Vector3::from(point));
-        let truth = truth.signed_distance(point);
-        PointSample { point, value: sample.value, slope: sample.gradient.norm(), truth, rounding: 0.0 }
+        PointSample { slope: sample.gradient.norm(), ..PointSample::new(truth, point, sample.value) }
     };
     sdf_parallel::map(args.points as usize, |index| sample(index as u64))
 }
 
-/// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks, and only those whose sample is exact:
-/// |distance| ≤ band + √3 · spacing.
-pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, band: Option<f64>, truth: &MeshDistance) -> Vec<PointSample> {
+/// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks.
+pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, truth: &MeshDistance) -> Vec<PointSample> {
     let lattice = grid.lattice();
     let count = grid.storage().brick_count().map_or(lattice.node_count(), |bricks| bricks * NODES_PER_BRICK);
     let check = |index: usize| {
         let (node, step) = node(grid, index)?;
-        let truth = truth.signed_distance(lattice.node(node));
-        let is_exact = band.is_none_or(|band| truth.abs() <= band + 3.0_f64.sqrt() * lattice.spacing());
-        let rounding = 0.5 * step + truth.abs() * f64::from(f32::EPSILON);
-        let value = stored_at(grid, node);
-        is_exact.then_some(PointSample { point: lattice.node(node), value, slope: 0.0, truth, rounding })
+        let sample = PointSample::new(truth, lattice.node(node), stored_at(grid, node));
+        Some(PointSample { rounding: 0.5 * step + sample.truth.abs() * f64::from(f32::EPSILON), ..sample })
     };
     let samples = |found: Vec<Option<PointSample>>| found.into_iter().flatten().collect();
     if args.all_nodes {
@@ -81,13 +86,18 @@ fn node(grid: &OwnedGrid, index: usize) -> Option<([u32; 3], f64)> {
         let [row, rows, _] = lattice.nodes().map(|n| n as usize);
         let node = [index % row, index / row % rows, index / row / rows].map(|i| i as u32);
         let block = storage.brick_at(node.map(|n| n / BRICK));
-        return Some((node, block.map_or(0.0, |block| f64::from(storage.scales()[block].step))));
+        return Some((node, block.map_or(0.0, |block| step_of(grid, block))));
     }
     let (brick, local) = (index / NODES_PER_BRICK, (index % NODES_PER_BRICK) as u32);
     let local = [local % BRICK, local / BRICK % BRICK, local / BRICK / BRICK];
     let node: [u32; 3] = std::array::from_fn(|axis| storage.slots()[brick][axis] * BRICK + local[axis]);
     let is_inside = (0..3).all(|axis| node[axis] < lattice.nodes()[axis]);
-    is_inside.then_some((node, f64::from(storage.scales()[brick].step)))
+    is_inside.then(|| (node, step_of(grid, brick)))
+}
+
+/// Step between the codes of a brick or block, zero of samples in f32.
+fn step_of(grid: &OwnedGrid, brick: usize) -> f64 {
+    f64::from(code_step(grid.storage().precision(), &grid.storage().scales()[brick..=brick]))
 }
 
 fn stored_at(grid: &OwnedGrid, node: [u32; 3]) -> f64 {

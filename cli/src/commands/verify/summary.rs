@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 
-use super::findings::{Errors, FarErrors, Findings, Slope};
+use super::far::{FarErrors, FarNodes};
+use super::findings::{Errors, Findings, Slope};
 use crate::args::VerifyArgs;
 use crate::report::{Report, number, seconds};
 
@@ -41,6 +42,13 @@ impl Summary<'_> {
         }
         if let Some(nodes) = &findings.nodes {
             rows.push(("nodes", self.row(nodes)));
+        }
+        if let Some(FarNodes { sample_count, excess, wrong_signs }) = &findings.far_nodes {
+            let excess = self.length(*excess);
+            rows.push((
+                "far nodes",
+                format!("{sample_count} sampled: at most {excess} beyond what they may be, {wrong_signs} wrong signs"),
+            ));
         }
         rows.push((if findings.far.is_some() { "band" } else { "points" }, self.row(&findings.points)));
         if let Some(FarErrors { sample_count, falls_short, over, wrong_signs, .. }) = &findings.far {
