@@ -6,7 +6,7 @@ use sdf_core::minimize::{
     SimplexCell,
 };
 use sdf_core::placed::Posed;
-use sdf_core::{AnyField, EnclosedSdf};
+use sdf_core::{AnyField, EnclosedSdf, ErrorBound};
 
 use crate::engine::Query;
 use crate::mesh_in_motion::{MeshInMotion, Selection};
@@ -178,8 +178,8 @@ struct Report<'a> {
     /// The margin of each element, in place of the one for all.
     margins: Option<&'a [f64]>,
     complete: bool,
-    /// No point of the shape is within the margin where φ is above it by more than this.
-    error: f64,
+    /// Error of the field around all elements, none unless the search is complete.
+    error: ErrorBound,
 }
 
 impl<'a> Report<'a> {
@@ -189,25 +189,24 @@ impl<'a> Report<'a> {
         options: &ContactOptions,
     ) -> Result<Self, QueryError> {
         let ContactOptions { margin, complete, pose, .. } = *options;
-        let field = Posed { field, pose };
-        let error = if complete { field.error_bound(&selection.bounds()).near } else { 0.0 };
-        match error.is_finite() {
-            true => Ok(Self { field, margin, margins: selection.margins(), complete, error }),
-            false => Err(QueryError::ErrorBoundUnknown),
+        let error = selection.error_bound(field, options);
+        if complete && selection.largest_reach(&error, options) == f64::INFINITY {
+            return Err(QueryError::ErrorBoundUnknown);
         }
+        Ok(Self { field: Posed { field, pose }, margin, margins: selection.margins(), complete, error })
     }
 
     fn margin_of(&self, element: u32) -> f64 {
         self.margins.map_or(self.margin, |margins| margins[element as usize])
     }
 
-    /// The largest margin of the elements: those with a smaller one are settled after their search.
+    /// Margin up to which the elements are searched: those with a smaller margin are settled after their search.
     fn search_margin<const N: usize>(&self, elements: &[Element<f64, N>]) -> f64 {
-        let largest = match self.margins {
-            None => self.margin,
-            Some(_) => elements.iter().fold(f64::NEG_INFINITY, |most, element| most.max(self.margin_of(element.id))),
-        };
-        largest + self.error
+        let reach = |element: &Element<f64, N>| self.error.reach(self.margin_of(element.id));
+        match self.margins {
+            None => self.error.reach(self.margin),
+            Some(_) => elements.iter().map(reach).fold(f64::NEG_INFINITY, f64::max),
+        }
     }
 
     fn contact<const N: usize>(&self, element: &Element<f64, N>, outcome: &Outcome<f64, N>) -> Option<Contact<f64>> {
@@ -239,8 +238,8 @@ impl<'a> Report<'a> {
         if contact.distance <= margin {
             return Some(contact);
         }
-        let error = self.field.error_bound(&element.simplex.bounds()).near;
-        let is_possible = self.complete && contact.lower_bound - error <= margin;
+        let is_possible =
+            self.complete && contact.lower_bound <= self.field.error_bound(&element.simplex.bounds()).reach(margin);
         is_possible.then_some(Contact { status: ContactStatus::Possible, ..contact })
     }
 }
