@@ -152,4 +152,33 @@ mod tests {
         assert_eq!(GRID.at_all_levels().reach(0.0), 4.0);
         assert_eq!(ErrorBound::everywhere(1.0).at_all_levels(), ErrorBound::everywhere(1.0));
     }
+
+    fn holds(bound: &ErrorBound, value: f64, distance: f64) -> bool {
+        let ErrorBound { near, near_below, above, below, levels } = *bound;
+        let is_beyond = value.max(distance) < levels.lower || value.min(distance) > levels.upper;
+        let off = value - distance;
+        off <= above && -off <= below && (is_beyond || off <= near && -off <= near_below)
+    }
+
+    #[test]
+    fn bounds_hold_for_what_becomes_of_a_value_and_a_distance() {
+        let numbers = || (-40..=40).map(|k| 0.25 * f64::from(k));
+        let pairs = || numbers().flat_map(|value| numbers().map(move |distance| (value, distance)));
+        for bound in [-3.0, -1.5, 0.0, 0.5, 3.0].map(|distance| GRID.shift(distance)) {
+            for (value, distance) in pairs().filter(|(value, distance)| holds(&bound, *value, *distance)) {
+                let context = (value, distance, bound);
+                assert!(holds(&bound.negate(), -value, -distance), "{context:?}: negated");
+                assert!(holds(&bound.max(GRID), value, distance), "{context:?}: with another");
+                assert!(holds(&bound.at_all_levels(), value, distance), "{context:?}: at all levels");
+                for margin in numbers().filter(|margin| distance <= *margin) {
+                    assert!(value <= bound.reach(margin), "{context:?}: margin {margin}");
+                }
+                for (spread, factor) in [(0.0, 2.0), (0.0, 3.0), (1.0, 2.5)] {
+                    let range = Interval { lower: value - spread, upper: value + spread };
+                    let stretched = bound.stretch(range, 2.0, 1.0);
+                    assert!(holds(&stretched, 2.0 * value, factor * distance), "{context:?}: {factor}, {stretched:?}");
+                }
+            }
+        }
+    }
 }

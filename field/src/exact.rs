@@ -69,7 +69,14 @@ impl ExactField<'_> {
         let search_chunk = |first: usize, vertices: &[[u32; N]]| {
             let elements: Vec<_> =
                 (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
-            let query = Query { field: self.grid, pose, margin: search_margin, elements: &elements, lean: false };
+            let query = Query {
+                field: self.grid,
+                pose,
+                margin: search_margin,
+                level: &|_| search_margin,
+                elements: &elements,
+                lean: false,
+            };
             let (mut found, mut guess) = (Contacts::default(), 0);
             for (index, bound) in query.survivors() {
                 if bound.is_err() {
