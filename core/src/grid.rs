@@ -8,6 +8,7 @@
 //!        Grid ──┬─ evaluate (trilinear)    φ and ∇φ at a point
 //!               ├─ smooth                  a gradient without jumps at the faces of cells
 //!               ├─ slope                   Lipschitz constants
+//!               ├─ error                   bounds of |φ − d|
 //!               ├─ gradient_range          intervals of φ and ∇φ in a box
 //!               └─ exact                   minimum on a segment or triangle, on a copy of its nodes (node_box)
 //! ```

@@ -69,9 +69,9 @@ fn points(factors: [f64; 3], random: &mut Random, count: usize) -> Vec<Vector3<f
 /// Counts of points.
 #[derive(Debug, Default)]
 struct Found {
-    /// Those with finite bounds of φ − d, and of d − φ.
+    /// Number of those with finite bounds of φ − d, and of d − φ.
     finite: [usize; 2],
-    /// Those whose sign is wrong, more than half of the band away from the surface.
+    /// Number of those whose sign is wrong, more than half of the band away from the surface.
     at_jumps: usize,
 }
 

@@ -1,4 +1,4 @@
-//! What a sparse grid knows of the errors of its cells: by brick near the surface, by the coarse grid beyond the band, and where the sign
+//! Errors of the cells of a sparse grid: by brick near the surface, by the coarse grid beyond the band, and where the sign
 //! of an open mesh jumps there.
 
 use super::{BrickData, Sparse, merge_slots, range_of};
@@ -8,7 +8,7 @@ use crate::number::interval::Interval;
 /// Most cells that are searched for a jump: as many as a brick has.
 const MAX_CELLS: u32 = 512;
 
-/// What the slots that hold nodes of some cells state.
+/// Errors and bounds of the slots that hold nodes of some cells.
 struct SlotErrors {
     near: f32,
     bounds: BlockBounds,
