@@ -7,7 +7,7 @@ use crate::{Aabb, EnclosedSdf, Interval, Status};
 /// for a baked grid, the mesh. A closed form is its own shape, without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorBound {
-    /// φ − d ≤ `near` at every point whose |d| is within the band of a sparse grid, for other fields at every point.
+    /// φ − d ≤ `near` at every point, but where φ and d are both below `levels` or both above.
     pub near: f64,
     /// d − φ ≤ `near_below` at these points, where they are not outside a grid.
     pub near_below: f64,
@@ -15,6 +15,8 @@ pub struct ErrorBound {
     pub above: f64,
     /// d − φ ≤ `below` at every point.
     pub below: f64,
+    /// Interval from −B to B of a sparse grid with the band B; all numbers where nothing is coarse.
+    pub levels: Interval<f64>,
 }
 
 impl ErrorBound {
@@ -26,29 +28,62 @@ impl ErrorBound {
 
     /// |φ − d| ≤ `error` at every point.
     pub const fn everywhere(error: f64) -> Self {
-        Self { near: error, near_below: error, above: error, below: error }
+        Self { near: error, near_below: error, above: error, below: error, levels: Interval::EVERYTHING }
     }
 
     /// Bound of either: of two regions together, and of the minimum of two fields.
     pub fn max(self, other: Self) -> Self {
-        let Self { near, near_below, above, below } = other;
+        let Self { near, near_below, above, below, levels: Interval { lower, upper } } = other;
         Self {
             near: self.near.max(near),
             near_below: self.near_below.max(near_below),
             above: self.above.max(above),
             below: self.below.max(below),
+            levels: Interval { lower: self.levels.lower.max(lower), upper: self.levels.upper.min(upper) },
         }
     }
 
     /// Bound of −φ against −d.
     pub fn negate(self) -> Self {
-        Self { near: self.near_below, near_below: self.near, above: self.below, below: self.above }
+        Self {
+            near: self.near_below,
+            near_below: self.near,
+            above: self.below,
+            below: self.above,
+            levels: self.levels.negate(),
+        }
+    }
+
+    /// Bound of φ + `distance` against d + `distance`.
+    pub fn shift(self, distance: f64) -> Self {
+        Self { levels: self.levels.shift(distance), ..self }
     }
 
     /// Bound of s φ against s d.
     pub fn scale(self, scale: f64) -> Self {
-        let Self { near, near_below, above, below } = self;
-        Self { near: near * scale, near_below: near_below * scale, above: above * scale, below: below * scale }
+        let Self { near, near_below, above, below, levels } = self;
+        Self {
+            near: near * scale,
+            near_below: near_below * scale,
+            above: above * scale,
+            below: below * scale,
+            levels: levels.scale(scale),
+        }
+    }
+
+    /// The same bound for all levels: what holds at every point.
+    pub(crate) fn at_all_levels(self) -> Self {
+        if self.levels == Interval::EVERYTHING {
+            return self;
+        }
+        Self { near: self.above, near_below: self.below, levels: Interval::EVERYTHING, ..self }
+    }
+
+    /// Upper bound of φ at all points where d ≤ `margin`: how far a search must look that is to leave out none of them.
+    pub fn reach(&self, margin: f64) -> f64 {
+        let Interval { lower, upper } = self.levels;
+        let near = if margin <= upper { lower.max(margin + self.near) } else { f64::INFINITY };
+        near.min(margin + self.above)
     }
 
     /// Bound of s φ against the distance D to a shape stretched by at least s and at most s + e, where φ is in `range`.
@@ -64,23 +99,86 @@ impl ErrorBound {
     ///                   D − s φ ≤ s (d − φ)            ≤ s b
     /// ```
     ///
-    /// The parts with e count only where φ + b or a − φ is positive: outside or inside is empty otherwise. |D| ≤ s B means |d| ≤ B, so
-    /// the same holds of `near` in a band of s B.
+    /// The parts with e count only where φ + b or a − φ is positive: outside or inside is empty otherwise.
+    ///
+    /// `near` counts where φ or d is at least the lower level l, so that −d ≤ a − l too. φ and d below l ≤ 0 mean s φ and D below s l,
+    /// and below (s + e) l for l > 0. So it is with `near_below` and the upper level.
     pub(crate) fn stretch(self, range: Interval<f64>, scale: f64, excess: f64) -> Self {
         let scaled = self.scale(scale);
-        let deeper = |above: f64| excess * (above - range.lower).max(0.0);
-        let farther = |below: f64| excess * (range.upper + below).max(0.0);
+        let deeper = |above: f64, lower: f64| excess * (above - lower).max(0.0);
+        let farther = |below: f64, upper: f64| excess * (upper + below).max(0.0);
+        let Interval { lower, upper } = self.levels;
         Self {
-            near: scaled.near + deeper(self.near),
-            near_below: scaled.near_below + farther(self.near_below),
-            above: scaled.above + deeper(self.above),
-            below: scaled.below + farther(self.below),
+            near: scaled.near + deeper(self.near, range.lower.max(lower)),
+            near_below: scaled.near_below + farther(self.near_below, range.upper.min(upper)),
+            above: scaled.above + deeper(self.above, range.lower),
+            below: scaled.below + farther(self.below, range.upper),
+            levels: Interval {
+                lower: scaled.levels.lower + excess * lower.max(0.0),
+                upper: scaled.levels.upper + excess * upper.min(0.0),
+            },
         }
     }
 
     /// Bound of |φ − d| at one point.
     pub(crate) fn at_point<F: EnclosedSdf, R: Float>(field: &F, point: &Aabb, status: Status<bool>) -> R {
-        let Self { near, near_below, above, below } = field.error_bound(point);
+        let Self { near, near_below, above, below, .. } = field.error_bound(point);
         R::from_f64(if status.beyond_band || status.outside_grid { above.max(below) } else { near.max(near_below) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: ErrorBound = ErrorBound {
+        near: 0.5,
+        near_below: 0.25,
+        above: 4.0,
+        below: 3.0,
+        levels: Interval { lower: -2.0, upper: 2.0 },
+    };
+
+    #[test]
+    fn beyond_its_levels_a_bound_reaches_as_far_as_its_larger_error() {
+        assert_eq!(
+            [-9.0, -4.0, -2.0, 0.0, 2.0, 3.0].map(|margin| GRID.reach(margin)),
+            [-5.0, -2.0, -1.5, 0.5, 2.5, 7.0]
+        );
+        assert_eq!(ErrorBound::EXACT.reach(0.25), 0.25);
+        let moved = GRID.shift(-1.5);
+        assert_eq!([-4.0, 0.0, 0.5, 1.0].map(|margin| moved.reach(margin)), [-3.5, 0.5, 1.0, 5.0]);
+        assert_eq!(GRID.max(moved).levels, Interval { lower: -2.0, upper: 0.5 });
+        assert_eq!(GRID.at_all_levels().reach(0.0), 4.0);
+        assert_eq!(ErrorBound::everywhere(1.0).at_all_levels(), ErrorBound::everywhere(1.0));
+    }
+
+    fn holds(bound: &ErrorBound, value: f64, distance: f64) -> bool {
+        let ErrorBound { near, near_below, above, below, levels } = *bound;
+        let is_beyond = value.max(distance) < levels.lower || value.min(distance) > levels.upper;
+        let off = value - distance;
+        off <= above && -off <= below && (is_beyond || off <= near && -off <= near_below)
+    }
+
+    #[test]
+    fn bounds_hold_for_what_becomes_of_a_value_and_a_distance() {
+        let numbers = || (-40..=40).map(|k| 0.25 * f64::from(k));
+        let pairs = || numbers().flat_map(|value| numbers().map(move |distance| (value, distance)));
+        for bound in [-3.0, -1.5, 0.0, 0.5, 3.0].map(|distance| GRID.shift(distance)) {
+            for (value, distance) in pairs().filter(|(value, distance)| holds(&bound, *value, *distance)) {
+                let context = (value, distance, bound);
+                assert!(holds(&bound.negate(), -value, -distance), "{context:?}: negated");
+                assert!(holds(&bound.max(GRID), value, distance), "{context:?}: with another");
+                assert!(holds(&bound.at_all_levels(), value, distance), "{context:?}: at all levels");
+                for margin in numbers().filter(|margin| distance <= *margin) {
+                    assert!(value <= bound.reach(margin), "{context:?}: margin {margin}");
+                }
+                for (spread, factor) in [(0.0, 2.0), (0.0, 3.0), (1.0, 2.5)] {
+                    let range = Interval { lower: value - spread, upper: value + spread };
+                    let stretched = bound.stretch(range, 2.0, 1.0);
+                    assert!(holds(&stretched, 2.0 * value, factor * distance), "{context:?}: {factor}, {stretched:?}");
+                }
+            }
+        }
     }
 }

@@ -8,6 +8,7 @@
 //!        Grid ──┬─ evaluate (trilinear)    φ and ∇φ at a point
 //!               ├─ smooth                  a gradient without jumps at the faces of cells
 //!               ├─ slope                   Lipschitz constants
+//!               ├─ error                   bounds of |φ − d|
 //!               ├─ gradient_range          intervals of φ and ∇φ in a box
 //!               └─ exact                   minimum on a segment or triangle, on a copy of its nodes (node_box)
 //! ```
@@ -18,6 +19,7 @@ mod block_bounds;
 mod blocks;
 mod brick;
 mod dense;
+mod error;
 #[cfg(feature = "alloc")]
 mod error_regions;
 mod evaluate;
@@ -41,6 +43,7 @@ pub use blob::Blob;
 pub use block_bounds::WithBlockBounds;
 use brick::brick_slot;
 pub use dense::Dense;
+pub use error::{CellErrors, JumpLimits, Sampling};
 use gradient_range::GradientRange;
 pub use kind::{Layout, Precision};
 pub use lattice::Lattice;
@@ -90,17 +93,6 @@ pub struct Grid<S> {
     band: Parameter,
     error_bound: f64,
     deep_error: f64,
-}
-
-/// How a storage's samples were taken: what its error bounds follow from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampling {
-    /// Distance between neighbouring nodes.
-    pub spacing: f64,
-    /// See [`Grid::with_band`].
-    pub band: f64,
-    /// See [`Grid::with_deep_error`].
-    pub deep_error: f64,
 }
 
 impl<S: Storage> Grid<S> {
@@ -255,17 +247,9 @@ impl<S: Storage> EnclosedSdf for Grid<S> {
     /// Outside the box φ exceeds d by no more than at its border: φ(x) = √(s² + φ(P)²) for the nearest point P of the box, s away,
     /// and d(x) ≥ √(s² + d(P)²) for a shape inside the box.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        let (band, deep_error) = (self.band(), self.deep_error);
-        let sampling = Sampling { spacing: self.lattice.spacing(), band, deep_error };
-        let by_cells =
-            self.lattice.nodes_around(region).and_then(|[first, last]| self.storage.error_bound(first, last, sampling));
-        let all = match band < f64::INFINITY {
-            true => ErrorBound { near: self.error_bound, near_below: self.error_bound, ..ErrorBound::UNKNOWN },
-            false => ErrorBound::everywhere(self.error_bound),
-        };
-        let error = by_cells.unwrap_or(all);
+        let error = self.error_of_cells(region);
         let is_inside = self.lattice.bounds().encloses(region);
-        if is_inside { error } else { ErrorBound { below: f64::INFINITY, ..error } }
+        ErrorBound { below: if is_inside { error.below } else { f64::INFINITY }, ..error }
     }
 
     #[cfg_attr(feature = "std", inline(always))]

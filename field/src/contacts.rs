@@ -6,7 +6,7 @@ use sdf_core::minimize::{
     SimplexCell,
 };
 use sdf_core::placed::Posed;
-use sdf_core::{AnyField, EnclosedSdf};
+use sdf_core::{AnyField, EnclosedSdf, ErrorBound};
 
 use crate::engine::Query;
 use crate::mesh_in_motion::{MeshInMotion, Selection};
@@ -133,7 +133,9 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
     let report = Report::new(field, selection, options)?;
     let search_chunk = |elements: Vec<Element<f64, N>>| {
         let margin = report.search_margin(&elements);
-        let query = Query { field, pose: options.pose, margin, elements: &elements, lean: options.lean };
+        let level = |element: &Element<f64, N>| report.reach(element);
+        let (pose, lean) = (options.pose, options.lean);
+        let query = Query { field, pose, margin, level: &level, elements: &elements, lean };
         let mut found = Contacts::default();
         for (index, outcome) in &query.outcomes(minimizer) {
             found.count(outcome);
@@ -156,11 +158,11 @@ fn find_all_minima<const N: usize>(
     let search_chunk = |elements: Vec<Element<f64, N>>| {
         let (mut pieces, mut minima) = (vec![SimplexCell::default(); MAX_PIECES], vec![Minimum::default(); MAX_MINIMA]);
         let mut found = Contacts::default();
-        let margin = report.search_margin(&elements);
         for element in elements {
             let mut contacts = vec![];
             let visit = |contact: &Contact<f64>| contacts.push(*contact);
-            let outcome = all_contacts(&field, search, margin, &element, &mut pieces, &mut minima, visit);
+            let reach = report.reach(&element);
+            let outcome = all_contacts(&field, search, reach, &element, &mut pieces, &mut minima, visit);
             found.count(&outcome);
             contacts.extend(report.of_separated(&element, &outcome));
             found.contacts.extend(contacts.into_iter().filter_map(|contact| report.settle(&element, contact)));
@@ -178,8 +180,8 @@ struct Report<'a> {
     /// The margin of each element, in place of the one for all.
     margins: Option<&'a [f64]>,
     complete: bool,
-    /// No point of the shape is within the margin where φ is above it by more than this.
-    error: f64,
+    /// Error of the field around all elements, none unless the search is complete.
+    error: ErrorBound,
 }
 
 impl<'a> Report<'a> {
@@ -189,25 +191,33 @@ impl<'a> Report<'a> {
         options: &ContactOptions,
     ) -> Result<Self, QueryError> {
         let ContactOptions { margin, complete, pose, .. } = *options;
-        let field = Posed { field, pose };
-        let error = if complete { field.error_bound(&selection.bounds()).near } else { 0.0 };
-        match error.is_finite() {
-            true => Ok(Self { field, margin, margins: selection.margins(), complete, error }),
-            false => Err(QueryError::ErrorBoundUnknown),
+        let error = selection.error_bound(field, options);
+        if complete && selection.largest_reach(&error, options) == f64::INFINITY {
+            return Err(QueryError::ErrorBoundUnknown);
         }
+        Ok(Self { field: Posed { field, pose }, margin, margins: selection.margins(), complete, error })
     }
 
     fn margin_of(&self, element: u32) -> f64 {
         self.margins.map_or(self.margin, |margins| margins[element as usize])
     }
 
-    /// The largest margin of the elements: those with a smaller one are settled after their search.
+    /// Margin of the cull of some elements together.
     fn search_margin<const N: usize>(&self, elements: &[Element<f64, N>]) -> f64 {
-        let largest = match self.margins {
-            None => self.margin,
-            Some(_) => elements.iter().fold(f64::NEG_INFINITY, |most, element| most.max(self.margin_of(element.id))),
-        };
-        largest + self.error
+        let reach = |element: &Element<f64, N>| self.error.reach(self.margin_of(element.id));
+        match self.margins {
+            None => self.error.reach(self.margin),
+            Some(_) => elements.iter().map(reach).fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// How far an element must be searched: as far as the field can be off in its box.
+    fn reach<const N: usize>(&self, element: &Element<f64, N>) -> f64 {
+        let margin = self.margin_of(element.id);
+        match self.complete {
+            true => self.field.error_bound(&element.simplex.bounds()).reach(margin).min(self.error.reach(margin)),
+            false => margin,
+        }
     }
 
     fn contact<const N: usize>(&self, element: &Element<f64, N>, outcome: &Outcome<f64, N>) -> Option<Contact<f64>> {
@@ -225,7 +235,7 @@ impl<'a> Report<'a> {
         outcome: &Outcome<f64, N>,
     ) -> Option<Contact<f64>> {
         match outcome {
-            Outcome::Separated(minimum) if self.complete => {
+            Outcome::Separated(minimum) if self.complete && minimum.lower_bound <= self.reach(element) => {
                 contact_at(&self.field, element, minimum, f64::NEG_INFINITY)
             }
             _ => None,
@@ -239,8 +249,7 @@ impl<'a> Report<'a> {
         if contact.distance <= margin {
             return Some(contact);
         }
-        let error = self.field.error_bound(&element.simplex.bounds()).near;
-        let is_possible = self.complete && contact.lower_bound - error <= margin;
+        let is_possible = self.complete && contact.lower_bound <= self.reach(element);
         is_possible.then_some(Contact { status: ContactStatus::Possible, ..contact })
     }
 }

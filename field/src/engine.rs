@@ -33,7 +33,10 @@ const OTHER_LANES: usize = 4;
 pub(crate) struct Query<'a, const N: usize> {
     pub field: &'a AnyField,
     pub pose: Option<Rigid>,
+    /// Elements that are above it are culled.
     pub margin: f64,
+    /// Value, at most the margin, up to which the minimum on an element is searched.
+    pub level: &'a dyn Fn(&Element<f64, N>) -> f64,
     pub elements: &'a [Element<f64, N>],
     /// See [`ContactOptions::lean`](crate::ContactOptions::lean).
     pub lean: bool,
@@ -91,8 +94,9 @@ impl<const N: usize> Query<'_, N> {
         let field = Posed { field: self.field, pose: self.pose };
         let outcome = |element: &Element<f64, N>| match cull(&field, self.margin, element) {
             Ok(lower_bound) => {
-                let minimum = minimizer.minimize_below(&field, &element.simplex, self.margin);
-                self.outcome(&field, element, &minimum, lower_bound)
+                let level = (self.level)(element);
+                let minimum = minimizer.minimize_below(&field, &element.simplex, level);
+                self.outcome(&field, element, &minimum, level, lower_bound)
             }
             Err(outcome) => outcome,
         };
@@ -100,17 +104,18 @@ impl<const N: usize> Query<'_, N> {
         outcomes.filter(|(_, outcome)| !matches!(outcome, Outcome::Culled)).collect()
     }
 
-    /// The outcome of an element that the cull leaves, from its minimum and the lower bound there.
+    /// The outcome of an element that the cull leaves, from its minimum, the level of its search and the lower bound there.
     fn outcome<F: EnclosedSdf>(
         &self,
         field: &F,
         element: &Element<f64, N>,
         minimum: &Minimum<f64, N>,
+        level: f64,
         lower_bound: f64,
     ) -> Outcome<f64, N> {
         match self.lean {
-            true => lean_contact_at(&PlainNormals(field), self.margin, element, minimum, lower_bound),
-            false => classify(field, self.margin, element, minimum, lower_bound),
+            true => lean_contact_at(&PlainNormals(field), level, element, minimum, lower_bound),
+            false => classify(field, level, element, minimum, lower_bound),
         }
     }
 
@@ -121,24 +126,27 @@ impl<const N: usize> Query<'_, N> {
     {
         let culled = self.wide_survivors(field, vectors);
         let field = Posed { field, pose: self.pose };
-        let Self { margin, elements, .. } = *self;
+        let elements = self.elements;
         if !M::USES_SIMD {
             return self.one_by_one(culled.iter().map(|(index, _)| *index), minimizer);
         }
         let mut outcomes: Vec<_> = culled.iter().map(|(index, _)| (*index, Outcome::NotFinite)).collect();
-        let mut survivors = vec![];
-        let mut places = vec![];
+        let (mut survivors, mut places) = (vec![], vec![]);
+        let mut levels = vec![self.margin; elements.len()];
         for (place, (index, result)) in culled.iter().enumerate() {
             if let Ok(lower_bound) = *result {
                 survivors.push(Survivor { index: *index, lower_bound });
                 places.push(place);
+                levels[*index] = (self.level)(&elements[*index]);
             }
         }
         let visit = |survivor: usize, minimum: &Minimum<f64, N>| {
             let Survivor { index, lower_bound } = survivors[survivor];
-            outcomes[places[survivor]].1 = self.outcome(&field, &elements[index], minimum, lower_bound);
+            let outcome = self.outcome(&field, &elements[index], minimum, levels[index], lower_bound);
+            outcomes[places[survivor]].1 = outcome;
         };
-        vectors.run(WideSearch::<_, _, _, N, L> { field, minimizer, margin, elements, survivors: &survivors, visit });
+        let levels = levels.as_slice();
+        vectors.run(WideSearch::<_, _, _, N, L> { field, minimizer, levels, elements, survivors: &survivors, visit });
         outcomes
     }
 }
@@ -220,7 +228,7 @@ impl<F: EnclosedSdf, const N: usize> NullaryFnOnce for WideCull<'_, F, N> {
 struct WideSearch<'a, F, M, V, const N: usize, const L: usize> {
     field: F,
     minimizer: &'a M,
-    margin: f64,
+    levels: &'a [f64],
     elements: &'a [Element<f64, N>],
     survivors: &'a [Survivor<f64>],
     visit: V,
@@ -236,7 +244,7 @@ where
 
     #[inline(always)]
     fn call(self) {
-        let Self { field, minimizer, margin, elements, survivors, visit } = self;
-        batch::minima::<_, _, _, _, N, L>(&field, minimizer, margin, elements, survivors, visit);
+        let Self { field, minimizer, levels, elements, survivors, visit } = self;
+        batch::minima::<_, _, _, _, N, L>(&field, minimizer, levels, elements, survivors, visit);
     }
 }

@@ -59,17 +59,24 @@ impl ExactField<'_> {
         }
         let ContactOptions { margin, pose, .. } = *options;
         let field = Posed { field: self.grid, pose };
-        let error = field.error_bound(&finite_bounds(points)).near;
-        if !error.is_finite() {
+        let error = field.error_bound(&finite_bounds(points));
+        // Every point deep inside is below this too, though its value in a sparse grid is coarse.
+        let search_margin = error.reach(margin.max(0.0));
+        if search_margin == f64::INFINITY {
             return Err(QueryError::ErrorBoundUnknown);
         }
-        // Every point deep inside is below this too, though its value in a sparse grid is coarse.
-        let search_margin = margin.max(0.0) + error;
-        let search = ExactSearch { surface: self.surface, pose, margin, error };
+        let search = ExactSearch { surface: self.surface, pose, margin, error: error.near };
         let search_chunk = |first: usize, vertices: &[[u32; N]]| {
             let elements: Vec<_> =
                 (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
-            let query = Query { field: self.grid, pose, margin: search_margin, elements: &elements, lean: false };
+            let query = Query {
+                field: self.grid,
+                pose,
+                margin: search_margin,
+                level: &|_| search_margin,
+                elements: &elements,
+                lean: false,
+            };
             let (mut found, mut guess) = (Contacts::default(), 0);
             for (index, bound) in query.survivors() {
                 if bound.is_err() {

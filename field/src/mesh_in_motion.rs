@@ -4,7 +4,7 @@
 use sdf_core::contact::{ClusterKey, Clusters, Element, cluster_count, refit};
 use sdf_core::nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use sdf_core::placed::{Placement, Posed, Rigid};
-use sdf_core::{Aabb, AnyField};
+use sdf_core::{Aabb, AnyField, EnclosedSdf, ErrorBound};
 
 use crate::mesh_view::{MeshView, VertexOutOfRange, check, check_one, element};
 use crate::query_error::QueryError;
@@ -120,6 +120,21 @@ impl<'a, const N: usize> Selection<'a, N> {
         self.pose.map_or(local, |pose| pose.push_bounds(local))
     }
 
+    /// Error of the field around all elements in a complete search, none in others.
+    pub fn error_bound(&self, field: &AnyField, options: &ContactOptions) -> ErrorBound {
+        let field = Posed { field, pose: options.pose };
+        if options.complete { field.error_bound(&self.bounds()) } else { ErrorBound::EXACT }
+    }
+
+    /// The farthest that any element must be searched.
+    pub fn largest_reach(&self, error: &ErrorBound, options: &ContactOptions) -> f64 {
+        let reach = |margin: &f64| error.reach(*margin);
+        match self.margins {
+            None => reach(&options.margin),
+            Some(margins) => margins.iter().map(reach).fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
     /// Runs `search` on chunks of the elements, in their order.
     pub fn map_chunks<T: Send>(
         &self,
@@ -159,21 +174,13 @@ impl<'a> Selection<'a, 3> {
         let Some(clusters) = clusters else {
             return Ok(Self { pose, margins, ..Self::all(points, faces)? });
         };
-        let largest =
-            margins.map_or(options.margin, |margins| margins.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)));
-        let error = match options.complete {
-            true => {
-                let field = Posed { field, pose: options.pose };
-                sdf_core::EnclosedSdf::error_bound(&field, &selection.bounds()).near
-            }
-            false => 0.0,
-        };
+        let reach = selection.largest_reach(&selection.error_bound(field, options), options);
         // Boxes go from the mesh's frame to the field's at once: by way of the world's they would grow twice. Points that go there by
         // way of the world's are off by their rounding.
         let rounded = [pose, options.pose].into_iter().flatten().flat_map(|pose| pose.translation());
         let rounded = rounded.fold(0.0_f64, |largest, x| largest.max(x.abs())) * POSES * f64::EPSILON;
         let relative = between(options.pose, pose);
-        let margin = largest + error + rounded * sdf_core::Sdf::slope_bound(field);
+        let margin = reach + rounded * sdf_core::Sdf::slope_bound(field);
         let mut ids = vec![];
         clusters.as_core().visit_near(field, margin, relative.as_ref(), |members| ids.extend_from_slice(members));
         ids.sort_unstable();

@@ -29,9 +29,10 @@ mod write;
 
 use std::path::Path;
 
+use sdf_core::ErrorBound;
 use sdf_core::grid::owned::{ErrorRegions, Layout, OwnedGrid, Precision};
 use sdf_core::grid::sparse::{DEEP_ERROR, Scale};
-use sdf_core::grid::{BlockBounds, Lattice};
+use sdf_core::grid::{BlockBounds, Lattice, Sampling};
 use serde::Serialize;
 
 pub use error::{GridFault, GridFileError};
@@ -172,6 +173,16 @@ pub struct Summary {
     pub parts: Vec<Part>,
     /// Size of the file.
     pub file_bytes: u64,
+}
+
+impl Summary {
+    /// Bound of the error of the whole grid: no more than the header tells.
+    pub fn error_bound(&self) -> ErrorBound {
+        let spacing = self.lattice.spacing();
+        let (band, deep_error) =
+            self.sparse.map_or((f64::INFINITY, 0.0), |sparse| (sparse.band, sparse.deep_values.deep_error(spacing)));
+        Sampling { spacing, band, deep_error }.of_whole(self.about.error_bound, self.about.slope_bound, &self.lattice)
+    }
 }
 
 /// A dataset of the file.

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod deep;
+mod jumps;
 mod splat;
 
 use sdf_bake::sparse::{self, Certify, Quantize, SparseGrid};

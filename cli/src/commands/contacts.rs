@@ -181,8 +181,8 @@ fn read_field(
             require_distances(&args.sdf, args.margin, &summary)?;
             // A complete search looks as far as the grid can be off.
             let margin = match (args.exact, args.complete) {
-                (true, _) => args.margin.max(0.0) + summary.about.error_bound,
-                (false, true) => args.margin + summary.about.error_bound,
+                (true, _) => summary.error_bound().reach(args.margin.max(0.0)),
+                (false, true) => summary.error_bound().reach(args.margin),
                 (false, false) => args.margin,
             };
             let stored = match args.elements {

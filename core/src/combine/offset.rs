@@ -67,7 +67,7 @@ impl<F: EnclosedSdf> EnclosedSdf for Offset<F> {
     }
 
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        self.field.error_bound(region)
+        self.field.error_bound(region).shift(-self.distance)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

@@ -85,7 +85,9 @@ impl<F: EnclosedSdf> EnclosedSdf for Shell<F> {
 
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
         let error = self.field.error_bound(region);
-        error.max(error.negate())
+        let both = error.max(error.negate());
+        // Deep inside and far outside the field alike, |φ| and |d| are above both levels.
+        ErrorBound { levels: Interval { lower: f64::NEG_INFINITY, ..both.levels }, ..both }.shift(-0.5 * self.thickness)
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

@@ -115,7 +115,10 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for SmoothUnion<A, B> {
     }
 
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        self.a.error_bound(region).max(self.b.error_bound(region))
+        let both = self.a.error_bound(region).max(self.b.error_bound(region));
+        // A part counts where it is less than k above the other, and lowers the union by up to k/4 more.
+        let Interval { lower, upper } = both.levels;
+        ErrorBound { levels: Interval { lower, upper: upper - 1.25 * self.blend }, ..both }
     }
 
     fn enclosure<R: Float>(&self, about: Vector3<R>, corners: &[Vector3<R>]) -> Enclosure<R> {

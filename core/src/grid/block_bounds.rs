@@ -4,8 +4,7 @@
 //! grid.
 
 use super::brick::{brick_counts, brick_slot};
-use super::{BlockBounds, Lattice, Sampling, Storage};
-use crate::ErrorBound;
+use super::{BlockBounds, CellErrors, JumpLimits, Lattice, Storage};
 use crate::number::Float;
 
 /// Largest number of blocks merged per query. Larger elements gain little from local bounds.
@@ -71,8 +70,10 @@ impl<S: Storage, B: AsRef<[BlockBounds]>> Storage for WithBlockBounds<S, B> {
         self.storage.copy_box(first, counts, samples);
     }
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
-        self.storage.error_bound(first, last, at)
+    const HAS_CELL_ERRORS: bool = S::HAS_CELL_ERRORS;
+
+    fn cell_errors(&self, first: [u32; 3], last: [u32; 3], limits: JumpLimits) -> Option<CellErrors> {
+        self.storage.cell_errors(first, last, limits)
     }
 
     const HAS_LOWEST: bool = true;

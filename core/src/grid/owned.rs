@@ -10,8 +10,7 @@ pub use super::blocks::Blocks;
 pub use super::error_regions::{ErrorRegion, ErrorRegions};
 pub use super::kind::{Layout, Precision};
 use super::sparse::{BRICK_SAMPLES, BrickData, Code, NO_BRICK, Scale, Sparse, UNREAD, brick_counts};
-use super::{BlockBounds, Dense, Grid, Lattice, Sampling, Storage, WithBlockBounds};
-use crate::ErrorBound;
+use super::{BlockBounds, CellErrors, Dense, Grid, JumpLimits, Lattice, Storage, WithBlockBounds};
 use crate::number::Float;
 
 /// A grid in memory, of either layout and any precision.
@@ -210,11 +209,13 @@ impl Storage for OwnedStorage {
 
     const HAS_BLOCK_BOUNDS: bool = true;
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
+    const HAS_CELL_ERRORS: bool = true;
+
+    fn cell_errors(&self, first: [u32; 3], last: [u32; 3], limits: JumpLimits) -> Option<CellErrors> {
         for_each_storage!(
             self,
-            dense => dense.error_bound(first, last, at),
-            sparse => sparse.error_bound(first, last, at)
+            dense => dense.cell_errors(first, last, limits),
+            sparse => sparse.cell_errors(first, last, limits)
         )
     }
 

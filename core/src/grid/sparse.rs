@@ -8,14 +8,14 @@
 //! number, and the node's position modulo 8 gives the sample within the brick.
 
 mod copy;
+mod error;
 
 use nalgebra::Vector3;
 
 use super::block_bounds::{merge_blocks, merge_slots};
 pub use super::brick::{BRICK, BRICK_SAMPLES, Code, NO_BRICK, Scale, brick_counts};
 use super::brick::{brick_slot, index_in};
-use super::{BlockBounds, Lattice, Sampling, Storage, cell_slope, trilinear};
-use crate::ErrorBound;
+use super::{BlockBounds, CellErrors, JumpLimits, Lattice, Storage, cell_slope, trilinear};
 use crate::number::interval::Interval;
 use crate::rounding::INTERPOLATION;
 
@@ -305,38 +305,11 @@ fn range_of(corners: [f32; 8]) -> Interval<f32> {
     Interval { lower, upper: if lower == UNREAD { f32::INFINITY } else { upper } }
 }
 
-impl<B: BrickData> Sparse<B> {
-    /// Error bound of the cells whose first corner lies in a slot.
-    fn slot_error(&self, slot: [u32; 3], at: Sampling) -> Option<ErrorBound> {
-        if let Some(brick) = self.brick_in_slot(slot) {
-            let near = f64::from(self.bricks.error_of_brick(brick)?);
-            return Some(ErrorBound { near, near_below: near, ..self.coarse_error(slot, near, at) });
-        }
-        Some(self.coarse_error(slot, 0.0, at))
-    }
-
-    /// Error bound beyond the band, with h the spacing and B the band (derived in docs/error-bounds.md).
-    ///
-    /// Outside, the coarse grid is a lower bound of the distance, but for a rise between nodes: φ − d ≤ 3 h²/(8 B).
-    /// Inside, if it interpolates distances at nodes 8 h apart, as a baker that sets `deep_error` does: |φ − d| ≤ 4.5 √3 h, by the
-    /// Lipschitz bound 4 √3 h of a coarse cell and √3/2 h of one voxel.
-    fn coarse_error(&self, slot: [u32; 3], near: f64, at: Sampling) -> ErrorBound {
-        let Sampling { spacing, band, deep_error } = at;
-        let range = self.slot_range(slot);
-        let magnitude = f64::from(range.upper.max(-range.lower));
-        let rounding = INTERPOLATION * f64::from(f32::EPSILON) * magnitude;
-        let rise = near.max(3.0 / 8.0 * spacing * spacing / band + rounding);
-        let band = band as f32;
-        let is_deep = range.lower <= -band;
-        let error = if is_deep { rise.max(deep_error + rounding) } else { rise };
-        let below = if range.upper < band { error } else { f64::INFINITY };
-        ErrorBound { near: 0.0, near_below: 0.0, above: error, below }
-    }
-}
-
 impl<B: BrickData> Storage for Sparse<B> {
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
-        merge_slots(first, last, ErrorBound::EXACT, |slot| self.slot_error(slot, at), ErrorBound::max)
+    const HAS_CELL_ERRORS: bool = true;
+
+    fn cell_errors(&self, first: [u32; 3], last: [u32; 3], limits: JumpLimits) -> Option<CellErrors> {
+        self.errors_between(first, last, limits)
     }
 
     #[inline(always)]

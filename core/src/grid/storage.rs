@@ -1,7 +1,6 @@
 //! How are a grid's samples read? One cell at a time, in lanes, or a box of them copied; with bounds of blocks, where a storage has them.
 
-use super::{BlockBounds, Sampling};
-use crate::ErrorBound;
+use super::{BlockBounds, CellErrors, JumpLimits};
 use crate::number::Float;
 
 /// Access to a grid's samples.
@@ -60,8 +59,11 @@ pub trait Storage {
     /// Can [`block_bounds`](Self::block_bounds) return `Some`? If not, it is never called.
     const HAS_BLOCK_BOUNDS: bool = false;
 
-    /// Error bounds of the cells between the nodes `first` and `last`, if the storage has them.
-    fn error_bound(&self, _first: [u32; 3], _last: [u32; 3], _at: Sampling) -> Option<ErrorBound> {
+    /// Can [`cell_errors`](Self::cell_errors) return `Some`? If not, it is never called.
+    const HAS_CELL_ERRORS: bool = false;
+
+    /// Errors of the cells between the nodes `first` and `last`, if the storage has them.
+    fn cell_errors(&self, _first: [u32; 3], _last: [u32; 3], _limits: JumpLimits) -> Option<CellErrors> {
         None
     }
 
@@ -123,8 +125,10 @@ impl<S: Storage> Storage for &S {
 
     const HAS_BLOCK_BOUNDS: bool = S::HAS_BLOCK_BOUNDS;
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
-        (**self).error_bound(first, last, at)
+    const HAS_CELL_ERRORS: bool = S::HAS_CELL_ERRORS;
+
+    fn cell_errors(&self, first: [u32; 3], last: [u32; 3], limits: JumpLimits) -> Option<CellErrors> {
+        (**self).cell_errors(first, last, limits)
     }
 
     #[inline(always)]

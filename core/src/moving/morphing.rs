@@ -187,12 +187,14 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Blend<A, B> {
 
     /// The error against the mean of the two shapes' distances.
     fn error_bound(&self, region: &Aabb) -> ErrorBound {
-        let (first, second) = (self.first.error_bound(region), self.second.error_bound(region));
+        let [first, second] =
+            [self.first.error_bound(region), self.second.error_bound(region)].map(ErrorBound::at_all_levels);
         ErrorBound {
-            near: self.mean_bound(first.near.max(first.above), second.near.max(second.above)),
-            near_below: self.mean_bound(first.near_below.max(first.above), second.near_below.max(second.above)),
+            near: self.mean_bound(first.near, second.near),
+            near_below: self.mean_bound(first.near_below, second.near_below),
             above: self.mean_bound(first.above, second.above),
             below: self.mean_bound(first.below, second.below),
+            levels: Interval::EVERYTHING,
         }
     }
 

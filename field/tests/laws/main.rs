@@ -1,5 +1,6 @@
 //! All integration tests of the crate, in one program.
 
+mod beyond_band;
 #[cfg(feature = "exchange")]
 mod blobs;
 mod budgets;

@@ -1,10 +1,9 @@
 //! The arrays of a blob as storages of samples. Numbers are read byte by byte, because the bytes lie at any address.
 
-use crate::ErrorBound;
 use crate::grid::block_bounds::merge_blocks;
 use crate::grid::brick::{Code, Scale, brick_counts, index_in};
 use crate::grid::sparse::{BrickData, Sparse};
-use crate::grid::{BlockBounds, Lattice, Precision, Sampling, Storage};
+use crate::grid::{BlockBounds, CellErrors, JumpLimits, Lattice, Precision, Storage};
 use crate::number::interval::Interval;
 
 /// A sample as it lies in a blob.
@@ -207,8 +206,10 @@ impl Storage for BlobStorage<'_> {
 
     const HAS_BLOCK_BOUNDS: bool = true;
 
-    fn error_bound(&self, first: [u32; 3], last: [u32; 3], at: Sampling) -> Option<ErrorBound> {
-        for_each_storage!(self, storage => storage.error_bound(first, last, at))
+    const HAS_CELL_ERRORS: bool = true;
+
+    fn cell_errors(&self, first: [u32; 3], last: [u32; 3], limits: JumpLimits) -> Option<CellErrors> {
+        for_each_storage!(self, storage => storage.cell_errors(first, last, limits))
     }
 
     fn block_bounds(&self, first: [u32; 3], last: [u32; 3]) -> Option<BlockBounds> {
