@@ -7,6 +7,7 @@ use sdf_formats::field_file;
 use sdf_formats::mesh::{MeshFormat, format_of};
 
 use crate::args::Command;
+use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 
 /// Refuses a mesh in the place of a field, and a field in the place of a mesh.
@@ -43,7 +44,7 @@ pub fn check(command: &Command) -> Result<()> {
 
 fn mesh_then_field(command: &str, mesh: &Path, sdf: &Path) -> Result<()> {
     if is_standard_input(mesh) && is_standard_input(sdf) {
-        bail!("the mesh and the field cannot both be standard input: name a file for one");
+        misuse!("the mesh and the field cannot both be standard input: name a file for one");
     }
     let Some(given) = format(sdf) else {
         return match command {

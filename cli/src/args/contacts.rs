@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 use sdf_core::placed::Rigid;
@@ -10,6 +10,7 @@ use sdf_field::Method;
 
 use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
 use super::{Device, DeviceArgs, Json, Threads};
+use crate::failure::misuse;
 
 /// Find where a mesh touches a field, or where two fields touch.
 ///
@@ -107,7 +108,7 @@ impl ContactsArgs {
             ("--kernels", self.device.kernels.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => bail!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),
+            Some((option, _)) => misuse!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),
             None => Ok(()),
         }
     }
@@ -120,7 +121,7 @@ impl ContactsArgs {
             ("--resolution", self.resolution.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => bail!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
+            Some((option, _)) => misuse!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
             None => Ok(()),
         }
     }
@@ -130,7 +131,7 @@ impl ContactsArgs {
         let given = [("--all-minima", self.all_minima), ("--complete", self.complete), ("--exact", self.exact)];
         match given.iter().find(|(_, given)| self.lean && *given) {
             Some((option, _)) => {
-                bail!("--lean leaves out error bounds and all minima but the lowest: remove it, or {option}")
+                misuse!("--lean leaves out error bounds and all minima but the lowest: remove it, or {option}")
             }
             None => Ok(()),
         }
@@ -145,7 +146,7 @@ impl ContactsArgs {
         ];
         match given.iter().find(|(_, given)| self.exact && *given) {
             Some((option, _)) => {
-                bail!("--exact has its own method and finds one minimum of each element: remove {option}")
+                misuse!("--exact has its own method and finds one minimum of each element: remove {option}")
             }
             None => Ok(()),
         }

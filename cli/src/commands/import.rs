@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use crate::args::ImportArgs;
 use crate::commands::export::named_after;
+use crate::failure::misuse;
 use crate::mesh_input::bytes;
 use crate::output;
 use crate::report::{Report, counts, number};
@@ -22,9 +23,9 @@ pub fn run(args: &ImportArgs) -> Result<()> {
     output::ensure_alone(&output, args.json)?;
     let format = match (ImportFormat::is_npy(&args.file), args.spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: args.origin.map_or([0.0; 3], |origin| origin.0), spacing },
-        (true, None) => bail!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
+        (true, None) => misuse!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
         (false, None) if args.origin.is_none() => ImportFormat::Nvdb,
-        (false, _) => bail!("{shown}: a NanoVDB file has its own place: remove --spacing and --origin"),
+        (false, _) => misuse!("{shown}: a NanoVDB file has its own place: remove --spacing and --origin"),
     };
     let bytes = bytes(&args.file)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();

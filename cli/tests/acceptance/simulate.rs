@@ -96,5 +96,5 @@ fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     folder.write("lost.toml", SCENE.replace("ball.sdf", "bell.sdf"));
     assert!(folder.refused("simulate lost.toml").contains("bell.sdf.toml"));
     assert!(folder.refused("simulate no.toml").contains("no.toml"));
-    assert!(folder.refused("simulate small.toml -o run.gif").contains("OUT.html"));
+    assert!(folder.misused("simulate small.toml -o run.gif").contains("OUT.html"));
 }

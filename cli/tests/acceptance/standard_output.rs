@@ -71,10 +71,10 @@ fn two_things_on_standard_output_are_refused() {
         "slice ball.sdf.h5",
         "export ball.sdf.h5 --format npy",
     ] {
-        let line = folder.sdftool(&format!("{words} -o - --json")).assert().code(1);
+        let line = folder.sdftool(&format!("{words} -o - --json")).assert().code(2);
         let line = String::from_utf8_lossy(&line.get_output().stderr).into_owned();
         says(&line, &["--output - and --json", "name a file"]);
     }
-    says(&folder.refused("export ball.sdf.h5 --format raw -o -"), &["two files"]);
-    says(&folder.refused("export ball.sdf.h5 -o -"), &["--format"]);
+    says(&folder.misused("export ball.sdf.h5 --format raw -o -"), &["two files"]);
+    says(&folder.misused("export ball.sdf.h5 -o -"), &["--format"]);
 }
