@@ -101,7 +101,7 @@ impl Command {
 #[derive(Debug, Parser)]
 pub struct DemoArgs {
     /// The folder to write into; it is made if missing.
-    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo")]
+    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo", value_parser = folder())]
     pub output: PathBuf,
     #[command(flatten)]
     pub json: Json,
@@ -136,8 +136,13 @@ pub struct CompletionsArgs {
 #[derive(Debug, Parser)]
 pub struct ManArgs {
     /// The folder to write a page for each command into; it is made if missing [default: one page to standard output].
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = folder())]
     pub output: Option<PathBuf>,
+}
+
+fn folder() -> impl TypedValueParser<Value = PathBuf> {
+    let why = "several files are written, and standard output takes one: give the name of a folder";
+    PathBufValueParser::new().try_map(values::not_standard_output(why))
 }
 
 #[derive(Clone, Copy, Debug, Parser)]

@@ -64,7 +64,8 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
 /// and `info` say so.
 #[derive(Debug, Parser)]
 pub struct ImportArgs {
-    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x).
+    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x). A dash reads standard input, as .npy with
+    /// --spacing, else as .nvdb, and needs -o.
     pub file: PathBuf,
     /// Where to write the grid; - is standard output [default: the file's name with .sdf.h5, in the current folder].
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
@@ -85,7 +86,7 @@ pub struct ImportArgs {
 /// slice along any axis with contour lines, bricks. Drag to turn, pinch or scroll to zoom, tap a contact for its numbers.
 #[derive(Debug, Parser)]
 pub struct ViewArgs {
-    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
+    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate. A dash reads standard input, and needs -o.
     pub sdf: PathBuf,
     /// A mesh whose contacts with the field are found: OBJ, PLY, STL or OFF.
     pub mesh: Option<PathBuf>,

@@ -12,11 +12,14 @@ use serde_json::{Value, json};
 
 use crate::args::{MethodWord, SimulateArgs};
 use crate::failure::misuse;
-use crate::mesh_input::with_path;
+use crate::mesh_input::{is_standard_input, with_path};
 use crate::report::{Report, number, print_json};
 use crate::{output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
+    if args.scene.as_deref().is_some_and(is_standard_input) {
+        misuse!("a scene names files beside it, and cannot be standard input: name its file");
+    }
     if args.suite {
         return suite(args);
     }

@@ -10,12 +10,18 @@ use serde_json::json;
 
 use crate::args::ViewArgs;
 use crate::commands::export::{named_after, stem};
+use crate::failure::misuse;
+use crate::mesh_input::is_standard_input;
 use crate::page;
 use crate::report::Report;
 use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &ViewArgs) -> Result<()> {
-    let output = args.output.clone().unwrap_or_else(|| named_after(&args.sdf, "html"));
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None if is_standard_input(&args.sdf) => misuse!("a field from standard input has no name: add -o"),
+        None => named_after(&args.sdf, "html"),
+    };
     let inputs: Vec<&Path> =
         [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
     output::ensure_writable(&output, &inputs)?;

@@ -190,6 +190,8 @@ fn points_may_stand_between_commas_semicolons_or_blanks() {
 #[test]
 fn a_dash_reads_a_mesh_or_a_field_from_standard_input() {
     let folder = scene();
+    folder.done("export ball.sdf.h5 --format npy");
+    folder.done("export ball.sdf.h5 --format nvdb");
     folder.write("points.csv", "2,0,0\n");
     let piped = |words: &str, name: &str| {
         let assert = folder.sdftool(words).write_stdin(folder.read(name)).assert().success().stderr("");
@@ -206,6 +208,30 @@ fn a_dash_reads_a_mesh_or_a_field_from_standard_input() {
     assert_eq!(count(&piped("contacts sheet.stl - --json", "ball.sdf.h5")), count(&by_name));
     piped("bake - --res 8 -o piped.sdf.h5", "ball.obj");
     folder.done("verify piped.sdf.h5 ball.obj --points 10");
+    for words in
+        ["verify - ball.obj --points 10", "view - -o page.html", "slice - -o out.png --pixels 16", "surface - -o s.obj"]
+    {
+        piped(words, "ball.sdf.h5");
+    }
+    piped("verify ball.sdf.h5 - --points 10", "ball.obj");
+    piped("view ball.sdf.h5 - -o page.html", "ball.obj");
+    for (words, name) in [("import --spacing 0.1", "ball.npy"), ("import", "ball.nvdb")] {
+        piped(&format!("{words} - -o piped.sdf.h5"), name);
+        folder.done(&format!("{words} {name} -o named.sdf.h5"));
+        assert_eq!(folder.json("info piped.sdf.h5")["counts"], folder.json("info named.sdf.h5")["counts"], "{name}");
+    }
+    for words in ["import -", "import - --spacing 0.1", "view -", "export - --format npy"] {
+        says(&folder.misused(words), &["standard input has no name: add -o"]);
+    }
+    for words in ["verify - -", "view - -", "compare - -"] {
+        says(&folder.misused(words), &["cannot both be standard input"]);
+    }
+    says(
+        &folder.misused("contacts sheet.stl - --view page.html"),
+        &["--view reads the field again", "name the field's file"],
+    );
+    says(&folder.misused("merge - -o merged.sdf.h5"), &["a part cannot be standard input", "name its file"]);
+    says(&folder.misused("simulate -"), &["a scene", "cannot be standard input: name its file"]);
     says(&folder.misused("bake - --res 8"), &["add -o"]);
     says(&folder.misused("contacts - -"), &["cannot both be standard input"]);
     says(&folder.misused("eval - --points -"), &["cannot both be standard input"]);
