@@ -9,7 +9,7 @@ mod simulate;
 mod values;
 
 pub use bake::BakeArgs;
-pub use contacts::{CompareArgs, ContactsArgs, Elements, rigid};
+pub use contacts::{CompareArgs, ContactsArgs, Elements};
 pub use device::{Device, DeviceArgs};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};

@@ -93,9 +93,9 @@ pub struct ViewArgs {
     /// Where to write the page [default: the field's name with .html, in the current folder].
     #[arg(short, long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
-    /// Show faces that come within this distance of the surface, in the mesh's unit.
-    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
-    pub margin: f64,
+    /// Show faces that come within this distance of the surface, in the mesh's unit; it needs a mesh [default: 0].
+    #[arg(long, value_name = "D", value_parser = finite, allow_negative_numbers = true, requires = "mesh")]
+    pub margin: Option<f64>,
     #[command(flatten)]
     pub pose: PoseArgs,
     #[command(flatten)]
