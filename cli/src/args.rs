@@ -109,7 +109,8 @@ pub struct DemoArgs {
 
 /// Join the parts of a sparse bake, written by `bake --shard`, into one grid.
 ///
-/// The file has the bytes that one bake would write. Parts of other meshes, options or versions, and missing ones, are refused.
+/// The file has the bytes that one bake would write, but for one thing: a grid of an open mesh that is joined from parts lacks
+/// `error_regions`, which say where its error is large. Parts of other meshes, options or versions, and missing ones, are refused.
 #[derive(Debug, Parser)]
 pub struct MergeArgs {
     /// All parts of one bake, in any order.

@@ -112,3 +112,8 @@ fn options_that_nothing_would_use_are_refused() {
     says(&folder.wrong_usage("view ball.sdf.toml --margin 0.1"), &["not provided", "<MESH>"]);
     folder.done("view ball.sdf.toml sheet.obj --margin 0.1");
 }
+
+#[test]
+fn merge_says_what_a_joined_grid_lacks() {
+    says(&Folder::new().done("merge --help"), &["open mesh", "lacks", "`error_regions`"]);
+}
