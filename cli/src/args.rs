@@ -9,7 +9,7 @@ mod simulate;
 mod values;
 
 pub use bake::BakeArgs;
-pub use contacts::{CompareArgs, ContactsArgs, Elements, rigid};
+pub use contacts::{CompareArgs, ContactsArgs, Elements};
 pub use device::{Device, DeviceArgs};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};
 pub use fields::{Axis, EvalArgs, InfoArgs, SliceArgs, SurfaceArgs, VerifyArgs};
@@ -101,7 +101,7 @@ impl Command {
 #[derive(Debug, Parser)]
 pub struct DemoArgs {
     /// The folder to write into; it is made if missing.
-    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo")]
+    #[arg(short, long, value_name = "FOLDER", default_value = "sdftool-demo", value_parser = folder())]
     pub output: PathBuf,
     #[command(flatten)]
     pub json: Json,
@@ -109,7 +109,8 @@ pub struct DemoArgs {
 
 /// Join the parts of a sparse bake, written by `bake --shard`, into one grid.
 ///
-/// The file has the bytes that one bake would write. Parts of other meshes, options or versions, and missing ones, are refused.
+/// The file has the bytes that one bake would write, but for one thing: a grid of an open mesh that is joined from parts lacks
+/// `error_regions`, which say where its error is large. Parts of other meshes, options or versions, and missing ones, are refused.
 #[derive(Debug, Parser)]
 pub struct MergeArgs {
     /// All parts of one bake, in any order.
@@ -136,8 +137,13 @@ pub struct CompletionsArgs {
 #[derive(Debug, Parser)]
 pub struct ManArgs {
     /// The folder to write a page for each command into; it is made if missing [default: one page to standard output].
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = folder())]
     pub output: Option<PathBuf>,
+}
+
+fn folder() -> impl TypedValueParser<Value = PathBuf> {
+    let why = "several files are written, and standard output takes one: give the name of a folder";
+    PathBufValueParser::new().try_map(values::not_standard_output(why))
 }
 
 #[derive(Clone, Copy, Debug, Parser)]

@@ -5,6 +5,7 @@ use sdf_field::compare::Comparison;
 use sdf_field::{ContactOptions, Contacts, Field, MeshView};
 
 use crate::args::{Device, DeviceArgs};
+use crate::failure::misuse;
 
 /// The processor, or a card with the kernels loaded.
 pub struct Searcher {
@@ -29,7 +30,7 @@ impl Searcher {
                 #[cfg(feature = "cuda")]
                 cuda: None,
             }),
-            (Device::Cpu, Some(_)) => anyhow::bail!("--kernels is for a GPU: add --device cuda, or remove it"),
+            (Device::Cpu, Some(_)) => misuse!("--kernels is for a GPU: add --device cuda, or remove it"),
             (Device::Cuda, kernels) => Self::open_cuda(kernels.as_deref()),
         }
     }

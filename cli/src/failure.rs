@@ -12,11 +12,36 @@ use crate::report::print_json;
 pub fn exit_on_usage(error: &clap::Error) -> ! {
     if !matches!(error.kind(), Usage::DisplayHelp | Usage::DisplayVersion) && is_json_wanted() {
         let text = error.render().to_string();
-        let sentence = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        print_object(sentence);
+        print_object(&usage_sentence(&text));
     }
     error.exit()
 }
+
+/// The first paragraph on one line, without the usage and advice that follow. Its later lines name arguments or values.
+fn usage_sentence(text: &str) -> String {
+    let mut lines = text.lines().map(str::trim).take_while(|line| !line.is_empty());
+    let first = lines.next().unwrap_or_default().trim_start_matches("error: ");
+    let named = lines.collect::<Vec<_>>().join(", ");
+    format!("{first} {named}").trim_end().to_owned()
+}
+
+/// Wrong usage that a command finds when it begins; status 2.
+#[derive(Debug)]
+pub struct WrongUsage(pub String);
+
+impl std::fmt::Display for WrongUsage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for WrongUsage {}
+
+/// Returns with [`WrongUsage`]; takes what `format!` takes.
+macro_rules! misuse {
+    ($($text:tt)*) => { return Err($crate::failure::WrongUsage(format!($($text)*)).into()) };
+}
+pub(crate) use misuse;
 
 /// Reports what went wrong.
 pub fn report(error: &anyhow::Error) {
@@ -43,10 +68,14 @@ impl std::fmt::Display for FleetFailure {
 
 impl std::error::Error for FleetFailure {}
 
-/// Exit status: 3 where some of several meshes were baked and others not.
+/// Exit status: 2 for wrong usage, 3 where some of several meshes were baked and others not, else 1.
 pub fn status(error: &anyhow::Error) -> u8 {
     let some = error.downcast_ref::<FleetFailure>().is_some_and(|fleet| fleet.failed < fleet.all);
-    if some { 3 } else { 1 }
+    match error.is::<WrongUsage>() {
+        true => 2,
+        false if some => 3,
+        false => 1,
+    }
 }
 
 /// `true` if the reader of our output has seen enough, as `head` does.

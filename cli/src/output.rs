@@ -10,13 +10,14 @@ use sdf_field::file::Compression;
 use sdf_formats::contact_file::{self, ContactFormat, Record};
 
 use crate::args::Json;
+use crate::failure::misuse;
 use crate::mesh_input::with_path;
 use crate::standard_output::{is_standard_output, print_bytes, to_stdout};
 
 /// Refuses a file and a JSON object on one standard output.
 pub fn ensure_alone(output: &Path, json: Json) -> Result<()> {
     if is_standard_output(output) && json.wanted {
-        bail!("--output - and --json both write to standard output: leave one out, or name a file");
+        misuse!("--output - and --json both write to standard output: leave one out, or name a file");
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ use sdf_formats::field_file;
 use sdf_formats::mesh::{MeshFormat, format_of};
 
 use crate::args::Command;
+use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 
 /// Refuses a mesh in the place of a field, and a field in the place of a mesh.
@@ -15,6 +16,12 @@ pub fn check(command: &Command) -> Result<()> {
         // Two fields are a command of their own.
         Command::Contacts(args) => mesh_then_field("contacts", &args.mesh, &args.sdf),
         Command::Compare(args) => mesh_then_field("compare", &args.mesh, &args.sdf),
+        Command::Verify(args) if is_standard_input(&args.sdf) && is_standard_input(&args.mesh) => {
+            both_from_standard_input()
+        }
+        Command::View(args) if is_standard_input(&args.sdf) && args.mesh.as_deref().is_some_and(is_standard_input) => {
+            both_from_standard_input()
+        }
         Command::Verify(args) => match (format(&args.sdf), field_file::is_field(&args.mesh)) {
             (Some(format), true) => bail!(
                 "verify takes a field, then its mesh, but {} is {format} and {} is a field: try `sdftool verify {} {}`",
@@ -41,9 +48,13 @@ pub fn check(command: &Command) -> Result<()> {
     }
 }
 
+fn both_from_standard_input() -> Result<()> {
+    misuse!("the mesh and the field cannot both be standard input: name a file for one")
+}
+
 fn mesh_then_field(command: &str, mesh: &Path, sdf: &Path) -> Result<()> {
     if is_standard_input(mesh) && is_standard_input(sdf) {
-        bail!("the mesh and the field cannot both be standard input: name a file for one");
+        return both_from_standard_input();
     }
     let Some(given) = format(sdf) else {
         return match command {

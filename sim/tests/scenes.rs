@@ -49,7 +49,7 @@ fn a_wrong_scene_is_told_with_its_line_and_what_is_known() {
     let unknown = message(|text| text.replace("substeps", "substep"));
     assert!(unknown.starts_with("my.toml: line 4: ") && unknown.contains("substeps"), "{unknown}");
     let negative = message(|text| text.replace("thickness = 0.01", "thickness = -0.01"));
-    assert_eq!(negative, "my.toml: thickness = -0.01: give a number that is not negative");
+    assert_eq!(negative, "my.toml: thickness = -0.01: give a number from 0 to 1e9");
     let both = message(|text| text + "file = \"a.sdf.h5\"\n");
     assert!(both.contains("give one of them"), "{both}");
     assert!(message(|text| text.replace("frames = 6", "frames = 0")).contains("from 1 to"));
@@ -80,6 +80,12 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
         ("size = [1.0, 1.0]", "size = [1.0, -inf]", "size = -inf"),
         ("radius = 0.5", "radius = 1e200", ""),
         ("thickness = 0.01", "loaded_rounds = 101", "loaded_rounds = 101: give a number from 0 to 100"),
+        ("thickness = 0.01", "friction = 2e9", "friction = 2000000000: give a number from 0 to 1e9"),
+        ("[[cloth]]", "[[cloth]]\nstretch = -1", "stretch = -1: give a number from 0 to 1e9"),
+        ("[[cloth]]", "[[cloth]]\nbend = -1e-3", "bend = -0.001: give a number from 0 to 1e9"),
+        ("[[cloth]]", "[[cloth]]\nstretch = nan", "stretch = NaN"),
+        ("size = [1.0, 1.0]", "size = [1.0, 0.0]", "size = 0: give a positive number"),
+        ("thickness = 0.01", "fails = { foo = 1 }", "fails: unknown method \"foo\": take auto, "),
         ("thickness = 0.01", "vary = { substeps = [4, 0] }", "substeps = 0"),
         ("thickness = 0.01", "vary = { rate = [60.0, -1.0] }", "rate = -1"),
         ("thickness = 0.01", "vary = { speed = [0.0] }", "speed = 0"),
@@ -121,6 +127,63 @@ fn a_ball_turned_inside_out_is_refused_before_it_is_baked() {
         let refused = message(|text| format!("{text}\n{ball}"));
         assert_eq!(refused, "my.toml: radius = -0.45: give a positive number", "{list}");
     }
+}
+
+#[test]
+fn a_formula_that_makes_no_surface_is_refused_by_its_key() {
+    for (mesh, wanted) in [
+        ("cuboid = { half = [1.0, 0.0, 1.0] }", "half = 0: give a positive number"),
+        (
+            "bowl = { around = 8, along = 8, thickness = 2.0 }",
+            "thickness = 2: give a number between 0 and 2 for a bowl",
+        ),
+        ("bowl = { around = 8, along = 8, thickness = -0.1 }", "thickness = -0.1: give a number between"),
+        ("serpent = { rings = 8, slices = 8, spine = -0.1, every = 2 }", "spine = -0.1: give a number from 0"),
+        (
+            "rope = { strands = 2, edges = 2, length = 0.0, radius = 0.1, turns = 0.0, height = 1.0, bend = 0.0 }",
+            "length = 0: give a positive number",
+        ),
+    ] {
+        let refused = message(|text| format!("{text}\n[[rigid]]\nmesh.{mesh}\n"));
+        assert!(refused.starts_with("my.toml: ") && refused.contains(wanted), "{mesh}: {refused}");
+    }
+}
+
+/// A rigid body of a mesh file of this text: built, or the message that refuses it.
+fn rigid_of_file(text: &str) -> Result<(), String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    std::fs::write(folder.join("body.obj"), text).unwrap();
+    let scene = "title = \"one\"\nframes = 1\n[[rigid]]\nmesh.file = \"body.obj\"\ncells = 8\n";
+    let spec = scene::parse(scene, "my.toml").unwrap();
+    Stage::build(&spec, folder, Threads::ONE).map(|_| ()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_rigid_body_of_an_open_mesh_is_refused_and_seams_are_not_holes() {
+    let points = "v 0 0 1\nv 1 0 1\nv 0 1 1\nv 0 0 2\n";
+    let faces = ["f 1 3 2\n", "f 1 2 4\n", "f 1 4 3\n", "f 2 3 4\n"];
+    assert_eq!(rigid_of_file(&format!("{points}{}", faces.concat())), Ok(()));
+    // Each triangle with corners of its own, as along seams of a texture; one corner at −0.
+    let corners = [[1, 3, 2], [1, 2, 4], [1, 4, 3], [2, 3, 4]].as_flattened();
+    let lines: Vec<&str> = points.lines().collect();
+    let mut seams: Vec<String> = corners.iter().map(|corner| format!("{}\n", lines[corner - 1])).collect();
+    seams[0] = "v -0 0 1\n".to_owned();
+    seams.extend((0..4).map(|face| format!("f {} {} {}\n", 3 * face + 1, 3 * face + 2, 3 * face + 3)));
+    assert_eq!(rigid_of_file(&seams.concat()), Ok(()));
+    // Without its last face, and with that face turned, three edges are open.
+    for last in ["", "f 2 4 3\n"] {
+        let refused = rigid_of_file(&format!("{points}{}{last}", faces[..3].concat())).unwrap_err();
+        assert!(refused.starts_with("one: rigid 0: its mesh is open at 3 edges, one from ["), "{refused}");
+        assert!(refused.contains("close the mesh") && refused.lines().count() == 1, "{refused}");
+    }
+    let inward = ["f 1 2 3\n", "f 1 4 2\n", "f 1 3 4\n", "f 2 4 3\n"].concat();
+    let refused = rigid_of_file(&format!("{points}{inward}")).unwrap_err();
+    assert_eq!(refused, "one: rigid 0: its mesh encloses no volume: turn its faces outward");
+    let sheet =
+        "[[rigid]]\nmesh.sheet = { cells = [4, 4], size = [1.0, 1.0], height = 0.5, bend = 1.0, floor = -1.0 }\n";
+    let spec = scene::parse(&format!("{SCENE}\n{sheet}"), "my.toml").unwrap();
+    let refused = Stage::build(&spec, Path::new("."), Threads::ONE).map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains("rigid 0: its mesh is open at 16 edges"), "{refused}");
 }
 
 #[test]

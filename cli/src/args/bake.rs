@@ -96,7 +96,7 @@ pub struct FleetArgs {
     #[arg(long, value_name = "FILE", help_heading = MANY)]
     pub list: Option<PathBuf>,
     /// The folder for the grids of several meshes; it is made if missing [default: the current folder].
-    #[arg(long, value_name = "FOLDER", help_heading = MANY)]
+    #[arg(long, value_name = "FOLDER", help_heading = MANY, value_parser = super::folder())]
     pub out_dir: Option<PathBuf>,
     /// Number of meshes to bake at a time; the threads are shared out among them.
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = MANY, value_parser = clap::value_parser!(u16).range(1..=1024))]

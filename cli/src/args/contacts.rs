@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 use sdf_core::placed::Rigid;
@@ -10,6 +10,7 @@ use sdf_field::Method;
 
 use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
 use super::{Device, DeviceArgs, Json, Threads};
+use crate::failure::misuse;
 
 /// Find where a mesh touches a field, or where two fields touch.
 ///
@@ -66,12 +67,12 @@ pub struct ContactsArgs {
     pub margin: f64,
     #[command(flatten)]
     pub pose: PoseArgs,
-    /// Two fields: shift the first by this.
-    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
-    pub translate_first: Numbers<3>,
-    /// Two fields: rotate the first about its origin by this quaternion.
-    #[arg(long, value_name = "X,Y,Z,W", default_value = "0,0,0,1", allow_hyphen_values = true, value_parser = quaternion)]
-    pub rotate_first: Numbers<4>,
+    /// Two fields: shift the first by this [default: 0,0,0].
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub translate_first: Option<Numbers<3>>,
+    /// Two fields: rotate the first about its origin by this quaternion [default: 0,0,0,1].
+    #[arg(long, value_name = "X,Y,Z,W", allow_hyphen_values = true, value_parser = quaternion)]
+    pub rotate_first: Option<Numbers<4>>,
     /// Two fields: edge of the cubes that the patch is cut into [default: 1/64 of the longest side of the box in which they
     /// touch].
     #[arg(long, value_name = "D", value_parser = positive, allow_negative_numbers = true)]
@@ -107,20 +108,26 @@ impl ContactsArgs {
             ("--kernels", self.device.kernels.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => bail!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),
+            Some((option, _)) => misuse!("{option} needs a mesh, but {} is a field: remove it", self.mesh.display()),
             None => Ok(()),
         }
+    }
+
+    /// The pose of the first of two fields.
+    pub fn first_pose(&self) -> Result<Rigid> {
+        let translate = self.translate_first.unwrap_or(Numbers([0.0; 3]));
+        rigid("--rotate-first", translate, self.rotate_first.unwrap_or(Numbers([0.0, 0.0, 0.0, 1.0])))
     }
 
     /// Refuses options that need two fields, when the first argument is a mesh.
     pub fn refuse_options_of_fields(&self) -> Result<()> {
         let given = [
-            ("--translate-first", self.translate_first.0 != [0.0; 3]),
-            ("--rotate-first", self.rotate_first.0 != [0.0, 0.0, 0.0, 1.0]),
+            ("--translate-first", self.translate_first.is_some()),
+            ("--rotate-first", self.rotate_first.is_some()),
             ("--resolution", self.resolution.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => bail!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
+            Some((option, _)) => misuse!("{option} needs two fields, but {} is a mesh: remove it", self.mesh.display()),
             None => Ok(()),
         }
     }
@@ -130,7 +137,7 @@ impl ContactsArgs {
         let given = [("--all-minima", self.all_minima), ("--complete", self.complete), ("--exact", self.exact)];
         match given.iter().find(|(_, given)| self.lean && *given) {
             Some((option, _)) => {
-                bail!("--lean leaves out error bounds and all minima but the lowest: remove it, or {option}")
+                misuse!("--lean leaves out error bounds and all minima but the lowest: remove it, or {option}")
             }
             None => Ok(()),
         }
@@ -145,7 +152,7 @@ impl ContactsArgs {
         ];
         match given.iter().find(|(_, given)| self.exact && *given) {
             Some((option, _)) => {
-                bail!("--exact has its own method and finds one minimum of each element: remove {option}")
+                misuse!("--exact has its own method and finds one minimum of each element: remove {option}")
             }
             None => Ok(()),
         }
@@ -180,7 +187,7 @@ impl PoseArgs {
 }
 
 /// The motion of a translation and a quaternion, which `option` names in the error.
-pub fn rigid(option: &str, translate: Numbers<3>, rotate: Numbers<4>) -> Result<Rigid> {
+fn rigid(option: &str, translate: Numbers<3>, rotate: Numbers<4>) -> Result<Rigid> {
     let motion = Rigid::new(translate.0, rotate.0);
     motion.with_context(|| format!("{option}: a zero quaternion is not a rotation; use 0,0,0,1 for none"))
 }

@@ -64,7 +64,8 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
 /// and `info` say so.
 #[derive(Debug, Parser)]
 pub struct ImportArgs {
-    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x).
+    /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x). A dash reads standard input, as .npy with
+    /// --spacing, else as .nvdb, and needs -o.
     pub file: PathBuf,
     /// Where to write the grid; - is standard output [default: the file's name with .sdf.h5, in the current folder].
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
@@ -85,16 +86,16 @@ pub struct ImportArgs {
 /// slice along any axis with contour lines, bricks. Drag to turn, pinch or scroll to zoom, tap a contact for its numbers.
 #[derive(Debug, Parser)]
 pub struct ViewArgs {
-    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate.
+    /// The field: a baked grid or shapes in TOML. Moved by --rotate, then --translate. A dash reads standard input, and needs -o.
     pub sdf: PathBuf,
     /// A mesh whose contacts with the field are found: OBJ, PLY, STL or OFF.
     pub mesh: Option<PathBuf>,
     /// Where to write the page [default: the field's name with .html, in the current folder].
     #[arg(short, long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
-    /// Show faces that come within this distance of the surface, in the mesh's unit.
-    #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
-    pub margin: f64,
+    /// Show faces that come within this distance of the surface, in the mesh's unit; it needs a mesh [default: 0].
+    #[arg(long, value_name = "D", value_parser = finite, allow_negative_numbers = true, requires = "mesh")]
+    pub margin: Option<f64>,
     #[command(flatten)]
     pub pose: PoseArgs,
     #[command(flatten)]

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use sdf_sim::scene::ElementMethod;
 
+use super::values::not_standard_output;
 use super::{Json, Threads};
 
 /// Move cloth, rigid and soft bodies against signed distance fields, and measure how well contacts hold.
@@ -19,7 +21,7 @@ pub struct SimulateArgs {
     /// Where to write: OUT.vtkhdf, all frames for ParaView; OUT.html, a page with a slider; OUT.png, an animated picture; or a folder
     /// of OBJ files, one a frame. Ctrl-C ends the run and keeps its frames. With --suite a folder for a report and pictures
     /// [default: nowhere].
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", value_parser = recording())]
     pub output: Option<PathBuf>,
     /// Number of frames [default: as many as the scene asks for].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -38,6 +40,11 @@ pub struct SimulateArgs {
     pub threads: Threads,
     #[command(flatten)]
     pub json: Json,
+}
+
+fn recording() -> impl TypedValueParser<Value = PathBuf> {
+    let why = "a recording does not go to standard output: name OUT.vtkhdf, OUT.html, OUT.png or a folder";
+    PathBufValueParser::new().try_map(not_standard_output(why))
 }
 
 /// A method and its name.

@@ -116,6 +116,11 @@ pub fn picture_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     ends_in(path, &["png"], "use a name that ends in .png, or - for standard output")
 }
 
+/// Refuses a dash where standard output cannot take what is written, and says why.
+pub fn not_standard_output(why: &'static str) -> impl Fn(PathBuf) -> Result<PathBuf, &'static str> + Clone {
+    move |path| if is_standard_output(&path) { Err(why) } else { Ok(path) }
+}
+
 pub fn histogram_file(path: PathBuf) -> Result<PathBuf, &'static str> {
     ends_in(path, &["svg"], "use a name that ends in .svg")
 }

@@ -19,6 +19,7 @@ use serde_json::json;
 
 use crate::args::BakeArgs;
 use crate::commands::export::stem;
+use crate::failure::misuse;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
 use crate::report::{Report, counts, many, number, seconds};
@@ -32,12 +33,12 @@ pub const TOOL: &str = concat!("sdftool ", env!("CARGO_PKG_VERSION"));
 pub fn run(args: &BakeArgs) -> Result<()> {
     let output = match &args.output {
         Some(output) => output.clone(),
-        None if mesh_input::is_standard_input(&args.mesh) => bail!("a mesh from standard input has no name: add -o"),
+        None if mesh_input::is_standard_input(&args.mesh) => misuse!("a mesh from standard input has no name: add -o"),
         None => default_output(args),
     };
     let is_streamed = args.fleet.shard.is_some() || args.memory.is_some();
     if is_streamed && standard_output::is_standard_output(&output) {
-        bail!("--shard and --memory need a file to write bricks into as they come: name one with -o");
+        misuse!("--shard and --memory need a file to write bricks into as they come: name one with -o");
     }
     output::ensure_writable(&output, &[&args.mesh])?;
     output::ensure_alone(&output, args.json)?;

@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 use crate::args::BakeArgs;
 use crate::commands::bake::{TOOL, bake_file};
 use crate::commands::export::named_after;
-use crate::failure::{FleetFailure, sentence};
+use crate::failure::{FleetFailure, misuse, sentence};
 use crate::mesh_input;
 use crate::report::print_json;
 use crate::standard_output::to_stdout;
@@ -36,7 +36,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let meshes = meshes(args)?;
     let outputs = outputs(&meshes, &folder)?;
     if args.output.is_some() || args.view.is_some() {
-        bail!("-o and --view are for one mesh: give --out-dir, a folder for the grids of all");
+        misuse!("-o and --view are for one mesh: give --out-dir, a folder for the grids of all");
     }
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let (shard, shards) = args.fleet.shard.map_or((0, 1), |shard| (shard.index, shard.count));
@@ -88,7 +88,7 @@ fn meshes(args: &BakeArgs) -> Result<Vec<PathBuf>> {
         }
     }
     match meshes.iter().any(|mesh| mesh_input::is_standard_input(mesh)) {
-        true => bail!("a mesh from standard input cannot be one of several: name its file"),
+        true => misuse!("a mesh from standard input cannot be one of several: name its file"),
         false => Ok(meshes),
     }
 }

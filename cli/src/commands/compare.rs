@@ -4,7 +4,7 @@ mod page;
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sdf_field::compare::{Comparison, MethodReport};
 use sdf_field::{ContactOptions, Elements as FieldElements, Field, MeshView, Method, Threads};
 use sdf_formats::field_file::OpenField;
@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::args::{CompareArgs, Elements};
 use crate::device::{Search, Searcher};
+use crate::failure::misuse;
 use crate::read_summary::require_distances;
 use crate::report::{Report, number, seconds};
 use crate::standard_output::to_stdout;
@@ -77,7 +78,7 @@ fn options(args: &CompareArgs) -> Result<ContactOptions> {
             Elements::Faces => FieldElements::Faces,
             Elements::Edges => FieldElements::Edges,
             Elements::Vertices => {
-                bail!("--elements vertices: every method is the same on vertices: use faces or edges")
+                misuse!("--elements vertices: every method is the same on vertices: use faces or edges")
             }
         },
         margin: args.margin,

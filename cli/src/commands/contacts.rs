@@ -19,6 +19,7 @@ use serde::{Serialize, Serializer};
 use crate::args::{ContactsArgs, Elements};
 use crate::commands::export::stem;
 use crate::device::{Search, Searcher};
+use crate::failure::misuse;
 use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
@@ -31,6 +32,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     if let Some(page) = &args.view {
         output::ensure_writable(page, &[&args.mesh, &args.sdf])?;
+    }
+    if args.view.is_some() && mesh_input::is_standard_input(&args.sdf) {
+        misuse!("--view reads the field again, which standard input cannot be: name the field's file");
     }
     args.refuse_options_of_fields()?;
     args.refuse_methods_of_exact()?;

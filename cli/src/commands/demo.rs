@@ -33,12 +33,13 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     let procedural::Mesh { points, triangles, .. } = cloth_over_body().mesh();
     with_path(&cloth, mesh::write(&cloth, MeshFormat::Obj, &points, &triangles))?;
 
-    let bake_args = BakeArgs::try_parse_from([Path::new("bake"), &body, "--res".as_ref(), "128".as_ref()])?;
+    let bake_args =
+        BakeArgs::try_parse_from(["bake", "--res", "128", "--"].map(Path::new).into_iter().chain([body.as_path()]))?;
     let input = mesh_input::read(&body)?;
     let (baked, input) = bake::bake(&bake_args, input)?;
     baked.field.save(&grid)?;
 
-    let contacts_args = ContactsArgs::try_parse_from([Path::new("contacts"), &cloth, &grid])?;
+    let contacts_args = ContactsArgs::try_parse_from(["contacts".as_ref(), "--".as_ref(), cloth.as_path(), &grid])?;
     let cloth_mesh = mesh_input::read_mesh(&cloth)?;
     let field = Field::open(&grid)?;
     let found = contacts::find(&contacts_args, &Searcher::open(&contacts_args.device)?, &cloth_mesh, &field)?;

@@ -2,13 +2,14 @@
 
 use std::io::Write;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf, Status};
 use sdf_formats::field_file::OpenField;
 use serde_json::json;
 
 use crate::args::EvalArgs;
+use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::read_summary::ReadSummary;
 use crate::report::print_json;
@@ -17,7 +18,7 @@ use crate::{csv_points, field_input};
 
 pub fn run(args: &EvalArgs) -> Result<()> {
     if is_standard_input(&args.sdf) && is_standard_input(&args.points) {
-        bail!("the field and the points cannot both be standard input: name a file for one");
+        misuse!("the field and the points cannot both be standard input: name a file for one");
     }
     let field = field_input::open(&args.sdf)?;
     let points = csv_points::read(&args.points)?;

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Exported, Written, description_path};
 use serde_json::json;
 
 use crate::args::ExportArgs;
+use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number};
 use crate::{field_input, output, progress, standard_output};
@@ -15,15 +16,15 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let format = format(args)?;
     let output = match &args.output {
         Some(output) => output.clone(),
-        None if is_standard_input(&args.sdf) => bail!("a field from standard input has no name: add -o"),
+        None if is_standard_input(&args.sdf) => misuse!("a field from standard input has no name: add -o"),
         None => named_after(&args.sdf, format.extension()),
     };
     if args.band.is_some() && format != ExportFormat::Nvdb {
-        bail!("--band is for --format nvdb: remove it");
+        misuse!("--band is for --format nvdb: remove it");
     }
     let is_blob = matches!(format, ExportFormat::Blob | ExportFormat::C | ExportFormat::Rust);
     if args.precision.is_some() && !is_blob {
-        bail!("--precision is for --format blob, c and rust: remove it");
+        misuse!("--precision is for --format blob, c and rust: remove it");
     }
     output::ensure_writable(&output, &[&args.sdf])?;
     if format == ExportFormat::Raw {
@@ -32,7 +33,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let to_stdout = standard_output::is_standard_output(&output);
     if to_stdout {
         if format == ExportFormat::Raw {
-            bail!("--format raw writes two files: name one by --output");
+            misuse!("--format raw writes two files: name one by --output");
         }
         output::ensure_alone(&output, args.json)?;
     }
@@ -83,9 +84,10 @@ pub fn run(args: &ExportArgs) -> Result<()> {
 fn format(args: &ExportArgs) -> Result<ExportFormat> {
     let by_ending = args.output.as_deref().and_then(ExportFormat::from_extension);
     let endings = || ExportFormat::ALL.map(|format| format!(".{}", format.extension())).join(", ");
-    args.format
-        .or(by_ending)
-        .with_context(|| format!("--output: use a name that ends in one of {}, or add --format", endings()))
+    match args.format.or(by_ending) {
+        Some(format) => Ok(format),
+        None => misuse!("--output: use a name that ends in one of {}, or add --format", endings()),
+    }
 }
 
 /// The file's name without .sdf.h5 or .sdf.toml.

@@ -10,26 +10,33 @@ use sha2::{Digest, Sha256};
 
 use crate::args::ImportArgs;
 use crate::commands::export::named_after;
-use crate::mesh_input::bytes;
+use crate::failure::misuse;
+use crate::mesh_input::{bytes, is_standard_input, shown};
 use crate::output;
 use crate::report::{Report, counts, number};
 use crate::standard_output;
 
 pub fn run(args: &ImportArgs) -> Result<()> {
-    let shown = args.file.display();
-    let output = args.output.clone().unwrap_or_else(|| named_after(&args.file, "sdf.h5"));
+    let shown = shown(&args.file);
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None if is_standard_input(&args.file) => misuse!("a field from standard input has no name: add -o"),
+        None => named_after(&args.file, "sdf.h5"),
+    };
     output::ensure_writable(&output, &[&args.file])?;
     output::ensure_alone(&output, args.json)?;
-    let format = match (ImportFormat::is_npy(&args.file), args.spacing) {
+    // A name tells what is in a file. Of standard input --spacing does, which a NumPy array needs.
+    let is_npy = ImportFormat::is_npy(&args.file) || is_standard_input(&args.file) && args.spacing.is_some();
+    let format = match (is_npy, args.spacing) {
         (true, Some(spacing)) => ImportFormat::Npy { origin: args.origin.map_or([0.0; 3], |origin| origin.0), spacing },
-        (true, None) => bail!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
+        (true, None) => misuse!("{shown}: a NumPy array does not say how far its nodes are apart: add --spacing"),
         (false, None) if args.origin.is_none() => ImportFormat::Nvdb,
-        (false, _) => bail!("{shown}: a NanoVDB file has its own place: remove --spacing and --origin"),
+        (false, _) => misuse!("{shown}: a NanoVDB file has its own place: remove --spacing and --origin"),
     };
     let bytes = bytes(&args.file)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let source = Source { name, sha256: Sha256::digest(&bytes).into(), triangles: 0 };
-    let field = Field::import(&bytes, format, source).with_context(|| shown.to_string())?;
+    let field = Field::import(&bytes, format, source).with_context(|| shown.clone())?;
     drop(bytes);
     let file = output::save(&field, &output, Compression::Deflate)?;
     let (Some(grid), Some(info)) = (field.grid(), field.info()) else {

@@ -1,17 +1,22 @@
 use std::fs;
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sdf_field::{GridOnDisk, merge_parts};
 use serde_json::{Value, json};
 
 use crate::args::MergeArgs;
+use crate::failure::misuse;
+use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number, seconds};
 use crate::{memory, output, progress, standard_output};
 
 pub fn run(args: &MergeArgs) -> Result<()> {
     if standard_output::is_standard_output(&args.output) {
-        bail!("merge writes a file: name one with -o");
+        misuse!("merge writes a file: name one with -o");
+    }
+    if args.parts.iter().any(|part| is_standard_input(part)) {
+        misuse!("a part cannot be standard input, since it is read in pieces: name its file");
     }
     let parts: Vec<_> = args.parts.iter().map(|part| part.as_path()).collect();
     output::ensure_writable(&args.output, &parts)?;

@@ -16,7 +16,7 @@ use sdf_formats::contact_file::{OverlapKind, OverlapRecord};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
-use crate::args::{ContactsArgs, rigid};
+use crate::args::ContactsArgs;
 use crate::read_summary::{ReadSummary, require_distances};
 use crate::report::{Report, line_of_json, number, seconds};
 use crate::{field_input, output, standard_output};
@@ -29,10 +29,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     args.refuse_options_of_meshes()?;
     let started = Instant::now();
-    let sides = [
-        Side { path: &args.mesh, pose: rigid("--rotate-first", args.translate_first, args.rotate_first)? },
-        Side { path: &args.sdf, pose: args.pose.rigid()? },
-    ];
+    let sides =
+        [Side { path: &args.mesh, pose: args.first_pose()? }, Side { path: &args.sdf, pose: args.pose.rigid()? }];
     let options = OverlapOptions {
         poses: sides.each_ref().map(|side| Some(side.pose)),
         margin: args.margin,

@@ -11,15 +11,19 @@ use sdf_sim::scene::{self, Outcome, SceneSpec, Stage};
 use serde_json::{Value, json};
 
 use crate::args::{MethodWord, SimulateArgs};
-use crate::mesh_input::with_path;
+use crate::failure::misuse;
+use crate::mesh_input::{is_standard_input, with_path};
 use crate::report::{Report, number, print_json};
 use crate::{output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
+    if args.scene.as_deref().is_some_and(is_standard_input) {
+        misuse!("a scene names files beside it, and cannot be standard input: name its file");
+    }
     if args.suite {
         return suite(args);
     }
-    let (Some(path), [method]) = (&args.scene, &args.methods[..]) else { bail!("give a scene and one method") };
+    let (Some(path), [method]) = (&args.scene, &args.methods[..]) else { misuse!("give a scene and one method") };
     let mut spec = scene::read(path)?;
     spec.frames = args.frames.unwrap_or(spec.frames);
     let mut target = args.output.as_deref().map(|output| Target::new(output, path)).transpose()?;
@@ -119,7 +123,7 @@ impl Target {
             Some("html") => Form::Page,
             Some("png") => Form::Animation,
             Some("vtkhdf") => Form::VtkHdf,
-            Some(other) => bail!(
+            Some(other) => misuse!(
                 "{}: a recording is OUT.vtkhdf, OUT.html, OUT.png or a folder of OBJ files, not .{other}: take one of these",
                 path.display()
             ),

@@ -18,13 +18,13 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use sdf_bake::{MeshDistance, Repairs, SignMethod};
-use sdf_formats::field_file::{self, Field, OpenField};
+use sdf_formats::field_file::{Field, OpenField};
 
 use crate::args::VerifyArgs;
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
-use crate::{output, progress};
+use crate::{field_input, output, progress};
 
 use faults::faults;
 use findings::{Errors, Findings};
@@ -38,7 +38,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     }
     let input = mesh_input::read(&args.mesh)?;
     input.mesh.require_triangles(&args.mesh.display().to_string())?;
-    let (field, parts) = match field_file::open(&args.sdf)? {
+    let (field, parts) = match field_input::open(&args.sdf)? {
         OpenField::Grid(reader) => {
             let parts = bytes_of(&reader.summary().parts);
             (Field::Grid(reader.read()?), Some(parts))

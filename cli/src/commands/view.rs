@@ -10,12 +10,18 @@ use serde_json::json;
 
 use crate::args::ViewArgs;
 use crate::commands::export::{named_after, stem};
+use crate::failure::misuse;
+use crate::mesh_input::is_standard_input;
 use crate::page;
 use crate::report::Report;
 use crate::{field_input, mesh_input, output, progress};
 
 pub fn run(args: &ViewArgs) -> Result<()> {
-    let output = args.output.clone().unwrap_or_else(|| named_after(&args.sdf, "html"));
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None if is_standard_input(&args.sdf) => misuse!("a field from standard input has no name: add -o"),
+        None => named_after(&args.sdf, "html"),
+    };
     let inputs: Vec<&Path> =
         [Some(&args.sdf), args.mesh.as_ref()].into_iter().flatten().map(|path| path.as_path()).collect();
     output::ensure_writable(&output, &inputs)?;
@@ -27,7 +33,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         let mut contacts = Vec::new();
         let mut name = stem(&args.sdf);
         if let (Some(mesh), Some(path)) = (view, &args.mesh) {
-            let options = ContactOptions { margin: args.margin, pose, ..ContactOptions::default() };
+            let options = ContactOptions { margin: args.margin.unwrap_or(0.0), pose, ..ContactOptions::default() };
             let found = field.contacts(mesh, &options)?;
             contacts = found.contacts.iter().map(ContactRecord::from).collect();
             name = format!("{} on {name}", stem(path));

@@ -36,7 +36,7 @@ fn compare_names_edges_methods_and_refuses_vertices_and_margins_beyond_the_grid(
     folder.write("sheet.obj", Model::hills(4).obj());
     let edges = folder.json("compare sheet.obj sphere.sdf.toml --elements edges --rounds 1 --margin 1");
     assert!(edges["methods"].as_array().unwrap().iter().any(|method| method["method"] == "gss"), "{edges}");
-    says(&folder.refused("compare sheet.obj sphere.sdf.toml --elements vertices"), &["vertices", "faces or edges"]);
+    says(&folder.misused("compare sheet.obj sphere.sdf.toml --elements vertices"), &["vertices", "faces or edges"]);
     folder.write("ball.obj", Model::cube().obj());
     folder.done("bake ball.obj --res 8");
     says(&folder.refused("compare sheet.obj ball.sdf.h5 --margin 100"), &["ball.sdf.h5", "--margin", "--padding"]);

@@ -128,6 +128,6 @@ fn what_is_missing_for_a_card_is_said_in_one_line() {
     folder.write("plane.sdf.toml", "[field]\nshape = 'half_space'\nnormal = [0.0, 0.0, 1.0]\noffset = 0.0\n");
     let plane = "contacts sheet.obj plane.sdf.toml --device cuda --kernels kernels.ptx";
     says(&error(&on_stub(&folder, plane, &[])), &["this shape or combination", "CPU"]);
-    says(&folder.refused("contacts sheet.obj ball.sdf.h5 --kernels kernels.ptx"), &["--kernels", "--device cuda"]);
-    says(&folder.refused("contacts ball.sdf.h5 ball.sdf.h5 --device cuda"), &["--device needs a mesh"]);
+    says(&folder.misused("contacts sheet.obj ball.sdf.h5 --kernels kernels.ptx"), &["--kernels", "--device cuda"]);
+    says(&folder.misused("contacts ball.sdf.h5 ball.sdf.h5 --device cuda"), &["--device needs a mesh"]);
 }

@@ -44,7 +44,7 @@ fn an_exact_search_says_what_it_needs() {
     let refused = folder.refused("contacts cut.obj cube.sdf.h5 --exact");
     says(&refused, &["cube.sdf.h5 keeps no mesh for --exact: bake it again by bake --keep-mesh"]);
     says(&folder.refused("contacts cut.obj ball.sdf.toml --exact"), &["exact already: remove --exact"]);
-    says(&folder.refused("contacts cut.obj cube.sdf.h5 --exact --method fw"), &["remove --method"]);
-    says(&folder.refused("contacts cut.obj cube.sdf.h5 --exact --all-minima"), &["remove --all-minima"]);
-    says(&folder.refused("contacts ball.sdf.toml ball.sdf.toml --exact"), &["--exact needs a mesh"]);
+    says(&folder.misused("contacts cut.obj cube.sdf.h5 --exact --method fw"), &["remove --method"]);
+    says(&folder.misused("contacts cut.obj cube.sdf.h5 --exact --all-minima"), &["remove --all-minima"]);
+    says(&folder.misused("contacts ball.sdf.toml ball.sdf.toml --exact"), &["--exact needs a mesh"]);
 }

@@ -40,8 +40,8 @@ fn each_format_is_written_under_the_name_of_the_field() {
 fn an_export_that_cannot_be_says_why() {
     let folder = scene();
     says(&folder.wrong_usage("export ball.sdf.h5"), &["--format"]);
-    says(&folder.refused("export ball.sdf.h5 -o ball.vdb"), &["--output", ".nvdb", "--format"]);
-    says(&folder.refused("export ball.sdf.h5 --format npy --band 3"), &["--band is for --format nvdb"]);
+    says(&folder.misused("export ball.sdf.h5 -o ball.vdb"), &["--output", ".nvdb", "--format"]);
+    says(&folder.misused("export ball.sdf.h5 --format npy --band 3"), &["--band is for --format nvdb"]);
     says(&folder.refused("export ball.obj --format npy"), &["export takes a field", "OBJ"]);
     folder.write("half.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [0, 0, 1]\noffset = 0\n");
     says(&folder.refused("export half.sdf.toml --format npy"), &["half.sdf.toml", "unbounded"]);
@@ -71,8 +71,8 @@ fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified()
     let spacing = info["spacing"].as_f64().unwrap();
     folder.done(&format!("import ball.npy --spacing {spacing} --origin -1,-1,-1 -o array.sdf.h5"));
     assert_eq!(folder.json("info array.sdf.h5")["origin"], serde_json::json!([-1.0, -1.0, -1.0]));
-    says(&folder.refused("import ball.npy"), &["ball.npy", "add --spacing"]);
-    says(&folder.refused("import ball.nvdb --spacing 1 -o x.sdf.h5"), &["remove --spacing"]);
+    says(&folder.misused("import ball.npy"), &["ball.npy", "add --spacing"]);
+    says(&folder.misused("import ball.nvdb --spacing 1 -o x.sdf.h5"), &["remove --spacing"]);
     says(&folder.refused("import ball.obj -o x.sdf.h5"), &["ball.obj", "not a NanoVDB file"]);
 }
 

@@ -73,7 +73,7 @@ fn a_fleet_that_cannot_be_is_refused_before_it_begins() {
     let folder = fleet(2);
     folder.write("0.obj", "");
     says(&folder.refused("bake mesh/0.obj 0.obj --res 8"), &["mesh/0.obj and 0.obj", "./0.sdf.h5"]);
-    says(&folder.refused("bake mesh/0.obj mesh/1.obj --res 8 -o x.sdf.h5"), &["-o", "--out-dir"]);
+    says(&folder.misused("bake mesh/0.obj mesh/1.obj --res 8 -o x.sdf.h5"), &["-o", "--out-dir"]);
     folder.write("empty.txt", "# nothing\n");
     says(&folder.refused("bake --list empty.txt --res 8"), &["empty.txt: no meshes"]);
     says(&folder.wrong_usage("bake --res 8"), &["a mesh is needed"]);

@@ -74,9 +74,18 @@ impl Folder {
         self.refuses(&mut self.sdftool(words), words)
     }
 
+    /// The one-line error of a run that finds wrong usage when it begins.
+    pub fn misused(&self, words: &str) -> String {
+        self.refuses_with(2, &mut self.sdftool(words), words)
+    }
+
     pub fn refuses(&self, command: &mut Command, what: &str) -> String {
+        self.refuses_with(1, command, what)
+    }
+
+    fn refuses_with(&self, status: i32, command: &mut Command, what: &str) -> String {
         let before = self.names();
-        let line = refused(command, what);
+        let line = refused_with(status, command, what);
         assert_eq!(self.names(), before, "{what}: left files behind");
         line
     }
@@ -100,9 +109,13 @@ pub fn done(command: &mut Command, what: &str) -> String {
 }
 
 pub fn refused(command: &mut Command, what: &str) -> String {
+    refused_with(1, command, what)
+}
+
+fn refused_with(status: i32, command: &mut Command, what: &str) -> String {
     let output = command.output().unwrap();
     let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    assert_eq!(output.status.code(), Some(1), "{what}: {}: {stderr}{stdout}", output.status);
+    assert_eq!(output.status.code(), Some(status), "{what}: {}: {stderr}{stdout}", output.status);
     assert!(predicate::str::contains("panicked").not().eval(&stderr), "{what}: {stderr}");
     assert_eq!(stdout, "", "{what}");
     let line = stderr.strip_suffix('\n').unwrap_or_else(|| panic!("{what}: no end of line: {stderr:?}"));

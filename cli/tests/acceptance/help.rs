@@ -99,3 +99,21 @@ fn a_wrong_command_line_has_another_exit_status_than_a_wrong_file() {
     says(&folder.wrong_usage("bake a.obj --voxel-size -1"), &["--voxel-size", "more than 0"]);
     assert_eq!(folder.names(), [] as [&str; 0]);
 }
+
+#[test]
+fn options_that_nothing_would_use_are_refused() {
+    let folder = Folder::new();
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("ball.sdf.toml", "[field]\nshape = 'sphere'\nradius = 1\n");
+    for option in ["--rotate-first 0,0,0,1", "--translate-first 0,0,0", "--resolution 0.1"] {
+        let line = folder.misused(&format!("contacts sheet.obj ball.sdf.toml {option}"));
+        says(&line, &[option.split(' ').next().unwrap(), " needs two fields, but sheet.obj is a mesh: remove it"]);
+    }
+    says(&folder.wrong_usage("view ball.sdf.toml --margin 0.1"), &["not provided", "<MESH>"]);
+    folder.done("view ball.sdf.toml sheet.obj --margin 0.1");
+}
+
+#[test]
+fn merge_says_what_a_joined_grid_lacks() {
+    says(&Folder::new().done("merge --help"), &["open mesh", "lacks", "`error_regions`"]);
+}

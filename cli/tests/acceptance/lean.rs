@@ -39,10 +39,10 @@ fn lean_contacts_have_the_points_and_distances_of_full_ones() {
 fn what_lean_leaves_out_cannot_be_asked_for() {
     let folder = scene();
     for option in ["--all-minima", "--complete", "--exact"] {
-        let refused = folder.refused(&format!("contacts sheet.obj cube.sdf.h5 --lean {option}"));
+        let refused = folder.misused(&format!("contacts sheet.obj cube.sdf.h5 --lean {option}"));
         says(&refused, &["--lean leaves out", option]);
     }
-    says(&folder.refused("contacts cube.sdf.h5 cube.sdf.h5 --lean"), &["--lean needs a mesh"]);
+    says(&folder.misused("contacts cube.sdf.h5 cube.sdf.h5 --lean"), &["--lean needs a mesh"]);
 }
 
 #[test]

@@ -276,7 +276,7 @@ fn only_blocks_near_the_other_field_are_read() {
 
 #[test]
 fn contradictory_arguments_are_refused_in_one_line() {
-    let all_minima = scene().refused("contacts ball.sdf.toml floor.sdf.toml --all-minima");
+    let all_minima = scene().misused("contacts ball.sdf.toml floor.sdf.toml --all-minima");
     says(&all_minima, &["--all-minima", "needs a mesh"]);
     let folder = scene();
     folder.write("sheet.obj", Model::hills(4).obj());
@@ -287,7 +287,11 @@ fn contradictory_arguments_are_refused_in_one_line() {
         ("sheet.obj ball.sdf.toml --resolution 0.1", &["--resolution", "sheet.obj is a mesh"]),
         ("sheet.obj ball.sdf.toml --translate-first 0,0,1", &["--translate-first", "needs two fields"]),
         ("sheet.obj ball.sdf.toml --rotate-first 0,0,1,1", &["--rotate-first", "needs two fields"]),
-        ("floor.sdf.toml floor.sdf.toml", &["floor.sdf.toml and floor.sdf.toml", "no end", "intersect"]),
+    ] {
+        says(&folder.misused(&format!("contacts {words}")), said);
+    }
+    for (words, said) in [
+        ("floor.sdf.toml floor.sdf.toml", &["floor.sdf.toml and floor.sdf.toml", "no end", "intersect"][..]),
         ("ball.sdf.h5 ball.sdf.toml --margin 1", &["ball.sdf.h5", "--margin", "--padding"]),
         ("ball.sdf.toml sparse.sdf.h5 --margin 0.11", &["sparse.sdf.h5", "--margin", "--band"]),
         ("ball.sdf.toml sheet.obj", &["sheet.obj is an OBJ mesh", "`sdftool contacts sheet.obj ball.sdf.toml`"]),

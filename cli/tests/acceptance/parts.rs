@@ -165,7 +165,7 @@ fn parts_that_do_not_make_one_grid_are_refused_by_name() {
     ] {
         says(&folder.wrong_usage(&format!("bake closed.obj {words}")), &["--", what]);
     }
-    says(&folder.refused("bake closed.obj --res 8 --layout sparse --shard 0/2 -o -"), &["--shard", "-o"]);
+    says(&folder.misused("bake closed.obj --res 8 --layout sparse --shard 0/2 -o -"), &["--shard", "-o"]);
     // Without a name, a part has its number.
     folder.done("bake closed.obj --res 8 --layout sparse --shard 1/2");
     assert!(folder.names().contains(&"closed.part-1-of-2.h5".to_owned()));

@@ -133,8 +133,17 @@ fn with_json_an_error_is_one_object_on_standard_output_too() {
         let object: Value = serde_json::from_str(&printed).unwrap();
         let error = object["error"].as_str().unwrap();
         assert_eq!((&object["schema"], object.as_object().unwrap().len()), (&"sdftool.error/1".into(), 2), "{printed}");
-        assert!(!error.is_empty() && said.contains(error.lines().next().unwrap()), "{words}: {printed}{said}");
+        let said = said.replace("\n  ", " ");
+        assert!(!error.is_empty() && said.contains(error), "{words}: {printed}{said}");
     }
+    let error = |words: &str| {
+        let output = folder.sdftool(words).output().unwrap();
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()["error"].as_str().unwrap().to_owned()
+    };
+    // The names of arguments and values stand in later lines of the text.
+    says(&error("bake ball.obj --json"), &["not provided: <--res <N>|--voxel-size <H>|--max-error <E>>"]);
+    says(&error("verify --json"), &["not provided: <SDF>, <MESH>"]);
+    says(&error("slice ball.sdf.h5 -o out.png --axis w --json"), &["'w'", "[possible values: x, y, z]"]);
     // Without it, and for help, standard output is as before.
     assert!(!folder.refused("info missing.sdf.h5").is_empty());
     says(&folder.done("info --json --help"), &["Usage: sdftool info"]);
@@ -181,6 +190,8 @@ fn points_may_stand_between_commas_semicolons_or_blanks() {
 #[test]
 fn a_dash_reads_a_mesh_or_a_field_from_standard_input() {
     let folder = scene();
+    folder.done("export ball.sdf.h5 --format npy");
+    folder.done("export ball.sdf.h5 --format nvdb");
     folder.write("points.csv", "2,0,0\n");
     let piped = |words: &str, name: &str| {
         let assert = folder.sdftool(words).write_stdin(folder.read(name)).assert().success().stderr("");
@@ -197,9 +208,33 @@ fn a_dash_reads_a_mesh_or_a_field_from_standard_input() {
     assert_eq!(count(&piped("contacts sheet.stl - --json", "ball.sdf.h5")), count(&by_name));
     piped("bake - --res 8 -o piped.sdf.h5", "ball.obj");
     folder.done("verify piped.sdf.h5 ball.obj --points 10");
-    says(&folder.refused("bake - --res 8"), &["add -o"]);
-    says(&folder.refused("contacts - -"), &["cannot both be standard input"]);
-    says(&folder.refused("eval - --points -"), &["cannot both be standard input"]);
+    for words in
+        ["verify - ball.obj --points 10", "view - -o page.html", "slice - -o out.png --pixels 16", "surface - -o s.obj"]
+    {
+        piped(words, "ball.sdf.h5");
+    }
+    piped("verify ball.sdf.h5 - --points 10", "ball.obj");
+    piped("view ball.sdf.h5 - -o page.html", "ball.obj");
+    for (words, name) in [("import --spacing 0.1", "ball.npy"), ("import", "ball.nvdb")] {
+        piped(&format!("{words} - -o piped.sdf.h5"), name);
+        folder.done(&format!("{words} {name} -o named.sdf.h5"));
+        assert_eq!(folder.json("info piped.sdf.h5")["counts"], folder.json("info named.sdf.h5")["counts"], "{name}");
+    }
+    for words in ["import -", "import - --spacing 0.1", "view -", "export - --format npy"] {
+        says(&folder.misused(words), &["standard input has no name: add -o"]);
+    }
+    for words in ["verify - -", "view - -", "compare - -"] {
+        says(&folder.misused(words), &["cannot both be standard input"]);
+    }
+    says(
+        &folder.misused("contacts sheet.stl - --view page.html"),
+        &["--view reads the field again", "name the field's file"],
+    );
+    says(&folder.misused("merge - -o merged.sdf.h5"), &["a part cannot be standard input", "name its file"]);
+    says(&folder.misused("simulate -"), &["a scene", "cannot be standard input: name its file"]);
+    says(&folder.misused("bake - --res 8"), &["add -o"]);
+    says(&folder.misused("contacts - -"), &["cannot both be standard input"]);
+    says(&folder.misused("eval - --points -"), &["cannot both be standard input"]);
     says(&folder.refused("info -"), &["standard input: an empty file"]);
 }
 

@@ -44,6 +44,31 @@ fn a_scene_is_measured_and_recorded() {
 }
 
 #[test]
+fn a_folder_holds_the_frames_of_the_last_run_and_what_others_put_there() {
+    let folder = folder();
+    folder.done("simulate small.toml -o frames/ --frames 5");
+    // Names that the program does not give, and a folder that has one.
+    let others = [
+        "frame_3.obj",
+        "frame_00005.obj",
+        "frame_0004.obj.bak",
+        "frame_0004.ply",
+        "frame_+005.obj",
+        "my_frame_0004.obj",
+    ];
+    others.iter().for_each(|name| folder.write(&format!("frames/{name}"), "mine"));
+    std::fs::create_dir(folder.at("frames/frame_0009.obj")).unwrap();
+    folder.done("simulate small.toml -o frames/ --frames 2");
+    let entries = std::fs::read_dir(folder.at("frames")).unwrap();
+    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    let frames = ["frame_0000.obj", "frame_0001.obj", "frame_0002.obj", "frame_0009.obj", "still.obj"];
+    let mut wanted: Vec<&str> = others.into_iter().chain(frames).collect();
+    wanted.sort_unstable();
+    assert_eq!(names, wanted);
+}
+
+#[test]
 fn the_same_scene_is_recorded_in_the_same_bytes_on_any_number_of_threads() {
     let folder = folder();
     folder.done("simulate small.toml -o one.html --threads 1");
@@ -71,5 +96,5 @@ fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     folder.write("lost.toml", SCENE.replace("ball.sdf", "bell.sdf"));
     assert!(folder.refused("simulate lost.toml").contains("bell.sdf.toml"));
     assert!(folder.refused("simulate no.toml").contains("no.toml"));
-    assert!(folder.refused("simulate small.toml -o run.gif").contains("OUT.html"));
+    assert!(folder.misused("simulate small.toml -o run.gif").contains("OUT.html"));
 }

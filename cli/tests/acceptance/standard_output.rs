@@ -71,10 +71,30 @@ fn two_things_on_standard_output_are_refused() {
         "slice ball.sdf.h5",
         "export ball.sdf.h5 --format npy",
     ] {
-        let line = folder.sdftool(&format!("{words} -o - --json")).assert().code(1);
+        let line = folder.sdftool(&format!("{words} -o - --json")).assert().code(2);
         let line = String::from_utf8_lossy(&line.get_output().stderr).into_owned();
         says(&line, &["--output - and --json", "name a file"]);
     }
-    says(&folder.refused("export ball.sdf.h5 --format raw -o -"), &["two files"]);
-    says(&folder.refused("export ball.sdf.h5 -o -"), &["--format"]);
+    says(&folder.misused("export ball.sdf.h5 --format raw -o -"), &["two files"]);
+    says(&folder.misused("export ball.sdf.h5 -o -"), &["--format"]);
+}
+
+#[test]
+fn a_dash_for_several_files_is_refused_and_a_folder_of_any_name_is_not() {
+    let folder = scene();
+    for words in ["man -o -", "demo -o -", "bake ball.obj --res 8 --out-dir -"] {
+        says(
+            &folder.wrong_usage(words),
+            &["invalid value '-'", "standard output takes one: give the name of a folder"],
+        );
+    }
+    says(
+        &folder.wrong_usage("simulate scene.toml -o -"),
+        &["invalid value '-'", "name OUT.vtkhdf, OUT.html, OUT.png or a folder"],
+    );
+    says(&folder.wrong_usage("view ball.sdf.h5 -o -"), &["invalid value '-'", "use a name that ends in .html"]);
+    says(&folder.misused("merge ball.sdf.h5 -o -"), &["merge writes a file: name one with -o"]);
+    // A path that looks like an option is a path to the end.
+    folder.done("demo -o=-x");
+    assert!(folder.at("-x/contacts.png").is_file());
 }

@@ -6,16 +6,36 @@ use std::path::Path;
 
 use super::Recording;
 
-/// Writes `frame_0000.obj` and so on, and `still.obj`, into a folder that is made if missing. Each file is written whole or not.
+/// Writes `frame_0000.obj` and so on, and `still.obj`, into a folder that is made if missing. Each file is written whole or not. Frames
+/// that an earlier, longer recording left there are removed, and nothing else.
 pub fn write_folder(recording: &Recording, folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     let write = |name: &str, text: String| {
         sdf_formats::atomic_write(&folder.join(name), |temporary| fs::write(temporary, &text))
     };
     for (index, points) in recording.frames.iter().enumerate() {
-        write(&format!("frame_{index:04}.obj"), text(points, &recording.faces, &recording.edges))?;
+        write(&frame_name(index), text(points, &recording.faces, &recording.edges))?;
     }
-    write("still.obj", text(&recording.still_points, &recording.still_faces, &[]))
+    write("still.obj", text(&recording.still_points, &recording.still_faces, &[]))?;
+    remove_later_frames(folder, recording.frames.len())
+}
+
+fn frame_name(index: usize) -> String {
+    format!("frame_{index:04}.obj")
+}
+
+/// Removes the frames from an index on: regular files with the very names that `frame_name` gives.
+fn remove_later_frames(folder: &Path, first: usize) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let number = name.to_str().and_then(|name| name.strip_prefix("frame_")?.strip_suffix(".obj")?.parse().ok());
+        let is_later = number.is_some_and(|index| index >= first && name == *frame_name(index));
+        if is_later && entry.file_type()?.is_file() {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
 }
 
 fn text(points: &[[f32; 3]], faces: &[[u32; 3]], edges: &[[u32; 2]]) -> String {

@@ -11,7 +11,7 @@ use sdf_procedural::{Mesh, random::Random};
 
 use super::animation::Animation;
 use super::budget::Budget;
-use super::mesh_spec::{MeshSpec, regular_file};
+use super::mesh_spec::{MeshSpec, open_edges, regular_file};
 use super::spec::{ObstacleSpec, RigidSpec, SceneSpec, SoftSpec, Start};
 use super::{SceneError, invalid};
 use crate::surface::{Carrier, Surface};
@@ -101,8 +101,15 @@ impl Stage {
         }
         for (index, rigid) in spec.rigid.iter().enumerate() {
             let mesh = rigid.mesh.mesh(folder)?;
-            budget.add(&format!("rigid {index}"), &mesh, rigid.count.iter().map(|count| *count as usize).product())?;
-            self.add_rigid(rigid, &mesh, threads, &mut random)?;
+            let name = format!("rigid {index}");
+            budget.add(&name, &mesh, rigid.count.iter().map(|count| *count as usize).product())?;
+            if let Some((count, [from, to])) = open_edges(&mesh) {
+                return Err(format!(
+                    "{name}: its mesh is open at {count} edges, one from {from:?} to {to:?}, and its mass is that of a closed one: \
+                     close the mesh, or make it a cloth or an obstacle"
+                ));
+            }
+            self.add_rigid(rigid, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
         }
         for (index, soft) in spec.soft.iter().enumerate() {
             let (mesh, name) = (soft.mesh.mesh(folder)?, format!("soft {index}"));
@@ -124,7 +131,7 @@ impl Stage {
         random: &mut Random,
     ) -> Result<(), String> {
         let (body, points) = Body::of_mesh(&mesh.points, &mesh.triangles, spec.mass)
-            .ok_or("a rigid body needs a closed mesh whose faces point outward")?;
+            .ok_or("its mesh encloses no volume: turn its faces outward")?;
         let field = match &spec.mesh {
             MeshSpec::Cuboid(cuboid) => {
                 Field::new(sdf_core::shapes::Cuboid::new(cuboid.half).ok_or("a box without sides")?)

@@ -1,6 +1,9 @@
 //! Are the numbers of a scene such as it can be run with? Each is refused by its key, with what to give instead.
 
+use sdf_procedural::Bowl;
+
 use super::mesh_spec::MeshSpec;
+use super::run::ElementMethod;
 use super::spec::{ObstacleSpec, SceneSpec, Vary};
 use super::vary::variant_count;
 
@@ -15,13 +18,6 @@ const MAX_VARIANTS: f64 = 100_000.0;
 
 impl SceneSpec {
     pub(super) fn check(&self) -> Result<(), String> {
-        let is_positive = |name: &str, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(())
-            } else {
-                Err(format!("{name} = {value}: give a positive number"))
-            }
-        };
         let is_count = |name: &str, value: u32| match value {
             1..=MAX_COUNT => Ok(()),
             _ => Err(format!("{name} = {value}: give a number from 1 to {MAX_COUNT}")),
@@ -41,8 +37,12 @@ impl SceneSpec {
         if self.loaded_rounds > MAX_ROUNDS {
             return Err(format!("loaded_rounds = {}: give a number from 0 to {MAX_ROUNDS}", self.loaded_rounds));
         }
-        self.vary.check(&is_positive, &is_count)?;
-        self.cloth.iter().try_for_each(|cloth| is_positive("mass", cloth.mass))?;
+        self.vary.check(&is_count)?;
+        for cloth in &self.cloth {
+            is_positive("mass", cloth.mass)?;
+            is_not_negative("stretch", cloth.stretch)?;
+            is_not_negative("bend", cloth.bend)?;
+        }
         for rigid in &self.rigid {
             is_positive("mass", rigid.mass)?;
             let [x, y, z] = rigid.count.map(u64::from);
@@ -71,11 +71,10 @@ impl SceneSpec {
         }
         let bodies = self.rigid.iter().map(|rigid| &rigid.mesh).chain(self.soft.iter().map(|soft| &soft.mesh));
         let obstacles = self.obstacle.iter().filter_map(|obstacle| obstacle.mesh.as_ref());
-        for mesh in self.cloth.iter().map(|cloth| &cloth.mesh).chain(bodies).chain(obstacles) {
-            if let MeshSpec::SpikedBall(ball) = mesh {
-                // All spikes of a ball that is turned inside out cross each other, and take long to tell apart.
-                is_positive("radius", ball.radius)?;
-            }
+        let mut meshes = self.cloth.iter().map(|cloth| &cloth.mesh).chain(bodies).chain(obstacles);
+        meshes.try_for_each(check_mesh)?;
+        for word in self.fails.keys() {
+            word.parse::<ElementMethod>().map_err(|error| format!("fails: {error}"))?;
         }
         Ok(())
     }
@@ -83,11 +82,7 @@ impl SceneSpec {
 
 impl Vary {
     /// Checks the values as those of the scene are checked.
-    fn check(
-        &self,
-        is_positive: &impl Fn(&str, f64) -> Result<(), String>,
-        is_count: &impl Fn(&str, u32) -> Result<(), String>,
-    ) -> Result<(), String> {
+    fn check(&self, is_count: &impl Fn(&str, u32) -> Result<(), String>) -> Result<(), String> {
         let positive = [("rate", &self.rate), ("mass_ratio", &self.mass_ratio), ("speed", &self.speed)];
         for (name, values) in positive {
             values.iter().try_for_each(|value| is_positive(name, *value))?;
@@ -104,10 +99,40 @@ impl Vary {
     }
 }
 
+/// Refuses formulas that make no surface, or one that is turned inside out.
+fn check_mesh(mesh: &MeshSpec) -> Result<(), String> {
+    match mesh {
+        MeshSpec::Sheet(sheet) => sheet.size.iter().try_for_each(|size| is_positive("size", *size)),
+        // All spikes of a ball that is turned inside out cross each other, and take long to tell apart.
+        MeshSpec::SpikedBall(ball) => is_positive("radius", ball.radius),
+        MeshSpec::Serpent(serpent) => is_not_negative("spine", serpent.spine),
+        // The radius of a bowl is 1, in the middle of its wall.
+        MeshSpec::Bowl(Bowl { thickness, .. }) if !(*thickness > 0.0 && *thickness < 2.0) => {
+            Err(format!("thickness = {thickness}: give a number between 0 and 2 for a bowl"))
+        }
+        MeshSpec::Cuboid(cuboid) => cuboid.half.iter().try_for_each(|half| is_positive("half", *half)),
+        MeshSpec::Rope(rope) => {
+            is_positive("length", rope.length)?;
+            is_not_negative("radius", rope.radius)
+        }
+        MeshSpec::Bowl(_) | MeshSpec::Pot(_) | MeshSpec::File(_) => Ok(()),
+    }
+}
+
+fn is_positive(name: &str, value: f64) -> Result<(), String> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(()),
+        false => Err(format!("{name} = {value}: give a positive number")),
+    }
+}
+
+/// Largest of the numbers that may be 0.
+const MAX_FACTOR: f64 = 1e9;
+
 fn is_not_negative(name: &str, value: f64) -> Result<(), String> {
     match value {
-        0.0..1e9 => Ok(()),
-        _ => Err(format!("{name} = {value}: give a number that is not negative")),
+        0.0..=MAX_FACTOR => Ok(()),
+        _ => Err(format!("{name} = {value}: give a number from 0 to {MAX_FACTOR:e}")),
     }
 }
 

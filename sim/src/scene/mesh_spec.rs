@@ -73,3 +73,25 @@ impl MeshSpec {
         })
     }
 }
+
+/// Edges where a surface ends: how many there are, and both ends of one. `None` of a closed mesh. Points at the same place are one.
+pub(super) fn open_edges(mesh: &Mesh) -> Option<(usize, [[f64; 3]; 2])> {
+    let place = |point: &[f64; 3]| point.map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..mesh.points.len() as u32).collect();
+    order.sort_unstable_by_key(|index| place(&mesh.points[*index as usize]));
+    let mut joined = vec![0; order.len()];
+    for same in order.chunk_by(|a, b| place(&mesh.points[*a as usize]) == place(&mesh.points[*b as usize])) {
+        same.iter().for_each(|index| joined[*index as usize] = same[0]);
+    }
+    // Each edge from its lower to its higher point, and whether a triangle goes that way.
+    let ways = mesh.triangles.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).filter_map(|ends| {
+        let [from, to] = ends.map(|end| joined[*end as usize]);
+        (from != to).then_some(([from.min(to), from.max(to)], from < to))
+    });
+    let mut ways: Vec<_> = ways.collect();
+    ways.sort_unstable();
+    let is_open = |way: &&[([u32; 2], bool)]| 2 * way.iter().filter(|(_, is_up)| *is_up).count() != way.len();
+    let mut open = ways.chunk_by(|a, b| a.0 == b.0).filter(is_open).map(|way| way[0].0);
+    let first = open.next()?;
+    Some((1 + open.count(), first.map(|end| mesh.points[end as usize])))
+}
