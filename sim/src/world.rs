@@ -5,7 +5,7 @@
 //! |---|---|
 //! | distance between two particles: stretch and bending | `stretch` |
 //! | edges that carry much, once more | `loaded` |
-//! | neo-Hookean tetrahedra (Macklin and Müller 2021) | `tets` |
+//! | corotated tetrahedra (Stomakhin et al. 2012) | `tets` |
 //! | contacts with Coulomb and rolling friction, both ways | `touch` |
 //!
 //! A pass goes there and back: contacts, stretch, tetrahedra, then all of it in reverse. Then what still moves along a distance is
@@ -77,6 +77,8 @@ pub struct World {
     /// Edges that carried much in the last step.
     loaded: Vec<u32>,
     tet_multipliers: Vec<[f64; 2]>,
+    /// The rotations of the last step.
+    tet_rotations: Vec<UnitQuaternion<f64>>,
 }
 
 /// Time of a dashpot unless told otherwise.
@@ -123,6 +125,7 @@ impl Default for World {
             stretch_multipliers: vec![],
             loaded: vec![],
             tet_multipliers: vec![],
+            tet_rotations: vec![],
         }
     }
 }
@@ -159,6 +162,9 @@ impl World {
         self.stretch_multipliers.resize(self.stretches.len(), 0.0);
         self.tet_multipliers.clear();
         self.tet_multipliers.resize(self.tets.len(), [0.0; 2]);
+        for index in self.tet_rotations.len()..self.tets.len() {
+            self.tet_rotations.push(self.tets[index].rotation(&self.x));
+        }
         let (stretches, tets, touches) = (self.stretches.len(), self.tets.len(), rows.touches.len());
         let speed = self.recovery_speed;
         let there_and_back = self.passes == Passes::ThereAndBack;

@@ -1,4 +1,4 @@
-//! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies that
+//! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies, also those that
 //! carry a sheet, two bodies exchanged, rigid surfaces that are remembered.
 
 mod caged;
@@ -8,6 +8,7 @@ mod motion;
 mod rigid_memory;
 mod rolling;
 mod sheets;
+mod soft;
 
 use sdf_core::nalgebra::Vector3;
 

@@ -1,0 +1,72 @@
+//! Soft bodies by themselves: rest, free flight and small strains, from rubber to what no pass can solve.
+
+use sdf_sim::soft::{self, Matter};
+use sdf_sim::{Rows, World};
+
+use crate::{V3, cuboid};
+
+const STEP: f64 = 1.0 / 1200.0;
+
+/// A cube of side 0.4 in cells of 0.1, without gravity.
+fn cube(young: f64, poisson: f64) -> World {
+    let mut world = World::new([0.0; 3]);
+    let (points, faces) = cuboid([0.19; 3]);
+    let matter = Matter { density: 1000.0, young, poisson };
+    soft::add(&mut world, &points, &faces, 0.1, 0.0, &matter, |_| true);
+    world
+}
+
+const MODULI: [f64; 7] = [1e2, 1e4, 1e6, 1e7, 1e8, 1e10, 1e13];
+
+#[test]
+fn a_body_at_rest_stays_there_however_stiff() {
+    for (young, poisson) in MODULI.into_iter().flat_map(|young| [0.05, 0.3, 0.49].map(|poisson| (young, poisson))) {
+        let mut world = cube(young, poisson);
+        let start = world.x.clone();
+        (0..200).for_each(|_| world.step(STEP, &mut Rows::default()));
+        let moved = world.x.iter().zip(&start).map(|(now, start)| (now - start).norm()).fold(0.0, f64::max);
+        assert!(moved < 1e-12, "{young}, {poisson}: moved by {moved}");
+        assert_eq!(world.energy(), 0.0, "{young}, {poisson}");
+    }
+}
+
+/// Every particle has a velocity of its own, of up to 1. What they have together is conserved.
+#[test]
+fn a_body_in_free_flight_keeps_its_momentum_and_gains_no_speed_however_stiff() {
+    for young in MODULI {
+        let mut world = cube(young, 0.4);
+        for (index, v) in (0_u8..).zip(&mut world.v) {
+            *v = V3::from([0.37, 0.71, 0.53].map(|stride: f64| (stride * f64::from(index)).sin()));
+        }
+        let [kinetic, mass] = [world.kinetic_energy(), world.inv_mass.iter().map(|inv_mass| 1.0 / inv_mass).sum()];
+        let (momentum, mut highest) = (world.momentum(), 0.0_f64);
+        for _ in 0..600 {
+            world.step(STEP, &mut Rows::default());
+            highest = highest.max(world.kinetic_energy());
+        }
+        let drift = (world.momentum() - momentum).norm();
+        assert!(drift < 1e-9 * mass, "{young}: momentum off by {drift}");
+        assert!(highest <= kinetic * (1.0 + 1e-9), "{young}: kinetic energy {kinetic} grew to {highest}");
+        // A soft one has less energy to hold against than there is in its motion.
+        assert!(young < 1e6 || world.min_volume_ratio() > 0.0, "{young}: a tetrahedron is inverted");
+    }
+}
+
+/// A bar of Young's modulus E that is stretched by ε along one axis, and thinner by ν ε along the others, holds E ε²/2 for each unit of
+/// volume, whichever way it is turned. The rest is of the third order: less than 3 ε of it.
+#[test]
+fn small_strains_have_the_energy_of_hookes_law() {
+    let (young, strain) = (1e6, 1e-4);
+    for (poisson, axis) in [0.05, 0.3, 0.45].into_iter().flat_map(|poisson| [0, 1, 2].map(|axis| (poisson, axis))) {
+        let mut world = cube(young, poisson);
+        let turn = sdf_core::nalgebra::Rotation3::new(V3::new(2.0, -1.0, 0.5));
+        for x in &mut world.x {
+            let stretched =
+                std::array::from_fn(|k| x[k] * if k == axis { 1.0 + strain } else { 1.0 - poisson * strain });
+            *x = turn * V3::from(stretched);
+        }
+        let expected = 0.4_f64.powi(3) * young * strain * strain / 2.0;
+        let energy = world.energy();
+        assert!((energy / expected - 1.0).abs() < 3.0 * strain, "{poisson}, axis {axis}: {energy}, not {expected}");
+    }
+}
