@@ -14,6 +14,9 @@ impl Threads {
     /// The caller's alone: none is started.
     pub const ONE: Self = Self { count: NonZeroUsize::new(1) };
 
+    /// The most that the program and the doors to other languages take: more than that starve a machine.
+    pub const MOST: usize = 1024;
+
     /// So many; 0 stands for [`ALL`](Self::ALL).
     pub fn new(count: usize) -> Self {
         Self { count: NonZeroUsize::new(count) }

@@ -81,7 +81,10 @@ int main(int argc, char **argv) {
     query = sdf_query(), query.method = 99;
     if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
-    query.method = SDF_AUTO, query.margin = NAN;
+    query = sdf_query(), query.threads = 1025;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    printf("refused: %s\n", error.text);
+    query = sdf_query(), query.margin = NAN;
     if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     if (sdf_bake(octahedron, 6, sides, 8, &options, stop, NULL, &none, &error) != SDF_STOPPED) return puts("not stopped"), 1;
     printf("stopped: %s\n", error.text);

@@ -154,7 +154,7 @@ unsafe impl<F: Sync> Sync for Callback<F> {}
 /// each thread of the caller. More are started and have ended when this returns.
 pub fn on_threads<T: Send>(threads: u32, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
     let failure = |error: rayon::ThreadPoolBuildError| Failure::invalid(format!("threads {threads}: {error}"));
-    let count = thread_count(threads);
+    let count = thread_count(threads)?;
     if count == 1 {
         if rayon::current_thread_index().is_none() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();

@@ -164,17 +164,18 @@ impl SdfQuery {
             budget: (self.budget > 0).then_some(self.budget),
             all_minima: self.all_minima != 0,
             lean: self.lean != 0,
-            threads: Threads::new(thread_count(self.threads)),
+            threads: Threads::new(thread_count(self.threads)?),
             ..ContactOptions::default()
         })
     }
 }
 
 /// As many threads as asked for; 0 stands for all cores. Never the pool of the whole process, whose threads would not end.
-pub fn thread_count(threads: u32) -> usize {
-    match threads {
-        0 => std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
-        threads => threads as usize,
+pub fn thread_count(threads: u32) -> Result<usize, Failure> {
+    match threads as usize {
+        0 => Ok(std::thread::available_parallelism().map_or(1, NonZeroUsize::get)),
+        count if count <= Threads::MOST => Ok(count),
+        count => Err(Failure::invalid(format!("threads {count}: give 1 to {}, or 0 for all cores", Threads::MOST))),
     }
 }
 

@@ -16,9 +16,6 @@ use crate::errors::value_error;
 /// Pools by process and count of threads; a count of 0 stands for all cores.
 static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
-/// More threads than any machine has cores.
-const MAX_THREADS: usize = 4096;
-
 /// Runs `work` on so many threads; `None` stands for all cores.
 pub fn run<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     Ok(pool(threads)?.install(work))
@@ -43,9 +40,9 @@ pub fn on_threads<T: Send>(
 fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     let count = match threads {
         None => 0,
-        Some(count) if (1..=MAX_THREADS).contains(&count) => count,
+        Some(count) if (1..=Threads::MOST).contains(&count) => count,
         Some(count) => {
-            return Err(value_error(format!("threads={count}: give 1 to {MAX_THREADS}, or None for all cores")));
+            return Err(value_error(format!("threads={count}: give 1 to {}, or None for all cores", Threads::MOST)));
         }
     };
     let key = (process::id(), count);

@@ -149,6 +149,11 @@ def test_results_do_not_depend_on_threads(fields):
     assert sdftool.bake(*ball(8), res=16, threads=1).to_bytes() == sdftool.bake(*ball(8), res=16, threads=2).to_bytes()
 
 
+def test_threads_that_would_starve_a_machine_are_refused(body):
+    with pytest.raises(ValueError, match="threads=1025: give 1 to 1024"):
+        body.contacts(*sheet(4), threads=1025)
+
+
 def test_other_threads_run_during_a_call(body):
     count, is_done = [0], threading.Event()
 
