@@ -71,6 +71,7 @@ impl Field {
         for (first, batch) in (0..).step_by(batch).zip(batches) {
             let found = find(batch, options)?;
             all.searched_count += found.searched_count;
+            all.undecided_count += found.undecided_count;
             all.not_finite_count += found.not_finite_count;
             for contact in found.contacts {
                 let contact = counted_from(contact, first);

@@ -27,6 +27,10 @@ pub struct Contacts {
     /// Contacts with the status [`Possible`](sdf_core::contact::ContactStatus::Possible): see
     /// [`ContactOptions::complete`].
     pub possible_count: usize,
+    /// Elements without a contact of which `auto` and `certified` could not prove that there is none: the budget was spent before, or the lowest
+    /// value is above the margin by less than rounding. A larger budget decides most of them, a
+    /// [`complete`](ContactOptions::complete) search lists them. 0 of other methods, which prove nothing.
+    pub undecided_count: usize,
     /// Elements that were skipped: a coordinate, or an answer of the field, is NaN or infinite or too large.
     pub not_finite_count: usize,
 }
@@ -139,7 +143,9 @@ fn find_by<M: Minimizer<N> + Sync, const N: usize>(
         let mut found = Contacts::default();
         for (index, outcome) in &query.outcomes(minimizer) {
             found.count(outcome);
-            found.contacts.extend(report.contact(&elements[*index], outcome));
+            let contact = report.contact(&elements[*index], outcome);
+            found.undecided_count += usize::from(contact.is_none() && report.is_undecided(&elements[*index], outcome));
+            found.contacts.extend(contact);
         }
         found
     };
@@ -165,7 +171,10 @@ fn find_all_minima<const N: usize>(
             let outcome = all_contacts(&field, search, reach, &element, &mut pieces, &mut minima, visit);
             found.count(&outcome);
             contacts.extend(report.of_separated(&element, &outcome));
+            let first = found.contacts.len();
             found.contacts.extend(contacts.into_iter().filter_map(|contact| report.settle(&element, contact)));
+            found.undecided_count +=
+                usize::from(found.contacts.len() == first && report.is_undecided(&element, &outcome));
         }
         found
     };
@@ -180,6 +189,8 @@ struct Report<'a> {
     /// The margin of each element, in place of the one for all.
     margins: Option<&'a [f64]>,
     complete: bool,
+    /// The method proves that there is nothing within a margin.
+    proves: bool,
     /// Error of the field around all elements, none unless the search is complete.
     error: ErrorBound,
 }
@@ -195,7 +206,9 @@ impl<'a> Report<'a> {
         if complete && selection.largest_reach(&error, options) == f64::INFINITY {
             return Err(QueryError::ErrorBoundUnknown);
         }
-        Ok(Self { field: Posed { field, pose }, margin, margins: selection.margins(), complete, error })
+        // The one value of a vertex is all there is to know.
+        let proves = N > 1 && matches!(options.method, Method::Auto | Method::Certified);
+        Ok(Self { field: Posed { field, pose }, margin, margins: selection.margins(), complete, proves, error })
     }
 
     fn margin_of(&self, element: u32) -> f64 {
@@ -242,6 +255,12 @@ impl<'a> Report<'a> {
         }
     }
 
+    /// Whether an element without a contact may nevertheless be within the margin.
+    fn is_undecided<const N: usize>(&self, element: &Element<f64, N>, outcome: &Outcome<f64, N>) -> bool {
+        self.proves
+            && matches!(outcome, Outcome::Separated(minimum) if minimum.lower_bound <= self.margin_of(element.id))
+    }
+
     /// The contact where φ is within the margin; a possible one where the shape may be: some point of the element may have a φ of
     /// `lower_bound`, and be nearer by the field's error.
     fn settle<const N: usize>(&self, element: &Element<f64, N>, contact: Contact<f64>) -> Option<Contact<f64>> {
@@ -268,6 +287,7 @@ impl Contacts {
         all.contacts.reserve(chunks.iter().map(|chunk| chunk.contacts.len()).sum());
         for chunk in chunks {
             all.searched_count += chunk.searched_count;
+            all.undecided_count += chunk.undecided_count;
             all.not_finite_count += chunk.not_finite_count;
             all.contacts.extend(chunk.contacts);
         }

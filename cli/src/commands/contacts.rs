@@ -65,6 +65,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         passed_cull: found.passed_cull,
         not_finite: found.not_finite,
         possible: found.possible,
+        undecided: found.undecided,
         beyond_band: found.beyond_band,
         contacts: &found,
         read: read_summary,
@@ -106,6 +107,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if args.exact {
         rows.push(("exact", exact_row(&found)));
     }
+    if found.undecided > 0 {
+        let advice = "give more --iterations, or --complete, which lists them";
+        rows.push(("undecided", format!("{} elements may be within the margin: {advice}", found.undecided)));
+    }
     if found.beyond_band > 0 {
         let count = found.beyond_band;
         let advice = "their distances are coarse; bake with a larger --band, or --layout dense";
@@ -132,6 +137,7 @@ struct Document<'a> {
     passed_cull: Option<usize>,
     not_finite: usize,
     possible: usize,
+    undecided: usize,
     beyond_band: usize,
     #[serde(serialize_with = "serialize_records")]
     contacts: &'a ContactList<'a>,
@@ -235,6 +241,8 @@ pub struct ContactList<'a> {
     pub not_finite: usize,
     /// Contacts that the grid's error leaves open.
     pub possible: usize,
+    /// Elements that the search left open.
+    pub undecided: usize,
     /// Contacts with a negative distance.
     pub inside: usize,
     /// Contacts whose distance is coarse, as they lie beyond the band of a sparse grid.
@@ -285,6 +293,7 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
         passed_cull: (!args.lean || !searcher.is_card()).then_some(found.searched_count),
         not_finite: found.not_finite_count,
         possible: found.possible_count,
+        undecided: found.undecided_count,
         inside,
         beyond_band,
         rows,

@@ -68,3 +68,19 @@ fn all_minima_by_a_local_method_is_wrong_usage() {
         &["--all-minima", "--method"],
     );
 }
+
+#[test]
+fn a_table_that_a_spent_budget_leaves_open_is_told() {
+    let folder = Folder::new();
+    folder.write("bumps.sdf.toml", BUMPS);
+    folder.write("table.obj", TABLE);
+    let search = "contacts table.obj bumps.sdf.toml --method certified --margin=-0.049";
+    let json = folder.json(&format!("{search} --iterations 4"));
+    assert_eq!((points(&json).len(), &json["undecided"]), (0, &1.into()));
+    says(
+        &folder.done(&format!("{search} --iterations 4")),
+        &["undecided  1 elements may be within the margin", "--complete"],
+    );
+    let json = folder.json(search);
+    assert_eq!((points(&json).len(), &json["undecided"]), (1, &0.into()));
+}

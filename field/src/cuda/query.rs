@@ -122,10 +122,12 @@ impl CudaQuery {
             element_count: self.query.element_count(),
             searched_count: found.searched_count as usize,
             possible_count: 0,
+            undecided_count: 0,
             not_finite_count: found.skipped_count as usize,
         };
         if !found.unsettled.is_empty() {
             let second = self.search_again(&found.unsettled)?;
+            all.undecided_count += second.undecided_count;
             all.not_finite_count += second.not_finite_count;
             all.contacts.extend(second.contacts);
             all.contacts.sort_by_key(|contact| contact.element);

@@ -1,5 +1,7 @@
 //! Budgets as programs give them: what a contact counts is no more than its options allow, of any method on any element.
 
+use std::collections::BTreeSet;
+
 use sdf_field::core::grid::owned::Layout;
 use sdf_field::core::shapes::{Sphere, Torus};
 use sdf_field::{BakeOptions, ContactOptions, Elements, Field, GridSize, MeshView, Method};
@@ -60,4 +62,41 @@ fn no_contact_counts_more_evaluations_than_its_budget() {
         }
     }
     assert!(seen > 10_000, "{seen}");
+}
+
+/// No element within the margin is missed without a word: what a spent budget leaves open is counted, or listed by a complete search.
+#[test]
+fn elements_that_a_budget_leaves_open_are_counted() {
+    let mesh =
+        Sheet { cells: [9; 2], size: [1.8; 2], height: 0.9, bend: 0.6, floor: -1.0, holes: None, faces: None }.mesh();
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    let ring = Field::new(Torus::new(0.7, 0.3).unwrap());
+    let both = Field::union(&[Field::new(Sphere::new(0.9).unwrap()), ring.clone()]).unwrap();
+    let fields = [("ring", ring), ("union", both), ("sparse grid", baked(Layout::Sparse))];
+    let mut missed = 0;
+    for ((name, field), method) in fields
+        .iter()
+        .flat_map(|field| [Method::Auto, Method::Certified, Method::FrankWolfe].map(|method| (field, method)))
+    {
+        let options = |budget| ContactOptions { method, budget: Some(budget), margin: 0.05, ..Default::default() };
+        let touching = |budget, complete| {
+            let found = field.contacts(view, &ContactOptions { complete, ..options(budget) }).unwrap();
+            (found.contacts.iter().map(|contact| contact.element).collect::<BTreeSet<_>>(), found.undecided_count)
+        };
+        let (all, left) = touching(1 << 14, false);
+        assert_eq!(left, 0, "{name}, {method}");
+        for budget in [0, 1, 2, 3, 5, 8, 13] {
+            let (some, undecided) = touching(budget, false);
+            let absent = all.difference(&some).count();
+            if method == Method::FrankWolfe {
+                assert_eq!(undecided, 0, "{name}, {method}");
+                continue;
+            }
+            assert!(absent <= undecided, "{name}, {method} within {budget}: {absent} missed, {undecided} undecided");
+            let (listed, undecided) = touching(budget, true);
+            assert!(undecided == 0 && all.is_subset(&listed), "{name}, {method} within {budget}, complete");
+            missed += absent;
+        }
+    }
+    assert!(missed > 10, "{missed}");
 }

@@ -118,12 +118,13 @@ fn nearest_rotation(f: &Matrix3<f64>, before: &UnitQuaternion<f64>) -> UnitQuate
             // Of an inverted F: along the gradient (Müller et al. 2016, "A Robust Method to Extract the Rotational Part of Deformations").
             None => torque / (symmetric.trace().abs() + f64::EPSILON),
         };
-        // False of a F that is not finite.
-        if !(turn.norm_squared() < 1e12) {
+        let squared = turn.norm_squared();
+        // NaN of a F that is not finite.
+        if squared.is_nan() || squared > 1e12 {
             break;
         }
         rotation *= UnitQuaternion::new_normalize(Quaternion::from_parts(1.0, turn * 0.5));
-        if turn.norm_squared() < 1e-6 {
+        if squared < 1e-6 {
             break;
         }
     }
