@@ -28,8 +28,7 @@ enum { SDF_CONVERGED, SDF_BUDGET_SPENT, SDF_OUTSIDE_GRID, SDF_DEGENERATE_GRADIEN
 enum { SDF_TOUCHING, SDF_SEPARATED, SDF_UNDECIDED };                                   /* verdict of sdf_overlap */
 
 /* Start from sdf_bake_options(). voxel_size, where above 0, stands for resolution (cells along the longest side). band and padding
- * count cells. threads: 1 is the caller's alone, up to 1024, 0 all cores; no result depends
- * on it. */
+ * count cells. threads: 1 is the caller's alone, 0 all cores, 1024 the most; no result depends on it. */
 typedef struct SdfBakeOptions {
     double voxel_size; uint32_t resolution, layout, precision, sign, band, padding, threads;
 } SdfBakeOptions;
