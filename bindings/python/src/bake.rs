@@ -13,6 +13,7 @@ use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::{BakeError, BakeOptions, Baked, Field, GridSize, InnerFaces, MaxError, MeshView, Progress, Threads};
 
 use crate::errors::{choice, type_error, value_error};
+use crate::export::check_band;
 use crate::mesh::{Mesh, sign_method};
 use crate::pools;
 use crate::sdf::Sdf;
@@ -76,6 +77,7 @@ pub fn bake(
     if max_error.is_some() && (layout == Some(Layout::Dense) || precision.is_some()) {
         return Err(value_error("max_error: layout and precision are chosen by the error; leave them out"));
     }
+    check_band(band)?;
     let view = mesh.view();
     let baked = bake_interruptible(py, view.points.to_vec(), view.faces.to_vec(), options, threads, progress)?;
     baked.map(|baked| Sdf(baked.field)).map_err(value_error)

@@ -15,6 +15,14 @@ pub struct Export {
     options: ExportOptions,
 }
 
+/// Refuses what the program refuses.
+pub fn check_band(cells: u32) -> PyResult<()> {
+    match cells {
+        1..=1000 => Ok(()),
+        _ => Err(value_error(format!("band={cells}: give 1 to 1000 cells"))),
+    }
+}
+
 impl Export {
     /// Checks names and numbers. The format is that of the path's ending, if none is given.
     pub fn new(path: &std::path::Path, format: Option<&str>, res: Option<u32>, band: Option<u32>) -> PyResult<Self> {
@@ -29,6 +37,7 @@ impl Export {
         if res == Some(0) {
             return Err(value_error("res=0: give 1 cell or more"));
         }
+        band.map_or(Ok(()), check_band)?;
         if band.is_some() && format != ExportFormat::Nvdb {
             return Err(value_error("band: only format=\"nvdb\" has one"));
         }

@@ -68,6 +68,8 @@ CASES = [
     (lambda: sdftool.half_space().overlap(sdftool.half_space()), ValueError, "unbounded"),
     (lambda: pickle.dumps(GRID | sdftool.sphere(1.0)), TypeError, "cannot be pickled"),
     (lambda: sdftool.signed_distance(VERTICES, FACES, [[0.0, 0.0]]), TypeError, "points"),
+    (lambda: sdftool.bake(VERTICES, FACES, layout="sparse", band=0), ValueError, "band=0: give 1 to 1000 cells"),
+    (lambda: sdftool.sphere(1.0).export("ball.nvdb", band=1001), ValueError, "band=1001: give 1 to 1000 cells"),
 ]
 
 

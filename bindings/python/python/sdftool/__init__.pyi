@@ -73,7 +73,7 @@ _Pose = npt.ArrayLike | tuple[_Vector, _Vector]
 _Sign = Literal["auto", "pseudo-normal", "winding"]
 _Method = Literal["auto", "certified", "fw", "pgd", "newton", "gss"]
 _Elements = Literal["faces", "edges", "vertices"]
-_Format = Literal["nvdb", "raw", "npy", "nrrd", "vtkhdf", "glb"]
+_Format = Literal["nvdb", "raw", "npy", "nrrd", "vtkhdf", "glb", "blob", "c", "rust"]
 
 @final
 class Sdf:
