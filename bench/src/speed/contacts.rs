@@ -23,6 +23,8 @@ pub struct ContactScene {
     field: Field,
     resolution: u32,
     margin: f64,
+    /// Without smooth normals and error bounds.
+    lean: bool,
 }
 
 const METHODS: [Method; 7] = [
@@ -36,9 +38,12 @@ const METHODS: [Method; 7] = [
 ];
 
 pub fn against_methods(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
-    let scene = scene(options)?;
+    let [scene, lean] = [false, true].map(|lean| scene(options).map(|scene| ContactScene { lean, ..scene }));
+    let (scene, lean) = (scene?, lean?);
     let methods = options.method.map_or(METHODS.to_vec(), |method| vec![method]);
-    turns.measure(methods.into_iter().map(|method| scene.work("contacts", method, 1, limits)).collect())
+    let works = methods.iter().map(|method| scene.work("contacts", *method, 1, limits));
+    let without = methods.iter().filter(|method| **method == Method::FrankWolfe);
+    turns.measure(works.chain(without.map(|method| lean.work("contacts", *method, 1, limits))).collect())
 }
 
 pub fn against_threads(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
@@ -83,6 +88,7 @@ fn scene(options: &Options) -> Result<ContactScene> {
         field: Field::open(field_path)?,
         resolution: 0,
         margin: options.margin,
+        lean: false,
     })
 }
 
@@ -91,7 +97,7 @@ impl ContactScene {
     pub fn built_in(resolution: u32) -> Result<Self> {
         let field = bake(&bodies::spiked_ball(), resolution, Layout::Dense)?;
         let name = "sheet on spiked ball".to_owned();
-        Ok(Self { name, mesh: bodies::cloth(), field, resolution, margin: 0.01 })
+        Ok(Self { name, mesh: bodies::cloth(), field, resolution, margin: 0.01, lean: false })
     }
 
     fn work<'a>(
@@ -103,7 +109,7 @@ impl ContactScene {
     ) -> Work<'a> {
         let row = Row {
             group,
-            work: format!("contacts of {} by {}", self.name, method),
+            work: format!("contacts of {} by {}{method}", self.name, if self.lean { "lean " } else { "" }),
             triangles: self.mesh.triangles.len(),
             resolution: self.resolution,
             threads,
@@ -131,6 +137,9 @@ impl ContactScene {
     /// Searches all faces, on the threads of the current pool.
     pub fn find(&self, method: Method) -> Result<Contacts> {
         let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
-        Ok(self.field.contacts(mesh, &ContactOptions { method, margin: self.margin, ..ContactOptions::default() })?)
+        Ok(self.field.contacts(
+            mesh,
+            &ContactOptions { method, margin: self.margin, lean: self.lean, ..ContactOptions::default() },
+        )?)
     }
 }
