@@ -38,12 +38,19 @@ const METHODS: [Method; 7] = [
 ];
 
 pub fn against_methods(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
-    let [scene, lean] = [false, true].map(|lean| scene(options).map(|scene| ContactScene { lean, ..scene }));
-    let (scene, lean) = (scene?, lean?);
-    let methods = options.method.map_or(METHODS.to_vec(), |method| vec![method]);
-    let works = methods.iter().map(|method| scene.work("contacts", *method, 1, limits));
-    let without = methods.iter().filter(|method| **method == Method::FrankWolfe);
-    turns.measure(works.chain(without.map(|method| lean.work("contacts", *method, 1, limits))).collect())
+    let scene = scene(options)?;
+    let Some(method) = options.method else {
+        let lean = ContactScene {
+            lean: true,
+            mesh: scene.mesh.clone(),
+            field: scene.field.clone(),
+            name: scene.name.clone(),
+            ..scene
+        };
+        let full = METHODS.iter().map(|method| scene.work("contacts", *method, 1, limits));
+        return turns.measure(full.chain([lean.work("contacts", Method::FrankWolfe, 1, limits)]).collect());
+    };
+    turns.measure(vec![scene.work("contacts", method, 1, limits)])
 }
 
 pub fn against_threads(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
