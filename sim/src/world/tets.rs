@@ -83,17 +83,15 @@ impl World {
 
     /// Energy of the tetrahedra, zero at rest.
     pub(super) fn elastic_energy(&self) -> f64 {
-        let of_tet = |(tet, rotation): (&Tet, UnitQuaternion<f64>)| {
+        let of_tet = |(index, tet): (usize, &Tet)| {
             let f = tet.deformation(&self.x);
-            let (strain, growth) =
-                (f - nearest_rotation(&f, &rotation).to_rotation_matrix().matrix(), f.determinant() - 1.0);
+            // Before the first step there is none to begin with.
+            let known = self.tet_rotations.get(index);
+            let rotation = known.map_or_else(|| tet.rotation(&self.x), |known| nearest_rotation(&f, known));
+            let (strain, growth) = (f - rotation.to_rotation_matrix().matrix(), f.determinant() - 1.0);
             tet.volume * (tet.mu * strain.norm_squared() + 0.5 * tet.lambda * growth * growth)
         };
-        // None yet before the first step.
-        let rotation = |(index, tet): (usize, &Tet)| {
-            self.tet_rotations.get(index).copied().unwrap_or_else(|| tet.rotation(&self.x))
-        };
-        self.tets.iter().zip(self.tets.iter().enumerate().map(rotation)).map(of_tet).sum()
+        self.tets.iter().enumerate().map(of_tet).sum()
     }
 
     /// The smallest det F of all tetrahedra, negative for an inverted one; 1 where there is none.
