@@ -17,6 +17,7 @@ use crate::bake::bake;
 use crate::machine;
 
 /// A mesh and a field that it may touch.
+#[derive(Clone)]
 pub struct ContactScene {
     name: String,
     mesh: Mesh,
@@ -40,13 +41,7 @@ const METHODS: [Method; 7] = [
 pub fn against_methods(options: &Options, limits: Option<&MachineLimits>, turns: &mut RoundRobin) -> Result<()> {
     let scene = scene(options)?;
     let Some(method) = options.method else {
-        let lean = ContactScene {
-            lean: true,
-            mesh: scene.mesh.clone(),
-            field: scene.field.clone(),
-            name: scene.name.clone(),
-            ..scene
-        };
+        let lean = ContactScene { lean: true, ..scene.clone() };
         let full = METHODS.iter().map(|method| scene.work("contacts", *method, 1, limits));
         return turns.measure(full.chain([lean.work("contacts", Method::FrankWolfe, 1, limits)]).collect());
     };
@@ -144,9 +139,7 @@ impl ContactScene {
     /// Searches all faces, on the threads of the current pool.
     pub fn find(&self, method: Method) -> Result<Contacts> {
         let mesh = MeshView { points: &self.mesh.points, faces: &self.mesh.triangles };
-        Ok(self.field.contacts(
-            mesh,
-            &ContactOptions { method, margin: self.margin, lean: self.lean, ..ContactOptions::default() },
-        )?)
+        let options = ContactOptions { method, margin: self.margin, lean: self.lean, ..ContactOptions::default() };
+        Ok(self.field.contacts(mesh, &options)?)
     }
 }
