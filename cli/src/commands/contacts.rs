@@ -221,14 +221,15 @@ fn read_needed<const N: usize>(
     reader: GridReader,
     elements: &[[u32; N]],
 ) -> Result<StoredGrid> {
-    let world = || elements.iter().map(|vertices| simplex(mesh, *vertices).bounds());
-    let farthest = world().fold(margin.abs(), |farthest, bounds| {
-        bounds.min.into_iter().chain(bounds.max).fold(farthest, |farthest: f64, x| farthest.max(x.abs()))
-    });
+    let coordinates = mesh.points.iter().flatten();
+    let farthest = coordinates.fold(margin.abs(), |farthest, x| farthest.max(x.abs()));
     let is_moved = args.pose.is_moved();
     // A query on an element may lie outside its box by the rounding of world coordinates.
     let rounding = farthest * 4.0 * f64::EPSILON;
-    let regions = world().map(|bounds| if is_moved { pose.pull_bounds(bounds.inflate(rounding)) } else { bounds });
+    let regions = elements.iter().map(|vertices| {
+        let bounds = simplex(mesh, *vertices).bounds();
+        if is_moved { pose.pull_bounds(bounds.inflate(rounding)) } else { bounds }
+    });
     Ok(reader.read_needed(regions, margin + farthest * ROUNDING)?)
 }
 

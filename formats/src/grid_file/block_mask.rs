@@ -48,7 +48,7 @@ pub(super) struct BlockMask {
 impl BlockMask {
     /// Blocks that queries in `regions` need, except regions in which no value is at most `level`. See
     /// [`super::GridReader::read_needed`]. Evaluates only the block bounds of `grid`, never its samples.
-    pub(super) fn needed(grid: &Grid<impl Storage>, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Self {
+    pub(super) fn needed<S: Storage>(grid: &Grid<S>, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Self {
         let lattice = grid.lattice();
         let nodes = lattice.nodes();
         let block_counts = nodes.map(|n| n.div_ceil(BRICK));
@@ -82,7 +82,9 @@ impl BlockMask {
                 done = Some(((first, last), level + rounding));
                 continue;
             }
-            if near.is_none() || grid.enclose_box(&region).range.lower <= level + rounding {
+            let lowest =
+                if S::HAS_LOWEST { grid.lowest_in_box(&region) } else { grid.enclose_box(&region).range.lower };
+            if near.is_none() || lowest <= level + rounding {
                 mask.add_box(first, last);
             }
         }
@@ -131,8 +133,7 @@ impl BlockMask {
             let mut bits = lower_bounds.get(block).unwrap_or(0);
             if bits == 0 {
                 let node = block.map(|index| index * BRICK);
-                let lower = storage.block_bounds(node, node).map_or(f32::NEG_INFINITY, |bounds| bounds.range.lower);
-                bits = lower.to_bits();
+                bits = storage.lowest(node, node).unwrap_or(f32::NEG_INFINITY).to_bits();
                 lower_bounds.set(block, bits);
             }
             f64::from(f32::from_bits(bits)) > level
