@@ -14,6 +14,7 @@ use crate::mesh_distance::MeasuredPoint;
 use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
 use crate::rounding::{SAMPLE_ROUNDING, SUM_SLACK};
 use crate::sign::flood_fill::NodeBlock;
+use crate::sparse::slot_at;
 use crate::{MeshDistance, SignMethod};
 
 pub use blocks::bytes_per_node;
@@ -133,9 +134,9 @@ fn block_bounds(lattice: &Lattice, distances: &[f32]) -> Vec<BlockBounds> {
         let first = lattice.index(node);
         row.copy_from_slice(&distances[first..first + row.len()]);
     };
-    let [row, rows, layers] = brick_counts(lattice).map(|n| n as usize);
-    let block = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-    sdf_parallel::map(row * rows * layers, |index| HaloBlock::new(lattice, block(index), values).bounds())
+    let counts = brick_counts(lattice);
+    let block_count = counts.iter().map(|n| *n as usize).product();
+    sdf_parallel::map(block_count, |index| HaloBlock::new(lattice, slot_at(counts, index), values).bounds())
 }
 
 fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {

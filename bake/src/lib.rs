@@ -48,6 +48,7 @@ pub mod sparse;
 #[cfg(test)]
 mod testing;
 mod triangle;
+mod union_find;
 
 pub use baked_grid::BakedGrid;
 pub use dense::{DenseGrid, lattice_around};

@@ -74,10 +74,21 @@ pub(crate) fn or_lanes<T: Copy + Default + BitOr<Output = T>>(lanes: &Lanes<T>) 
     lanes.iter().fold(T::default(), |any, lane| any | *lane)
 }
 
-/// One bit for each lane: by a product in which no two bits meet.
+/// One bit for each lane.
 #[inline(always)]
 pub(crate) fn bits_of(lanes: &Lanes<bool>) -> u32 {
-    (u64::from_le_bytes(lanes.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u32
+    bits_of_bytes(&lanes.map(u8::from)) as u32
+}
+
+/// Bits of some bytes, up to 64, that are 0 or 1: eight at a time by a product, in which no two bits meet.
+#[inline(always)]
+pub(crate) fn bits_of_bytes<const N: usize>(bytes: &[u8; N]) -> u64 {
+    let mut bits = 0;
+    for eight in 0..N / 8 {
+        let word = u64::from_le_bytes(std::array::from_fn(|byte| bytes[8 * eight + byte]));
+        bits |= (word.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * eight);
+    }
+    bits
 }
 
 /// One list of indices per lane, filled without branches.
@@ -123,6 +134,15 @@ impl LaneLists {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bits_are_those_of_the_bytes() {
+        for bits in [0, 1, 0x80, 0x8100, u64::MAX, 0x0123_4567_89ab_cdef, 0xfefe_0000_0000_0001] {
+            let bytes: [u8; 64] = std::array::from_fn(|bit| (bits >> bit & 1) as u8);
+            assert_eq!(bits_of_bytes(&bytes), bits);
+            assert_eq!(bits_of(&std::array::from_fn(|lane| bytes[lane] == 1)), bits as u32 & 0xff);
+        }
+    }
 
     #[test]
     fn magnitudes_are_compared_as_numbers() {

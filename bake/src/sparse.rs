@@ -59,6 +59,7 @@ pub use assemble::{BoundedGrid, BrickSamples, BrickSources, UnboundedGrid};
 use brick_map::BrickMap;
 pub use brick_map::streamed_slot_bytes;
 pub use brick_tables::NoSample;
+pub(crate) use coarse_map::slot_at;
 pub use coarse_map::{CoarseMap, SlotSides};
 pub use part::{BakedPart, BrickColumns, BrickShard};
 pub use quantize::Quantize;

@@ -25,10 +25,11 @@ use super::has_area;
 use super::inner_shells::has_known_shells;
 use super::intersections::{contacts, intersecting_pairs};
 use super::known::Known;
-use super::topology::{OrientedMesh, Shells, orient, same_edge};
+use super::topology::{OrientedMesh, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::rounding::PIECE_ROUNDING;
+use crate::union_find::UnionFind;
 use pieces::pieces;
 use sides::{Sides, Verdict};
 
@@ -143,19 +144,19 @@ impl TriangleMesh {
         let count = self.triangles.len();
         let mut is_apart = vec![true; count + self.stitches.len()];
         divided.iter().for_each(|divided| is_apart[divided.triangle] = false);
-        let mut union = Shells::new(is_apart.len());
+        let mut sets = UnionFind::new(is_apart.len());
         for edge in oriented.half_edges.chunk_by(same_edge) {
             if let [a, b] = edge
                 && is_apart[a.triangle as usize]
                 && is_apart[b.triangle as usize]
             {
-                union.union(a.triangle, b.triangle);
+                sets.join(a.triangle, b.triangle);
             }
         }
         let mut part_of_root = vec![usize::MAX; count];
         let mut samples: Vec<Vec<usize>> = vec![];
         let mut part = |triangle: usize| {
-            let part = &mut part_of_root[union.root(triangle as u32) as usize];
+            let part = &mut part_of_root[sets.root(triangle as u32) as usize];
             if *part == usize::MAX {
                 *part = samples.len();
                 samples.push(vec![]);

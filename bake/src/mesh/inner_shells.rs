@@ -20,10 +20,11 @@ use sdf_core::nalgebra::Vector3;
 
 use super::intersections::{RAYS, contacts, ray_crossings, ray_end};
 use super::known::Known;
-use super::topology::{OrientedMesh, Shells, Topology, orient, same_edge};
+use super::topology::{OrientedMesh, Topology, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
 use crate::triangle::area_vector;
+use crate::union_find::UnionFind;
 
 /// More shells than this are not examined: each takes a ray.
 const MAX_SHELLS: usize = 10_000;
@@ -64,11 +65,11 @@ impl TriangleMesh {
         tree: &Bvh,
         max_pairs: usize,
     ) -> (Self, Option<Vec<[u32; 2]>>) {
-        let mut union = Shells::new(self.triangles.len() + self.stitches.len());
+        let mut sets = UnionFind::new(self.triangles.len() + self.stitches.len());
         for edge in oriented.half_edges.chunk_by(same_edge) {
-            edge.windows(2).for_each(|pair| union.union(pair[0].triangle, pair[1].triangle));
+            edge.windows(2).for_each(|pair| sets.join(pair[0].triangle, pair[1].triangle));
         }
-        let (labels, count) = labels(&mut union, self.triangles.len());
+        let (labels, count) = labels(&mut sets, self.triangles.len());
         let (is_entangled, pairs) = entangled(&self, tree, &labels, count, max_pairs);
         let ends = first_and_last_triangles(&labels, count);
         let volumes = volumes(&self, &oriented.orientations, &labels, count);
@@ -122,12 +123,12 @@ fn inner(shells: &[Shell]) -> Vec<bool> {
 }
 
 /// Index of each triangle's shell, and the number of shells.
-fn labels(union: &mut Shells, triangle_count: usize) -> (Vec<usize>, usize) {
+fn labels(sets: &mut UnionFind, triangle_count: usize) -> (Vec<usize>, usize) {
     let mut label_of_root = vec![usize::MAX; triangle_count];
     let mut count = 0;
     let labels = (0..triangle_count as u32).map(|triangle| {
         // The root is the lowest index, so it is no collinear triangle.
-        let label = &mut label_of_root[union.root(triangle) as usize];
+        let label = &mut label_of_root[sets.root(triangle) as usize];
         if *label == usize::MAX {
             *label = count;
             count += 1;

@@ -13,6 +13,7 @@ use std::fmt;
 use crate::TriangleMesh;
 use crate::mesh::stitches::needed_stitches;
 use crate::triangle::area_vector;
+use crate::union_find::UnionFind;
 
 /// Connectivity of the triangles with an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -141,9 +142,9 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
     let stitches = is_counted[mesh.triangles.len()..].iter().filter(|is_counted| **is_counted).count();
     let mut topology = Topology { doubled: doubles.len(), stitches, ..Topology::default() };
     let mut neighbours: Vec<[Option<Neighbour>; 3]> = vec![[None; 3]; is_counted.len()];
-    let mut shells = Shells::new(is_counted.len());
+    let mut shells = UnionFind::new(is_counted.len());
     for edge in half_edges.chunk_by(same_edge) {
-        edge.windows(2).for_each(|pair| shells.union(pair[0].triangle, pair[1].triangle));
+        edge.windows(2).for_each(|pair| shells.join(pair[0].triangle, pair[1].triangle));
         match edge {
             [_] => topology.boundary_edges += 1,
             [a, b] => {
@@ -157,7 +158,7 @@ pub(crate) fn orient(mesh: &TriangleMesh) -> OrientedMesh {
         }
     }
     topology.shells =
-        (0..is_counted.len()).filter(|triangle| is_counted[*triangle] && shells.is_root(*triangle)).count();
+        (0..is_counted.len()).filter(|triangle| is_counted[*triangle] && shells.is_root(*triangle as u32)).count();
 
     let mut orientations = vec![0.0; is_counted.len()];
     for first in 0..is_counted.len() {
@@ -271,31 +272,4 @@ fn volume(mesh: &TriangleMesh, orientations: &[f64]) -> f64 {
         orientation * area_vector(corners).dot(&corners[0])
     });
     cones.sum::<f64>() / 3.0
-}
-
-/// Union-find over triangles (path halving, the lowest index as root).
-pub(super) struct Shells(Vec<u32>);
-
-impl Shells {
-    pub(super) fn new(triangle_count: usize) -> Self {
-        Self((0..triangle_count as u32).collect())
-    }
-
-    pub(super) fn root(&mut self, mut triangle: u32) -> u32 {
-        while self.0[triangle as usize] != triangle {
-            let parent = self.0[triangle as usize];
-            self.0[triangle as usize] = self.0[parent as usize];
-            triangle = parent;
-        }
-        triangle
-    }
-
-    pub(super) fn union(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
-
-    fn is_root(&self, triangle: usize) -> bool {
-        self.0[triangle] as usize == triangle
-    }
 }

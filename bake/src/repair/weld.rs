@@ -4,6 +4,8 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use crate::union_find::UnionFind;
+
 /// Side of a cell in distances: less than 1/√3, so that a cell's diagonal is less than the distance.
 const CELL: f64 = 0.577;
 
@@ -18,13 +20,14 @@ pub(super) fn weld_within(points: &[[f64; 3]], triangles: &[[u32; 3]], distance:
         triangles.iter().flatten().map(|point| points[*point as usize].map(|x| x + 0.0)).collect();
     positions.sort_unstable_by(|a, b| compare(*a, *b));
     positions.dedup();
-    let mut groups = Groups((0..positions.len() as u32).collect());
+    // Named by the lowest index, and so by the lowest position.
+    let mut groups = UnionFind::new(positions.len());
     let cells = cells(&positions, distance);
     let index: HashMap<[i64; 3], usize> = cells.iter().enumerate().map(|(index, (cell, _))| (*cell, index)).collect();
     for (cell, own) in &cells {
         let is_far = is_far(*cell);
         if is_far {
-            groups.join_near(&positions, own, own, distance);
+            join_near(&mut groups, &positions, own, own, distance);
         } else {
             own.iter().for_each(|point| groups.join(own[0], *point));
         }
@@ -32,7 +35,7 @@ pub(super) fn weld_within(points: &[[f64; 3]], triangles: &[[u32; 3]], distance:
             let next = std::array::from_fn(|axis| cell[axis].saturating_add(step[axis]));
             let Some(other) = index.get(&next).map(|index| &cells[*index].1) else { continue };
             if is_far {
-                groups.join_near(&positions, own, other, distance);
+                join_near(&mut groups, &positions, own, other, distance);
             } else if groups.root(own[0]) != groups.root(other[0]) && is_any_within(&positions, own, other, distance) {
                 groups.join(own[0], other[0]);
             }
@@ -97,27 +100,8 @@ fn is_within(positions: &[[f64; 3]], a: u32, b: u32, distance: f64) -> bool {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt() <= distance
 }
 
-/// Union-find (path halving); the root is the lowest index, and so the lowest position.
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn root(&mut self, mut point: u32) -> u32 {
-        while self.0[point as usize] != point {
-            let parent = self.0[point as usize];
-            self.0[point as usize] = self.0[parent as usize];
-            point = parent;
-        }
-        point
-    }
-
-    fn join_near(&mut self, positions: &[[f64; 3]], own: &[u32], other: &[u32], distance: f64) {
-        for a in own {
-            other.iter().filter(|b| is_within(positions, *a, **b, distance)).for_each(|b| self.join(*a, *b));
-        }
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
+fn join_near(groups: &mut UnionFind, positions: &[[f64; 3]], own: &[u32], other: &[u32], distance: f64) {
+    for a in own {
+        other.iter().filter(|b| is_within(positions, *a, **b, distance)).for_each(|b| groups.join(*a, *b));
     }
 }

@@ -9,7 +9,7 @@ use sdf_core::grid::{BlockBounds, Lattice, cell_slope, slope_bound_with_outside}
 use super::brick_bounds::{BoundedBricks, SampleBounds, Window};
 use super::brick_map::exact_within;
 use super::brick_tables::BrickTables;
-use super::coarse_map::CoarseMap;
+use super::coarse_map::{CoarseMap, slot_at};
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::{Quantize, SparseBaker, SparseGrid};
 use crate::MeshDistance;
@@ -77,9 +77,7 @@ impl UnboundedGrid {
                 taken.push(brick as u32);
             }
         }
-        let [row, rows, _] = coarse.counts.map(|n| n as usize);
-        let slot = |index: &usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-        let missing = at_jumps.first().map(slot);
+        let missing = at_jumps.first().map(|index| slot_at(coarse.counts, *index));
         let sources = BrickSources { near_count, taken };
         Self { lattice: *lattice, band, is_continuous, columns, coarse, table, sources, missing }
     }
@@ -264,8 +262,9 @@ fn is_inside_at_box(halo: &HaloBlock, lattice: &Lattice, slot: [u32; 3]) -> bool
 /// Lipschitz constant of the whole grid. A cell without a corner in a brick lies in one cell of the coarse grid. It is
 /// at most as steep, up to the rounding of interpolation in f32. `reaches_box`: is a brick inside at the lattice's box?
 fn slope_bound(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[BlockBounds], reaches_box: bool) -> f64 {
-    let [row, rows, layers] = brick_counts(lattice).map(|n| n as usize);
-    let slot = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+    let counts = brick_counts(lattice);
+    let slot_count = counts.iter().map(|n| *n as usize).product();
+    let slot = |index: usize| slot_at(counts, index);
     let coarse_slope = |slot: [u32; 3]| {
         let corners = storage.coarse_corners(slot);
         let max_magnitude = corners.iter().fold(0.0_f32, |max, corner| max.max(corner.abs()));
@@ -274,11 +273,11 @@ fn slope_bound(lattice: &Lattice, storage: &Sparse<BrickTables>, bricks: &[Block
     };
     let is_empty = |slot: &[u32; 3]| storage.brick_at(*slot).is_none();
     let steepest = |slots: Range<usize>| slots.map(slot).filter(is_empty).map(coarse_slope).fold(0.0, f64::max);
-    let coarse = sdf_parallel::map_chunks(row * rows * layers, steepest).into_iter().fold(0.0, f64::max);
+    let coarse = sdf_parallel::map_chunks(slot_count, steepest).into_iter().fold(0.0, f64::max);
     let inside = bricks.iter().map(|brick| f64::from(brick.slope_bound)).fold(coarse, f64::max);
     // Nodes in bricks count as zero here, and no interpolant of a coarse cell is negative unless a corner is.
     let last_slot = lattice.cells().map(|cells| cells / BRICK);
-    let may_reach_box = (0..row * rows * layers).map(slot).any(|slot| {
+    let may_reach_box = (0..slot_count).map(slot).any(|slot| {
         let is_at_box = (0..3).any(|axis| slot[axis] == 0 || slot[axis] == last_slot[axis]);
         is_at_box && is_empty(&slot) && storage.coarse_corners(slot).iter().any(|corner| *corner < 0.0)
     });

@@ -27,7 +27,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::grid::sparse::BRICK;
 use sdf_core::nalgebra::Vector3;
 
-use super::coarse_map::{CoarseMap, SlotSides, corner_node, map_coarse_nodes, slot_index, slots_around};
+use super::coarse_map::{CoarseMap, SlotSides, corner_node, map_coarse_nodes, slot_at, slot_index, slots_around};
 use super::slot_bits::SlotBits;
 use super::splat::frame::PlaneFrames;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
@@ -166,8 +166,7 @@ impl BrickMap {
     }
 
     pub fn slot(&self, index: usize) -> [u32; 3] {
-        let [row, rows, _] = self.counts().map(|n| n as usize);
-        [index % row, index / row % rows, index / row / rows].map(|n| n as u32)
+        slot_at(self.counts(), index)
     }
 
     /// R: distance from the middle of a slot to its corners.

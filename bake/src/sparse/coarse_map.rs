@@ -83,8 +83,7 @@ impl CoarseMap {
                 slots_around_node(self.counts, node).filter(|slot| may_be_empty(*slot)).collect();
             if are_all_equal(around.iter().map(side).chain(node_side)) { Vec::new() } else { around }
         };
-        let [row, rows, _] = self.counts.map(|n| n as usize + 1);
-        let node = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        let node = |index: usize| slot_at(self.counts.map(|n| n + 1), index);
         let jumps = sdf_parallel::map_chunks(self.nodes.len(), |nodes| {
             nodes.flat_map(|index| jumps_at(index, node(index))).map(|slot| self.index(slot)).collect::<Vec<_>>()
         });
@@ -138,8 +137,15 @@ pub(super) fn with_side(magnitude: f32, is_inside: bool) -> f32 {
     if is_inside { -magnitude } else { magnitude }
 }
 
+/// Index of a slot or node among so many along each axis, x fastest.
 pub(super) fn slot_index([row, rows, _]: [u32; 3], [x, y, z]: [u32; 3]) -> usize {
     (z as usize * rows as usize + y as usize) * row as usize + x as usize
+}
+
+/// The slot or node of an index: see [`slot_index`].
+pub(crate) fn slot_at([row, rows, _]: [u32; 3], index: usize) -> [u32; 3] {
+    let [row, rows] = [row as usize, rows as usize];
+    [index % row, index / row % rows, index / row / rows].map(|n| n as u32)
 }
 
 /// Index of the coarse node at a corner of a slot.
@@ -168,7 +174,7 @@ pub(super) fn slots_around(counts: [u32; 3], node: [u32; 3]) -> impl Iterator<It
 
 /// The results of `map` for all nodes of the coarse grid with their indices, x fastest: one more along each axis than there are slots.
 pub(super) fn map_coarse_nodes<T: Send>(counts: [u32; 3], map: impl Fn(usize, [u32; 3]) -> T + Sync) -> Vec<T> {
-    let [row, rows, layers] = counts.map(|n| n as usize + 1);
-    let node = move |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
-    sdf_parallel::map(row * rows * layers, |index| map(index, node(index)))
+    let node_counts = counts.map(|n| n + 1);
+    let count = node_counts.iter().map(|n| *n as usize).product();
+    sdf_parallel::map(count, |index| map(index, slot_at(node_counts, index)))
 }

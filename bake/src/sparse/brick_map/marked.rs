@@ -31,7 +31,7 @@ use super::transform::{From, distances, limit_signed_steps, limit_steps};
 use super::{BrickMap, corner_node};
 use crate::MeshDistance;
 use crate::rounding::COARSE_DISTANCE_ROUNDING;
-use crate::sparse::coarse_map::with_side;
+use crate::sparse::coarse_map::{slot_at, with_side};
 use crate::sparse::slot_bits::SlotBits;
 use crate::sparse::splat::frame::PlaneFrames;
 
@@ -168,7 +168,7 @@ impl<'a> Marked<'a> {
         let [row, rows, _] = counts.map(|n| n as usize + 1);
         let first = map.slot(slots.start)[2] as usize * row * rows;
         let end = (map.slot(slots.end.saturating_sub(1))[2] as usize + 2) * row * rows;
-        let node = |index: usize| [index % row, index / row % rows, index / row / rows].map(|n| n as u32);
+        let node = |index: usize| slot_at(counts.map(|n| n + 1), index);
         let least = sdf_parallel::map(end - first, |index| self.least_gap(map, node(first + index)));
         let is_deep = |index: usize| {
             let slot = map.slot(slots.start + index);

@@ -11,6 +11,7 @@ use super::marked::Marked;
 use super::{BrickMap, middle};
 use crate::sparse::coarse_map::with_side;
 use crate::sparse::slot_bits::SlotBits;
+use crate::union_find::UnionFind;
 
 /// Distance of a slot's middle from its corners, in voxels, rounded up.
 const HALF_DIAGONAL: f32 = 6.9283;
@@ -71,7 +72,7 @@ impl BrickMap {
         let mut sides = vec![false; runs.runs.len()];
         for line in 0..rows * layers {
             for run in runs.of_line(line) {
-                let root = runs.root(run);
+                let root = runs.sets.root(run as u32) as usize;
                 let slots = runs.runs[run].start as usize..runs.runs[run].end as usize;
                 if root == run {
                     // The first of all that are joined.
@@ -126,8 +127,7 @@ impl BrickMap {
 #[derive(Default)]
 struct Runs {
     runs: Vec<Range<u32>>,
-    /// For each run another of its set, or itself.
-    parents: Vec<u32>,
+    sets: UnionFind,
     /// For each line the number of runs before its end.
     ends: Vec<usize>,
 }
@@ -140,7 +140,7 @@ impl Runs {
             match (start, x < row && is_in_run(x)) {
                 (None, true) => start = Some(x),
                 (Some(first), false) => {
-                    self.parents.push(self.runs.len() as u32);
+                    self.sets.push();
                     self.runs.push(first as u32..x as u32);
                     start = None;
                 }
@@ -163,31 +163,9 @@ impl Runs {
             }
             let mut touching = other;
             while touching < others && self.runs[touching].start < self.runs[run].end {
-                self.join(touching, run);
+                self.sets.join(touching as u32, run as u32);
                 touching += 1;
             }
         }
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.short_root(a), self.short_root(b));
-        self.parents[a.max(b)] = a.min(b) as u32;
-    }
-
-    /// The first run of a set.
-    fn root(&self, mut run: usize) -> usize {
-        while self.parents[run] as usize != run {
-            run = self.parents[run] as usize;
-        }
-        run
-    }
-
-    /// As [`root`](Self::root), and halves the way to it.
-    fn short_root(&mut self, mut run: usize) -> usize {
-        while self.parents[run] as usize != run {
-            self.parents[run] = self.parents[self.parents[run] as usize];
-            run = self.parents[run] as usize;
-        }
-        run
     }
 }

@@ -17,11 +17,11 @@
 use super::frame::{TriangleFrame, greater, lesser, mix};
 use super::nearest_test::{NearestTest, Region, largest_sine};
 use super::order::ByDistance;
-use super::packed::{PackedTriangles, View, WIDTH, Wide, pack_bits};
+use super::packed::{PackedTriangles, View, WIDTH, Wide};
 use super::sides::{NODES, NodeBits};
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{BRICK_DISTANCE_ROUNDING, CHAIN_SLACK_F32};
-use crate::simd::lesser_magnitude;
+use crate::simd::{bits_of_bytes, lesser_magnitude};
 
 /// Groups of 4 × 2 × 2 nodes in an octant.
 const GROUPS: usize = 4;
@@ -239,7 +239,7 @@ impl BrickDistances {
                 decided[lane] = u8::from((greater(above, below) > sure * sure) & (distance < limit));
                 inside[lane] = u8::from(below < above);
             }
-            let (decided, inside) = (pack_bits(&decided), pack_bits(&inside));
+            let (decided, inside) = (bits_of_bytes(&decided), bits_of_bytes(&inside));
             for row in 0..4 {
                 let (y, z) = (first[1] + 2 * (group % 2) + row % 2, first[2] + 2 * (group / 2) + row / 2);
                 let at = first[0] + 8 * (y + 8 * z);

@@ -10,10 +10,10 @@ use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
 
 use super::frame::{PlaneFrame, PlaneFrames, TriangleFrame, planar_distance_sq};
-use super::packed::{WIDTH, pack_bits};
+use super::packed::WIDTH;
 use crate::MeshDistance;
 use crate::rounding::BRICK_DISTANCE_ROUNDING;
-use crate::simd::{LANES, Lanes, VectorX8, max, min};
+use crate::simd::{LANES, Lanes, VectorX8, bits_of_bytes, max, min};
 
 /// Slots along a side of a block.
 pub(super) const BLOCK: u32 = 4;
@@ -168,7 +168,7 @@ impl pulp::NullaryFnOnce for Splat<'_> {
                     let is_near = (w.abs() <= reach + plane_reach) & (distance_sq <= ball * ball) & (reach >= 0.0);
                     bits[lane] = u8::from(is_near);
                 }
-                let mut mask = pack_bits(&bits) & in_layer;
+                let mut mask = bits_of_bytes(&bits) & in_layer;
                 while mask != 0 {
                     lists[WIDTH * layer + mask.trailing_zeros() as usize].push(index);
                     mask &= mask - 1;

@@ -160,13 +160,3 @@ impl PackedTriangles {
         (distances_sq, heights)
     }
 }
-
-/// Bits of sixteen bytes that are 0 or 1: eight at a time by a product, in which no two bits meet.
-#[inline(always)]
-pub(super) fn pack_bits(bytes: &[u8; WIDTH]) -> u64 {
-    let eight = |from: usize| {
-        let word = u64::from_le_bytes(std::array::from_fn(|byte| bytes[from + byte]));
-        word.wrapping_mul(0x0102_0408_1020_4080) >> 56
-    };
-    eight(0) | eight(8) << 8
-}

@@ -4,6 +4,8 @@
 //! triangle meets it, and both ends are on one side. Layers of 8 × 8 nodes are words of 64 bits. Sides flood from the nodes
 //! that `distances` decided. The caller tells those of other nodes, far from the surface first: their sides flood the farthest.
 
+use crate::simd::bits_of_bytes;
+
 /// Nodes of a brick.
 pub(super) const NODES: usize = 512;
 
@@ -80,24 +82,13 @@ impl pulp::NullaryFnOnce for FindClearEdges<'_> {
                 }
             }
             for axis in 0..3 {
-                edges[axis][layer] = pack_bits(&is_clear[axis]);
+                edges[axis][layer] = bits_of_bytes(&is_clear[axis]);
             }
             // No edge leads from the first node of a row to the last of the row before.
             edges[0][layer] &= 0xfefe_fefe_fefe_fefe;
         }
         ClearEdges(edges)
     }
-}
-
-/// Bits of 64 bytes that are 0 or 1: eight at a time by a product, in which no two bits meet.
-#[inline(always)]
-fn pack_bits(bytes: &[u8; 64]) -> u64 {
-    let mut bits = 0;
-    for eight in 0..8 {
-        let word = u64::from_le_bytes(std::array::from_fn(|byte| bytes[8 * eight + byte]));
-        bits |= (word.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * eight);
-    }
-    bits
 }
 
 /// Nodes whose side is known, and those inside.
