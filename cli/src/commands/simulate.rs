@@ -48,6 +48,8 @@ fn run_one(
     }
     let stride = if args.small { 8 } else { 1 };
     let total = scene::variants(&spec).step_by(stride).map(|spec| u64::from(spec.frames)).sum();
+    // Of several runs the first is recorded.
+    let first = scene::variants(&spec).next().unwrap_or_else(|| spec.clone());
     let bar = progress::bar("simulating", total);
     let folder = path.parent().unwrap_or(Path::new("."));
     let threads = sdf_field::Threads::new(args.threads.count.map_or(0, usize::from));
@@ -55,7 +57,7 @@ fn run_one(
     let outcome = scene::run_all(&spec, folder, method.method, threads, stride, |run, frame, stage| {
         bar.inc(u64::from(frame > 0));
         let recorded = match target.as_deref_mut().filter(|_| run == 0) {
-            Some(target) => target.add(&spec, frame, stage),
+            Some(target) => target.add(&first, frame, stage),
             None => Ok(()),
         };
         match recorded {
