@@ -100,6 +100,10 @@ check_door() {
     grep -q 'bindings/firmware/build.sh' chapter.sh || fail "README.md has no chapter Firmware"
     PATH=$folder:$PATH CARGO=/usr/bin/cargo RUSTC=/usr/bin/rustc CARGO_TARGET_DIR=$target_dir/door-board bash -e chapter.sh >/dev/null
 
+    local said
+    ! said=$(RUSTC=/bin/false sh bindings/firmware/build.sh "$triple" none 2>&1) || fail "the library was built without Rust"
+    [[ $said =~ ^[^$'\n']*"rustup target add $triple"[^$'\n']*$ ]] || fail "without Rust for the board, build.sh says: $said"
+
     # The same C source and the same library on this computer.
     CARGO_TARGET_DIR=$target_dir/door-host sh bindings/firmware/build.sh "$(rustc --print host-tuple)" host dense-u16,smooth
     cc -O2 -I host bindings/firmware/examples/board/{main,host}.c body.c host/libsdftool_firmware.a -lpthread -ldl -lm -o host/board

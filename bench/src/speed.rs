@@ -1,8 +1,8 @@
-//! Speed of bakes, contact searches and reading, beside the limits of the machine.
+//! Speed of bakes, contact searches, reading and writing, beside the limits of the machine.
 //!
 //! | part | file |
 //! |---|---|
-//! | works of each group | `limits`, `bakes`, `contacts`, `reading`, `commands`; bodies in `bodies` |
+//! | works of each group | `limits`, `bakes`, `contacts`, `lanes`, `reading`, `commands`; bodies in `bodies` |
 //! | works in turns, and their medians | `round_robin`, `row` |
 //! | output | `table` (terminal), `csv`, `page` (docs/performance.md) with `peers` and `plot` |
 //! | fixed works for instruction counts | `kernels` |
@@ -16,6 +16,7 @@ mod bakes;
 mod bodies;
 mod commands;
 mod contacts;
+mod lanes;
 mod limits;
 mod peers;
 mod plot;
@@ -76,9 +77,13 @@ pub enum Group {
     Threads,
     /// Contacts by several methods.
     Contacts,
+    /// Contacts in f32 beside f64, several side by side.
+    Lanes,
+    /// The set-up of a mesh: what a bake does before its first node.
+    SetUp,
     /// Reading an OBJ file.
     Reading,
-    /// Whole commands as processes, with their peak memory. Needs sdftool: `cargo build --release -p sdftool`.
+    /// Whole commands as processes, with their peak memory, on grids that are packed and that are not. Needs sdftool: `cargo build --release -p sdftool`.
     Commands,
 }
 
@@ -91,13 +96,15 @@ pub struct SpeedReport {
 }
 
 /// All groups, in the order of the table.
-const GROUPS: [Group; 8] = [
+const GROUPS: [Group; 10] = [
     Group::Limits,
     Group::Resolution,
     Group::Triangles,
     Group::Elements,
     Group::Threads,
     Group::Contacts,
+    Group::Lanes,
+    Group::SetUp,
     Group::Reading,
     Group::Commands,
 ];
@@ -124,6 +131,8 @@ fn measure(group: &Group, options: &Options, limits: Option<&MachineLimits>, tur
             contacts::against_threads(options, limits, turns)
         }
         Group::Contacts => contacts::against_methods(options, limits, turns),
+        Group::Lanes => lanes::measure(options.quick, turns),
+        Group::SetUp => bakes::set_up(options.quick, turns),
         Group::Reading => reading::measure(options.quick, limits, turns),
         Group::Commands => commands::measure(options.quick, turns),
     }

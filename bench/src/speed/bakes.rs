@@ -1,6 +1,10 @@
-//! Bakes in memory: neither the mesh's file nor the grid's is counted.
+//! Bakes in memory, and the set-up of their meshes alone: neither the mesh's file nor the grid's is counted.
+
+use std::hint::black_box;
+use std::time::Instant;
 
 use anyhow::Result;
+use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::owned::Layout;
 use sdf_procedural::Mesh;
 
@@ -10,7 +14,7 @@ use super::round_robin::{RoundRobin, RunResult, Work, thread_counts, timed};
 use super::row::Row;
 
 use crate::bake::{bake, stored_node_count};
-use crate::machine;
+use crate::{machine, on_threads};
 
 /// A body and the options of its bake.
 #[derive(Clone, Copy)]
@@ -57,6 +61,37 @@ pub fn against_threads(quick: bool, limits: Option<&MachineLimits>, turns: &mut 
         turns.measure(thread_counts(machine::cores()).into_iter().map(work).collect())?;
     }
     Ok(())
+}
+
+/// The set-up of meshes: what a bake does before its first node, with the defaults of `sdftool bake`.
+pub fn set_up(quick: bool, turns: &mut RoundRobin) -> Result<()> {
+    let counts = if quick { [1_000, 10_000] } else { [100_000, 1_000_000] };
+    for name in [POT, BOWL] {
+        turns.measure(counts.map(|count| set_up_work(name, bodies::body(name, count))).into())?;
+    }
+    Ok(())
+}
+
+fn set_up_work(name: &str, body: Mesh) -> Work<'static> {
+    let row = Row {
+        group: "set-up",
+        work: format!("set up {name}"),
+        triangles: body.triangles.len(),
+        threads: 1,
+        units: body.triangles.len() as f64,
+        unit: "triangles",
+        ..Row::default()
+    };
+    let set_up = move || {
+        let started = Instant::now();
+        let mesh = TriangleMesh::new(&body.points, &body.triangles)?.without_inner_faces();
+        let distance = black_box(MeshDistance::new(&mesh, None));
+        // Before either is freed.
+        let seconds = started.elapsed().as_secs_f64();
+        drop(distance);
+        Ok(RunResult::timed(seconds))
+    };
+    Work { size: row.units, row, run: Box::new(move || on_threads(1, &set_up)?) }
 }
 
 impl<'a> BakeJob<'a> {

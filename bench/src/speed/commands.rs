@@ -1,12 +1,13 @@
 //! Whole commands of sdftool, each a process of its own, with the numbers that it prints.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
 use sdf_core::grid::owned::Layout;
 use sdf_core::grid::sparse::BRICK_SAMPLES;
+use sdf_formats::grid_file::Compression;
 use sdf_formats::mesh::{self, MeshFormat};
 
 use super::bodies::{self, POT};
@@ -18,40 +19,60 @@ pub fn measure(quick: bool, turns: &mut RoundRobin) -> Result<()> {
     let folder = tempfile::tempdir()?;
     let body = bodies::body(POT, if quick { 10_000 } else { 100_000 });
     let cloth = bodies::cloth();
-    let paths = ["pot.obj", "cloth.obj", "dense.sdf.h5", "sparse.sdf.h5"].map(|name| folder.path().join(name));
-    let [body_file, cloth_file, dense_file, sparse_file] = &paths;
+    let [body_file, cloth_file] = &["pot.obj", "cloth.obj"].map(|name| folder.path().join(name));
     mesh::write(body_file, MeshFormat::Obj, &body.points, &body.triangles)?;
     mesh::write(cloth_file, MeshFormat::Obj, &cloth.points, &cloth.triangles)?;
-    let [dense, sparse] = if quick { [32, 64] } else { [256, 512] };
-    let bake = |layout: Layout, resolution: u32, file: &Path| {
-        let options = ["--res", &resolution.to_string(), "--layout", layout.name()].map(OsString::from);
-        let words = ["bake".into(), body_file.into(), "-o".into(), file.into()].into_iter().chain(options).collect();
+    let bake = |grid: &GridFile| {
+        let GridFile { layout, resolution, compression, .. } = *grid;
+        let options = ["--res", &resolution.to_string(), "--layout", layout.name(), "--compress", compression.name()];
+        let words = ["bake".into(), body_file.into(), "-o".into(), (&grid.path).into()];
         Command {
             timed_part: "bake",
-            name: format!("bake {} pot", layout.name()),
+            name: format!("bake {}", grid.name()),
             triangles: body.triangles.len(),
             resolution,
-            words,
+            words: words.into_iter().chain(options.map(OsString::from)).collect(),
             mesh_bytes: (size_of_val(&body.points[..]) + size_of_val(&body.triangles[..])) as f64,
         }
-        .work()
     };
-    let contacts = |layout: Layout, resolution: u32, file: &Path| {
+    let contacts = |grid: &GridFile| {
         let options = ["--method", "fw", "--margin", "0.01"].map(OsString::from);
-        let words = ["contacts".into(), cloth_file.into(), file.into()].into_iter().chain(options).collect();
+        let words = ["contacts".into(), cloth_file.into(), (&grid.path).into()];
         Command {
             timed_part: "query",
-            name: format!("contacts of sheet on {} pot by fw", layout.name()),
+            name: format!("contacts of sheet on {} by fw", grid.name()),
             triangles: cloth.triangles.len(),
-            resolution,
-            words,
+            resolution: grid.resolution,
+            words: words.into_iter().chain(options).collect(),
             mesh_bytes: 0.0,
         }
-        .work()
     };
-    turns.measure(vec![bake(Layout::Dense, dense, dense_file), bake(Layout::Sparse, sparse, sparse_file)])?;
-    turns.measure(vec![contacts(Layout::Dense, dense, dense_file)])?;
-    turns.measure(vec![contacts(Layout::Sparse, sparse, sparse_file)])
+    let [dense, sparse] = if quick { [32, 64] } else { [256, 512] };
+    for (layout, resolution) in [(Layout::Dense, dense), (Layout::Sparse, sparse)] {
+        let grids = Compression::ALL.map(|compression| {
+            let path = folder.path().join(format!("{}-{}.sdf.h5", layout.name(), compression.name()));
+            GridFile { layout, resolution, compression, path }
+        });
+        turns.measure(grids.iter().map(|grid| bake(grid).work()).collect())?;
+        turns.measure(grids.iter().map(|grid| contacts(grid).work()).collect())?;
+    }
+    Ok(())
+}
+
+/// A grid of the pot.
+struct GridFile {
+    layout: Layout,
+    resolution: u32,
+    compression: Compression,
+    path: PathBuf,
+}
+
+impl GridFile {
+    /// The grid in words, with the option of its bake unless that is the default.
+    fn name(&self) -> String {
+        let option = if self.compression == Compression::None { " --compress none" } else { "" };
+        format!("{} pot{option}", self.layout.name())
+    }
 }
 
 /// A command on one thread.
@@ -92,6 +113,7 @@ impl Command {
         };
         Ok(RunResult {
             floor_seconds: printed["seconds"][self.timed_part].as_f64(),
+            write_seconds: printed["seconds"]["write"].as_f64(),
             peak_mib: printed["peak_memory_bytes"].as_f64().map(mib),
             result_mib: printed["nodes"].is_number().then(|| mib(sample_bytes + self.mesh_bytes)),
             ..RunResult::timed(seconds)

@@ -19,11 +19,11 @@ use crate::machine;
 /// A mesh and a field that it may touch.
 #[derive(Clone)]
 pub struct ContactScene {
-    name: String,
-    mesh: Mesh,
-    field: Field,
-    resolution: u32,
-    margin: f64,
+    pub name: String,
+    pub mesh: Mesh,
+    pub field: Field,
+    pub resolution: u32,
+    pub margin: f64,
     /// Without smooth normals and error bounds.
     lean: bool,
 }

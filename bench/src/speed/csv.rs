@@ -4,7 +4,7 @@ use super::SpeedReport;
 use super::row::Row;
 use crate::table::Table;
 
-const HEAD: [&str; 18] = [
+const HEAD: [&str; 19] = [
     "date",
     "machine",
     "version",
@@ -21,6 +21,7 @@ const HEAD: [&str; 18] = [
     "ratio",
     "contacts",
     "floor_seconds",
+    "write_seconds",
     "peak_mib",
     "result_mib",
 ];
@@ -49,6 +50,7 @@ fn cells(row: &Row) -> Vec<String> {
         rounded(row.ratio),
         row.contacts.map_or(String::new(), |count| count.to_string()),
         optional(row.floor_seconds),
+        optional(row.write_seconds),
         optional(row.peak_mib),
         optional(row.result_mib),
     ]
@@ -96,20 +98,30 @@ impl CsvTable {
         values
     }
 
-    /// Replaces the rows of each group that `new` has; the rows of other groups stay.
-    pub fn with_groups_replaced(mut self, new: Self) -> Self {
+    /// Replaces the rows of each group that `new` has; the rows of other groups stay, in the columns of `new`.
+    pub fn with_groups_replaced(self, new: Self) -> Self {
         let groups = new.distinct("group");
-        if self.head != new.head {
-            return new;
-        }
-        let column = self.head.iter().position(|head| head == "group").unwrap_or(0);
-        self.rows.retain(|row| !groups.contains(&row[column]));
-        self.rows.extend(new.rows);
-        self
+        let stays = |row: &&Vec<String>| !groups.iter().any(|group| group == self.cell(row, "group"));
+        let in_new_columns = |row: &Vec<String>| new.head.iter().map(|name| self.cell(row, name).to_owned()).collect();
+        let former: Vec<Vec<String>> = self.rows.iter().filter(stays).map(in_new_columns).collect();
+        Self { head: new.head, rows: former.into_iter().chain(new.rows).collect() }
     }
 
     pub fn text(&self) -> String {
         let lines = std::iter::once(&self.head).chain(&self.rows);
         lines.map(|cells| cells.join(",") + "\n").collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_other_groups_stay_where_there_is_a_new_column() {
+        let stored = CsvTable::parse("group,work,seconds\nreading,read OBJ,1\ncommands,bake,2\n");
+        let new = CsvTable::parse("group,work,seconds,write\ncommands,bake,3,4\n");
+        let both = stored.with_groups_replaced(new);
+        assert_eq!(both.text(), "group,work,seconds,write\nreading,read OBJ,1,\ncommands,bake,3,4\n");
     }
 }

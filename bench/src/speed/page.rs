@@ -157,18 +157,24 @@ fn commands_table(ours: &CsvTable) -> Table {
         "cells",
         "whole",
         "the work itself",
+        "writing",
+        "relative to the work itself",
         "peak MiB",
         "result and mesh, MiB",
     ];
     let line = |row: &Vec<String>| {
         let mib = |name: &str| rows.number(row, name).map_or(String::new(), |mib| format!("{mib:.0}"));
-        let seconds = |name: &str| rows.number(row, name).map_or(String::new(), duration_text);
+        let [whole, work, write] = ["seconds", "floor_seconds", "write_seconds"].map(|name| rows.number(row, name));
+        let text = |seconds: Option<f64>| seconds.map_or(String::new(), duration_text);
+        let relative = write.zip(work).map_or(String::new(), |(write, work)| format!("{:.3}", write / work));
         vec![
             rows.cell(row, "work").to_owned(),
             rows.cell(row, "triangles").to_owned(),
             rows.cell(row, "resolution").to_owned(),
-            seconds("seconds"),
-            seconds("floor_seconds"),
+            text(whole),
+            text(work),
+            text(write),
+            relative,
             mib("peak_mib"),
             mib("result_mib"),
         ]
@@ -270,6 +276,16 @@ fn curves(table: &CsvTable, x: &str, y: impl Fn(&CsvTable, &[String]) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn writing_is_shown_beside_the_bake_and_left_blank_where_it_was_not_measured() {
+        let stored = CsvTable::parse(
+            "group,work,seconds,floor_seconds,write_seconds\ncommands,bake,3,2,0.5\ncommands,contacts,1,0.5,\n",
+        );
+        let shown = commands_table(&stored).markdown();
+        assert!(shown.contains("| bake |  |  | 3.00 s | 2.00 s | 0.50 s | 0.250 |"), "{shown}");
+        assert!(shown.contains("| contacts |  |  | 1.00 s | 0.50 s |  |  |"), "{shown}");
+    }
 
     /// So that nobody mends the page alone, where the next run of the bench would undo it.
     #[test]

@@ -16,6 +16,7 @@ pub struct RunResult {
     pub units: f64,
     pub contacts: Option<usize>,
     pub floor_seconds: Option<f64>,
+    pub write_seconds: Option<f64>,
     pub peak_mib: Option<f64>,
     pub result_mib: Option<f64>,
 }
@@ -115,12 +116,13 @@ impl<'a> TimedWork<'a> {
     }
 
     fn row(self) -> Row {
-        let RunResult { units, contacts, floor_seconds, peak_mib, result_mib, .. } = self.last;
+        let RunResult { units, contacts, floor_seconds, write_seconds, peak_mib, result_mib, .. } = self.last;
         let row = self.work.row;
         Row {
             units: if units > 0.0 { units } else { row.units },
             contacts,
             floor_seconds,
+            write_seconds,
             peak_mib,
             result_mib,
             min_seconds: self.times.iter().copied().fold(f64::INFINITY, f64::min),

@@ -25,6 +25,9 @@ pub struct Row {
     /// Time at the machine's limit, from limits measured in the same run. For a whole command, the time of the work itself.
     #[serde(rename = "floor")]
     pub floor_seconds: Option<f64>,
+    /// Time of writing the grid, of a whole command.
+    #[serde(rename = "write")]
+    pub write_seconds: Option<f64>,
     /// Peak memory of the process.
     pub peak_mib: Option<f64>,
     /// Memory of the input and the result.

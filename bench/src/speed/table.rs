@@ -26,7 +26,7 @@ pub fn print(report: &SpeedReport, out: &mut impl Write) -> Result<()> {
 }
 
 fn line(row: &Row) -> String {
-    let mut line = format!("{:<48}", row.work);
+    let mut line = format!("{:<57}", row.work);
     let size = [(row.triangles, "triangles"), (row.resolution as usize, "cells")];
     for (count, what) in size {
         let shown = if count > 0 { format!("{count} {what}") } else { String::new() };
@@ -46,6 +46,9 @@ fn line(row: &Row) -> String {
     }
     if let Some(contacts) = row.contacts {
         line += &format!("  {contacts} contacts");
+    }
+    if let Some(write) = row.write_seconds {
+        line += &format!("  {} to write", duration_text(write));
     }
     if let Some(peak) = row.peak_mib {
         line += &format!("  {peak:.0} MiB peak");

@@ -24,6 +24,33 @@ fn every_row_has_its_time_and_the_first_of_a_series_is_what_ratios_refer_to() {
 }
 
 #[test]
+fn every_number_type_finds_as_many_contacts_in_lanes_as_the_field_does() {
+    let printed = Folder::new(SPEED).done("--quick --only lanes,contacts --method fw --rounds 1 --json");
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    let found = |group: &str| -> Vec<u64> {
+        let rows = printed["rows"].as_array().unwrap().iter().filter(|row| row["group"] == group);
+        rows.map(|row| row["found"].as_u64().unwrap()).collect()
+    };
+    let ([expected], [in_f64, in_f32 @ ..]) = (&found("contacts")[..], &found("lanes")[..]) else {
+        panic!("{printed}");
+    };
+    assert!(*expected > 100 && in_f64 == expected, "{printed}");
+    assert!(in_f32.len() == 2 && in_f32.iter().all(|count| count.abs_diff(*expected) <= expected / 100), "{printed}");
+}
+
+#[test]
+fn the_set_up_of_a_mesh_is_measured_for_either_method_of_signs() {
+    let printed = Folder::new(SPEED).done("--quick --only set-up --rounds 1 --json");
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    let rows = printed["rows"].as_array().unwrap();
+    let works: Vec<_> = rows.iter().map(|row| row["work"].as_str().unwrap()).collect();
+    assert_eq!(works, ["set up pot", "set up pot", "set up bowl", "set up bowl"]);
+    let is_timed =
+        |row: &Value| row["units"].as_f64() == row["triangles"].as_f64() && row["seconds"].as_f64() > Some(0.0);
+    assert!(rows.iter().all(is_timed), "{printed}");
+}
+
+#[test]
 fn the_page_written_anew_from_its_numbers_is_the_same_page() {
     let folder = Folder::new(SPEED);
     folder.done("--quick --only reading,contacts --rounds 1 --docs docs");

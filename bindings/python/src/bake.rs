@@ -13,7 +13,7 @@ use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::{BakeError, BakeOptions, Baked, Field, GridSize, InnerFaces, MaxError, MeshView, Progress, Threads};
 
 use crate::errors::{choice, type_error, value_error};
-use crate::export::check_band;
+use crate::integers;
 use crate::mesh::{Mesh, sign_method};
 use crate::pools;
 use crate::sdf::Sdf;
@@ -43,17 +43,17 @@ pub fn bake(
     py: Python,
     mesh: &Bound<PyAny>,
     faces: Option<&Bound<PyAny>>,
-    res: Option<u32>,
+    #[pyo3(from_py_with = integers::optional)] res: Option<i64>,
     voxel_size: Option<f64>,
     max_error: Option<&Bound<PyAny>>,
     layout: Option<&str>,
     sign: &str,
-    band: u32,
-    padding: u32,
+    #[pyo3(from_py_with = integers::clamped)] band: i64,
+    #[pyo3(from_py_with = integers::clamped)] padding: i64,
     precision: Option<&str>,
     inner_faces: &str,
     keep_mesh: bool,
-    threads: Option<usize>,
+    #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Sdf> {
     let mesh = Mesh::new(mesh, faces)?;
@@ -63,11 +63,11 @@ pub fn bake(
     let precisions = Precision::ALL.map(|precision| (precision.name(), precision));
     let precision = precision.map(|name| choice("precision", name, &precisions)).transpose()?;
     let options = BakeOptions {
-        size: size(res, voxel_size, max_error)?,
+        size: size(res.map(integers::res).transpose()?, voxel_size, max_error)?,
         layout: layout.unwrap_or(if max_error.is_some() { Layout::Sparse } else { Layout::Dense }),
         precision,
-        band,
-        padding,
+        band: integers::band(band)?,
+        padding: integers::within("padding", padding, 0..=u32::MAX, " cells")?,
         sign: sign_method(sign)?,
         inner_faces: choice("inner_faces", inner_faces, &[("drop", InnerFaces::Drop), ("keep", InnerFaces::Keep)])?,
         keep_mesh,
@@ -77,7 +77,6 @@ pub fn bake(
     if max_error.is_some() && (layout == Some(Layout::Dense) || precision.is_some()) {
         return Err(value_error("max_error: layout and precision are chosen by the error; leave them out"));
     }
-    check_band(band)?;
     let view = mesh.view();
     let baked = bake_interruptible(py, view.points.to_vec(), view.faces.to_vec(), options, threads, progress)?;
     baked.map(|baked| Sdf(baked.field)).map_err(value_error)
@@ -85,7 +84,6 @@ pub fn bake(
 
 fn size(res: Option<u32>, voxel_size: Option<f64>, max_error: Option<MaxError>) -> PyResult<GridSize> {
     Ok(match (res, voxel_size, max_error) {
-        (Some(0), ..) => return Err(value_error("res=0: give 1 cell or more")),
         (Some(cells), None, None) => GridSize::Cells(cells),
         (None, Some(size), None) if size > 0.0 && size.is_finite() => GridSize::VoxelSize(size),
         (None, Some(size), None) => return Err(value_error(format!("voxel_size={size}: give a positive length"))),
@@ -126,7 +124,7 @@ fn bake_interruptible(
     points: Vec<[f64; 3]>,
     faces: Vec<[u32; 3]>,
     options: BakeOptions,
-    threads: Option<usize>,
+    threads: Option<i64>,
     progress: Option<Bound<PyAny>>,
 ) -> PyResult<Result<Baked, BakeError>> {
     let (cancel, steps) = (Arc::new(AtomicBool::new(false)), Arc::new(Steps::default()));

@@ -7,7 +7,7 @@ use sdf_field::core::contact::Contact;
 use sdf_field::{ContactOptions, ContactRow, Elements, Field, Method, Threads};
 
 use crate::errors::{choice, value_error};
-use crate::pose;
+use crate::{integers, pose};
 
 const ELEMENTS: [(&str, Elements); 3] =
     [("faces", Elements::Faces), ("edges", Elements::Edges), ("vertices", Elements::Vertices)];
@@ -31,7 +31,7 @@ pub struct Keywords<'a, 'py> {
     pub exact: bool,
     pub one_per_feature: bool,
     pub lean: bool,
-    pub budget: Option<u32>,
+    pub budget: Option<i64>,
     pub tolerance: f64,
 }
 
@@ -53,7 +53,7 @@ impl Keywords<'_, '_> {
             method: method(self.method)?,
             margin,
             pose: self.pose.map(pose::rigid).transpose()?,
-            budget,
+            budget: budget.map(|budget| integers::within("budget", budget, 0..=u32::MAX, "")).transpose()?,
             tolerance,
             all_minima,
             complete,

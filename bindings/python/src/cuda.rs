@@ -19,7 +19,7 @@ use crate::{contacts, mesh, pools, pose};
 pub struct CudaQuery {
     state: Mutex<State>,
     cuda: Cuda,
-    threads: Option<usize>,
+    threads: Option<i64>,
 }
 
 struct State {
@@ -36,7 +36,7 @@ impl CudaQuery {
         faces: Option<&Bound<PyAny>>,
         options: ContactOptions,
         kernels: Option<PathBuf>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> PyResult<Self> {
         let cuda = card(py, kernels)?;
         let (points, faces) = match faces {

@@ -7,7 +7,7 @@ use sdf_field::export::{ExportError, ExportFormat, ExportOptions};
 use sdf_field::{Field, Threads};
 
 use crate::errors::{choice, io_error, value_error};
-use crate::pools;
+use crate::{integers, pools};
 
 /// What is asked of an export, and in which format.
 pub struct Export {
@@ -15,17 +15,9 @@ pub struct Export {
     options: ExportOptions,
 }
 
-/// Refuses what the program refuses.
-pub fn check_band(cells: u32) -> PyResult<()> {
-    match cells {
-        1..=1000 => Ok(()),
-        _ => Err(value_error(format!("band={cells}: give 1 to 1000 cells"))),
-    }
-}
-
 impl Export {
     /// Checks names and numbers. The format is that of the path's ending, if none is given.
-    pub fn new(path: &std::path::Path, format: Option<&str>, res: Option<u32>, band: Option<u32>) -> PyResult<Self> {
+    pub fn new(path: &std::path::Path, format: Option<&str>, res: Option<i64>, band: Option<i64>) -> PyResult<Self> {
         let names = ExportFormat::ALL.map(|format| (format.name(), format));
         let format = match format {
             Some(name) => choice("format", name, &names)?,
@@ -34,10 +26,7 @@ impl Export {
                 value_error(format!("{}: use a name that ends in one of {endings}, or add format=", path.display()))
             })?,
         };
-        if res == Some(0) {
-            return Err(value_error("res=0: give 1 cell or more"));
-        }
-        band.map_or(Ok(()), check_band)?;
+        let [cells, band] = [res.map(integers::res).transpose()?, band.map(integers::band).transpose()?];
         if band.is_some() && format != ExportFormat::Nvdb {
             return Err(value_error("band: only format=\"nvdb\" has one"));
         }
@@ -45,12 +34,12 @@ impl Export {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
             format,
-            options: ExportOptions { cells: res, band, name, threads: Threads::ALL, ..ExportOptions::default() },
+            options: ExportOptions { cells, band, name, threads: Threads::ALL, ..ExportOptions::default() },
         })
     }
 
     /// Writes the files, and gives their paths.
-    pub fn write(&self, py: Python, field: &Field, path: &PathBuf, threads: Option<usize>) -> PyResult<Vec<PathBuf>> {
+    pub fn write(&self, py: Python, field: &Field, path: &PathBuf, threads: Option<i64>) -> PyResult<Vec<PathBuf>> {
         let written = py.detach(|| pools::run(threads, || field.export_to(path, self.format, &self.options)))?;
         written.map(|written| written.files).map_err(|error| match &error {
             ExportError::Unwritable(path, cause) => io_error(cause, &format!("{}: {cause}", path.display())),

@@ -9,7 +9,7 @@
 //! | Which closed forms are there? | `shapes` |
 //! | Which files are read and written? Those of other programs? | `files`, `export`, `import` |
 //! | On which threads does it run, also after a fork? | `pools` |
-//! | Which exception has an error? | `errors` |
+//! | Which exception has an error? Which integers are taken? | `errors`, `integers` |
 
 mod arrays;
 mod bake;
@@ -20,6 +20,7 @@ mod errors;
 mod export;
 mod files;
 mod import;
+mod integers;
 mod mesh;
 mod overlap;
 mod pools;

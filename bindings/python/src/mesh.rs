@@ -6,7 +6,7 @@ use sdf_field::{Field, MeshView, SignMethod, Threads};
 
 use crate::arrays::{self, Rows};
 use crate::errors::{choice, type_error, value_error};
-use crate::pools;
+use crate::{integers, pools};
 
 /// A mesh whose indices are checked.
 pub struct Mesh<'py> {
@@ -74,7 +74,7 @@ pub fn signed_distance<'py>(
     faces: Option<&Bound<'py, PyAny>>,
     points: Option<&Bound<'py, PyAny>>,
     sign: &str,
-    threads: Option<usize>,
+    #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (mesh, points) = match (faces, points) {
         (faces, Some(points)) => (Mesh::new(mesh, faces)?, points),

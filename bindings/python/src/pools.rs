@@ -12,12 +12,13 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use sdf_field::Threads;
 
 use crate::errors::value_error;
+use crate::integers;
 
 /// Pools by process and count of threads; a count of 0 stands for all cores.
 static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
 /// Runs `work` on so many threads; `None` stands for all cores.
-pub fn run<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+pub fn run<T: Send>(threads: Option<i64>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     Ok(pool(threads)?.install(work))
 }
 
@@ -27,7 +28,7 @@ const FEW: usize = 512;
 /// Runs `work` without the interpreter's lock, on the caller's thread if one thread is wanted or there is little to do.
 pub fn on_threads<T: Send>(
     py: Python,
-    threads: Option<usize>,
+    threads: Option<i64>,
     count: usize,
     work: impl FnOnce(Threads) -> T + Send,
 ) -> PyResult<T> {
@@ -37,14 +38,9 @@ pub fn on_threads<T: Send>(
     py.detach(|| run(threads, || work(Threads::ALL)))
 }
 
-fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
-    let count = match threads {
-        None => 0,
-        Some(count) if (1..=Threads::MOST).contains(&count) => count,
-        Some(count) => {
-            return Err(value_error(format!("threads={count}: give 1 to {}, or None for all cores", Threads::MOST)));
-        }
-    };
+fn pool(threads: Option<i64>) -> PyResult<Arc<ThreadPool>> {
+    let given = |count| integers::within("threads", count, 1..=Threads::MOST as u32, ", or None for all cores");
+    let count = threads.map_or(Ok(0), given)? as usize;
     let key = (process::id(), count);
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(pool) = pools.get(&key) {

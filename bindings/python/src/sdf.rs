@@ -18,7 +18,7 @@ use crate::errors::{choice, file_error, grid_error, type_error, value_error};
 use crate::export::Export;
 use crate::overlap::{self, Overlap};
 use crate::pools::on_threads;
-use crate::{arrays, mesh::Mesh};
+use crate::{arrays, integers, mesh::Mesh};
 
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
 ///
@@ -37,7 +37,7 @@ impl Sdf {
         &self,
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let points = arrays::points(points, "points")?;
         let rows = points.as_slice();
@@ -55,7 +55,7 @@ impl Sdf {
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
         status: bool,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let points = arrays::points(points, "points")?;
         let rows = points.as_slice();
@@ -108,9 +108,9 @@ impl Sdf {
         exact: bool,
         one_per_feature: bool,
         lean: bool,
-        budget: Option<u32>,
+        #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
         tolerance: f64,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
         device: &str,
         kernels: Option<PathBuf>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -163,9 +163,9 @@ impl Sdf {
         pose: Option<&Bound<PyAny>>,
         one_per_feature: bool,
         lean: bool,
-        budget: Option<u32>,
+        #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
         tolerance: f64,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
         kernels: Option<PathBuf>,
     ) -> PyResult<CudaQuery> {
         let keywords = Keywords {
@@ -264,9 +264,9 @@ impl Sdf {
         py: Python,
         path: PathBuf,
         format: Option<&str>,
-        res: Option<u32>,
-        band: Option<u32>,
-        threads: Option<usize>,
+        #[pyo3(from_py_with = integers::optional)] res: Option<i64>,
+        #[pyo3(from_py_with = integers::optional)] band: Option<i64>,
+        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
     ) -> PyResult<Vec<PathBuf>> {
         Export::new(&path, format, res, band)?.write(py, &self.0, &path, threads)
     }

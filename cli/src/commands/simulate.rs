@@ -14,7 +14,7 @@ use crate::args::{MethodWord, SimulateArgs};
 use crate::failure::misuse;
 use crate::mesh_input::{is_standard_input, with_path};
 use crate::report::{Report, number, print_json};
-use crate::{output, progress, signals};
+use crate::{memory, output, progress, signals};
 
 pub fn run(args: &SimulateArgs) -> Result<()> {
     if args.scene.as_deref().is_some_and(is_standard_input) {
@@ -48,6 +48,8 @@ fn run_one(
     }
     let stride = if args.small { 8 } else { 1 };
     let total = scene::variants(&spec).step_by(stride).map(|spec| u64::from(spec.frames)).sum();
+    // Of several runs the first is recorded.
+    let first = scene::variants(&spec).next().unwrap_or_else(|| spec.clone());
     let bar = progress::bar("simulating", total);
     let folder = path.parent().unwrap_or(Path::new("."));
     let threads = sdf_field::Threads::new(args.threads.count.map_or(0, usize::from));
@@ -55,7 +57,7 @@ fn run_one(
     let outcome = scene::run_all(&spec, folder, method.method, threads, stride, |run, frame, stage| {
         bar.inc(u64::from(frame > 0));
         let recorded = match target.as_deref_mut().filter(|_| run == 0) {
-            Some(target) => target.add(&spec, frame, stage),
+            Some(target) => target.add(&first, frame, stage),
             None => Ok(()),
         };
         match recorded {
@@ -142,9 +144,16 @@ impl Target {
     fn add(&mut self, spec: &SceneSpec, frame: u32, stage: &Stage) -> Result<()> {
         if frame == 0 {
             self.recording = Recording::new(&spec.title, spec.rate, stage, OUTLINE_CELLS);
-            signals::defer();
         }
         self.recording.push(stage);
+        if frame == 0 {
+            // Where VTKHDF is written, all points are copied.
+            let copies = if let Form::VtkHdf = self.form { 2.0 } else { 1.0 };
+            let bytes = copies * size_of_val(&self.recording.frames[0][..]) as f64 * (f64::from(spec.frames) + 1.0);
+            let smaller = "use fewer --frames or coarser meshes, or leave out --output";
+            memory::require(bytes, &format!("a recording of {} frames", spec.frames), smaller)?;
+            signals::defer();
+        }
         let is_due = |(at, took): (Instant, Duration)| at.elapsed() > BETWEEN_WRITES.max(MAX_SHARE * took);
         if frame > 0 && self.written.is_none_or(is_due) {
             self.write()?;

@@ -96,5 +96,13 @@ fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     folder.write("lost.toml", SCENE.replace("ball.sdf", "bell.sdf"));
     assert!(folder.refused("simulate lost.toml").contains("bell.sdf.toml"));
     assert!(folder.refused("simulate no.toml").contains("no.toml"));
+    folder.write(
+        "large.toml",
+        SCENE.replace("[6, 6]", "[400, 400]").replace("thickness", "vary.speed = [0.1]\nthickness"),
+    );
+    // What begins slowly takes ten times as many frames.
+    let recording = folder.refused("simulate large.toml -o run.html --frames 100000");
+    assert!(recording.contains("a recording of 1000000 frames needs 1929") && recording.contains("TB"), "{recording}");
+    assert!(!folder.at("run.html").exists());
     assert!(folder.misused("simulate small.toml -o run.gif").contains("OUT.html"));
 }
