@@ -2,10 +2,9 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use pulp::NullaryFnOnce;
-use sdf_core::contact::batch::{self, Survivor};
-use sdf_core::contact::{Contact, Element, Outcome, classify};
+use sdf_core::contact::{Contact, Element, Outcome, batch};
 use sdf_core::grid::owned::OwnedStorage;
-use sdf_core::minimize::{FrankWolfe, Minimum};
+use sdf_core::minimize::FrankWolfe;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{EnclosedSdf, Float, Simplex};
 
@@ -54,7 +53,7 @@ fn work<'a, R: Float + Send + Sync + 'a, const L: usize>(
     let margin = R::from_f64(scene.margin);
     let run = move || {
         let query = Query::<_, _, L> { field, margin, elements: &elements };
-        let (contacts, seconds) = timed(1, || query.contacts())?;
+        let (contacts, seconds) = timed(1, || with_avx2(&query))?;
         Ok(RunResult { contacts: Some(contacts.len()), ..RunResult::timed(seconds) })
     };
     Work { row, size: 1.0, run: Box::new(run) }
@@ -75,19 +74,18 @@ struct Query<'a, F, R: Float, const L: usize> {
     elements: &'a [Element<R, 3>],
 }
 
-impl<F: EnclosedSdf, R: Float, const L: usize> Query<'_, F, R, L> {
-    /// All contacts, found in the same two steps as those of sdf-field.
-    fn contacts(&self) -> Vec<Contact<R>> {
-        let survivors = with_avx2(Cull(self));
+impl<F: EnclosedSdf, R: Float, const L: usize> NullaryFnOnce for &Query<'_, F, R, L> {
+    type Output = Vec<Contact<R>>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Query { field, margin, elements } = *self;
         let mut contacts = vec![];
-        let visit = |survivor: usize, minimum: &Minimum<R, 3>| {
-            let Survivor { index, lower_bound } = survivors[survivor];
-            let outcome = classify(self.field, self.margin, &self.elements[index], minimum, lower_bound);
+        batch::contacts::<_, _, _, _, 3, L>(field, &FrankWolfe::default(), margin, elements, |_, outcome| {
             if let Outcome::Contact(contact) = outcome {
                 contacts.push(contact);
             }
-        };
-        with_avx2(Search { query: self, survivors: &survivors, visit });
+        });
         contacts
     }
 }
@@ -99,40 +97,4 @@ fn with_avx2<W: NullaryFnOnce>(work: W) -> W::Output {
         return vectors.vectorize(work);
     }
     work.call()
-}
-
-struct Cull<'a, F, R: Float, const L: usize>(&'a Query<'a, F, R, L>);
-
-impl<F: EnclosedSdf, R: Float, const L: usize> NullaryFnOnce for Cull<'_, F, R, L> {
-    type Output = Vec<Survivor<R>>;
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        let Query { field, margin, elements } = *self.0;
-        let mut survivors = vec![];
-        batch::cull::<_, _, _, 3, L>(field, margin, elements, |index, result| {
-            if let Ok(lower_bound) = result {
-                survivors.push(Survivor { index, lower_bound });
-            }
-        });
-        survivors
-    }
-}
-
-struct Search<'a, F, R: Float, V, const L: usize> {
-    query: &'a Query<'a, F, R, L>,
-    survivors: &'a [Survivor<R>],
-    visit: V,
-}
-
-impl<F: EnclosedSdf, R: Float, V: FnMut(usize, &Minimum<R, 3>), const L: usize> NullaryFnOnce
-    for Search<'_, F, R, V, L>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Query { field, margin, elements } = *self.query;
-        batch::minima::<_, _, _, _, 3, L>(field, &FrankWolfe::default(), margin, elements, self.survivors, self.visit);
-    }
 }

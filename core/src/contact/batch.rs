@@ -44,6 +44,9 @@ use crate::minimize::{Minimizer, Minimum};
 use crate::number::Float;
 use crate::{EnclosedSdf, Lanes, Simplex};
 
+/// Elements that [`contacts`] culls at a time. Those that are left wait until there are more of them than this.
+const CHUNK: usize = 128;
+
 /// The outcomes of [`contact`](super::contact), bit for bit, in `L` ≥ 1 lanes. `margin` is one for all, or a slice with one for each
 /// element.
 ///
@@ -61,24 +64,29 @@ pub fn contacts<R, F, M, V, const N: usize, const L: usize>(
     M: Minimizer<N>,
     V: FnMut(usize, Outcome<R, N>),
 {
-    let search = Search { field, margin, elements };
-    let mut waiting = Queue::<_, L>::empty();
-    let culling = Culling::<_, _, _, N, L> { field, margin, elements };
-    culling.run(|culled| {
-        let is_full = match culled {
-            Some((index, Ok(lower_bound))) => waiting.push((index, Survivor { index, lower_bound })),
-            Some((index, Err(reason))) => {
-                visit(index, reason.outcome());
-                false
+    // One after the other, not one within the other: so compilers keep the state of the search in registers.
+    let mut survivors = [Survivor { index: 0, lower_bound: R::zero() }; 2 * CHUNK];
+    let mut count: usize = 0;
+    for first in (0..elements.len()).step_by(CHUNK) {
+        let range = first..elements.len().min(first.saturating_add(CHUNK));
+        let is_last = range.end == elements.len();
+        Culling::<_, _, _, N, L> { field, margin, elements, range }.run(|index, culled| match culled {
+            Ok(lower_bound) => {
+                if let Some(next) = survivors.get_mut(count) {
+                    *next = Survivor { index, lower_bound };
+                }
+                count = count.saturating_add(1);
             }
-            None => true,
-        };
-        if is_full {
-            search.minimize(minimizer, &mut waiting, |(index, survivor), minimum| {
-                search.emit(*index, survivor, minimum, &mut visit);
+            Err(reason) => visit(index, reason.outcome()),
+        });
+        if is_last || count > CHUNK {
+            let waiting = survivors.get(..count).unwrap_or(&[]);
+            search::<_, _, _, _, N, L>(field, minimizer, margin, elements, waiting, |survivor, outcome| {
+                visit(waiting.get(survivor).map_or(0, |survivor| survivor.index), outcome);
             });
+            count = 0;
         }
-    });
+    }
 }
 
 /// The first half of [`contacts`]: a lower bound of φ on each element, or why it is not searched.
@@ -95,11 +103,7 @@ pub fn cull<R, F, V, const N: usize, const L: usize>(
     F: EnclosedSdf,
     V: FnMut(usize, Result<R, CullReason>),
 {
-    Culling::<_, _, _, N, L> { field, margin, elements }.run(|culled| {
-        if let Some((index, result)) = culled {
-            visit(index, result);
-        }
-    });
+    Culling::<_, _, _, N, L> { field, margin, elements, range: 0..elements.len() }.run(&mut visit);
 }
 
 /// The second half of [`contacts`]: the outcomes of the elements that [`cull`] left.

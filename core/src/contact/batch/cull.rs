@@ -2,6 +2,7 @@
 //! then one evaluation at the centroids of those that are left, side by side in lanes (Macklin et al. 2020, §3.3).
 
 use core::array::from_fn;
+use core::ops::Range;
 
 use super::queue::Queue;
 use super::{CullReason, Margins, simplices_in_lanes};
@@ -46,31 +47,34 @@ pub(super) struct Culling<'a, R: Float, F, M, const N: usize, const L: usize> {
     pub field: &'a F,
     pub margin: M,
     pub elements: &'a [Element<R, N>],
+    /// The elements that are to be culled.
+    pub range: Range<usize>,
 }
 
 impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Culling<'_, R, F, M, N, L> {
-    /// Visits each element once, then `None` at the end.
+    /// Visits each element once.
     #[inline(always)]
-    pub fn run(&self, mut visit: impl FnMut(Option<(usize, Result<R, CullReason>)>)) {
+    pub fn run(&self, mut visit: impl FnMut(usize, Result<R, CullReason>)) {
         const { assert!(L > 0) };
         let (mut boxes, mut are_far) = (Boxes::zero(), false);
         let filler = BoxBound { lower: R::zero(), slope_bound: R::zero() };
         let mut near = Queue::new(CullSurvivor { index: 0, in_box: filler });
         // One index more than there are elements: there the queue is emptied. So each stage stands here, and is inlined, once.
-        for index in 0..=self.elements.len() {
-            let lane = index % L;
+        let Range { start, end } = self.range;
+        for index in start..=end {
+            let lane = index.wrapping_sub(start) % L;
             if lane == 0 {
                 boxes = self.boxes(index);
                 are_far = !F::SLOPES_TAKE_LONG && self.are_far(&boxes, index);
             }
-            let is_last = index == self.elements.len();
+            let is_last = index == end;
             let bounded =
                 if is_last || are_far { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, index, lane) };
             let is_full = match bounded {
                 Ok(in_box) => near.push(CullSurvivor { index, in_box }),
                 Err(reason) => {
                     if !is_last {
-                        visit(Some((index, Err(reason))));
+                        visit(index, Err(reason));
                     }
                     is_last
                 }
@@ -80,10 +84,9 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
                 let (near, count) = near.drain();
                 let bounded = self.bound_at_centroids(&near);
                 let bounded = near.iter().zip(bounded).take(count);
-                bounded.for_each(|(near, result)| visit(Some((near.index, result))));
+                bounded.for_each(|(near, result)| visit(near.index, result));
             }
         }
-        visit(None);
     }
 
     /// The boxes around `L` elements from the given one on; beyond the last element, its own.
