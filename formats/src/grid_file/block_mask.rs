@@ -48,7 +48,7 @@ pub(super) struct BlockMask {
 impl BlockMask {
     /// Blocks that queries in `regions` need, except regions in which no value is at most `level`. See
     /// [`super::GridReader::read_needed`]. Evaluates only the block bounds of `grid`, never its samples.
-    pub(super) fn needed<S: Storage>(grid: &Grid<S>, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Self {
+    pub(super) fn needed(grid: &Grid<impl Storage>, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Self {
         let lattice = grid.lattice();
         let nodes = lattice.nodes();
         let block_counts = nodes.map(|n| n.div_ceil(BRICK));
@@ -63,10 +63,10 @@ impl BlockMask {
         for region in regions {
             let is_inside = bounds.encloses(&region);
             let magnitude = if is_inside { max_of_lattice } else { max_magnitude(&region).max(max_of_lattice) };
-            let near = nodes_near(lattice, &region, magnitude);
-            let [first, last] = near.unwrap_or([[0; 3], lattice.cells()]);
-            let block = |node: [u32; 3]| node.map(|index| (index / BRICK) as usize);
-            let (first, last) = (block(first), block(last));
+            let own = lattice.nodes_around(&region);
+            let near = own.map(|nodes| widened(lattice, nodes, magnitude));
+            let box_of = |nodes: [[u32; 3]; 2]| nodes.map(|node| node.map(|index| (index / BRICK) as usize));
+            let [first, last] = box_of(near.unwrap_or([[0; 3], lattice.cells()]));
             let rounding = CULL_ERROR * slope_bound * magnitude.max(level.abs());
             let is_done = |(blocks, above)| near.is_some() && blocks == (first, last) && level + rounding <= above;
             if done.is_some_and(is_done) {
@@ -77,14 +77,19 @@ impl BlockMask {
                 done = Some(((first, last), f64::INFINITY));
                 continue;
             }
+            let mut is_above = |[first, last]: [[usize; 3]; 2]| {
+                Self::is_box_above(first, last, level + rounding, grid.storage(), &mut lower_bounds)
+            };
             // Outside the box values are no lower than at its border.
-            if near.is_some() && Self::is_box_above(first, last, level + rounding, grid.storage(), &mut lower_bounds) {
+            if near.is_some() && is_above([first, last]) {
                 done = Some(((first, last), level + rounding));
                 continue;
             }
-            let lowest =
-                if S::HAS_LOWEST { grid.lowest_in_box(&region) } else { grid.enclose_box(&region).range.lower };
-            if near.is_none() || lowest <= level + rounding {
+            let is_far = match own.map(box_of).filter(|[first, last]| is_inside && is_small(*first, *last)) {
+                Some(own) => is_above(own),
+                None => near.is_some() && grid.enclose_box(&region).range.lower > level + rounding,
+            };
+            if !is_far {
                 mask.add_box(first, last);
             }
         }
@@ -191,18 +196,17 @@ fn is_small(first: [usize; 3], last: [usize; 3]) -> bool {
 
 /// First and last node that queries in a region need; `None` if the region is empty or not finite.
 pub(super) fn nodes_needed(lattice: &Lattice, region: &Aabb) -> Option<[[u32; 3]; 2]> {
-    nodes_near(lattice, region, max_magnitude(region).max(max_magnitude(&lattice.bounds())))
+    let magnitude = max_magnitude(region).max(max_magnitude(&lattice.bounds()));
+    Some(widened(lattice, lattice.nodes_around(region)?, magnitude))
 }
 
-/// First and last node that a region needs; `None` if the region is empty or not finite. `magnitude` is the largest
-/// coordinate of the region and the grid.
-fn nodes_near(lattice: &Lattice, region: &Aabb, magnitude: f64) -> Option<[[u32; 3]; 2]> {
-    let [first, last] = lattice.nodes_around(region)?;
+/// First and last node that a region needs, of the nodes around it. `magnitude` is the largest coordinate of the region and the grid.
+fn widened(lattice: &Lattice, [first, last]: [[u32; 3]; 2], magnitude: f64) -> [[u32; 3]; 2] {
     // The cast saturates.
     let margin = ((POINT_ERROR * magnitude * lattice.inv_spacing()) as u32).saturating_add(1 + NORMAL_REACH);
     let cells = lattice.cells();
     let last = std::array::from_fn(|axis| last[axis].saturating_add(margin).min(cells[axis]));
-    Some([first.map(|node| node.saturating_sub(margin)), last])
+    [first.map(|node| node.saturating_sub(margin)), last]
 }
 
 fn max_magnitude(bounds: &Aabb) -> f64 {
