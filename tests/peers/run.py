@@ -327,6 +327,7 @@ def main():
     parser.add_argument("--peers", required=True, type=Path)
     parser.add_argument("--meshes", required=True, type=Path, help="a folder with the meshes to bake, as OBJ")
     parser.add_argument("--names", default="stanford-bunny,armadillo,dragon", help="which of them")
+    parser.add_argument("--shells", default="cow,teapot", help="more of them, of shells that cross or are open, for sparse grids alone")
     parser.add_argument("--output", type=Path, default=ROOT / "docs" / "performance")
     parser.add_argument("--only", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)}")
     parser.add_argument("--res", type=int, default=128, help="of dense grids")
@@ -337,12 +338,12 @@ def main():
     args.output.mkdir(parents=True, exist_ok=True)
     run = Run(args)
     only = args.only.split(",")
-    meshes = [args.meshes / f"{name}.obj" for name in args.names.split(",")]
-    meshes = [mesh for mesh in meshes if mesh.exists()]
+    of_names = lambda names: [mesh for name in names.split(",") if (mesh := args.meshes / f"{name}.obj").exists()]
+    meshes, shells = of_names(args.names), of_names(args.shells)
     cloth, body = args.meshes / "cloth.obj", args.meshes / "dragon.obj"
     work = {
         "dense": lambda: [run.dense(mesh) for mesh in meshes],
-        "sparse": lambda: [run.sparse(mesh) for mesh in meshes],
+        "sparse": lambda: [run.sparse(mesh) for mesh in [*meshes, *shells]],
         "fine": lambda: [run.fine(mesh) for mesh in meshes],
         "contacts": lambda: run.contacts(cloth, body) if cloth.exists() and body.exists() else None,
         "obj": run.obj,

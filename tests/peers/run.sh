@@ -3,7 +3,7 @@
 #
 #     tests/peers/run.sh [--meshes FOLDER] [--only dense,sparse,fine,contacts,obj,entangled] [--rounds N] [--limit SECONDS]
 #
-# FOLDER has the meshes as OBJ (stanford-bunny, armadillo, dragon, cloth; --names selects others). Needs Python 3.11 and PyPI;
+# FOLDER has the meshes as OBJ (stanford-bunny, armadillo, dragon, cow, teapot, cloth; --names and --shells select others). Needs Python 3.11 and PyPI;
 # as root on Debian it installs OpenVDB for Python, and Eigen to build pysdf. A full run takes about 20 minutes on an idle
 # machine.
 set -euo pipefail
