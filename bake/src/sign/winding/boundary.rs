@@ -4,12 +4,12 @@
 //! the gradient of w away from the triangles is an integral over these edges alone (the law of Biot and Savart),
 //!
 //! ```text
-//! ∇w(x) = (1/4π) Σ_edges m ∫ (y − x) × dy/|y − x|³,     so     |∇w(x)| ≤ (1/4π) Σ_edges |m| ∫ ds/|y − x|².
+//! ∇w(x) = (1/4π) Σ_edges m ∫ (y − x) × dy/|y − x|³,     so     |∇w(x)| ≤ (1/4π) Σ_edges |m| ∫ h ds/|y − x|³,
 //! ```
 //!
-//! For an edge of length ℓ at distance d from x, the last integral is at most min(ℓ/d², π/d): the first as |y − x| ≥ d,
-//! the second by integrating 1/(d² + s²) over the whole line. In a ball of radius r about x all |y − x| shrink by a
-//! factor of (d − r)/d at most. So an edge contributes at most |m| min(ℓ, πd)/(d − r)².
+//! h the distance of x from the edge's line. For an edge of length ℓ at distance d ≥ h from x, the last integral is at most
+//! min(ℓ/d², 2/d): the first as |y − x| ≥ d, the second by integrating over the whole line if d = h, and else over the ray beyond d. Both
+//! fall with d. So in a ball of radius r about x an edge contributes at most |m| min(ℓ/(d − r)², 2/(d − r)).
 
 use std::f64::consts::PI;
 
@@ -188,7 +188,7 @@ impl EdgesX8 {
         }
     }
 
-    /// |m| min(ℓ, πd)/(d − r)² of each edge; infinite for d ≤ r.
+    /// |m| min(ℓ/(d − r)², 2/(d − r)) of each edge; infinite for d ≤ r.
     #[inline(always)]
     fn slopes(&self, center: Vector3<f64>, radius: f64) -> Lanes<f64> {
         let mut slopes = [0.0; LANES];
@@ -200,9 +200,8 @@ impl EdgesX8 {
             let t = min(max(t, 0.0), 1.0);
             let [x, y, z] = [x - t * along_x, y - t * along_y, z - t * along_z];
             let distance = (x * x + y * y + z * z).sqrt();
-            let integral = min(self.length[lane], PI * distance);
             let gap = distance * (1.0 - SUM_SLACK) - radius;
-            let slope = self.multiplicity[lane] * integral / (gap * gap);
+            let slope = self.multiplicity[lane] * min(self.length[lane], 2.0 * gap) / (gap * gap);
             slopes[lane] = if gap > 0.0 { slope } else { f64::INFINITY };
         }
         slopes

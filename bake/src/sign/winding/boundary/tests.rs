@@ -72,3 +72,23 @@ fn the_winding_number_changes_no_faster_than_the_slope_bound() {
     }
     assert!(tightest > 0.2, "{tightest}: the bound is too wide");
 }
+
+#[test]
+fn near_the_middle_of_a_long_edge_the_slope_bound_is_hardly_more_than_the_change() {
+    let mut state = 47;
+    println!("seed {state}");
+    let (triangles, boundary) = sheet(1, &mut state);
+    let edge = &boundary.edges[0];
+    let from = Vector3::from_fn(|axis, _| edge.from[axis][0]);
+    let along = Vector3::from_fn(|axis, _| edge.offset[axis][0]);
+    for _ in 0..1000 {
+        let across = along.cross(&random_vector(&mut state)).normalize();
+        let distance = 0.01 * random(&mut state).abs() * along.norm();
+        let center = from + along * 0.5 + across * distance;
+        let step = along.cross(&across).normalize() * (0.01 * distance);
+        let change = winding(&triangles, center + step) - winding(&triangles, center - step);
+        let slope = (change - change.round()).abs() / (2.0 * step.norm());
+        let bound = boundary.slope_bound(center, step.norm());
+        assert!(slope <= bound && slope > 0.9 * bound, "{slope} {bound} at {distance}");
+    }
+}
