@@ -221,7 +221,8 @@ fn read_needed<const N: usize>(
     reader: GridReader,
     elements: &[[u32; N]],
 ) -> Result<StoredGrid> {
-    let coordinates = mesh.points.iter().flatten();
+    // Of the elements alone: other points of the mesh may be far away.
+    let coordinates = elements.iter().flatten().flat_map(|vertex| mesh.points[*vertex as usize]);
     let farthest = coordinates.fold(margin.abs(), |farthest, x| farthest.max(x.abs()));
     let is_moved = args.pose.is_moved();
     // A query on an element may lie outside its box by the rounding of world coordinates.

@@ -165,6 +165,8 @@ fn only_blocks_near_the_elements_are_read_and_nothing_else_changes() {
     folder.write("patch.obj", patch.obj());
     folder.write("both.obj", patch.and(&Model::ball([0.0; 3], 1.0, 3)).obj());
     folder.write("far.obj", patch.moved(|[x, y, z]| [x + 90.0, y, z]).obj());
+    // No face uses its last point.
+    folder.write("unused.obj", patch.obj() + "v 1e15 0 0\n");
     for (layout, blocks, of_blocks) in [
         ("dense", "chunks", "of_chunks"),
         ("sparse --precision f32", "bricks", "of_bricks"),
@@ -175,7 +177,7 @@ fn only_blocks_near_the_elements_are_read_and_nothing_else_changes() {
         let bytes = folder.read("ball.sdf.h5").len() as u64;
         for pose in ["", "--translate 0.01,0.02,-0.03 --rotate 0.1,0.2,0.3,2"] {
             let search = |mesh: &str| folder.json(&format!("contacts {mesh} ball.sdf.h5 --margin 0.02 {pose}"));
-            let [alone, both, far] = [search("patch.obj"), search("both.obj"), search("far.obj")];
+            let [alone, both, far, unused] = ["patch.obj", "both.obj", "far.obj", "unused.obj"].map(search);
             let read = |json: &Value, key: &str| {
                 json["read"][key].as_u64().unwrap_or_else(|| panic!("{key}: {}", json["read"]))
             };
@@ -189,6 +191,7 @@ fn only_blocks_near_the_elements_are_read_and_nothing_else_changes() {
                 both["read"]
             );
             assert!(2 * read(&alone, "bytes") < bytes, "{layout}: {}", alone["read"]);
+            assert_eq!(unused["read"], alone["read"], "{layout}");
             assert_eq!((read(&far, blocks), contacts(&far).len()), (0, 0), "{layout}: {}", far["read"]);
             let triangles = patch.triangles.len() as u64;
             let of_patch: Vec<&Value> =
