@@ -82,7 +82,9 @@ pub fn contacts<R, F, M, V, const N: usize, const L: usize>(
         if is_last || count > CHUNK {
             let waiting = survivors.get(..count).unwrap_or(&[]);
             search::<_, _, _, _, N, L>(field, minimizer, margin, elements, waiting, |survivor, outcome| {
-                visit(waiting.get(survivor).map_or(0, |survivor| survivor.index), outcome);
+                if let Some(survivor) = waiting.get(survivor) {
+                    visit(survivor.index, outcome);
+                }
             });
             count = 0;
         }

@@ -48,7 +48,7 @@ pub trait Storage {
     /// See [`EnclosedSdf::SLOPES_TAKE_LONG`](crate::EnclosedSdf::SLOPES_TAKE_LONG).
     const SLOPES_TAKE_LONG: bool = false;
 
-    /// Does [`lowest`](Self::lowest) take less time than [`block_bounds`](Self::block_bounds)? If not, it is never called.
+    /// Does [`lowest`](Self::lowest) take less time than [`block_bounds`](Self::block_bounds)? If not, no cull calls it.
     const HAS_LOWEST: bool = false;
 
     /// Lower end of the range of `block_bounds`.

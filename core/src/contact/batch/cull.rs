@@ -59,15 +59,15 @@ impl<R: Float, F: EnclosedSdf, M: Margins<R>, const N: usize, const L: usize> Cu
         let (mut boxes, mut are_far) = (Boxes::zero(), false);
         let filler = BoxBound { lower: R::zero(), slope_bound: R::zero() };
         let mut near = Queue::new(CullSurvivor { index: 0, in_box: filler });
-        // One index more than there are elements: there the queue is emptied. So each stage stands here, and is inlined, once.
+        // One index more than the range has: there the queue is emptied. So each stage stands here, and is inlined, once.
         let Range { start, end } = self.range;
         for index in start..=end {
             let lane = index.wrapping_sub(start) % L;
-            if lane == 0 {
+            let is_last = index == end;
+            if lane == 0 && !is_last {
                 boxes = self.boxes(index);
                 are_far = !F::SLOPES_TAKE_LONG && self.are_far(&boxes, index);
             }
-            let is_last = index == end;
             let bounded =
                 if is_last || are_far { Err(CullReason::Culled) } else { self.bound_in_box(&boxes, index, lane) };
             let is_full = match bounded {
