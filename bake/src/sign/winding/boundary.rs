@@ -8,8 +8,8 @@
 //! ```
 //!
 //! h the distance of x from the edge's line. For an edge of length ℓ at distance d ≥ h from x, the last integral is at most
-//! min(ℓ/d², 2/d): the first as |y − x| ≥ d, the second by integrating over the whole line if d = h, and else over the ray beyond d. Both
-//! fall with d. So in a ball of radius r about x an edge contributes at most |m| min(ℓ/(d − r)², 2/(d − r)).
+//! min(ℓ/d², 2/d): the first as |y − x| ≥ d. The second is the integral over the whole line if d = h. Else the edge is on one side of
+//! the line's nearest point, and the integral over all of that side farther than d is at most h/d². Both fall with d. So in a ball of radius r about x an edge contributes at most |m| min(ℓ/(d − r)², 2/(d − r)).
 
 use std::f64::consts::PI;
 
