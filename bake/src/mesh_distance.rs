@@ -45,6 +45,8 @@ pub struct MeshDistance<'a> {
     topology: Topology,
     winding: WindingNumbers,
     pseudo_normals: Option<PseudoNormals>,
+    /// [`TriangleMesh::outward`], in the tree's order.
+    outward: Option<Vec<f64>>,
     sign_reason: String,
     cancel: Option<&'a AtomicBool>,
 }
@@ -94,11 +96,15 @@ impl<'a> MeshDistance<'a> {
         let sign_reason = sign_reason(sign, method, &topology);
         let pseudo_normals = (method == SignMethod::PseudoNormal).then(|| PseudoNormals::new(mesh, &oriented));
         let winding = WindingNumbers::of_mesh(mesh_of_signs, &oriented, orientations);
+        let in_tree =
+            |outward: &Vec<i8>| tree.triangles.iter().map(|triangle| outward[*triangle as usize].into()).collect();
+        let are_any_known = |outward: &&Vec<i8>| outward.iter().any(|outward| *outward != 0);
+        let outward = mesh.outward.as_ref().filter(are_any_known).map(in_tree);
         // Whole winding numbers are those of rays.
         if pseudo_normals.is_none() && !winding.boundary().is_empty() {
             winding.prepare(tree_of_signs);
         }
-        Self { mesh, tree, solid, topology, winding, pseudo_normals, sign_reason, cancel: None }
+        Self { mesh, tree, solid, topology, winding, pseudo_normals, outward, sign_reason, cancel: None }
     }
 
     /// The same, in bakes that another thread can end: once the flag is set they skip what is left, and what they return is
@@ -241,7 +247,7 @@ impl<'a> MeshDistance<'a> {
         })
     }
 
-    fn is_inside_by_winding(&self, point: Vector3<f64>) -> bool {
+    pub(crate) fn is_inside_by_winding(&self, point: Vector3<f64>) -> bool {
         self.winding_estimate(point, f64::INFINITY).value.abs() >= 0.5
     }
 
@@ -254,10 +260,10 @@ impl<'a> MeshDistance<'a> {
         self.pseudo_normals.as_ref().filter(|_| self.topology.bounds_one_solid())
     }
 
-    /// Orientations of all triangles in the tree's order, 1 if wound outward and −1 if inward, if pseudo-normals give every
-    /// sign and the mesh bounds one solid.
-    pub(crate) fn solid_orientations(&self) -> Option<&[f64]> {
-        self.solid_normals().map(|_| self.winding.orientations())
+    /// For each triangle in the tree's order 1 if the outside is in front of it and the inside behind it, −1 if the other way round,
+    /// 0 if that is not known. `None` if nothing is known of any: of open meshes, and where too many triangles cross.
+    pub(crate) fn outward(&self) -> Option<&[f64]> {
+        self.solid_normals().map(|_| self.winding.orientations()).or(self.outward.as_deref())
     }
 
     /// Indices of the corners of a triangle in the tree.

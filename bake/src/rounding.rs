@@ -99,6 +99,10 @@ pub(crate) const NORMAL_SLACK: f64 = 1e-7;
 /// Squared difference of two directions that count as one, relative to their squared length.
 pub(crate) const DIRECTION_SLACK_SQ: f64 = 1e-13;
 
+/// Largest angle by which rounded corners may turn the plane of a piece of a triangle, a rounding of f32: corners off by ρ turn it by
+/// 2 ρ over its least height, ρ times its longest edge over its area.
+pub(crate) const PIECE_TURN: f64 = 0.5 * EPSILON_F32;
+
 // Magnitudes below which a quantity has lost its digits.
 
 /// Squared sine of a triangle's angle below which its inside has no reliable normal: cross products lose half of the

@@ -145,7 +145,8 @@ pub enum Certify {
     /// Bound by the cap of the normals that can matter to 4 × 4 × 4 cells: (√3/2) sin θ, at no cost.
     #[default]
     Fast,
-    /// Bound by the normals of single cells and of single corners of the mesh where that is smaller: half the time of a bake.
+    /// Bound by the normals of single cells and of single corners of the mesh where that is smaller: half the time of a bake. As
+    /// [`Self::Fast`] for meshes of several shells.
     Tight,
 }
 
@@ -156,7 +157,7 @@ const SLOTS_AT_A_TIME: usize = 1024;
 impl<'a> SparseBaker<'a> {
     /// Finds which slots are near the surface. `band` is a length.
     pub fn new(mesh: &'a MeshDistance<'a>, lattice: &Lattice, band: f64) -> Self {
-        let frames = || PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), lattice.spacing());
+        let frames = || PlaneFrames::new(mesh.tree(), mesh.outward(), lattice.spacing());
         let frames = can_splat(mesh).then(frames);
         let map = BrickMap::new(mesh, lattice, band, frames.as_ref());
         Self { mesh, lattice: *lattice, map, frames, certify: Certify::default() }

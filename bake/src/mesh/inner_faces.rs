@@ -28,7 +28,8 @@ use super::known::Known;
 use super::topology::{OrientedMesh, orient, same_edge};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::rounding::PIECE_ROUNDING;
+use crate::rounding::{PIECE_ROUNDING, PIECE_TURN};
+use crate::triangle::area_vector;
 use crate::union_find::UnionFind;
 use pieces::pieces;
 use sides::{Sides, Verdict};
@@ -139,7 +140,7 @@ impl TriangleMesh {
         self.assembled(oriented, tree, &apart, &divided)
     }
 
-    /// Verdict of each triangle that meets no other. Meaningless for the others.
+    /// Verdict of each triangle that meets no other, as it is wound. Meaningless for the others.
     fn verdicts_apart(&self, oriented: &OrientedMesh, sides: &Sides, divided: &[Divided]) -> Vec<Verdict> {
         let count = self.triangles.len();
         let mut is_apart = vec![true; count + self.stitches.len()];
@@ -170,21 +171,25 @@ impl TriangleMesh {
             let verdicts = samples.iter().flat_map(|triangle| {
                 let face = self.corner_points(self.triangles[*triangle]);
                 let piece = pieces(face, &[]).and_then(|mut pieces| pieces.pop());
-                piece.map(|piece| sides.verdict(face, &piece))
+                piece.map(|piece| sides.verdict(face, &piece).as_wound(oriented.orientations[*triangle]))
             });
             // What is not certain stays.
             verdicts.into_iter().find(|verdict| verdict.is_certain).unwrap_or(Verdict::UNKNOWN)
         };
         let by_part: Vec<Verdict> = sdf_parallel::map(samples.len(), |part| verdict(&samples[part]));
-        parts.into_iter().map(|part| part.map_or(Verdict::UNKNOWN, |part| by_part[part])).collect()
+        let of_triangle = |(part, orientation): (Option<usize>, &f64)| {
+            part.map_or(Verdict::UNKNOWN, |part| by_part[part].as_wound(*orientation))
+        };
+        parts.into_iter().zip(&oriented.orientations).map(of_triangle).collect()
     }
 
     fn assembled(mut self, oriented: OrientedMesh, tree: Bvh, apart: &[Verdict], divided: &[Divided]) -> Self {
         self.report.entangled_shells = 0;
         let mut report = self.report;
-        let (mut points, mut triangles) = (self.points.clone(), vec![]);
+        let (mut points, mut triangles, mut outward) = (self.points.clone(), vec![], vec![]);
         let max_coordinate = self.bounds.min.iter().chain(&self.bounds.max).fold(0.0_f64, |max, x| max.max(x.abs()));
         let mut divided = divided.iter().peekable();
+        let rounding = PIECE_ROUNDING * max_coordinate;
         let mut has_new_points = false;
         for (triangle, corners) in self.triangles.iter().enumerate() {
             let orientation = oriented.orientations[triangle];
@@ -203,7 +208,9 @@ impl TriangleMesh {
                 if verdict.is_inner() {
                     report.inner_triangles += 1;
                 } else {
-                    triangles.push(outward(*corners, verdict, orientation));
+                    triangles.push(wound_outward(*corners, verdict, orientation));
+                    let is_same = parts.iter().all(|(_, other)| *other == verdict);
+                    outward.push(if is_same { verdict.outward() } else { 0 });
                 }
                 continue;
             }
@@ -211,15 +218,20 @@ impl TriangleMesh {
             for (polygon, verdict) in parts.iter().filter(|(_, verdict)| !verdict.is_inner()) {
                 for fan in polygon[1..].windows(2) {
                     let first = points.len() as u32;
-                    points.extend(with_area([polygon[0], fan[0], fan[1]], f64::EPSILON * max_coordinate));
-                    triangles.push(outward([first, first + 1, first + 2], *verdict, orientation));
+                    let corners = with_area([polygon[0], fan[0], fan[1]], f64::EPSILON * max_coordinate);
+                    points.extend(corners);
+                    triangles.push(wound_outward([first, first + 1, first + 2], *verdict, orientation));
+                    outward.push(if has_known_plane(corners, rounding) { verdict.outward() } else { 0 });
                 }
             }
         }
         if triangles.is_empty() || triangles.len() == self.triangles.len() && !has_new_points {
+            self.outward = (!triangles.is_empty()).then_some(outward);
             return self.with_known(tree, oriented);
         }
-        let rounding = if has_new_points { PIECE_ROUNDING * max_coordinate } else { 0.0 };
+        let rounding = if has_new_points { rounding } else { 0.0 };
+        // All that are known were wound outward.
+        let outward = Some(outward.into_iter().map(i8::abs).collect());
         let (bounds, stitches) = (self.bounds, vec![]);
         Self {
             points,
@@ -233,17 +245,25 @@ impl TriangleMesh {
             tree: Known::default(),
             orientation: Known::default(),
             solid: Some(Arc::new(self.with_known(tree, oriented))),
+            outward,
         }
     }
 }
 
 /// The triangle wound so that its front is outside of the solid, or else as it is oriented.
-fn outward([a, b, c]: [u32; 3], verdict: Verdict, orientation: f64) -> [u32; 3] {
+fn wound_outward([a, b, c]: [u32; 3], verdict: Verdict, orientation: f64) -> [u32; 3] {
     let is_turned = match verdict.inside {
         [front, back] if front != back => front,
         _ => orientation < 0.0,
     };
     if is_turned { [a, c, b] } else { [a, b, c] }
+}
+
+/// Is a piece's plane hardly turned by the rounding of its corners? Then heights over it are as certain as distances in f32.
+fn has_known_plane(corners: [Vector3<f64>; 3], rounding: f64) -> bool {
+    let [a, b, c] = corners;
+    let longest = [b - a, c - b, a - c].into_iter().map(|edge| edge.norm()).fold(0.0, f64::max);
+    rounding * longest < PIECE_TURN * area_vector(corners).norm()
 }
 
 /// A triangle that rounding left without area gets one: a corner moves by `step` along an axis, or two where all are one.

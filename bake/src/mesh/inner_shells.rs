@@ -42,6 +42,25 @@ struct Shell {
     windings: Vec<(usize, i32)>,
 }
 
+impl Shell {
+    /// Winding number of all others around it.
+    fn winding(&self) -> i32 {
+        self.windings.iter().map(|(_, winding)| winding).sum()
+    }
+
+    /// 1 if the outside of the solid is at the front of its triangles, as they are oriented, and the inside at their back, −1 if the
+    /// other way round, 0 if both are on one side or it meets others.
+    fn outward(&self) -> i8 {
+        let winding = self.winding();
+        let enclosed = winding + self.orientation;
+        match (self.is_free, winding == 0, enclosed == 0) {
+            (true, true, false) => self.orientation as i8,
+            (true, false, true) => -self.orientation as i8,
+            _ => 0,
+        }
+    }
+}
+
 impl TriangleMesh {
     /// The mesh without closed shells that lie inside of the solid, as a cube in a cube that is wound alike.
     /// [`report`](Self::report) counts them, and those that are entangled and therefore kept.
@@ -84,13 +103,16 @@ impl TriangleMesh {
         let shells = sdf_parallel::map(count, shell).into_iter().collect::<Option<Vec<Shell>>>();
         let Some(shells) = shells else { return (self, pairs) };
         let is_inner = inner(&shells);
+        let count_before = self.triangles.len();
+        let kept: Vec<usize> = (0..count_before).filter(|triangle| !is_inner[labels[*triangle]]).collect();
+        let outward: Vec<i8> = shells.iter().map(Shell::outward).collect();
+        let of_triangle = |triangle: &usize| outward[labels[*triangle]] * oriented.orientations[*triangle] as i8;
+        self.outward = Some(kept.iter().map(of_triangle).collect());
         self.report.inner_shells = is_inner.iter().filter(|is_inner| **is_inner).count();
         if self.report.inner_shells == 0 {
             return (self, pairs);
         }
-        let count_before = self.triangles.len();
-        let mut triangle = 0..;
-        self.triangles.retain(|_| !is_inner[labels[triangle.next().unwrap_or(0)]]);
+        self.triangles = kept.iter().map(|triangle| self.triangles[*triangle]).collect();
         (self.order, self.tree, self.orientation) = (None, Known::default(), Known::default());
         self.report.inner_triangles = count_before - self.triangles.len();
         (self, pairs)
@@ -111,7 +133,7 @@ pub(super) fn has_known_shells(topology: &Topology) -> bool {
 /// Is each shell inside of the solid at both sides, and apart from entangled shells?
 fn inner(shells: &[Shell]) -> Vec<bool> {
     let is_inner = |shell: &Shell| {
-        let winding: i32 = shell.windings.iter().map(|(_, winding)| winding).sum();
+        let winding = shell.winding();
         let is_in_free_shells = shell.windings.iter().all(|(around, _)| shells[*around].is_free);
         shell.is_free && is_in_free_shells && winding != 0 && winding + shell.orientation != 0
     };

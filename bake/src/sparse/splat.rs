@@ -142,8 +142,8 @@ impl SparseBaker<'_> {
         let (spacing, inv_spacing, arch) = (lattice.spacing(), 1.0 / lattice.spacing(), mesh.tree().arch);
         let in_voxels = |length: f64| (length * inv_spacing) as f32;
         let coarse = (!is_at_jump).then(|| map.corner_magnitudes(slot).map(in_voxels));
-        let is_solid = mesh.solid_normals().is_some();
-        let is_certified = is_solid && self.certify == Certify::Fast;
+        let (is_solid, has_normals) = (mesh.solid_normals().is_some(), mesh.outward().is_some());
+        let is_certified = has_normals && !(is_solid && self.certify == Certify::Tight);
         brick.measure(
             arch,
             BrickQuery {
@@ -167,10 +167,13 @@ impl SparseBaker<'_> {
         }
         let triangle = |index: u32| lists.triangles[list[(index as usize).min(list.len() - 1)] as usize].slot as usize;
         let offset = |step: [usize; 3]| step.map(|n| n as f32 - 0.5 * (SIDE - 1) as f32);
-        let inside = if is_solid {
+        let inside = if has_normals {
             let known = [brick.decided, brick.inside];
             let is_inside = |node: usize| {
                 let (step, position) = (step_of(node), self.node(slot, step_of(node)));
+                if !is_solid {
+                    return mesh.is_inside_by_winding(position);
+                }
                 let candidates = brick.nearest_to(arch, offset(step), list.len());
                 if signed[node] >= in_voxels(map.kept_within()) - 2.0 * rounding {
                     // Its nearest triangle may not be in the list.
@@ -191,9 +194,9 @@ impl SparseBaker<'_> {
         };
         let (scale, code_rounding) = signed_brick.encode(arch, codes);
         let interpolation = match self.certify {
-            Certify::Fast if is_solid => f64::from(brick.interpolation).min(MAX_ERROR) * spacing,
-            Certify::Fast => MAX_ERROR * spacing,
-            Certify::Tight => self.slot_error(slot, |[x, y, z]| {
+            _ if is_certified => f64::from(brick.interpolation).min(MAX_ERROR) * spacing,
+            _ if !is_solid => MAX_ERROR * spacing,
+            _ => self.slot_error(slot, |[x, y, z]| {
                 let step = [x, y, z];
                 let triangle = triangle(brick.nearest_to(arch, offset(step), list.len())[0]);
                 let nearest = nearest_on_triangle(self.node(slot, step), mesh.tree().corners[triangle]);

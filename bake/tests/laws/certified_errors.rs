@@ -1,7 +1,7 @@
 //! Error bounds of a sparse grid's bricks, compared with the baker's own distances (tested elsewhere).
 
 use sdf_bake::sparse::{Certify, Quantize, SparseBaker, SparseGrid};
-use sdf_bake::{MeshDistance, lattice_around};
+use sdf_bake::{MeshDistance, TriangleMesh, lattice_around};
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Grid, Lattice};
@@ -39,16 +39,15 @@ fn solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
 }
 
 /// Largest error over its brick's bound, which must be at most 1, and the bounds of all bricks in voxels.
-fn check<C: Quantize>(
+pub fn check<C: Quantize>(
     name: &str,
-    mesh: &Mesh,
+    triangles: &TriangleMesh,
     cells: u32,
     band: f64,
     certify: Certify,
     random: &mut Random,
 ) -> (f64, Vec<f64>) {
-    let triangles = mesh.baked();
-    let distance = MeshDistance::new(&triangles, None);
+    let distance = MeshDistance::new(triangles, None);
     let lattice = lattice_around(&triangles.bounds(), triangles.bounds().longest_side() / f64::from(cells), 2).unwrap();
     let spacing = lattice.spacing();
     let baker = SparseBaker::new(&distance, &lattice, band * spacing).certified(certify);
@@ -59,7 +58,7 @@ fn check<C: Quantize>(
     let mut worst = 0.0_f64;
     let mut count = 0;
     for round in 0..10_000 {
-        let (cell, point) = point_of_cell(&lattice, &triangles, spacing * band, round, random);
+        let (cell, point) = point_of_cell(&lattice, triangles, spacing * band, round, random);
         if !(0..3).all(|axis| cell[axis] < lattice.cells()[axis]) {
             continue;
         }
@@ -89,7 +88,7 @@ fn check<C: Quantize>(
 /// A cell and one of its points near the surface: a node, the middle of an edge, a face or the cell, or any point.
 fn point_of_cell(
     lattice: &Lattice,
-    mesh: &sdf_bake::TriangleMesh,
+    mesh: &TriangleMesh,
     band: f64,
     round: usize,
     random: &mut Random,
@@ -116,10 +115,11 @@ fn point_of_cell(
 fn no_point_of_the_band_is_off_by_more_than_its_bricks_error_bound() {
     let mut random = Random::from_env();
     for (name, mesh) in solids(&mut random) {
+        let triangles = mesh.baked();
         for cells in [5, 17, 40] {
-            let (worst, _) = check::<f32>(name, &mesh, cells, 3.0, Certify::Tight, &mut random);
-            let (wide, _) = check::<u16>(name, &mesh, cells, 6.0, Certify::Fast, &mut random);
-            let (coarse, _) = check::<u8>(name, &mesh, cells, 1.5, Certify::Fast, &mut random);
+            let (worst, _) = check::<f32>(name, &triangles, cells, 3.0, Certify::Tight, &mut random);
+            let (wide, _) = check::<u16>(name, &triangles, cells, 6.0, Certify::Fast, &mut random);
+            let (coarse, _) = check::<u8>(name, &triangles, cells, 1.5, Certify::Fast, &mut random);
             println!("{name} of {cells} cells: {worst:.2}, {wide:.2}, {coarse:.2} of the bound");
         }
     }
@@ -134,12 +134,12 @@ fn smooth_parts_of_a_mesh_have_small_error_bounds() {
     };
     let sphere = meshes::icosphere(5).turned(&random.rotation());
     for (certify, middle) in [(Certify::Tight, 0.15), (Certify::Fast, 0.3)] {
-        let (_, errors) = check::<f32>("sphere", &sphere, 100, 3.0, certify, &mut random);
+        let (_, errors) = check::<f32>("sphere", &sphere.baked(), 100, 3.0, certify, &mut random);
         assert!(quantile(errors.clone(), 0.5) < middle, "sphere: {} in the middle", quantile(errors, 0.5));
     }
     let cube = meshes::cube().turned(&random.rotation());
-    let (_, fast) = check::<f32>("cube", &cube, 80, 3.0, Certify::Fast, &mut random);
-    let (_, errors) = check::<f32>("cube", &cube, 80, 3.0, Certify::Tight, &mut random);
+    let (_, fast) = check::<f32>("cube", &cube.baked(), 80, 3.0, Certify::Fast, &mut random);
+    let (_, errors) = check::<f32>("cube", &cube.baked(), 80, 3.0, Certify::Tight, &mut random);
     // At an edge of 90° between flat faces the bound is (0.707 + 0.146)/2 = 0.43 voxels (docs/error-bounds.md).
     // Between them nothing but the rounding of distances to triangles of 80 voxels is left.
     let flat = |errors: &[f64]| errors.iter().filter(|error| **error < 1e-3).count();
@@ -154,6 +154,6 @@ fn smooth_parts_of_a_mesh_have_small_error_bounds() {
 fn a_mesh_that_does_not_bound_one_solid_has_the_error_bound_of_any_distance() {
     let mut random = Random::from_env();
     let two = meshes::cube().and(meshes::cube().scaled(0.3).moved(3.0, 0.0, 0.0));
-    let (_, errors) = check::<f32>("two cubes", &two, 30, 3.0, Certify::Fast, &mut random);
+    let (_, errors) = check::<f32>("two cubes", &two.baked(), 30, 3.0, Certify::Fast, &mut random);
     assert!(errors.iter().all(|error| (0.866..0.867).contains(error)));
 }

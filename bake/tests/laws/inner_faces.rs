@@ -1,11 +1,13 @@
 //! Shells that cross, nest and touch: distances are those to the surface of the solid, signs stay as they were.
 
-use sdf_bake::sparse::SparseGrid;
+use sdf_bake::sparse::{Certify, SparseGrid};
 use sdf_bake::{MeshDistance, MeshSurface, SignMethod, TriangleMesh, dense, lattice_around, sparse};
-use sdf_core::grid::sparse::Sparse;
+use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Sparse};
 use sdf_core::grid::{Dense, Storage};
 use sdf_core::nalgebra::{Rotation3, Vector3};
 
+use crate::certified_errors;
+use crate::inner_shells;
 use crate::meshes::{self, Mesh};
 use crate::oracle;
 use crate::random::Random;
@@ -283,6 +285,48 @@ fn grids_of_crossing_shells_keep_within_their_bounds() {
         }
     }
     assert!(tested > 500, "{tested}");
+}
+
+/// In bricks, sides come from the planes of the triangles beside which the outside of the solid is proven to be, and so do error
+/// bounds: the sides are those of the winding number, the bounds hold, and many are less than that of any distance.
+#[test]
+fn bricks_of_shells_have_the_sides_of_winding_numbers_and_keep_within_their_bounds() {
+    let mut random = Random::from_env();
+    let (mut nodes, mut inside, mut bricks, mut tight) = (0, 0, 0, [0; 2]);
+    for round in 0..24 {
+        // Every third mesh has shells in shells, every other one faces that are wound the wrong way round.
+        let crossing = |random: &mut Random| {
+            (0..2 + random.below(4)).map(|_| random_part(random)).fold(Mesh::default(), Mesh::and)
+        };
+        let mesh = if round % 3 == 0 { inner_shells::nested(&mut random) } else { crossing(&mut random) };
+        let turned = [(); 5].map(|()| random.below(mesh.triangles.len()));
+        let mesh = if round % 2 == 0 { mesh.with_flipped(&turned) } else { mesh };
+        let baked = mesh.baked().without_inner_faces();
+        let (cells, name) = (20 + random.below(60), format!("round {round}"));
+        let distance = MeshDistance::new(&baked, None);
+        let spacing = baked.bounds().longest_side() / cells as f64;
+        let lattice = lattice_around(&baked.bounds(), spacing, 3).unwrap();
+        let grid: SparseGrid<f32> = sparse::bake(&distance, &lattice, 3.0 * spacing, &|_| ());
+        for _ in 0..3000 {
+            let index = random.below(grid.samples.len());
+            let (brick, node) = (index / BRICK_SAMPLES, index % BRICK_SAMPLES);
+            let step = [node % 8, node / 8 % 8, node / 64];
+            let at = lattice.node([0, 1, 2].map(|axis| grid.slots[brick][axis] * BRICK + step[axis] as u32));
+            let exact = distance.signed_distance(at);
+            let value = f64::from(grid.samples[index]);
+            if exact.abs() > 1e-9 {
+                assert_eq!(value < 0.0, exact < 0.0, "{name}: {value} for {exact} at {at:?}");
+                (nodes, inside) = (nodes + 1, inside + usize::from(exact < 0.0));
+            }
+        }
+        for (certify, tight) in [Certify::Fast, Certify::Tight].into_iter().zip(&mut tight) {
+            let (_, errors) = certified_errors::check::<u16>(&name, &baked, cells as u32, 3.0, certify, &mut random);
+            *tight += errors.iter().filter(|error| **error < 0.6).count();
+            bricks += errors.len();
+        }
+    }
+    assert!(nodes > 60_000 && inside > 5000, "{nodes} {inside}");
+    assert!(tight.iter().all(|tight| *tight > bricks / 100), "{tight:?} of {bricks}");
 }
 
 /// Meshes of which nothing is inside stay as they were, bit for bit.

@@ -32,7 +32,7 @@ fn random_shell(random: &mut Random) -> Mesh {
 }
 
 /// Shells in shells, each wound either way, apart from each other.
-fn nested(random: &mut Random) -> Mesh {
+pub fn nested(random: &mut Random) -> Mesh {
     let mut mesh = Mesh::default();
     for tower in 0..3 {
         let mut size = 1.0;

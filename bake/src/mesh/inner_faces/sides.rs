@@ -41,6 +41,21 @@ pub(super) struct Verdict {
 impl Verdict {
     pub const UNKNOWN: Self = Self { inside: [false; 2], is_certain: false };
 
+    /// 1 if the outside is proven to be in front and the inside behind, −1 the other way round, else 0.
+    pub fn outward(self) -> i8 {
+        match (self.is_certain, self.inside) {
+            (true, [false, true]) => 1,
+            (true, [true, false]) => -1,
+            _ => 0,
+        }
+    }
+
+    /// Verdict of the triangle that is turned if its orientation is −1: front and back change places.
+    pub fn as_wound(self, orientation: f64) -> Self {
+        let [front, back] = self.inside;
+        Self { inside: if orientation < 0.0 { [back, front] } else { [front, back] }, ..self }
+    }
+
     /// Is the piece no part of the surface?
     pub fn is_inner(self) -> bool {
         self.inside == [true; 2]

@@ -48,7 +48,7 @@ fn a_solids_slots_are_marked_and_its_coarse_nodes_are_distances_inside_and_never
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 25).unwrap();
         let mesh = MeshDistance::new(&mesh, None);
         let spacing = lattice.spacing();
-        let frames = PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), spacing);
+        let frames = PlaneFrames::new(mesh.tree(), mesh.outward(), spacing);
         let map = BrickMap::new(&mesh, &lattice, band * spacing, Some(&frames));
         assert!(map.is_solid, "{}", mesh.sign_reason());
         let distance = |node: [u32; 3]| mesh.nearest(lattice.node(node).into(), 0);
@@ -120,7 +120,7 @@ fn a_solids_coarse_grid_is_the_same_by_layers_and_its_sides_are_limited_by_thems
         let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / cells, 25).unwrap();
         let mesh = MeshDistance::new(&mesh, None);
         let spacing = lattice.spacing();
-        let frames = PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), spacing);
+        let frames = PlaneFrames::new(mesh.tree(), mesh.outward(), spacing);
         let empty = || BrickMap::empty(brick_counts(&lattice), spacing, band * spacing);
         let nodes = |max_listed, window| {
             let map = empty();
@@ -150,7 +150,7 @@ fn far_from_crossed_slots_magnitudes_interpolate_to_no_more_than_the_distance_fr
     let lattice = lattice_around(&mesh.bounds(), mesh.bounds().longest_side() / 24.0, 60).unwrap();
     let mesh = MeshDistance::new(&mesh, None);
     let spacing = lattice.spacing();
-    let frames = PlaneFrames::new(mesh.tree(), mesh.solid_orientations(), spacing);
+    let frames = PlaneFrames::new(mesh.tree(), mesh.outward(), spacing);
     let (map, mut marked) = BrickMap::marked(&mesh, &lattice, 3.0 * spacing, Some(&frames)).unwrap();
     marked.look_at(&map, 0..map.counts()[2] as usize + 1);
     let middle_gaps = marked.middle_gaps(&map);

@@ -1,4 +1,4 @@
-//! Which nodes of a brick are inside a solid: bits that flood along clear edges of the grid.
+//! Which nodes of a brick are inside of a closed mesh: bits that flood along clear edges of the grid.
 //!
 //! An edge of the grid is *clear* if the distances at its ends sum to more than its length (`sign::flood_fill`): no
 //! triangle meets it, and both ends are on one side. Layers of 8 × 8 nodes are words of 64 bits. Sides flood from the nodes
