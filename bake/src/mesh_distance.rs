@@ -148,12 +148,7 @@ impl<'a> MeshDistance<'a> {
 
     /// Signed distance, negative inside. Exact up to the rounding of f64.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
-        let nearest = self.nearest(point.into(), 0);
-        let is_inside = match self.pseudo_normals {
-            Some(_) => nearest.is_inside,
-            None => self.is_inside_by_winding(point.into()),
-        };
-        if is_inside { -nearest.distance } else { nearest.distance }
+        self.signed_nearest(point.into(), 0).signed()
     }
 
     /// Generalized winding number: 1 inside a closed surface, 0 outside, in between near a hole.
@@ -177,6 +172,13 @@ impl<'a> MeshDistance<'a> {
         let NearestTriangle { slot, on_triangle } = self.tree.nearest(point, guess);
         let is_inside = self.is_inside_by_normal(point, slot, || on_triangle);
         Nearest { distance: on_triangle.distance_sq.sqrt(), guess: slot, is_inside }
+    }
+
+    /// As [`Self::nearest`], with the side also where winding numbers tell it.
+    pub(crate) fn signed_nearest(&self, point: Vector3<f64>, guess: usize) -> Nearest {
+        let nearest = self.nearest(point, guess);
+        let is_told = self.pseudo_normals.is_some();
+        Nearest { is_inside: if is_told { nearest.is_inside } else { self.is_inside_by_winding(point) }, ..nearest }
     }
 
     /// Distance of a point, too great by at most `tolerance`, and the slot of the triangle it was measured to.

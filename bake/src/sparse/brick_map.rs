@@ -38,7 +38,7 @@ use crate::{MeshDistance, SignMethod};
 /// voxels around the band.
 const MIN_COARSE_SLOPE: f64 = 1.0 / 16.0;
 
-/// Bytes for each slot at the peak of a streamed bake whose signs come from the pseudo-normals of one solid: a node of the coarse grid,
+/// Bytes for each slot at the peak of a streamed bake of a closed mesh whose faces have known sides: a node of the coarse grid,
 /// and marks in bits.
 const SOLID_SLOT_BYTES: usize = 5;
 
@@ -51,8 +51,8 @@ const WINDING_SLOT_BYTES: usize = 72;
 /// Bytes for each slot of the lattice at the peak of a streamed bake. The lattice holds the whole mesh.
 pub fn streamed_slot_bytes(mesh: &MeshDistance) -> usize {
     match mesh.sign_method() {
+        _ if mesh.outward().is_some() => SOLID_SLOT_BYTES,
         SignMethod::Winding => WINDING_SLOT_BYTES,
-        SignMethod::PseudoNormal if mesh.solid_normals().is_some() => SOLID_SLOT_BYTES,
         SignMethod::PseudoNormal => SLOT_BYTES,
     }
 }
@@ -68,7 +68,7 @@ pub(super) struct BrickMap {
     distances: Vec<f32>,
     /// `Some` if winding numbers give the sign.
     windings: Option<Windings>,
-    /// Do pseudo-normals sign a marked map (`solid`)?
+    /// Do faces with known sides sign a marked map (`solid`)?
     is_solid: bool,
     spacing: f64,
     band: f64,
@@ -88,7 +88,7 @@ impl BrickMap {
         let Some((map, marked)) = Self::marked(mesh, lattice, band, frames) else {
             return Self::by_middles(mesh, lattice, band).with_slot_sides();
         };
-        if mesh.solid_normals().is_some() {
+        if mesh.outward().is_some() {
             map.with_sides_of_solid(marked)
         } else {
             map.with_sides_of_windings(marked).with_slot_sides()

@@ -17,7 +17,7 @@
 //!
 //! | who gives the sides | file |
 //! |---|---|
-//! | pseudo-normals: slots that are not near are on one side with their neighbours | `solid` |
+//! | faces with known sides: slots that are not near are on one side with their neighbours | `solid` |
 //! | winding numbers, flooded from middle to middle and from node to node | `winding` |
 
 use std::ops::Range;

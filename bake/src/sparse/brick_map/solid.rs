@@ -1,4 +1,4 @@
-//! Sides of a marked map by pseudo-normals.
+//! Sides of a marked map of a closed mesh whose faces have known sides.
 //!
 //! Slots without nodes near the surface are on one side with their neighbours, so one search tells the side of each
 //! connected part of them, and of the nodes beside them.
@@ -20,7 +20,7 @@ const HALF_DIAGONAL: f32 = 6.9283;
 const WINDOW_SLOTS: usize = 1 << 23;
 
 impl BrickMap {
-    /// Fills in the sides and magnitudes of a closed mesh that pseudo-normals sign.
+    /// Fills in the sides and magnitudes.
     pub(super) fn with_sides_of_solid(mut self, mut marked: Marked) -> Self {
         let nodes = self.solid_nodes(&mut marked, WINDOW_SLOTS);
         let mesh = marked.mesh;
@@ -77,7 +77,7 @@ impl BrickMap {
                 if root == run {
                     // The first of all that are joined.
                     let at = middle(marked.lattice, self.slot(line * row + slots.start).map(|n| n as usize));
-                    sides[run] = marked.mesh.nearest(at, 0).is_inside;
+                    sides[run] = marked.mesh.signed_nearest(at, 0).is_inside;
                 }
                 if sides[root] {
                     inside.insert_range(line * row + slots.start..line * row + slots.end);
@@ -115,7 +115,7 @@ impl BrickMap {
             tolerance = if side { marked.tolerance_inside(self, &at) } else { marked.tolerance_outside(self, upper) };
             (distance, *guess) = mesh.distance_within(at.position, *guess, tolerance);
         } else {
-            let nearest = mesh.nearest(at.position, *guess);
+            let nearest = mesh.signed_nearest(at.position, *guess);
             (tolerance, distance, is_inside, *guess) = (0.0, nearest.distance, nearest.is_inside, nearest.guess);
         }
         let outside = || marked.outside_magnitude(self, &at, distance - tolerance);
