@@ -16,6 +16,7 @@ mod lines;
 mod pieces;
 mod sides;
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -32,7 +33,7 @@ use crate::rounding::{PIECE_ROUNDING, PIECE_TURN};
 use crate::triangle::area_vector;
 use crate::union_find::UnionFind;
 use pieces::pieces;
-use sides::{Sides, Verdict};
+use sides::{FUSED, Sides, Verdict};
 
 /// Triangles are divided if the pairs of them that meet are no more than this for each triangle.
 const MAX_PAIRS_PER_TRIANGLE: usize = 32;
@@ -45,6 +46,9 @@ const MAX_PIECES: [usize; 2] = [32, 4096];
 
 /// Triangles asked for the sides of all that they are connected with, until one is certain.
 const MAX_SAMPLES: usize = 8;
+
+/// More uncertain pieces than this, and no face has a proven side.
+const MAX_UNCERTAIN: usize = 4096;
 
 /// Factor that scatters the order in which a triangle is divided: so the partition of many segments is not deep.
 const SCATTER: u32 = 0x9e37_79b1;
@@ -188,12 +192,14 @@ impl TriangleMesh {
         let mut report = self.report;
         let (mut points, mut triangles, mut outward) = (self.points.clone(), vec![], vec![]);
         let max_coordinate = self.bounds.min.iter().chain(&self.bounds.max).fold(0.0_f64, |max, x| max.max(x.abs()));
+        let is_doubtful = beside_uncertain(&tree, divided, FUSED * max_coordinate, self.triangles.len());
         let mut divided = divided.iter().peekable();
         let rounding = PIECE_ROUNDING * max_coordinate;
         let mut has_new_points = false;
         for (triangle, corners) in self.triangles.iter().enumerate() {
             let orientation = oriented.orientations[triangle];
             let own = divided.next_if(|divided| divided.triangle == triangle);
+            let known = |verdict: Verdict| if is_doubtful[triangle] { 0 } else { verdict.outward() };
             let parts = own.map_or(&[][..], |own| &own.parts);
             report.uncertain_pieces += parts.iter().filter(|(_, verdict)| !verdict.is_certain).count();
             let inner = parts.iter().filter(|(_, verdict)| verdict.is_inner()).count();
@@ -210,7 +216,7 @@ impl TriangleMesh {
                 } else {
                     triangles.push(wound_outward(*corners, verdict, orientation));
                     let is_same = parts.iter().all(|(_, other)| *other == verdict);
-                    outward.push(if is_same { verdict.outward() } else { 0 });
+                    outward.push(if is_same { known(verdict) } else { 0 });
                 }
                 continue;
             }
@@ -221,7 +227,7 @@ impl TriangleMesh {
                     let corners = with_area([polygon[0], fan[0], fan[1]], f64::EPSILON * max_coordinate);
                     points.extend(corners);
                     triangles.push(wound_outward([first, first + 1, first + 2], *verdict, orientation));
-                    outward.push(if has_known_plane(corners, rounding) { verdict.outward() } else { 0 });
+                    outward.push(if has_known_plane(corners, rounding) { known(*verdict) } else { 0 });
                 }
             }
         }
@@ -257,6 +263,22 @@ fn wound_outward([a, b, c]: [u32; 3], verdict: Verdict, orientation: f64) -> [u3
         _ => orientation < 0.0,
     };
     if is_turned { [a, c, b] } else { [a, b, c] }
+}
+
+/// For each triangle: is it so near to a piece with an uncertain side that what is in front of it can be a gap that was closed?
+fn beside_uncertain(tree: &Bvh, divided: &[Divided], distance: f64, triangle_count: usize) -> Vec<bool> {
+    let parts = divided.iter().flat_map(|divided| &divided.parts);
+    let uncertain: Vec<_> = parts.filter(|(_, verdict)| !verdict.is_certain).map(|(polygon, _)| polygon).collect();
+    let mut is_doubtful = vec![uncertain.len() > MAX_UNCERTAIN; triangle_count];
+    for polygon in uncertain.into_iter().take(MAX_UNCERTAIN) {
+        let low = polygon.iter().fold(polygon[0], |low, corner| low.inf(corner)).add_scalar(-distance);
+        let high = polygon.iter().fold(polygon[0], |high, corner| high.sup(corner)).add_scalar(distance);
+        tree.visit_overlapping(low, high, |slot| {
+            is_doubtful[tree.triangles[slot] as usize] = true;
+            ControlFlow::Continue(())
+        });
+    }
+    is_doubtful
 }
 
 /// Is a piece's plane hardly turned by the rounding of its corners? Then heights over it are as certain as distances in f32.

@@ -130,7 +130,7 @@ fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
 }
 
 /// A triangle as the indices and positions of its corners.
-type Corners<'a> = (&'a [u32; 3], &'a [Vector3<f64>; 3]);
+pub(super) type Corners<'a> = (&'a [u32; 3], &'a [Vector3<f64>; 3]);
 
 /// Plane of a triangle in f64, with a bound of its rounding.
 struct Plane {
@@ -221,7 +221,7 @@ fn intersect(a: Corners, b: Corners) -> bool {
 }
 
 /// Does an edge of one triangle meet the other? True for an edge in the other's plane, wherever it is.
-fn have_common_point(a: Corners, b: Corners) -> bool {
+pub(super) fn have_common_point(a: Corners, b: Corners) -> bool {
     let meets = |segment: [Vector3<f64>; 2], triangle| crossing(segment, triangle) != Some(0.0);
     (0..3).any(|corner| {
         let edge = |corners: &[Vector3<f64>; 3]| [corners[corner], corners[(corner + 1) % 3]];

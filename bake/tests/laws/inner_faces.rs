@@ -287,6 +287,18 @@ fn grids_of_crossing_shells_keep_within_their_bounds() {
     assert!(tested > 500, "{tested}");
 }
 
+/// Blocks that share parts of faces, edges and corners. Half of these meshes are turned, so that what was shared is apart by a rounding, or
+/// overlaps by one; some of their blocks are inside out. (In the plane between a block and one inside out w is 0, though on either side it is ±1.)
+fn touching_blocks(random: &mut Random) -> Mesh {
+    let is_turned = random.below(2) == 0;
+    let block = |random: &mut Random| {
+        let block = mesh_of(&[random_block(random)]);
+        if is_turned && random.below(4) == 0 { block.flipped() } else { block }
+    };
+    let mesh = (0..2 + random.below(5)).map(|_| block(random)).fold(Mesh::default(), Mesh::and);
+    if is_turned { mesh.turned(&random.rotation()) } else { mesh }
+}
+
 /// In bricks, sides come from the planes of the triangles beside which the outside of the solid is proven to be, and so do error
 /// bounds: the sides are those of the winding number, the bounds hold, and many are less than that of any distance.
 #[test]
@@ -294,13 +306,14 @@ fn bricks_of_shells_have_the_sides_of_winding_numbers_and_keep_within_their_boun
     let mut random = Random::from_env();
     let (mut nodes, mut inside, mut bricks, mut tight) = (0, 0, 0, [0; 2]);
     for round in 0..24 {
-        // Every third mesh has shells in shells, every other one faces that are wound the wrong way round.
-        let crossing = |random: &mut Random| {
-            (0..2 + random.below(4)).map(|_| random_part(random)).fold(Mesh::default(), Mesh::and)
+        let mesh = match round % 3 {
+            0 => inner_shells::nested(&mut random),
+            1 => (0..2 + random.below(4)).map(|_| random_part(&mut random)).fold(Mesh::default(), Mesh::and),
+            _ => touching_blocks(&mut random),
         };
-        let mesh = if round % 3 == 0 { inner_shells::nested(&mut random) } else { crossing(&mut random) };
         let turned = [(); 5].map(|()| random.below(mesh.triangles.len()));
-        let mesh = if round % 2 == 0 { mesh.with_flipped(&turned) } else { mesh };
+        // Some faces are wound the wrong way round, but not where blocks share edges: which way is right there?
+        let mesh = if round % 2 == 0 && round % 3 < 2 { mesh.with_flipped(&turned) } else { mesh };
         let baked = mesh.baked().without_inner_faces();
         let (cells, name) = (20 + random.below(60), format!("round {round}"));
         let distance = MeshDistance::new(&baked, None);
@@ -325,7 +338,7 @@ fn bricks_of_shells_have_the_sides_of_winding_numbers_and_keep_within_their_boun
             bricks += errors.len();
         }
     }
-    assert!(nodes > 60_000 && inside > 5000, "{nodes} {inside}");
+    assert!(nodes > 60_000 && inside > 3000, "{nodes} {inside}");
     assert!(tight.iter().all(|tight| *tight > bricks / 100), "{tight:?} of {bricks}");
 }
 

@@ -8,7 +8,8 @@
 //! 3. the winding number at p is the sum of the crossings of a ray, which touches no edge.
 //!
 //! Near another face p and q come closer, down to where rounding takes their meaning. A piece still nearer to another face,
-//! or still narrower, is asked a little farther off, [`FUSED`] beside it, and the answer is not certain.
+//! or still narrower, is asked a little farther off, [`FUSED`] beside it, and the answer is not certain. It has none if another triangle
+//! passes there, as where the side of a box ends on it, unless the piece is as narrow as that itself.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +18,7 @@ use sdf_core::nalgebra::Vector3;
 use super::pieces::{Piece, side_of};
 use crate::TriangleMesh;
 use crate::bvh::Bvh;
-use crate::mesh::intersections::{crossing, whole_winding_number};
+use crate::mesh::intersections::{crossing, have_common_point, whole_winding_number};
 use crate::triangle::area_vector;
 
 /// Distances of p and q from the piece, as fractions of the way from its middle to its edges.
@@ -27,7 +28,13 @@ const STEPS: [f64; 4] = [0.25, 4e-3, 1.5e-5, 6e-8];
 const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
 
 /// Distance of p and q where no answer is certain, relative to the largest coordinate.
-const FUSED: f64 = 16384.0 * f64::EPSILON;
+pub(super) const FUSED: f64 = 16384.0 * f64::EPSILON;
+
+/// Share of its size by which a piece is smaller where it is asked so: what ends at its edges does not count.
+const SHRUNK: f64 = 1e-9;
+
+/// Corners that no triangle of a mesh has.
+const NO_CORNERS: [u32; 3] = [u32::MAX; 3];
 
 /// Which side of a piece is inside of the solid?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,13 +89,38 @@ impl Sides<'_> {
         let certain = steps
             .into_iter()
             .find_map(|step| self.certain(face, piece, [1.0, -1.0].map(|s| middle + normal * (s * step))));
-        certain.unwrap_or_else(|| {
-            let points = [1.0, -1.0].map(|side| middle + normal * (side * FUSED * coordinates));
-            let [Some(front), Some(back)] = points.map(|point| self.winding_number(point)) else {
-                return Verdict::UNKNOWN;
-            };
-            Verdict { inside: [front, back].map(|winding| winding != 0), is_certain: false }
-        })
+        let step = FUSED * coordinates;
+        // What is narrower leaves no hole that matters, whatever passes there.
+        let fused = || self.beside(piece, middle, normal * step, width_of(&piece.corners) < step);
+        certain.or_else(fused).unwrap_or(Verdict::UNKNOWN)
+    }
+
+    /// The sides a little beside a piece, if it is narrow or they are the same all along it: no triangle meets the piece where it is moved
+    /// there.
+    fn beside(&self, piece: &Piece, middle: Vector3<f64>, step: Vector3<f64>, is_narrow: bool) -> Option<Verdict> {
+        let side = |step: Vector3<f64>| {
+            let moved = |corner: &Vector3<f64>| middle + (corner - middle) * (1.0 - SHRUNK) + step;
+            let polygon: Vec<Vector3<f64>> = piece.corners.iter().map(moved).collect();
+            let mut fan = polygon[1..].windows(2).map(|ends| [polygon[0], ends[0], ends[1]]);
+            let is_clear = is_narrow || fan.all(|corners| self.is_clear(&corners));
+            is_clear.then(|| self.winding_number(middle + step)).flatten()
+        };
+        let (front, back) = (side(step)?, side(-step)?);
+        Some(Verdict { inside: [front, back].map(|winding| winding != 0), is_certain: false })
+    }
+
+    /// Has no triangle of the mesh a point in common with another one?
+    fn is_clear(&self, corners: &[Vector3<f64>; 3]) -> bool {
+        let [a, b, c] = corners;
+        let mut is_clear = true;
+        self.tree.visit_overlapping(a.inf(b).inf(c), a.sup(b).sup(c), |slot| {
+            let triangle = self.tree.triangles[slot] as usize;
+            let is_counted = self.orientations[triangle] != 0.0;
+            let other = (&self.mesh.triangles[triangle], &self.tree.corners[slot]);
+            is_clear = !(is_counted && have_common_point((&NO_CORNERS, corners), other));
+            if is_clear { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        is_clear
     }
 
     fn certain(&self, face: [Vector3<f64>; 3], piece: &Piece, points: [Vector3<f64>; 2]) -> Option<Verdict> {
@@ -120,6 +152,13 @@ impl Sides<'_> {
         let orientation = |slot: usize| self.orientations[self.tree.triangles[slot] as usize];
         whole_winding_number(self.tree, from, &self.mesh.bounds, orientation)
     }
+}
+
+/// Least width of a convex polygon, up to a factor of two: its area over its length.
+fn width_of(corners: &[Vector3<f64>]) -> f64 {
+    let fan = corners[1..].windows(2).map(|ends| area_vector([corners[0], ends[0], ends[1]]));
+    let length = corners.iter().map(|corner| (corner - corners[0]).norm()).fold(0.0, f64::max);
+    if length > 0.0 { fan.sum::<Vector3<f64>>().norm() / length } else { 0.0 }
 }
 
 fn distance_to_plane(plane: [Vector3<f64>; 3], point: Vector3<f64>) -> f64 {
