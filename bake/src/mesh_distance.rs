@@ -279,12 +279,17 @@ impl<'a> MeshDistance<'a> {
     /// Where distances are those to the surface of a solid, it can change far from that surface, but not its side of 1/2.
     pub(crate) fn winding_estimate(&self, point: Vector3<f64>, max_error: f64) -> Estimate {
         let (tree, orientations) = (self.tree_of_signs(), self.winding.orientations());
-        let by_ray = || {
+        let by_ray = |point: Vector3<f64>| {
             let bounds = self.mesh.mesh_of_signs().bounds();
             let winding = whole_winding_number(tree, point, &bounds, |slot| orientations[slot])?;
             Some(Estimate { value: winding.into(), error: 0.0 })
         };
-        let whole = if self.winding.boundary().is_empty() { by_ray() } else { None };
+        // In the plane of a face that was dropped, w is the mean of what it is on either side.
+        let off_dropped_faces = || {
+            let distance = self.solid.as_ref().map(|_| self.tree.nearest(point, 0).on_triangle.distance_sq.sqrt())?;
+            by_ray(moved_within(point, distance))
+        };
+        let whole = if self.winding.boundary().is_empty() { by_ray(point).or_else(off_dropped_faces) } else { None };
         whole.unwrap_or_else(|| self.winding.evaluate(tree, point, max_error))
     }
 
@@ -307,6 +312,11 @@ impl<'a> MeshDistance<'a> {
         let is_exact = self.solid.is_none();
         is_exact.then(|| winding_change(&self.tree, self.winding.orientations(), segment))?
     }
+}
+
+/// A point on the same side as one at this distance from the surface: moved by half of that, in a direction without simple ratios.
+pub(crate) fn moved_within(point: Vector3<f64>, distance: f64) -> Vector3<f64> {
+    point + Vector3::new(0.267_1, 0.534_9, 0.801_3) * (0.5 * distance)
 }
 
 fn sign_reason(requested: Option<SignMethod>, method: SignMethod, topology: &Topology) -> String {

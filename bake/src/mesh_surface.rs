@@ -26,6 +26,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::bvh::Bvh;
 use crate::mesh::topology::orient;
+use crate::mesh_distance::moved_within;
 use crate::rounding::MIN_OFFSET;
 use crate::sign::flood_fill::CLEARANCE;
 use crate::sign::pseudo_normals::PseudoNormals;
@@ -153,8 +154,10 @@ impl MeshSurface {
         if let Some(other) = neighbour.filter(is_clear) {
             return other.distance < 0.0;
         }
-        let number = |winding: &WindingNumbers| {
-            winding.evaluate(self.solid.as_ref().unwrap_or(&self.tree), found.query, f64::INFINITY).value
+        let number = |winding: &WindingNumbers| match &self.solid {
+            // Off faces that were dropped, in whose planes it is the mean of what it is on either side.
+            Some(solid) => winding.evaluate(solid, moved_within(found.query, found.distance), f64::INFINITY).value,
+            None => winding.evaluate(&self.tree, found.query, f64::INFINITY).value,
         };
         self.winding.as_ref().map_or(0.0, number).abs() >= 0.5
     }
