@@ -76,7 +76,7 @@ pub struct MeshReport {
     pub kept_pieces: usize,
     /// Pieces of [`Self::crossing_triangles`] that were removed: both their sides are inside of the solid.
     pub dropped_pieces: usize,
-    /// Pieces as near to another triangle as rounding, whose sides are those a little farther away.
+    /// Pieces as near to another triangle as rounding, whose sides are those a little farther away, if they are the same all along them.
     pub uncertain_pieces: usize,
     /// So many triangles cross that none was divided.
     pub has_too_many_crossings: bool,
