@@ -47,8 +47,8 @@ const MAX_PIECES: [usize; 2] = [32, 4096];
 /// Triangles asked for the sides of all that they are connected with, until one is certain.
 const MAX_SAMPLES: usize = 8;
 
-/// More uncertain pieces than this, and no face has a proven side.
-const MAX_UNCERTAIN: usize = 4096;
+/// Triangles beside uncertain pieces at most, for each triangle of the mesh and some more for small ones. Beyond, no side counts as proven.
+const MAX_BESIDE: [usize; 2] = [8, 4096];
 
 /// Factor that scatters the order in which a triangle is divided: so the partition of many segments is not deep.
 const SCATTER: u32 = 0x9e37_79b1;
@@ -269,14 +269,19 @@ fn wound_outward([a, b, c]: [u32; 3], verdict: Verdict, orientation: f64) -> [u3
 fn beside_uncertain(tree: &Bvh, divided: &[Divided], distance: f64, triangle_count: usize) -> Vec<bool> {
     let parts = divided.iter().flat_map(|divided| &divided.parts);
     let uncertain: Vec<_> = parts.filter(|(_, verdict)| !verdict.is_certain).map(|(polygon, _)| polygon).collect();
-    let mut is_doubtful = vec![uncertain.len() > MAX_UNCERTAIN; triangle_count];
-    for polygon in uncertain.into_iter().take(MAX_UNCERTAIN) {
+    let mut is_doubtful = vec![false; triangle_count];
+    let mut left = MAX_BESIDE[0] * triangle_count + MAX_BESIDE[1];
+    for polygon in uncertain {
         let low = polygon.iter().fold(polygon[0], |low, corner| low.inf(corner)).add_scalar(-distance);
         let high = polygon.iter().fold(polygon[0], |high, corner| high.sup(corner)).add_scalar(distance);
         tree.visit_overlapping(low, high, |slot| {
             is_doubtful[tree.triangles[slot] as usize] = true;
-            ControlFlow::Continue(())
+            left -= 1;
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
+        if left == 0 {
+            return vec![true; triangle_count];
+        }
     }
     is_doubtful
 }

@@ -1,24 +1,22 @@
 //! Shells that cross, nest and touch: distances are those to the surface of the solid, signs stay as they were.
 
-use sdf_bake::sparse::{Certify, SparseGrid};
+use sdf_bake::sparse::SparseGrid;
 use sdf_bake::{MeshDistance, MeshSurface, SignMethod, TriangleMesh, dense, lattice_around, sparse};
-use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Sparse};
+use sdf_core::grid::sparse::Sparse;
 use sdf_core::grid::{Dense, Storage};
 use sdf_core::nalgebra::{Rotation3, Vector3};
 
-use crate::certified_errors;
-use crate::inner_shells;
 use crate::meshes::{self, Mesh};
 use crate::oracle;
 use crate::random::Random;
 
 /// A box between points of the lattice of whole numbers.
-type Block = [[u32; 3]; 2];
+pub type Block = [[u32; 3]; 2];
 
 /// Cells of the lattice along each axis.
 const CELLS: u32 = 7;
 
-fn random_block(random: &mut Random) -> Block {
+pub fn random_block(random: &mut Random) -> Block {
     let mut block = [[0; 3]; 2];
     for axis in 0..3 {
         let low = random.below(CELLS as usize) as u32;
@@ -28,7 +26,7 @@ fn random_block(random: &mut Random) -> Block {
     block
 }
 
-fn mesh_of(blocks: &[Block]) -> Mesh {
+pub fn mesh_of(blocks: &[Block]) -> Mesh {
     let shell = |[low, high]: &Block| {
         let [low, high] = [low, high].map(|corner| Vector3::from(corner.map(f64::from)));
         meshes::cube().mapped(|p| low + p.map(|x| 0.5 * (x + 1.0)).component_mul(&(high - low)))
@@ -150,7 +148,7 @@ fn figure_eight(around: u32, across: u32) -> Mesh {
     tube
 }
 
-fn random_part(random: &mut Random) -> Mesh {
+pub fn random_part(random: &mut Random) -> Mesh {
     let part = match random.below(6) {
         0 => meshes::cube().scaled(0.8),
         1 => meshes::icosphere(2),
@@ -166,7 +164,7 @@ fn random_part(random: &mut Random) -> Mesh {
 }
 
 /// Points of the surface of the solid: points of all triangles with one side inside.
-fn samples_of_surface(all: &[[Vector3<f64>; 3]], random: &mut Random, count: usize) -> Vec<Vector3<f64>> {
+pub fn samples_of_surface(all: &[[Vector3<f64>; 3]], random: &mut Random, count: usize) -> Vec<Vector3<f64>> {
     let mut samples = vec![];
     for _ in 0..count {
         let corners = all[random.below(all.len())];
@@ -285,61 +283,6 @@ fn grids_of_crossing_shells_keep_within_their_bounds() {
         }
     }
     assert!(tested > 500, "{tested}");
-}
-
-/// Blocks that share parts of faces, edges and corners. Half of these meshes are turned, so that what was shared is apart by a rounding, or
-/// overlaps by one; some of their blocks are inside out. (In the plane between a block and one inside out w is 0, though on either side it is ±1.)
-fn touching_blocks(random: &mut Random) -> Mesh {
-    let is_turned = random.below(2) == 0;
-    let block = |random: &mut Random| {
-        let block = mesh_of(&[random_block(random)]);
-        if is_turned && random.below(4) == 0 { block.flipped() } else { block }
-    };
-    let mesh = (0..2 + random.below(5)).map(|_| block(random)).fold(Mesh::default(), Mesh::and);
-    if is_turned { mesh.turned(&random.rotation()) } else { mesh }
-}
-
-/// In bricks, sides come from the planes of the triangles beside which the outside of the solid is proven to be, and so do error
-/// bounds: the sides are those of the winding number, the bounds hold, and many are less than that of any distance.
-#[test]
-fn bricks_of_shells_have_the_sides_of_winding_numbers_and_keep_within_their_bounds() {
-    let mut random = Random::from_env();
-    let (mut nodes, mut inside, mut bricks, mut tight) = (0, 0, 0, [0; 2]);
-    for round in 0..24 {
-        let mesh = match round % 3 {
-            0 => inner_shells::nested(&mut random),
-            1 => (0..2 + random.below(4)).map(|_| random_part(&mut random)).fold(Mesh::default(), Mesh::and),
-            _ => touching_blocks(&mut random),
-        };
-        let turned = [(); 5].map(|()| random.below(mesh.triangles.len()));
-        // Some faces are wound the wrong way round, but not where blocks share edges: which way is right there?
-        let mesh = if round % 2 == 0 && round % 3 < 2 { mesh.with_flipped(&turned) } else { mesh };
-        let baked = mesh.baked().without_inner_faces();
-        let (cells, name) = (20 + random.below(60), format!("round {round}"));
-        let distance = MeshDistance::new(&baked, None);
-        let spacing = baked.bounds().longest_side() / cells as f64;
-        let lattice = lattice_around(&baked.bounds(), spacing, 3).unwrap();
-        let grid: SparseGrid<f32> = sparse::bake(&distance, &lattice, 3.0 * spacing, &|_| ());
-        for _ in 0..3000 {
-            let index = random.below(grid.samples.len());
-            let (brick, node) = (index / BRICK_SAMPLES, index % BRICK_SAMPLES);
-            let step = [node % 8, node / 8 % 8, node / 64];
-            let at = lattice.node([0, 1, 2].map(|axis| grid.slots[brick][axis] * BRICK + step[axis] as u32));
-            let exact = distance.signed_distance(at);
-            let value = f64::from(grid.samples[index]);
-            if exact.abs() > 1e-9 {
-                assert_eq!(value < 0.0, exact < 0.0, "{name}: {value} for {exact} at {at:?}");
-                (nodes, inside) = (nodes + 1, inside + usize::from(exact < 0.0));
-            }
-        }
-        for (certify, tight) in [Certify::Fast, Certify::Tight].into_iter().zip(&mut tight) {
-            let (_, errors) = certified_errors::check::<u16>(&name, &baked, cells as u32, 3.0, certify, &mut random);
-            *tight += errors.iter().filter(|error| **error < 0.6).count();
-            bricks += errors.len();
-        }
-    }
-    assert!(nodes > 60_000 && inside > 3000, "{nodes} {inside}");
-    assert!(tight.iter().all(|tight| *tight > bricks / 100), "{tight:?} of {bricks}");
 }
 
 /// Meshes of which nothing is inside stay as they were, bit for bit.

@@ -1,6 +1,7 @@
 //! Laws that hold of every baked grid.
 
 mod bounds;
+mod bricks_of_shells;
 mod budgets;
 mod certified_errors;
 mod distances;

@@ -33,6 +33,9 @@ pub(super) const FUSED: f64 = 16384.0 * f64::EPSILON;
 /// Share of its size by which a piece is smaller where it is asked so: what ends at its edges does not count.
 const SHRUNK: f64 = 1e-9;
 
+/// Triangles at most that are compared with a piece.
+const MAX_NEAR: usize = 4096;
+
 /// Corners that no triangle of a mesh has.
 const NO_CORNERS: [u32; 3] = [u32::MAX; 3];
 
@@ -109,15 +112,16 @@ impl Sides<'_> {
         Some(Verdict { inside: [front, back].map(|winding| winding != 0), is_certain: false })
     }
 
-    /// Has no triangle of the mesh a point in common with another one?
+    /// Has no triangle of the mesh a point in common with another one? False as well where too many come near it.
     fn is_clear(&self, corners: &[Vector3<f64>; 3]) -> bool {
         let [a, b, c] = corners;
-        let mut is_clear = true;
+        let (mut is_clear, mut left) = (true, MAX_NEAR);
         self.tree.visit_overlapping(a.inf(b).inf(c), a.sup(b).sup(c), |slot| {
             let triangle = self.tree.triangles[slot] as usize;
             let is_counted = self.orientations[triangle] != 0.0;
             let other = (&self.mesh.triangles[triangle], &self.tree.corners[slot]);
-            is_clear = !(is_counted && have_common_point((&NO_CORNERS, corners), other));
+            left -= 1;
+            is_clear = left > 0 && !(is_counted && have_common_point((&NO_CORNERS, corners), other));
             if is_clear { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         is_clear
