@@ -22,7 +22,7 @@ fn touching_blocks(random: &mut Random) -> Mesh {
     if is_turned { mesh.turned(&random.rotation()) } else { mesh }
 }
 
-/// Of blocks that were turned nothing is lost where they touch: each sample of the solid's surface is on what was kept.
+/// Samples of the solid's surface are on what was kept, where blocks that were turned touch.
 #[test]
 fn no_surface_is_lost_where_turned_blocks_touch() {
     let mut random = Random::from_env();
