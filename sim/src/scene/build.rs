@@ -46,10 +46,11 @@ impl Stage {
 
     /// The fields that nothing moves: what takes longest, and variants of a scene share it.
     pub fn obstacles(spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<Vec<Field>, SceneError> {
-        let obstacle = |obstacle: &ObstacleSpec| {
-            obstacle_field(obstacle, folder, threads).map_err(|message| invalid(&spec.title, message))
+        let obstacle = |(number, obstacle): (usize, &ObstacleSpec)| {
+            obstacle_field(obstacle, folder, threads)
+                .map_err(|message| invalid(&spec.title, format!("obstacle {number}: {message}")))
         };
-        spec.obstacle.iter().filter(|spec| spec.becomes.is_none()).map(obstacle).collect()
+        (1..).zip(&spec.obstacle).filter(|(_, spec)| spec.becomes.is_none()).map(obstacle).collect()
     }
 
     /// Builds a scene with obstacles that are there already.
