@@ -95,6 +95,10 @@ fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     assert!(unknown.contains("wrong.toml: line 5: ") && unknown.contains("thickness"), "{unknown}");
     folder.write("lost.toml", SCENE.replace("ball.sdf", "bell.sdf"));
     assert!(folder.refused("simulate lost.toml").contains("bell.sdf.toml"));
+    for obstacle in ["file = 'bell.sdf.toml'", "shape = \"field = { shape = 'cone' }\"\nbecomes = ''"] {
+        folder.write("second.toml", format!("{SCENE}\n[[obstacle]]\n{obstacle}\n"));
+        says(&folder.refused("simulate second.toml"), &["obstacle 2: "]);
+    }
     assert!(folder.refused("simulate no.toml").contains("no.toml"));
     folder.write(
         "large.toml",

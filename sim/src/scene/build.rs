@@ -46,11 +46,10 @@ impl Stage {
 
     /// The fields that nothing moves: what takes longest, and variants of a scene share it.
     pub fn obstacles(spec: &SceneSpec, folder: &Path, threads: Threads) -> Result<Vec<Field>, SceneError> {
-        let obstacle = |(number, obstacle): (usize, &ObstacleSpec)| {
-            obstacle_field(obstacle, folder, threads)
-                .map_err(|message| invalid(&spec.title, format!("obstacle {number}: {message}")))
+        let field = |(number, obstacle): (usize, &ObstacleSpec)| {
+            obstacle_field(obstacle, folder, threads).map_err(|message| invalid_obstacle(spec, number, &message))
         };
-        (1..).zip(&spec.obstacle).filter(|(_, spec)| spec.becomes.is_none()).map(obstacle).collect()
+        (1..).zip(&spec.obstacle).filter(|(_, spec)| spec.becomes.is_none()).map(field).collect()
     }
 
     /// Builds a scene with obstacles that are there already.
@@ -66,9 +65,10 @@ impl Stage {
         world.loaded_rounds = spec.loaded_rounds;
         world.rolling_friction = spec.rolling_friction;
         world.recovery_speed = spec.recovery;
-        let animations = spec.obstacle.iter().filter_map(|obstacle| animation(obstacle).transpose());
-        let animations =
-            animations.collect::<Result<_, _>>().map_err(|message: String| invalid(&spec.title, message))?;
+        let animation = |(number, obstacle): (usize, &ObstacleSpec)| {
+            animation(obstacle).map_err(|message| invalid_obstacle(spec, number, &message)).transpose()
+        };
+        let animations = (1..).zip(&spec.obstacle).filter_map(animation).collect::<Result<_, _>>()?;
         let mut stage =
             Self { world, surfaces: vec![], obstacles, animations, fields: vec![], cages: vec![], time: 0.0 };
         stage.fill(spec, folder, threads).map_err(|message| invalid(&spec.title, message))?;
@@ -208,6 +208,10 @@ impl Pose {
     fn apply(&self, point: &[f64; 3]) -> [f64; 3] {
         (self.rotation * V3::from(*point) + self.translation).into()
     }
+}
+
+fn invalid_obstacle(spec: &SceneSpec, number: usize, message: &str) -> SceneError {
+    invalid(&spec.title, format!("obstacle {number}: {message}"))
 }
 
 fn bake(mesh: &Mesh, cells: u32, threads: Threads) -> Result<Field, String> {
