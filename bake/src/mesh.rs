@@ -45,8 +45,8 @@ pub struct TriangleMesh {
     pub(crate) orientation: Known<OrientedMesh>,
     /// The mesh whose winding numbers give the signs, where this is only the surface of its solid.
     pub(crate) solid: Option<Arc<TriangleMesh>>,
-    /// For each triangle 1 if the outside of the solid is in front of it, as it is wound, and the inside behind it, −1 if the other way
-    /// round, 0 if that is not proven. `None` if nothing was asked of single triangles.
+    /// Proven sides of each triangle as it is wound: 1 if the outside of the solid is in front of it and the inside behind it, −1 for the
+    /// reverse, 0 for neither. `None` where no sides were computed.
     pub(crate) outward: Option<Vec<i8>>,
     /// Distance by which the surface may be off, as its corners are rounded.
     pub(crate) rounding: f64,

@@ -104,15 +104,15 @@ impl TriangleMesh {
         let Some(shells) = shells else { return (self, pairs) };
         let is_inner = inner(&shells);
         let count_before = self.triangles.len();
-        let kept: Vec<usize> = (0..count_before).filter(|triangle| !is_inner[labels[*triangle]]).collect();
+        let kept = || (0..count_before).filter(|triangle| !is_inner[labels[*triangle]]);
         let outward: Vec<i8> = shells.iter().map(Shell::outward).collect();
-        let of_triangle = |triangle: &usize| outward[labels[*triangle]] * oriented.orientations[*triangle] as i8;
-        self.outward = Some(kept.iter().map(of_triangle).collect());
+        let of_triangle = |triangle: usize| outward[labels[triangle]] * oriented.orientations[triangle] as i8;
+        self.outward = Some(kept().map(of_triangle).collect());
         self.report.inner_shells = is_inner.iter().filter(|is_inner| **is_inner).count();
         if self.report.inner_shells == 0 {
             return (self, pairs);
         }
-        self.triangles = kept.iter().map(|triangle| self.triangles[*triangle]).collect();
+        self.triangles = kept().map(|triangle| self.triangles[triangle]).collect();
         (self.order, self.tree, self.orientation) = (None, Known::default(), Known::default());
         self.report.inner_triangles = count_before - self.triangles.len();
         (self, pairs)

@@ -130,7 +130,7 @@ fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {
 }
 
 /// A triangle as the indices and positions of its corners.
-pub(super) type Corners<'a> = (&'a [u32; 3], &'a [Vector3<f64>; 3]);
+type Corners<'a> = (&'a [u32; 3], &'a [Vector3<f64>; 3]);
 
 /// Plane of a triangle in f64, with a bound of its rounding.
 struct Plane {

@@ -193,15 +193,14 @@ impl SparseBaker<'_> {
             spacing: spacing as f32,
         };
         let (scale, code_rounding) = signed_brick.encode(arch, codes);
-        let interpolation = match self.certify {
-            _ if is_certified => f64::from(brick.interpolation).min(MAX_ERROR) * spacing,
-            _ if !is_solid => MAX_ERROR * spacing,
-            _ => self.slot_error(slot, |[x, y, z]| {
-                let step = [x, y, z];
+        let interpolation = if is_certified {
+            f64::from(brick.interpolation).min(MAX_ERROR) * spacing
+        } else {
+            self.slot_error(slot, |step| {
                 let triangle = triangle(brick.nearest_to(arch, offset(step), list.len())[0]);
                 let nearest = nearest_on_triangle(self.node(slot, step), mesh.tree().corners[triangle]);
                 (nearest.distance_sq.sqrt(), triangle)
-            }),
+            })
         };
         let rounding = f64::from(code_rounding) + f64::from(rounding) * spacing;
         Some(BrickRecord { slot, scale, rounding, interpolation })

@@ -11,7 +11,7 @@ use crate::oracle;
 use crate::random::Random;
 
 /// A box between points of the lattice of whole numbers.
-pub type Block = [[u32; 3]; 2];
+type Block = [[u32; 3]; 2];
 
 /// Cells of the lattice along each axis.
 const CELLS: u32 = 7;

@@ -7,9 +7,9 @@
 //! 2. it meets no other triangle, except in the face's plane: so p and q are in the two regions that the piece separates;
 //! 3. the winding number at p is the sum of the crossings of a ray, which touches no edge.
 //!
-//! Near another face p and q come closer, down to where rounding takes their meaning. A piece still nearer to another face,
-//! or still narrower, is asked a little farther off, [`FUSED`] beside it, and the answer is not certain. It has none if another triangle
-//! passes there, as where the side of a box ends on it, unless the piece is as narrow as that itself.
+//! Near another face p and q come closer, down to where rounding takes their meaning. For a piece still nearer to another face, or
+//! still narrower, p and q are [`FUSED`] away from it, and the answer is not certain. Both sides are unknown if another triangle passes at
+//! that distance, as where the side of a box ends on the piece, unless the piece itself is narrower than that distance.
 
 use std::ops::ControlFlow;
 
@@ -30,7 +30,7 @@ const LEAST_STEP: f64 = 16.0 * f64::EPSILON;
 /// Distance of p and q where no answer is certain, relative to the largest coordinate.
 pub(super) const FUSED: f64 = 16384.0 * f64::EPSILON;
 
-/// Share of its size by which a piece is smaller where it is asked so: what ends at its edges does not count.
+/// Relative shrinkage of a piece before it is compared with triangles beside it: those that end at its edges do not count.
 const SHRUNK: f64 = 1e-9;
 
 /// Triangles at most that are compared with a piece.
