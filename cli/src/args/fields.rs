@@ -39,9 +39,10 @@ pub struct InfoArgs {
 /// A grid matches if no sampled node is off by more than its rounding, no point by more than the file certifies, and no sign is
 /// wrong. Rounding is half a step of u16 and u8 and, in a dense grid, 1e-6 of the mesh's diagonal; in a sparse grid what a bake
 /// in f32 rounds at most, about 5e-6 of the diagonal plus 1e-4 of a cell. Points are sampled in the whole box of a dense grid;
-/// for a sparse grid within its band and, as many again, in the whole box: there a value may be less than the distance, never
-/// more, and inside by no more than the file states. Nodes of its bricks beyond the band are no nearer than the band. No cell may
-/// be missing on the surface. For shapes in TOML, which certify nothing, the errors are only printed.
+/// for a sparse grid within its band and, as many again each, in the whole box and beside nodes of its coarse grid: there a value
+/// may be less than the distance, never more, and inside by no more than the file states. Nodes of its bricks beyond the band are
+/// no nearer than the band. No cell may be missing on the surface. For shapes in TOML, which certify nothing, the errors are only
+/// printed.
 #[derive(Debug, Parser)]
 pub struct VerifyArgs {
     /// The field: a baked grid or shapes in TOML.
@@ -51,7 +52,7 @@ pub struct VerifyArgs {
     /// Number of random points, and of random nodes of a grid.
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
     pub points: u32,
-    /// Check every node of the grid; of a sparse grid, those in bricks.
+    /// Check every node of the grid; of a sparse grid, those in bricks and those of its coarse grid.
     #[arg(long)]
     pub all_nodes: bool,
     /// Where to draw a histogram of the errors, an SVG [default: nowhere].

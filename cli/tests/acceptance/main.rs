@@ -32,3 +32,4 @@ mod solids;
 mod sparse_grids;
 mod standard_output;
 mod surfaces;
+mod verify_sparse;

@@ -15,13 +15,6 @@ fn contacts(json: &Value) -> &Vec<Value> {
     json["contacts"].as_array().unwrap()
 }
 
-/// The reasons why `verify` refuses.
-fn mismatch(folder: &Folder, words: &str) -> String {
-    let output = folder.sdftool(words).output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{words}");
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
 #[test]
 fn every_precision_is_baked_described_and_verified() {
     let folder = Folder::new();
@@ -63,67 +56,6 @@ fn every_precision_is_baked_described_and_verified() {
         }
     }
     assert!(sizes[0] > sizes[1] && sizes[1] > sizes[2], "{sizes:?}");
-}
-
-#[test]
-fn verify_refuses_another_mesh_than_the_baked_one() {
-    let folder = Folder::new();
-    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
-    folder.write("larger.obj", Model::ball([0.0; 3], 1.02, 3).obj());
-    folder.done("bake ball.obj --res 32 --layout sparse");
-    says(
-        &folder.done("verify ball.sdf.h5 ball.obj --points 2000"),
-        &["the very file", "0 missing", "certified", "bytes"],
-    );
-    let said = mismatch(&folder, "verify ball.sdf.h5 larger.obj --points 2000");
-    says(&said, &["ball.sdf.h5 does not match larger.obj", "a node is wrong by"]);
-}
-
-/// All that is wrong lies beyond the band around the mesh.
-#[test]
-fn verify_refuses_surfaces_that_the_mesh_lacks() {
-    let folder = Folder::new();
-    let ball = Model::ball([0.0; 3], 1.0, 3);
-    folder.write("ball.obj", ball.obj());
-    let mut cavity = Model::ball([0.1, 0.2, 0.05], 0.05, 2);
-    cavity.triangles.iter_mut().for_each(|corners| corners.swap(0, 1));
-    let sheet = Model::hills(4).moved(|[x, y, z]| [0.5 * x, 0.5 * y, 1.7 + 0.1 * z]);
-    let inner = Model::ball([0.0; 3], 0.3, 2);
-    let others = [
-        (cavity, "", vec!["nodes beyond the band have the wrong sign", "a point deep inside is wrong by"]),
-        (sheet, "", vec!["a node beyond the band is wrong by"]),
-        (inner, "--inner-faces keep", vec!["a node beyond the band is wrong by", "a point deep inside is wrong by"]),
-    ];
-    for (other, option, reasons) in others {
-        folder.write("both.obj", ball.and(&other).obj());
-        for words in ["--precision f32", "--precision u16 --band 1", "--precision u8 --band 6"] {
-            folder.done(&format!("bake both.obj --res 64 --layout sparse {words} {option}"));
-            folder.done("verify both.sdf.h5 both.obj --points 5000 --all-nodes");
-            says(&mismatch(&folder, "verify both.sdf.h5 ball.obj --points 5000 --all-nodes"), &reasons);
-        }
-    }
-}
-
-/// The step of samples in f32 is written as 1, but nothing is rounded to it. Signs count in any unit.
-#[test]
-fn verify_compares_nodes_to_their_rounding_in_any_precision_and_unit() {
-    let folder = Folder::new();
-    for unit in [1e-3, 1.0, 100.0] {
-        let ball = Model::ball([0.0; 3], unit, 3);
-        let mut dented = ball.clone();
-        dented.points[100] = dented.points[100].map(|x| 1.001 * x);
-        folder.write("ball.obj", ball.obj());
-        folder.write("dented.obj", dented.obj());
-        for precision in PRECISIONS {
-            folder.done(&format!("bake ball.obj --res 48 --layout sparse --precision {precision}"));
-            folder.done("verify ball.sdf.h5 ball.obj --points 500 --all-nodes");
-            let other = "verify ball.sdf.h5 dented.obj --points 500 --all-nodes";
-            // Half a step of u8 is more than the dent.
-            if precision != "u8" {
-                says(&mismatch(&folder, other), &["a node is wrong by"]);
-            }
-        }
-    }
 }
 
 #[test]
@@ -339,53 +271,5 @@ fn conflicting_options_are_wrong_usage() {
         ("--res 8 --layout sparse --precision f16", "--precision"),
     ] {
         says(&folder.wrong_usage(&format!("bake ball.obj {words}")), &[message]);
-    }
-}
-
-/// Through the missing side the sign jumps far from all faces, and the interpolant passes through zero there: that is no fault.
-#[test]
-fn an_open_mesh_is_verified_where_its_sign_jumps_beyond_the_band() {
-    let folder = Folder::new();
-    let side = "f 1 3 4 2\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\nf 3 1 5 7\n";
-    let open_box = |bottom: f64, top: f64| {
-        let level = |z| format!("v 0 0 {z}\nv 1 0 {z}\nv 0 1 {z}\nv 1 1 {z}\n");
-        level(bottom) + &level(top) + side
-    };
-    folder.write("open.obj", open_box(0.0, 1.0));
-    folder.write("moved.obj", open_box(0.25, 1.25));
-    folder.done("bake open.obj --res 32 --layout sparse -o open.sdf.h5");
-    let verified = folder.json("verify open.sdf.h5 open.obj --points 20000");
-    assert_eq!(verified["far"]["wrong_signs"], 0);
-    let said = mismatch(&folder, "verify open.sdf.h5 moved.obj --points 20000");
-    says(&said, &["points beyond the band have the wrong sign"]);
-}
-
-/// Nodes in the plane of the missing side have the winding number 1/2: the order of the triangles decides their side.
-#[test]
-fn verify_takes_nodes_for_either_side_where_rounding_decides() {
-    let folder = Folder::new();
-    let mut open = Model::cube();
-    open.triangles.truncate(10);
-    folder.write("open.obj", open.obj());
-    let mut verify = |order: usize| {
-        open.triangles.rotate_left(order);
-        open.triangles.iter_mut().for_each(|corners| corners.rotate_left(1));
-        folder.write("again.obj", open.obj());
-        folder.done("verify open.sdf.h5 again.obj --points 2000 --all-nodes");
-    };
-    for words in ["--res 8", "--res 16 --precision f32", "--res 20 --band 6", "--res 16 --band 40 --precision u8"] {
-        folder.done(&format!("bake open.obj --layout sparse {words}"));
-        (1..9).for_each(&mut verify);
-    }
-}
-
-/// Rounding of bricks is relative to a brick's size, not to the mesh's alone.
-#[test]
-fn verify_accepts_bricks_larger_than_the_mesh() {
-    let folder = Folder::new();
-    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 2).obj());
-    for words in ["--res 1", "--res 2", "--res 1 --precision f32", "--res 2 --precision f32"] {
-        folder.done(&format!("bake ball.obj --layout sparse --band 40 --padding 16 {words}"));
-        folder.done("verify ball.sdf.h5 ball.obj --points 2000 --all-nodes");
     }
 }

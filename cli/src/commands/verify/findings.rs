@@ -9,7 +9,7 @@ use sdf_procedural::random::unit_at;
 use serde::Serialize;
 
 use super::far::{FarErrors, FarNodes, FarValues};
-use super::sampling::{PointSample, Surface, cell_at, point_in_box, sample, sample_nodes};
+use super::sampling::{PointSample, Surface, cell_at, coarse_points, point_in_box, sample, sample_all, sample_nodes};
 use crate::args::VerifyArgs;
 
 /// Tolerance of a node of a dense grid, as a fraction of the mesh's diagonal: many times what f64 rounds of its distance.
@@ -116,6 +116,7 @@ impl Findings {
                 let mut samples = sample(args, grid, truth, near);
                 samples.retain(|sample| sample.truth.abs() <= band && is_inside(sample.point));
                 let mut far = sample(args, grid, truth, box_point(args.seed));
+                far.extend(sample_all(grid, truth, &coarse_points(args, grid)));
                 far.retain(|sample| sample.truth.abs() > band);
                 let own_brick = |point: [f64; 3]| grid.storage().brick_at(cell_at(lattice, point).map(|n| n / BRICK));
                 let is_beyond = |sample: &&PointSample| {

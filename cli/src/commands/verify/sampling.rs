@@ -5,7 +5,7 @@
 use sdf_bake::sparse::code_step;
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::grid::owned::OwnedGrid;
-use sdf_core::grid::sparse::BRICK;
+use sdf_core::grid::sparse::{BRICK, brick_counts};
 use sdf_core::grid::{Lattice, Storage};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, EnclosedSdf};
@@ -50,12 +50,17 @@ pub fn sample<F: EnclosedSdf + Sync>(
     truth: &MeshDistance,
     point: impl Fn(u64) -> [f64; 3] + Sync,
 ) -> Vec<PointSample> {
-    let sample = |index: u64| {
-        let point = point(index);
-        let sample = field.sample(Vector3::from(point));
-        PointSample { slope: sample.gradient.norm(), ..PointSample::new(truth, point, sample.value) }
-    };
-    sdf_parallel::map(args.points as usize, |index| sample(index as u64))
+    sdf_parallel::map(args.points as usize, |index| sample_at(field, truth, point(index as u64)))
+}
+
+/// Samples at given points.
+pub fn sample_all<F: EnclosedSdf + Sync>(field: &F, truth: &MeshDistance, points: &[[f64; 3]]) -> Vec<PointSample> {
+    sdf_parallel::map(points.len(), |index| sample_at(field, truth, points[index]))
+}
+
+fn sample_at<F: EnclosedSdf>(field: &F, truth: &MeshDistance, point: [f64; 3]) -> PointSample {
+    let sample = field.sample(Vector3::from(point));
+    PointSample { slope: sample.gradient.norm(), ..PointSample::new(truth, point, sample.value) }
 }
 
 /// Samples at nodes: random ones, or all. In a sparse grid only nodes in bricks.
@@ -67,13 +72,36 @@ pub fn sample_nodes(args: &VerifyArgs, grid: &OwnedGrid, truth: &MeshDistance) -
         let sample = PointSample::new(truth, lattice.node(node), stored_at(grid, node));
         Some(PointSample { rounding: 0.5 * step + sample.truth.abs() * f64::from(f32::EPSILON), ..sample })
     };
-    let samples = |found: Vec<Option<PointSample>>| found.into_iter().flatten().collect();
-    if args.all_nodes {
-        samples(sdf_parallel::map(count, check))
+    drawn(args, count, check)
+}
+
+/// Points beyond the bricks of a sparse grid, one for each node of its coarse grid that has a slot without a brick beside it: the
+/// node of that slot that is nearest to it, where the coarse node counts for most. Random ones, or all.
+pub fn coarse_points(args: &VerifyArgs, grid: &OwnedGrid) -> Vec<[f64; 3]> {
+    let (nodes, slots) = (grid.lattice().nodes(), brick_counts(grid.lattice()));
+    let [row, rows, layers] = slots.map(|n| n as usize + 1);
+    drawn(args, row * rows * layers, |index| {
+        let coarse = [index % row, index / row % rows, index / row / rows].map(|i| i as u32);
+        let slot_beside = |below: u32| {
+            let slot: [u32; 3] = std::array::from_fn(|axis| coarse[axis].wrapping_sub(below >> axis & 1));
+            let is_empty = (0..3).all(|axis| slot[axis] < slots[axis]) && grid.storage().brick_at(slot).is_none();
+            is_empty.then_some(slot)
+        };
+        let slot = (0..8).find_map(slot_beside)?;
+        let nearest = |axis: usize| (BRICK * coarse[axis]).min(BRICK * slot[axis] + BRICK - 1).min(nodes[axis] - 1);
+        Some(grid.lattice().node([nearest(0), nearest(1), nearest(2)]))
+    })
+}
+
+/// Finds of `pick` at random indices below `count`, or at all.
+fn drawn<T: Send>(args: &VerifyArgs, count: usize, pick: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
+    let draw = |index: usize| (unit_at(args.seed, index as u64) * count as f64) as usize;
+    let found = if args.all_nodes {
+        sdf_parallel::map(count, pick)
     } else {
-        let draw = |index: u32| (unit_at(args.seed, u64::from(index)) * count as f64) as usize;
-        samples(sdf_parallel::map(args.points as usize, |index| check(draw(index as u32))))
-    }
+        sdf_parallel::map(args.points as usize, |index| pick(draw(index)))
+    };
+    found.into_iter().flatten().collect()
 }
 
 const NODES_PER_BRICK: usize = (BRICK * BRICK * BRICK) as usize;
