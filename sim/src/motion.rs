@@ -7,7 +7,7 @@ use crate::World;
 pub struct Motion {
     /// Time until the next search.
     pub time: f64,
-    /// Distance that what falls gains in it: ½ g t².
+    /// Distance beside that of their own speed by which things get nearer to each other in it: what falls gains ½ g t².
     pub fall: f64,
     /// The margin is never larger, thickness not counted.
     pub max: f64,
@@ -21,6 +21,12 @@ impl Motion {
 
     /// Nothing moves: contacts are found where things touch already.
     pub const NONE: Self = Self { time: 0.0, fall: 0.0, max: 0.0 };
+
+    /// The same against an obstacle whose surface moves at most at this speed: [`Surface::max_speed`](crate::Surface::max_speed) of a body's.
+    #[must_use]
+    pub fn toward(&self, speed: f64) -> Self {
+        Self { fall: self.fall + speed * self.time, ..*self }
+    }
 
     pub(crate) fn reach(&self, speed: f64) -> f64 {
         (speed * self.time + self.fall).min(self.max)

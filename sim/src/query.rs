@@ -137,7 +137,8 @@ struct Pair<'a> {
 impl Query {
     /// Adds the contacts of a surface with an obstacle, and a row for each.
     ///
-    /// Each element's margin is the thickness and what it moves until the next search.
+    /// Each element's margin is the thickness and what it moves until the next search. An obstacle that moves asks for more:
+    /// [`Motion::toward`].
     pub fn find(
         &self,
         obstacle: &dyn Obstacle,

@@ -3,6 +3,7 @@
 //! With L kept, ω = I⁻¹L. A step turns by the ω at its middle (Lie midpoint rule), so that the energy L·I⁻¹L / 2 drifts by O(dt²)
 //! and does not grow. Pushes change L by arm × push, and turn the body at once by I⁻¹(arm × push) · dt (Müller et al. 2020).
 
+use sdf_core::Aabb;
 use sdf_core::nalgebra::{Isometry3, Matrix3, Quaternion, UnitQuaternion};
 use sdf_core::placed::Rigid;
 
@@ -29,13 +30,16 @@ pub struct Body {
 
 impl Body {
     /// A body of a closed mesh, its faces counterclockwise from outside, and the mesh's points in the body's frame: moved so that the
-    /// center of mass is at the origin. `None` if the volume is not positive.
+    /// center of mass is at the origin. `None` if the volume is not positive, nor the inertia about every axis.
     ///
-    /// Signed tetrahedra from the origin: ∫ x xᵀ dV = det/120 · ((a+b+c)(a+b+c)ᵀ + aaᵀ + bbᵀ + ccᵀ).
+    /// Signed tetrahedra from the middle of the mesh's box, so that a place far away costs no digits:
+    /// ∫ x xᵀ dV = det/120 · ((a+b+c)(a+b+c)ᵀ + aaᵀ + bbᵀ + ccᵀ).
     pub fn of_mesh(points: &[[f64; 3]], faces: &[[u32; 3]], mass: f64) -> Option<(Self, Vec<[f64; 3]>)> {
+        let Aabb { min, max } = Aabb::from_points(points.iter().copied())?;
+        let middle = V3::from(min) * 0.5 + V3::from(max) * 0.5;
         let (mut volume, mut first, mut second) = (0.0, V3::zeros(), Matrix3::zeros());
         for face in faces {
-            let [a, b, c] = face.map(|vertex| V3::from(points[vertex as usize]));
+            let [a, b, c] = face.map(|vertex| V3::from(points[vertex as usize]) - middle);
             let det = a.dot(&b.cross(&c));
             let sum = a + b + c;
             volume += det / 6.0;
@@ -46,7 +50,8 @@ impl Body {
         let center = first / volume;
         let second = (second / volume - center * center.transpose()) * mass;
         let inertia = Matrix3::identity() * second.trace() - second;
-        let inv_inertia = inertia.try_inverse().filter(|_| volume > 0.0)?;
+        let inv_inertia = inertia.try_inverse().filter(|_| volume > 0.0 && inertia.cholesky().is_some())?;
+        let center = middle + center;
         let points = points.iter().map(|point| (V3::from(*point) - center).into()).collect();
         Some((Self { position: center, inv_mass: 1.0 / mass, inertia, inv_inertia, ..Self::fixed() }, points))
     }

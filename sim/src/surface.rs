@@ -116,7 +116,7 @@ impl Surface {
     }
 
     /// Upper bound of the speed of all vertices.
-    pub(crate) fn max_speed(&self, world: &World) -> f64 {
+    pub fn max_speed(&self, world: &World) -> f64 {
         match &self.carrier {
             Carrier::Body { id, .. } => {
                 let body = &world.bodies[*id as usize];

@@ -85,6 +85,7 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
         ("[[cloth]]", "[[cloth]]\nbend = -1e-3", "bend = -0.001: give a number from 0 to 1e9"),
         ("[[cloth]]", "[[cloth]]\nstretch = nan", "stretch = NaN"),
         ("size = [1.0, 1.0]", "size = [1.0, 0.0]", "size = 0: give a positive number"),
+        ("[[cloth]]", "[[cloth]]\nstart.spin = [0.0, 0.0, 1.0]", "spin: rigid bodies alone take one"),
         ("thickness = 0.01", "fails = { foo = 1 }", "fails: unknown method \"foo\": take auto, "),
         ("thickness = 0.01", "vary = { substeps = [4, 0] }", "substeps = 0"),
         ("thickness = 0.01", "vary = { rate = [60.0, -1.0] }", "rate = -1"),
@@ -184,6 +185,45 @@ fn a_rigid_body_of_an_open_mesh_is_refused_and_seams_are_not_holes() {
     let spec = scene::parse(&format!("{SCENE}\n{sheet}"), "my.toml").unwrap();
     let refused = Stage::build(&spec, Path::new("."), Threads::ONE).map(|_| ()).unwrap_err().to_string();
     assert!(refused.contains("rigid 0: its mesh is open at 16 edges"), "{refused}");
+}
+
+const ALL_KINDS: &str = r#"
+title = "all kinds"
+frames = 1
+gravity = [0.0, 0.0, 0.0]
+vary = { speed = [1.0, 5.0], seeds = 2 }
+
+[[cloth]]
+mesh.sheet = { cells = [2, 2], size = [1.0, 1.0], height = 9.0, bend = 0.0, floor = 0.0 }
+start = { velocity = [0.5, 0.0, 0.0], random = 0.5 }
+
+[[rigid]]
+mesh.cuboid = { half = [0.5, 0.5, 0.5] }
+cells = 8
+start = { velocity = [0.5, 0.0, 0.0], spin = [0.0, 0.0, 1.0], random = 0.5 }
+
+[[soft]]
+mesh.cuboid = { half = [0.5, 0.5, 0.5] }
+cell = 0.5
+density = 1.0
+young = 1e3
+poisson = 0.3
+start = { velocity = [0.5, 0.0, 0.0], translate = [9.0, 0.0, 0.0], random = 0.5 }
+"#;
+
+#[test]
+fn seeds_and_speeds_are_those_of_cloths_and_of_rigid_and_soft_bodies() {
+    let spec = scene::parse(ALL_KINDS, "my.toml").unwrap();
+    let stages: Vec<Stage> =
+        scene::variants(&spec).map(|spec| Stage::build(&spec, Path::new("."), Threads::ONE).unwrap()).collect();
+    let [slow, other_place, fast, _] = &stages[..] else { panic!("four variants") };
+    for (surface, name) in ["cloth", "rigid", "soft"].into_iter().enumerate() {
+        let points = |stage: &Stage| stage.surfaces[surface].points(&stage.world);
+        assert_ne!(points(slow), points(other_place), "{name}");
+        assert_eq!(points(slow), points(fast), "{name}");
+        let [before, after] = [slow, fast].map(|stage| stage.surfaces[surface].max_speed(&stage.world));
+        assert!((after - 5.0 * before).abs() < 1e-12, "{name}: {before} and {after}");
+    }
 }
 
 #[test]

@@ -119,7 +119,7 @@ impl Stage {
             if !mesh.points.is_empty() {
                 budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
             }
-            self.add_soft(soft, &mesh, threads)?;
+            self.add_soft(soft, &mesh, threads, &mut random)?;
         }
         Ok(())
     }
@@ -163,7 +163,7 @@ impl Stage {
         Ok(())
     }
 
-    fn add_soft(&mut self, spec: &SoftSpec, mesh: &Mesh, threads: Threads) -> Result<(), String> {
+    fn add_soft(&mut self, spec: &SoftSpec, mesh: &Mesh, threads: Threads, random: &mut Random) -> Result<(), String> {
         let field = bake(mesh, spec.cells, threads)?;
         let matter = soft::Matter { density: spec.density, young: spec.young, poisson: spec.poisson };
         // A cube whose center is farther than this has no point within the padding.
@@ -175,7 +175,7 @@ impl Stage {
         if let Some(map) = spec.touched {
             self.cages.push(CagedBody::new(field, &self.world, first, first_tet, map.into()));
         }
-        let pose = Pose::of(&spec.start, &mut Random::new(0));
+        let pose = Pose::of(&spec.start, random);
         for x in &mut self.world.x[first..] {
             *x = V3::from(pose.apply(&(*x).into()));
         }

@@ -43,6 +43,10 @@ impl SceneSpec {
             is_not_negative("stretch", cloth.stretch)?;
             is_not_negative("bend", cloth.bend)?;
         }
+        let mut starts = self.cloth.iter().map(|cloth| &cloth.start).chain(self.soft.iter().map(|soft| &soft.start));
+        if starts.any(|start| start.spin != [0.0; 3]) {
+            return Err("spin: rigid bodies alone take one: give cloths and soft bodies a velocity".to_owned());
+        }
         for rigid in &self.rigid {
             is_positive("mass", rigid.mass)?;
             let [x, y, z] = rigid.count.map(u64::from);

@@ -204,7 +204,7 @@ impl<'a> Run<'a> {
             }
             for (shape, [now, later]) in animations.iter().zip(&moments) {
                 let obstacle = Moving { now, later, time: 1.0 / self.spec.rate };
-                let motion = toward(&motion, shape.max_speed());
+                let motion = motion.toward(shape.max_speed());
                 query.find(&obstacle, surface, world, &motion, &mut self.contacts)?;
             }
             let mine = body_of(surface);
@@ -215,6 +215,7 @@ impl<'a> Run<'a> {
                     let obstacle = Carried { field: &fields[id as usize], id, body: &world.bodies[id as usize] };
                     let memory = self.memories.entry((index, obstacles.len() + id as usize)).or_default();
                     let first = self.contacts.contacts.len();
+                    let motion = motion.toward(other.max_speed(world));
                     query.find_again(&obstacle, surface, world, &motion, memory, &mut self.contacts)?;
                     let pair = [index.min(number), index.max(number)];
                     self.pairs.extend((self.contacts.contacts.len() > first).then_some(pair));
@@ -225,7 +226,7 @@ impl<'a> Run<'a> {
         self.turned = normals.iter().map(turn).fold(0.0, f64::max);
         self.normals = normals;
         for (cage, rest) in &self.cages {
-            let motion = toward(&motion, cage.max_speed(world));
+            let motion = motion.toward(cage.max_speed(world));
             let found = cage.with_obstacle(rest, world, &mut self.cage_room, |obstacle| {
                 surfaces.iter().filter(|surface| !is_skin(surface, cage)).try_for_each(|surface| {
                     let query = Query { elements: elements(&self.query, self.only_vertices, surface), ..self.query };
@@ -349,11 +350,6 @@ fn elements(query: &Query, only_vertices: bool, surface: &Surface) -> Elements {
         return Elements::VERTICES;
     }
     Elements { faces: !strings, edges: strings, vertices: is_rigid && query.method != Method::Sampling(4) }
-}
-
-/// Motion against an obstacle whose surface moves at most at this speed.
-fn toward(motion: &Motion, speed: f64) -> Motion {
-    Motion { fall: motion.fall + speed * motion.time, ..*motion }
 }
 
 /// Is the surface embedded in the tetrahedra of the body?

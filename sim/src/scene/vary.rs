@@ -86,8 +86,10 @@ fn variant(spec: &SceneSpec, indices: [usize; 8]) -> SceneSpec {
     new.vary.mass_ratio = vary.mass_ratio.get(mass_ratio).copied().into_iter().collect();
     if let Some(factor) = vary.speed.get(speed) {
         let cloths = new.cloth.iter_mut().map(|cloth| &mut cloth.start);
-        for start in cloths.chain(new.rigid.iter_mut().map(|rigid| &mut rigid.start)) {
+        let rigid = new.rigid.iter_mut().map(|rigid| &mut rigid.start);
+        for start in cloths.chain(rigid).chain(new.soft.iter_mut().map(|soft| &mut soft.start)) {
             start.velocity = start.velocity.map(|v| v * factor);
+            start.spin = start.spin.map(|v| v * factor);
         }
         new.obstacle.iter_mut().for_each(|obstacle| obstacle.period /= factor);
         // What is slow needs as long to arrive.

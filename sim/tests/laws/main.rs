@@ -9,6 +9,7 @@ mod rigid_memory;
 mod rolling;
 mod sheets;
 mod soft;
+mod toward;
 
 use sdf_core::nalgebra::Vector3;
 

@@ -48,6 +48,22 @@ fn a_spinning_body_keeps_momentum_to_the_last_bit_and_its_energy() {
     assert!(least_turn < 0.99, "it did not tumble");
 }
 
+/// Each coordinate is off by half a unit in its last place at most.
+#[test]
+fn a_place_far_away_costs_a_body_no_digits_of_its_inertia() {
+    let (points, faces) = cuboid([0.1, 0.2, 0.3]);
+    let (near, _) = Body::of_mesh(&points, &faces, 3.0).unwrap();
+    for place in [V3::new(500_000.0, 4_000_000.0, 100.0), V3::new(-1e9, 0.0, 1e9)] {
+        let moved: Vec<[f64; 3]> = points.iter().map(|point| (V3::from(*point) + place).into()).collect();
+        let (far, own) = Body::of_mesh(&moved, &faces, 3.0).unwrap();
+        let rounding = f64::EPSILON * place.amax();
+        assert!((far.position - place).norm() <= 4.0 * rounding, "{}", far.position);
+        assert!((far.inertia - near.inertia).norm() <= 50.0 * rounding * near.inertia.norm(), "{}", far.inertia);
+        let errors = own.iter().zip(&points).map(|(a, b)| (V3::from(*a) - V3::from(*b)).norm());
+        assert!(errors.fold(0.0, f64::max) <= 4.0 * rounding);
+    }
+}
+
 #[test]
 fn a_pendulum_keeps_its_energy_within_one_percent() {
     let mut world = falling();
