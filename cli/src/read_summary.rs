@@ -51,19 +51,25 @@ impl ReadSummary {
 /// Relative rounding of distances in f64: more than a cull allows for, as a fraction of the largest coordinate.
 pub const ROUNDING: f64 = 1e-12;
 
-/// Refuses a margin beyond which a grid has only lower bounds of the distance: it would report false contacts.
+/// Refuses a margin beyond which a grid has only lower bounds of the distance: it would report false contacts. Refuses one deeper than
+/// a sparse grid's band, where it would leave contacts out.
 pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()> {
     let spacing = grid.lattice.spacing();
-    let limits = [("--padding", Some(grid.about.padding)), ("--band", grid.sparse.map(|sparse| sparse.band))];
-    for (option, limit) in limits.into_iter().filter_map(|(option, limit)| Some((option, limit?))) {
-        if margin > limit * (1.0 + ROUNDING) {
+    let band = grid.sparse.map(|sparse| sparse.band);
+    let padding = (margin > 0.0).then_some(grid.about.padding);
+    for (option, limit) in [("--padding", padding), ("--band", band)] {
+        if let Some(limit) = limit.filter(|limit| margin.abs() > limit * (1.0 + ROUNDING)) {
+            let (beyond, remedy) = match margin > 0.0 {
+                true => ("more", "use a smaller --margin"),
+                false => ("deeper", "give --complete or --exact for contacts of a mesh"),
+            };
             bail!(
-                "{}: --margin {} is more than the {} around the surface in which the grid has distances: bake it with {option} {} \
-                 or more, or use a smaller --margin",
+                "{}: --margin {} is {beyond} than the {} around the surface in which the grid has distances: bake it with {option} {} \
+                 or more, or {remedy}",
                 file.display(),
                 number(margin),
                 number(limit),
-                many((margin / spacing).ceil())
+                many((margin.abs() / spacing).ceil())
             );
         }
     }

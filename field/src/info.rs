@@ -65,37 +65,49 @@ impl GridInfo {
         self.band.map_or(self.padding, |band| band.min(self.padding))
     }
 
-    /// Refuses a margin above [`max_margin`](Self::max_margin), up to rounding: contacts beyond would be false.
-    pub fn check_margin(&self, margin: f64) -> Result<(), MarginTooLarge> {
-        let max_margin = self.max_margin();
-        if margin > max_margin * (1.0 + MARGIN_ROUNDING) { Err(MarginTooLarge { margin, max_margin }) } else { Ok(()) }
+    /// Refuses a margin above [`max_margin`](Self::max_margin), up to rounding: contacts beyond would be false. Refuses one deeper than a
+    /// sparse grid's band: there it would leave contacts out, as depths are coarse. Complete and exact searches allow for that:
+    /// [`ContactOptions::margin_to_check`](crate::ContactOptions::margin_to_check).
+    pub fn check_margin(&self, margin: f64) -> Result<(), MarginOutOfReach> {
+        let (highest, lowest) = (self.max_margin(), self.band.map_or(f64::NEG_INFINITY, |band| -band));
+        let limit = if margin < 0.0 { lowest } else { highest };
+        let is_within = margin.abs() <= limit.abs() * (1.0 + MARGIN_ROUNDING);
+        if is_within { Ok(()) } else { Err(MarginOutOfReach { margin, limit }) }
     }
 }
 
 /// Relative rounding of band and padding, which are multiples of the spacing.
 const MARGIN_ROUNDING: f64 = 1e-12;
 
-/// A margin so large that the grid has only lower bounds of distances there.
+/// A margin so large, or so deep, that the grid has only lower bounds of distances there, or coarse ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MarginTooLarge {
+pub struct MarginOutOfReach {
     /// The margin asked for.
     pub margin: f64,
-    /// The largest one that the grid answers.
-    pub max_margin: f64,
+    /// The largest one that the grid answers, or the least.
+    pub limit: f64,
 }
 
-impl std::fmt::Display for MarginTooLarge {
+impl std::fmt::Display for MarginOutOfReach {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { margin, max_margin } = self;
+        let Self { margin, limit } = self;
+        let reach = limit.abs();
+        if *margin < 0.0 {
+            return write!(
+                f,
+                "a margin of {margin} is deeper than the {reach} around the surface in which the sparse grid has distances: bake it \
+                 with a wider band, or ask for a complete search"
+            );
+        }
         write!(
             f,
-            "a margin of {margin} is more than the {max_margin} around the surface in which the grid has distances: bake it with \
+            "a margin of {margin} is more than the {reach} around the surface in which the grid has distances: bake it with \
              more padding, a sparse grid with a wider band, too"
         )
     }
 }
 
-impl std::error::Error for MarginTooLarge {}
+impl std::error::Error for MarginOutOfReach {}
 
 /// The mesh that a grid was baked from.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -63,7 +63,7 @@ pub use combine::CombineError;
 pub use contact_row::ContactRow;
 pub use contacts::Contacts;
 pub use field::Field;
-pub use info::{GridInfo, MarginTooLarge, SignMethod, Source};
+pub use info::{GridInfo, MarginOutOfReach, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
 pub use mesh_in_motion::{MeshClusters, MeshInMotion};
 pub use mesh_view::{MeshView, VertexOutOfRange};

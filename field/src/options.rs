@@ -54,6 +54,14 @@ pub struct ContactOptions {
     pub threads: Threads,
 }
 
+impl ContactOptions {
+    /// The margin that [`GridInfo::check_margin`](crate::GridInfo::check_margin) is to be asked for: complete and exact searches answer
+    /// any depth.
+    pub fn margin_to_check(&self) -> f64 {
+        if self.complete || self.exact { self.margin.max(0.0) } else { self.margin }
+    }
+}
+
 impl Default for ContactOptions {
     fn default() -> Self {
         Self {

@@ -28,8 +28,8 @@ pub struct OverlapOptions {
     pub margin: f64,
     /// The deepest point is proven to within this fraction of the longest side of the box in which the fields may touch.
     pub tolerance: f64,
-    /// Edge of the cubes in which minima are told apart and the patch is cut; `None` stands for 1/64 of the longest side
-    /// of that box.
+    /// Edge of the cubes in which the patch is cut; `None` stands for 1/64 of the longest side of that box, and less than 1/4096 is
+    /// refused. Minima are told apart in cubes of the same edge, of 1/128 of that side at least.
     pub resolution: Option<f64>,
     /// Largest number of evaluations of both fields in each of the three searches.
     pub evaluations: u32,
@@ -74,8 +74,12 @@ pub struct Overlap {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OverlapError {
-    /// The box in which the fields may touch is unbounded, exceeds 10¹⁸, or the margin is not finite.
+    /// The box in which the fields may touch is unbounded, or the margin is not finite.
     Unbounded,
+    /// The box in which the fields may touch has coordinates beyond 10¹⁸.
+    TooFar,
+    /// The resolution is less than 1/4096 of the longest side of the box in which the fields may touch.
+    TooFine,
 }
 
 impl std::fmt::Display for OverlapError {
@@ -84,6 +88,10 @@ impl std::fmt::Display for OverlapError {
             Self::Unbounded => {
                 f.write_str("the box in which the fields may touch is unbounded: intersect one of them with a box")
             }
+            Self::TooFar => f.write_str("coordinates exceed 1e18 where the fields may touch: scale them down"),
+            Self::TooFine => f.write_str(
+                "the resolution is less than 1/4096 of the longest side of the box in which the fields may touch: take a larger one",
+            ),
         }
     }
 }
@@ -95,6 +103,12 @@ const SHRINK_CELLS: u32 = 64;
 
 /// Cubes along the longest side of the shrunk box, in the search for minima and patch.
 const DEFAULT_CELLS: f64 = 64.0;
+
+/// The finest resolution: so many cubes along the longest side. A patch of so many squared, and more, takes all evaluations.
+const MAX_CELLS: f64 = 4096.0;
+
+/// Cubes along the longest side in which minima are told apart, at most: their number grows with the cube of this.
+const MAX_CELLS_OF_MINIMA: f64 = 128.0;
 
 /// Open boxes in the search for the deepest point.
 const MAX_OPEN_BOXES: usize = 1 << 16;
@@ -138,9 +152,14 @@ impl Field {
         let pair =
             Pair::new(&a, &b, options.margin).and_then(|pair| pair.shrink_evaluating(SHRINK_CELLS, may_evaluate));
         match pair {
-            Ok(pair) => Ok(Some(pair.region())),
+            Ok(pair) => {
+                let least = pair.region().longest_side() / MAX_CELLS;
+                let is_too_fine = options.resolution.is_some_and(|resolution| resolution < least);
+                if is_too_fine { Err(OverlapError::TooFine) } else { Ok(Some(pair.region())) }
+            }
             Err(NoRegion::Separated) => Ok(None),
             Err(NoRegion::Unbounded) => Err(OverlapError::Unbounded),
+            Err(NoRegion::TooFar) => Err(OverlapError::TooFar),
         }
     }
 
@@ -169,8 +188,9 @@ fn search<A: EnclosedSdf, B: EnclosedSdf>(pair: &Pair<A, B>, options: &OverlapOp
     if verdict == OverlapVerdict::Separated {
         return Overlap { verdict, deepest: Some(deepest), ..Overlap::default() };
     }
-    let resolution = options.resolution.unwrap_or(pair.region().longest_side() / DEFAULT_CELLS);
-    let (minima, mut points) = minima(pair, resolution, options.evaluations);
+    let side = pair.region().longest_side();
+    let resolution = options.resolution.unwrap_or(side / DEFAULT_CELLS);
+    let (minima, mut points) = minima(pair, resolution.max(side / MAX_CELLS_OF_MINIMA), options.evaluations);
     insert_deepest(&mut points, &deepest);
     let deepest = DeepestPoint { point: points.first().copied(), ..deepest };
     let mut pieces = vec![];

@@ -318,7 +318,7 @@ fn visit(
     let faces = border::rows(faces.0, faces.1, "faces")?;
     let options = border::value(query, "query")?.to_rust()?;
     if let Some(info) = field.info() {
-        info.check_margin(options.margin).map_err(Failure::invalid)?;
+        info.check_margin(options.margin_to_check()).map_err(Failure::invalid)?;
     }
     let mesh = MeshView { points, faces };
     let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));

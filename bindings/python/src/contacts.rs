@@ -46,7 +46,8 @@ impl Keywords<'_, '_> {
             return Err(value_error(format!("tolerance={tolerance}: give a positive number")));
         }
         if let Some(info) = field.info() {
-            info.check_margin(margin).map_err(value_error)?;
+            let any_depth = complete || exact;
+            info.check_margin(if any_depth { margin.max(0.0) } else { margin }).map_err(value_error)?;
         }
         Ok(ContactOptions {
             elements: choice("elements", self.elements, &ELEMENTS)?,

@@ -153,7 +153,7 @@ fn sample(field: &Field, input: &Buffers) -> Result<Buffers, String> {
 fn contacts(field: &Field, mesh: MeshView, options: &ContactWords) -> Result<Contacts, String> {
     let options = options.to_rust()?;
     if let Some(info) = field.info() {
-        info.check_margin(options.margin).map_err(|error| error.to_string())?;
+        info.check_margin(options.margin_to_check()).map_err(|error| error.to_string())?;
     }
     field.contacts(mesh, &options).map_err(|error| error.to_string())
 }

@@ -67,6 +67,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         possible: found.possible,
         undecided: found.undecided,
         beyond_band: found.beyond_band,
+        outside_grid: found.outside_grid,
         contacts: &found,
         read: read_summary,
         seconds: Seconds { read, query },
@@ -116,6 +117,11 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let advice = "their distances are coarse; bake with a larger --band, or --layout dense";
         rows.push(("beyond the band", format!("{count} contacts: {advice}")));
     }
+    if found.outside_grid > 0 {
+        let count = found.outside_grid;
+        let advice = "they may be farther away than they say; bake with more --padding, or use a smaller --margin";
+        rows.push(("outside the grid", format!("{count} contacts: {advice}")));
+    }
     if found.not_finite > 0 {
         let skipped = format!("{} elements with coordinates that are not finite or exceed 1e150", found.not_finite);
         rows.push(("skipped", skipped));
@@ -139,6 +145,7 @@ struct Document<'a> {
     possible: usize,
     undecided: usize,
     beyond_band: usize,
+    outside_grid: usize,
     #[serde(serialize_with = "serialize_records")]
     contacts: &'a ContactList<'a>,
     /// `None` for shapes in closed form.
@@ -183,12 +190,12 @@ fn read_field(
                 args.sdf.display()
             )
         }
-        OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, args.margin)?, None)),
+        OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, args.margin_to_check())?, None)),
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();
             let kept = if args.exact { Some(read_kept_mesh(args, &reader)?) } else { None };
-            require_distances(&args.sdf, args.margin, &summary)?;
+            require_distances(&args.sdf, args.margin_to_check(), &summary)?;
             // A complete search looks as far as the grid can be off.
             let margin = match (args.exact, args.complete) {
                 (true, _) => summary.error_bound().reach(args.margin.max(0.0)),
@@ -249,6 +256,8 @@ pub struct ContactList<'a> {
     pub inside: usize,
     /// Contacts whose distance is coarse, as they lie beyond the band of a sparse grid.
     pub beyond_band: usize,
+    /// Contacts whose distance is a lower bound, as they lie outside of a grid: of one within a closed form.
+    pub outside_grid: usize,
     /// The contacts, packed: there may be millions.
     pub rows: ContactRows,
     /// For each face the polygon of the file; empty for other elements.
@@ -273,10 +282,11 @@ fn serialize_records<S: Serializer>(list: &&ContactList, serializer: S) -> Resul
 pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field: &Field) -> Result<ContactList<'a>> {
     let options = options(args)?;
     let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
-    let (mut rows, mut inside, mut beyond_band) = (ContactRows::default(), 0, 0);
+    let (mut rows, mut inside, mut beyond_band, mut outside_grid) = (ContactRows::default(), 0, 0, 0);
     let keep = |contact: &Contact<f64>| {
         inside += usize::from(contact.distance < 0.0);
         beyond_band += usize::from(contact.status == ContactStatus::BeyondBand);
+        outside_grid += usize::from(contact.status == ContactStatus::OutsideGrid);
         rows.push(contact);
         ControlFlow::Continue(())
     };
@@ -298,6 +308,7 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
         undecided: found.undecided_count,
         inside,
         beyond_band,
+        outside_grid,
         rows,
         polygons: if args.elements == Elements::Faces { &mesh.polygons } else { &[] },
     })

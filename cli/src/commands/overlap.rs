@@ -12,7 +12,7 @@ use sdf_core::grid::Lattice;
 use sdf_core::overlap::{DeepestPoint, LocalMinima, Patch};
 use sdf_core::placed::{Placement, Rigid};
 use sdf_field::{Field, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
-use sdf_formats::contact_file::{OverlapKind, OverlapRecord};
+use sdf_formats::contact_file::{OverlapKind, OverlapRecord, OverlapStatus};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
 
@@ -56,6 +56,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         minima: found.minima.as_ref().map(minima_summary),
         patch: found.patch.as_ref().map(patch_summary),
         meetings: &meetings,
+        beyond_band: meetings.iter().filter(|meeting| meeting.status == OverlapStatus::BeyondBand).count(),
         read: bodies.map_or([None, None], |bodies| bodies.read),
         seconds: Seconds { read, query },
     };
@@ -77,6 +78,8 @@ struct Document<'a> {
     patch: Option<PatchSummary>,
     /// The deepest points first, then those of the patch.
     meetings: &'a [OverlapRecord],
+    /// Number of the meetings whose distance is coarse, as it is beyond a sparse grid's band.
+    beyond_band: usize,
     /// `None` for a closed form.
     read: [Option<ReadSummary>; 2],
     seconds: Seconds,
@@ -179,16 +182,16 @@ impl Bodies {
     fn read(options: &OverlapOptions, sides: &[Side; 2]) -> Result<Option<Self>> {
         let margin = options.margin;
         let [(a, read_a), (b, read_b)] = [sides[0].field(margin, None)?, sides[1].field(margin, None)?];
+        let names = format!("{} and {}", sides[0].path.display(), sides[1].path.display());
         let is_whole = [read_a.is_none(), read_b.is_none()];
         let region = match a.overlap_region(&b, options, is_whole) {
             Ok(Some(region)) => region,
             Ok(None) => return Ok(None),
-            Err(OverlapError::Unbounded) => bail!(
-                "{} and {}: the box in which they may touch has no end: intersect one with a box",
-                sides[0].path.display(),
-                sides[1].path.display()
+            Err(OverlapError::TooFine) => bail!(
+                "--resolution {} is less than 1/4096 of the longest side of the box in which {names} may touch: take a larger one",
+                options.resolution.map_or_else(String::new, number)
             ),
-            Err(error) => bail!(error),
+            Err(error) => bail!("{names}: {error}"),
         };
         let [(a, read_a), (b, read_b)] = [sides[0].field(margin, Some(region))?, sides[1].field(margin, Some(region))?];
         Ok(Some(Self { fields: [a, b], read: [read_a, read_b], region }))
@@ -258,6 +261,11 @@ fn rows(args: &ContactsArgs, document: &Document, verdict: OverlapVerdict) -> Ve
                 format!("in {} cubes the fields have no number, or the same slope", patch.unknown),
             ));
         }
+    }
+    if document.beyond_band > 0 {
+        let count = format!("{} of {} points", document.beyond_band, document.meetings.len());
+        let advice = "there a sparse grid has coarse distances, less than the depth; bake with a larger --band, or --layout dense";
+        rows.push(("beyond the band", format!("{count}: {advice}")));
     }
     rows.push((
         "time",

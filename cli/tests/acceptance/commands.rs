@@ -107,7 +107,7 @@ fn contacts_finds_where_a_triangle_touches_a_sphere() {
     folder.write("three.obj", format!("{triangles}f 1 2 3\nf 4 5 6\nf 7 8 9\n"));
     let json = folder.json("contacts three.obj sphere.sdf.toml --iterations 1000");
     assert_eq!(json["schema"], "sdftool.contacts/2");
-    let names = "beyond_band contacts device elements not_finite passed_cull possible read schema seconds undecided";
+    let names = "beyond_band contacts device elements not_finite outside_grid passed_cull possible read schema seconds undecided";
     assert_eq!(keys(&json).join(" "), names);
     assert_eq!(keys(&json["seconds"]), ["query", "read"]);
     assert_eq!([&json["elements"], &json["passed_cull"], &json["not_finite"]], [3, 2, 0]);

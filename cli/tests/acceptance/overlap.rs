@@ -256,6 +256,47 @@ fn a_finer_resolution_gives_more_pieces_of_the_same_patch() {
     assert!(many > 12.0 * few && (coarse / fine - 1.0).abs() < 0.05, "{few} {many} {coarse} {fine}");
 }
 
+/// Cubes of 1/220 of the box would take most of a minute for the minima alone.
+#[test]
+fn a_resolution_too_fine_for_the_minima_is_that_of_the_patch_alone_and_one_too_fine_for_any_patch_is_refused() {
+    let folder = scene();
+    let words = "contacts ball.sdf.toml ball.sdf.h5 --translate 1.5,0,0";
+    let json = folder.json(&format!("{words} --resolution 0.006"));
+    let cubes = number(&json["patch"]["points"]);
+    assert!(cubes > 20_000.0 && json["patch"]["complete"] == true, "{}", json["patch"]);
+    assert!(number(&json["minima"]["evaluations"]) < 1e6, "{}", json["minima"]);
+    says(
+        &folder.refused(&format!("{words} --resolution 1e-9")),
+        &["--resolution 1.0000e-9", "1/4096", "take a larger one"],
+    );
+}
+
+#[test]
+fn depths_beyond_a_sparse_band_are_told_and_margins_there_are_refused() {
+    let folder = scene();
+    let deep = "contacts ball.sdf.toml sparse.sdf.h5 --translate 0.2,0,0";
+    let json = folder.json(deep);
+    let coarse =
+        json["meetings"].as_array().unwrap().iter().filter(|meeting| meeting["status"] == "beyond_band").count();
+    assert!(coarse > 0 && json["beyond_band"] == coarse, "{}", json["beyond_band"]);
+    says(&folder.done(deep), &["beyond the band", &format!("{coarse} of "), "--layout dense"]);
+    let shallow = "contacts ball.sdf.toml sparse.sdf.h5 --translate 1.95,0,0";
+    assert!(!folder.done(shallow).contains("beyond the band"));
+    says(
+        &folder.refused(&format!("{deep} --margin -0.3")),
+        &["sparse.sdf.h5: --margin -0.300000 is deeper than", "--band 10"],
+    );
+    folder.done("contacts ball.sdf.toml ball.sdf.h5 --translate 0.2,0,0 --margin -0.3");
+}
+
+#[test]
+fn coordinates_too_large_for_two_fields_are_refused_for_what_they_are() {
+    let folder = Folder::new();
+    folder.write("large.obj", Model::ball([0.0; 3], 1e19, 2).obj());
+    folder.done("bake large.obj --res 8");
+    says(&folder.refused("contacts large.sdf.h5 large.sdf.h5"), &["large.sdf.h5", "exceed 1e18", "scale them down"]);
+}
+
 #[test]
 fn only_blocks_near_the_other_field_are_read() {
     let folder = scene();
@@ -291,7 +332,7 @@ fn contradictory_arguments_are_refused_in_one_line() {
         says(&folder.misused(&format!("contacts {words}")), said);
     }
     for (words, said) in [
-        ("floor.sdf.toml floor.sdf.toml", &["floor.sdf.toml and floor.sdf.toml", "no end", "intersect"][..]),
+        ("floor.sdf.toml floor.sdf.toml", &["floor.sdf.toml and floor.sdf.toml", "unbounded", "intersect"][..]),
         ("ball.sdf.h5 ball.sdf.toml --margin 1", &["ball.sdf.h5", "--margin", "--padding"]),
         ("ball.sdf.toml sparse.sdf.h5 --margin 0.11", &["sparse.sdf.h5", "--margin", "--band"]),
         ("ball.sdf.toml sheet.obj", &["sheet.obj is an OBJ mesh", "`sdftool contacts sheet.obj ball.sdf.toml`"]),

@@ -257,3 +257,37 @@ fn no_more_is_read_than_the_file_has_and_tiny_numbers_are_short() {
         assert!(read["bytes"].as_u64() <= read["file_bytes"].as_u64(), "{words}: {read}");
     }
 }
+
+/// Depths there are coarse: contacts were left out without a word.
+#[test]
+fn a_margin_deeper_than_a_sparse_band_is_refused_unless_the_search_grants_it() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.write("sheet.obj", Model::hills(20).moved(|[x, y, z]| [x, y, 0.3 * z]).obj());
+    folder.done("bake ball.obj --res 40 --layout sparse --keep-mesh");
+    let words = "contacts sheet.obj ball.sdf.h5 --margin -0.4";
+    says(
+        &folder.refused(words),
+        &["ball.sdf.h5: --margin -0.400000 is deeper than the 0.150000", "--band 8", "--complete"],
+    );
+    let [exact, complete] = ["--exact", "--complete"].map(|option| {
+        let json = folder.json(&format!("{words} {option}"));
+        let ids = json["contacts"].as_array().unwrap().iter().map(|contact| contact["id"].as_u64().unwrap());
+        ids.collect::<std::collections::BTreeSet<u64>>()
+    });
+    assert!(!exact.is_empty() && exact.is_subset(&complete), "{} and {}", exact.len(), complete.len());
+}
+
+/// A closed form keeps no margin of its grids.
+#[test]
+fn contacts_outside_of_a_grid_within_a_closed_form_are_counted() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.write("grid.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\n");
+    folder.write("far.obj", "v 3 0 0\nv 3 1 0\nv 3 0 1\nf 1 2 3\n");
+    folder.done("bake ball.obj --res 16");
+    let words = "contacts far.obj grid.sdf.toml --margin 2.0";
+    let json = folder.json(words);
+    assert_eq!((&json["outside_grid"], json["contacts"].as_array().unwrap().len()), (&1.into(), 1));
+    says(&folder.done(words), &["outside the grid", "1 contacts", "--padding"]);
+}

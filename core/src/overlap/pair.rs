@@ -22,8 +22,10 @@ pub struct Pair<'a, A, B> {
 pub enum NoRegion {
     /// f = max(φ_A, φ_B) is proven to be above the margin everywhere.
     Separated,
-    /// Both bodies are unbounded, or the margin or a bound is not finite or beyond [`Real::MAX_COORDINATE`] of f32.
+    /// Both bodies are unbounded, or the margin is not finite.
     Unbounded,
+    /// A bound is beyond [`Real::MAX_COORDINATE`] of f32.
+    TooFar,
 }
 
 impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
@@ -31,9 +33,15 @@ impl<'a, A: EnclosedSdf, B: EnclosedSdf> Pair<'a, A, B> {
     pub fn new(a: &'a A, b: &'a B, margin: f64) -> Result<Self, NoRegion> {
         let [bounds_a, bounds_b] = [a.bounds(margin), b.bounds(margin)].map(widen);
         let region = bounds_a.intersection(&bounds_b).ok_or(NoRegion::Separated)?;
-        let is_representable = |x: &f64| x.abs() <= <f32 as Real>::MAX_COORDINATE;
-        let is_valid = margin.is_finite() && [region.min, region.max].iter().flatten().all(is_representable);
-        if is_valid { Ok(Self { a, b, margin, region }) } else { Err(NoRegion::Unbounded) }
+        let farthest = [region.min, region.max].iter().flatten().fold(0.0_f64, |farthest, x| farthest.max(x.abs()));
+        if !(margin.is_finite() && farthest.is_finite()) {
+            return Err(NoRegion::Unbounded);
+        }
+        if farthest <= <f32 as Real>::MAX_COORDINATE {
+            Ok(Self { a, b, margin, region })
+        } else {
+            Err(NoRegion::TooFar)
+        }
     }
 
     /// Restricts the search to a box: nothing is evaluated or found outside.

@@ -194,9 +194,18 @@ fn a_margin_beyond_the_grid_is_refused() {
     let baked = Field::bake(view(&BALL.mesh()), &options).unwrap().field;
     let info = baked.info().unwrap();
     let limit = info.max_margin();
-    assert!(limit > 0.0 && info.check_margin(limit).is_ok() && info.check_margin(-1.0).is_ok());
-    let error = info.check_margin(limit * 1.001).unwrap_err().to_string();
-    assert!(error.contains("more padding") && error.contains(&limit.to_string()), "{error}");
+    let band = info.band.unwrap();
+    assert!(limit > 0.0 && [limit, 0.0, -band].into_iter().all(|margin| info.check_margin(margin).is_ok()));
+    for (margin, limit, remedy) in [(limit * 1.001, limit, "more padding"), (-band * 1.001, band, "wider band")] {
+        let error = info.check_margin(margin).unwrap_err().to_string();
+        assert!(error.contains(remedy) && error.contains(&limit.to_string()), "{error}");
+    }
+    assert!(info.check_margin(f64::NAN).is_err());
+    // Complete and exact searches grant the error of what is deeper.
+    let complete = ContactOptions { margin: -1.0, complete: true, ..ContactOptions::default() };
+    assert!(info.check_margin(complete.margin_to_check()).is_ok());
+    let dense = Field::bake(view(&BALL.mesh()), &BakeOptions { layout: Layout::Dense, ..options }).unwrap().field;
+    assert!(dense.info().unwrap().check_margin(-1.0).is_ok());
 }
 
 #[test]
