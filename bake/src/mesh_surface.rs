@@ -120,10 +120,10 @@ impl MeshSurface {
     /// Unit vector from the surface to its outside at a nearest point: along the way to the query, or where that is too short the
     /// normal of the face, edge or corner that holds the point. Zero only at slivers.
     pub fn normal(&self, at: &SurfacePoint) -> Vector3<f64> {
-        let offset = at.query - at.point;
         let shortest = MIN_OFFSET * self.bounds().diagonal().max(at.query.amax());
-        if at.distance.abs() > shortest {
-            return offset / at.distance;
+        let outward = (at.query - at.point) * at.distance.signum();
+        if let Some(outward) = outward.try_normalize(0.0).filter(|_| at.distance.abs() > shortest) {
+            return outward;
         }
         let feature = self
             .pseudo_normals

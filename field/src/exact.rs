@@ -179,7 +179,7 @@ impl ExactSearch<'_> {
         vertices.iter_mut().zip(element.vertices).for_each(|(vertex, known)| *vertex = known);
         let point = element.simplex.corners.iter().zip(own).map(|(corner, weight)| corner * weight).sum();
         let normal = self.surface.normal(&at);
-        let normal = push(normal) - push(Vector3::zeros());
+        let normal = self.pose.map_or(normal, |pose| pose.push_vector(normal));
         let rounding = ROUNDING * at.query.amax().max(at.point.amax()).max(at.distance.abs());
         let status = match () {
             () if normal == Vector3::zeros() => ContactStatus::DegenerateGradient,

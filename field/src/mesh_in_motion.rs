@@ -67,18 +67,15 @@ impl<'a> MeshInMotion<'a> {
 /// operations each, and two sums.
 const POSES: f64 = 64.0;
 
-/// The pose of the second frame in the first; `None` where they are the same.
+/// The pose of the second frame in the first; `None` if it is not finite.
 fn between(first: Option<Rigid>, second: Option<Rigid>) -> Option<Rigid> {
     let isometry = |pose: Option<Rigid>| {
         pose.map_or(Isometry3::identity(), |pose| {
-            let [x, y, z, w] = pose.rotation();
-            let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+            let [x, y, z, w] = pose.unit_rotation();
+            let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
             Isometry3::from_parts(Vector3::from(pose.translation()).into(), rotation)
         })
     };
-    if first.is_none() && second.is_none() {
-        return None;
-    }
     let relative = isometry(first).inv_mul(&isometry(second));
     let q = relative.rotation.quaternion();
     Rigid::new(relative.translation.vector.into(), [q.i, q.j, q.k, q.w])
@@ -171,15 +168,21 @@ impl<'a> Selection<'a, 3> {
             return Err(QueryError::FaceCountDiffers);
         }
         let selection = Self { points, elements: faces, ids: None, pose, margins };
-        let Some(clusters) = clusters else {
-            return Ok(Self { pose, margins, ..Self::all(points, faces)? });
+        let all = || Ok(Self { pose, margins, ..Self::all(points, faces)? });
+        let Some(clusters) = clusters else { return all() };
+        let relative = match (options.pose, pose) {
+            (None, None) => None,
+            // Where a place in the field's frame is not finite, clusters tell nothing.
+            (field, mesh) => match between(field, mesh) {
+                None => return all(),
+                relative => relative,
+            },
         };
         let reach = selection.largest_reach(&selection.error_bound(field, options), options);
         // Boxes go from the mesh's frame to the field's at once: by way of the world's they would grow twice. Points that go there by
         // way of the world's are off by their rounding.
         let rounded = [pose, options.pose].into_iter().flatten().flat_map(|pose| pose.translation());
         let rounded = rounded.fold(0.0_f64, |largest, x| largest.max(x.abs())) * POSES * f64::EPSILON;
-        let relative = between(options.pose, pose);
         let margin = reach + rounded * sdf_core::Sdf::slope_bound(field);
         let mut ids = vec![];
         clusters.as_core().visit_near(field, margin, relative.as_ref(), |members| ids.extend_from_slice(members));

@@ -171,7 +171,7 @@ fn turn(v: &V3) -> UnitQuaternion<f64> {
 
 /// A pose as nalgebra has it.
 pub(crate) fn isometry(pose: &Rigid) -> Isometry3<f64> {
-    let [x, y, z, w] = pose.rotation();
-    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    let [x, y, z, w] = pose.unit_rotation();
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
     Isometry3::from_parts(V3::from(pose.translation()).into(), rotation)
 }

@@ -24,6 +24,12 @@ impl Rigid {
         self.0.rotation()
     }
 
+    /// The quaternion x, y, z, w of length 1, whatever the length of the one that was given.
+    pub fn unit_rotation(&self) -> [f64; 4] {
+        let q = self.unit_quaternion();
+        [q.i, q.j, q.k, q.w]
+    }
+
     /// The rotation as a quaternion of length 1.
     pub(crate) fn unit_quaternion(&self) -> Quaternion<f64> {
         self.0.unit_quaternion()
@@ -32,6 +38,11 @@ impl Rigid {
     /// World point of a local point.
     pub fn push(&self, local: Vector3<f64>) -> Vector3<f64> {
         self.0.push(local)
+    }
+
+    /// World vector of a local vector, of the same length.
+    pub fn push_vector(&self, local: Vector3<f64>) -> Vector3<f64> {
+        self.0.push_vector(local)
     }
 }
 

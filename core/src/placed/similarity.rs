@@ -78,7 +78,12 @@ impl Similarity {
 
     /// World point of a local point.
     pub fn push(&self, local: Vector3<f64>) -> Vector3<f64> {
-        self.world_from_local * local + self.double.translation
+        self.push_vector(local) + self.double.translation
+    }
+
+    /// World vector of a local vector, as many times as long as the scale says: what [`push`](Self::push) does to differences of points.
+    pub fn push_vector(&self, local: Vector3<f64>) -> Vector3<f64> {
+        self.world_from_local * local
     }
 }
 

@@ -208,6 +208,23 @@ fn edges_vertices_poses_and_any_number_of_threads_give_the_exact_answer_too() {
     }
 }
 
+/// By way of two points it would lose the digits of the place.
+#[test]
+fn the_normal_of_a_body_far_away_has_length_one() {
+    let (_, mesh) = meshes().swap_remove(0);
+    let field = baked(&mesh, 16, Layout::Dense, None);
+    let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
+    for place in [0.0, 6.4e6, 1e9] {
+        let pose = Rigid::new([place, -place, 0.3], [0.1, 0.2, 0.3, 0.9]).unwrap();
+        let moved: Vec<[f64; 3]> = mesh.points.iter().map(|point| pose.push((*point).into()).into()).collect();
+        let options = ContactOptions { exact: true, margin: 0.01, pose: Some(pose), ..ContactOptions::default() };
+        let found = field.contacts(MeshView { points: &moved, ..view }, &options).unwrap();
+        let normals = found.contacts.iter().map(|contact| contact.normal).filter(|normal| *normal != Vector3::zeros());
+        let error = normals.clone().map(|normal| (normal.norm() - 1.0).abs()).fold(0.0, f64::max);
+        assert!(normals.count() > 10 && error < 1e-14, "{place}: {error}");
+    }
+}
+
 #[test]
 fn a_mesh_with_holes_and_a_field_without_mesh_are_told() {
     let (_, mut mesh) = meshes().swap_remove(1);

@@ -9,8 +9,9 @@ use sdf_field::{
 use sdf_procedural::SpikedBall;
 use sdf_procedural::random::{Random, test_seed};
 
-fn pose(random: &mut Random, half: f64) -> Rigid {
-    Rigid::new(random.point_in_cube(half), [0; 4].map(|_| random.between(-1.0, 1.0))).unwrap()
+/// The quaternion is about as long as `length`.
+fn pose(random: &mut Random, half: f64, length: f64) -> Rigid {
+    Rigid::new(random.point_in_cube(half), [0; 4].map(|_| length * random.between(-1.0, 1.0))).unwrap()
 }
 
 /// Checks that clusters change no contact. They may cull a face that its own box does not rule out: bounds of a smaller box need not
@@ -30,8 +31,8 @@ fn a_mesh_in_motion_has_the_contacts_of_its_moved_points() {
     let clusters = MeshClusters::new(mesh).unwrap();
     let (mut touching, mut culled) = (0, 0);
     for method in [Method::Auto, Method::FrankWolfe] {
-        for _ in 0..4 {
-            let (body_pose, field_pose) = (pose(&mut random, 0.8), pose(&mut random, 0.8));
+        for length in [1.0, 1e-3, 1e-170, 1e170] {
+            let [body_pose, field_pose] = [0; 2].map(|_| pose(&mut random, 0.8, length));
             let options = ContactOptions { margin: 0.03, pose: Some(field_pose), method, ..ContactOptions::default() };
             let moved: Vec<[f64; 3]> = body.points.iter().map(|point| body_pose.push((*point).into()).into()).collect();
             let plain = field.contacts(MeshView { points: &moved, ..mesh }, &options).unwrap();

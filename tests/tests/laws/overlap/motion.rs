@@ -1,6 +1,5 @@
 //! Scale, motion and sampling: the overlap changes as its fields do.
 
-use nalgebra::Vector3;
 use sdf_core::overlap::{BoxNode, DeepestPoint, DepthSearch, Pair};
 use sdf_core::placed::{Placed, Rigid};
 use sdf_core::shapes::{Capsule, Cuboid};
@@ -49,7 +48,7 @@ fn moving_both_fields_moves_their_overlap() {
             (one.value - other.value).abs() < 3e-5 && (motion.push(one.point) - other.point).norm() < 0.03,
             "{one:?} {other:?}"
         );
-        let rotated = motion.push(one.normal) - motion.push(Vector3::zeros());
+        let rotated = motion.push_vector(one.normal);
         assert!((rotated - other.normal).norm() < 0.1, "{one:?} {other:?}");
         let resolution = fraction_of_region(&pair, 1.0 / 64.0);
         let ((one, _), (other, _)) = (patch::<f64>(&pair, resolution), patch::<f64>(&moved, resolution));
