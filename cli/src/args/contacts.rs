@@ -33,12 +33,12 @@ pub struct ContactsArgs {
     /// Search for the lowest distance on an element.
     #[arg(long, value_parser = method_parser(), default_value_t = Method::Auto)]
     pub method: Method,
-    /// Budget per element: evaluations of auto (256) and certified (1024), never exceeded; iterations of other methods (32).
-    /// The cull's evaluation comes on top, and so do those of --all-minima.
+    /// Budget per element: evaluations of auto (256) and certified (1024), at least one and never exceeded; iterations of other
+    /// methods (32). The cull's evaluation comes on top, and so do those that tell the minima of --all-minima apart.
     #[arg(long, value_name = "N")]
     pub iterations: Option<u32>,
-    /// Auto and certified stop within this fraction of the element's longest edge of the minimum; for two fields, of the
-    /// longest side of the box in which they may touch.
+    /// Auto and certified stop within this fraction of the element's longest edge, times the field's slope bound, of the minimum; for
+    /// two fields, of the longest side of the box in which they may touch.
     #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive)]
     pub tolerance: f64,
     /// Report every isolated minimum of an element, not only the lowest: a triangle on three bumps touches three times. Minima
