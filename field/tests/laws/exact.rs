@@ -208,7 +208,7 @@ fn edges_vertices_poses_and_any_number_of_threads_give_the_exact_answer_too() {
     }
 }
 
-/// By way of two points it would lose the digits of the place.
+/// Takes the normal as a vector: by way of two points it would lose the digits of the place.
 #[test]
 fn the_normal_of_a_body_far_away_has_length_one() {
     let (_, mesh) = meshes().swap_remove(0);
