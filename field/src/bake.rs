@@ -355,7 +355,7 @@ fn lattice(
     };
     let sign_bytes = match (options.layout, options.sign) {
         (Layout::Sparse, _) | (_, Some(SignMethod::PseudoNormal)) => 0.0,
-        _ => rayon::current_num_threads() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
+        _ => sdf_parallel::thread_count() as f64 * dense::SIGN_BYTES as f64 * nodes[0],
     };
     memory.require(nodes, None, nodes.iter().product::<f64>() * bytes_per_node + sign_bytes)?;
     let too_large = BakeError::TooLarge { nodes, bricks: None, bytes: None, free: None };

@@ -149,7 +149,7 @@ impl Field {
     fn mesh_surface(&self, options: &ContactOptions) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
         options.check()?;
         match (&self.mesh, self.info()) {
-            (Some(mesh), Some(info)) => mesh.surface(info),
+            (Some(mesh), Some(info)) => mesh.surface(info, options.threads),
             _ => Err(QueryError::MeshNotKept),
         }
     }

@@ -19,7 +19,8 @@ use crate::{Field, KeptMesh};
 
 impl Field {
     /// Opens a baked grid (`.sdf.h5`), a blob of one (`.sdfb`) or shapes in closed form (`.sdf.toml`), by content: HDF5 and blobs have
-    /// a signature, all else is taken for TOML. A grid is read whole and held against its checksums.
+    /// a signature, all else is taken for TOML. A grid is read whole and held against its checksums, on all threads or
+    /// as many as [`Threads::install`](crate::Threads::install) gives.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FieldError> {
         Ok(match field_file::open(path.as_ref())? {
             OpenField::Analytic(field) => Self::new(field),

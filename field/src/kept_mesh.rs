@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::MeshView;
 #[cfg(feature = "bake")]
-use crate::{GridInfo, QueryError, SignMethod};
+use crate::{GridInfo, QueryError, SignMethod, Threads};
 
 /// The mesh that a grid was baked from: without the shells that the baker dropped, but with whole faces where it cut some.
 #[derive(Clone)]
@@ -42,19 +42,24 @@ impl KeptMesh {
 
     /// The mesh as the grid of these facts was measured from it, ready to be searched.
     #[cfg(feature = "bake")]
-    pub(crate) fn surface(&self, info: &GridInfo) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
+    pub(crate) fn surface(&self, info: &GridInfo, threads: Threads) -> Result<Arc<sdf_bake::MeshSurface>, QueryError> {
         if let Some(surface) = self.surface.get() {
             return Ok(surface.clone());
         }
+        let surface = threads.install(|| self.new_surface(info))?;
+        // Two threads may both make it. Waiting for one in a thread pool, whose threads help each other out, could wait forever.
+        Ok(self.surface.get_or_init(|| Arc::new(surface)).clone())
+    }
+
+    #[cfg(feature = "bake")]
+    fn new_surface(&self, info: &GridInfo) -> Result<sdf_bake::MeshSurface, QueryError> {
         let mesh = sdf_bake::TriangleMesh::new(&self.points, &self.faces);
         let mesh = mesh.map_err(|error| QueryError::MeshUnusable(error.to_string()))?;
         let has_inner_faces = info.options.contains("--inner-faces keep") || info.sign_method != SignMethod::Winding;
         let mesh = if has_inner_faces { mesh } else { mesh.without_inner_faces() };
         // Winding numbers sign any mesh.
         let sign = info.sign_method.for_mesh().unwrap_or(sdf_bake::SignMethod::Winding);
-        let surface = Arc::new(sdf_bake::MeshSurface::new(mesh, sign, self.is_sign_continuous));
-        // Two threads may both make it. Waiting for one in a thread pool, whose threads help each other out, could wait forever.
-        Ok(self.surface.get_or_init(|| surface).clone())
+        Ok(sdf_bake::MeshSurface::new(mesh, sign, self.is_sign_continuous))
     }
 }
 

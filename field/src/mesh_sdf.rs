@@ -29,12 +29,15 @@ impl Field {
         sign: Option<SignMethod>,
         threads: Threads,
     ) -> Result<Vec<f64>, InvalidMesh> {
-        let mesh = TriangleMesh::new(mesh.points, mesh.faces)?;
-        let distance = MeshDistance::new(&mesh, sign.and_then(SignMethod::for_mesh));
-        let measure = |point: &[f64; 3]| {
-            let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
-            if is_valid { distance.signed_distance(*point) } else { f64::NAN }
-        };
-        Ok(threads.map_chunks(points, CHUNK, |_, points| points.iter().map(measure).collect::<Vec<_>>()).concat())
+        threads.install(|| {
+            let mesh = TriangleMesh::new(mesh.points, mesh.faces)?;
+            let distance = MeshDistance::new(&mesh, sign.and_then(SignMethod::for_mesh));
+            let measure = |point: &[f64; 3]| {
+                let is_valid = point.iter().all(|x| x.abs() <= <f64 as Real>::MAX_COORDINATE);
+                if is_valid { distance.signed_distance(*point) } else { f64::NAN }
+            };
+            let measure_all = |_, points: &[[f64; 3]]| points.iter().map(measure).collect::<Vec<_>>();
+            Ok(Threads::ALL.map_chunks(points, CHUNK, measure_all).concat())
+        })
     }
 }

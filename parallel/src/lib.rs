@@ -1,21 +1,47 @@
-//! Which loops run on all threads of the rayon pool? These, each compiled once.
+//! Which loops run on all threads of the rayon pool? These, each compiled once. Within [`on_this_thread`] they ask for no pool.
 //!
 //! rayon compiles its parallel iterators anew for every closure, about 5 kB each time: a tenth of the program once. Here it
 //! gets one closure behind a pointer, which is called once for each of at most 512 chunks of indices. Results come
 //! in the order of the indices, so that they do not depend on the number of threads.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Two calls, each on a thread of its own if one is free.
-pub use rayon::join;
 use rayon::prelude::*;
 
 /// Most chunks that a loop is cut into: many more than threads, so that none waits long for the last.
 const CHUNKS: usize = 512;
 
+thread_local! {
+    /// Do loops that are called from this thread stay on it?
+    static IS_ALONE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work`, whose loops stay on the calling thread. No pool is started for them: rayon's is one of all cores, whose threads do not
+/// end, and a process that was forked waits for them forever.
+pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
+    /// Makes so again what was so before, after a panic too.
+    struct Restore(bool);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            IS_ALONE.set(self.0);
+        }
+    }
+    let _restore = Restore(IS_ALONE.replace(true));
+    work()
+}
+
+/// Two calls, each on a thread of its own if one is free.
+pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    if IS_ALONE.get() { (a(), b()) } else { rayon::join(a, b) }
+}
+
 /// Calls `work` with each index below `count`, in any order.
 pub fn for_each_index(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    if IS_ALONE.get() {
+        return (0..count).for_each(work);
+    }
     // One by one: an index may stand for much work.
     (0..count).into_par_iter().with_max_len(1).for_each(work);
 }
@@ -55,14 +81,18 @@ pub fn map_each<T: Send>(count: usize, map: &(dyn Fn(usize) -> T + Sync)) -> Vec
     results.into_iter().filter_map(into_inner).collect()
 }
 
-/// Threads of the pool that loops called from here run on.
+/// Threads that loops called from here run on.
 pub fn thread_count() -> usize {
-    rayon::current_num_threads()
+    if IS_ALONE.get() { 1 } else { rayon::current_num_threads() }
 }
 
 /// Sorts keys, each with the index of what it belongs to.
 pub fn sort(keyed: &mut [(u64, u32)]) {
-    keyed.par_sort_unstable();
+    if IS_ALONE.get() {
+        keyed.sort_unstable();
+    } else {
+        keyed.par_sort_unstable();
+    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -127,6 +157,28 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(results_are_those_of_a_loop);
         }
+        on_this_thread(results_are_those_of_a_loop);
+    }
+
+    #[test]
+    fn loops_on_this_thread_stay_on_it_until_its_end() {
+        let here = std::thread::current().id();
+        let stays = || assert_eq!(std::thread::current().id(), here);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        on_this_thread(|| {
+            assert_eq!(thread_count(), 1);
+            for_each_index(100, &|_| stays());
+            join(stays, stays);
+            // A pool that is asked for in there has its threads, and the loops after it none of them.
+            assert_eq!(pool.install(thread_count), 3);
+            on_this_thread(stays);
+            assert_eq!(thread_count(), 1);
+        });
+        pool.install(|| {
+            let panicked = std::panic::catch_unwind(|| on_this_thread(|| panic!("on purpose")));
+            assert!(panicked.is_err());
+            assert_eq!(thread_count(), 3);
+        });
     }
 
     fn results_are_those_of_a_loop() {
@@ -145,6 +197,11 @@ mod tests {
                 2 * item
             });
             assert_eq!(doubled, (0..count).map(|index| 2 * index).collect::<Vec<_>>());
+            let mut keyed: Vec<_> = (0..count as u32).map(|index| (u64::from(index * 7 % 11), index)).collect();
+            let mut expected = keyed.clone();
+            expected.sort_unstable();
+            sort(&mut keyed);
+            assert_eq!(keyed, expected);
         }
     }
 }
