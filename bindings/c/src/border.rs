@@ -8,7 +8,7 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use sdf_field::Field;
+use sdf_field::{Field, Threads};
 
 use crate::types::{Failure, SdfError, SdfField, SdfResult, thread_count};
 
@@ -148,20 +148,12 @@ unsafe impl<F: Send> Send for Callback<F> {}
 // SAFETY: as above; calls are made under a lock.
 unsafe impl<F: Sync> Sync for Callback<F> {}
 
-/// Runs `work` where rayon's iterators use so many threads.
-///
-/// One thread is the caller's: rayon takes it for its pool and remembers that until the thread ends, so that a pool is made once for
-/// each thread of the caller. More are started and have ended when this returns.
+/// Runs `work` on so many threads. One is the caller's. More are started and have ended when this returns.
 pub fn on_threads<T: Send>(threads: u32, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
     let failure = |error: rayon::ThreadPoolBuildError| Failure::invalid(format!("threads {threads}: {error}"));
     let count = thread_count(threads)?;
     if count == 1 {
-        if rayon::current_thread_index().is_none() {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-            // Its one thread is the caller's: it has nothing to end.
-            std::mem::forget(pool.map_err(failure)?);
-        }
-        return work();
+        return Threads::ONE.install(work);
     }
     // A scope waits for the threads of its pool.
     let builder = rayon::ThreadPoolBuilder::new().num_threads(count);

@@ -99,7 +99,7 @@ pub extern "C" fn sdf_load(path: *const c_char, out: *mut *mut SdfField, error: 
     guard(error, || {
         let out = Out::new(out)?;
         let path = border::text(path, "path")?;
-        out.give(Field::open(path).map_err(file_failure)?);
+        out.give(Threads::ONE.install(|| Field::open(path)).map_err(file_failure)?);
         Ok(())
     })
 }
@@ -114,7 +114,7 @@ pub extern "C" fn sdf_read(
     guard(error, || {
         let out = Out::new(out)?;
         let bytes = border::slice(bytes.cast::<u8>(), count, "bytes")?;
-        out.give(Field::from_bytes(bytes, "bytes").map_err(file_failure)?);
+        out.give(Threads::ONE.install(|| Field::from_bytes(bytes, "bytes")).map_err(file_failure)?);
         Ok(())
     })
 }
@@ -127,7 +127,8 @@ fn file_failure(error: FieldError) -> Failure {
 pub extern "C" fn sdf_save(field: *const SdfField, path: *const c_char, error: *mut SdfError) -> SdfResult {
     guard(error, || {
         let field = &border::reference(field, "field")?.0;
-        field.save(border::text(path, "path")?).map_err(|error| {
+        let path = border::text(path, "path")?;
+        Threads::ONE.install(|| field.save(path)).map_err(|error| {
             let is_refused = match &error {
                 SaveError::ClosedForm(FieldError::Refused { .. }) => true,
                 SaveError::Grid(error) => matches!(error.fault, GridFault::Refused(_)),

@@ -100,7 +100,7 @@ impl Default for SdfBakeOptions {
 }
 
 impl SdfBakeOptions {
-    /// The options of the library. Threads are taken from the pool that the caller installs.
+    /// The options of the library. As many threads work as the caller installs.
     pub fn to_rust(self) -> Result<BakeOptions, Failure> {
         let size = match (self.voxel_size, self.resolution) {
             (size, _) if size > 0.0 && size.is_finite() => GridSize::VoxelSize(size),
