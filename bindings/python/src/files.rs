@@ -4,12 +4,13 @@ use pyo3::prelude::*;
 use sdf_field::Field;
 
 use crate::errors::file_error;
+use crate::pools;
 use crate::sdf::Sdf;
 
 /// Opens a baked grid (.sdf.h5) or shapes in closed form (.sdf.toml), by content. Negative inside.
 #[pyfunction]
 pub fn load(py: Python, path: PathBuf) -> PyResult<Sdf> {
-    py.detach(|| Field::open(path)).map(Sdf).map_err(|error| file_error(&error))
+    py.detach(|| pools::run(None, || Field::open(path)))?.map(Sdf).map_err(|error| file_error(&error))
 }
 
 /// Removes the temporary folders that killed processes left beside path by save. A save of path does so too: this is for
@@ -22,5 +23,5 @@ pub fn clear_leftovers(py: Python, path: PathBuf) {
 /// The field of the bytes of a file, as to_bytes gives them. Negative inside.
 #[pyfunction]
 pub fn from_bytes(py: Python, data: &[u8]) -> PyResult<Sdf> {
-    py.detach(|| Field::from_bytes(data, "data")).map(Sdf).map_err(|error| file_error(&error))
+    py.detach(|| pools::run(None, || Field::from_bytes(data, "data")))?.map(Sdf).map_err(|error| file_error(&error))
 }

@@ -7,6 +7,7 @@ use sdf_field::import::ImportFormat;
 use sdf_field::{Field, Source};
 
 use crate::errors::{io_error, value_error};
+use crate::pools;
 use crate::sdf::Sdf;
 
 /// A grid of another program, negative inside: a NanoVDB level set (.nvdb), or a NumPy array of shape (z, y, x) (.npy).
@@ -25,9 +26,9 @@ pub fn import_grid(py: Python, path: PathBuf, spacing: Option<f64>, origin: Opti
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let imported = py.detach(|| {
         let bytes = std::fs::read(&path)?;
-        Ok(Field::import(&bytes, format, Source { name, ..Source::default() }))
+        Ok(pools::run(None, || Field::import(&bytes, format, Source { name, ..Source::default() })))
     });
     let imported =
         imported.map_err(|error: std::io::Error| io_error(&error, &format!("{}: {error}", path.display())))?;
-    imported.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
+    imported?.map(Sdf).map_err(|error| value_error(format!("{}: {error}", path.display())))
 }

@@ -17,7 +17,7 @@ use crate::cuda::CudaQuery;
 use crate::errors::{choice, file_error, grid_error, type_error, value_error};
 use crate::export::Export;
 use crate::overlap::{self, Overlap};
-use crate::pools::on_threads;
+use crate::pools::{self, on_threads};
 use crate::{arrays, integers, mesh::Mesh};
 
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
@@ -245,7 +245,7 @@ impl Sdf {
 
     /// Writes a grid as .sdf.h5, a closed form as .sdf.toml: whole, or not at all. load reads the same field, bit for bit.
     fn save(&self, py: Python, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.0.save(path)).map_err(|error| match &error {
+        py.detach(|| pools::run(None, || self.0.save(path)))?.map_err(|error| match &error {
             SaveError::ClosedForm(cause) => file_error(cause),
             SaveError::Grid(cause) => grid_error(cause),
             _ => value_error(&error),
@@ -273,7 +273,7 @@ impl Sdf {
 
     /// The bytes that save writes; from_bytes reads them.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| self.0.to_bytes()).map_err(value_error)?;
+        let bytes = py.detach(|| pools::run(None, || self.0.to_bytes()))?.map_err(value_error)?;
         Ok(PyBytes::new(py, &bytes))
     }
 

@@ -187,6 +187,24 @@ def test_a_forked_process_has_threads_of_its_own(body):
         child.join()
 
 
+def sum_and_import_in_child(field, array):
+    imported = sdftool.import_grid(array, spacing=0.1)
+    return field.contacts(*sheet(40), threads=2)["distance"].sum(), len(field.to_bytes()), imported.slope_bound
+
+
+def test_a_pool_of_forked_processes_takes_pickled_fields(fields, tmp_path):
+    grid, array, path = fields[0], tmp_path / "grid.npy", tmp_path / "grid.sdf.h5"
+    np.save(array, grid.values)
+    grid.save(path)
+    assert sdftool.load(path).to_bytes() == grid.to_bytes()
+    expected = [sum_and_import_in_child(field, array) for field in fields]
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        found = pool.starmap_async(sum_and_import_in_child, [(field, array) for field in fields])
+        assert found.get(timeout=60) == expected
+        pool.apply_async(grid.save, [tmp_path / "again.sdf.h5"]).get(timeout=60)
+        assert pool.apply_async(sdftool.load, [tmp_path / "again.sdf.h5"]).get(timeout=60).to_bytes() == grid.to_bytes()
+
+
 LONG_BAKE = """
 import signal, sys, time, numpy as np, sdftool
 # A shell's background jobs ignore it.
