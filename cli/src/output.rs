@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail};
 use sdf_field::Field;
 use sdf_field::file::Compression;
 use sdf_formats::contact_file::{self, ContactFormat, Record};
+use sdf_formats::field_file::files_named_in;
 
 use crate::args::Json;
 use crate::failure::misuse;
@@ -47,7 +48,7 @@ pub fn write_contacts<T: Record>(
 }
 
 /// Refuses an output that cannot be written, before any work is done: in a missing folder, over something that is not a
-/// regular file, or over one of the inputs.
+/// regular file, or over one of the inputs or a file that one of them names.
 pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
     if is_standard_output(output) {
         return Ok(());
@@ -65,9 +66,15 @@ pub fn ensure_writable(output: &Path, inputs: &[&Path]) -> Result<()> {
         }
         _ => {}
     }
-    let real = |path: &Path| fs::canonicalize(path).ok();
-    if let Some(input) = inputs.iter().find(|input| real(output).is_some() && real(output) == real(input)) {
-        bail!("{shown}: would replace {}, which is an input: choose another name with -o", input.display());
+    let Ok(replaced) = fs::canonicalize(output) else { return Ok(()) };
+    let is_replaced = |input: &Path| fs::canonicalize(input).is_ok_and(|input| input == replaced);
+    for input in inputs {
+        if is_replaced(input) {
+            bail!("{shown}: would replace {}, which is an input: choose another name with -o", input.display());
+        }
+        if files_named_in(input).iter().any(|file| is_replaced(file)) {
+            bail!("{shown}: would replace a file that {} names: choose another name with -o", input.display());
+        }
     }
     Ok(())
 }

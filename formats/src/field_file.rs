@@ -139,6 +139,28 @@ pub fn is_field(path: &Path) -> bool {
     is_toml || (path.is_file() && start(path).is_ok_and(|start| start == SIGNATURE || is_blob(&start)))
 }
 
+/// Files that TOML names under a key `file`, as shapes do with grids, nested ones too. Empty for what is not TOML.
+pub fn files_named_in(path: &Path) -> Vec<PathBuf> {
+    let is_short = fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MAX_TOML_BYTES);
+    let text = if is_short { fs::read_to_string(path).unwrap_or_default() } else { String::new() };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut files = vec![];
+    let mut rest: Vec<toml::Value> = text.parse().map(toml::Value::Table).into_iter().collect();
+    while let Some(value) = rest.pop() {
+        match value {
+            toml::Value::Table(mut table) => {
+                if let Some(toml::Value::String(name)) = table.remove("file") {
+                    files.push(folder.join(name));
+                }
+                rest.extend(table.into_iter().map(|(_, value)| value));
+            }
+            toml::Value::Array(values) => rest.extend(values),
+            _ => {}
+        }
+    }
+    files
+}
+
 /// The first bytes of a file, which may be a signature.
 fn start(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut start = Vec::new();

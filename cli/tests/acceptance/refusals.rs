@@ -291,3 +291,31 @@ fn contacts_outside_of_a_grid_within_a_closed_form_are_counted() {
     assert_eq!((&json["outside_grid"], json["contacts"].as_array().unwrap().len()), (&1.into(), 1));
     says(&folder.done(words), &["outside the grid", "1 contacts", "--padding"]);
 }
+
+#[test]
+fn no_output_replaces_a_grid_that_a_field_names() {
+    let folder = scene();
+    std::fs::create_dir(folder.at("fields")).unwrap();
+    let grid = "{ shape = 'grid', file = '../ball.sdf.h5' }";
+    folder.write("fields/plain.sdf.toml", format!("field = {grid}\n"));
+    let parts = format!("{{ shape = 'union', of = [{{ shape = 'sphere', radius = 1 }}, {grid}] }}");
+    let nested = format!("[field]\nshape = 'offset'\ndistance = 0.1\nof = {parts}\n");
+    folder.write("fields/nested.sdf.toml", nested);
+    let before = folder.read("ball.sdf.h5");
+    for name in ["plain", "nested"] {
+        for words in [
+            "contacts sheet.stl fields/NAME.sdf.toml -o ball.sdf.h5",
+            "contacts fields/NAME.sdf.toml sphere.sdf.toml -o fields/../ball.sdf.h5",
+            "export fields/NAME.sdf.toml --format vtkhdf -o ball.sdf.h5",
+        ] {
+            let line = folder.refused(&words.replace("NAME", name));
+            let fault = format!("ball.sdf.h5: would replace a file that fields/{name}.sdf.toml names: choose another");
+            says(&line, &[&fault]);
+            assert!(folder.read("ball.sdf.h5") == before, "{words}");
+        }
+    }
+    // Another file is replaced.
+    for _ in 0..2 {
+        folder.done("export fields/nested.sdf.toml --res 8 --format vtkhdf -o other.h5");
+    }
+}
