@@ -67,7 +67,8 @@ pub struct ImportArgs {
     /// The file: .nvdb (float, not packed) or .npy (three axes, in the order z, y, x). A dash reads standard input, as .npy with
     /// --spacing, else as .nvdb, and needs -o.
     pub file: PathBuf,
-    /// Where to write the grid; - is standard output [default: the file's name with .sdf.h5, in the current folder].
+    /// Where to write the grid; - is standard output [default: the file's name with .sdf.h5, in the current
+    /// folder, if there is no such file yet].
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
     /// Distance between neighbouring nodes of a NumPy array.

@@ -33,6 +33,10 @@ pub fn run(args: &ImportArgs) -> Result<()> {
         (false, None) if args.origin.is_none() => ImportFormat::Nvdb,
         (false, _) => misuse!("{shown}: a NanoVDB file has its own place: remove --spacing and --origin"),
     };
+    // The array may have been exported from that grid, which holds more.
+    if args.output.is_none() && output.exists() {
+        bail!("{}: is there already: name the grid with -o, this name to replace it", output.display());
+    }
     let bytes = bytes(&args.file)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let source = Source { name, sha256: Sha256::digest(&bytes).into(), triangles: 0 };

@@ -77,6 +77,21 @@ fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified()
 }
 
 #[test]
+fn an_import_does_not_replace_the_grid_that_its_file_came_from() {
+    let folder = scene();
+    let grid = folder.read("ball.sdf.h5");
+    for (format, words) in [("npy", "import ball.npy --spacing 0.1"), ("nvdb", "import ball.nvdb")] {
+        folder.done(&format!("export ball.sdf.h5 --format {format}"));
+        says(&folder.refused(words), &["ball.sdf.h5: is there already", "-o"]);
+        assert!(folder.read("ball.sdf.h5") == grid, "{format}");
+    }
+    folder.done("import ball.nvdb -o ball.sdf.h5");
+    assert!(folder.read("ball.sdf.h5") != grid);
+    std::fs::remove_file(folder.at("ball.sdf.h5")).unwrap();
+    folder.done("import ball.nvdb");
+}
+
+#[test]
 fn a_page_needs_no_network_and_is_written_by_three_commands() {
     let folder = scene();
     folder.write("sheet.obj", Model::ball([0.0, 0.0, 1.5], 0.6, 2).obj());
