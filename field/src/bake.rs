@@ -1,5 +1,6 @@
 //! Fields from meshes: the grid around the mesh, its memory checked before any of it is taken, then the baker.
 
+mod inside;
 #[cfg(feature = "files")]
 mod join;
 #[cfg(feature = "files")]
@@ -46,6 +47,8 @@ pub struct Baked {
     pub topology: Topology,
     /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
     pub is_proven: bool,
+    /// Is a node inside? A solid thinner than a voxel may have none: then its grid has no surface.
+    pub has_inside: bool,
     /// The error by region, where the sign may change away from triangles.
     pub regions: Option<ErrorRegions>,
 }
@@ -210,14 +213,15 @@ fn bake_grid(
 fn finished(mesh: &TriangleMesh, distance: &MeshDistance, options: &BakeOptions, (baked, band): GridAndBand) -> Baked {
     let regions = distance.error_regions(&baked);
     let BakedGrid { grid, error_bound, .. } = baked;
+    let (has_inside, is_proven) = (inside::has_inside(&grid), distance.is_continuous());
     let info = grid_info(mesh, distance, options, &grid.lattice().bounds(), error_bound, band);
     let info = GridInfo { error_regions: regions.clone(), ..info };
     let mut field = Field::from_grid(grid, info);
     if options.keep_mesh {
         let (points, faces) = mesh.packed();
-        field = field.with_mesh(KeptMesh::new(points, faces, distance.is_continuous()));
+        field = field.with_mesh(KeptMesh::new(points, faces, is_proven));
     }
-    Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_proven: distance.is_continuous(), regions }
+    Baked { field, mesh: mesh.report(), topology: *distance.topology(), is_proven, has_inside, regions }
 }
 
 fn grid_info(

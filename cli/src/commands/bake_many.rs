@@ -152,7 +152,10 @@ fn print(args: &BakeArgs, mesh: &Path, output: &Path, fate: Fate) -> Result<()> 
         });
     }
     match fate {
-        Fate::Done(document) => to_stdout(|out| writeln!(out, "{output}: {} bytes", document["file_bytes"])),
+        Fate::Done(document) => {
+            let warning = document["warning"].as_str().map_or(String::new(), |warning| format!("; {warning}"));
+            to_stdout(|out| writeln!(out, "{output}: {} bytes{warning}", document["file_bytes"]))
+        }
         Fate::Kept => to_stdout(|out| writeln!(out, "{output}: kept")),
         Fate::Failed(error) => {
             eprintln!("sdftool: {error}");

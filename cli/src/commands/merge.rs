@@ -6,6 +6,7 @@ use sdf_field::{GridOnDisk, merge_parts};
 use serde_json::{Value, json};
 
 use crate::args::MergeArgs;
+use crate::commands::bake::facts::warning;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number, seconds};
@@ -26,17 +27,18 @@ pub fn run(args: &MergeArgs) -> Result<()> {
 }
 
 fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
-    let GridOnDisk { lattice, info, precision, slope_bound, slots, is_proven, .. } = grid;
+    let GridOnDisk { lattice, info, precision, slope_bound, slots, is_proven, has_inside, .. } = grid;
     let file = fs::metadata(&args.output).map_or(0, |file| file.len());
     let proof = if *is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
-    let rows = vec![
+    let warning = warning(*is_proven, *has_inside, lattice);
+    let mut rows = vec![
         ("mesh", format!("{}, {} triangles", info.source.name, info.source.triangles)),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
         ("bricks", format!("{} in {}, of {} parts", slots.len(), precision.name(), args.parts.len())),
         ("error", format!("at most {}, {proof}", number(info.error_bound))),
-        ("time", seconds(time)),
-        ("file", format!("{}, {file} bytes", args.output.display())),
     ];
+    rows.extend(warning.iter().map(|warning| ("warning", warning.clone())));
+    rows.extend([("time", seconds(time)), ("file", format!("{}, {file} bytes", args.output.display()))]);
     let json = json!({
         "schema": "sdftool.merge/1",
         "output": args.output.display().to_string(),
@@ -49,6 +51,7 @@ fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
         "bricks": slots.len(),
         "slope_bound": slope_bound,
         "error_bound": info.error_bound,
+        "warning": warning,
         "file_bytes": file,
         "peak_memory_bytes": memory::peak(),
         "seconds": time,

@@ -90,7 +90,7 @@ fn bake_prints_one_object_with_its_numbers() {
                   inner_shells inner_triangles intersecting_pairs kept_pieces layout median_error_bound merged_points nodes \
                   non_manifold_edges objects open_loops origin output padding peak_memory_bytes polygons polygons_cut_blindly precision repeated_triangles schema seconds shells \
                   sign_method sign_verdict slope_bound spacing stored_cells stored_nodes triangles \
-                  uncertain_pieces unreferenced_points welded_points wrongly_wound";
+                  uncertain_pieces unreferenced_points warning welded_points wrongly_wound";
     assert_eq!(keys(&json).join(" "), wanted);
     assert_eq!(keys(&json["seconds"]), ["bake", "read", "write"]);
     assert_eq!((&json["output"], &json["triangles"]), (&"again.sdf.h5".into(), &512.into()));

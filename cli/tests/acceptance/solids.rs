@@ -148,3 +148,38 @@ fn a_crack_is_welded_when_asked() {
     let json = folder.json("bake nut.obj --res 16 --weld 0.01");
     assert_eq!((json["merged_points"].as_u64(), json["boundary_edges"].as_u64()), (Some(28), Some(0)));
 }
+
+#[test]
+fn a_solid_between_all_nodes_is_told_and_one_that_is_thicker_or_open_is_not() {
+    let folder = Folder::new();
+    let plate = |thickness: f64| Model::cube().moved(|[x, y, z]| [x, y, z * thickness]).obj();
+    folder.write("plate.obj", plate(0.01));
+    folder.write("thick.obj", plate(0.1));
+    let warning = "no node is inside the solid: it is thinner than a voxel of ";
+    let sizes = [
+        "--res 64",
+        "--res 33 --precision u8",
+        "--res 40 --layout sparse",
+        "--max-error 2%",
+        "--res 300 --layout sparse",
+    ];
+    for size in &sizes[..4] {
+        says(&folder.done(&format!("bake plate.obj {size}")), &["warning  ", warning, ": bake with smaller voxels"]);
+        says(folder.json(&format!("bake plate.obj {size}"))["warning"].as_str().unwrap(), &[warning]);
+        assert!(folder.json(&format!("bake thick.obj {size}"))["warning"].is_null(), "{size}");
+    }
+    assert!(folder.json(&format!("bake plate.obj {}", sizes[4]))["warning"].is_null());
+    // Streamed, of many meshes, and of parts.
+    folder.write("thin.obj", plate(0.001));
+    let json = folder.json("bake thin.obj --res 240 --layout sparse --band 20 --padding 24");
+    assert_eq!(json["streamed"], true, "{json}");
+    says(json["warning"].as_str().unwrap(), &[warning]);
+    let listed = folder.done("bake thick.obj plate.obj --res 64");
+    assert_eq!(listed.matches(warning).count(), 1, "{listed}");
+    folder.done("bake plate.obj --res 64 --layout sparse --shard 0/1 -o part.h5");
+    says(&folder.done("merge part.h5 -o merged.sdf.h5"), &["warning  ", warning]);
+    says(folder.json("merge part.h5 -o merged.sdf.h5")["warning"].as_str().unwrap(), &[warning]);
+    // A sheet has no inside.
+    folder.write("sheet.obj", Model::hills(4).obj());
+    assert!(folder.json("bake sheet.obj --res 8")["warning"].is_null());
+}

@@ -66,6 +66,7 @@ where
     on_bounded();
     let BoundedGrid { table, slots, scales, bounds, errors, coarse, slope_bound, error_bound, jumps } = grid;
     drop(table);
+    let has_inside = bounds.iter().any(|bounds| bounds.range.lower < 0.0) || coarse.iter().any(|sample| *sample < 0.0);
     let error_regions = jumps.map(|jumps| jumps.regions(&lattice, code_step(precision, &scales)));
     let about = About { slope_bound, error_bound, error_regions, ..about };
     let mesh = parts.mesh()?;
@@ -82,7 +83,8 @@ where
     };
     part::write_joined(path, &parts, samples, &|brick| sources.place(brick), &about, mesh.as_ref())?;
     let info = info_from(about, Some(band));
-    Ok(GridOnDisk { lattice, info, precision, slope_bound, slots, errors, is_proven: is_sign_continuous })
+    let is_proven = is_sign_continuous;
+    Ok(GridOnDisk { lattice, info, precision, slope_bound, slots, errors, is_proven, has_inside })
 }
 
 fn baked_part(lattice: &Lattice, tables: PartTables) -> Result<(BakedPart, CoarseMap), GridFault> {

@@ -31,6 +31,8 @@ pub struct GridOnDisk {
     pub errors: Vec<f32>,
     /// Is the error bound proven? Not where the sign may change away from triangles, as at the holes of an open mesh.
     pub is_proven: bool,
+    /// Is a node inside? As [`Baked::has_inside`](super::Baked::has_inside); `true` of a part, which does not tell.
+    pub has_inside: bool,
 }
 
 /// Why a mesh is not in its file.

@@ -214,8 +214,8 @@ impl Part<'_> {
             slots.clone_from(&tables.slots);
             Ok::<_, Failure>(tables)
         })?;
-        let (errors, is_proven) = (vec![], is_sign_continuous);
-        Ok(GridOnDisk { lattice, info, precision, slope_bound: 0.0, slots, errors, is_proven })
+        let (errors, is_proven, has_inside) = (vec![], is_sign_continuous, true);
+        Ok(GridOnDisk { lattice, info, precision, slope_bound: 0.0, slots, errors, is_proven, has_inside })
     }
 }
 

@@ -27,6 +27,7 @@ pub struct GridFacts<'a> {
     mesh: &'a MeshReport,
     topology: &'a Topology,
     is_proven: bool,
+    has_inside: bool,
     /// Regions of the error of an open mesh.
     regions: Option<&'a ErrorRegions>,
 }
@@ -47,6 +48,7 @@ impl<'a> GridFacts<'a> {
             mesh: &baked.mesh,
             topology: &baked.topology,
             is_proven: baked.is_proven,
+            has_inside: baked.has_inside,
             regions: baked.regions.as_ref(),
         })
     }
@@ -62,13 +64,25 @@ impl<'a> GridFacts<'a> {
             mesh,
             topology,
             is_proven: grid.is_proven,
+            has_inside: grid.has_inside,
             regions: grid.info.error_regions.as_ref(),
         }
+    }
+
+    fn warning(&self) -> Option<String> {
+        warning(self.is_proven, self.has_inside, &self.lattice)
     }
 
     fn layout(&self) -> Layout {
         if self.slots.is_some() { Layout::Sparse } else { Layout::Dense }
     }
+}
+
+/// Says of a closed mesh that its solid has no node inside.
+pub fn warning(is_closed: bool, has_inside: bool, lattice: &Lattice) -> Option<String> {
+    let voxel = number(lattice.spacing());
+    let thin = format!("no node is inside the solid: it is thinner than a voxel of {voxel}: bake with smaller voxels");
+    (is_closed && !has_inside).then_some(thin)
 }
 
 type Rows = Vec<(&'static str, String)>;
@@ -95,6 +109,7 @@ pub fn rows(args: &BakeArgs, facts: &GridFacts, input: &MeshFacts, times: [f64; 
         rows.push(("samples", format!("{}, with a scale for each block of 8 × 8 × 8", facts.precision.name())));
     }
     rows.push(("error", format!("at most {}{median}, {proof}", number(info.error_bound))));
+    rows.extend(facts.warning().map(|warning| ("warning", warning)));
     rows.extend(facts.regions.map(|regions| ("regions", error_regions::row(regions))));
     rows.extend([("time", format!("{read} to read, {bake} to bake, {write} to write")), ("file", file.to_owned())]);
     rows
@@ -153,6 +168,7 @@ pub fn document(
         "error_bound": info.error_bound,
         "median_error_bound": median_error(facts.errors),
         "error_regions": facts.regions.map(error_regions::document),
+        "warning": facts.warning(),
         "file_bytes": file,
         "peak_memory_bytes": memory::peak(),
         "seconds": {"read": read, "bake": bake, "write": write},
