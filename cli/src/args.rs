@@ -149,7 +149,8 @@ fn folder() -> impl TypedValueParser<Value = PathBuf> {
 #[derive(Clone, Copy, Debug, Parser)]
 pub struct Threads {
     /// Number of threads; the result does not depend on it [default: as many as the machine has].
-    #[arg(long = "threads", value_name = "T", value_parser = clap::value_parser!(u16).range(1..=sdf_field::Threads::MOST as i64))]
+    #[arg(long = "threads", value_name = "T", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=sdf_field::Threads::MOST as i64))]
     pub count: Option<u16>,
 }
 

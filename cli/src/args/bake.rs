@@ -31,7 +31,7 @@ pub struct BakeArgs {
     #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(grid_file))]
     pub output: Option<PathBuf>,
     /// Number of cells along the longest side of the mesh's box, padding not counted.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     pub res: Option<u32>,
     /// Side of a cell, in the mesh's unit.
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
@@ -44,7 +44,7 @@ pub struct BakeArgs {
     #[arg(long, value_parser = layouts())]
     pub layout: Option<Layout>,
     /// Half width of a sparse grid's band, in cells: within it values are distances, beyond it coarse ones inside and lower bounds outside [default: 3].
-    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
     /// Type of a sample; u16 and u8 round, which the certified error includes [default: f32; u16 of a sparse grid; --max-error chooses u16 or u8, whichever takes less memory].
     #[arg(long, value_parser = precisions())]
@@ -56,10 +56,10 @@ pub struct BakeArgs {
     #[arg(long, value_parser = compressions(), default_value = Compression::Deflate.name())]
     pub compress: Compression,
     /// Memory that the bake may take, such as 2GiB or 500MB: a sparse grid that takes more is streamed into its file, brick by brick, as is any large one [default: what is free].
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = bytes, allow_hyphen_values = true)]
     pub memory: Option<u64>,
     /// Cells added around the mesh's box, on each side; limits the --margin of contacts.
-    #[arg(long, value_name = "VOXELS", default_value_t = 4)]
+    #[arg(long, value_name = "VOXELS", default_value_t = 4, allow_negative_numbers = true)]
     pub padding: u32,
     /// Inside/outside test.
     #[arg(long, value_enum, default_value_t = Sign::Auto)]
@@ -99,11 +99,12 @@ pub struct FleetArgs {
     #[arg(long, value_name = "FOLDER", help_heading = MANY, value_parser = super::folder())]
     pub out_dir: Option<PathBuf>,
     /// Number of meshes to bake at a time; the threads are shared out among them.
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = MANY, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = MANY, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: u16,
     /// Bake the I-th of N shares of the work, counted from 0: with 0/3, 1/3 and 2/3 three machines share it. Of one mesh, a share is a
     /// part of its bricks, for `merge`; with --list, --out-dir or more meshes, every N-th mesh from the I-th on.
-    #[arg(long, value_name = "I/N", help_heading = "Sharing the work")]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, help_heading = "Sharing the work")]
     pub shard: Option<Shard>,
     /// Keep grids that are there already, of the same mesh by its SHA-256, with the same options and version.
     #[arg(long, help_heading = MANY)]

@@ -35,11 +35,11 @@ pub struct ContactsArgs {
     pub method: Method,
     /// Budget per element: evaluations of auto (256) and certified (1024), at least one and never exceeded; iterations of other
     /// methods (32). The cull's evaluation comes on top, and so do those that tell the minima of --all-minima apart.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub iterations: Option<u32>,
     /// Auto and certified stop within this fraction of the element's longest edge, times the field's slope bound, of the minimum; for
     /// two fields, of the longest side of the box in which they may touch.
-    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Report every isolated minimum of an element, not only the lowest: a triangle on three bumps touches three times. Minima
     /// separated by less than a hundredth of the longest edge count as one.
@@ -228,12 +228,13 @@ pub struct CompareArgs {
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     pub margin: f64,
     /// Recommend only methods whose error is within this fraction of an edge's length for 95 % of the contacts.
-    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 1e-3, value_parser = positive, allow_negative_numbers = true)]
     pub tolerance: f64,
     #[command(flatten)]
     pub pose: PoseArgs,
     /// Number of runs of each method.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
     /// Compare times of lean contacts: see contacts --lean.
     #[arg(long)]

@@ -50,7 +50,8 @@ pub struct VerifyArgs {
     /// The mesh: OBJ, PLY, STL or OFF.
     pub mesh: PathBuf,
     /// Number of random points, and of random nodes of a grid.
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     pub points: u32,
     /// Check every node of the grid; of a sparse grid, those in bricks and those of its coarse grid.
     #[arg(long)]
@@ -59,7 +60,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "OUT.svg", value_parser = PathBufValueParser::new().try_map(histogram_file))]
     pub histogram: Option<PathBuf>,
     /// Seed of the random sample points.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
     #[command(flatten)]
     pub threads: Threads,
@@ -84,7 +85,8 @@ pub struct SliceArgs {
     #[arg(long, value_name = "X", value_parser = finite, allow_negative_numbers = true)]
     pub at: Option<f64>,
     /// Pixels along the picture's longer side.
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=16384))]
+    #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(16..=16384))]
     pub pixels: u32,
     #[command(flatten)]
     pub json: Json,
@@ -106,7 +108,7 @@ pub struct SurfaceArgs {
     #[arg(short, long, value_name = "OUT.obj", value_parser = PathBufValueParser::new().try_map(mesh_file))]
     pub output: PathBuf,
     /// Number of cells along the longest side [default: the grid's own; 128 for shapes in closed form].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
     /// Extract the level set of this distance.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]

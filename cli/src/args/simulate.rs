@@ -24,7 +24,7 @@ pub struct SimulateArgs {
     #[arg(short, long, value_name = "OUT", value_parser = recording())]
     pub output: Option<PathBuf>,
     /// Number of frames [default: as many as the scene asks for].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), allow_negative_numbers = true)]
     pub frames: Option<u32>,
     /// How contacts are found: auto, certified, fw, pgd or newton on faces; vertices alone; or 4, 16 or 64 points a face: samples4,
     /// samples16, samples64. With --suite several, with commas between them.

@@ -36,7 +36,12 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let meshes = meshes(args)?;
     let outputs = outputs(&meshes, &folder)?;
     if args.output.is_some() || args.view.is_some() {
-        misuse!("-o and --view are for one mesh: give --out-dir, a folder for the grids of all");
+        match args.fleet.more.is_empty() && args.fleet.list.is_none() {
+            true => misuse!(
+                "--resume, --jobs and --out-dir need no -o and no --view: give --out-dir, a folder, in their place"
+            ),
+            false => misuse!("-o and --view are for one mesh: give --out-dir, a folder for the grids of all"),
+        }
     }
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let (shard, shards) = args.fleet.shard.map_or((0, 1), |shard| (shard.index, shard.count));

@@ -114,6 +114,42 @@ fn options_that_nothing_would_use_are_refused() {
 }
 
 #[test]
+fn a_negative_number_is_refused_by_the_option_that_it_was_given_to() {
+    let folder = Folder::new();
+    for (words, options) in [
+        (
+            "bake a.obj",
+            "--res --voxel-size --max-error --band --padding --memory --weld --close --threads --jobs --shard",
+        ),
+        ("contacts a.obj b.toml", "--iterations --tolerance --resolution --threads"),
+        ("compare a.obj b.toml", "--tolerance --rounds --threads"),
+        ("verify b.toml a.obj", "--points --seed --threads"),
+        ("slice b.toml -o c.png", "--pixels"),
+        ("surface b.toml -o c.obj", "--res"),
+        ("export b.toml", "--res --band --threads"),
+        ("import a.npy", "--spacing"),
+        ("simulate a.toml", "--frames --threads"),
+    ] {
+        for option in options.split(' ') {
+            let said = folder.wrong_usage(&format!("{words} {option} -1"));
+            says(&said, &["invalid value '-1'", &format!("for '{option} <")]);
+        }
+    }
+}
+
+#[test]
+fn one_mesh_with_an_option_of_several_is_not_called_several() {
+    let folder = Folder::new();
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for words in ["--resume -o x.h5", "--jobs 3 -o x.h5", "--out-dir grids -o x.h5", "--resume --view x.html"] {
+        let line = folder.misused(&format!("bake sheet.obj --res 8 {words}"));
+        says(&line, &["--resume, --jobs and --out-dir need no -o", "give --out-dir"]);
+    }
+    folder.write("other.obj", folder.read("sheet.obj"));
+    says(&folder.misused("bake sheet.obj other.obj --res 8 -o x.h5"), &["-o and --view are for one mesh"]);
+}
+
+#[test]
 fn merge_says_what_a_joined_grid_lacks() {
     says(&Folder::new().done("merge --help"), &["open mesh", "lacks", "`error_regions`"]);
 }
