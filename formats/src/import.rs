@@ -5,11 +5,15 @@
 mod npy;
 mod nvdb;
 
+use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use thiserror::Error;
 
 pub use npy::npy;
 pub use nvdb::nvdb;
+
+/// As of meshes that are baked: distances in f32 end at 3e38.
+const MAX_COORDINATE: f64 = 1e30;
 
 /// Samples on a lattice, x fastest.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,9 +51,18 @@ fn room(origin: [f64; 3], spacing: f64, counts: [u64; 3], max_bytes: f64) -> Res
     if bytes > max_bytes {
         return refused(format!("{x} × {y} × {z} nodes need {bytes:.0} bytes, and {max_bytes:.0} are free"));
     }
-    match Lattice::new(origin, spacing, nodes) {
+    let lattice = Lattice::new(origin, spacing, nodes).filter(|lattice| {
+        let Aabb { min, max } = lattice.bounds();
+        let farthest = min.iter().chain(&max).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
+        // Rounding would put neighbouring nodes into one place.
+        farthest <= MAX_COORDINATE && spacing > 4.0 * f64::EPSILON * farthest
+    });
+    match lattice {
         Some(lattice) => Ok(lattice),
-        None => refused(format!("{x} × {y} × {z} nodes {spacing} apart from {origin:?} are not a grid")),
+        None => refused(format!(
+            "{x} × {y} × {z} nodes {spacing:?} apart from {origin:?} on are not a grid: f64 must tell \
+             neighbours apart, and no coordinate may be beyond ±1e30"
+        )),
     }
 }
 

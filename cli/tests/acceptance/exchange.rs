@@ -71,6 +71,11 @@ fn an_imported_grid_finds_the_same_contacts_and_says_that_nothing_is_certified()
     let spacing = info["spacing"].as_f64().unwrap();
     folder.done(&format!("import ball.npy --spacing {spacing} --origin -1,-1,-1 -o array.sdf.h5"));
     assert_eq!(folder.json("info array.sdf.h5")["origin"], serde_json::json!([-1.0, -1.0, -1.0]));
+    for place in ["0.1 --origin 1e300,0,0", "1e300", "1e29", "1e-9 --origin 0,1e9,0"] {
+        let line = folder.refused(&format!("import ball.npy --spacing {place} -o far.sdf.h5"));
+        says(&line, &["ball.npy: 25 × 25 × 25 nodes", "are not a grid", "beyond ±1e30"]);
+    }
+    folder.done("import ball.npy --spacing 1e28 --origin 0,-1e29,0 -o far.sdf.h5");
     says(&folder.misused("import ball.npy"), &["ball.npy", "add --spacing"]);
     says(&folder.misused("import ball.nvdb --spacing 1 -o x.sdf.h5"), &["remove --spacing"]);
     says(&folder.refused("import ball.obj -o x.sdf.h5"), &["ball.obj", "not a NanoVDB file"]);
