@@ -90,6 +90,8 @@ struct Target {
     recording: Recording,
     /// When it was written last, and how long that took.
     written: Option<(Instant, Duration)>,
+    /// Frames that were written then.
+    kept: usize,
 }
 
 /// Form of a recording.
@@ -138,7 +140,7 @@ impl Target {
         if let Form::VtkHdf = form {
             output::ensure_writable(&record::still_path(path), &[scene])?;
         }
-        Ok(Self { path: path.to_owned(), form, recording: Recording::default(), written: None })
+        Ok(Self { path: path.to_owned(), form, recording: Recording::default(), written: None, kept: 0 })
     }
 
     fn add(&mut self, spec: &SceneSpec, frame: u32, stage: &Stage) -> Result<()> {
@@ -171,8 +173,14 @@ impl Target {
             Form::VtkHdf => record::write_vtkhdf(recording, &self.path),
             Form::Folder => record::write_folder(recording, &self.path),
         };
-        with_path(&self.path, written)?;
+        // What an earlier write of this run left stays.
+        let written = match self.kept {
+            0 => written.map_err(anyhow::Error::new),
+            kept => written.with_context(|| format!("the first {kept} frames were kept, and no more")),
+        };
+        written.with_context(|| self.path.display().to_string())?;
         self.written = Some((Instant::now(), start.elapsed()));
+        self.kept = recording.frames.len();
         Ok(())
     }
 }

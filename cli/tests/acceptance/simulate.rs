@@ -1,6 +1,6 @@
 //! `simulate`: what it prints and writes, and how it refuses.
 
-use crate::folder::{Folder, says};
+use crate::folder::{Folder, SDFTOOL, says};
 
 const SCENE: &str = r#"
 title = "A small cloth on a ball"
@@ -109,4 +109,20 @@ fn wrong_scenes_and_outputs_are_refused_in_one_line() {
     assert!(recording.contains("a recording of 1000000 frames needs 1929") && recording.contains("TB"), "{recording}");
     assert!(!folder.at("run.html").exists());
     assert!(folder.misused("simulate small.toml -o run.gif").contains("OUT.html"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_told_with_the_frames_that_were_kept() {
+    let folder = folder();
+    // Without an obstacle, whose file would be the larger one.
+    let (cloth, _) = SCENE.split_once("[[obstacle]]").unwrap();
+    folder.write("small.toml", cloth.replace("frames = 8", "frames = 2000"));
+    let script = format!("trap '' XFSZ; ulimit -f 200; exec {SDFTOOL} simulate small.toml -o run.vtkhdf");
+    let output = std::process::Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    says(&said, &["sdftool: run.vtkhdf: the first 2 frames were kept, and no more: File too large"]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(folder.at("run.vtkhdf").is_file());
 }
