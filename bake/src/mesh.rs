@@ -100,7 +100,7 @@ pub enum InvalidMesh {
     #[error("no triangle of the mesh has an area: the corners of each are repeated or on one line")]
     NoArea,
     /// The longest side of the bounding box is below 1e-30.
-    #[error("the mesh has no extent: its longest side is {side}, and must be 1e-30 or more")]
+    #[error("the mesh has no extent: its longest side is {side:?}, and must be 1e-30 or more")]
     NoExtent {
         /// Longest side of the bounding box.
         side: f64,
@@ -122,10 +122,12 @@ pub enum InvalidMesh {
         point: usize,
     },
     /// A coordinate exceeds 1e30 in magnitude.
-    #[error("point {point} is too far out: a coordinate is beyond ±1e30")]
+    #[error("the point {position:?} is too far out: a coordinate is beyond ±1e30")]
     TooFarOut {
         /// Index of the point.
         point: usize,
+        /// Its coordinates.
+        position: [f64; 3],
     },
 }
 
@@ -196,7 +198,7 @@ impl TriangleMesh {
                 return Err(InvalidMesh::NotFinite { point });
             }
             if coordinates.iter().any(|x| x.abs() > MAX_COORDINATE) {
-                return Err(InvalidMesh::TooFarOut { point });
+                return Err(InvalidMesh::TooFarOut { point, position: *coordinates });
             }
         }
         for (triangle, corners) in triangles.iter().enumerate() {

@@ -1,15 +1,19 @@
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use sdf_formats::blob_file::StoredBlob;
 use sdf_formats::field_file::{self, Field, OpenField};
 
-use crate::mesh_input::{bytes, is_standard_input, shown};
+use crate::mesh_input::{bytes, is_device, is_standard_input, shown};
 
 /// The field of a file, or of standard input; of a grid, the samples are not read yet.
 pub fn open(path: &Path) -> Result<OpenField<'static>> {
     if is_standard_input(path) {
         return Ok(field_file::open_bytes(bytes(path)?, &shown(path))?);
+    }
+    // What was read of a pipe to know its kind would be lost. Folders and devices have errors of their own.
+    if path.exists() && !path.is_file() && !path.is_dir() && !is_device(path) {
+        bail!("{}: not a regular file: give `-` and the field on standard input", path.display());
     }
     Ok(field_file::open(path)?)
 }

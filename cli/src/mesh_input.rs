@@ -89,15 +89,17 @@ fn require_end(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// `true` of a device, which may have no end.
 #[cfg(unix)]
-fn is_device(path: &Path) -> bool {
+pub fn is_device(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
     let kind = std::fs::metadata(path).map(|there| there.file_type());
     kind.is_ok_and(|kind| kind.is_char_device() || kind.is_block_device())
 }
 
+/// `true` of a device, which may have no end.
 #[cfg(not(unix))]
-fn is_device(_path: &Path) -> bool {
+pub fn is_device(_path: &Path) -> bool {
     false
 }
 

@@ -2,15 +2,18 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
-use sdf_field::page::{Scene, html};
+use anyhow::Result;
+use sdf_field::page::{PageError, Scene, html};
 use sdf_formats::atomic_write;
 
-use crate::mesh_input::with_path;
+use crate::mesh_input::{shown, with_path};
 
-/// Writes the page, whole or not at all, and returns its length.
-pub fn write(path: &Path, scene: &Scene) -> Result<usize> {
-    let page = html(scene).with_context(|| path.display().to_string())?;
+/// Writes the page, whole or not at all, and returns its length. `field` is the file of the scene's field.
+pub fn write(path: &Path, field: &Path, scene: &Scene) -> Result<usize> {
+    let page = html(scene).map_err(|error| {
+        let is_of_field = matches!(error, PageError::Unbounded | PageError::NoCells);
+        anyhow::Error::new(error).context(shown(if is_of_field { field } else { path }))
+    })?;
     let length = page.len();
     with_path(path, atomic_write(path, |temporary| std::fs::write(temporary, page)))?;
     Ok(length)

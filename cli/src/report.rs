@@ -1,5 +1,6 @@
 //! Output of a command on standard output: rows or JSON, and how numbers look in rows.
 
+use std::fmt::Display;
 use std::io::{self, Write, stderr};
 use std::path::Path;
 
@@ -39,6 +40,11 @@ impl<J: Serialize> Report<J> {
         }
         Ok(())
     }
+}
+
+/// A count with its noun, which takes an s: "1 triangle", "2 triangles".
+pub fn counted<N: Display + PartialEq + From<u8>>(count: N, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == N::from(1) { "" } else { "s" })
 }
 
 /// A count of any size; in exponential form from 10¹⁵ on.

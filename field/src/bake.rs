@@ -93,7 +93,7 @@ impl std::fmt::Display for BakeError {
             Self::InvalidRepair { length } => {
                 write!(f, "welding and closing need a positive finite length, not {length:?}")
             }
-            Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side} long: take smaller voxels"),
+            Self::VoxelTooLarge { side } => write!(f, "the whole mesh is {side:?} long: take smaller voxels"),
             Self::TooLarge { nodes: [x, y, z], bytes: Some(bytes), free, .. } => {
                 write!(f, "a grid of {x} × {y} × {z} nodes needs {bytes:.0} bytes")?;
                 free.map_or(Ok(()), |free| write!(f, ", and {free:.0} are free"))?;

@@ -104,7 +104,7 @@ fn an_invalid_mesh_is_refused_with_the_index_of_its_error() {
     for far in [1.000_001e30, -1e31, f64::MAX] {
         let mut points = CORNERS;
         points[3][2] = far;
-        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::TooFarOut { point: 3 });
+        assert_eq!(refusal(&points, &[[0, 1, 2]]), InvalidMesh::TooFarOut { point: 3, position: points[3] });
     }
     assert_eq!(refusal(&CORNERS, &[[1, 1, 1]]), InvalidMesh::NoExtent { side: 0.0 });
     let tiny = CORNERS.map(|p| p.map(|x| x * 0.99e-30));

@@ -22,7 +22,7 @@ use crate::commands::export::stem;
 use crate::failure::misuse;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
 use crate::page;
-use crate::report::{Report, counts, many, number, seconds};
+use crate::report::{Report, counted, counts, many, number, seconds};
 use crate::{field_input, memory, output, progress, standard_output};
 use facts::{GridFacts, document, mesh_row, rows};
 
@@ -84,7 +84,7 @@ fn bake_read(args: &BakeArgs, input: MeshInput, output: &Path, started: Instant)
         BakeOutcome::OnDisk(_) => fs::metadata(output).map_or(0, |file| file.len()),
     };
     if let Some(path) = &args.view {
-        let write = |field: &Field| page::write(path, &Scene::of_field(stem(output), field));
+        let write = |field: &Field| page::write(path, output, &Scene::of_field(stem(output), field));
         match &outcome {
             BakeOutcome::InMemory(baked) => write(&baked.field)?,
             BakeOutcome::OnDisk(baked) if baked.fits => write(&field_input::read_whole(output)?)?,
@@ -180,7 +180,11 @@ fn part_report(
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
         (
             "part",
-            format!("{index}/{count}, {bricks} bricks in {}: join all parts by sdftool merge", grid.precision.name()),
+            format!(
+                "{index}/{count}, {} in {}: join all parts by sdftool merge",
+                counted(bricks, "brick"),
+                grid.precision.name()
+            ),
         ),
         ("time", format!("{} to read, {} to bake and write", seconds(read), seconds(bake))),
         ("file", format!("{}, {file} bytes", output.display())),
@@ -237,7 +241,7 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
         BakeError::ErrorBudget(_) => anyhow!("{shown}: {size}: {error}: {smaller}"),
         BakeError::TooLarge { bricks: Some(bricks), bytes, free, .. } => {
             let smaller = "use a smaller --res, a larger --voxel-size, a smaller --band or --precision u8";
-            anyhow!("{shown}: {bricks} bricks {}: {smaller}", shortage(bytes, free))
+            anyhow!("{shown}: a grid of {bricks} bricks {}: {smaller}", shortage(bytes, free))
         }
         BakeError::TooLarge { nodes, bytes, free, .. } => {
             let is_padded = 2.0 * f64::from(args.padding) > nodes.iter().fold(0.0, |a: f64, b| a.max(*b)) / 2.0;

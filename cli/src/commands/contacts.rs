@@ -82,7 +82,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         let pose = args.pose.motion()?;
         let contacts: Vec<ContactRecord> = found.records().collect();
         let mesh = Some(MeshView { points: &mesh.points, faces: &mesh.triangles });
-        page::write(path, &Scene { name, field: &field, pose, mesh, contacts: &contacts })?;
+        page::write(path, &args.sdf, &Scene { name, field: &field, pose, mesh, contacts: &contacts })?;
     }
     let deepest = found.records().min_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut rows = vec![

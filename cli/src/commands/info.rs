@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::args::InfoArgs;
 use crate::read_summary::bytes_of;
-use crate::report::{Report, counts, number};
+use crate::report::{Report, counted, counts, number};
 use crate::{error_regions, field_input};
 
 fn error_row(bound: f64) -> String {
@@ -31,13 +31,13 @@ pub fn run(args: &InfoArgs) -> Result<()> {
             let (band, bricks) = (sparse.map(|sparse| sparse.band), sparse.map(|sparse| sparse.bricks));
             let in_words = match (band, bricks) {
                 (Some(band), Some(bricks)) => {
-                    format!("sparse, {bricks} bricks in {precision}, distances within {}", number(band))
+                    format!("sparse, {} in {precision}, distances within {}", counted(bricks, "brick"), number(band))
                 }
                 _ => format!("{name}, {precision}"),
             };
             let kept = mesh.map_or("not kept".to_owned(), |mesh| {
                 let jumps = if mesh.is_sign_continuous { "" } else { "; open: the sign jumps at its holes" };
-                format!("{} vertices, {} triangles kept{jumps}", mesh.vertices, mesh.triangles)
+                format!("{} vertices, {} kept{jumps}", mesh.vertices, counted(mesh.triangles, "triangle"))
             });
             let stored = parts.iter().map(|part| format!("{} {}", part.name, part.stored_bytes));
             let mut rows = vec![
@@ -48,7 +48,10 @@ pub fn run(args: &InfoArgs) -> Result<()> {
                 ("sign", about.sign_reason.clone()),
                 ("slope", format!("at most {}", number(about.slope_bound))),
                 ("error", error_row(about.error_bound)),
-                ("source", format!("{}, {} triangles, SHA-256 {sha256}", about.source.name, about.source.triangles)),
+                (
+                    "source",
+                    format!("{}, {}, SHA-256 {sha256}", about.source.name, counted(about.source.triangles, "triangle")),
+                ),
                 ("mesh", kept),
                 ("made by", format!("{} {}", about.tool, about.options)),
                 ("padding", format!("{} around the mesh", number(about.padding))),
@@ -123,7 +126,7 @@ fn blob_report(StoredBlob { grid, precision, padding }: &StoredBlob) -> Report<s
     let (bounds, layout) = (lattice.bounds(), storage.layout().name());
     let (bricks, band) = (storage.brick_count(), Some(grid.band()).filter(|band| band.is_finite()));
     let corner = |corner: [f64; 3]| corner.map(number).join(", ");
-    let stored = bricks.map_or(String::new(), |bricks| format!(", {bricks} bricks"));
+    let stored = bricks.map_or(String::new(), |bricks| format!(", {}", counted(bricks, "brick")));
     Report {
         rows: vec![
             ("layout", format!("{layout}{stored} in {}, a blob", precision.name())),

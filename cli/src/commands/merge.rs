@@ -9,7 +9,7 @@ use crate::args::MergeArgs;
 use crate::commands::bake::facts::warning;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
-use crate::report::{Report, counts, number, seconds};
+use crate::report::{Report, counted, counts, number, seconds};
 use crate::{memory, output, progress, standard_output};
 
 pub fn run(args: &MergeArgs) -> Result<()> {
@@ -32,9 +32,17 @@ fn report(args: &MergeArgs, grid: &GridOnDisk, time: f64) -> Report<Value> {
     let proof = if *is_proven { "proven" } else { "proven except where the sign changes unseen within a cell" };
     let warning = warning(*is_proven, *has_inside, lattice);
     let mut rows = vec![
-        ("mesh", format!("{}, {} triangles", info.source.name, info.source.triangles)),
+        ("mesh", format!("{}, {}", info.source.name, counted(info.source.triangles, "triangle"))),
         ("grid", format!("{} nodes, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
-        ("bricks", format!("{} in {}, of {} parts", slots.len(), precision.name(), args.parts.len())),
+        (
+            "bricks",
+            format!(
+                "{} in {}, of {}",
+                counted(slots.len(), "brick"),
+                precision.name(),
+                counted(args.parts.len(), "part")
+            ),
+        ),
         ("error", format!("at most {}, {proof}", number(info.error_bound))),
     ];
     rows.extend(warning.iter().map(|warning| ("warning", warning.clone())));

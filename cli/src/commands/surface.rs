@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::args::SurfaceArgs;
 use crate::mesh_input::with_path;
-use crate::report::{Report, number};
+use crate::report::{Report, counted, number};
 use crate::{field_input, memory, output, standard_output};
 
 /// Default of --res for shapes in closed form, which have no cells of their own.
@@ -62,7 +62,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
     Report {
         rows: vec![
-            ("surface", format!("{points} points, {triangles} triangles")),
+            ("surface", format!("{}, {}", counted(points, "point"), counted(triangles, "triangle"))),
             ("file", standard_output::shown(&args.output)),
         ],
         json: json!({

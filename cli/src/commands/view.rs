@@ -39,7 +39,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
             name = format!("{} on {name}", stem(path));
         }
         let scene = Scene { name, field: &field, pose, mesh: view, contacts: &contacts };
-        let bytes = page::write(&output, &scene)?;
+        let bytes = page::write(&output, &args.sdf, &scene)?;
         anyhow::Ok((contacts.len(), bytes))
     })??;
     let mut rows = vec![("page", format!("{}, {bytes} bytes", output.display()))];

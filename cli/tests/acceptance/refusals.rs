@@ -72,6 +72,16 @@ fn a_misspelt_key_is_named() {
         folder.write("bad.sdf.toml", text);
         says(&folder.refused("info bad.sdf.toml"), &words);
     }
+    for (text, words) in [
+        ("[field]\nshape = 'sphere'\nradius = nan\n", "field: radius must be a finite number, not nan"),
+        ("[field]\nshape = 'sphere'\nradius = -inf\n", "field: radius must be a finite number, not inf"),
+        ("[field]\nshape = 'sphere'\nradius = '1'\n", "field: radius must be a finite number, not a string"),
+        ("[field]\nshape = 'union'\nof = []\n", "field: of must be a list of at least one table, not an empty list"),
+        ("[field]\nshape = 'union'\nof = [1]\n", "field.of[0] must be a table, not an integer"),
+    ] {
+        folder.write("bad.sdf.toml", text);
+        says(&folder.refused("info bad.sdf.toml"), &[words]);
+    }
     // A key of another meaning is not taken for a slip of the pen.
     folder.write("bad.sdf.toml", "[field]\nshape = 'sphere'\ncolour = 1\n");
     assert_eq!(folder.refused("info bad.sdf.toml"), "bad.sdf.toml: field: needs radius, a number");
@@ -317,5 +327,32 @@ fn no_output_replaces_a_grid_that_a_field_names() {
     // Another file is replaced.
     for _ in 0..2 {
         folder.done("export fields/nested.sdf.toml --res 8 --format vtkhdf -o other.h5");
+    }
+}
+
+#[test]
+fn an_error_names_the_file_that_is_at_fault_and_counts_in_english() {
+    let folder = scene();
+    folder.write("half.sdf.toml", "[field]\nshape = 'half_space'\nnormal = [0, 0, 1]\noffset = 0\n");
+    for words in ["view half.sdf.toml sheet.stl -o page.html", "contacts sheet.stl half.sdf.toml --view page.html"] {
+        assert_eq!(folder.refused(words), "half.sdf.toml: the field is unbounded: intersect it with a box", "{words}");
+    }
+    folder.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    says(&folder.done("bake one.obj --res 8"), &["3 points, 1 triangle\n"]);
+    says(&folder.done("info one.sdf.h5"), &["one.obj, 1 triangle, "]);
+    let line = folder.refused("bake ball.obj --res 256 --layout sparse --memory 300kB");
+    says(&line, &["ball.obj: a grid of ", " bricks needs "]);
+}
+
+/// As a shell gives one for `<(cat ball.sdf.h5)`.
+#[cfg(unix)]
+#[test]
+fn a_field_in_a_pipe_is_told_to_come_by_a_dash() {
+    let folder = scene();
+    let made = std::process::Command::new("mkfifo").arg(folder.at("pipe")).status().unwrap();
+    assert!(made.success());
+    for words in ["contacts sheet.stl pipe", "info pipe", "view pipe -o page.html"] {
+        let line = folder.refused(words);
+        assert_eq!(line, "pipe: not a regular file: give `-` and the field on standard input", "{words}");
     }
 }

@@ -39,7 +39,7 @@ impl<'a> Table<'a> {
     }
 
     fn wrong(&self, key: &str, expected: &str, found: &Value) -> FieldError {
-        self.refuse(format!("{key} must be {expected}, not {}", found.type_str()))
+        self.refuse(format!("{key} must be {expected}, not {}", kind(found)))
     }
 
     pub fn text(&mut self, key: &'static str) -> Result<&'a str, FieldError> {
@@ -135,6 +135,22 @@ fn edit_distance(from: &str, to: &str) -> usize {
         }
     }
     row[to.len()]
+}
+
+/// The kind of a value, in words.
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::String(_) => "a string",
+        Value::Integer(_) => "an integer",
+        Value::Float(number) if number.is_nan() => "nan",
+        Value::Float(number) if number.is_infinite() => "inf",
+        Value::Float(_) => "a number",
+        Value::Boolean(_) => "true or false",
+        Value::Datetime(_) => "a date",
+        Value::Array(list) if list.is_empty() => "an empty list",
+        Value::Array(_) => "a list",
+        Value::Table(_) => "a table",
+    }
 }
 
 fn number(value: &Value) -> Option<f64> {

@@ -56,7 +56,8 @@ const BEGINNING_BYTES: u64 = 64 << 10;
 /// The format of a mesh file, from its beginning; `None` for other files, and for those that cannot be read. TOML that names
 /// a field is not a mesh, though its keys may be the letters of an OBJ file.
 pub fn format_of(path: &Path) -> Option<MeshFormat> {
-    let file = File::open(path).ok().filter(|file| file.metadata().is_ok_and(|metadata| metadata.is_file()))?;
+    // Checked before opening, because opening a pipe waits for its writer.
+    let file = if path.is_file() { File::open(path).ok()? } else { return None };
     let length = file.metadata().ok()?.len();
     let mut beginning = Vec::new();
     file.take(BEGINNING_BYTES).read_to_end(&mut beginning).ok()?;

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::args::BakeArgs;
 use crate::mesh_input::MeshFacts;
-use crate::report::{counts, number, seconds};
+use crate::report::{counted, counts, number, seconds};
 use crate::{error_regions, memory};
 
 /// Facts that a bake found out.
@@ -216,7 +216,7 @@ fn stored_in_bricks(lattice: &Lattice, slots: &[[u32; 3]]) -> [usize; 2] {
 
 /// Counts of the mesh and of its repairs. A repair that was asked for and found nothing to do is named too.
 pub fn mesh_row(args: &BakeArgs, mesh: &MeshFacts, report: &MeshReport) -> String {
-    let mut row = format!("{} points, {} triangles", mesh.points, mesh.triangles);
+    let mut row = format!("{}, {}", counted(mesh.points, "point"), counted(mesh.triangles, "triangle"));
     let objects = if mesh.objects > 1 { mesh.objects } else { 0 };
     let rest = [
         (objects, "object", "objects"),

@@ -86,7 +86,12 @@ fn a_mesh_in_any_unit_is_baked_and_one_that_overflows_is_refused() {
     }
     assert!(spacings.iter().all(|spacing| (spacing - 0.125).abs() < 1e-12));
     folder.write("vast.obj", Model::cube().moved(|p| p.map(|x| x * 1e200)).obj());
-    says(&folder.refused("bake vast.obj --res 8"), &["vast.obj", "too far out"]);
+    says(&folder.refused("bake vast.obj --res 8"), &["vast.obj: the point [", "1e200", "too far out"]);
+    folder.write("specks.obj", Model::cube().moved(|p| p.map(|x| x * 1e-310)).obj());
+    says(
+        &folder.refused("bake specks.obj --res 8"),
+        &["specks.obj", "its longest side is 1e-310, and must be 1e-30 or more"],
+    );
 }
 
 #[test]

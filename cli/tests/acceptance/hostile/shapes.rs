@@ -55,7 +55,7 @@ fn an_invalid_field_table_is_refused_with_its_location() {
         "bad.sdf.toml",
         format!("[field]\nshape = 'union'\nof = [{part}, {{ shape = 'shell', thickness = 1, of = 7 }}]\n"),
     );
-    says(&bad_field(&folder, "bad.sdf.toml"), &["field.of[1]: of must be a table, not integer"]);
+    says(&bad_field(&folder, "bad.sdf.toml"), &["field.of[1]: of must be a table, not an integer"]);
 }
 
 #[test]
