@@ -22,7 +22,7 @@ use crate::device::{Search, Searcher};
 use crate::failure::misuse;
 use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
-use crate::report::{Report, line_of_json, number, seconds};
+use crate::report::{Report, counted, line_of_json, number, seconds};
 use crate::{field_input, mesh_input, output, progress, standard_output};
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
@@ -115,12 +115,12 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     if found.beyond_band > 0 {
         let count = found.beyond_band;
         let advice = "their distances are coarse; bake with a larger --band, or --layout dense";
-        rows.push(("beyond the band", format!("{count} contacts: {advice}")));
+        rows.push(("beyond the band", format!("{}: {advice}", counted(count, "contact"))));
     }
     if found.outside_grid > 0 {
         let count = found.outside_grid;
         let advice = "they may be farther away than they say; bake with more --padding, or use a smaller --margin";
-        rows.push(("outside the grid", format!("{count} contacts: {advice}")));
+        rows.push(("outside the grid", format!("{}: {advice}", counted(count, "contact"))));
     }
     if found.not_finite > 0 {
         let skipped = format!("{} elements with coordinates that are not finite or exceed 1e150", found.not_finite);

@@ -299,7 +299,7 @@ fn contacts_outside_of_a_grid_within_a_closed_form_are_counted() {
     let words = "contacts far.obj grid.sdf.toml --margin 2.0";
     let json = folder.json(words);
     assert_eq!((&json["outside_grid"], json["contacts"].as_array().unwrap().len()), (&1.into(), 1));
-    says(&folder.done(words), &["outside the grid", "1 contacts", "--padding"]);
+    says(&folder.done(words), &["outside the grid", "1 contact:", "--padding"]);
 }
 
 #[test]
