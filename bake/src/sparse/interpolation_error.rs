@@ -37,6 +37,21 @@ impl Candidate {
 }
 
 impl SparseBaker<'_> {
+    /// Error bounds of bricks in these slots, lengths, as by [`Certify::Tight`](super::Certify::Tight) whatever the grid was certified by. Of
+    /// interpolation alone: samples are taken as exact. `None` unless the mesh bounds one solid.
+    pub fn tight_errors(&self, slots: &[[u32; 3]]) -> Option<Vec<f64>> {
+        self.mesh.solid_normals()?;
+        let error = |slot: [u32; 3]| {
+            let mut guess = 0;
+            self.slot_error(slot, |step| {
+                let (distance, triangle) = self.mesh.distance_within(self.node(slot, step), guess, 0.0);
+                guess = triangle;
+                (distance, triangle)
+            })
+        };
+        Some(sdf_parallel::map(slots.len(), |index| error(slots[index])))
+    }
+
     /// Error of a slot's cells, a length. `nearest` returns distance and triangle of the tree at the nodes in the
     /// middle of 2 × 2 × 2 cells; a distance beyond W can be any number beyond W.
     pub(super) fn slot_error(&self, slot: [u32; 3], nearest: impl FnMut([usize; 3]) -> (f64, usize)) -> f64 {

@@ -1,6 +1,6 @@
 //! Error bounds of a sparse grid's bricks, compared with the baker's own distances (tested elsewhere).
 
-use sdf_bake::sparse::{Certify, Quantize, SparseBaker, SparseGrid};
+use sdf_bake::sparse::{Certify, Quantize, SparseBaker, SparseGrid, node_rounding};
 use sdf_bake::{MeshDistance, TriangleMesh, lattice_around};
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, Sparse, brick_counts};
@@ -156,4 +156,26 @@ fn a_mesh_that_does_not_bound_one_solid_has_the_error_bound_of_any_distance() {
     let two = meshes::cube().and(meshes::cube().scaled(0.3).moved(3.0, 0.0, 0.0));
     let (_, errors) = check::<f32>("two cubes", &two.baked(), 30, 3.0, Certify::Fast, &mut random);
     assert!(errors.iter().all(|error| (0.866..0.867).contains(error)));
+}
+
+/// Samples of f32 are off by their rounding alone.
+#[test]
+fn tight_bounds_of_a_grid_certified_fast_are_those_of_one_certified_tight() {
+    let mut random = Random::from_env();
+    for (name, mesh) in solids(&mut random) {
+        let triangles = mesh.baked();
+        let distance = MeshDistance::new(&triangles, None);
+        let spacing = triangles.bounds().longest_side() / 30.0;
+        let lattice = lattice_around(&triangles.bounds(), spacing, 2).unwrap();
+        let baker = || SparseBaker::new(&distance, &lattice, 3.0 * spacing);
+        let tight: SparseGrid<f32> = baker().certified(Certify::Tight).bake(&|_| ());
+        let Some(errors) = baker().tight_errors(&tight.slots) else {
+            assert!(!distance.topology().bounds_one_solid(), "{name}");
+            continue;
+        };
+        let rounding = node_rounding(&distance, &lattice, 3.0 * spacing) + 1e-6 * spacing;
+        for (error, stated) in errors.iter().zip(tight.errors.iter().map(|error| f64::from(*error))) {
+            assert!(*error <= stated && stated <= error + rounding, "{name}: {error} and {stated}");
+        }
+    }
 }

@@ -56,6 +56,9 @@ pub struct VerifyArgs {
     /// Check every node of the grid; of a sparse grid, those in bricks and those of its coarse grid.
     #[arg(long)]
     pub all_nodes: bool,
+    /// Compute tight error bounds of a sparse grid's bricks, as bake --certify tight does. Of a mesh that is closed, and one shell.
+    #[arg(long)]
+    pub tight: bool,
     /// Where to draw a histogram of the errors, an SVG [default: nowhere].
     #[arg(long, value_name = "OUT.svg", value_parser = PathBufValueParser::new().try_map(histogram_file))]
     pub histogram: Option<PathBuf>,

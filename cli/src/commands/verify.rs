@@ -6,6 +6,7 @@
 //! | errors over all samples | `findings` |
 //! | beyond the band of a sparse grid | `far` |
 //! | reasons why the field does not match | `faults` |
+//! | tight bounds of bricks, where they are asked for | `tight` |
 //! | rows and JSON | `summary` |
 
 mod far;
@@ -13,12 +14,14 @@ mod faults;
 mod findings;
 mod sampling;
 mod summary;
+mod tight;
 
 use std::time::Instant;
 
 use anyhow::{Result, bail};
 use sdf_bake::{MeshDistance, Repairs, SignMethod};
 use sdf_formats::field_file::{Field, OpenField};
+use sdf_formats::grid_file::StoredGrid;
 
 use crate::args::VerifyArgs;
 use crate::histogram::Histogram;
@@ -30,6 +33,7 @@ use faults::faults;
 use findings::{Errors, Findings};
 use sampling::{Surface, point_in_box, sample};
 use summary::Summary;
+use tight::tight_bound;
 
 pub fn run(args: &VerifyArgs) -> Result<()> {
     let started = Instant::now();
@@ -46,6 +50,9 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         OpenField::Blob(blob) => (Field::Analytic(blob.grid.into()), None),
         OpenField::Analytic(node) => (Field::Analytic(node), None),
     };
+    if args.tight {
+        tight::require_bricks(&args.sdf, &field)?;
+    }
     // As it was baked: welded and closed, without faces that lie inside of the solid.
     let repairs = match &field {
         Field::Grid(stored) => Repairs::from_words(&stored.about.options),
@@ -61,18 +68,25 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         (false, false) => mesh.without_inner_faces(),
     };
     let surface = Surface::new(&mesh);
-    let (findings, samples) = progress::on_threads(args.threads, || {
+    let (findings, samples, tight) = progress::on_threads(args.threads, || {
         // Signs are by winding numbers at every point, whichever method the file was signed by. Distances come from the
         // baker's own tree, which bake's tests compare with brute force and with parry3d.
         let truth = MeshDistance::new(&mesh, Some(SignMethod::Winding));
-        match &field {
+        let (findings, samples) = match &field {
             Field::Grid(stored) => Findings::from_grid(args, stored, &truth, &surface),
             Field::Analytic(node) => {
                 let bounds = mesh.bounds().inflate(0.1 * mesh.bounds().diagonal());
                 let samples = sample(args, node, &truth, |index| point_in_box(args.seed, index, &bounds));
                 (Findings::from_points(Errors::new(&samples, 0.0, None)), samples)
             }
-        }
+        };
+        let tight = match &field {
+            Field::Grid(stored @ StoredGrid { sparse: Some(sparse), .. }) if args.tight => {
+                Some(tight_bound(stored, *sparse, &mesh))
+            }
+            _ => None,
+        };
+        (findings, samples, tight)
     })?;
     let diagonal = mesh.bounds().diagonal();
     let (same_mesh, spacing) = match &field {
@@ -90,7 +104,8 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
         Histogram { title, unit, errors: &errors, bound: findings.bound.map(|bound| bound / length) }.write(path)?;
     }
     let elapsed = started.elapsed().as_secs_f64();
-    Summary { findings: &findings, diagonal, spacing, same_mesh, parts, faults: &faults, elapsed }.print(args)?;
+    Summary { findings: &findings, diagonal, spacing, same_mesh, parts, faults: &faults, tight, elapsed }
+        .print(args)?;
     if !faults.is_empty() {
         bail!("{} does not match {}: {}", args.sdf.display(), args.mesh.display(), faults.join("; "));
     }

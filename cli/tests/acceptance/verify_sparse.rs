@@ -166,3 +166,29 @@ fn an_open_mesh_is_verified_where_its_sign_jumps_beyond_the_band() {
     let said = mismatch(&folder, "verify open.sdf.h5 moved.obj --points 20000");
     says(&said, &["points beyond the band have the wrong sign"]);
 }
+
+#[test]
+fn tight_bounds_are_computed_on_demand_as_a_tight_bake_states_them() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 4).obj());
+    folder.write("open.obj", Model::hills(8).obj());
+    folder.done("bake ball.obj --res 48 --layout sparse");
+    let stated = folder.json("bake ball.obj --res 48 --layout sparse --certify tight -o tight.sdf.h5");
+    let words = "ball.obj --points 2000 --tight";
+    let json = folder.json(&format!("verify ball.sdf.h5 {words}"));
+    let [median, max] = ["median", "max"].map(|name| json["tight"][name].as_f64().unwrap());
+    let [stated_max, fast_max] = [&stated["error_bound"], &json["error_bound"]].map(|bound| bound.as_f64().unwrap());
+    assert!(
+        median <= max && (max / stated_max - 1.0).abs() < 0.01 && max < fast_max,
+        "{max}, {stated_max}, {fast_max}"
+    );
+    says(&folder.done(&format!("verify ball.sdf.h5 {words}")), &["tight", "of the median brick"]);
+    assert!(folder.json("verify ball.sdf.h5 ball.obj --points 2000").get("tight").is_none());
+    folder.done("bake open.obj --res 16 --layout sparse");
+    assert!(folder.json("verify open.sdf.h5 open.obj --points 2000 --tight")["tight"].is_null());
+    folder.done("bake ball.obj --res 16 -o dense.sdf.h5");
+    says(
+        &folder.refused(&format!("verify dense.sdf.h5 {words}")),
+        &["dense.sdf.h5: --tight is for sparse grids", "remove it"],
+    );
+}

@@ -4,6 +4,7 @@ use anyhow::Result;
 
 use super::far::{FarErrors, FarNodes};
 use super::findings::{Errors, Findings, Slope};
+use super::tight::TightBound;
 use crate::args::VerifyArgs;
 use crate::report::{Report, number, seconds};
 
@@ -19,6 +20,8 @@ pub struct Summary<'a> {
     /// Bytes of the file by part.
     pub parts: Option<serde_json::Map<String, serde_json::Value>>,
     pub faults: &'a [String],
+    /// With `--tight`; then `None` within where the mesh does not bound one solid.
+    pub tight: Option<Option<TightBound>>,
     /// Seconds.
     pub elapsed: f64,
 }
@@ -63,6 +66,15 @@ impl Summary<'_> {
         if let Some(bound) = findings.bound {
             rows.push(("certified", format!("at most {}", self.length(bound))));
         }
+        if let Some(tight) = &self.tight {
+            let found = match tight {
+                Some(TightBound { median, max }) => {
+                    format!("at most {}, of the median brick {}", self.length(*max), self.length(*median))
+                }
+                None => "unknown: the mesh does not bound one solid".to_owned(),
+            };
+            rows.push(("tight", found));
+        }
         if let (Some(points), Some(missing)) = (findings.surface_points, findings.missing_cells) {
             rows.push(("cells", format!("{missing} missing, at {points} points of the surface and those of the band")));
         }
@@ -100,6 +112,9 @@ impl Summary<'_> {
             "faults": self.faults,
             "seconds": self.elapsed,
         });
+        if let Some(tight) = self.tight {
+            json["tight"] = serde_json::to_value(tight)?;
+        }
         if let (Some(all), serde_json::Value::Object(found)) =
             (json.as_object_mut(), serde_json::to_value(self.findings)?)
         {
