@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fs;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -142,7 +142,8 @@ pub fn is_field(path: &Path) -> bool {
 /// Files that TOML names under a key `file`, as shapes do with grids, nested ones too. Empty for what is not TOML.
 pub fn files_named_in(path: &Path) -> Vec<PathBuf> {
     let is_short = fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MAX_TOML_BYTES);
-    let text = if is_short { fs::read_to_string(path).unwrap_or_default() } else { String::new() };
+    let is_toml = is_short && fs::File::open(path).is_ok_and(|file| begins_as_toml(BufReader::new(file)));
+    let text = if is_toml { fs::read_to_string(path).unwrap_or_default() } else { String::new() };
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut files = vec![];
     let mut rest: Vec<toml::Value> = text.parse().map(toml::Value::Table).into_iter().collect();
@@ -159,6 +160,13 @@ pub fn files_named_in(path: &Path) -> Vec<PathBuf> {
         }
     }
     files
+}
+
+/// Is the first line that says something a table's or a key's? No mesh begins so, and to parse a large one as TOML takes much memory.
+fn begins_as_toml(text: impl BufRead) -> bool {
+    let says_something = |line: &String| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let first = text.lines().map_while(Result::ok).find(says_something);
+    first.is_some_and(|line| line.trim_start().starts_with('[') || line.contains('='))
 }
 
 /// The first bytes of a file, which may be a signature.
@@ -230,5 +238,22 @@ impl<'a> Grids<'a> {
                 new.insert(Arc::new(grid)).clone()
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::begins_as_toml;
+
+    #[test]
+    fn a_field_begins_as_toml_and_a_mesh_does_not() {
+        for field in
+            ["# a post\n\n[field]\nshape = 'sphere'\n", "field = { shape = 'sphere' }", "  field.shape = 'sphere'"]
+        {
+            assert!(begins_as_toml(field.as_bytes()), "{field}");
+        }
+        for mesh in ["", "# a mesh\nv 0 0 0\n", "ply\nformat ascii 1.0\n", "OFF\n", "solid\n", "\u{0}\u{0}\n"] {
+            assert!(!begins_as_toml(mesh.as_bytes()), "{mesh}");
+        }
     }
 }
