@@ -227,6 +227,9 @@ class Run:
             programs = [self.our_bake(mesh, resolution, "--layout", "sparse", "--band", 3)]
             # One node suffices: the program chooses its own.
             programs += self.worker("OpenVDB meshToLevelSet", self.python("openvdb", mesh, {**lattice, "counts": [1, 1, 1]}))
+            if (work, resolution) == ("sparse ±3", 256):
+                # Two minutes at 512.
+                programs += self.worker("PhysX, cooked by SAPIEN", self.python("physx", mesh, {**lattice, "counts": [1, 1, 1]}))
             self.take_turns(work, mesh.stem, said["triangles"], resolution, programs)
 
     def fine(self, mesh):

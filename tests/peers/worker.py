@@ -204,7 +204,23 @@ def openvdb(mesh, nodes):
     return work
 
 
-PROGRAMS = {work.__name__: work for work in [open3d, libigl, pysdf, fcpw, warp, warp_frank_wolfe, mujoco, openvdb]}
+def physx(mesh, nodes):
+    from sapien import physx as engine
+
+    points, faces = mesh
+    points, faces = points.astype(np.float32), faces.astype(np.uint32)
+    engine.set_sdf_config(spacing=nodes.spacing, subgrid_size=8, num_threads_for_construction=1)
+    material = engine.PhysxMaterial(0.5, 0.5, 0.0)
+
+    def work():
+        # There is no way to the samples: the shape keeps them.
+        engine.PhysxCollisionShapeTriangleMesh(points, faces, [1, 1, 1], material, True)
+        return {}
+
+    return work
+
+
+PROGRAMS = {work.__name__: work for work in [open3d, libigl, pysdf, fcpw, warp, warp_frank_wolfe, mujoco, openvdb, physx]}
 
 
 def memory():
