@@ -229,7 +229,7 @@ class Run:
             programs += self.worker("OpenVDB meshToLevelSet", self.python("openvdb", mesh, {**lattice, "counts": [1, 1, 1]}))
             if (work, resolution) == ("sparse ±3", 256):
                 # Two minutes at 512.
-                programs += self.worker("PhysX, cooked by SAPIEN", self.python("physx", mesh, {**lattice, "counts": [1, 1, 1]}))
+                programs += self.worker("PhysX 5.3 (SAPIEN)", self.python("physx", mesh, {**lattice, "counts": [1, 1, 1]}))
             self.take_turns(work, mesh.stem, said["triangles"], resolution, programs)
 
     def fine(self, mesh):
