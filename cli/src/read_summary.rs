@@ -61,7 +61,7 @@ pub fn require_distances(file: &Path, margin: f64, grid: &Summary) -> Result<()>
         if let Some(limit) = limit.filter(|limit| margin.abs() > limit * (1.0 + ROUNDING)) {
             let (beyond, remedy) = match margin > 0.0 {
                 true => ("more", "use a smaller --margin"),
-                false => ("deeper", "give --complete or --exact for contacts of a mesh"),
+                false => ("deeper", "find contacts of a mesh by `contacts` with --complete or --exact"),
             };
             bail!(
                 "{}: --margin {} is {beyond} than the {} around the surface in which the grid has distances: bake it with {option} {} \

@@ -2,7 +2,7 @@
 //! and more at a time. What is left of it is a [`Selection`] of elements.
 
 use sdf_core::contact::{ClusterKey, Clusters, Element, cluster_count, refit};
-use sdf_core::nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use sdf_core::nalgebra::Isometry3;
 use sdf_core::placed::{Placement, Posed, Rigid};
 use sdf_core::{Aabb, AnyField, EnclosedSdf, ErrorBound};
 
@@ -69,13 +69,7 @@ const POSES: f64 = 64.0;
 
 /// The pose of the second frame in the first; `None` if it is not finite.
 fn between(first: Option<Rigid>, second: Option<Rigid>) -> Option<Rigid> {
-    let isometry = |pose: Option<Rigid>| {
-        pose.map_or(Isometry3::identity(), |pose| {
-            let [x, y, z, w] = pose.unit_rotation();
-            let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-            Isometry3::from_parts(Vector3::from(pose.translation()).into(), rotation)
-        })
-    };
+    let isometry = |pose: Option<Rigid>| pose.map_or(Isometry3::identity(), |pose| pose.isometry());
     let relative = isometry(first).inv_mul(&isometry(second));
     let q = relative.rotation.quaternion();
     Rigid::new(relative.translation.vector.into(), [q.i, q.j, q.k, q.w])

@@ -29,7 +29,7 @@ pub struct OverlapOptions {
     /// The deepest point is proven to within this fraction of the longest side of the box in which the fields may touch.
     pub tolerance: f64,
     /// Edge of the cubes in which the patch is cut; `None` stands for 1/64 of the longest side of that box, and less than 1/4096 is
-    /// refused. Minima are told apart in cubes of the same edge, of 1/128 of that side at least.
+    /// refused. The search for minima takes cubes of the same edge, but of 1/128 of that side at least.
     pub resolution: Option<f64>,
     /// Largest number of evaluations of both fields in each of the three searches.
     pub evaluations: u32,
@@ -107,7 +107,7 @@ const DEFAULT_CELLS: f64 = 64.0;
 /// The finest resolution: so many cubes along the longest side. A patch of so many squared, and more, takes all evaluations.
 const MAX_CELLS: f64 = 4096.0;
 
-/// Cubes along the longest side in which minima are told apart, at most: their number grows with the cube of this.
+/// Most cubes along the longest side in the search for minima: the time grows with the cube of this.
 const MAX_CELLS_OF_MINIMA: f64 = 128.0;
 
 /// Open boxes in the search for the deepest point.

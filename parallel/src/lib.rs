@@ -169,7 +169,7 @@ mod tests {
             assert_eq!(thread_count(), 1);
             for_each_index(100, &|_| stays());
             join(stays, stays);
-            // A pool that is asked for in there has its threads, and the loops after it none of them.
+            // `install` runs on the threads of its pool, and loops after it stay on this thread again.
             assert_eq!(pool.install(thread_count), 3);
             on_this_thread(stays);
             assert_eq!(thread_count(), 1);

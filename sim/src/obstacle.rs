@@ -6,7 +6,6 @@ use sdf_core::nalgebra::Isometry3;
 use sdf_core::placed::Rigid;
 use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshInMotion, MeshView, QueryError, Threads};
 
-use crate::rigid::isometry;
 use crate::{Body, V3};
 
 /// A thing that surfaces must stay out of.
@@ -117,11 +116,11 @@ impl Obstacle for Placed<'_> {
     }
 
     fn radius_of_curvature(&self, row: &Row<f64>) -> f64 {
-        radius_of_curvature(self.field, &isometry(&self.pose), row)
+        radius_of_curvature(self.field, &self.pose.isometry(), row)
     }
 
     fn still(&self) -> Option<(&Field, Isometry3<f64>)> {
-        Some((self.field, isometry(&self.pose)))
+        Some((self.field, self.pose.isometry()))
     }
 }
 

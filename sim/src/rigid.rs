@@ -168,10 +168,3 @@ fn turn(v: &V3) -> UnitQuaternion<f64> {
     let w = v * (0.5 * sinc);
     UnitQuaternion::new_normalize(Quaternion::new(half.cos(), w.x, w.y, w.z))
 }
-
-/// A pose as nalgebra has it.
-pub(crate) fn isometry(pose: &Rigid) -> Isometry3<f64> {
-    let [x, y, z, w] = pose.unit_rotation();
-    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-    Isometry3::from_parts(V3::from(pose.translation()).into(), rotation)
-}

@@ -45,11 +45,7 @@ impl Keywords<'_, '_> {
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             return Err(value_error(format!("tolerance={tolerance}: give a positive number")));
         }
-        if let Some(info) = field.info() {
-            let any_depth = complete || exact;
-            info.check_margin(if any_depth { margin.max(0.0) } else { margin }).map_err(value_error)?;
-        }
-        Ok(ContactOptions {
+        let options = ContactOptions {
             elements: choice("elements", self.elements, &ELEMENTS)?,
             method: method(self.method)?,
             margin,
@@ -62,7 +58,11 @@ impl Keywords<'_, '_> {
             one_per_feature,
             lean,
             threads: Threads::ALL,
-        })
+        };
+        if let Some(info) = field.info() {
+            info.check_margin(options.margin_to_check()).map_err(value_error)?;
+        }
+        Ok(options)
     }
 }
 

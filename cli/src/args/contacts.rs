@@ -73,8 +73,8 @@ pub struct ContactsArgs {
     /// Two fields: rotate the first about its origin by this quaternion [default: 0,0,0,1].
     #[arg(long, value_name = "X,Y,Z,W", allow_hyphen_values = true, value_parser = quaternion)]
     pub rotate_first: Option<Numbers<4>>,
-    /// Two fields: edge of the cubes that the patch is cut into, and minima are told apart in, there of 1/128 of the longest side of
-    /// the box in which they touch at least [default: 1/64 of it; not less than 1/4096].
+    /// Two fields: edge of the cubes that the patch is cut into [default: 1/64 of the longest side of the box in which they touch; less
+    /// than 1/4096 is refused]. The search for minima takes the same cubes, but none smaller than 1/128.
     #[arg(long, value_name = "D", value_parser = positive, allow_negative_numbers = true)]
     pub resolution: Option<f64>,
     /// Where to write the contacts; the extension decides: .csv, .json, .ply or .h5; - is CSV on standard output [default: nowhere].
@@ -92,11 +92,6 @@ pub struct ContactsArgs {
 }
 
 impl ContactsArgs {
-    /// The margin that a grid must have distances for: complete and exact searches answer any depth.
-    pub fn margin_to_check(&self) -> f64 {
-        if self.complete || self.exact { self.margin.max(0.0) } else { self.margin }
-    }
-
     /// Refuses options that need a mesh, when the first argument is a field.
     pub fn refuse_options_of_meshes(&self) -> Result<()> {
         let given = [

@@ -180,6 +180,7 @@ fn read_field(
     mesh: &Mesh,
     pose: &Rigid,
 ) -> Result<(Field, Option<ReadSummary>)> {
+    let margin_to_check = options(args)?.margin_to_check();
     match field_input::open(&args.sdf)? {
         OpenField::Analytic(_) if args.exact => {
             bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display())
@@ -190,12 +191,12 @@ fn read_field(
                 args.sdf.display()
             )
         }
-        OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, args.margin_to_check())?, None)),
+        OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, margin_to_check)?, None)),
         OpenField::Analytic(field) => Ok((Field::new(field), None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();
             let kept = if args.exact { Some(read_kept_mesh(args, &reader)?) } else { None };
-            require_distances(&args.sdf, args.margin_to_check(), &summary)?;
+            require_distances(&args.sdf, margin_to_check, &summary)?;
             // A complete search looks as far as the grid can be off.
             let margin = match (args.exact, args.complete) {
                 (true, _) => summary.error_bound().reach(args.margin.max(0.0)),

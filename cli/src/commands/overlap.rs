@@ -187,10 +187,9 @@ impl Bodies {
         let region = match a.overlap_region(&b, options, is_whole) {
             Ok(Some(region)) => region,
             Ok(None) => return Ok(None),
-            Err(OverlapError::TooFine) => bail!(
-                "--resolution {} is less than 1/4096 of the longest side of the box in which {names} may touch: take a larger one",
-                options.resolution.map_or_else(String::new, number)
-            ),
+            Err(error @ OverlapError::TooFine) => {
+                bail!("{names}: --resolution {}: {error}", options.resolution.map_or_else(String::new, number))
+            }
             Err(error) => bail!("{names}: {error}"),
         };
         let [(a, read_a), (b, read_b)] = [sides[0].field(margin, Some(region))?, sides[1].field(margin, Some(region))?];

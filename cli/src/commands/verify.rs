@@ -6,7 +6,7 @@
 //! | errors over all samples | `findings` |
 //! | beyond the band of a sparse grid | `far` |
 //! | reasons why the field does not match | `faults` |
-//! | tight bounds of bricks, where they are asked for | `tight` |
+//! | with `--tight`: tight error bounds of bricks | `tight` |
 //! | rows and JSON | `summary` |
 
 mod far;

@@ -1,4 +1,4 @@
-use nalgebra::{Quaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{LocalPoint, Placement, Similarity};
 use crate::Aabb;
@@ -24,10 +24,10 @@ impl Rigid {
         self.0.rotation()
     }
 
-    /// The quaternion x, y, z, w of length 1, whatever the length of the one that was given.
-    pub fn unit_rotation(&self) -> [f64; 4] {
-        let q = self.unit_quaternion();
-        [q.i, q.j, q.k, q.w]
+    /// World from local, as nalgebra has it.
+    pub fn isometry(&self) -> Isometry3<f64> {
+        let rotation = UnitQuaternion::new_unchecked(self.unit_quaternion());
+        Isometry3::from_parts(self.translation().into(), rotation)
     }
 
     /// The rotation as a quaternion of length 1.
