@@ -9,6 +9,7 @@
 //! | | Which elements of a mesh need no look? Clusters of neighbours, culled together | `cluster` |
 //! | | Which were so far off in the last frame that they need none in this? | `memory` |
 //! | | When does a moving element first touch? | `first_touch` |
+//! | | Which few hold a rigid body as all of them do? | `reduce` |
 //! | 5 | What does a solver make of it? A constraint between two sides | `row` |
 //!
 //! [`contact`] does so for one element, [`all_contacts`] reports every isolated minimum of one, [`batch`] takes many elements
@@ -22,6 +23,7 @@ mod element;
 mod features;
 mod first_touch;
 mod memory;
+mod reduce;
 mod row;
 
 use nalgebra::Vector3;
@@ -35,6 +37,7 @@ pub use element::{Element, ElementKind, FEATURE_WEIGHT, Feature};
 pub use features::{FeatureOwners, FeatureUse, one_per_feature};
 pub use first_touch::{FirstTouch, MovingElement, Touch};
 pub use memory::{ElementMemory, contact_again, speculative_margin};
+pub use reduce::{MAX_REDUCED, Reduced, Reduction};
 pub use row::{Row, RowSide, TetPoint};
 
 use crate::EnclosedSdf;
@@ -119,12 +122,15 @@ impl<R: Float> Contact<R> {
         self.vertices.get(..self.corner_weights().len()).unwrap_or(&self.vertices)
     }
 
+    /// The lowest bit of the rank in [`key`](Self::key).
+    pub const RANK_SHIFT: u32 = 42;
+
     /// Names the contact among all of its mesh, the same from frame to frame as long as the mesh's connectivity is: bits
     /// 0 to 31 the element's id, 32 to 38 the corners that the feature spans, 40 to 41 the kind, 42 to 63 the rank.
     pub fn key(&self) -> u64 {
         let spanned = element::spanned_corners(self.weights);
         let mask = (0..3).fold(0, |mask, corner| mask | (u64::from(spanned[corner]) << corner));
-        u64::from(self.rank) << 42 | (self.kind as u64) << 40 | mask << 32 | u64::from(self.element)
+        u64::from(self.rank) << Self::RANK_SHIFT | (self.kind as u64) << 40 | mask << 32 | u64::from(self.element)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Why may a field not answer a query for contacts?
 
+use sdf_core::contact::MAX_REDUCED;
+
 use crate::mesh_view::VertexOutOfRange;
 
 /// Why a query cannot be answered.
@@ -26,6 +28,10 @@ pub enum QueryError {
     LeanLeavesOut,
     /// Clusters or margins are not those of the mesh: they have another number of faces.
     FaceCountDiffers,
+    /// A reduction keeps 1 to 64 contacts, not so many.
+    CountOutOfRange(usize),
+    /// A reduction needs to know how far the body moves: a positive length, not too small for the contacts' own.
+    MovementOutOfRange,
 }
 
 impl std::fmt::Display for QueryError {
@@ -52,6 +58,10 @@ impl std::fmt::Display for QueryError {
             Self::FaceCountDiffers => {
                 f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }
+            Self::CountOutOfRange(count) => write!(f, "{count} contacts cannot be kept: 1 to {MAX_REDUCED} can"),
+            Self::MovementOutOfRange => f.write_str(
+                "how far the body moves must be a positive length, and gaps over it must be finite: give the way of a time step",
+            ),
             Self::AllMinimaNeedCertified => f.write_str("all minima are found by the methods auto and certified only"),
         }
     }

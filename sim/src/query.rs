@@ -2,7 +2,7 @@
 
 mod rigid;
 
-use sdf_core::contact::{Contact, Feature, FeatureOwners, Row, one_per_feature};
+use sdf_core::contact::{Contact, Feature, FeatureOwners, Reduction, Row, one_per_feature};
 use sdf_core::nalgebra::Isometry3;
 use sdf_field::{ContactOptions, Field, MeshInMotion, MeshView, Method, QueryError, Threads};
 
@@ -61,6 +61,8 @@ pub struct Query {
     pub hold: f64,
     /// Way of a contact's point within which its plane is kept where the element is searched anew: see [`Memory`].
     pub keep: f64,
+    /// Of a rigid body: at most so many contacts with each obstacle, those that hold it best ([`Reduction`]); `None` for all.
+    pub reduce: Option<usize>,
     /// How many threads search. The contacts do not depend on it.
     pub threads: Threads,
 }
@@ -75,6 +77,7 @@ impl Default for Query {
             friction: 0.3,
             hold: 0.0,
             keep: 0.0,
+            reduce: None,
             threads: Threads::ONE,
         }
     }
@@ -91,6 +94,8 @@ pub struct Contacts {
     pub searched_count: usize,
     /// Contacts without a normal, which make no row.
     pub without_normal_count: usize,
+    /// How far those that [`Query::reduce`] leaves out can sink at most, in the worst pair of body and obstacle.
+    pub shortfall: f64,
     rows: Rows,
 }
 
@@ -99,7 +104,7 @@ impl Contacts {
     pub fn clear(&mut self) {
         self.contacts.clear();
         self.rows.clear();
-        (self.element_count, self.searched_count, self.without_normal_count) = (0, 0, 0);
+        (self.element_count, self.searched_count, self.without_normal_count, self.shortfall) = (0, 0, 0, 0.0);
     }
 
     /// The rows that a solver takes.
@@ -202,6 +207,9 @@ impl Query {
             found = [minima, others].concat();
         }
         guide(&mut found);
+        if let Some(count) = self.reduce.filter(|_| is_rigid) {
+            self.keep_few(count, motion.reach(surface.max_speed(world)), &mut found, contacts);
+        }
         let is_sheet = !surface.faces.is_empty() && !is_rigid;
         let normals = is_sheet.then(|| SheetNormals::new(surface, &points));
         for contact in found {
@@ -221,6 +229,18 @@ impl Query {
             }
         }
         Ok(())
+    }
+
+    /// Keeps the contacts that hold a body best while it moves as far as `reach`, and comes free.
+    fn keep_few(&self, count: usize, reach: f64, found: &mut Vec<Contact<f64>>, contacts: &mut Contacts) {
+        let depth = found.iter().map(|contact| self.thickness - contact.distance).fold(0.0, f64::max);
+        let reduction = Reduction { count, movement: reach + depth, thickness: self.thickness };
+        // Where nothing moves and nothing is deep, all are kept.
+        let mut scratch = vec![0.0; found.len()];
+        if let Some(reduced) = reduction.apply(found, &mut scratch) {
+            found.truncate(reduced.count);
+            contacts.shortfall = contacts.shortfall.max(reduced.shortfall);
+        }
     }
 
     /// Elements that move against each other: each is searched unless its own memory tells enough.

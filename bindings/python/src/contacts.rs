@@ -71,6 +71,13 @@ impl Keywords<'_, '_> {
 #[repr(transparent)]
 pub struct Record(ContactRow);
 
+impl Record {
+    /// The contact; `None` of codes that mean nothing.
+    pub fn contact(&self) -> Option<Contact<f64>> {
+        self.0.to_contact()
+    }
+}
+
 pub fn records(contacts: &[Contact<f64>]) -> Vec<Record> {
     contacts.iter().map(|contact| Record(ContactRow::from(contact))).collect()
 }

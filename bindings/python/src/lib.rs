@@ -5,7 +5,7 @@
 //! | How is a query asked on a card? How do arrays that are there come in and go out? | `cuda`, `card_arrays` |
 //! | How do arrays and meshes of other packages become slices? | `arrays`, `mesh` |
 //! | How does Ctrl-C end a bake? | `bake` |
-//! | What can be asked of a field? | `sdf`, `contacts`, `overlap` |
+//! | What can be asked of a field? Which contacts are enough for a rigid body? | `sdf`, `contacts`, `overlap`; `reduce` |
 //! | Which closed forms are there? | `shapes` |
 //! | Which files are read and written? Those of other programs? | `files`, `export`, `import` |
 //! | On which threads does it run, also after a fork? | `pools` |
@@ -25,6 +25,7 @@ mod mesh;
 mod overlap;
 mod pools;
 mod pose;
+mod reduce;
 mod sdf;
 mod shapes;
 
@@ -48,5 +49,6 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(files::from_bytes, module)?)?;
     module.add_function(wrap_pyfunction!(files::clear_leftovers, module)?)?;
     module.add_function(wrap_pyfunction!(import::import_grid, module)?)?;
+    module.add_function(wrap_pyfunction!(reduce::reduce, module)?)?;
     shapes::add(module)
 }

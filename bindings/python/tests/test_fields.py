@@ -315,6 +315,27 @@ def test_budget_and_tolerance_count():
     assert evaluations(tolerance=0.3).sum() < evaluations().sum() < evaluations(tolerance=1e-6).sum()
 
 
+def test_few_contacts_hold_a_body_as_all_do():
+    points, faces = sheet(24)
+    ground = sdftool.half_space([0, 0, 1], points[:, 2].min() + 1e-3)
+    found = ground.contacts(points, faces, margin=0.1)
+    kept, shortfall = sdftool.reduce(found, 16, movement=0.1)
+    assert kept.dtype == found.dtype and 3 <= len(kept) <= 16 < len(found) and 0.0 <= shortfall < 0.01
+    assert np.isin(kept["key"], found["key"]).all() and kept["distance"].min() == found["distance"].min()
+    again = found[np.isin(found["key"], kept["key"])]
+    assert kept.tobytes() == again.tobytes()
+    reversed_kept, reversed_shortfall = sdftool.reduce(found[::-1], 16, movement=0.1)
+    assert reversed_kept.tobytes() == kept.tobytes() and reversed_shortfall == shortfall
+    assert len(sdftool.reduce(found[:0], 4, movement=1.0)[0]) == 0
+    for wrong in [dict(count=0), dict(count=65), dict(movement=0.0), dict(movement=float("nan"))]:
+        with pytest.raises(ValueError):
+            sdftool.reduce(found, **{"count": 4, "movement": 1.0, **wrong})
+    bad = found.copy()
+    bad["status"] = 99
+    with pytest.raises(ValueError, match="codes that mean nothing"):
+        sdftool.reduce(bad, 4, movement=1.0)
+
+
 def test_an_overlap_has_the_distances_of_either_field_and_keeps_its_margin():
     large, small = sdftool.sphere(1.0), sdftool.sphere(0.5)
     inside = large.overlap(small, other_pose=([0, 0, 0.2], [0, 0, 0, 1]))

@@ -8,7 +8,7 @@ use clap::{Parser, ValueEnum};
 use sdf_core::placed::Rigid;
 use sdf_field::Method;
 
-use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion};
+use super::values::{Numbers, contact_file, finite, page_file, positive, quaternion, reduced_count};
 use super::{Device, DeviceArgs, Json, Threads};
 use crate::failure::misuse;
 
@@ -57,6 +57,14 @@ pub struct ContactsArgs {
     /// vertex they share report it each.
     #[arg(long)]
     pub one_per_feature: bool,
+    /// The mesh is a rigid body: report at most so many contacts, 1 to 64, those that hold it as all of them do, and how far the others can
+    /// sink nevertheless.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = reduced_count)]
+    pub reduce: Option<usize>,
+    /// How far the body of --reduce moves until its contacts are searched again [default: --margin and the depth of the deepest
+    /// contact].
+    #[arg(long, value_name = "D", requires = "reduce", value_parser = positive, allow_negative_numbers = true)]
+    pub movement: Option<f64>,
     /// Leave out smooth normals and error bounds, which takes less time: points and distances are the same; normals are those of a grid's
     /// cells, and jump between them. On a GPU one kernel in place of three, and not by auto and certified.
     #[arg(long)]
@@ -102,6 +110,7 @@ impl ContactsArgs {
             ("--complete", self.complete),
             ("--exact", self.exact),
             ("--one-per-feature", self.one_per_feature),
+            ("--reduce", self.reduce.is_some()),
             ("--lean", self.lean),
             ("--view", self.view.is_some()),
             ("--device", self.device.device != Device::Cpu),

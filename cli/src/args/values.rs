@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use sdf_core::contact::MAX_REDUCED;
 use sdf_core::grid::owned::{Layout, Precision};
 use sdf_field::MaxError;
 use sdf_field::file::Compression;
@@ -37,6 +38,14 @@ pub fn finite(text: &str) -> Result<f64, String> {
 
 pub fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|number| if number > 0.0 { Ok(number) } else { Err("must be more than 0".to_owned()) })
+}
+
+/// A number of contacts that a reduction keeps.
+pub fn reduced_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=MAX_REDUCED).contains(&count) => Ok(count),
+        _ => Err(format!("give a whole number from 1 to {MAX_REDUCED}")),
+    }
 }
 
 pub fn quaternion(text: &str) -> Result<Numbers<4>, String> {

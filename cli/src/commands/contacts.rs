@@ -1,5 +1,7 @@
 //! Finds the contacts of a mesh with a field. Of a grid, only the blocks that the mesh may touch are read.
 
+mod reduce;
+
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -24,6 +26,7 @@ use crate::page;
 use crate::read_summary::{ROUNDING, ReadSummary, require_distances};
 use crate::report::{Report, counted, line_of_json, number, seconds};
 use crate::{field_input, mesh_input, output, progress, standard_output};
+use reduce::ReducedContacts;
 
 pub fn run(args: &ContactsArgs) -> Result<()> {
     if let Some(path) = &args.output {
@@ -68,6 +71,7 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         undecided: found.undecided,
         beyond_band: found.beyond_band,
         outside_grid: found.outside_grid,
+        reduced: found.reduced,
         contacts: &found,
         read: read_summary,
         seconds: Seconds { read, query },
@@ -88,11 +92,14 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     let mut rows = vec![
         ("elements", found.elements.to_string()),
         ("passed the cull", found.passed_cull.map_or("not counted on a GPU".to_owned(), |count| count.to_string())),
-        ("contacts", found.rows.len().to_string()),
+        ("contacts", found.reduced.map_or(found.rows.len(), |reduced| reduced.found).to_string()),
         ("inside", found.inside.to_string()),
         ("deepest", deepest.as_ref().map_or("none".to_owned(), describe)),
         ("time", format!("{} to read, {} to find", seconds(read), seconds(query))),
     ];
+    if let Some(reduced) = &found.reduced {
+        rows.push(("reduced", reduced.in_words(found.rows.len())));
+    }
     if let Some(card) = &document.card {
         rows.push(("device", card.clone()));
     }
@@ -146,6 +153,8 @@ struct Document<'a> {
     undecided: usize,
     beyond_band: usize,
     outside_grid: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reduced: Option<ReducedContacts>,
     #[serde(serialize_with = "serialize_records")]
     contacts: &'a ContactList<'a>,
     /// `None` for shapes in closed form.
@@ -259,6 +268,8 @@ pub struct ContactList<'a> {
     pub beyond_band: usize,
     /// Contacts whose distance is a lower bound, as they lie outside of a grid: of one within a closed form.
     pub outside_grid: usize,
+    /// What --reduce left out.
+    reduced: Option<ReducedContacts>,
     /// The contacts, packed: there may be millions.
     pub rows: ContactRows,
     /// For each face the polygon of the file; empty for other elements.
@@ -284,11 +295,15 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
     let options = options(args)?;
     let view = MeshView { points: &mesh.points, faces: &mesh.triangles };
     let (mut rows, mut inside, mut beyond_band, mut outside_grid) = (ContactRows::default(), 0, 0, 0);
+    let mut to_reduce = args.reduce.map(|_| vec![]);
     let keep = |contact: &Contact<f64>| {
         inside += usize::from(contact.distance < 0.0);
         beyond_band += usize::from(contact.status == ContactStatus::BeyondBand);
         outside_grid += usize::from(contact.status == ContactStatus::OutsideGrid);
-        rows.push(contact);
+        match &mut to_reduce {
+            Some(contacts) => contacts.push(*contact),
+            None => rows.push(contact),
+        }
         ControlFlow::Continue(())
     };
     // The line elements of the file are searched, too.
@@ -301,6 +316,7 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
         },
     };
     let found = found.continue_value().context("a search that nothing ends")?;
+    let reduced = to_reduce.map(|contacts| reduce::reduce(args, contacts, &mut rows)).transpose()?;
     Ok(ContactList {
         elements: found.element_count,
         passed_cull: (!args.lean || !searcher.is_card()).then_some(found.searched_count),
@@ -310,6 +326,7 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
         inside,
         beyond_band,
         outside_grid,
+        reduced,
         rows,
         polygons: if args.elements == Elements::Faces { &mesh.polygons } else { &[] },
     })

@@ -24,6 +24,7 @@ mod parts;
 mod pictures;
 mod poses;
 mod progress;
+mod reduce;
 mod refusals;
 mod repeatable;
 mod shared_meshes;

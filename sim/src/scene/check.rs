@@ -1,5 +1,6 @@
 //! Are the numbers of a scene such as it can be run with? Each is refused by its key, with what to give instead.
 
+use sdf_core::contact::MAX_REDUCED;
 use sdf_procedural::Bowl;
 
 use super::mesh_spec::MeshSpec;
@@ -36,6 +37,9 @@ impl SceneSpec {
         others.iter().try_for_each(|(name, value)| is_not_negative(name, *value))?;
         if self.loaded_rounds > MAX_ROUNDS {
             return Err(format!("loaded_rounds = {}: give a number from 0 to {MAX_ROUNDS}", self.loaded_rounds));
+        }
+        if let Some(count) = self.contacts_per_pair.filter(|count| !(1..=MAX_REDUCED).contains(count)) {
+            return Err(format!("contacts_per_pair = {count}: give a number from 1 to {MAX_REDUCED}"));
         }
         self.vary.check(&is_count)?;
         for cloth in &self.cloth {

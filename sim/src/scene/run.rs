@@ -131,6 +131,7 @@ impl<'a> Run<'a> {
             friction: spec.friction,
             hold: HOLD * spec.thickness,
             keep: spec.thickness,
+            reduce: spec.contacts_per_pair,
             threads,
             ..Query::default()
         };
@@ -286,7 +287,14 @@ impl<'a> Run<'a> {
         let moments: Vec<Field> = animations.iter().map(|shape| shape.at(*time)).collect();
         let certified = |surface: &Surface| {
             let elements = if surface.faces.is_empty() { Elements::EDGES } else { Elements::FACES };
-            Query { elements, method: Method::Certified, one_per_feature: false, thickness: 0.0, ..self.query }
+            Query {
+                elements,
+                method: Method::Certified,
+                one_per_feature: false,
+                thickness: 0.0,
+                reduce: None,
+                ..self.query
+            }
         };
         for surface in surfaces {
             let query = certified(surface);

@@ -55,6 +55,8 @@ pub struct SceneSpec {
     /// Deep faces are those of the worst frame, not of the last.
     #[serde(default)]
     pub every_frame: bool,
+    /// Most contacts of a rigid body with each other one; all by default.
+    pub contacts_per_pair: Option<usize>,
     /// Number to begin random poses from.
     #[serde(default)]
     pub seed: u64,

@@ -5,6 +5,7 @@ mod caged;
 mod contacts;
 mod entangled;
 mod motion;
+mod reduce;
 mod rigid_memory;
 mod rolling;
 mod sheets;

@@ -7,6 +7,7 @@ mod features;
 mod margin;
 mod normals;
 mod records;
+mod reduce;
 mod resting;
 
 use sdf_core::Float;
