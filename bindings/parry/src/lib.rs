@@ -35,6 +35,7 @@ mod cast;
 mod convert;
 mod dispatcher;
 mod manifolds;
+mod nearest;
 mod pair;
 mod search;
 mod shape;

@@ -3,7 +3,7 @@
 //! | query | method |
 //! |---|---|
 //! | ray | sphere tracing (Hart 1996) with the field's slope bound, from where the ray enters its box |
-//! | nearest point | steps of −φ ∇φ / |∇φ|² until φ is zero |
+//! | nearest point | downhill onto the surface, then along it, to a local minimum of the distance: `nearest` |
 //! | mass | midpoints of 48 cells along the longest side, those at the surface by the fraction that is inside |
 //!
 //! [`SdfDispatcher`]: crate::SdfDispatcher
@@ -19,6 +19,7 @@ use sdf_core::nalgebra::{Matrix3, Vector3};
 use sdf_core::{AnyField, Sdf};
 
 use crate::convert::{to_core, to_parry};
+use crate::nearest::NearestPoint;
 use crate::surface::Surface;
 
 /// A field as a solid body. A clone shares everything.
@@ -126,22 +127,19 @@ impl SdfShape {
 }
 
 impl PointQuery for SdfShape {
+    /// A point of the surface that is about the nearest; far from a grid, or from a body of several parts, it can be another that is near.
     fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
         let start = to_core(point);
-        let is_inside = self.field.value(start) <= 0.0;
+        let is_inside = self.contains_local_point(point);
         if is_inside && solid {
             return PointProjection::new(true, point);
         }
-        let mut nearest = start;
-        for _ in 0..16 {
-            let sample = self.field.sample(nearest);
-            let slope_sq = sample.gradient.norm_squared();
-            if sample.value.abs() <= self.at_surface() || slope_sq < 1e-12 {
-                break;
-            }
-            nearest -= sample.gradient * (sample.value / slope_sq);
-        }
+        let nearest = NearestPoint { field: &self.field, start, tolerance: self.at_surface() }.find();
         PointProjection::new(is_inside, to_parry(nearest))
+    }
+
+    fn contains_local_point(&self, point: Vector) -> bool {
+        self.field.sample(to_core(point)).value <= 0.0
     }
 
     fn project_local_point_and_get_feature(&self, point: Vector) -> (PointProjection, FeatureId) {

@@ -1,0 +1,91 @@
+//! Nearest points of fields against those of their meshes.
+
+#[allow(dead_code, reason = "each test uses a part of it")]
+mod scene;
+
+use parry3d::math::Vector;
+use parry3d::query::PointQuery;
+use parry3d::shape::{Ball, Cuboid, TriMesh, TriMeshFlags};
+use scene::{Mesh, bake, lumpy_ball};
+use sdf_bake::{MeshDistance, TriangleMesh, lattice_around, sparse};
+use sdf_core::{AnyField, shapes};
+use sdf_parry::SdfShape;
+use sdf_procedural::random::{Random, test_seed};
+
+/// Side of a grid's cells.
+const SPACING: f64 = 0.04;
+
+fn shape(field: impl Into<AnyField>) -> SdfShape {
+    SdfShape::new(field).unwrap()
+}
+
+fn bake_sparse((points, faces): &Mesh) -> AnyField {
+    let mesh = TriangleMesh::new(points, faces).unwrap();
+    let lattice = lattice_around(&mesh.bounds(), SPACING, 4).unwrap();
+    let (distance, band) = (MeshDistance::new(&mesh, None), 3.0 * SPACING);
+    sparse::bake::<u16>(&distance, &lattice, band, &|_| ()).into_grid(&lattice, band).grid.into()
+}
+
+fn scaled((points, faces): (Vec<Vector>, Vec<[u32; 3]>), scale: Vector) -> Mesh {
+    (points.into_iter().map(|point| (point * scale).to_array().map(f64::from)).collect(), faces)
+}
+
+/// Fields, the meshes of the same bodies, and how far their surfaces may be from each other.
+fn meshed_fields() -> Vec<(&'static str, SdfShape, TriMesh, f32)> {
+    let lumpy = lumpy_ball();
+    let lumpy = scaled((lumpy.vertices().to_vec(), lumpy.indices().to_vec()), Vector::new(4.0, 1.0, 1.5));
+    let plate = scaled(Cuboid::new(Vector::ONE).to_trimesh(), Vector::new(1.0, 0.5, 0.2));
+    let round = scaled(Ball::new(1.0).to_trimesh(200, 100), Vector::new(2.0, 0.5, 0.5));
+    let ellipsoid = shapes::Ellipsoid::new([2.0, 0.5, 0.5]).unwrap().into();
+    // A grid rounds edges off by less than half a cell. The ellipsoid's mesh is inscribed: 2 (1 − cos(π/100)) at the most.
+    let (of_grid, of_facets) = (0.5 * SPACING as f32, 1e-3);
+    let all = [
+        ("a plate in a dense grid", bake(&plate, SPACING), &plate, of_grid),
+        ("a plate in a sparse grid", bake_sparse(&plate), &plate, of_grid),
+        ("a lumpy body in a dense grid", bake(&lumpy, SPACING), &lumpy, of_grid),
+        ("a lumpy body in a sparse grid", bake_sparse(&lumpy), &lumpy, of_grid),
+        ("a plate", shapes::Cuboid::new([1.0, 0.5, 0.2]).unwrap().into(), &plate, of_facets),
+        ("an ellipsoid", ellipsoid, &round, of_facets),
+    ];
+    let mesh = |(points, faces): &Mesh| {
+        let points = points.iter().map(|point| Vector::from_array(point.map(|x| x as f32))).collect();
+        TriMesh::with_flags(points, faces.clone(), TriMeshFlags::ORIENTED).unwrap()
+    };
+    all.map(|(name, field, source, error)| (name, shape(field), mesh(source), error)).into()
+}
+
+#[test]
+fn nearest_points_are_those_of_the_mesh() {
+    let mut random = Random::new(test_seed(21));
+    for (name, field, mesh, error) in meshed_fields() {
+        let bounds = mesh.local_aabb();
+        let (mut inside, mut far_off, mut count) = (0, 0, 0);
+        // Within the body's box, around the grid's, and far outside.
+        for reach in [1.0, 1.2, 1.5, 5.0] {
+            for _ in 0..1000 {
+                let [x, y, z] = random.point_in_cube(reach).map(|x| x as f32);
+                let point = bounds.center() + bounds.half_extents() * Vector::new(x, y, z);
+                let [found, exact] =
+                    [field.distance_to_local_point(point, false), mesh.distance_to_local_point(point, false)];
+                if exact.abs() <= error {
+                    continue;
+                }
+                assert_eq!(found < 0.0, exact < 0.0, "{name}: the side of {point}");
+                let on_surface = mesh.distance_to_local_point(field.project_local_point(point, false).point, false);
+                assert!(on_surface.abs() <= error, "{name}: {point} goes {on_surface} beside the surface");
+                let (found, exact) = (found.abs(), exact.abs());
+                // What is on the surface is no nearer than the nearest point; and of several points to which the way is a right angle,
+                // a search finds one of the nearer.
+                assert!(
+                    found >= exact - error && found <= 1.5 * exact + error,
+                    "{name}: {found} for {exact} at {point}"
+                );
+                far_off += u32::from(found > 1.05 * exact + error);
+                inside += u32::from(field.contains_local_point(point));
+                count += 1;
+            }
+        }
+        assert!(inside > 400 && count > 3000);
+        assert!(far_off * 100 <= count, "{name}: {far_off} of {count} distances are off by more than 5 %");
+    }
+}
