@@ -28,10 +28,22 @@ pub struct SdfDispatcher {
 }
 
 impl SdfDispatcher {
-    fn nearest(&self, pos12: &Pose, g1: &dyn Shape, g2: &dyn Shape) -> Result<(Pair, Option<Touch>), Unsupported> {
+    /// The nearest touch, and whether the shapes intersect. A field that is wholly inside of the other shape gets its way out of it.
+    fn nearest(
+        &self,
+        pos12: &Pose,
+        g1: &dyn Shape,
+        g2: &dyn Shape,
+    ) -> Result<(Pair, Option<Touch>, bool), Unsupported> {
         let pair = Pair::new(g1, g2).ok_or(Unsupported)?;
-        let touch = pair.nearest(&pair.pose(pos12), self.search);
-        Ok((pair, touch))
+        let pose = pair.pose(pos12);
+        let touch = pair.nearest(&pose, self.search);
+        if touch.is_some_and(|touch| touch.gap <= 0.0) {
+            return Ok((pair, touch, true));
+        }
+        let is_swallowed = pair.is_swallowed(g1, g2, &pose);
+        let touch = touch.map(|touch| if is_swallowed { pair.way_out(touch) } else { touch });
+        Ok((pair, touch, is_swallowed))
     }
 }
 
@@ -49,8 +61,9 @@ impl QueryDispatcher for SdfDispatcher {
     }
 
     fn distance(&self, pos12: &Pose, g1: &dyn Shape, g2: &dyn Shape) -> Result<ShapeDistance, Unsupported> {
-        let (_, touch) = self.nearest(pos12, g1, g2)?;
-        Ok(ShapeDistance::new(touch.map_or(f32::MAX, |touch| touch.gap.max(0.0) as f32)))
+        let (_, touch, intersects) = self.nearest(pos12, g1, g2)?;
+        let gap = touch.map_or(f32::MAX, |touch| touch.gap as f32);
+        Ok(ShapeDistance::new(if intersects { 0.0 } else { gap }))
     }
 
     fn contact(
@@ -60,7 +73,7 @@ impl QueryDispatcher for SdfDispatcher {
         g2: &dyn Shape,
         prediction: f32,
     ) -> Result<Option<Contact>, Unsupported> {
-        let (pair, touch) = self.nearest(pos12, g1, g2)?;
+        let (pair, touch, _) = self.nearest(pos12, g1, g2)?;
         let pose = pair.pose(pos12);
         let contact = touch.filter(|touch| touch.gap <= f64::from(prediction)).map(|touch| {
             let normal = to_parry(touch.normal);

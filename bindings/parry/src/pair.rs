@@ -74,15 +74,22 @@ impl Pair {
         touches.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
     }
 
-    /// Is all of the field inside of the other shape? Then no triangle of that one comes near. It is if a point of the field's is, and
-    /// no touch was found.
+    /// Is a point of the field's body inside of the other shape? Then they intersect, also where the field lies wholly within, and no
+    /// triangle of the other comes near.
     pub fn is_swallowed(&self, g1: &dyn Shape, g2: &dyn Shape, pose: &Pose) -> bool {
+        let (field, other) = if self.flipped { (g2, g1) } else { (g1, g2) };
+        let point = field.as_shape::<SdfShape>().and_then(SdfShape::inner_point);
+        point.is_some_and(|point| other.contains_local_point(pose.inverse_transform_point(to_parry(point))))
+    }
+
+    /// The touch of a swallowed field that is given the nearest point of the other's surface: the field gets out if it moves there until
+    /// all of its box has passed.
+    pub fn way_out(&self, touch: Touch) -> Touch {
         use sdf_core::Sdf;
         let bounds = self.field.bounds(0.0);
-        let middle = [0, 1, 2].map(|axis| 0.5 * (bounds.min[axis] + bounds.max[axis]));
-        let other = if self.flipped { g1 } else { g2 };
-        let point = pose.inverse_transform_point(to_parry(Vector3::from(middle)));
-        middle.iter().all(|x| x.is_finite()) && other.contains_local_point(point)
+        let last = |axis: usize| if touch.normal[axis] > 0.0 { bounds.min[axis] } else { bounds.max[axis] };
+        let depth = (touch.point - Vector3::from([0, 1, 2].map(last))).dot(&touch.normal);
+        Touch { field_point: touch.point - touch.normal * depth, normal: -touch.normal, gap: -depth, ..touch }
     }
 }
 

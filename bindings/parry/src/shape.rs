@@ -27,6 +27,8 @@ use crate::surface::Surface;
 pub struct SdfShape {
     field: Arc<AnyField>,
     bounds: Aabb,
+    /// A point with φ ≤ 0, or on the surface.
+    inner_point: Option<Vector3<f64>>,
     unit_mass: Arc<OnceLock<MassProperties>>,
     mesh: Option<Arc<Surface>>,
 }
@@ -71,7 +73,8 @@ impl SdfShape {
             return Err(InvalidShape::Unbounded);
         }
         let bounds = Aabb::new(to_parry(bounds.min.into()), to_parry(bounds.max.into()));
-        Ok(Self { field: Arc::new(field), bounds, unit_mass: Arc::default(), mesh: None })
+        let shape = Self { field: Arc::new(field), bounds, inner_point: None, unit_mass: Arc::default(), mesh: None };
+        Ok(Self { inner_point: shape.find_inner_point(), ..shape })
     }
 
     /// The same with its surface as triangles, such as the mesh that was baked. They are needed where the other shape has none: against
@@ -92,6 +95,22 @@ impl SdfShape {
 
     pub(crate) fn mesh(&self) -> Option<&Arc<Surface>> {
         self.mesh.as_ref()
+    }
+
+    /// A point of the body; `None` if none was found.
+    pub(crate) fn inner_point(&self) -> Option<Vector3<f64>> {
+        self.inner_point
+    }
+
+    /// The middle of the box, or the point of the surface that is nearest to it.
+    fn find_inner_point(&self) -> Option<Vector3<f64>> {
+        let middle = to_core(self.bounds.center());
+        let point = if self.field.sample(middle).value <= 0.0 { middle } else { self.nearest_to(middle) };
+        (self.field.sample(point).value <= self.at_surface()).then_some(point)
+    }
+
+    fn nearest_to(&self, start: Vector3<f64>) -> Vector3<f64> {
+        NearestPoint { field: &self.field, start, tolerance: self.at_surface() }.find()
     }
 
     fn at_surface(&self) -> f64 {
@@ -129,13 +148,11 @@ impl SdfShape {
 impl PointQuery for SdfShape {
     /// A point of the surface that is about the nearest; far from a grid, or from a body of several parts, it can be another that is near.
     fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
-        let start = to_core(point);
         let is_inside = self.contains_local_point(point);
         if is_inside && solid {
             return PointProjection::new(true, point);
         }
-        let nearest = NearestPoint { field: &self.field, start, tolerance: self.at_surface() }.find();
-        PointProjection::new(is_inside, to_parry(nearest))
+        PointProjection::new(is_inside, to_parry(self.nearest_to(to_core(point))))
     }
 
     fn contains_local_point(&self, point: Vector) -> bool {

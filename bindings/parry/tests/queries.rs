@@ -1,19 +1,23 @@
-//! Nearest points of fields against those of their meshes.
+//! Nearest points and tests of intersection of fields against parry's own shapes and meshes.
 
 #[allow(dead_code, reason = "each test uses a part of it")]
 mod scene;
 
-use parry3d::math::Vector;
-use parry3d::query::PointQuery;
-use parry3d::shape::{Ball, Cuboid, TriMesh, TriMeshFlags};
+use parry3d::math::{Pose, Vector};
+use parry3d::query::{ClosestPoints, DefaultQueryDispatcher, PointQuery, QueryDispatcher};
+use parry3d::shape::{Ball, Cuboid, Shape, SharedShape, TriMesh, TriMeshFlags};
 use scene::{Mesh, bake, lumpy_ball};
 use sdf_bake::{MeshDistance, TriangleMesh, lattice_around, sparse};
 use sdf_core::{AnyField, shapes};
-use sdf_parry::SdfShape;
+use sdf_parry::{SdfDispatcher, SdfShape};
 use sdf_procedural::random::{Random, test_seed};
 
 /// Side of a grid's cells.
 const SPACING: f64 = 0.04;
+
+fn dispatcher() -> impl QueryDispatcher {
+    SdfDispatcher::default().chain(DefaultQueryDispatcher)
+}
 
 fn shape(field: impl Into<AnyField>) -> SdfShape {
     SdfShape::new(field).unwrap()
@@ -87,5 +91,54 @@ fn nearest_points_are_those_of_the_mesh() {
         }
         assert!(inside > 400 && count > 3000);
         assert!(far_off * 100 <= count, "{name}: {far_off} of {count} distances are off by more than 5 %");
+    }
+}
+
+/// The middle of a hoop's box is no point of the hoop.
+#[test]
+fn a_ball_in_the_hole_of_a_torus_does_not_touch_it() {
+    let torus = shape(shapes::Torus::new(1.0, 0.25).unwrap());
+    for radius in [0.3, 0.6] {
+        let ball = Ball::new(radius);
+        let pose = Pose::IDENTITY;
+        assert!(!dispatcher().intersection_test(&pose, &torus, &ball).unwrap().intersecting);
+        assert!(!dispatcher().intersection_test(&pose, &ball, &torus).unwrap().intersecting);
+        let distance = dispatcher().distance(&pose, &torus, &ball).unwrap().distance;
+        // The search along a ball ends within a millionth of its radius; f32.
+        assert!((distance - (0.75 - radius)).abs() < 1e-4, "{distance}");
+    }
+}
+
+#[test]
+fn a_field_inside_of_a_solid_intersects_it() {
+    let small = [
+        (shape(shapes::Sphere::new(0.1).unwrap()), SharedShape::ball(0.1)),
+        (shape(shapes::Cuboid::new([0.1, 0.2, 0.1]).unwrap()), SharedShape::cuboid(0.1, 0.2, 0.1)),
+    ];
+    let cuboid = SharedShape::cuboid(1.0, 1.5, 2.0);
+    let pose = Pose::from_translation(Vector::new(0.2, 0.1, 0.3));
+    for (field, body) in small {
+        for flipped in [false, true] {
+            let order = |body: &dyn Shape, answer: &dyn Fn(&Pose, &dyn Shape, &dyn Shape)| {
+                if flipped { answer(&pose.inverse(), &*cuboid, body) } else { answer(&pose, body, &*cuboid) }
+            };
+            let exact = std::cell::Cell::new(0.0);
+            order(&*body, &|pose, a, b| {
+                exact.set(DefaultQueryDispatcher.contact(pose, a, b, 0.0).unwrap().unwrap().dist);
+            });
+            order(&field, &|pose, a, b| {
+                assert!(dispatcher().intersection_test(pose, a, b).unwrap().intersecting);
+                assert_eq!(dispatcher().distance(pose, a, b).unwrap().distance, 0.0);
+                assert_eq!(dispatcher().closest_points(pose, a, b, 5.0).unwrap(), ClosestPoints::Intersecting);
+                let contact = dispatcher().contact(pose, a, b, 0.0).unwrap().expect("they intersect");
+                assert!((contact.dist - exact.get()).abs() < 1e-3, "{} for {}", contact.dist, exact.get());
+                let way = pose.transform_point(contact.point2) - contact.point1;
+                assert!((way - contact.normal1 * contact.dist).length() < 1e-4);
+                assert!((pose.rotation * contact.normal2 + contact.normal1).length() < 1e-4);
+                // Moved as far as it says, they touch no more.
+                let apart = Pose::from_translation(contact.normal1 * (1e-2 - contact.dist)) * *pose;
+                assert!(!dispatcher().intersection_test(&apart, a, b).unwrap().intersecting);
+            });
+        }
     }
 }
