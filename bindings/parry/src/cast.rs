@@ -30,9 +30,8 @@ impl Cast<'_> {
     /// The first time at which the shapes are within the target distance; `None` if there is none until the last.
     pub fn run(&self, start: f32, options: ShapeCastOptions) -> Option<ShapeCastHit> {
         let end = f64::from(options.max_time_of_impact);
-        let size = self.pair.surface.radius_about(Default::default());
-        let (target, within) = (f64::from(options.target_distance), AT_TARGET * size);
-        let rate = self.pair.field.slope_bound() * self.speed(end - f64::from(start));
+        let (target, within) = (f64::from(options.target_distance), AT_TARGET * self.pair.surface.radius());
+        let rate = self.pair.field.slope_bound() * self.speed(start, end);
         let mut time = f64::from(start);
         for step in 0..MAX_STEPS {
             let (pose, touch) = self.nearest(time)?;
@@ -66,7 +65,7 @@ impl Cast<'_> {
 
     /// Upper bound of the speed of any point of the surface, seen by the field. A point that a body turns about its centre c with ω has
     /// the speed |v + ω × (x − c)|; x − c is bounded at the start, and grows with the two velocities.
-    fn speed(&self, duration: f64) -> f64 {
+    fn speed(&self, start: f32, end: f64) -> f64 {
         let [first, second] = self.motions;
         let (field, moving) = if self.pair.flipped { (second, first) } else { (first, second) };
         let speed = |velocity: Vector| f64::from(velocity.length());
@@ -74,8 +73,9 @@ impl Cast<'_> {
         let radius = self.pair.surface.radius_about(to_core(moving.local_center));
         let mut total = linear + speed(moving.angvel) * radius;
         if field.angvel != Vector::ZERO {
-            let centre = |motion: &NonlinearRigidMotion| motion.start.transform_point(motion.local_center);
-            let apart = speed(centre(field) - centre(moving)) + linear * duration;
+            let centre =
+                |motion: &NonlinearRigidMotion| motion.position_at_time(start).transform_point(motion.local_center);
+            let apart = speed(centre(field) - centre(moving)) + linear * (end - f64::from(start));
             total += speed(field.angvel) * (radius + apart);
         }
         total

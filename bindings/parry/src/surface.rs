@@ -56,6 +56,14 @@ impl Surface {
         if has_clusters { this } else { Arc::new(Arc::unwrap_or_clone(this).with_clusters()) }
     }
 
+    /// Radius of a ball that holds the surface, wherever it lies: about the middle of its points' box.
+    pub fn radius(&self) -> f64 {
+        let points = || self.parts.iter().flat_map(|part| &part.points).map(|point| Vector3::from(*point));
+        let low = points().fold(Vector3::repeat(f64::INFINITY), |low, point| low.inf(&point));
+        let high = points().fold(Vector3::repeat(f64::NEG_INFINITY), |high, point| high.sup(&point));
+        self.radius_about((low + high) / 2.0)
+    }
+
     /// Radius of a ball about a point that holds the surface.
     pub fn radius_about(&self, centre: Vector3<f64>) -> f64 {
         let distances = self.parts.iter().flat_map(|part| {

@@ -1,10 +1,11 @@
-//! Nearest points and tests of intersection of fields against parry's own shapes and meshes.
+//! Nearest points, tests of intersection and casts of fields against parry's own shapes and meshes.
 
 #[allow(dead_code, reason = "each test uses a part of it")]
 mod scene;
 
 use parry3d::math::{Pose, Vector};
-use parry3d::query::{ClosestPoints, DefaultQueryDispatcher, PointQuery, QueryDispatcher};
+use parry3d::query::details::ShapeCastOptions;
+use parry3d::query::{ClosestPoints, DefaultQueryDispatcher, NonlinearRigidMotion, PointQuery, QueryDispatcher};
 use parry3d::shape::{Ball, Cuboid, Shape, SharedShape, TriMesh, TriMeshFlags};
 use scene::{Mesh, bake, lumpy_ball};
 use sdf_bake::{MeshDistance, TriangleMesh, lattice_around, sparse};
@@ -140,5 +141,44 @@ fn a_field_inside_of_a_solid_intersects_it() {
                 assert!(!dispatcher().intersection_test(&apart, a, b).unwrap().intersecting);
             });
         }
+    }
+}
+
+/// How far a mesh is from the origin of its own frame says nothing of its size.
+#[test]
+fn a_mesh_far_from_its_origin_arrives_in_time() {
+    let ground = shape(shapes::Cuboid::new([2.0, 2.0, 0.5]).unwrap());
+    for offset in [0.0, 1000.0, 10_000.0] {
+        let (points, faces) = Cuboid::new(Vector::splat(0.5)).to_trimesh();
+        let points = points.into_iter().map(|point| point + Vector::new(offset, 0.0, 0.0)).collect();
+        let cube = TriMesh::new(points, faces).unwrap();
+        let pose = Pose::from_translation(Vector::new(-1.0 - offset, 0.0, 5.0));
+        let options = ShapeCastOptions::with_max_time_of_impact(10.0);
+        // Aslant, so that the last steps are short.
+        let velocity = Vector::new(0.5, 0.0, -1.0);
+        let hit = dispatcher().cast_shapes(&pose, velocity, &ground, &cube, options).unwrap().expect("it falls");
+        // A cast ends within a ten-thousandth of the cube's size.
+        assert!((hit.time_of_impact - 4.0).abs() < 1e-3, "{} at {offset}", hit.time_of_impact);
+    }
+}
+
+/// What moved until the start is not where it was at time zero.
+#[test]
+fn a_turning_field_meets_what_has_moved_before_the_start() {
+    let arm = shape(shapes::Capsule::new([0.0; 3], [200.0, 0.0, 0.0], 0.5).unwrap());
+    let turning = NonlinearRigidMotion::new(Pose::IDENTITY, Vector::ZERO, Vector::ZERO, Vector::new(0.0, 0.0, 10.0));
+    let moving = NonlinearRigidMotion::new(Pose::IDENTITY, Vector::ZERO, Vector::X, Vector::ZERO);
+    let (ball, start) = (Ball::new(0.5), 100.1);
+    // At time t the arm's angle is 10 t, and the ball at x = t is t sin(10 t) off its axis: they meet as soon as that is one.
+    let is_met = |time: f64| (10.0 * time).cos() > 0.0 && (time * (10.0 * time).sin()).abs() <= 1.0;
+    let mut times = (0..700_000).map(|step| f64::from(start) + f64::from(step) * 1e-6);
+    let first = times.find(|time| is_met(*time)).expect("a whole turn") as f32;
+    let cast = |a: &NonlinearRigidMotion, first: &dyn Shape, b: &NonlinearRigidMotion, second: &dyn Shape| {
+        dispatcher().cast_shapes_nonlinear(a, first, b, second, start, start + 0.7, true).unwrap()
+    };
+    for hit in [cast(&turning, &arm, &moving, &ball), cast(&moving, &ball, &turning, &arm)] {
+        let time = hit.expect("the arm hits the ball").time_of_impact;
+        // f32 at 100 counts in steps of 8e-6, in which the arm moves by 8e-3.
+        assert!((time - first).abs() < 1e-4, "{time} for {first}");
     }
 }
