@@ -26,6 +26,13 @@ async function bytesOf(source) {
   return response.arrayBuffer();
 }
 
+// JSON has null for a number that is not finite, and null means the default.
+function finite(name, value) {
+  const wrong = [value].flat().find(x => typeof x == "number" && !Number.isFinite(x));
+  if (wrong !== undefined) throw new Error(`${name}: ${wrong} is not a finite number`);
+  return value;
+}
+
 export class Sdftool {
   #exports; #progress; #thrown; #panic; #end;
 
@@ -78,7 +85,7 @@ export class Sdftool {
       this.#write(F64S, Float64Array, f64s);
       this.#write(U32S, Uint32Array, u32s);
       this.#write(BYTES, Uint8Array, bytes);
-      this.#write(TEXT, Uint8Array, new TextEncoder().encode(JSON.stringify(request)));
+      this.#write(TEXT, Uint8Array, new TextEncoder().encode(JSON.stringify(request, finite)));
       const isDone = this.#exports.sdf_call();
       const text = new TextDecoder().decode(this.#read(TEXT, Uint8Array));
       if (!isDone) throw new Error(text);
