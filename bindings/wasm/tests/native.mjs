@@ -117,6 +117,17 @@ const wrong = [
   [() => sdf.bake({ points: [NaN, 0, 0, 1, 0, 0, 0, 1, 0], faces: [0, 1, 2] }), /NaN|finite/],
   [() => sdf.bake(tetrahedron, { progress: () => { throw new Error("enough"); } }), /^Error: enough$/],
   [() => body.contacts({ points: [0, 0, 0], faces: [0, 1, 2] }), /vertex 1/],
+  [() => body.contacts({ ...tetrahedron, faces: [0, NaN, 2] }), /^Error: faces\[1\]: NaN is not an index$/],
+  [() => body.contacts({ ...tetrahedron, faces: [0, 1, 2.7] }), /faces\[2\]: 2.7/],
+  [() => body.contacts({ ...tetrahedron, faces: new Float64Array([0, 1, 2.7]) }), /faces\[2\]: 2.7/],
+  [() => body.contacts({ ...tetrahedron, faces: [2 ** 32, 1, 2] }), /faces\[0\]: 4294967296/],
+  [() => body.contacts({ ...tetrahedron, faces: new Int32Array([0, 1, -3]) }), /faces\[2\]: -3/],
+  [() => sdf.bake({ ...tetrahedron, faces: [[0, 1, 2]] }), /faces\[0\]: 0,1,2 is not an index/],
+  [() => body.sample([[0, 0, 0], [1, 0, 0]]), /^Error: points\[0\]: 0,0,0 is not a number$/],
+  [() => body.sample([0, 0, "0"]), /points\[2\]/],
+  [() => body.sample(new BigInt64Array(3)), /points\[0\]/],
+  [() => body.sample(new DataView(new ArrayBuffer(24))), /points: not an array of numbers/],
+  [() => body.sample(3), /points: not an array of numbers/],
   [() => body.contacts(tetrahedron, { margin: 1e3 }), /margin/],
   [() => body.contacts(tetrahedron, { margin: Infinity }), /margin: Infinity is not/],
   [() => body.contacts(tetrahedron, { budget: NaN }), /budget: NaN/],
@@ -129,6 +140,9 @@ const wrong = [
   [() => freed.sample([0, 0, 0]), /freed/],
 ];
 for (const [call, message] of wrong) assert.throws(call, message, String(call));
+// Other types whose numbers stay the same are taken.
+assert.deepEqual(body.sample([...points]).distance, before);
+assert.deepEqual(body.contacts({ points: new Float32Array(tetrahedron.points), faces: new Int16Array(tetrahedron.faces) }).point, body.contacts(tetrahedron).point);
 assert.deepEqual(body.sample(points).distance, before);
 let steps = 0;
 sdf.bake(tetrahedron, { res: 32, progress: (done, total) => { assert(done <= total); steps += 1; } }).free();

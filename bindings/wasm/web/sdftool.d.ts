@@ -3,7 +3,7 @@
 /** Loads the module: from beside this file, from a URL, or from its bytes. */
 export function load(source?: string | URL | BufferSource): Promise<Sdftool>;
 
-/** Points x, y, z one after the other; for each face the indices of its three points. */
+/** Points x, y, z one after the other; for each face the indices of its three points. What is not a number, or no index, is refused. */
 export interface Mesh {
   points: Float64Array | readonly number[];
   faces: Uint32Array | readonly number[];

@@ -33,6 +33,16 @@ function finite(name, value) {
   return value;
 }
 
+// Points or faces as they were given. A typed array would take what is not of its kind for other numbers.
+function numbers(name, values, Kind) {
+  if (values instanceof Kind) return values;
+  if (!Array.isArray(values) && !(ArrayBuffer.isView(values) && "length" in values)) throw new Error(`${name}: not an array of numbers`);
+  const isIndex = value => Number.isInteger(value) && value >= 0 && value < 2 ** 32;
+  const [fits, what] = Kind == Uint32Array ? [isIndex, "an index"] : [value => typeof value == "number", "a number"];
+  for (let i = 0; i < values.length; i++) if (!fits(values[i])) throw new Error(`${name}[${i}]: ${String(values[i])} is not ${what}`);
+  return values;
+}
+
 export class Sdftool {
   #exports; #progress; #thrown; #panic; #end;
 
@@ -82,8 +92,8 @@ export class Sdftool {
   call(request, { f64s = [], u32s = [], bytes = [] } = {}) {
     if (this.#end) throw new Error(`${this.#end}; load it again`);
     try {
-      this.#write(F64S, Float64Array, f64s);
-      this.#write(U32S, Uint32Array, u32s);
+      this.#write(F64S, Float64Array, numbers("points", f64s, Float64Array));
+      this.#write(U32S, Uint32Array, numbers("faces", u32s, Uint32Array));
       this.#write(BYTES, Uint8Array, bytes);
       this.#write(TEXT, Uint8Array, new TextEncoder().encode(JSON.stringify(request, finite)));
       const isDone = this.#exports.sdf_call();
