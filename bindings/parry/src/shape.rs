@@ -207,6 +207,7 @@ impl Shape for SdfShape {
         Box::new(self.clone())
     }
 
+    /// `None`: a field is scaled before it becomes a shape, as `AnyField::Placed` or `AnyField::Stretched`.
     fn scale_dyn(&self, _: Vector, _: u32) -> Option<Box<dyn Shape>> {
         None
     }
