@@ -63,6 +63,12 @@ grep -q 'bindings/c/install.sh' "$folder/c.sh"
 bash -e "$folder/c.sh"
 cmake -S bindings/c/examples -B "$folder/cmake" -DCMAKE_PREFIX_PATH="$PWD/sdftool-c" >/dev/null
 cmake --build "$folder/cmake" >/dev/null
+# find_package takes no other minor version, and no later one.
+for version in 0.1 0.2.99 0.3 1.2; do
+    echo "find_package(sdftool $version QUIET CONFIG PATHS $PWD/sdftool-c NO_DEFAULT_PATH)
+        message(\"found \${sdftool_FOUND} of \${sdftool_CONSIDERED_VERSIONS}\")" > "$folder/version.cmake"
+    cmake -P "$folder/version.cmake" 2>&1 | grep -q '^found 0 of [0-9]' || { echo "find_package(sdftool $version) takes another version" >&2; exit 1; }
+done
 for program in "$folder/cmake/contacts_static" "$folder/cmake/contacts_shared" sdftool-c/contacts; do
     "$program" "$folder/octahedron.sdf.h5" > "$folder/$(basename "$program").txt"
 done

@@ -12,6 +12,7 @@ install -Dm644 include/sdftool.h "$prefix/include/sdftool.h"
 install -Dm644 "$target/release/libsdftool.a" "$prefix/lib/libsdftool.a"
 install -Dm755 -s "$target/release/libsdftool.so" "$prefix/lib/libsdftool.so"
 install -Dm644 cmake/sdftoolConfig.cmake "$prefix/lib/cmake/sdftool/sdftoolConfig.cmake"
+sed "s/@VERSION@/$version/" cmake/sdftoolConfigVersion.cmake.in > "$prefix/lib/cmake/sdftool/sdftoolConfigVersion.cmake"
 mkdir -p "$prefix/lib/pkgconfig"
 cat > "$prefix/lib/pkgconfig/sdftool.pc" <<EOF
 prefix=$prefix
