@@ -74,6 +74,11 @@ for program in "$folder/cmake/contacts_static" "$folder/cmake/contacts_shared" s
 done
 cmp "$folder/contacts_static.txt" "$folder/contacts_shared.txt"
 cmp "$folder/contacts_static.txt" "$folder/contacts.txt"
+# A program asks for the shared library by its name, not by the path where it lay.
+mv sdftool-c "$folder/moved"
+LD_LIBRARY_PATH=$folder/moved/lib "$folder/cmake/contacts_shared" "$folder/octahedron.sdf.h5" > "$folder/moved.txt"
+mv "$folder/moved" sdftool-c
+cmp "$folder/contacts_static.txt" "$folder/moved.txt"
 valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite,possible \
     "$folder/cmake/contacts_static" "$folder/octahedron.sdf.h5" > "$folder/valgrind.txt"
 cmp "$folder/contacts_static.txt" "$folder/valgrind.txt"
