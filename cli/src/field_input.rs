@@ -1,6 +1,8 @@
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
+use sdf_core::AnyField;
+use sdf_field::ContactOptions;
 use sdf_formats::blob_file::StoredBlob;
 use sdf_formats::field_file::{self, Field, OpenField};
 
@@ -33,6 +35,17 @@ pub fn read_whole(path: &Path) -> Result<sdf_field::Field> {
         Field::Grid(stored) => sdf_field::Field::from_stored(stored),
         Field::Analytic(field) => sdf_field::Field::new(field),
     })
+}
+
+/// Shapes in closed form, if the margin leaves out nothing of the grids in them.
+pub fn from_shapes(path: &Path, shapes: AnyField, options: &ContactOptions) -> Result<sdf_field::Field> {
+    let field = sdf_field::Field::new(shapes);
+    options.check_margin(&field).map_err(|error| {
+        let advice =
+            if error.is_too_deep() { ", or find contacts of a mesh by `contacts` with --complete" } else { "" };
+        anyhow!("{}: {error}{advice}", path.display())
+    })?;
+    Ok(field)
 }
 
 /// The field of a blob, if it has distances as far as the margin.

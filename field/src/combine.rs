@@ -9,6 +9,7 @@ use sdf_core::combine::{Difference, Intersection, Offset, Shell, SmoothUnion};
 use sdf_core::placed::Similarity;
 
 use crate::Field;
+use crate::reach::parts;
 
 /// Largest nesting of combinations and placements.
 const MAX_DEPTH: usize = 64;
@@ -93,18 +94,5 @@ fn nested(field: AnyField) -> Result<Field, CombineError> {
 /// Combinations and placements in each other. The recursion is as deep as the field: every field made here is within the limit, but
 /// for the one level that is looked at.
 fn depth(field: &AnyField) -> usize {
-    match field {
-        AnyField::Union(union) => 1 + union.parts().iter().map(depth).max().unwrap_or(0),
-        AnyField::Intersection(both) => 1 + depth(&both.0).max(depth(&both.1)),
-        AnyField::Difference(both) => 1 + depth(&both.0).max(depth(&both.1)),
-        AnyField::SmoothUnion(both) => {
-            let (a, b) = both.parts();
-            1 + depth(a).max(depth(b))
-        }
-        AnyField::Offset(offset) => 1 + depth(offset.field()),
-        AnyField::Shell(shell) => 1 + depth(shell.field()),
-        AnyField::Placed(placed) => 1 + depth(&placed.field),
-        AnyField::Stretched(placed) => 1 + depth(&placed.field),
-        _ => 0,
-    }
+    parts(field).into_iter().map(|part| 1 + depth(part)).max().unwrap_or(0)
 }

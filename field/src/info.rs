@@ -1,3 +1,5 @@
+use std::ops::RangeInclusive;
+
 use sdf_core::grid::owned::ErrorRegions;
 
 /// How inside and outside were told apart when a grid was baked.
@@ -67,43 +69,60 @@ impl GridInfo {
 
     /// Refuses a margin above [`max_margin`](Self::max_margin), up to rounding: contacts beyond would be false. Refuses one deeper than a
     /// sparse grid's band: there it would leave contacts out, as depths are coarse. Complete and exact searches allow for that:
-    /// [`ContactOptions::margin_to_check`](crate::ContactOptions::margin_to_check).
+    /// [`ContactOptions::check_margin`](crate::ContactOptions::check_margin).
     pub fn check_margin(&self, margin: f64) -> Result<(), MarginOutOfReach> {
         let (highest, lowest) = (self.max_margin(), self.band.map_or(f64::NEG_INFINITY, |band| -band));
         let limit = if margin < 0.0 { lowest } else { highest };
-        let is_within = margin.abs() <= limit.abs() * (1.0 + MARGIN_ROUNDING);
-        if is_within { Ok(()) } else { Err(MarginOutOfReach { margin, limit }) }
+        MarginOutOfReach::check(margin, lowest..=highest, limit)
     }
 }
 
 /// Relative rounding of band and padding, which are multiples of the spacing.
 const MARGIN_ROUNDING: f64 = 1e-12;
 
-/// A margin so large, or so deep, that the grid has only lower bounds of distances there, or coarse ones.
+/// A margin so large, or so deep, that a grid has only lower bounds of distances there, or coarse ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarginOutOfReach {
     /// The margin asked for.
     pub margin: f64,
-    /// The largest one that the grid answers, or the least.
+    /// The largest one that is answered, or the least.
     pub limit: f64,
+}
+
+impl MarginOutOfReach {
+    /// Refuses a margin outside of an interval, up to rounding. `limit`: the end of it to name.
+    pub(crate) fn check(margin: f64, margins: RangeInclusive<f64>, limit: f64) -> Result<(), Self> {
+        let rounding = |end: f64| end.abs() * MARGIN_ROUNDING;
+        let (lowest, highest) = (*margins.start(), *margins.end());
+        let is_within = margin >= lowest - rounding(lowest) && margin <= highest + rounding(highest);
+        if is_within { Ok(()) } else { Err(Self { margin, limit }) }
+    }
+
+    /// Does it lie below the limit, so that contacts would be left out? A complete search finds them.
+    pub fn is_too_deep(&self) -> bool {
+        self.margin < self.limit
+    }
 }
 
 impl std::fmt::Display for MarginOutOfReach {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { margin, limit } = self;
         let reach = limit.abs();
-        if *margin < 0.0 {
-            return write!(
-                f,
-                "a margin of {margin} is deeper than the {reach} around the surface in which the sparse grid has distances: bake it \
-                 with a wider band, or ask for a complete search"
-            );
+        write!(f, "a margin of {margin} is ")?;
+        match self.is_too_deep() {
+            true if *limit > 0.0 => {
+                write!(f, "less than the {reach} from which on a sparse grid in this combination has distances")?;
+            }
+            true => write!(f, "deeper than the {reach} around the surface in which the sparse grid has distances")?,
+            false if *limit < 0.0 => {
+                write!(f, "more than the {limit} up to which a sparse grid in this combination has distances")?;
+            }
+            false => write!(f, "more than the {reach} around the surface in which the grid has distances")?,
         }
-        write!(
-            f,
-            "a margin of {margin} is more than the {reach} around the surface in which the grid has distances: bake it with \
-             more padding, a sparse grid with a wider band, too"
-        )
+        f.write_str(match self.is_too_deep() {
+            true => ": bake it with a wider band, or dense",
+            false => ": bake it with more padding, a sparse grid with a wider band, too",
+        })
     }
 }
 

@@ -45,6 +45,7 @@ mod overlap;
 #[cfg(feature = "page")]
 pub mod page;
 mod query_error;
+mod reach;
 mod reduce;
 #[cfg(feature = "exchange")]
 mod requantize;

@@ -2,7 +2,7 @@
 
 use sdf_core::placed::Rigid;
 
-use crate::{Method, QueryError, Threads};
+use crate::{Field, MarginOutOfReach, Method, QueryError, Threads};
 
 /// Which parts of a mesh are searched for contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -59,6 +59,15 @@ impl ContactOptions {
     /// any depth.
     pub fn margin_to_check(&self) -> f64 {
         if self.complete || self.exact { self.margin.max(0.0) } else { self.margin }
+    }
+
+    /// Refuses the margin where contacts of the field would be left out or false: see [`Field::check_margin`].
+    pub fn check_margin(&self, field: &Field) -> Result<(), MarginOutOfReach> {
+        match field.info() {
+            Some(info) => info.check_margin(self.margin_to_check()),
+            None if self.complete || self.exact => Ok(()),
+            None => field.check_margin(self.margin),
+        }
     }
 }
 

@@ -230,9 +230,7 @@ pub extern "C" fn sdf_overlap(
         let mut verdict = border::Writer::new(verdict, usize::from(!verdict.is_null()), "verdict")?;
         let mut room = border::Writer::new(points, capacity, "points")?;
         let mut counter = border::Writer::new(count, 1, "count")?;
-        for info in fields.into_iter().filter_map(Field::info) {
-            info.check_margin(margin).map_err(Failure::invalid)?;
-        }
+        fields.into_iter().try_for_each(|field| field.check_margin(margin)).map_err(Failure::invalid)?;
         let options = OverlapOptions { poses: [pose, None], margin, ..OverlapOptions::default() };
         let found = fields[0].overlap(fields[1], &options).map_err(Failure::invalid)?;
         found.points.iter().for_each(|point| room.push(point.into()));
@@ -318,9 +316,7 @@ fn visit(
     let points = border::rows(vertices.0, vertices.1, "vertices")?;
     let faces = border::rows(faces.0, faces.1, "faces")?;
     let options = border::value(query, "query")?.to_rust()?;
-    if let Some(info) = field.info() {
-        info.check_margin(options.margin_to_check()).map_err(Failure::invalid)?;
-    }
+    options.check_margin(field).map_err(Failure::invalid)?;
     let mesh = MeshView { points, faces };
     let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));
     visited.map(|flow| flow.map_continue(drop)).map_err(|error: QueryError| Failure::invalid(error))

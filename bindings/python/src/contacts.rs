@@ -59,9 +59,10 @@ impl Keywords<'_, '_> {
             lean,
             threads: Threads::ALL,
         };
-        if let Some(info) = field.info() {
-            info.check_margin(options.margin_to_check()).map_err(value_error)?;
-        }
+        options.check_margin(field).map_err(|error| {
+            let advice = if error.is_too_deep() { ", or give complete=True" } else { "" };
+            value_error(format!("{error}{advice}"))
+        })?;
         Ok(options)
     }
 }

@@ -99,9 +99,7 @@ pub fn find(
     if !margin.is_finite() || !is_length(tolerance) || !resolution.is_none_or(is_length) {
         return Err(value_error("overlap: margin must be finite, tolerance and resolution positive and finite"));
     }
-    for info in [a, b].into_iter().filter_map(Field::info) {
-        info.check_margin(margin).map_err(value_error)?;
-    }
+    [a, b].into_iter().try_for_each(|field| field.check_margin(margin)).map_err(value_error)?;
     let [pose_a, pose_b] = poses;
     let poses = [pose_a.map(pose::rigid).transpose()?, pose_b.map(pose::rigid).transpose()?];
     let options = OverlapOptions { poses, margin, tolerance, resolution, ..OverlapOptions::default() };

@@ -79,7 +79,8 @@ impl Sdf {
     /// margin somewhere, at the point where it is lowest. Negative distances are inside.
     ///
     /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
-    /// margin: a length; negative: only contacts at least so deep. elements: "faces", "edges" or "vertices".
+    /// margin: a length; negative: only contacts at least so deep, refused below the band of a sparse grid, also of one that was moved
+    /// or combined. elements: "faces", "edges" or "vertices".
     /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
@@ -342,10 +343,11 @@ impl Sdf {
         self.0.info().and_then(|info| info.band)
     }
 
-    /// Largest margin of contacts that a grid answers, a length; None of a closed form, which answers any.
+    /// Largest margin of contacts that a grid answers, a length. None where any is answered: by closed forms, and by grids that were
+    /// moved or combined, whose contacts beyond the box or the band have the status "outside_grid" or "beyond_band".
     #[getter]
     fn max_margin(&self) -> Option<f64> {
-        self.0.info().map(|info| info.max_margin())
+        self.0.max_margin()
     }
 
     /// Sign method of the bake: "pseudo-normal" or "winding"; None of a closed form.

@@ -86,6 +86,28 @@ CASES = [
 ]
 
 
+SPARSE = sdftool.bake(VERTICES, FACES, res=16, layout="sparse", band=1)
+DEEP = [
+    SPARSE.moved([1.0, 0.0, 0.0]),
+    SPARSE | sdftool.sphere(0.1).moved([9.0, 0.0, 0.0]),
+    sdftool.cuboid([2.0, 2.0, 2.0]) & SPARSE,
+    SPARSE.offset(0.01),
+]
+
+
+def test_a_margin_below_the_band_is_refused_wherever_the_grid_is():
+    for field in [SPARSE, *DEEP]:
+        for call in [lambda: field.contacts(*ball(6, 0.1), margin=-0.5), lambda: field.overlap(sdftool.sphere(0.3), margin=-0.5)]:
+            with pytest.raises(ValueError, match="-0.5 is deeper than the .* around the surface .*wider band, or dense"):
+                call()
+    # What is complete leaves out nothing.
+    with pytest.raises(ValueError, match="complete=True"):
+        DEEP[1].contacts(*ball(6, 0.1), margin=-0.5)
+    faces = ball(6, 0.1)[1]
+    assert len(DEEP[1].contacts(*ball(6, 0.1), margin=-0.5, complete=True)) == len(faces)
+    assert SPARSE.moved(scale=2.0).max_margin is None and SPARSE.max_margin == pytest.approx(SPARSE.band)
+
+
 @pytest.mark.parametrize("call, error, words", CASES)
 def test_wrong_input_says_what_is_wrong(call, error, words):
     with pytest.raises(error, match=words):

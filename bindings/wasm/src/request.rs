@@ -152,9 +152,10 @@ fn sample(field: &Field, input: &Buffers) -> Result<Buffers, String> {
 
 fn contacts(field: &Field, mesh: MeshView, options: &ContactWords) -> Result<Contacts, String> {
     let options = options.to_rust()?;
-    if let Some(info) = field.info() {
-        info.check_margin(options.margin_to_check()).map_err(|error| error.to_string())?;
-    }
+    options.check_margin(field).map_err(|error| {
+        let advice = if error.is_too_deep() { ", or give complete: true" } else { "" };
+        format!("{error}{advice}")
+    })?;
     field.contacts(mesh, &options).map_err(|error| error.to_string())
 }
 

@@ -64,7 +64,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
 fn read_field(args: &CompareArgs) -> Result<Field> {
     Ok(match field_input::open(&args.sdf)? {
         OpenField::Blob(blob) => field_input::from_blob(&args.sdf, blob, args.margin)?,
-        OpenField::Analytic(field) => Field::new(field),
+        OpenField::Analytic(field) => field_input::from_shapes(&args.sdf, field, &options(args)?)?,
         OpenField::Grid(reader) => {
             require_distances(&args.sdf, args.margin, &reader.summary())?;
             Field::from_stored(reader.read()?)

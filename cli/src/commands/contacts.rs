@@ -201,7 +201,7 @@ fn read_field(
             )
         }
         OpenField::Blob(blob) => Ok((field_input::from_blob(&args.sdf, blob, margin_to_check)?, None)),
-        OpenField::Analytic(field) => Ok((Field::new(field), None)),
+        OpenField::Analytic(field) => Ok((field_input::from_shapes(&args.sdf, field, &options(args)?)?, None)),
         OpenField::Grid(reader) => {
             let summary = reader.summary();
             let kept = if args.exact { Some(read_kept_mesh(args, &reader)?) } else { None };

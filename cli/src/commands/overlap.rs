@@ -11,7 +11,7 @@ use sdf_core::Aabb;
 use sdf_core::grid::Lattice;
 use sdf_core::overlap::{DeepestPoint, LocalMinima, Patch};
 use sdf_core::placed::{Placement, Rigid};
-use sdf_field::{Field, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
+use sdf_field::{ContactOptions, Field, Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 use sdf_formats::contact_file::{OverlapKind, OverlapRecord, OverlapStatus};
 use sdf_formats::field_file::{self, OpenField};
 use serde::Serialize;
@@ -132,7 +132,10 @@ impl Side<'_> {
     fn field(&self, margin: f64, region: Option<Aabb>) -> Result<(Field, Option<ReadSummary>)> {
         match field_file::open(self.path)? {
             OpenField::Blob(blob) => Ok((field_input::from_blob(self.path, blob, margin)?, None)),
-            OpenField::Analytic(field) => Ok((Field::new(field), None)),
+            OpenField::Analytic(field) => {
+                let options = ContactOptions { margin, ..ContactOptions::default() };
+                Ok((field_input::from_shapes(self.path, field, &options)?, None))
+            }
             OpenField::Grid(reader) => {
                 let summary = reader.summary();
                 require_distances(self.path, margin, &summary)?;

@@ -164,6 +164,22 @@ fn a_margin_beyond_the_grids_range_is_refused_with_the_option_to_raise() {
 }
 
 #[test]
+fn a_closed_form_that_names_a_sparse_grid_refuses_a_margin_below_its_band() {
+    let folder = Folder::new();
+    folder.write("ball.obj", Model::ball([0.0; 3], 1.0, 3).obj());
+    folder.write("inner.obj", Model::ball([0.0; 3], 0.1, 1).obj());
+    folder.done("bake ball.obj --res 20 --layout sparse --band 2 -o ball.sdf.h5");
+    folder.write("named.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdf.h5'\n");
+    folder.write("core.sdf.toml", "[field]\nshape = 'sphere'\nradius = 0.3\n");
+    for command in ["contacts inner.obj", "compare inner.obj", "contacts core.sdf.toml"] {
+        let said = folder.refused(&format!("{command} named.sdf.toml --margin -0.5"));
+        says(&said, &["named.sdf.toml", "-0.5 is deeper", "wider band", "--complete"]);
+    }
+    let all = contacts(&folder.json("contacts inner.obj named.sdf.toml --margin -0.5 --complete")).len();
+    assert_eq!(all, contacts(&folder.json("contacts inner.obj named.sdf.toml")).len());
+}
+
+#[test]
 fn the_surface_of_a_sparse_grid_is_that_of_the_dense_one() {
     let folder = Folder::new();
     folder.write("ball.obj", Model::ball([0.5; 3], 1.0, 4).and(&Model::ball([4.0, 0.0, 0.0], 0.2, 2)).obj());

@@ -18,6 +18,7 @@ mod lean;
 #[path = "../../../formats/tests/formats/memory.rs"]
 mod memory;
 mod overlap;
+mod reach;
 mod saves;
 mod stretched;
 mod visited_contacts;

@@ -1,0 +1,91 @@
+//! Questions whose answer would leave something out are refused, with one line that says why.
+
+use std::ffi::CStr;
+use std::ptr::{null, null_mut};
+
+use sdftool::{SdfBakeOptions, SdfError, SdfField, SdfQuery, SdfResult};
+
+const FACES: [[u32; 3]; 8] = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+
+/// An octahedron.
+fn vertices(radius: f64) -> [[f64; 3]; 6] {
+    let along = |axis: usize, x: f64| [0, 1, 2].map(|k| if k == axis { x } else { 0.0 });
+    [0, 1, 2].map(|axis| [along(axis, radius), along(axis, -radius)]).concat().try_into().unwrap()
+}
+
+fn text(error: &SdfError) -> &str {
+    CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap()
+}
+
+/// A sparse octahedron of the radius 1, saved in this file.
+fn bake(file: &std::path::Path) {
+    let (points, none) = (vertices(1.0), null_mut());
+    let options = SdfBakeOptions { layout: 1, resolution: 32, band: 1, ..sdftool::sdf_bake_options() };
+    let mut field: *mut SdfField = null_mut();
+    let (points, faces) = (points.as_ptr().cast(), FACES.as_ptr().cast());
+    let baked = sdftool::sdf_bake(points, 6, faces, FACES.len(), &options, None, none, &mut field, none.cast());
+    assert_eq!(baked, SdfResult::Ok);
+    let path = std::ffi::CString::new(file.to_str().unwrap()).unwrap();
+    assert_eq!(sdftool::sdf_save(field, path.as_ptr(), none.cast()), SdfResult::Ok);
+    sdftool::sdf_free(field);
+}
+
+fn load(file: &std::path::Path) -> *mut SdfField {
+    let path = std::ffi::CString::new(file.to_str().unwrap()).unwrap();
+    let mut field: *mut SdfField = null_mut();
+    assert_eq!(sdftool::sdf_load(path.as_ptr(), &mut field, null_mut()), SdfResult::Ok);
+    field
+}
+
+fn contacts(field: *const SdfField, points: &[[f64; 3]], query: &SdfQuery) -> (SdfResult, usize, String) {
+    let (mut count, mut error) = (0, SdfError { text: [0; 512] });
+    let (vertices, faces) = (points.as_ptr().cast(), FACES.as_ptr().cast());
+    let mut room = vec![std::mem::MaybeUninit::<sdf_field::ContactRow>::uninit(); FACES.len()];
+    let out = room.as_mut_ptr().cast();
+    let result = sdftool::sdf_contacts(
+        field,
+        vertices,
+        points.len(),
+        faces,
+        FACES.len(),
+        query,
+        out,
+        FACES.len(),
+        &mut count,
+        &mut error,
+    );
+    (result, count, text(&error).to_owned())
+}
+
+#[test]
+fn a_margin_below_the_band_is_refused_also_where_a_text_names_the_grid() {
+    let folder = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("margins");
+    std::fs::create_dir_all(&folder).unwrap();
+    let [grid, named] = ["sparse.sdf.h5", "named.sdf.toml"].map(|name| folder.join(name));
+    bake(&grid);
+    std::fs::write(&named, "[field]\nshape = 'grid'\nfile = 'sparse.sdf.h5'\n").unwrap();
+    for file in [grid, named] {
+        let field = load(&file);
+        let query = SdfQuery { margin: -0.4, ..sdftool::sdf_query() };
+        let (result, count, why) = contacts(field, &vertices(0.1), &query);
+        assert_eq!((result, count), (SdfResult::InvalidArgument, 0));
+        // C has no complete search to ask for.
+        assert!(why.contains("-0.4 is deeper") && why.contains("wider band") && !why.contains("complete"), "{why}");
+        let (mut count, mut error) = (0, SdfError { text: [0; 512] });
+        let overlap = sdftool::sdf_overlap(
+            field,
+            field,
+            &query,
+            null_mut(),
+            null::<()>().cast_mut().cast(),
+            0,
+            &mut count,
+            &mut error,
+        );
+        assert_eq!(overlap, SdfResult::InvalidArgument);
+        assert!(text(&error).contains("-0.4 is deeper"), "{}", text(&error));
+        let (result, count, why) = contacts(field, &vertices(0.1), &sdftool::sdf_query());
+        assert_eq!((result, count), (SdfResult::Ok, 8), "{why}");
+        sdftool::sdf_free(field);
+    }
+}
