@@ -40,6 +40,7 @@ mod mesh_in_motion;
 mod mesh_sdf;
 mod mesh_view;
 mod method;
+mod not_finite;
 mod options;
 mod overlap;
 #[cfg(feature = "page")]
@@ -70,6 +71,7 @@ pub use kept_mesh::KeptMesh;
 pub use mesh_in_motion::{MeshClusters, MeshInMotion};
 pub use mesh_view::{MeshView, VertexOutOfRange};
 pub use method::{Method, UnknownMethod};
+pub use not_finite::NotFinite;
 pub use options::{ContactOptions, Elements};
 pub use overlap::{Overlap, OverlapError, OverlapOptions, OverlapVerdict};
 pub use query_error::QueryError;

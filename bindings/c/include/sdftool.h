@@ -38,7 +38,6 @@ typedef struct SdfBakeOptions {
 typedef struct SdfQuery {
     double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads, lean;
 } SdfQuery; /* lean: not 0 leaves out smooth normals and error bounds, in less time */
-
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
  * the distance to the baked mesh. key: element and feature, the same from frame to frame. feature_id: a vertex, an edge's two
  * vertices, or a face; UINT32_MAX where there is none, also in vertices. weights: barycentric. */
@@ -64,7 +63,8 @@ SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, 
 /* The same of a mesh, exactly and without a grid; about a hundred times slower. */
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,
                              uint32_t threads, const double *points, size_t count, double *distances, SdfError *error);
-/* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL). */
+/* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL). Elements with a
+ * vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same. */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                        const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, SdfError *error);
 /* The same, one after the other on the caller's thread; visit ends it by returning non-zero (SDF_STOPPED). */

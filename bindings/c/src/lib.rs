@@ -319,5 +319,9 @@ fn visit(
     options.check_margin(field).map_err(Failure::invalid)?;
     let mesh = MeshView { points, faces };
     let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));
-    visited.map(|flow| flow.map_continue(drop)).map_err(|error: QueryError| Failure::invalid(error))
+    match visited.map_err(|error: QueryError| Failure::invalid(error))? {
+        ControlFlow::Continue(found) => found.require_finite(mesh, options.elements).map_err(Failure::invalid)?,
+        ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
+    }
+    Ok(ControlFlow::Continue(()))
 }

@@ -89,3 +89,16 @@ fn a_margin_below_the_band_is_refused_also_where_a_text_names_the_grid() {
         sdftool::sdf_free(field);
     }
 }
+
+#[test]
+fn faces_that_are_not_finite_are_an_error_and_the_others_are_found() {
+    let file = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("finite.sdf.h5");
+    bake(&file);
+    let field = load(&file);
+    let mut points = vertices(0.1);
+    points[4][1] = f64::NAN;
+    let (result, count, why) = contacts(field, &points, &sdftool::sdf_query());
+    assert_eq!((result, count), (SdfResult::InvalidArgument, 4));
+    assert_eq!(why, "4 faces have coordinates that are not finite or too large, face 0 the first");
+    sdftool::sdf_free(field);
+}

@@ -4,7 +4,7 @@ use numpy::{Element, PyArrayDescr};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use sdf_field::core::contact::Contact;
-use sdf_field::{ContactOptions, ContactRow, Elements, Field, Method, Threads};
+use sdf_field::{ContactOptions, ContactRow, Contacts, Elements, Field, MeshView, Method, QueryError, Threads};
 
 use crate::errors::{choice, value_error};
 use crate::{integers, pose};
@@ -81,6 +81,17 @@ impl Record {
 
 pub fn records(contacts: &[Contact<f64>]) -> Vec<Record> {
     contacts.iter().map(|contact| Record(ContactRow::from(contact))).collect()
+}
+
+/// The same of a search that skipped no element; else why not.
+pub fn checked_records(
+    found: Result<Contacts, QueryError>,
+    mesh: MeshView,
+    elements: Elements,
+) -> Result<Vec<Record>, String> {
+    let found = found.map_err(|error| error.to_string())?;
+    found.require_finite(mesh, elements).map_err(|error| error.to_string())?;
+    Ok(records(&found.contacts))
 }
 
 /// Name, type and offset of each column of a record.

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use sdf_field::cuda::{Cuda, CudaMesh};
-use sdf_field::{ContactOptions, Field, Threads};
+use sdf_field::{ContactOptions, Elements, Field, NotFinite, Threads};
 
 use crate::card_arrays::{CardFaces, CardPoints, CudaContacts};
 use crate::errors::{cuda_error, value_error};
@@ -19,6 +19,7 @@ use crate::{contacts, mesh, pools, pose};
 pub struct CudaQuery {
     state: Mutex<State>,
     cuda: Cuda,
+    elements: Elements,
     threads: Option<i64>,
 }
 
@@ -49,7 +50,12 @@ impl CudaQuery {
         let options = ContactOptions { threads: threads_of_search, ..options };
         let on_card = CudaMesh { points: points.view(), faces: faces.view() };
         let query = py.detach(|| field.query_on(&cuda, on_card, &options)).map_err(cuda_error)?;
-        Ok(Self { state: Mutex::new(State { query, owner: points.owner() }), cuda, threads })
+        Ok(Self {
+            state: Mutex::new(State { query, owner: points.owner() }),
+            cuda,
+            elements: options.elements,
+            threads,
+        })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -68,15 +74,20 @@ impl CudaQuery {
             // Locked before the pool is entered: a thread of the pool that waits may begin other work, but must not wait for itself.
             let mut state = self.state();
             let query = &mut state.query;
-            let mut find = || query.contacts().map(|found| contacts::records(&found.contacts));
+            let mut find = || query.contacts();
             if self.threads == Some(1) { Ok(find()) } else { pools::run(self.threads, find) }
         })?;
-        Ok(found.map_err(cuda_error)?.into_pyarray(py).into_any())
+        let found = found.map_err(cuda_error)?;
+        if found.not_finite_count > 0 {
+            let (count, elements) = (found.not_finite_count, self.elements);
+            return Err(value_error(NotFinite { count, elements, first: None }));
+        }
+        Ok(contacts::records(&found.contacts).into_pyarray(py).into_any())
     }
 
     /// The contacts of this frame, left on the card: a CudaContacts, in no particular order.
     ///
-    /// Not with one_per_feature, nor where method="auto" leaves elements to the CPU: contacts has those.
+    /// Elements with coordinates that are not finite have none. Not with one_per_feature, nor where method="auto" leaves elements to the CPU: contacts has those.
     fn contacts_on_card(&self, py: Python) -> PyResult<CudaContacts> {
         py.detach(|| self.state().query.contacts_on_card()).map(CudaContacts::new).map_err(cuda_error)
     }

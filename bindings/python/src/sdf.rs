@@ -78,7 +78,8 @@ impl Sdf {
     /// Contacts of a mesh: a structured array (k,) of contact_dtype, one record for each element with a distance of at most
     /// margin somewhere, at the point where it is lowest. Negative distances are inside.
     ///
-    /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
+    /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3). Elements with coordinates that are
+    /// not finite or too large are a ValueError, which counts them.
     /// margin: a length; negative: only contacts at least so deep, refused below the band of a sparse grid, also of one that was moved
     /// or combined. elements: "faces", "edges" or "vertices".
     /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
@@ -139,7 +140,7 @@ impl Sdf {
                 let (view, options) = (mesh.view(), keywords.options(&self.0)?);
                 on_threads(py, threads, view.faces.len(), |threads| {
                     let found = self.0.contacts(view, &ContactOptions { threads, ..options });
-                    found.map(|found| contacts::records(&found.contacts))
+                    contacts::checked_records(found, view, options.elements)
                 })?
             }
         };

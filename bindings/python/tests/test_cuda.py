@@ -23,6 +23,9 @@ BODY = sdftool.bake(*dented_ball(24), res=48)
 POINTS, FACES = sheet(20)
 POINTS = POINTS.astype(np.float32)
 FACES = FACES.astype(np.uint32)
+# One of its vertices, a corner of three faces, is not finite.
+TORN = POINTS.copy()
+TORN[[1]] = np.nan
 MARGIN = 0.02
 POSE = ([0.1, 0.2, 0.0], [0.0, 0.0, 1.0, 2.0])
 
@@ -291,6 +294,8 @@ REFUSALS = [
     (lambda: BODY(POINT_ARRAY), TypeError, "points: an array on a card: copy it"),
     (lambda: BODY.contacts(POINTS, FACES, kernels=KERNELS), ValueError, 'kernels: only with device="cuda"'),
     (lambda: BODY.contacts(POINTS, FACES, device="tpu"), ValueError, "device=.*cpu, cuda"),
+    (lambda: on_card(TORN), ValueError, "^3 faces have coordinates that are not finite or too large$"),
+    (lambda: on_card(TORN, elements="vertices"), ValueError, "^1 vertex has coordinates that are not finite or too large$"),
     (lambda: on_card(all_minima=True), ValueError, "all minima: not on a GPU"),
     (lambda: on_card(method="gss"), ValueError, "edges only"),
     (lambda: sdftool.half_space().contacts(POINTS, FACES, device="cuda", kernels=KERNELS), ValueError, "not a field that the GPU"),

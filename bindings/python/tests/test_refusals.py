@@ -86,6 +86,27 @@ CASES = [
 ]
 
 
+CLOTH, CLOTH_FACES = sheet(4)
+TORN = CLOTH.copy()
+TORN[7, 2] = math.inf
+
+
+def test_elements_that_are_not_finite_are_counted_and_the_first_is_named():
+    count = np.count_nonzero((CLOTH_FACES == 7).any(axis=1))
+    first = np.flatnonzero((CLOTH_FACES == 7).any(axis=1))[0]
+    words = f"^{count} faces have coordinates that are not finite or too large, face {first} the first$"
+    for options in [{}, {"method": "fw"}, {"one_per_feature": True}, {"lean": True}, {"threads": 1}]:
+        with pytest.raises(ValueError, match=words):
+            GRID.contacts(TORN, CLOTH_FACES, **options)
+    with pytest.raises(ValueError, match="^1 vertex has coordinates that are not finite or too large, vertex 7 the first$"):
+        GRID.contacts(TORN, CLOTH_FACES, elements="vertices")
+    with pytest.raises(ValueError, match="^. edges have .*, edge . the first$"):
+        GRID.contacts(TORN, CLOTH_FACES, elements="edges")
+    whole = CLOTH_FACES[np.isfinite(TORN)[CLOTH_FACES].all((1, 2))]
+    assert len(whole) == len(CLOTH_FACES) - count
+    assert len(GRID.contacts(TORN, whole)) > 0
+
+
 SPARSE = sdftool.bake(VERTICES, FACES, res=16, layout="sparse", band=1)
 DEEP = [
     SPARSE.moved([1.0, 0.0, 0.0]),

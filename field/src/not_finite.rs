@@ -1,0 +1,48 @@
+//! Which elements did a search skip? [`Contacts::require_finite`], for doors that show no counts.
+
+use sdf_core::Real;
+
+use crate::{Contacts, Elements, MeshView};
+
+/// Elements that a search skipped: a coordinate is NaN, infinite or too large, or the field has no number there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotFinite {
+    /// How many.
+    pub count: usize,
+    /// Of which kind.
+    pub elements: Elements,
+    /// The first with such a coordinate; `None` where it is not known.
+    pub first: Option<usize>,
+}
+
+impl std::fmt::Display for NotFinite {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { count, elements, first } = self;
+        let (one, many) = match elements {
+            Elements::Faces => ("face", "faces"),
+            Elements::Edges => ("edge", "edges"),
+            Elements::Vertices => ("vertex", "vertices"),
+        };
+        let subject = if *count == 1 { format!("1 {one} has") } else { format!("{count} {many} have") };
+        write!(f, "{subject} coordinates that are not finite or too large")?;
+        first.map_or(Ok(()), |first| write!(f, ", {one} {first} the first"))
+    }
+}
+
+impl std::error::Error for NotFinite {}
+
+impl Contacts {
+    /// Refuses contacts for which elements of the mesh were skipped.
+    pub fn require_finite(&self, mesh: MeshView, elements: Elements) -> Result<(), NotFinite> {
+        if self.not_finite_count == 0 {
+            return Ok(());
+        }
+        let is_valid = |vertex: &u32| mesh.points[*vertex as usize].iter().all(|x| x.abs() <= f64::MAX_COORDINATE);
+        let first = match elements {
+            Elements::Faces => mesh.faces.iter().position(|face| !face.iter().all(is_valid)),
+            Elements::Edges => mesh.edges().iter().position(|edge| !edge.iter().all(is_valid)),
+            Elements::Vertices => mesh.vertices().iter().position(|vertex| !vertex.iter().all(is_valid)),
+        };
+        Err(NotFinite { count: self.not_finite_count, elements, first })
+    }
+}
