@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use sdf_core::grid::owned::OwnedGrid;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, AnyField, Real, Sample, Sdf};
+use sdf_core::{Aabb, AnyField, Real, Sample, Sdf, Status};
 
 use crate::contacts::{self, Contacts};
 #[cfg(feature = "bake")]
@@ -153,6 +153,13 @@ impl Field {
             _ => Err(QueryError::MeshNotKept),
         }
     }
+}
+
+/// Where a value is not a distance, as a sum of 1: no derivative here, 2: outside of the grid, a lower bound, 4: beyond a sparse grid's
+/// band, outside a lower bound and inside a coarse depth, 8: not finite.
+pub fn status_bits(status: Status<bool>) -> u8 {
+    let flags = [status.degenerate_gradient, status.outside_grid, status.beyond_band, status.not_finite];
+    flags.into_iter().zip(0..).map(|(flag, bit)| u8::from(flag) << bit).sum()
 }
 
 impl<F: Into<AnyField>> From<F> for Field {

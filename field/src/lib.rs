@@ -65,7 +65,7 @@ pub use combine::CombineError;
 #[cfg(feature = "files")]
 pub use contact_row::ContactRow;
 pub use contacts::Contacts;
-pub use field::Field;
+pub use field::{Field, status_bits};
 pub use info::{GridInfo, MarginOutOfReach, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
 pub use mesh_in_motion::{MeshClusters, MeshInMotion};

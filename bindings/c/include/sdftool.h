@@ -47,7 +47,6 @@ typedef struct SdfContact {
 } SdfContact;
 /* A point inside of two fields, and its distance in either. normal: the way on which the first field comes free of the other. */
 typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } SdfOverlapPoint;
-
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
 
 /* progress may be NULL; else any working thread calls it, one at a time. It ends the bake by returning non-zero (SDF_STOPPED). */
@@ -57,8 +56,9 @@ SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h
 SdfResult sdf_read(const void *bytes, size_t count, SdfField **out, SdfError *error); /* the bytes of such a file */
 SdfResult sdf_save(const SdfField *field, const char *path, SdfError *error); /* whole, or not at all */
 void sdf_free(SdfField *field);                                               /* NULL is fine */
-double sdf_error_bound(const SdfField *field); /* certified, of a grid; infinite where none is known */
-/* One distance a point; NaN at points that are not finite. gradients, three numbers a point, may be NULL. */
+double sdf_error_bound(const SdfField *field); /* certified: in a dense grid's box, in a sparse one's band; infinite where unknown */
+/* One distance a point; NaN at points that are not finite. It is a lower bound outside of a grid's box, and outside beyond a sparse
+ * grid's band, where depths are coarse. gradients, three numbers a point, may be NULL. */
 SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, double *distances, double *gradients, SdfError *error);
 /* The same of a mesh, exactly and without a grid; about a hundred times slower. */
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,

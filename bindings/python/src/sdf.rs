@@ -10,7 +10,7 @@ use sdf_field::core::Sample;
 use sdf_field::core::grid::owned::OwnedStorage;
 use sdf_field::core::placed::Similarity;
 use sdf_field::file::SaveError;
-use sdf_field::{ContactOptions, Field};
+use sdf_field::{ContactOptions, Field, status_bits};
 
 use crate::contacts::{self, Keywords};
 use crate::cuda::CudaQuery;
@@ -63,7 +63,8 @@ impl Sdf {
             let samples = self.0.sample(rows, threads);
             let values: Vec<f64> = samples.iter().map(value_or_nan).collect();
             let gradients: Vec<f64> = samples.iter().flat_map(|sample| <[f64; 3]>::from(sample.gradient)).collect();
-            let flags: Vec<u8> = if status { samples.iter().map(flags_of).collect() } else { vec![] };
+            let bits = samples.iter().map(|sample| status_bits(sample.status));
+            let flags: Vec<u8> = if status { bits.collect() } else { vec![] };
             (values, gradients, flags)
         })?;
         let gradients = Array2::from_shape_vec((rows.len(), 3), gradients).map_err(value_error)?;
@@ -395,10 +396,4 @@ impl Sdf {
 
 fn value_or_nan(sample: &Sample<f64>) -> f64 {
     if sample.status.not_finite { f64::NAN } else { sample.value }
-}
-
-fn flags_of(sample: &Sample<f64>) -> u8 {
-    let status = sample.status;
-    let flags = [status.degenerate_gradient, status.outside_grid, status.beyond_band, status.not_finite];
-    flags.into_iter().zip(0..).map(|(flag, bit)| u8::from(flag) << bit).sum()
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use sdf_field::core::contact::Contact;
 use sdf_field::page::{self, Scene};
-use sdf_field::{BakeError, ContactRow, Contacts, Field, MeshView, Progress, Threads};
+use sdf_field::{BakeError, ContactRow, Contacts, Field, MeshView, Progress, Threads, status_bits};
 use sdf_formats::contact_file::ContactRecord;
 use sdf_formats::mesh;
 use serde::Deserialize;
@@ -28,7 +28,7 @@ enum Request {
     Open { name: String },
     /// The bytes of a file that `Open` opens.
     Save { field: usize },
-    /// Points: values, then gradients.
+    /// Points: values, then gradients; statuses as bytes.
     Sample { field: usize },
     /// Points and faces: the contacts, column by column.
     Contacts { field: usize, options: ContactWords },
@@ -147,7 +147,8 @@ fn sample(field: &Field, input: &Buffers) -> Result<Buffers, String> {
     let value = |sample: &sdf_field::core::Sample<f64>| if sample.status.not_finite { f64::NAN } else { sample.value };
     let gradients = samples.iter().flat_map(|sample| <[f64; 3]>::from(sample.gradient));
     let f64s = samples.iter().map(value).chain(gradients).collect();
-    Ok(Buffers { f64s, ..Buffers::text(&json!({}))? })
+    let bytes = samples.iter().map(|sample| status_bits(sample.status)).collect();
+    Ok(Buffers { f64s, bytes, ..Buffers::text(&json!({}))? })
 }
 
 fn contacts(field: &Field, mesh: MeshView, options: &ContactWords) -> Result<Contacts, String> {

@@ -69,7 +69,15 @@ for (const [body, mesh, options] of bakes) {
   const field = sdf.bake(read(body), options);
   const stored = sdf.open(readFileSync("native.sdf.h5"), "native.sdf.h5");
   assert.deepEqual({ ...field.info, bounds: 0 }, { ...stored.info, bounds: 0 });
-  const { distance, gradient } = field.sample(points);
+  const { distance, gradient, status } = field.sample(points);
+  // Within the box and the band alone values are distances.
+  assert.equal(status.length, 1000);
+  const [low, high] = field.info.bounds;
+  status.forEach((bits, i) => {
+    const isInBox = [0, 1, 2].every(k => low[k] <= points[3 * i + k] && points[3 * i + k] <= high[k]);
+    assert.equal(Boolean(bits & 2), !isInBox);
+    assert.equal(Boolean(bits & 4), field.info.band != null && Math.abs(distance[i]) >= field.info.band);
+  });
   sdftool("eval", "native.sdf.h5", "--points", "points.csv").trim().split("\n").slice(1).forEach((line, i) => {
     sames([distance[i], ...gradient.slice(3 * i, 3 * i + 3)], line.split(",").slice(3, 7).map(Number), `${body}: sample`);
   });

@@ -123,7 +123,7 @@ export interface FieldInfo {
   /** Nodes along x, y and z. */
   shape?: [number, number, number];
   spacing?: number;
-  /** Certified; null where none is. */
+  /** Certified: in the box of a dense grid, in the band of a sparse one; null where none is. */
   errorBound?: number | null;
   band?: number | null;
   /** The largest margin that the grid can answer. */
@@ -151,8 +151,12 @@ export class Field {
   readonly info: FieldInfo;
   /** Is the error bound proven? Of baked fields. */
   readonly isProven?: boolean;
-  /** Distances, NaN at points that are not finite; and three numbers a point. */
-  sample(points: Float64Array | readonly number[]): { distance: Float64Array; gradient: Float64Array };
+  /**
+   * Distances, NaN at points that are not finite; three numbers a point; and a status a point: 0 where the distance is within the error
+   * bound, else a sum of 1: no derivative here, 2: outside of the grid's box, a lower bound, 4: beyond a sparse grid's band, outside a
+   * lower bound and inside a coarse depth, 8: not finite.
+   */
+  sample(points: Float64Array | readonly number[]): { distance: Float64Array; gradient: Float64Array; status: Uint8Array };
   contacts(mesh: Mesh, options?: ContactOptions): Contacts;
   /** The bytes of a .sdf.h5, or of a .sdf.toml, for `open` and for the program. */
   save(): Uint8Array;

@@ -138,8 +138,8 @@ export class Field {
   }
 
   sample(points) {
-    const { f64s } = this.#call("sample", {}, { points });
-    return { distance: f64s.slice(0, f64s.length / 4), gradient: f64s.slice(f64s.length / 4) };
+    const { f64s, bytes } = this.#call("sample", {}, { points });
+    return { distance: f64s.slice(0, f64s.length / 4), gradient: f64s.slice(f64s.length / 4), status: bytes };
   }
 
   contacts(mesh, options = {}) {
