@@ -150,6 +150,7 @@ impl Field {
         options.check()?;
         match (&self.mesh, self.info()) {
             (Some(mesh), Some(info)) => mesh.surface(info, options.threads),
+            _ if self.grid().is_none() => Err(QueryError::ExactNeedsGrid),
             _ => Err(QueryError::MeshNotKept),
         }
     }

@@ -18,6 +18,8 @@ pub enum QueryError {
     ErrorBoundUnknown,
     /// An exact search needs the mesh that the grid was baked from.
     MeshNotKept,
+    /// An exact search needs a grid, and not shapes, or grids that were moved or combined.
+    ExactNeedsGrid,
     /// The mesh that came with the grid cannot be searched: why.
     MeshUnusable(String),
     /// An exact search has its own method, and finds one minimum of each element.
@@ -44,6 +46,10 @@ impl std::fmt::Display for QueryError {
             }
             Self::MeshNotKept => f.write_str(
                 "an exact search needs the mesh in the field: bake it again with BakeOptions::keep_mesh, or `bake --keep-mesh`",
+            ),
+            Self::ExactNeedsGrid => f.write_str(
+                "an exact search needs a grid that keeps its mesh: of one that was moved or combined ask the grid itself, with a pose; \
+                 shapes in closed form are exact already",
             ),
             Self::MeshUnusable(why) => write!(f, "the mesh in the field cannot be searched: {why}; bake it again"),
             Self::ExactHasItsOwnMethod => {

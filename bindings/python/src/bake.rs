@@ -34,7 +34,7 @@ const POLL: Duration = Duration::from_millis(50);
 /// precision: samples of a sparse grid, "f32", "u16" or "u8".
 /// inner_faces: "drop" or "keep" faces inside of the solid, as where parts cross. keep_mesh: keep the mesh for contacts(..., exact=True).
 /// threads: 1 or more; None for all cores. The result does not depend on it.
-/// progress: called as progress(done, total), in steps of no fixed length; an exception in it ends the bake.
+/// progress: called as progress(done, total), in steps of no fixed length, at last with all done; an exception in it ends the bake.
 #[pyfunction]
 #[pyo3(signature = (mesh, faces=None, *, res=None, voxel_size=None, max_error=None, layout=None, sign="auto", band=3,
     padding=4, precision=None, inner_faces="drop", keep_mesh=false, threads=None, progress=None))]
@@ -150,7 +150,13 @@ fn bake_interruptible(
     loop {
         let received = py.detach(|| receive.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(POLL));
         match received {
-            Ok(baked) => return baked,
+            Ok(baked) => {
+                let total = steps.total.load(Ordering::Relaxed);
+                if let (Some(progress), Ok(Ok(_))) = (&progress, &baked) {
+                    progress.call1((total, total))?;
+                }
+                return baked;
+            }
             Err(RecvTimeoutError::Timeout) => {
                 let counts = (steps.done.load(Ordering::Relaxed), steps.total.load(Ordering::Relaxed));
                 let told = progress.as_ref().map_or(Ok(()), |progress| progress.call1(counts).map(drop));

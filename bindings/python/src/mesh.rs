@@ -2,6 +2,7 @@
 
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
 use sdf_field::{Field, MeshView, SignMethod, Threads};
 
 use crate::arrays::{self, Rows};
@@ -50,6 +51,10 @@ pub fn parts<'py>(mesh: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, Boun
     )))
 }
 
+fn is_array(given: &Bound<PyAny>) -> bool {
+    given.hasattr("__array__").unwrap_or(false) || given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>()
+}
+
 /// The sign method of a name.
 pub fn sign_method(name: &str) -> PyResult<Option<SignMethod>> {
     let names =
@@ -79,8 +84,8 @@ pub fn signed_distance<'py>(
     let (mesh, points) = match (faces, points) {
         (faces, Some(points)) => (Mesh::new(mesh, faces)?, points),
         // Of a mesh that is one object, the points come second.
-        (Some(points), None) => (Mesh::new(mesh, None)?, points),
-        (None, None) => return Err(type_error("points: an array of shape (n, 3) is needed")),
+        (Some(points), None) if !is_array(mesh) => (Mesh::new(mesh, None)?, points),
+        _ => return Err(type_error("points: an array of shape (n, 3) is needed")),
     };
     let points = arrays::points(points, "points")?;
     let sign = sign_method(sign)?;

@@ -87,7 +87,8 @@ impl Sdf {
     /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
     /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
     /// complete: leave out no element that the baked mesh has within the margin; what the grid's error leaves open has the
-    /// status "possible". exact: contacts by the triangles of the mesh, which bake(..., keep_mesh=True) keeps.
+    /// status "possible". exact: contacts by the triangles of the mesh, which bake(..., keep_mesh=True) keeps; with pose, not
+    /// of a field that was moved or combined.
     /// lean: leave out smooth normals and error bounds, in less time; points and distances are the same.
     /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). threads: None for all cores.
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or

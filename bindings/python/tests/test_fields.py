@@ -238,6 +238,10 @@ def test_progress_is_told_and_its_exception_ends_the_bake():
     told = []
     sdftool.bake(*dented_ball(60), res=160, threads=1, progress=lambda done, total: told.append((done, total)))
     assert told and all(done <= total for done, total in told) and told == sorted(told)
+    assert told[-1][0] == told[-1][1]
+    told.clear()
+    sdftool.bake(*ball(6), res=8, progress=lambda done, total: told.append((done, total)))
+    assert told[-1][0] == told[-1][1] > 0
 
     def refuse(done, total):
         raise RuntimeError("enough")

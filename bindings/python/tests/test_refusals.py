@@ -12,6 +12,7 @@ VERTICES, FACES = ball(6)
 NAN = VERTICES.copy()
 NAN[3, 1] = math.nan
 GRID = sdftool.bake(VERTICES, FACES, res=8)
+KEPT = sdftool.bake(VERTICES, FACES, res=8, keep_mesh=True)
 
 CASES = [
     (lambda: sdftool.bake("dragon.obj"), TypeError, "a str is not a mesh"),
@@ -81,6 +82,11 @@ CASES = [
     (lambda: sdftool.half_space().overlap(sdftool.half_space()), ValueError, "unbounded"),
     (lambda: pickle.dumps(GRID | sdftool.sphere(1.0)), TypeError, "cannot be pickled"),
     (lambda: sdftool.signed_distance(VERTICES, FACES, [[0.0, 0.0]]), TypeError, "points"),
+    (lambda: sdftool.signed_distance(VERTICES, FACES), TypeError, r"^points: an array of shape \(n, 3\) is needed$"),
+    (lambda: sdftool.signed_distance(VERTICES.tolist(), FACES.tolist()), TypeError, r"^points: an array of shape \(n, 3\) is needed$"),
+    (lambda: sdftool.signed_distance("dragon.obj", VERTICES), TypeError, "a str is not a mesh"),
+    (lambda: GRID.contacts(*sheet(4), exact=True), ValueError, "bake it again"),
+    (lambda: KEPT.moved([1.0, 0.0, 0.0]).contacts(*sheet(4), exact=True), ValueError, "moved or combined ask the grid itself, with a pose"),
     (lambda: sdftool.bake(VERTICES, FACES, layout="sparse", band=0), ValueError, "band=0: give 1 to 1000 cells"),
     (lambda: sdftool.sphere(1.0).export("ball.nvdb", band=1001), ValueError, "band=1001: give 1 to 1000 cells"),
 ]

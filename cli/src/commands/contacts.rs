@@ -191,9 +191,13 @@ fn read_field(
 ) -> Result<(Field, Option<ReadSummary>)> {
     let margin_to_check = options(args)?.margin_to_check();
     match field_input::open(&args.sdf)? {
-        OpenField::Analytic(_) if args.exact => {
-            bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display())
-        }
+        OpenField::Analytic(field) if args.exact => match Field::new(field).has_grid() {
+            true => bail!(
+                "{}: --exact needs the file of the grid itself: give that, and where it stands by --translate and --rotate",
+                args.sdf.display()
+            ),
+            false => bail!("{}: shapes in closed form are exact already: remove --exact", args.sdf.display()),
+        },
         OpenField::Blob(_) if args.exact => {
             bail!(
                 "{}: a blob keeps no mesh for --exact: give the baked grid that it was exported from",

@@ -44,6 +44,14 @@ fn an_exact_search_says_what_it_needs() {
     let refused = folder.refused("contacts cut.obj cube.sdf.h5 --exact");
     says(&refused, &["cube.sdf.h5 keeps no mesh for --exact: bake it again by bake --keep-mesh"]);
     says(&folder.refused("contacts cut.obj ball.sdf.toml --exact"), &["exact already: remove --exact"]);
+    folder.write(
+        "named.sdf.toml",
+        "[field]\nshape = 'offset'\ndistance = 0.1\nof = { shape = 'grid', file = 'cube.sdf.h5' }\n",
+    );
+    says(
+        &folder.refused("contacts cut.obj named.sdf.toml --exact"),
+        &["named.sdf.toml: --exact needs the file of the grid itself"],
+    );
     says(&folder.misused("contacts cut.obj cube.sdf.h5 --exact --method fw"), &["remove --method"]);
     says(&folder.misused("contacts cut.obj cube.sdf.h5 --exact --all-minima"), &["remove --all-minima"]);
     says(&folder.misused("contacts ball.sdf.toml ball.sdf.toml --exact"), &["--exact needs a mesh"]);
