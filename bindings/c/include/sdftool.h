@@ -49,7 +49,7 @@ typedef struct SdfContact {
 typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } SdfOverlapPoint;
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
 
-/* progress may be NULL; else any working thread calls it, one at a time. It ends the bake by returning non-zero (SDF_STOPPED). */
+/* progress may be NULL; else any working thread calls it, one at a time. It must not throw; non-zero ends the bake (SDF_STOPPED). */
 SdfResult sdf_bake(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, const SdfBakeOptions *options,
                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user, SdfField **out, SdfError *error);
 SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h5 or .sdf.toml; the path in UTF-8 */
@@ -67,7 +67,7 @@ SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const 
  * vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same. */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                        const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, SdfError *error);
-/* The same, one after the other on the caller's thread; visit ends it by returning non-zero (SDF_STOPPED). */
+/* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */
 SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                              const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user, SdfError *error);
 /* Points where field and other are deepest in each other, the deepest first; written and counted as contacts are. Of the query its pose
