@@ -47,9 +47,9 @@ fn a_reduction_without_sense_is_refused() {
     let folder = scene();
     let query = "contacts plate.obj ground.sdf.toml";
     for count in ["0", "65", "-1", "four"] {
-        says(&folder.misused(&format!("{query} --reduce {count}")), &["--reduce", "1 to 64"]);
+        says(&folder.wrong_usage(&format!("{query} --reduce {count}")), &["--reduce", "1 to 64"]);
     }
-    says(&folder.misused(&format!("{query} --movement 1")), &["--reduce"]);
+    says(&folder.wrong_usage(&format!("{query} --movement 1")), &["--reduce"]);
     says(&folder.misused("contacts ground.sdf.toml ground.sdf.toml --reduce 4"), &["--reduce needs a mesh"]);
     // On the surface, and no margin: nothing says how far the body moves.
     let flat = String::from_utf8(folder.read("plate.obj")).unwrap().replace("-0.001", "0");
