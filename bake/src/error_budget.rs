@@ -61,8 +61,10 @@ pub enum ErrorBudgetError {
     /// The error allowed is not positive and finite.
     #[error("the error must be a positive finite length, not {0:?}")]
     InvalidError(f64),
-    /// The mesh is open: its signed distance is not continuous, so that no voxel size bounds the error.
-    #[error("no voxel is small enough: the sign of the distance jumps around the holes of the mesh ({sign_reason})")]
+    /// The signed distance is not continuous, so that no voxel size bounds the error: see [`MeshDistance::is_continuous`].
+    #[error(
+        "no voxel is small enough: the sign of the distance jumps away from the faces, as around holes ({sign_reason})"
+    )]
     SignJumps {
         /// The state of the mesh, see [`MeshDistance::sign_reason`].
         sign_reason: String,

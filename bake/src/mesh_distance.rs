@@ -134,11 +134,14 @@ impl<'a> MeshDistance<'a> {
         if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
     }
 
-    /// Is the signed distance continuous, its sign changing at triangles alone? It jumps around the holes of an open
-    /// mesh, and where pseudo-normals were requested for shells within each other.
+    /// Is the signed distance continuous, its sign changing at triangles alone? By winding numbers it is if the triangles cancel along
+    /// every edge, however many share it: all of these numbers are whole. By pseudo-normals it is if the mesh bounds one solid. It jumps
+    /// around the holes of an open mesh, and where pseudo-normals were requested for shells within each other.
     pub fn is_continuous(&self) -> bool {
-        let signs_agree = self.sign_method() == SignMethod::Winding || self.topology.bounds_one_solid();
-        self.topology.is_closed() && signs_agree
+        match self.sign_method() {
+            SignMethod::Winding => self.winding.boundary().is_empty(),
+            SignMethod::PseudoNormal => self.topology.bounds_one_solid(),
+        }
     }
 
     /// The sign method and the topology that led to it, in words.

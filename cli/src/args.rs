@@ -8,7 +8,7 @@ mod fields;
 mod simulate;
 mod values;
 
-pub use bake::BakeArgs;
+pub use bake::{BakeArgs, Sign};
 pub use contacts::{CompareArgs, ContactsArgs, Elements};
 pub use device::{Device, DeviceArgs};
 pub use exchange::{ExportArgs, ImportArgs, ViewArgs};

@@ -13,7 +13,7 @@ const F64_ROUNDING: f64 = 1e-13;
 
 fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
     let turn = random.rotation();
-    vec![
+    let mut closed = vec![
         ("sphere", meshes::icosphere(2)),
         ("cube", meshes::cube()),
         ("turned cube", meshes::cube().turned(&turn)),
@@ -24,7 +24,9 @@ fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
         ("cavity", meshes::icosphere(1).and(meshes::icosphere(1).flipped().scaled(0.6))),
         ("tiny torus", meshes::torus(1.0, 0.3, 16, 8).scaled(1e-12)),
         ("far sphere", meshes::icosphere(1).moved(1e4, 0.0, -1e4)),
-    ]
+    ];
+    closed.extend(meshes::with_edges_of_four_faces().into_iter().map(|(name, mesh)| (name, mesh.turned(&turn))));
+    closed
 }
 
 fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {

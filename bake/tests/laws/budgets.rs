@@ -17,6 +17,7 @@ fn solids(random: &mut Random) -> Vec<(&'static str, Mesh)> {
         ("torus", meshes::torus(1.0, 0.4, 60, 30).turned(&turn)),
         ("star", meshes::star(1, 3, 1.5)),
         ("two cubes", meshes::cube().and(meshes::cube().scaled(0.3).moved(3.0, 0.0, 0.0))),
+        ("hull of voxels", meshes::with_edges_of_four_faces().remove(0).1.turned(&turn)),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! Error bounds of a sparse grid's bricks, compared with the baker's own distances (tested elsewhere).
 
 use sdf_bake::sparse::{Certify, Quantize, SparseBaker, SparseGrid, node_rounding};
-use sdf_bake::{MeshDistance, TriangleMesh, lattice_around};
+use sdf_bake::{MeshDistance, SignMethod, TriangleMesh, lattice_around};
 use sdf_core::Sdf;
 use sdf_core::grid::sparse::{BRICK, Sparse, brick_counts};
 use sdf_core::grid::{Grid, Lattice};
@@ -156,6 +156,37 @@ fn a_mesh_that_does_not_bound_one_solid_has_the_error_bound_of_any_distance() {
     let two = meshes::cube().and(meshes::cube().scaled(0.3).moved(3.0, 0.0, 0.0));
     let (_, errors) = check::<f32>("two cubes", &two.baked(), 30, 3.0, Certify::Fast, &mut random);
     assert!(errors.iter().all(|error| (0.866..0.867).contains(error)));
+}
+
+/// Nothing but the whole winding numbers counts for that, not how many faces share an edge.
+#[test]
+fn a_closed_mesh_with_edges_of_four_faces_has_the_error_bound_of_any_distance() {
+    let mut random = Random::from_env();
+    let random_hull = |random: &mut Random| {
+        let mut voxels: Vec<[i32; 3]> = (0..27).map(|place| [place % 3, place / 3 % 3, place / 9]).collect();
+        random.shuffle(&mut voxels);
+        meshes::voxel_hull(&voxels[..2 + random.below(12)])
+    };
+    let mut closed = meshes::with_edges_of_four_faces();
+    closed.extend((0..8).map(|_| ("random hull of voxels", random_hull(&mut random))));
+    let mut with_such_edges = 0;
+    for (name, mesh) in closed {
+        let triangles = mesh.turned(&random.rotation()).baked();
+        for sign in [None, Some(SignMethod::PseudoNormal)] {
+            let distance = MeshDistance::new(&triangles, sign);
+            let topology = distance.topology();
+            with_such_edges += usize::from(topology.non_manifold_edges > 0);
+            let is_continuous = sign.is_none() || topology.bounds_one_solid();
+            assert_eq!(distance.is_continuous(), is_continuous, "{name}: {}", distance.sign_reason());
+        }
+        for certify in [Certify::Fast, Certify::Tight] {
+            let (_, errors) = check::<f32>(name, &triangles, 24, 3.0, certify, &mut random);
+            let bounds_one_solid = MeshDistance::new(&triangles, None).topology().bounds_one_solid();
+            let is_of_any = |error: &f64| (0.866..0.867).contains(error) || bounds_one_solid && *error < 0.867;
+            assert!(errors.iter().all(is_of_any), "{name}: {errors:?}");
+        }
+    }
+    assert!(with_such_edges > 10, "{with_such_edges} meshes");
 }
 
 /// Samples of f32 are off by their rounding alone.

@@ -120,6 +120,34 @@ pub fn block(half: [f64; 3]) -> Mesh {
 }
 
 /// The unit sphere by 20 · 4^`levels` triangles.
+/// Hull of unit cubes, wound outward. Where two of them share no more than an edge, that edge has four faces.
+pub fn voxel_hull(voxels: &[[i32; 3]]) -> Mesh {
+    let cube = cube().mapped(|p| p.map(|x| 0.5 * (x + 1.0)));
+    let is_free = |voxel: [i32; 3], side: usize| {
+        let mut beside = voxel;
+        beside[side / 2] += if side % 2 == 0 { -1 } else { 1 };
+        !voxels.contains(&beside)
+    };
+    let hull = |voxel: &[i32; 3]| {
+        let inner: Vec<usize> = (0..12).filter(|triangle| !is_free(*voxel, triangle / 2)).collect();
+        let [x, y, z] = voxel.map(f64::from);
+        cube.clone().without(&inner).moved(x, y, z)
+    };
+    voxels.iter().map(hull).fold(Mesh::default(), Mesh::and)
+}
+
+/// Closed meshes with edges of four faces: a hull of voxels, cubes that share an edge, one of them around another or inside out.
+pub fn with_edges_of_four_faces() -> Vec<(&'static str, Mesh)> {
+    let pair = || cube().and(cube().moved(2.0, 2.0, 0.0));
+    vec![
+        ("hull of voxels", voxel_hull(&[[0, 0, 0], [1, 1, 0], [1, 2, 0], [0, 1, 1], [2, 0, 1], [1, 0, 2]])),
+        ("cubes that share an edge", pair()),
+        ("cubes that share an edge, around a third", pair().and(cube().scaled(0.3).moved(0.2, 0.1, 0.0))),
+        ("cubes that share an edge, across a third", pair().and(cube().moved(0.7, 1.1, 0.3))),
+        ("cubes that share an edge, one inside out", cube().and(cube().flipped().moved(2.0, 2.0, 0.0))),
+    ]
+}
+
 pub fn icosphere(levels: usize) -> Mesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let points = [

@@ -28,6 +28,7 @@ pub fn closed_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
         ("cavity", meshes::icosphere(1).and(meshes::icosphere(1).flipped().scaled(0.6))),
         ("two far apart", meshes::icosphere(1).scaled(0.2).and(meshes::icosphere(1).scaled(0.1).moved(3.0, 1.0, 0.5))),
         ("tiny torus", meshes::torus(1.0, 0.3, 16, 8).scaled(1e-12)),
+        ("turned hull of voxels", meshes::with_edges_of_four_faces().remove(0).1.turned(&turn)),
     ]
 }
 

@@ -17,7 +17,7 @@ use sdf_field::{
 use sdf_formats::mesh::Mesh;
 use serde_json::json;
 
-use crate::args::BakeArgs;
+use crate::args::{BakeArgs, Sign};
 use crate::commands::export::stem;
 use crate::failure::misuse;
 use crate::mesh_input::{self, MeshFacts, MeshInput};
@@ -236,7 +236,11 @@ fn refusal(args: &BakeArgs, error: BakeError) -> anyhow::Error {
             anyhow!("{size}: the whole mesh is {} long: use a smaller --voxel-size", number(side))
         }
         BakeError::ErrorBudget(ErrorBudgetError::SignJumps { .. }) => {
-            anyhow!("{shown}: {size}: {error}: use --res or --voxel-size, or close the mesh by --weld or --close")
+            let cure = match args.sign {
+                Sign::PseudoNormal => "leave out --sign",
+                Sign::Auto | Sign::Winding => "close the mesh by --weld or --close",
+            };
+            anyhow!("{shown}: {size}: {error}: use --res or --voxel-size, or {cure}")
         }
         BakeError::ErrorBudget(_) => anyhow!("{shown}: {size}: {error}: {smaller}"),
         BakeError::TooLarge { bricks: Some(bricks), bytes, free, .. } => {
