@@ -104,7 +104,7 @@ impl HaloBlock {
     /// Largest magnitude at the corners of cells that may have both signs and have none beyond `max_magnitude`, and the cells that have
     /// none beyond `exact_within`.
     ///
-    /// Only cells whose first corner is in the brick count. Each value is off by `rounding` at most.
+    /// Only cells whose first corner is in the brick count. Each value is off by `rounding` at most; zero if none has lost its sign.
     pub fn largest_at_sign_change(&self, rounding: f32, max_magnitude: f32, exact_within: f32) -> (f32, BandCells) {
         pulp::Arch::new().dispatch(LargestAtSignChange { halo: self, rounding, max_magnitude, exact_within })
     }
@@ -137,7 +137,7 @@ impl pulp::NullaryFnOnce for LargestAtSignChange<'_> {
                     // Not −0.
                     let magnitude = max(upper, -lower).abs();
                     let is_own = x < own_cells[0];
-                    let counts = is_own & (lower <= rounding) & (upper >= -rounding) & (magnitude <= max_magnitude);
+                    let counts = is_own & (lower < rounding) & (upper >= -rounding) & (magnitude <= max_magnitude);
                     largest[x] = greater_magnitude(if counts { magnitude } else { 0.0 }, largest[x]);
                     let is_in_band = is_own & (magnitude <= exact_within);
                     count[x] += u32::from(is_in_band);

@@ -13,7 +13,8 @@
 //!
 //! Every value has a bound of its error (`winding_value`), and is carried on only if that decides |w| ≥ 1/2; otherwise
 //! w is evaluated. So every sign is that of the exact winding number, but for rounding: where ||w| − 1/2| < 1e-9, or a
-//! point is nearer to a triangle's edge than a millionth of its length.
+//! point is nearer to a triangle's edge than a millionth of its length. A node on an open mesh of which rounding decides, as of all in the
+//! plane of a flat one, is outside, as the nodes beside it are: its distance is 0 on either side.
 
 mod bit_block;
 mod crossing;
@@ -25,7 +26,7 @@ use std::collections::VecDeque;
 use sdf_core::nalgebra::Vector3;
 
 use crate::MeshDistance;
-use crate::rounding::{NODE_STEP_ROUNDING, SINGLE_SLACK};
+use crate::rounding::{NODE_STEP_ROUNDING, PRUNE_SLACK, SINGLE_SLACK, SUM_SLACK};
 use crate::sign::winding::{Estimate, MAX_CONGRUENT_ERROR};
 use bit_block::{ClearEdges, SIDE, SubCube};
 use regions::{Region, Regions};
@@ -336,13 +337,34 @@ impl<'a> FloodFill<'a> {
     fn evaluate(&mut self, index: usize) {
         // A value that cannot be carried on needs no smaller error than its own side does.
         let max_error = if self.mesh.boundary().has_slope_bound() { MAX_EVALUATED_ERROR } else { f64::INFINITY };
-        let winding = Winding::new(self.mesh.winding_estimate(self.position(index), max_error));
+        let position = self.position(index);
+        let estimate = self.mesh.winding_estimate(position, max_error);
+        if self.is_on_surface(index) && self.is_undecided(position, estimate) {
+            self.windings[index] = Winding::UNDECIDED;
+            return;
+        }
+        let winding = Winding::new(estimate);
         if winding.is_certain() {
             self.adopt(index, winding, 0.0, |flood| flood.position(index));
         }
         if !self.windings[index].is_known() {
             self.windings[index] = winding;
         }
+    }
+
+    /// Is a point on an open mesh, up to the rounding of f64, and does rounding decide its side? It does where |w| is 1/2, and at edges.
+    fn is_undecided(&self, point: Vector3<f64>, estimate: Estimate) -> bool {
+        if self.mesh.boundary().is_empty() {
+            return false;
+        }
+        let nearest = self.mesh.nearest(point, 0);
+        let [a, b, c] = self.mesh.tree().corners[nearest.guess];
+        let is_at_edge = |[from, to]: [Vector3<f64>; 2]| {
+            (to - from).cross(&(point - from)).norm() <= SINGLE_SLACK * (to - from).norm_squared()
+        };
+        let is_at_half = (estimate.value.abs() - 0.5).abs() <= estimate.error.max(SUM_SLACK);
+        let size = self.mesh.bounds().diagonal().max(point.amax());
+        nearest.distance <= PRUNE_SLACK * size && (is_at_half || [[a, b], [b, c], [c, a]].into_iter().any(is_at_edge))
     }
 
     fn is_on_surface(&self, index: usize) -> bool {

@@ -103,6 +103,12 @@ impl UnboundedGrid {
         let (exact_within, cells_within) =
             (exact_within(band, lattice.spacing()), cells_within(band, lattice.spacing()));
         let last_slot = lattice.cells().map(|cells| cells / BRICK);
+        // Samples in f32 keep their signs, as do the codes of bricks whose least sample is not negative. Both have no negative base.
+        let keeps_signs = |slot: [u32; 3]| {
+            let holds_corners = (0..8_u32).map(|part| [slot[0] + part % 2, slot[1] + part / 2 % 2, slot[2] + part / 4]);
+            let mut bricks = holds_corners.filter_map(|slot| storage.brick_at(slot));
+            bricks.all(|brick| scales[brick].base >= 0.0)
+        };
         let bound = |window: Window, brick: usize, free: &mut JumpFreeBlocks| {
             let bricks = BoundedBricks { lattice: &lattice, storage: &storage, samples: window, roundings: &roundings };
             let slot = slots[brick];
@@ -110,7 +116,8 @@ impl UnboundedGrid {
             let (at_jump, cells) = if is_continuous {
                 (0.0, BandCells::default())
             } else {
-                largest_at_sign_change(exact_within, cells_within, &halo, rounding)
+                let rounding_of_sign = if keeps_signs(slot) { 0.0 } else { rounding };
+                largest_at_sign_change(exact_within, cells_within, &halo, [rounding, rounding_of_sign])
             };
             let jumps = mesh.filter(|_| at_jump > 0.0);
             let jumps = jumps.map(|mesh| mesh.jumps_in(&lattice, slot, &halo, cells_within, free));
@@ -239,11 +246,17 @@ impl SparseBaker<'_> {
 }
 
 /// Largest magnitude at a corner of a cell of the brick that the band can enter and whose corners can have both
-/// signs, and the cells with corners within `cells_within`. Samples are off by `rounding` at most.
-fn largest_at_sign_change(exact_within: f64, cells_within: f32, halo: &HaloBlock, rounding: f64) -> (f64, BandCells) {
-    let rounding = round_up(rounding);
+/// signs, and the cells with corners within `cells_within`. Samples are off by the first of `roundings` at most, and by the second where their
+/// sign is not that of the distance.
+fn largest_at_sign_change(
+    exact_within: f64,
+    cells_within: f32,
+    halo: &HaloBlock,
+    roundings: [f64; 2],
+) -> (f64, BandCells) {
+    let [rounding, rounding_of_sign] = roundings.map(round_up);
     let exact_within = round_up(exact_within) + rounding;
-    let (largest, cells) = halo.largest_at_sign_change(rounding, exact_within.next_up(), cells_within);
+    let (largest, cells) = halo.largest_at_sign_change(rounding_of_sign, exact_within.next_up(), cells_within);
     (largest.into(), cells)
 }
 

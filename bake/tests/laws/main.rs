@@ -6,6 +6,7 @@ mod budgets;
 mod certified_errors;
 mod distances;
 mod error_regions;
+mod flat_meshes;
 mod flood_fill;
 mod inner_faces;
 mod inner_shells;

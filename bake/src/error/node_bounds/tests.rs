@@ -46,7 +46,7 @@ fn bounds_in_lanes_are_those_of_all_nodes_and_cells_one_by_one() {
             let largest_if_sign_changes = |cell: [u32; 3]| {
                 let corners: [f32; 8] = std::array::from_fn(|index| corner(cell, index as u32));
                 let largest = corners.iter().fold(0.0_f32, |largest, corner| largest.max(corner.abs()));
-                let has_both = corners.iter().any(|c| *c <= rounding) && corners.iter().any(|c| *c >= -rounding);
+                let has_both = corners.iter().any(|c| *c < rounding) && corners.iter().any(|c| *c >= -rounding);
                 if has_both && largest <= max_magnitude { largest } else { 0.0 }
             };
             let wanted = nodes(first, end_cell).map(largest_if_sign_changes).fold(0.0, f32::max);

@@ -11,6 +11,9 @@ pub(crate) struct Winding {
 impl Winding {
     pub const UNKNOWN: Self = Self { value: 0.0, error: f32::INFINITY };
 
+    /// So near to 1/2 that rounding decides the side: the outside is taken. It is carried nowhere.
+    pub const UNDECIDED: Self = Self { value: 0.5_f32.next_down(), error: f32::EPSILON };
+
     pub fn new(estimate: Estimate) -> Self {
         let rounded = estimate.value as f32;
         // Only a value just below 1/2 changes sides by rounding.
