@@ -105,6 +105,12 @@ pub enum InvalidMesh {
         /// Longest side of the bounding box.
         side: f64,
     },
+    /// [`Repairs::weld`](crate::Repairs::weld) made one point of all corners of each triangle that has an area, or put them on one line.
+    #[error("welding vertices within {distance:?} of each other leaves no triangle an area: use a smaller --weld")]
+    WeldedAway {
+        /// The distance of [`Repairs::weld`](crate::Repairs::weld).
+        distance: f64,
+    },
     /// A triangle has a corner that does not exist.
     #[error("triangle {triangle} refers to point {index}, but the mesh has {points} points")]
     IndexOutOfRange {

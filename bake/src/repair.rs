@@ -38,7 +38,14 @@ impl Repairs {
         };
         TriangleMesh::check(points, triangles)?;
         let (welded, moved) = weld_within(points, triangles, distance);
-        let mut mesh = TriangleMesh::new(&welded, triangles)?;
+        let mut mesh = match TriangleMesh::new(&welded, triangles) {
+            // Of a mesh that had no area before, its own error.
+            Err(InvalidMesh::NoArea | InvalidMesh::NoExtent { .. }) => {
+                TriangleMesh::new(points, triangles)?;
+                return Err(InvalidMesh::WeldedAway { distance });
+            }
+            mesh => mesh?,
+        };
         mesh.report.merged_points = moved;
         mesh.report.welded_points -= moved.min(mesh.report.welded_points);
         mesh.capped(self.close)

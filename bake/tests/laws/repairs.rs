@@ -109,5 +109,11 @@ fn a_bad_mesh_is_refused_and_a_weld_of_everything_says_so() {
     assert!(matches!(bad, Err(InvalidMesh::IndexOutOfRange { .. })));
     let mesh = nut();
     let all = Repairs { weld: Some(100.0), close: None }.apply(&mesh.points, &mesh.triangles);
-    assert!(matches!(all, Err(InvalidMesh::NoExtent { .. })), "{all:?}");
+    assert!(
+        matches!(&all, Err(error @ InvalidMesh::WeldedAway { .. }) if error.to_string().contains("--weld")),
+        "{all:?}"
+    );
+    // A mesh that had none before has not lost it.
+    let none = repairs.apply(&[[0.0; 3], [0.5, 0.0, 0.0], [2.0, 0.0, 0.0]], &[[0, 1, 2]]);
+    assert_eq!(none.unwrap_err(), InvalidMesh::NoArea);
 }
