@@ -42,6 +42,11 @@ impl<J: Serialize> Report<J> {
     }
 }
 
+/// Prints a line on standard error that a person should see, whatever is on standard output.
+pub fn warn(sentence: &str) {
+    eprintln!("sdftool: warning: {sentence}");
+}
+
 /// A count with its noun, which takes an s: "1 triangle", "2 triangles".
 pub fn counted<N: Display + PartialEq + From<u8>>(count: N, noun: &str) -> String {
     format!("{count} {noun}{}", if count == N::from(1) { "" } else { "s" })

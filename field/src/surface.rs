@@ -6,7 +6,7 @@ use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
 use ndshape::{RuntimeShape, Shape};
 use sdf_core::grid::Lattice;
 use sdf_core::nalgebra::Vector3;
-use sdf_core::{Aabb, AnyField, EnclosedSdf, Sdf};
+use sdf_core::{Aabb, AnyField, EnclosedSdf, Interval, Sdf};
 
 use crate::{Field, Threads};
 
@@ -24,6 +24,27 @@ impl Field {
     /// enclosure excludes the level are not sampled.
     pub fn surface(&self, level: f64, lattice: &Lattice, threads: Threads) -> SurfaceMesh {
         threads.install(|| extract(self.as_any(), level, lattice))
+    }
+
+    /// Least and greatest φ at the nodes on the faces of a lattice's box. The [`surface`](Self::surface) of a level above the least, and
+    /// no greater than the greatest, leaves the box, and is open there; all others are closed.
+    pub fn range_on_faces(&self, lattice: &Lattice, threads: Threads) -> Interval<f64> {
+        let [along_x, along_y, along_z] = lattice.nodes();
+        let range_of_row = |row: usize| {
+            let [y, z] = [row as u32 % along_y, row as u32 / along_y];
+            let is_on_face = y == 0 || y + 1 == along_y || z == 0 || z + 1 == along_z;
+            // Of other rows the ends alone.
+            let step = if is_on_face { 1 } else { along_x as usize - 1 };
+            let values =
+                (0..along_x).step_by(step).map(|x| self.as_any().value(Vector3::from(lattice.node([x, y, z]))));
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], value: f64| {
+                [lower.min(value), upper.max(value)]
+            })
+        };
+        let ranges = threads.install(|| sdf_parallel::map(along_y as usize * along_z as usize, range_of_row));
+        let join = |[a, b]: [f64; 2], [lower, upper]: [f64; 2]| [a.min(lower), b.max(upper)];
+        let [lower, upper] = ranges.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], join);
+        Interval { lower, upper }
     }
 }
 
@@ -44,15 +65,26 @@ fn extract(field: &AnyField, level: f64, lattice: &Lattice) -> SurfaceMesh {
     for piece in pieces.into_iter().flatten() {
         let numbers: Vec<u32> = std::iter::zip(piece.cells, piece.points)
             .map(|(cell, point)| {
+                if !is_in(lattice, &cell) {
+                    return NO_POINT;
+                }
                 *point_of_cell.entry(cell).or_insert_with(|| {
                     surface.points.push(point);
                     surface.points.len() as u32 - 1
                 })
             })
             .collect();
-        surface.triangles.extend(piece.triangles.iter().map(|corners| corners.map(|corner| numbers[corner as usize])));
+        let triangles = piece.triangles.iter().map(|corners| corners.map(|corner| numbers[corner as usize]));
+        surface.triangles.extend(triangles.filter(|corners| !corners.contains(&NO_POINT)));
     }
     surface
+}
+
+/// Number of a point beyond the lattice.
+const NO_POINT: u32 = u32::MAX;
+
+fn is_in(lattice: &Lattice, cell: &[u32; 3]) -> bool {
+    (0..3).all(|axis| cell[axis] < lattice.cells()[axis])
 }
 
 /// The surface in a block of cells and in the layer of cells before it, which shares edges with the block.
@@ -66,16 +98,21 @@ struct Piece {
 impl Piece {
     fn extract(field: &AnyField, level: f64, lattice: &Lattice, block: [u32; 3]) -> Option<Self> {
         let first = block.map(|n| n.saturating_sub(1));
-        let last: [u32; 3] = std::array::from_fn(|axis| (block[axis] + BLOCK).min(lattice.cells()[axis]));
-        if !may_contain_level(field, level, &Aabb { min: lattice.node(first), max: lattice.node(last) }) {
+        let end = lattice.cells();
+        // The last layer of cells is joined by the next block; at the end of the lattice by one that repeats the last nodes.
+        let last: [u32; 3] = std::array::from_fn(|axis| match block[axis] + BLOCK {
+            last if last < end[axis] => last,
+            _ => end[axis] + 1,
+        });
+        let node = |node: [u32; 3]| lattice.node(std::array::from_fn(|axis| node[axis].min(end[axis])));
+        if !may_contain_level(field, level, &Aabb { min: lattice.node(first), max: node(last) }) {
             return None;
         }
         let nodes: [u32; 3] = std::array::from_fn(|axis| last[axis] - first[axis] + 1);
         let shape = RuntimeShape::<u32, 3>::new(nodes);
         let sample = |index: u32| {
             let offset = shape.delinearize(index);
-            let node = std::array::from_fn(|axis| first[axis] + offset[axis]);
-            let value: f64 = field.value(Vector3::from(lattice.node(node)));
+            let value: f64 = field.value(Vector3::from(node(std::array::from_fn(|axis| first[axis] + offset[axis]))));
             (value - level) as f32
         };
         let samples: Vec<f32> = (0..shape.size()).map(sample).collect();

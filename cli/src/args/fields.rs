@@ -113,7 +113,7 @@ pub struct SurfaceArgs {
     /// Number of cells along the longest side [default: the grid's own; 128 for shapes in closed form].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
-    /// Extract the level set of this distance.
+    /// Extract the level set of this distance. Where it leaves the box of the grid, the surface is open: a warning says so.
     #[arg(long, value_name = "D", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     pub level: f64,
     #[command(flatten)]

@@ -7,9 +7,10 @@ use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Exported, Writ
 use serde_json::json;
 
 use crate::args::ExportArgs;
+use crate::commands::surface::open_at_box;
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
-use crate::report::{Report, counts, number};
+use crate::report::{Report, counts, number, warn};
 use crate::{field_input, output, progress, standard_output};
 
 pub fn run(args: &ExportArgs) -> Result<()> {
@@ -60,6 +61,10 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     if to_stdout {
         standard_output::print_bytes(&printed)?;
     }
+    let warning = (format == ExportFormat::Glb).then(|| open_at_box(&field, 0.0, &lattice)).flatten();
+    if let Some(warning) = &warning {
+        warn(&format!("{}: {warning}", args.sdf.display()));
+    }
     let bytes: Vec<u64> = files.iter().map(|file| std::fs::metadata(file).map_or(0, |file| file.len())).collect();
     let row = |(file, bytes): (&PathBuf, &u64)| ("file", format!("{}, {bytes} bytes", file.display()));
     let mut rows = vec![
@@ -67,18 +72,18 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         ("nodes", format!("{}, spacing {}", counts(lattice.nodes()), number(lattice.spacing()))),
     ];
     rows.extend(files.iter().zip(&bytes).map(row));
-    Report {
-        rows,
-        json: json!({
-            "schema": "sdftool.export/1",
-            "format": format.name(),
-            "counts": lattice.nodes(),
-            "origin": lattice.origin(),
-            "spacing": lattice.spacing(),
-            "files": files.iter().zip(&bytes).map(|(file, bytes)| json!({"path": file.display().to_string(), "bytes": bytes})).collect::<Vec<_>>(),
-        }),
+    let mut json = json!({
+        "schema": "sdftool.export/1",
+        "format": format.name(),
+        "counts": lattice.nodes(),
+        "origin": lattice.origin(),
+        "spacing": lattice.spacing(),
+        "files": files.iter().zip(&bytes).map(|(file, bytes)| json!({"path": file.display().to_string(), "bytes": bytes})).collect::<Vec<_>>(),
+    });
+    if let Some(warning) = warning {
+        json["warning"] = warning.into();
     }
-    .print_beside(Some(&output), args.json)
+    Report { rows, json }.print_beside(Some(&output), args.json)
 }
 
 fn format(args: &ExportArgs) -> Result<ExportFormat> {

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
-use sdf_core::{Aabb, Sdf};
+use sdf_core::{Aabb, Interval, Sdf};
 use sdf_field::{Field, Threads};
 use sdf_formats::field_file::Field as FileField;
 use sdf_formats::mesh::{self, MeshFormat};
@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::args::SurfaceArgs;
 use crate::mesh_input::with_path;
-use crate::report::{Report, counted, number};
+use crate::report::{Report, counted, number, warn};
 use crate::{field_input, memory, output, standard_output};
 
 /// Default of --res for shapes in closed form, which have no cells of their own.
@@ -20,7 +20,7 @@ const DEFAULT_RES: u32 = 128;
 pub fn run(args: &SurfaceArgs) -> Result<()> {
     output::ensure_writable(&args.output, &[&args.sdf])?;
     output::ensure_alone(&args.output, args.json)?;
-    let surface = match field_input::read(&args.sdf)? {
+    let (field, lattice) = match field_input::read(&args.sdf)? {
         FileField::Grid(stored) => {
             if let Some(band) = stored.sparse.map(|sparse| sparse.band).filter(|band| args.level.abs() > *band) {
                 bail!(
@@ -35,7 +35,7 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
                 Some(res) => lattice(args, &own.bounds(), res)?,
                 None => own,
             };
-            Field::from_stored(stored).surface(args.level, &lattice, Threads::ALL)
+            (Field::from_stored(stored), lattice)
         }
         FileField::Analytic(node) => {
             let bounds = node.bounds(args.level);
@@ -43,9 +43,10 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
                 bail!("{}: the field is unbounded: intersect it with a box", args.sdf.display());
             }
             let lattice = lattice(args, &bounds, args.res.unwrap_or(DEFAULT_RES))?;
-            Field::new(node).surface(args.level, &lattice, Threads::ALL)
+            (Field::new(node), lattice)
         }
     };
+    let surface = field.surface(args.level, &lattice, Threads::ALL);
     if surface.triangles.is_empty() {
         bail!(
             "{}: the surface is empty: the distance is nowhere {}, use another --level",
@@ -53,29 +54,50 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
             number(args.level)
         );
     }
-    match MeshFormat::from_extension(&args.output) {
+    let format = MeshFormat::from_extension(&args.output);
+    let warning = open_at_box(&field, args.level, &lattice);
+    match format {
         Some(format) => {
             with_path(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?
         }
         None => standard_output::print_bytes(&mesh::to_bytes(MeshFormat::Obj, &surface.points, &surface.triangles)?)?,
     }
+    if let Some(warning) = &warning {
+        warn(&format!("{}: {warning}", args.sdf.display()));
+    }
     let [points, triangles] = [surface.points.len(), surface.triangles.len()];
+    let mut json = json!({
+        "schema": "sdftool.surface/1",
+        "points": points,
+        "triangles": triangles,
+        "output": args.output.display().to_string(),
+    });
+    if let Some(warning) = warning {
+        json["warning"] = warning.into();
+    }
     Report {
         rows: vec![
             ("surface", format!("{}, {}", counted(points, "point"), counted(triangles, "triangle"))),
             ("file", standard_output::shown(&args.output)),
         ],
-        json: json!({
-            "schema": "sdftool.surface/1",
-            "points": points,
-            "triangles": triangles,
-            "output": args.output.display().to_string(),
-        }),
+        json,
     }
     .print_beside(Some(&args.output), args.json)
 }
 
-/// The lattice to sample on, padded by two cells, so that the surface closes.
+/// Says that the surface leaves the box of its lattice and is open there, and which levels close.
+pub fn open_at_box(field: &Field, level: f64, lattice: &Lattice) -> Option<String> {
+    let Interval { lower, upper } = field.range_on_faces(lattice, Threads::ALL);
+    let is_open = lower < level && level <= upper;
+    // In all digits: a level that is rounded up is open again.
+    is_open.then(|| {
+        format!(
+            "the surface is open where it leaves the box: levels up to {lower:?} close, or bake with a larger --padding"
+        )
+    })
+}
+
+/// The lattice to sample on, padded by two cells: the surface of a closed form closes there.
 fn lattice(args: &SurfaceArgs, bounds: &Aabb, res: u32) -> Result<Lattice> {
     let spacing = bounds.longest_side() / f64::from(res);
     let [x, y, z] = bounds.extents().map(|extent| extent / spacing);

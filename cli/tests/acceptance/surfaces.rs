@@ -62,3 +62,57 @@ fn another_level_and_another_res_give_another_surface() {
     folder.write("plane.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [1, 0, 0]\noffset = 0\n");
     says(&folder.refused("surface plane.sdf.toml -o plane.obj"), &["plane.sdf.toml", "unbounded", "intersect"]);
 }
+
+/// Edges of a mesh file with one triangle.
+fn boundary_edges(folder: &Folder, name: &str) -> usize {
+    let mut uses = std::collections::HashMap::new();
+    for [a, b, c] in mesh::read(&folder.at(name)).unwrap().triangles {
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            *uses.entry([from.min(to), from.max(to)]).or_insert(0) += 1;
+        }
+    }
+    uses.into_values().filter(|count| *count == 1).count()
+}
+
+/// The object and the line on standard error of a run that succeeds.
+fn warned(folder: &Folder, words: &str) -> (serde_json::Value, String) {
+    let output = folder.sdftool(&format!("{words} --json")).output().unwrap();
+    assert!(output.status.success(), "{words}");
+    (serde_json::from_slice(&output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn a_surface_that_leaves_the_box_says_so_and_up_to_its_faces_all_are_closed() {
+    let folder = Folder::new();
+    folder.write("cube.obj", Model::cube().obj());
+    let spacing = folder.json("bake cube.obj --res 31")["spacing"].as_f64().unwrap();
+    // The padding is of four cells; a level in the last layer of cells, and the last that closes.
+    for level in [0.0, 3.1 * spacing, 3.9 * spacing] {
+        let json = folder.json(&format!("surface cube.sdf.h5 -o out.ply --level {level}"));
+        assert_eq!((boundary_edges(&folder, "out.ply"), &json["warning"]), (0, &json!(null)), "{level}");
+    }
+    let words = "surface cube.sdf.h5 -o out.ply --level";
+    let (json, line) = warned(&folder, &format!("{words} {}", 4.5 * spacing));
+    assert!(boundary_edges(&folder, "out.ply") > 0);
+    says(&line, &["sdftool: warning: cube.sdf.h5: the surface is open", "--padding"]);
+    assert!(line.contains(json["warning"].as_str().unwrap()), "{line}");
+    // The level that it names closes.
+    let highest = line.split("levels up to ").nth(1).unwrap().split(' ').next().unwrap();
+    assert_eq!(folder.json(&format!("{words} {highest}"))["warning"], json!(null));
+    assert_eq!(boundary_edges(&folder, "out.ply"), 0);
+    // Two cells more hold some levels beyond the box.
+    for level in [4.2, 4.5] {
+        let (json, line) =
+            warned(&folder, &format!("surface cube.sdf.h5 -o out.ply --res 20 --level {}", level * spacing));
+        let is_open = boundary_edges(&folder, "out.ply") > 0;
+        assert_eq!((json["warning"].is_string(), line.is_empty()), (is_open, !is_open), "{level}: {line}");
+    }
+    folder.write("ball.obj", Model::ball([0.3, 0.2, 0.1], 1.0, 4).obj());
+    folder.json("bake ball.obj --res 20 --padding 0");
+    let glb = warned(&folder, "export ball.sdf.h5 --format glb -o ball.glb");
+    let ply = warned(&folder, "surface ball.sdf.h5 -o ball.ply");
+    for (json, line) in [glb, ply] {
+        let is_open = boundary_edges(&folder, "ball.ply") > 0;
+        assert_eq!((json["warning"].is_string(), line.is_empty()), (is_open, !is_open), "{line}");
+    }
+}
