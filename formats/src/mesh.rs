@@ -35,7 +35,7 @@ mod write;
 
 pub use error::{Location, MeshError, MeshFault};
 pub use sniff::format_of;
-pub use write::{to_bytes, write};
+pub use write::{flattened, to_bytes, write};
 
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;

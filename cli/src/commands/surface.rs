@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use sdf_bake::lattice_around;
 use sdf_core::grid::Lattice;
 use sdf_core::{Aabb, Interval, Sdf};
-use sdf_field::{Field, Threads};
+use sdf_field::{Field, SurfaceMesh, Threads};
 use sdf_formats::field_file::Field as FileField;
 use sdf_formats::mesh::{self, MeshFormat};
 use serde_json::json;
@@ -55,7 +55,9 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         );
     }
     let format = MeshFormat::from_extension(&args.output);
-    let warning = open_at_box(&field, args.level, &lattice);
+    let warnings = [open_at_box(&field, args.level, &lattice), format.and_then(|format| flattened(format, &surface))];
+    let warnings: Vec<String> = warnings.into_iter().flatten().collect();
+    let warning = (!warnings.is_empty()).then(|| warnings.join("; "));
     match format {
         Some(format) => {
             with_path(&args.output, mesh::write(&args.output, format, &surface.points, &surface.triangles))?
@@ -94,6 +96,15 @@ pub fn open_at_box(field: &Field, level: f64, lattice: &Lattice) -> Option<Strin
         format!(
             "the surface is open where it leaves the box: levels up to {lower:?} close, or bake with a larger --padding"
         )
+    })
+}
+
+/// Says that many triangles have no area in the file: some are so small anyway.
+fn flattened(format: MeshFormat, surface: &SurfaceMesh) -> Option<String> {
+    let (count, all) = (mesh::flattened(format, &surface.points, &surface.triangles), surface.triangles.len());
+    let is_much = count * 100 > all;
+    is_much.then(|| {
+        format!("STL rounds coordinates to f32: {count} of {all} triangles have no area left, write .ply, .obj or .off")
     })
 }
 

@@ -116,3 +116,14 @@ fn a_surface_that_leaves_the_box_says_so_and_up_to_its_faces_all_are_closed() {
         assert_eq!((json["warning"].is_string(), line.is_empty()), (is_open, !is_open), "{line}");
     }
 }
+
+#[test]
+fn an_stl_file_whose_triangles_are_flattened_by_f32_says_so() {
+    let folder = Folder::new();
+    folder.write("far.obj", Model::ball([1e6; 3], 0.01, 3).obj());
+    folder.json("bake far.obj --res 24");
+    let (json, line) = warned(&folder, "surface far.sdf.h5 -o far.stl");
+    says(&line, &["warning: far.sdf.h5: STL rounds coordinates to f32", "no area left"]);
+    assert!(json["warning"].is_string());
+    assert_eq!(folder.json("surface far.sdf.h5 -o far.ply")["warning"], json!(null));
+}

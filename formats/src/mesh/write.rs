@@ -38,6 +38,23 @@ pub fn to_bytes(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]])
     })
 }
 
+/// How many triangles with an area have none in a file of this format: STL rounds their corners to f32.
+pub fn flattened(format: MeshFormat, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> usize {
+    if format != MeshFormat::Stl {
+        return 0;
+    }
+    let area = |corners: [[f64; 3]; 3]| {
+        let [a, b, c] = corners.map(Vector3::from);
+        (b - a).cross(&(c - a))
+    };
+    let is_flattened = |corners: &&[u32; 3]| {
+        let corners = corners.map(|index| points[index as usize]);
+        let rounded = corners.map(|corner| corner.map(|x| f64::from(x as f32)));
+        area(corners) != Vector3::zeros() && area(rounded) == Vector3::zeros()
+    };
+    triangles.iter().filter(is_flattened).count()
+}
+
 fn obj(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -118,6 +135,15 @@ mod tests {
             let mesh = read_bytes(&bytes, "written").unwrap();
             assert_eq!((mesh.points.as_slice(), mesh.triangles.as_slice()), (&points[..], &triangles[..]));
         }
+    }
+
+    #[test]
+    fn triangles_that_stl_flattens_are_counted() {
+        let triangle =
+            |offset: f64| [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]].map(|p| p.map(|x| x + offset));
+        let count = |format, offset| flattened(format, &triangle(offset), &[[0, 1, 2], [0, 0, 1]]);
+        assert_eq!([0.0, 1.0, 1e6].map(|offset| count(MeshFormat::Stl, offset)), [0, 0, 1]);
+        assert_eq!([MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Off].map(|format| count(format, 1e6)), [0; 3]);
     }
 
     #[test]
