@@ -26,7 +26,7 @@ use crate::standard_output::to_stdout;
 /// Fate of a mesh.
 enum Fate {
     Done(Value),
-    /// The file is there, of this mesh and with these options.
+    /// The file is there, whole, of this mesh and with these options.
     Kept,
     Failed(String),
 }
@@ -133,11 +133,12 @@ fn fate_of(args: &BakeArgs, mesh: &Path, output: &Path) -> Fate {
     }
 }
 
-/// Is the grid there, of a mesh with this hash, by these options and this version?
+/// Is the grid there, whole, of a mesh with this hash, by these options and this version?
 fn is_there(output: &Path, sha256: [u8; 32], options: &str) -> bool {
     grid_file::open(output).is_ok_and(|reader| {
-        let about = reader.summary().about;
-        about.source.sha256 == sha256 && about.options == options && about.tool == TOOL
+        let about = reader.about();
+        let is_it = about.source.sha256 == sha256 && about.options == options && about.tool == TOOL;
+        is_it && reader.check().is_ok()
     })
 }
 

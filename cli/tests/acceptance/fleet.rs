@@ -69,6 +69,35 @@ fn what_is_baked_again_is_what_changed() {
 }
 
 #[test]
+fn a_damaged_grid_is_baked_anew() {
+    let folder = fleet(1);
+    for words in ["--res 40", "--res 40 --precision u8", "--res 40 --layout sparse --keep-mesh"] {
+        let bake = || objects(&folder.done(&format!("bake --list list.txt --out-dir out --resume --json {words}")));
+        assert_eq!(bake()[0]["status"], "baked", "{words}");
+        let samples = |name: &str| {
+            folder.done(&format!("export out/0.sdf.h5 -o {name}"));
+            folder.read(name)
+        };
+        let (whole, of_whole) = (folder.read("out/0.sdf.h5"), samples("whole.npy"));
+        // In tenths of the file: samples, coarse grid and mesh. Some bytes between them have no meaning.
+        let mut anew = 0;
+        for tenth in 1..10 {
+            let mut damaged = whole.clone();
+            damaged[whole.len() * tenth / 10..][..50].fill(0xa5);
+            folder.write("out/0.sdf.h5", damaged);
+            if bake()[0]["status"] == "kept" {
+                assert!(samples("kept.npy") == of_whole, "{words}: damaged at {tenth} tenths");
+                continue;
+            }
+            anew += 1;
+            assert!(folder.read("out/0.sdf.h5") == whole, "{words}");
+            assert_eq!(bake()[0]["status"], "kept", "{words}");
+        }
+        assert!(anew > 5, "{words}: {anew}");
+    }
+}
+
+#[test]
 fn a_fleet_that_cannot_be_is_refused_before_it_begins() {
     let folder = fleet(2);
     folder.write("0.obj", "");

@@ -38,6 +38,11 @@ impl CoarseReader {
         Ok(())
     }
 
+    /// Checks the checksums of all chunks.
+    pub(super) fn check(&self, file: &Hdf5Reader, digests: &Digests) -> Result<(), GridFault> {
+        Ok(digests.check_all(file, &self.dataset, self.first_digest)?)
+    }
+
     /// Reads the chunks of all slots that queries in some regions reach.
     pub(super) fn read_near(
         &mut self,

@@ -16,6 +16,9 @@ const SHA256_BYTES: usize = 32;
 /// Piece sides for [`Digests::elements_in`] that keep each chunk whole.
 pub(super) const WHOLE_CHUNKS: [usize; 3] = [usize::MAX; 3];
 
+/// Chunks that are in memory while all are checked.
+const CHECKED_AT_A_TIME: usize = 256;
+
 /// The datasets opened so far, in the order of their digests.
 #[derive(Default)]
 pub(super) struct DatasetList {
@@ -138,6 +141,17 @@ impl Digests {
         chunks: &[usize],
     ) -> Result<Vec<(Tile, Vec<T>)>, ReadError> {
         file.chunks(dataset, chunks, |chunk, bytes| self.check(dataset.name(), first + chunk, bytes))
+    }
+
+    /// Checks all chunks of a dataset, and holds some of them at a time.
+    pub(super) fn check_all<T: Element>(
+        &self,
+        file: &Hdf5Reader,
+        dataset: &Dataset<T>,
+        first: usize,
+    ) -> Result<(), ReadError> {
+        let chunks: Vec<usize> = (0..dataset.chunk_count()).collect();
+        chunks.chunks(CHECKED_AT_A_TIME).try_for_each(|chunks| self.chunks(file, dataset, first, chunks).map(drop))
     }
 
     fn check(&self, name: &str, chunk: usize, bytes: &[u8]) -> Result<(), ReadError> {

@@ -47,6 +47,11 @@ impl DenseReader {
         BlockMask::needed(&placeholder_grid(header, storage), regions, level)
     }
 
+    /// Checks the checksums of all samples.
+    pub(super) fn check(&self, file: &Hdf5Reader, digests: &Digests) -> Result<(), GridFault> {
+        Ok(digests.check_all(file, &self.samples, SAMPLES_DIGEST)?)
+    }
+
     /// Reads all samples, or those of the blocks in `mask`, and says how much of the file was read.
     pub(super) fn read(
         self,

@@ -134,6 +134,16 @@ impl SparseReader {
         Ok((Self { layout, samples, coding, tables, coarse }, mask))
     }
 
+    /// Checks the checksums of all samples and of the coarse grid.
+    pub(super) fn check(&self, file: &Hdf5Reader, digests: &Digests) -> Result<(), GridFault> {
+        match &self.samples {
+            SampleDataset::F32(dataset) => digests.check_all(file, dataset, SAMPLES_DIGEST)?,
+            SampleDataset::U16(dataset) => digests.check_all(file, dataset, SAMPLES_DIGEST)?,
+            SampleDataset::U8(dataset) => digests.check_all(file, dataset, SAMPLES_DIGEST)?,
+        }
+        self.coarse.as_ref().map_or(Ok(()), |coarse| coarse.check(file, digests))
+    }
+
     /// Reads all samples, or those of the bricks in `mask`, and says how much of the file was read.
     pub(super) fn read(
         self,

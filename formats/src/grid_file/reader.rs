@@ -100,6 +100,11 @@ impl GridReader<'_> {
         self.grid.read_mesh().map_err(|fault| fault.with_path(&self.path))
     }
 
+    /// Checks the checksums of everything in the file, in the memory of some chunks and the mesh.
+    pub fn check(&self) -> Result<(), GridFileError> {
+        self.grid.check().map_err(|fault| fault.with_path(&self.path))
+    }
+
     /// Reads all samples, and the mesh.
     pub fn read(self) -> Result<StoredGrid, GridFileError> {
         let mesh = self.read_mesh()?;
@@ -160,6 +165,14 @@ impl<'a> OpenGrid<'a> {
 
     fn read_mesh(&self) -> Result<Option<StoredMesh>, GridFault> {
         self.mesh.as_ref().map(|mesh| mesh.read(&self.file, &self.digests)).transpose()
+    }
+
+    fn check(&self) -> Result<(), GridFault> {
+        match &self.contents {
+            Contents::Dense(dense) => dense.check(&self.file, &self.digests)?,
+            Contents::Bricks(bricks) => bricks.check(&self.file, &self.digests)?,
+        }
+        self.read_mesh().map(drop)
     }
 
     fn mask(self, regions: impl IntoIterator<Item = Aabb>, level: f64) -> Result<(Self, BlockMask), GridFault> {
