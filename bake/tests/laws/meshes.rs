@@ -125,7 +125,7 @@ pub fn voxel_hull(voxels: &[[i32; 3]]) -> Mesh {
     let cube = cube().mapped(|p| p.map(|x| 0.5 * (x + 1.0)));
     let is_free = |voxel: [i32; 3], side: usize| {
         let mut beside = voxel;
-        beside[side / 2] += if side % 2 == 0 { -1 } else { 1 };
+        beside[side / 2] += if side.is_multiple_of(2) { -1 } else { 1 };
         !voxels.contains(&beside)
     };
     let hull = |voxel: &[i32; 3]| {

@@ -58,11 +58,14 @@ fn single(contact: &Contact<f64>) -> Contact<f32> {
 /// Deepest contacts of all scenes lie so deep, at most.
 const DEPTH: f64 = 0.01;
 
+/// A point and the normal there.
+type Place = dyn Fn(&mut Random) -> (Vector3<f64>, Vector3<f64>);
+
 /// Bodies that rest: on a plane, on three bumps, in a bowl, in a groove, on an edge, in a corner, and contacts that hold it from everywhere.
 /// Turned and moved at random.
 fn scenes(random: &mut Random) -> Vec<(&'static str, Vec<Contact<f64>>)> {
     let count = 400;
-    let mut scene = |name, place: &dyn Fn(&mut Random) -> (Vector3<f64>, Vector3<f64>)| {
+    let mut scene = |name, place: &Place| {
         let turn = UnitQuaternion::from_scaled_axis(random.in_cube(3.0));
         let (shift, noise) = (random.in_cube(5.0), random.pick(&[0.0, 0.1, 1.0]));
         let contacts = (0..count).map(|element| {
@@ -72,12 +75,13 @@ fn scenes(random: &mut Random) -> Vec<(&'static str, Vec<Contact<f64>>)> {
         });
         (name, contacts.collect::<Vec<_>>())
     };
-    let up = Vector3::z();
     vec![
-        scene("plane", &|random| (Vector3::new(random.between(-1.0, 1.0), random.between(-0.4, 0.4), 0.0), up)),
+        scene("plane", &|random| {
+            (Vector3::new(random.between(-1.0, 1.0), random.between(-0.4, 0.4), 0.0), Vector3::z())
+        }),
         scene("bumps", &|random| {
             let center = random.pick(&[Vector3::x(), Vector3::y(), -Vector3::x()]);
-            (center + random.in_cube(0.1), up + random.in_cube(0.3))
+            (center + random.in_cube(0.1), Vector3::z() + random.in_cube(0.3))
         }),
         scene("bowl", &|random| {
             let out = random.direction();
@@ -88,7 +92,7 @@ fn scenes(random: &mut Random) -> Vec<(&'static str, Vec<Contact<f64>>)> {
             let side = random.pick(&[-1.0, 1.0]);
             (Vector3::new(random.between(-1.0, 1.0), 0.3 * side, 0.0), Vector3::new(0.0, -side, 1.0))
         }),
-        scene("edge", &|random| (Vector3::new(random.between(-1.0, 1.0), 0.0, 0.0), up)),
+        scene("edge", &|random| (Vector3::new(random.between(-1.0, 1.0), 0.0, 0.0), Vector3::z())),
         scene("corner", &|random| (random.in_cube(1e-3), random.direction() + Vector3::repeat(1.0))),
         scene("everywhere", &|random| (random.in_cube(1.0), random.direction())),
     ]
