@@ -103,6 +103,32 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
     }
 }
 
+#[test]
+fn limits_of_figures_that_a_scene_does_not_have_are_refused() {
+    let limit = "stretch = 1.2";
+    for (limits, more, wanted) in [
+        ("momentum_error = 1e-12", "pins = [0]", "reach: momentum_error: what holds pins is not known"),
+        ("beyond = 0", "", "reach: beyond: give the region as [beyond], with below or nearer"),
+        ("beyond = 0", "[beyond]", "reach: beyond: give the region as [beyond], with below or nearer"),
+        ("calm = 0.9", "", "reach: calm: give calm_speed"),
+        ("calm_speed = 3.0", "", "reach: calm_speed: give calm"),
+        ("momentum_error = 1e-12", "pins = []", ""),
+        ("beyond = 0", "[beyond]\nbelow = 0.0", ""),
+        ("calm = 0.9, calm_speed = 3.0", "", ""),
+    ] {
+        // Keys after the title are the scene's; those of the cloth come before the obstacle.
+        let text = SCENE.replace(limit, limits).replace("\n[[obstacle]]", &format!("{more}\n[[obstacle]]"));
+        match scene::parse(&text, "my.toml") {
+            Ok(_) => assert!(wanted.is_empty(), "{limits} {more} is taken"),
+            Err(refused) => {
+                let refused = refused.to_string();
+                assert!(!wanted.is_empty() && refused.contains(wanted), "{limits} {more}: {refused}");
+                assert_eq!(refused.lines().count(), 1, "{refused}");
+            }
+        }
+    }
+}
+
 /// Found by fuzzing: a file of 500 bytes took a second to build.
 #[test]
 fn copies_of_a_body_beyond_all_memory_are_refused() {

@@ -5,7 +5,7 @@ use sdf_procedural::Bowl;
 
 use super::mesh_spec::MeshSpec;
 use super::run::ElementMethod;
-use super::spec::{ObstacleSpec, SceneSpec, Vary};
+use super::spec::{ObstacleSpec, Reach, SceneSpec, Vary};
 use super::vary::variant_count;
 
 /// Most frames, substeps and copies of a body, so that a mistyped number ends in a message. `Budget` limits all bodies together.
@@ -81,10 +81,30 @@ impl SceneSpec {
         let obstacles = self.obstacle.iter().filter_map(|obstacle| obstacle.mesh.as_ref());
         let mut meshes = self.cloth.iter().map(|cloth| &cloth.mesh).chain(bodies).chain(obstacles);
         meshes.try_for_each(check_mesh)?;
+        self.check_reach()?;
         for word in self.fails.keys() {
             word.parse::<ElementMethod>().map_err(|error| format!("fails: {error}"))?;
         }
         Ok(())
+    }
+
+    /// Refuses limits of figures that the scene does not have.
+    fn check_reach(&self) -> Result<(), String> {
+        let Reach { momentum_error, beyond, calm, calm_speed, .. } = &self.reach;
+        let has_region = self.beyond.is_some_and(|region| region.below.is_some() || region.nearer.is_some());
+        if momentum_error.is_some() && self.cloth.iter().any(|cloth| !cloth.pins.is_empty()) {
+            return Err("reach: momentum_error: what holds pins is not known: give no limit, or no pins".to_owned());
+        }
+        if beyond.is_some() && !has_region {
+            return Err("reach: beyond: give the region as [beyond], with below or nearer".to_owned());
+        }
+        match (calm, calm_speed) {
+            (Some(_), None) => Err("reach: calm: give calm_speed, above which a run is not calm".to_owned()),
+            (None, Some(_)) => {
+                Err("reach: calm_speed: give calm, the share of runs that are to stay below it".to_owned())
+            }
+            _ => Ok(()),
+        }
     }
 }
 
