@@ -151,12 +151,14 @@ impl World {
         let slid = self.at(element, rows) - self.at(field, rows) - from;
         let is_uneven = touch.farthest > MAX_DEPTHS * weight;
         let most = if is_uneven { MAX_SHARE * touch.reach / touch.farthest } else { f64::INFINITY };
-        // What undoes the approach of this step is a force. The depth from before is undone without a velocity, no faster than the sides
-        // part: contacts that share a vertex push it once, not each.
+        // What undoes the approach of this step is a force. The depth from before is undone without a velocity, and only as far as the sides
+        // have not parted since the step began, whatever parted them: contacts that share a vertex push it once, not each.
         let approach = -normal.dot(&slid);
         let push = ((-gap).min(approach.max(0.0)) / weight).min(most);
         self.push_apart(&touch, rows, normal * push, dt);
-        let depth = (-gap - approach.max(0.0)).min(recovery_speed * dt + approach.min(0.0));
+        let started = self.started_at(element, rows) - self.started_at(field, rows) + touch.velocity * dt;
+        let parted = normal.dot(&(self.at(element, rows) - self.at(field, rows) - started));
+        let depth = (-gap - approach.max(0.0)).min(recovery_speed * dt - parted.max(0.0));
         if depth > 0.0 {
             self.shift_apart(&touch, rows, normal * (depth / weight).min(most));
         }
@@ -241,11 +243,20 @@ impl World {
     }
 
     fn carried(&self, id: u32, position: &V3, rotation: &UnitQuaternion<f64>, arm: &V3) -> V3 {
-        let turn = (rotation * self.start_rotations[id as usize].inverse()).imag() * 2.0;
+        let turn = (rotation * self.start_poses[id as usize].1.inverse()).imag() * 2.0;
         position + arm + turn.cross(arm)
     }
 
     /// Where a side was when the step began.
+    fn started_at(&self, side: &Side, rows: &Rows) -> V3 {
+        match side {
+            Side::Fixed { point, .. } => *point,
+            Side::Body { id, arm, .. } => self.start_poses[*id as usize].0 + arm,
+            _ => mean(&self.start, terms_of(side, rows)),
+        }
+    }
+
+    /// Where a side was when the step began, shifted as it was since.
     fn was_at(&self, side: &Side, rows: &Rows) -> V3 {
         match side {
             Side::Fixed { point, .. } => *point,

@@ -1,11 +1,12 @@
 //! Laws of the simulator: free motion, sliding and rolling friction, walls, sheets at rest, stiff or entangled ones, soft bodies, also those that
-//! carry a sheet, two bodies exchanged, rigid surfaces that are remembered.
+//! carry a sheet, two bodies exchanged, rigid surfaces that are remembered, overlaps undone.
 
 mod caged;
 mod contacts;
 mod entangled;
 mod motion;
 mod reduce;
+mod recovery;
 mod rigid_memory;
 mod rolling;
 mod sheets;
