@@ -25,8 +25,11 @@ pub struct Matter {
     pub poisson: f64,
 }
 
+/// Share of a side by which a point may be beyond a cube and still counts as on its boundary: more than coordinates are rounded by.
+const ON_SIDE: f64 = 1e-9;
+
 /// Adds a soft body: cubes with this side wherever the mesh has a point, and of those within `padding` of the mesh's box wherever
-/// `is_wanted` takes their center.
+/// `is_wanted` takes their center. A point between cubes asks for a cube of its own only where none of them is there.
 pub fn add(
     world: &mut World,
     points: &[[f64; 3]],
@@ -36,17 +39,26 @@ pub fn add(
     matter: &Matter,
     is_wanted: impl Fn(V3) -> bool,
 ) -> Surface {
-    let cell_of = |point: &[f64; 3]| point.map(|x| (x / side).floor() as i32);
-    let mut cells: BTreeMap<[i32; 3], u32> = points.iter().map(|point| (cell_of(point), 0)).collect();
-    let layers = (padding / side).ceil() as i32;
+    let layers: Vec<_> = points.iter().map(|point| point.map(|x| layers_at(x / side))).collect();
+    let (inside, between): (Vec<&[[i32; 2]; 3]>, Vec<_>) =
+        layers.iter().partition(|layers| layers.iter().all(|[a, b]| a == b));
+    let mut cells: BTreeMap<[i32; 3], u32> = inside.iter().map(|layers| (layers.map(|[layer, _]| layer), 0)).collect();
+    // A mesh that ends between two layers has none of the farther.
     let ends = |axis: usize| {
-        let all = cells.keys().map(|cell| cell[axis]);
-        (all.clone().min().unwrap_or(0) - layers, all.max().unwrap_or(0) + layers)
+        let low = layers.iter().map(|layers| layers[axis][0].max(layers[axis][1])).min().unwrap_or(0);
+        (low, layers.iter().map(|layers| layers[axis][0].min(layers[axis][1])).max().unwrap_or(0))
     };
-    let [x, y, z] = [0, 1, 2].map(ends);
+    let ends = [0, 1, 2].map(ends);
+    let padded = (padding / side).ceil() as i32;
+    let [x, y, z] = ends.map(|(low, high)| (low - padded, high + padded));
     for cell in (z.0..=z.1).flat_map(|z| (y.0..=y.1).flat_map(move |y| (x.0..=x.1).map(move |x| [x, y, z]))) {
         if is_wanted(V3::from(cell.map(|steps| (f64::from(steps) + 0.5) * side))) {
             cells.insert(cell, 0);
+        }
+    }
+    for layers in between {
+        if !cells_at(layers).any(|cell| cells.contains_key(&cell)) {
+            cells.insert(std::array::from_fn(|axis| layers[axis][0].min(ends[axis].1)), 0);
         }
     }
     let mut nodes = BTreeMap::new();
@@ -61,9 +73,9 @@ pub fn add(
         }
     }
     share_mass(world, first_tet, matter.density);
-    let embed = |point: &[f64; 3]| {
-        let cell = cell_of(point);
-        let share: [f64; 3] = std::array::from_fn(|axis| point[axis] / side - f64::from(cell[axis]));
+    let embed = |(point, layers): (&[f64; 3], &[[i32; 2]; 3])| {
+        let cell = cells_at(layers).find(|cell| cells.contains_key(cell)).expect("each point has a cube");
+        let share: [f64; 3] = std::array::from_fn(|axis| (point[axis] / side - f64::from(cell[axis])).clamp(0.0, 1.0));
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| share[*b].total_cmp(&share[*a]));
         let [a, b, c] = order.map(|axis| share[axis]);
@@ -74,7 +86,22 @@ pub fn add(
         }
         TetPoint { tet: cells[&cell] + place as u32, weights }
     };
-    Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().map(embed).collect()))
+    Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().zip(&layers).map(embed).collect()))
+}
+
+/// The layer of cubes at a coordinate in sides, and the other one where it is between two; else the same again.
+fn layers_at(x: f64) -> [i32; 2] {
+    let layer = x.floor() as i32;
+    match x - x.floor() {
+        share if share <= ON_SIDE => [layer, layer.saturating_sub(1)],
+        share if share >= 1.0 - ON_SIDE => [layer, layer.saturating_add(1)],
+        _ => [layer; 2],
+    }
+}
+
+/// The cubes at a point with these layers along each axis; some come more than once.
+fn cells_at(layers: &[[i32; 2]; 3]) -> impl Iterator<Item = [i32; 3]> {
+    (0..8).map(|other| std::array::from_fn(|axis| layers[axis][other >> axis & 1]))
 }
 
 /// Number of cubes in the box around a body, of which [`add`] looks at each.

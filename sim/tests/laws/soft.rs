@@ -70,3 +70,25 @@ fn small_strains_have_the_energy_of_hookes_law() {
         assert!((energy / expected - 1.0).abs() < 3.0 * strain, "{poisson}, axis {axis}: {energy}, not {expected}");
     }
 }
+
+/// Two boxes whose sides lie between cubes, one wider and one longer, also where their coordinates are rounded: no cube is outside of
+/// both, and each vertex stays where it is. Where no cube is wanted, each of the 16 vertices has one.
+#[test]
+fn a_body_whose_sides_lie_between_cubes_has_no_cube_outside_of_it() {
+    let [wider, longer] = [[0.2; 3], [0.1, 0.1, 0.4]].map(|half| cuboid(half).0);
+    let is_inside = |at: V3| at.amax() < 0.2 || (at.x.abs() < 0.1 && at.y.abs() < 0.1 && at.z.abs() < 0.4);
+    let matter = Matter { density: 1000.0, young: 1e5, poisson: 0.3 };
+    for ulps in [0.0, 4.0, -4.0] {
+        let points: Vec<_> =
+            wider.iter().chain(&longer).map(|point| point.map(|x| x * (1.0 + ulps * f64::EPSILON))).collect();
+        for (is_wanted, count) in [(&is_inside as &dyn Fn(V3) -> bool, 64 + 16), (&|_| false, 16)] {
+            let mut world = World::new([0.0; 3]);
+            let surface = soft::add(&mut world, &points, &[], 0.1, 0.0, &matter, is_wanted);
+            assert_eq!(world.tets.len(), 6 * count, "{ulps}");
+            let off =
+                surface.points(&world).into_iter().zip(&points).map(|(now, at)| (V3::from(now) - V3::from(*at)).amax());
+            // Eight roundings of a coordinate.
+            assert!(off.fold(0.0, f64::max) < 8.0 * f64::EPSILON, "{ulps}");
+        }
+    }
+}
