@@ -103,10 +103,12 @@ impl AllMinima {
         minima: &mut [Minimum<R, N>],
     ) -> MinimaSummary<R, N> {
         let (slope_bound, longest_edge) = (field.slope_bound(), simplex.longest_edge());
-        let rounding = rounding(FieldScale::new(field), simplex.corners[0], longest_edge, level);
+        let global_minimum = self.search.minimize_below(field, simplex, level);
+        // The level may be far above every value, and its rounding above every height.
+        let highest = global_minimum.sample.value + longest_edge * R::from_f64(slope_bound);
+        let rounding = rounding(FieldScale::new(field), simplex.corners[0], longest_edge, Real::min(level, highest));
         let max_rise = longest_edge * R::from_f64(slope_bound * self.tolerance / 3.0)
             + rounding * R::from_f64(NESTED_FIELDS_TWICE);
-        let global_minimum = self.search.minimize_below(field, simplex, level);
         let evaluations = global_minimum.evaluations.to_f64() as u32;
         let lower_bound = global_minimum.lower_bound;
         let mut summary = MinimaSummary { global_minimum, count: 0, is_complete: true, lower_bound, evaluations };

@@ -185,6 +185,24 @@ fn three_balls_under_an_edge_are_three_minima() {
     assert_eq!(deep.len(), 2, "{deep:?}");
 }
 
+/// A level above every value leaves none out, however high it is.
+#[test]
+fn a_level_above_every_value_finds_the_minima_of_any_other() {
+    fn check<R: Float>() {
+        let balls = Union(ball(0.2, [0.0; 3]), Union(ball(0.2, [1.0, 0.0, 0.0]), ball(0.2, [0.0, 1.0, 0.0])));
+        let corners = [[-1.0, -1.0, 0.2], [3.0, -1.0, 0.2], [-1.0, 3.0, 0.2]].map(Vector3::from);
+        let triangle = cast::<R, 3>(&Simplex { corners });
+        let (_, expected) = minima(&AllMinima::default(), &balls, &triangle, 10.0, CELLS);
+        assert_eq!(expected.len(), 3, "{expected:?}");
+        for level in [1e3, 1e4, 1e13, 1e30, f64::MAX, f64::INFINITY] {
+            let (found, minima) = minima(&AllMinima::default(), &balls, &triangle, level, CELLS);
+            assert!(found.is_complete && minima == expected, "{level}: {minima:?}");
+        }
+    }
+    check::<f64>();
+    check::<f32>();
+}
+
 /// A triangle that rests on four balls touches each of them.
 #[test]
 fn a_triangle_on_bumps_touches_each_of_them() {
