@@ -58,8 +58,8 @@ pub struct World {
     pub damping: f64,
     /// Momentum from outside: gravity, drag, and what nobody carries.
     pub(crate) outer: Impulses,
-    /// Speed at which sides that are too near are parted. Undoing depth never makes two sides part faster, however many contacts share
-    /// a vertex or a body.
+    /// Speed at which sides that are too near are parted. Undoing depth never makes two rigid bodies part faster, however many contacts
+    /// they share. Sheets and soft bodies part at up to eight times that.
     pub recovery_speed: f64,
     /// Rounds over edges that carry much, and all contacts, at either end of a step (docs/simulation.md). 2 keep a sheet on needles from
     /// stretching; where it would rest without them, it rests less well.
@@ -71,8 +71,7 @@ pub struct World {
     pub passes: Passes,
     previous: Vec<V3>,
     previous_poses: Vec<(V3, UnitQuaternion<f64>)>,
-    /// Positions and poses as the step began; those of `previous` and `previous_poses` are shifted with what they belong to.
-    start: Vec<V3>,
+    /// Poses as the step began; `previous_poses` are shifted with their bodies.
     start_poses: Vec<(V3, UnitQuaternion<f64>)>,
     stretch_multipliers: Vec<f64>,
     /// Edges that carried much in the last step.
@@ -122,7 +121,6 @@ impl Default for World {
             passes: Passes::ThereAndBack,
             previous: vec![],
             previous_poses: vec![],
-            start: vec![],
             start_poses: vec![],
             stretch_multipliers: vec![],
             loaded: vec![],
@@ -154,7 +152,6 @@ impl World {
 
     /// Moves everything on by `dt`.
     pub fn step(&mut self, dt: f64, rows: &mut Rows) {
-        self.start.clone_from(&self.x);
         self.start_poses.clear();
         self.start_poses.extend(self.bodies.iter().map(|body| (body.position, body.rotation)));
         self.prepare(rows);
@@ -206,7 +203,7 @@ impl World {
     }
 
     fn predict(&mut self, dt: f64) {
-        self.previous.clone_from(&self.start);
+        self.previous.clone_from(&self.x);
         self.previous_poses.clone_from(&self.start_poses);
         let slower = 1.0 / (1.0 + self.drag * dt);
         for ((x, v), inv_mass) in self.x.iter_mut().zip(&mut self.v).zip(&self.inv_mass) {

@@ -152,12 +152,17 @@ impl World {
         let is_uneven = touch.farthest > MAX_DEPTHS * weight;
         let most = if is_uneven { MAX_SHARE * touch.reach / touch.farthest } else { f64::INFINITY };
         // What undoes the approach of this step is a force. The depth from before is undone without a velocity, and only as far as the sides
-        // have not parted since the step began, whatever parted them: contacts that share a vertex push it once, not each.
+        // have not parted. Of bodies that counts since the step began, whatever parted them: contacts that share a body push it once, not
+        // each. A sheet rests where what undid depth does not count: what lifts a corner stretches the edges beside it.
         let approach = -normal.dot(&slid);
         let push = ((-gap).min(approach.max(0.0)) / weight).min(most);
         self.push_apart(&touch, rows, normal * push, dt);
-        let started = self.started_at(element, rows) - self.started_at(field, rows) + touch.velocity * dt;
-        let parted = normal.dot(&(self.at(element, rows) - self.at(field, rows) - started));
+        let parted = match self.started_at(element).zip(self.started_at(field)) {
+            Some((a, b)) => {
+                normal.dot(&(self.at(element, rows) - self.at(field, rows) - (a - b + touch.velocity * dt)))
+            }
+            None => -approach,
+        };
         let depth = (-gap - approach.max(0.0)).min(recovery_speed * dt - parted.max(0.0));
         if depth > 0.0 {
             self.shift_apart(&touch, rows, normal * (depth / weight).min(most));
@@ -247,12 +252,12 @@ impl World {
         position + arm + turn.cross(arm)
     }
 
-    /// Where a side was when the step began.
-    fn started_at(&self, side: &Side, rows: &Rows) -> V3 {
+    /// Where a side was when the step began; `None` of particles.
+    fn started_at(&self, side: &Side) -> Option<V3> {
         match side {
-            Side::Fixed { point, .. } => *point,
-            Side::Body { id, arm, .. } => self.start_poses[*id as usize].0 + arm,
-            _ => mean(&self.start, terms_of(side, rows)),
+            Side::Fixed { point, .. } => Some(*point),
+            Side::Body { id, arm, .. } => Some(self.start_poses[*id as usize].0 + arm),
+            Side::Particles { .. } => None,
         }
     }
 

@@ -26,26 +26,20 @@ fn middles(text: &str) -> Vec<V3> {
     middles
 }
 
-/// Deep in a floor, a box and a sheet rise at the recovery speed. In the first frame a sheet has no more than what its rows took from each
-/// other. A box rises by up to 5 % more: each of its rows parts where the others turn it.
+/// Deep in a floor, a box rises at the recovery speed, and by up to 5 % more: each of its rows parts where the others turn it.
 #[test]
 fn an_overlap_is_undone_at_the_recovery_speed_whatever_the_substeps() {
-    let sheet =
-        "[[cloth]]\nmesh.sheet = { cells = [4, 4], size = [1.0, 1.0], height = -5.0, bend = 0.0, floor = -9.0 }\n";
     let cube = format!("{CUBE}start.translate = [0.0, 0.0, -5.0]\n");
-    for (body, recovery, substeps) in [&cube, sheet]
-        .into_iter()
-        .flat_map(|body| [0.05, 1.0].map(|recovery| (body, recovery)))
-        .flat_map(|(body, recovery)| [1, 10, 40].map(|substeps| (body, recovery, substeps)))
-    {
+    let settings = [0.05, 1.0].into_iter().flat_map(|recovery| [1, 10, 40].map(|substeps| (recovery, substeps)));
+    for (recovery, substeps) in settings {
         let keys = format!(
             "thickness = 0.001\ngravity = [0.0, 0.0, 0.0]\nrecovery = {recovery:?}\nsubsteps = {substeps}\nframes = 31\n"
         );
-        let middles = middles(&format!("{keys}{body}"));
+        let middles = middles(&format!("{keys}{cube}"));
         let speed = (middles[31].z - middles[1].z) * 2.0;
         assert!(
             speed > 0.98 * recovery && speed < 1.06 * recovery,
-            "{body} in {substeps} substeps rises at {speed}, not at {recovery}"
+            "a box in {substeps} substeps rises at {speed}, not at {recovery}"
         );
     }
 }
