@@ -9,7 +9,7 @@ use crate::{Contacts, Elements, MeshView};
 pub struct NotFinite {
     /// How many.
     pub count: usize,
-    /// Of which kind.
+    /// Kind of the elements.
     pub elements: Elements,
     /// The first with such a coordinate; `None` where it is not known.
     pub first: Option<usize>,

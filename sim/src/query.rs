@@ -61,7 +61,7 @@ pub struct Query {
     pub hold: f64,
     /// Way of a contact's point within which its plane is kept where the element is searched anew: see [`Memory`].
     pub keep: f64,
-    /// Of a rigid body: at most so many contacts with each obstacle, those that hold it best ([`Reduction`]); `None` for all.
+    /// Most contacts of a rigid body with each obstacle, those that hold it best ([`Reduction`]); `None` for all.
     pub reduce: Option<usize>,
     /// How many threads search. The contacts do not depend on it.
     pub threads: Threads,

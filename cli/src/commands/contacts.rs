@@ -272,7 +272,7 @@ pub struct ContactList<'a> {
     pub beyond_band: usize,
     /// Contacts whose distance is a lower bound, as they lie outside of a grid: of one within a closed form.
     pub outside_grid: usize,
-    /// What --reduce left out.
+    /// Summary of --reduce.
     reduced: Option<ReducedContacts>,
     /// The contacts, packed: there may be millions.
     pub rows: ContactRows,

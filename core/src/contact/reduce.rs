@@ -69,7 +69,7 @@ pub struct Reduction<R> {
     pub thickness: R,
 }
 
-/// What became of the contacts.
+/// Result of a reduction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reduced<R> {
     /// The contacts that are kept.

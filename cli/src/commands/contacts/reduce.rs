@@ -10,7 +10,7 @@ use crate::args::ContactsArgs;
 use crate::failure::misuse;
 use crate::report::number;
 
-/// What a reduction left out.
+/// Summary of a reduction.
 #[derive(Clone, Copy, Serialize)]
 pub struct ReducedContacts {
     /// Contacts before it.

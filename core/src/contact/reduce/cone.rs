@@ -14,7 +14,7 @@ const MAX_EXCHANGES: usize = 4 * DIMENSIONS;
 
 /// All sums of the rows that are held, with weights that are not negative.
 pub(super) struct Cone<R> {
-    /// Of length one. The first says that a gap may be wider.
+    /// Rows of length one. The first says that a gap may be wider.
     rows: [WrenchRow<R>; MAX_REDUCED + 1],
     count: usize,
 }
