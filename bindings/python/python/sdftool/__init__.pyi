@@ -32,6 +32,7 @@ __all__ = [
     "import_grid",
     "load",
     "octahedron",
+    "reduce",
     "rounded_box",
     "signed_distance",
     "sphere",
@@ -270,6 +271,9 @@ def signed_distance(
     sign: _Sign = "auto",
     threads: int | None = None,
 ) -> _Floats: ...
+def reduce(
+    contacts: npt.NDArray[np.void], count: int, *, movement: float, thickness: float = 0.0
+) -> tuple[npt.NDArray[np.void], float]: ...
 def load(path: str | os.PathLike[str]) -> Sdf: ...
 def clear_leftovers(path: str | os.PathLike[str]) -> None: ...
 def from_bytes(data: bytes) -> Sdf: ...
