@@ -1,5 +1,5 @@
-//! Two rigid bodies that touch, frame after frame: what do clusters of faces save? How long does a first touch take, and how long a
-//! deformed cage before the search in it? On one thread, in its processor time; the ways take turns, and every time is a median.
+//! Two rigid bodies that touch, frame after frame: what do clusters of faces save? How long does a first touch take, how long a
+//! deformed cage before the search in it, and how long a reduction of contacts? On one thread, in its processor time; the ways take turns, and every time is a median.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -8,11 +8,12 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use cpu_time::ThreadTime;
 use sdf_core::Aabb;
-use sdf_core::contact::{FirstTouch, MovingElement, Touch};
+use sdf_core::contact::{FirstTouch, MovingElement, Reduced, Reduction, Touch};
 use sdf_core::grid::owned::Layout;
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::Rigid;
-use sdf_field::{ContactOptions, Contacts, Field, MeshClusters, MeshInMotion, MeshView, Method, Threads};
+use sdf_core::shapes::HalfSpace;
+use sdf_field::{ContactOptions, Contacts, Elements, Field, MeshClusters, MeshInMotion, MeshView, Method, Threads};
 use sdf_procedural::random::Random;
 use sdf_procedural::{Mesh, SpikedBall};
 use sdf_sim::scene::{self, Stage};
@@ -23,7 +24,7 @@ use crate::statistics::median;
 
 const FRAMES: u32 = 15;
 
-/// Prints a line for each method, one for first touches and one for a cage; with a mesh also lines for two of it at several distances.
+/// Prints a line for each method, and some for first touches, reductions and a cage; with a mesh also lines for two of it at several distances.
 pub fn run(mesh: Option<&Path>) -> Result<()> {
     let body = SpikedBall { levels: 6, radius: 0.8 }.mesh();
     let field = bake(&SpikedBall { levels: 4, radius: 0.8 }.mesh(), 128, Layout::Dense)?;
@@ -34,11 +35,47 @@ pub fn run(mesh: Option<&Path>) -> Result<()> {
     for evaluations in [1 << 12, 1 << 14, 1 << 16, 1 << 18] {
         first_touches(&body, &field, evaluations);
     }
+    for side in [42, 100] {
+        reductions(side)?;
+    }
     cage()?;
     if let Some(path) = mesh {
         let mesh = sdf_formats::mesh::read(path)?;
         let mesh = Mesh { points: mesh.points, triangles: mesh.triangles, segments: vec![] };
         two_of(&mesh)?;
+    }
+    Ok(())
+}
+
+/// A flat face of so many vertices along each side, in a floor: level, and rough by a fifth of its depth.
+fn reductions(side: u32) -> Result<()> {
+    let (depth, margin) = (0.01, 0.0);
+    let floor = Field::new(HalfSpace::new([0.0, 0.0, 1.0], 0.0).context("a direction")?);
+    let mut random = Random::new(16);
+    for roughness in [0.0, 0.2] {
+        let at = |n: u32| f64::from(n) / f64::from(side - 1);
+        let points: Vec<[f64; 3]> = (0..side * side)
+            .map(|id| [at(id % side), at(id / side), -depth * (1.0 - roughness * random.unit())])
+            .collect();
+        let options = ContactOptions { elements: Elements::Vertices, margin, ..ContactOptions::default() };
+        let found = floor.contacts(MeshView { points: &points, faces: &[] }, &options)?;
+        for count in [4, 16, 64] {
+            let reduction = Reduction { count, movement: depth, thickness: 0.0 };
+            let (mut times, mut last) = (vec![], None);
+            for _ in 0..FRAMES {
+                let mut contacts = found.clone();
+                let start = ThreadTime::now();
+                last = Some(black_box(contacts.reduce(&reduction)?));
+                times.push(1e3 * start.elapsed().as_secs_f64());
+            }
+            let Reduced { count, shortfall } = last.context("a frame")?;
+            println!(
+                "{} contacts of a face, rough by {roughness}, to {count}: {:.2} ms, shortfall {:.1e} of the movement",
+                found.contacts.len(),
+                median(times),
+                shortfall / depth,
+            );
+        }
     }
     Ok(())
 }

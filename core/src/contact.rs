@@ -122,6 +122,21 @@ impl<R: Float> Contact<R> {
         self.vertices.get(..self.corner_weights().len()).unwrap_or(&self.vertices)
     }
 
+    /// Is there a direction that separates?
+    pub(crate) fn has_normal(&self) -> bool {
+        R::from_f64(0.5) < self.normal.dot(&self.normal)
+    }
+
+    /// The way between point and surface point, along the normal.
+    pub(crate) fn gap(&self) -> R {
+        self.normal.dot(&(self.point - self.surface_point))
+    }
+
+    /// Place among the contacts of a mesh, which files and solvers get in this order.
+    pub(crate) fn place(&self) -> (ElementKind, u32, u32) {
+        (self.kind, self.element, self.rank)
+    }
+
     /// The lowest bit of the rank in [`key`](Self::key).
     pub const RANK_SHIFT: u32 = 42;
 

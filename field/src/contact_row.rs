@@ -59,13 +59,12 @@ impl ContactRow {
 
     /// The contact of a row; `None` of codes that mean nothing.
     pub fn to_contact(&self) -> Option<Contact<f64>> {
-        let kind = |code: u8| KINDS.into_iter().find(|kind| kind.code() == code);
         Some(Contact {
-            kind: kind(self.element)?,
+            kind: ElementKind::from_code(self.element)?,
             element: self.id,
             vertices: self.vertices,
             rank: (self.key >> Contact::<f64>::RANK_SHIFT) as u32,
-            feature: match (kind(self.feature)?, self.feature_id) {
+            feature: match (ElementKind::from_code(self.feature)?, self.feature_id) {
                 (ElementKind::Vertex, [vertex, _]) => Feature::Vertex(vertex),
                 (ElementKind::Edge, vertices) => Feature::Edge(vertices),
                 (ElementKind::Face, [face, _]) => Feature::Face(face),
@@ -80,21 +79,10 @@ impl ContactRow {
             error_bound: self.error_bound,
             shape_lower_bound: self.shape_lower_bound,
             evaluations: self.evaluations,
-            status: STATUSES.into_iter().find(|status| status.code() == self.status)?,
+            status: ContactStatus::from_code(self.status)?,
         })
     }
 }
-
-const KINDS: [ElementKind; 3] = [ElementKind::Vertex, ElementKind::Edge, ElementKind::Face];
-
-const STATUSES: [ContactStatus; 6] = [
-    ContactStatus::Possible,
-    ContactStatus::DegenerateGradient,
-    ContactStatus::OutsideGrid,
-    ContactStatus::BeyondBand,
-    ContactStatus::BudgetSpent,
-    ContactStatus::Converged,
-];
 
 impl From<&Contact<f64>> for ContactRow {
     fn from(contact: &Contact<f64>) -> Self {

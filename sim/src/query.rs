@@ -235,8 +235,8 @@ impl Query {
     fn keep_few(&self, count: usize, reach: f64, found: &mut Vec<Contact<f64>>, contacts: &mut Contacts) {
         let depth = found.iter().map(|contact| self.thickness - contact.distance).fold(0.0, f64::max);
         let reduction = Reduction { count, movement: reach + depth, thickness: self.thickness };
-        // Where nothing moves and nothing is deep, all are kept.
         let mut scratch = vec![0.0; found.len()];
+        // There is no reduction where nothing moves and nothing is deep: then all are kept.
         if let Some(reduced) = reduction.apply(found, &mut scratch) {
             found.truncate(reduced.count);
             contacts.shortfall = contacts.shortfall.max(reduced.shortfall);

@@ -80,6 +80,8 @@ fn numbers_that_no_scene_can_be_run_with_are_refused_by_their_key() {
         ("size = [1.0, 1.0]", "size = [1.0, -inf]", "size = -inf"),
         ("radius = 0.5", "radius = 1e200", ""),
         ("thickness = 0.01", "loaded_rounds = 101", "loaded_rounds = 101: give a number from 0 to 100"),
+        ("thickness = 0.01", "contacts_per_pair = 0", "contacts_per_pair = 0: give a number from 1 to 64"),
+        ("thickness = 0.01", "contacts_per_pair = 65", "contacts_per_pair = 65: give a number from 1 to 64"),
         ("thickness = 0.01", "friction = 2e9", "friction = 2000000000: give a number from 0 to 1e9"),
         ("[[cloth]]", "[[cloth]]\nstretch = -1", "stretch = -1: give a number from 0 to 1e9"),
         ("[[cloth]]", "[[cloth]]\nbend = -1e-3", "bend = -0.001: give a number from 0 to 1e9"),

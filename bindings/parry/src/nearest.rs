@@ -6,7 +6,7 @@
 //! | once more | from the point nearest to the surface, by φ, on the sphere of radius φ about the start: where ∇φ says little |
 //! | along the surface | until the way from the start meets it at a right angle: projected gradient descent, with a shorter step where one led farther away |
 //!
-//! What is found lies on the surface, so it is never nearer than the nearest point. It is a local minimum of the distance.
+//! The point that it finds is a local minimum of the distance to the surface: never nearer than the nearest point, and seldom farther.
 
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{AnyField, Sample, Sdf};

@@ -43,14 +43,14 @@ fn meshed_fields() -> Vec<(&'static str, SdfShape, TriMesh, f32)> {
     let round = scaled(Ball::new(1.0).to_trimesh(200, 100), Vector::new(2.0, 0.5, 0.5));
     let ellipsoid = shapes::Ellipsoid::new([2.0, 0.5, 0.5]).unwrap().into();
     // A grid rounds edges off by less than half a cell. The ellipsoid's mesh is inscribed: 2 (1 − cos(π/100)) at the most.
-    let (of_grid, of_facets) = (0.5 * SPACING as f32, 1e-3);
+    let (grid_error, facet_error) = (0.5 * SPACING as f32, 1e-3);
     let all = [
-        ("a plate in a dense grid", bake(&plate, SPACING), &plate, of_grid),
-        ("a plate in a sparse grid", bake_sparse(&plate), &plate, of_grid),
-        ("a lumpy body in a dense grid", bake(&lumpy, SPACING), &lumpy, of_grid),
-        ("a lumpy body in a sparse grid", bake_sparse(&lumpy), &lumpy, of_grid),
-        ("a plate", shapes::Cuboid::new([1.0, 0.5, 0.2]).unwrap().into(), &plate, of_facets),
-        ("an ellipsoid", ellipsoid, &round, of_facets),
+        ("a plate in a dense grid", bake(&plate, SPACING), &plate, grid_error),
+        ("a plate in a sparse grid", bake_sparse(&plate), &plate, grid_error),
+        ("a lumpy body in a dense grid", bake(&lumpy, SPACING), &lumpy, grid_error),
+        ("a lumpy body in a sparse grid", bake_sparse(&lumpy), &lumpy, grid_error),
+        ("a plate", shapes::Cuboid::new([1.0, 0.5, 0.2]).unwrap().into(), &plate, facet_error),
+        ("an ellipsoid", ellipsoid, &round, facet_error),
     ];
     let mesh = |(points, faces): &Mesh| {
         let points = points.iter().map(|point| Vector::from_array(point.map(|x| x as f32))).collect();
@@ -162,7 +162,7 @@ fn a_mesh_far_from_its_origin_arrives_in_time() {
     }
 }
 
-/// What moved until the start is not where it was at time zero.
+/// A cast that starts late finds the bodies where they are then, not where they were at time zero.
 #[test]
 fn a_turning_field_meets_what_has_moved_before_the_start() {
     let arm = shape(shapes::Capsule::new([0.0; 3], [200.0, 0.0, 0.0], 0.5).unwrap());

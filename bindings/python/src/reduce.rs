@@ -13,8 +13,8 @@ use crate::integers;
 /// of elements, and how far the others can sink while those are held at thickness from the surface, a length.
 ///
 /// contacts: an array (n,) of contact_dtype, of one body with one field. count: 1 to 64. movement: how far the body moves until its
-/// contacts are found again, a positive length: the way of its middle and, of a turn, that of its farthest contact. Contacts
-/// without a normal hold nothing and are not kept.
+/// contacts are found again, a positive length: the way of the middle of the box around the contacts' points, and the turn in radians times
+/// half of that box's diagonal. Contacts without a normal hold nothing and are not kept.
 #[pyfunction]
 #[pyo3(signature = (contacts, count, *, movement, thickness=0.0))]
 pub fn reduce<'py>(

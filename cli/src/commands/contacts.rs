@@ -320,7 +320,8 @@ pub fn find<'a>(args: &ContactsArgs, searcher: &Searcher, mesh: &'a Mesh, field:
         },
     };
     let found = found.continue_value().context("a search that nothing ends")?;
-    let reduced = to_reduce.map(|contacts| reduce::reduce(args, contacts, &mut rows)).transpose()?;
+    let reduced = args.reduce.zip(to_reduce);
+    let reduced = reduced.map(|(count, contacts)| reduce::reduce(args, count, contacts, &mut rows)).transpose()?;
     Ok(ContactList {
         elements: found.element_count,
         passed_cull: (!args.lean || !searcher.is_card()).then_some(found.searched_count),

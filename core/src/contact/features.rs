@@ -116,11 +116,10 @@ fn edge(a: u32, b: u32) -> [u32; 2] {
 }
 
 fn keep_first_of_each_feature<R: Float>(contacts: &mut [Contact<R>], is_owned: impl Fn(&Contact<R>) -> bool) -> usize {
-    let by_element = |a: &Contact<R>, b: &Contact<R>| (a.kind, a.element, a.rank).cmp(&(b.kind, b.element, b.rank));
     contacts.sort_unstable_by(|a, b| {
         let by_owner = is_owned(b).cmp(&is_owned(a));
         let by_distance = a.distance.partial_cmp(&b.distance).unwrap_or(Ordering::Equal);
-        a.feature.cmp(&b.feature).then(by_owner).then(by_distance).then_with(|| by_element(a, b))
+        a.feature.cmp(&b.feature).then(by_owner).then(by_distance).then_with(|| a.place().cmp(&b.place()))
     });
     let mut count = 0;
     let mut last = None;
@@ -133,7 +132,7 @@ fn keep_first_of_each_feature<R: Float>(contacts: &mut [Contact<R>], is_owned: i
         }
     }
     if let Some(kept) = contacts.get_mut(..count) {
-        kept.sort_unstable_by(by_element);
+        kept.sort_unstable_by_key(Contact::place);
     }
     count
 }

@@ -34,8 +34,8 @@ use cone::{Cone, WrenchRow};
 /// Most contacts that a reduction keeps.
 pub const MAX_REDUCED: usize = 64;
 
-/// No more contacts are kept where all others are as near as this. Of length one: a shift by the movement, a turn by it at L, and a gap as
-/// wide as it.
+/// No more contacts are kept once the rows of all others are within this of sums of those kept. A row counts shifts, turns at the arm L, and gaps
+/// in movements.
 const ENOUGH: f64 = 0.01;
 
 /// Few contacts of a rigid body in place of many.
@@ -92,11 +92,11 @@ impl<R: Float> Reduction<R> {
         if !is_positive || !(1..=MAX_REDUCED).contains(&self.count) || contacts.len() != scratch.len() {
             return None;
         }
-        contacts.sort_unstable_by_key(|contact| (contact.kind, contact.element, contact.rank));
+        contacts.sort_unstable_by_key(Contact::place);
         let wrenches = Wrenches::new(contacts, self);
         for (contact, distance) in contacts.iter().zip(scratch.iter_mut()) {
             // Before any is kept, none is near.
-            *distance = if has_normal(contact) { R::from_f64(f64::INFINITY) } else { R::zero() };
+            *distance = if contact.has_normal() { R::from_f64(f64::INFINITY) } else { R::zero() };
             if !wrenches.row(contact).iter().all(|x| x.is_finite()) {
                 return None;
             }
@@ -134,14 +134,10 @@ impl<R: Float> Reduction<R> {
 /// Stands in place of the distance of those that are kept.
 const KEPT: f64 = -1.0;
 
-fn has_normal<R: Float>(contact: &Contact<R>) -> bool {
-    R::from_f64(0.5) < contact.normal.dot(&contact.normal)
-}
-
 /// The first of the deepest.
 fn deepest<R: Float>(contacts: &[Contact<R>]) -> Option<usize> {
     let mut lowest: Option<(usize, R)> = None;
-    for (index, contact) in contacts.iter().enumerate().filter(|(_, contact)| has_normal(contact)) {
+    for (index, contact) in contacts.iter().enumerate().filter(|(_, contact)| contact.has_normal()) {
         if lowest.is_none_or(|(_, distance)| contact.distance < distance) {
             lowest = Some((index, contact.distance));
         }
@@ -208,9 +204,9 @@ impl<R: Float> Wrenches<R> {
 
     /// n, (p − c)/L × n, and the gap in movements.
     fn row(&self, contact: &Contact<R>) -> WrenchRow<R> {
-        let Contact { point, surface_point, normal, .. } = contact;
-        let turn = ((point - self.center) / self.arm).cross(normal);
-        let gap = normal.dot(&(point - surface_point)) - self.thickness;
+        let normal = contact.normal;
+        let turn = ((contact.point - self.center) / self.arm).cross(&normal);
+        let gap = contact.gap() - self.thickness;
         [normal.x, normal.y, normal.z, turn.x, turn.y, turn.z, gap / self.movement]
     }
 }

@@ -142,9 +142,8 @@ impl<R: Float> Row<R> {
     /// The row of a contact of loose particles, its mesh's vertices, with a field that stands still. `None` where the contact has no
     /// normal: no direction separates there.
     pub fn from_contact(contact: &Contact<R>, thickness: R) -> Option<Self> {
-        let has_normal = R::from_f64(0.5) < contact.normal.dot(&contact.normal);
-        has_normal.then(|| Self {
-            gap: contact.normal.dot(&(contact.point - contact.surface_point)) - thickness,
+        contact.has_normal().then(|| Self {
+            gap: contact.gap() - thickness,
             normal: contact.normal,
             point: contact.point,
             surface_point: contact.surface_point,

@@ -21,17 +21,6 @@ const BLOCK: usize = 1 << 16;
 /// Words of the longest row.
 const MAX_ROW: usize = 42;
 
-const KINDS: [ElementKind; 3] = [ElementKind::Vertex, ElementKind::Edge, ElementKind::Face];
-
-const STATUSES: [ContactStatus; 6] = [
-    ContactStatus::Converged,
-    ContactStatus::BudgetSpent,
-    ContactStatus::OutsideGrid,
-    ContactStatus::DegenerateGradient,
-    ContactStatus::BeyondBand,
-    ContactStatus::Possible,
-];
-
 /// Bits of a row's first word. Bits 0 to 1 are the kind, 2 to 4 the status, 5 to 7 the weights that follow.
 const KIND_BITS: u32 = 0;
 const STATUS_BITS: u32 = 2;
@@ -199,7 +188,7 @@ impl Words<'_> {
 
     fn contact(&mut self) -> Contact<f64> {
         let bits = self.word();
-        let kind = KINDS[(bits >> KIND_BITS & 3) as usize % 3];
+        let kind = ElementKind::ALL[(bits >> KIND_BITS & 3) as usize % ElementKind::ALL.len()];
         let [element, evaluations] = [self.word(), self.word()];
         let mut vertices = [sdf_core::contact::NO_VERTEX; 3];
         vertices.iter_mut().take(usize::from(kind.code()) + 1).for_each(|vertex| *vertex = self.word());
@@ -212,7 +201,7 @@ impl Words<'_> {
             2 => Feature::Edge([place(0), place(1)]),
             _ => Feature::Face(element),
         };
-        let status = STATUSES[(bits >> STATUS_BITS & 7) as usize % STATUSES.len()];
+        let status = ContactStatus::ALL[(bits >> STATUS_BITS & 7) as usize % ContactStatus::ALL.len()];
         let lower_bound = if bits & HAS_LOWER_BOUND != 0 { self.number() } else { distance };
         let mut contact = Contact {
             kind,

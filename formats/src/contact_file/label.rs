@@ -2,12 +2,20 @@ use sdf_core::contact::{ContactStatus, ElementKind};
 use serde::Serializer;
 
 /// A value with a fixed list of names: a word in CSV and JSON, the word's index in HDF5.
-pub trait Label: Copy {
+pub trait Label: Copy + 'static {
+    /// All values, in the order of their codes.
+    const ALL: &'static [Self];
+
     /// All names, in the order of their codes.
     const NAMES: &'static [&'static str];
 
     /// Index into [`Self::NAMES`].
     fn code(self) -> u8;
+
+    /// The value with this code; `None` if it means nothing.
+    fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(code)).copied()
+    }
 
     /// The name of this value.
     fn name(self) -> &'static str {
@@ -16,6 +24,8 @@ pub trait Label: Copy {
 }
 
 impl Label for ElementKind {
+    const ALL: &'static [Self] = &[Self::Vertex, Self::Edge, Self::Face];
+
     const NAMES: &'static [&'static str] = &["vertex", "edge", "face"];
 
     fn code(self) -> u8 {
@@ -28,6 +38,15 @@ impl Label for ElementKind {
 }
 
 impl Label for ContactStatus {
+    const ALL: &'static [Self] = &[
+        Self::Converged,
+        Self::BudgetSpent,
+        Self::OutsideGrid,
+        Self::DegenerateGradient,
+        Self::BeyondBand,
+        Self::Possible,
+    ];
+
     const NAMES: &'static [&'static str] =
         &["converged", "budget_spent", "outside_grid", "degenerate_gradient", "beyond_band", "possible"];
 

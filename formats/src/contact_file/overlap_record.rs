@@ -18,6 +18,8 @@ pub enum OverlapKind {
 }
 
 impl Label for OverlapKind {
+    const ALL: &'static [Self] = &[Self::Deepest, Self::Patch];
+
     const NAMES: &'static [&'static str] = &["deepest", "patch"];
 
     fn code(self) -> u8 {
@@ -42,6 +44,8 @@ pub enum OverlapStatus {
 }
 
 impl Label for OverlapStatus {
+    const ALL: &'static [Self] = &[Self::Good, Self::OutsideGrid, Self::DegenerateGradient, Self::BeyondBand];
+
     const NAMES: &'static [&'static str] = &["good", "outside_grid", "degenerate_gradient", "beyond_band"];
 
     fn code(self) -> u8 {

@@ -1,4 +1,4 @@
-//! Overlaps are undone at the speed that a scene gives.
+//! Overlaps of rigid bodies are undone at the speed that a scene gives.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -28,7 +28,7 @@ fn middles(text: &str) -> Vec<V3> {
 
 /// Deep in a floor, a box rises at the recovery speed, and by up to 5 % more: each of its rows parts where the others turn it.
 #[test]
-fn an_overlap_is_undone_at_the_recovery_speed_whatever_the_substeps() {
+fn a_box_leaves_an_overlap_at_the_recovery_speed_whatever_the_substeps() {
     let cube = format!("{CUBE}start.translate = [0.0, 0.0, -5.0]\n");
     let settings = [0.05, 1.0].into_iter().flat_map(|recovery| [1, 10, 40].map(|substeps| (recovery, substeps)));
     for (recovery, substeps) in settings {

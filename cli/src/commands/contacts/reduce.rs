@@ -27,8 +27,13 @@ impl ReducedContacts {
     }
 }
 
-/// Appends those that are kept to the rows.
-pub fn reduce(args: &ContactsArgs, contacts: Vec<Contact<f64>>, rows: &mut ContactRows) -> Result<ReducedContacts> {
+/// Keeps at most so many of the contacts, and appends them to the rows.
+pub fn reduce(
+    args: &ContactsArgs,
+    count: usize,
+    contacts: Vec<Contact<f64>>,
+    rows: &mut ContactRows,
+) -> Result<ReducedContacts> {
     let found = contacts.len();
     let depth = contacts.iter().map(|contact| -contact.distance).fold(0.0, f64::max);
     let movement = args.movement.unwrap_or(args.margin.max(0.0) + depth);
@@ -39,7 +44,6 @@ pub fn reduce(args: &ContactsArgs, contacts: Vec<Contact<f64>>, rows: &mut Conta
         misuse!("--reduce: no contact is deep and there is no --margin: say by --movement how far the body moves");
     }
     let mut contacts = Contacts { contacts, ..Contacts::default() };
-    let count = args.reduce.unwrap_or(found);
     let reduced = contacts.reduce(&Reduction { count, movement, thickness: 0.0 })?;
     contacts.contacts.iter().for_each(|contact| rows.push(contact));
     Ok(ReducedContacts { found, movement, shortfall: reduced.shortfall })

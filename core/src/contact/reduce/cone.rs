@@ -40,15 +40,15 @@ impl<R: Float> Cone<R> {
         }
     }
 
-    /// The distance of a row from the cone, which is convex: of all rows that are sums of others with a total of one, none is farther away than
-    /// those. Some distance that is at most the limit, if there is one.
+    /// The distance of a row from the cone, or an upper bound of it that is at most the limit. The distance is a convex function, so that the
+    /// farthest of many rows is a corner of their convex hull: of a flat face, one of its corners.
     pub(super) fn distance(&self, row: &WrenchRow<R>, limit: R) -> R {
         let rest = self.rest(row, |rest| dot(rest, rest) <= limit * limit);
         dot(&rest, &rest).sqrt()
     }
 
-    /// How far a contact can sink in a movement of length one while those of the cone are held. Some bound that is at most the limit, if
-    /// there is one.
+    /// How far a contact can sink in a movement of length one while those of the cone are held, or an upper bound of that which is at most the
+    /// limit.
     pub(super) fn shortfall(&self, row: &WrenchRow<R>, limit: R) -> R {
         shortfall_of(&self.rest(row, |rest| shortfall_of(rest) <= limit))
     }
