@@ -37,7 +37,9 @@ int main(int argc, char **argv) {
     SdfBakeOptions options = sdf_bake_options();
     options.resolution = 32;
     if (sdf_bake(octahedron, 6, sides, 8, &options, print_progress, &done, &body, &error) != SDF_OK) return puts(error.text), 1;
-    printf("sdftool %s, error at most %.3g, %s\n", sdf_version(), sdf_error_bound(body), done > 0 ? "progress told" : "no progress");
+    SdfInfo info;
+    if (sdf_info(body, &info, &error) != SDF_OK || info.layout != SDF_DENSE || info.nodes[0] < 33) return puts("no facts"), 1;
+    printf("sdftool %s, error at most %.3g, box from %.3g, margins to %.3g, %s\n", sdf_version(), info.error_bound, info.min[0], info.max_margin, done > 0 ? "progress told" : "no progress");
     if (sdf_save(body, argv[1], &error) != SDF_OK || sdf_load(argv[1], &again, &error) != SDF_OK) return puts(error.text), 1;
 
     if (sdf_sample(again, triangle, 1, &distance, gradient, &error) != SDF_OK) return puts(error.text), 1;
@@ -46,6 +48,10 @@ int main(int argc, char **argv) {
     SdfQuery query = sdf_query();
     if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_OK) return puts(error.text), 1;
     printf("%zu contact, %.17g deep at %g %g %g\n", count, -contacts[0].distance, contacts[0].point[0], contacts[0].point[1], contacts[0].point[2]);
+    double shortfall;
+    if (sdf_reduce(contacts, &count, 1, 0.1, 0, &shortfall, &error) != SDF_OK || count != 1 || shortfall != 0) return puts(error.text), 1;
+    if (sdf_reduce(contacts, &count, 0, 0.1, 0, &shortfall, &error) != SDF_INVALID_ARGUMENT || count != 1) return puts("no refusal"), 1;
+    printf("refused: %s\n", error.text);
     query.translation[2] = -0.05; /* the octahedron moves down */
     if (sdf_visit_contacts(again, triangle, 3, face, 1, &query, print_contact, &seen, &error) != SDF_OK) return puts(error.text), 1;
     query.translation[2] = -1;

@@ -18,7 +18,7 @@ extern "C" {
 typedef struct SdfField SdfField;                     /* a baked grid or a closed form */
 typedef struct SdfError { char text[512]; } SdfError; /* one line of UTF-8, ended by a zero */
 typedef enum SdfResult { SDF_OK, SDF_INVALID_ARGUMENT, SDF_FILE, SDF_TOO_SMALL, SDF_STOPPED, SDF_BUG } SdfResult;
-enum { SDF_DENSE, SDF_SPARSE };                                                        /* SdfBakeOptions.layout */
+enum { SDF_DENSE, SDF_SPARSE, SDF_CLOSED_FORM };                  /* SdfInfo.layout; of SdfBakeOptions.layout the first two */
 enum { SDF_BY_LAYOUT, SDF_F32, SDF_U8, SDF_U16 };                  /* .precision: f32 of dense grids, u16 of sparse ones */
 enum { SDF_SIGN_AUTO, SDF_SIGN_PSEUDO_NORMAL, SDF_SIGN_WINDING };                      /* .sign */
 enum { SDF_FACES, SDF_EDGES, SDF_VERTICES };                                           /* SdfQuery.elements */
@@ -45,6 +45,10 @@ typedef struct SdfContact {
     double weights[3], point[3], surface_point[3], normal[3], distance, lower_bound, slope, error_bound, shape_lower_bound;
     uint64_t key; uint32_t id, evaluations, vertices[3], feature_id[2]; uint8_t element, feature, status, padding;
 } SdfContact;
+/* min, max: corners of the grid's box, or of a box around a closed form's inside. error_bound is certified, in a dense grid's box and
+ * in a sparse one's band; max_margin is the largest of a query. Either is infinite where there is none, as at a closed form. slope_bound:
+ * of the gradient's length. spacing and nodes are of a grid, else 0. */
+typedef struct SdfInfo { double min[3], max[3], spacing, error_bound, max_margin, slope_bound; uint32_t nodes[3], layout; } SdfInfo;
 /* A point inside of two fields, and its distance in either. normal: the way on which the first field comes free of the other. */
 typedef struct SdfOverlapPoint { double point[3], normal[3], distances[2]; } SdfOverlapPoint;
 const char *sdf_version(void); SdfBakeOptions sdf_bake_options(void); SdfQuery sdf_query(void);
@@ -56,7 +60,7 @@ SdfResult sdf_load(const char *path, SdfField **out, SdfError *error); /* .sdf.h
 SdfResult sdf_read(const void *bytes, size_t count, SdfField **out, SdfError *error); /* the bytes of such a file */
 SdfResult sdf_save(const SdfField *field, const char *path, SdfError *error); /* whole, or not at all */
 void sdf_free(SdfField *field);                                               /* NULL is fine */
-double sdf_error_bound(const SdfField *field); /* certified: in a dense grid's box, in a sparse one's band; infinite where unknown */
+SdfResult sdf_info(const SdfField *field, SdfInfo *info, SdfError *error);
 /* One distance a point; NaN at points that are not finite. It is a lower bound outside of a grid's box, and outside beyond a sparse
  * grid's band, where depths are coarse. gradients, three numbers a point, may be NULL. */
 SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, double *distances, double *gradients, SdfError *error);
@@ -70,6 +74,10 @@ SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t ver
 /* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */
 SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                              const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user, SdfError *error);
+/* Few contacts of a rigid body in place of many: those that hold it as all do, 1 to keep <= 64, come to the front, and *count becomes
+ * theirs. movement: how far the body moves until the next search: the way of the middle of the box around the points, and the turn in
+ * radians times half of its diagonal. *shortfall: how far another can sink meanwhile where these are held at thickness; may be NULL. */
+SdfResult sdf_reduce(SdfContact *contacts, size_t *count, size_t keep, double movement, double thickness, double *shortfall, SdfError *error);
 /* Points where field and other are deepest in each other, the deepest first; written and counted as contacts are. Of the query its pose
  * (of field, seen by other) and margin (both distances are at most so much) are looked at. verdict may be NULL. */
 SdfResult sdf_overlap(const SdfField *field, const SdfField *other, const SdfQuery *query, uint32_t *verdict, SdfOverlapPoint *points,

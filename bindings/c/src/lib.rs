@@ -15,15 +15,16 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_field::core::Sample;
+use sdf_field::core::contact::Reduction;
 use sdf_field::file::{FieldError, GridFault, SaveError};
 use sdf_field::{
-    BakeError, BakeOptions, ContactOptions, ContactRow, Field, MeshView, OverlapOptions, OverlapVerdict, Progress,
-    QueryError, Threads,
+    BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MeshView, OverlapOptions, OverlapVerdict,
+    Progress, QueryError, Threads,
 };
 
 use border::{Callback, Out, guard};
 use types::sign_method;
-pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfOverlapPoint, SdfQuery, SdfResult};
+pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult};
 
 /// The version of the library, such as `0.2.0`.
 #[unsafe(no_mangle)]
@@ -145,9 +146,12 @@ pub extern "C" fn sdf_free(field: *mut SdfField) {
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn sdf_error_bound(field: *const SdfField) -> f64 {
-    let field = border::reference(field, "field").ok();
-    field.and_then(|field| field.0.info()).map_or(f64::INFINITY, |info| info.error_bound)
+pub extern "C" fn sdf_info(field: *const SdfField, info: *mut SdfInfo, error: *mut SdfError) -> SdfResult {
+    guard(error, || {
+        let mut room = border::Writer::new(info, 1, "info")?;
+        room.push(SdfInfo::from(&border::reference(field, "field")?.0));
+        Ok(())
+    })
 }
 
 /// Points that are sampled before their answers are written, so that memory does not grow with them.
@@ -241,6 +245,31 @@ pub extern "C" fn sdf_overlap(
             OverlapVerdict::Undecided => 2,
         });
         require_room(found.points.len(), capacity, "points")
+    })
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn sdf_reduce(
+    contacts: *mut ContactRow,
+    count: *mut usize,
+    keep: usize,
+    movement: f64,
+    thickness: f64,
+    shortfall: *mut f64,
+    error: *mut SdfError,
+) -> SdfResult {
+    guard(error, || {
+        let found = border::value(count.cast_const(), "count")?;
+        let read = border::slice(contacts.cast_const(), found, "contacts")?.iter().map(ContactRow::to_contact);
+        let read = read.collect::<Option<Vec<_>>>();
+        let read = read.ok_or_else(|| Failure::invalid("contacts: codes that mean nothing; give those of a query"))?;
+        let mut rows = Contacts { contacts: read, ..Contacts::default() };
+        let reduced = rows.reduce(&Reduction { count: keep, movement, thickness }).map_err(Failure::invalid)?;
+        let mut room = border::Writer::new(contacts, found, "contacts")?;
+        rows.contacts.iter().for_each(|contact| room.push(contact.into()));
+        border::Writer::new(count, 1, "count")?.push(reduced.count);
+        border::Writer::new(shortfall, usize::from(!shortfall.is_null()), "shortfall")?.push(reduced.shortfall);
+        Ok(())
     })
 }
 

@@ -59,6 +59,41 @@ pub struct SdfQuery {
     pub lean: u32,
 }
 
+/// The header's `SdfInfo`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct SdfInfo {
+    pub min: [f64; 3],
+    pub max: [f64; 3],
+    pub spacing: f64,
+    pub error_bound: f64,
+    pub max_margin: f64,
+    pub slope_bound: f64,
+    pub nodes: [u32; 3],
+    pub layout: u32,
+}
+
+impl From<&Field> for SdfInfo {
+    fn from(field: &Field) -> Self {
+        let lattice = field.grid().map(|grid| grid.lattice());
+        let bounds = lattice.map_or_else(|| field.bounds(0.0), |lattice| lattice.bounds());
+        Self {
+            min: bounds.min.into(),
+            max: bounds.max.into(),
+            spacing: lattice.map_or(0.0, |lattice| lattice.spacing()),
+            error_bound: field.info().map_or(f64::INFINITY, |info| info.error_bound),
+            max_margin: field.max_margin().unwrap_or(f64::INFINITY),
+            slope_bound: field.slope_bound(),
+            nodes: lattice.map_or([0; 3], |lattice| lattice.nodes()),
+            layout: match field.grid().map(|grid| grid.storage().layout()) {
+                Some(Layout::Dense) => 0,
+                Some(Layout::Sparse) => 1,
+                None => 2,
+            },
+        }
+    }
+}
+
 /// The header's `SdfOverlapPoint`.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]

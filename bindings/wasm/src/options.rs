@@ -1,5 +1,6 @@
 //! Which words stand for which option? Those of the program and of Python, in the spelling of JavaScript.
 
+use sdf_field::core::contact::Reduction;
 use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::core::placed::Rigid;
 use sdf_field::{
@@ -58,6 +59,17 @@ pub struct ContactWords {
     exact: bool,
     one_per_feature: bool,
     lean: bool,
+    reduce: Option<ReduceWords>,
+}
+
+/// How few contacts of a rigid body are kept.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReduceWords {
+    count: u32,
+    movement: f64,
+    #[serde(default)]
+    thickness: f64,
 }
 
 /// Where the field stands: turned by a quaternion x, y, z, w, then moved.
@@ -190,6 +202,11 @@ impl ContactWords {
             lean: self.lean,
             threads: Threads::ONE,
         })
+    }
+
+    pub fn reduction(&self) -> Option<Reduction<f64>> {
+        let ReduceWords { count, movement, thickness } = *self.reduce.as_ref()?;
+        Some(Reduction { count: count as usize, movement, thickness })
     }
 }
 

@@ -59,10 +59,10 @@ pub fn run(input: Buffers) -> Result<Buffers, String> {
         Request::Sample { field } => sample(&self::field(field)?, &input),
         Request::Contacts { field, options } => {
             let field = self::field(field)?;
-            let found = contacts(&field, mesh(&input)?, &options)?;
+            let (found, summary) = contacts(&field, mesh(&input)?, &options)?;
             let rows: Vec<ContactRow> = found.contacts.iter().map(ContactRow::from).collect();
             let (f64s, u32s) = columns(&rows);
-            Ok(Buffers { f64s, u32s, ..Buffers::text(&summary(&found))? })
+            Ok(Buffers { f64s, u32s, ..Buffers::text(&summary)? })
         }
         Request::Page { field, name, options } => page(&self::field(field)?, name, &input, &options),
         Request::Free { field } => {
@@ -151,13 +151,21 @@ fn sample(field: &Field, input: &Buffers) -> Result<Buffers, String> {
     Ok(Buffers { f64s, bytes, ..Buffers::text(&json!({}))? })
 }
 
-fn contacts(field: &Field, mesh: MeshView, options: &ContactWords) -> Result<Contacts, String> {
-    let options = options.to_rust()?;
+/// The contacts, and facts about the search.
+fn contacts(field: &Field, mesh: MeshView, words: &ContactWords) -> Result<(Contacts, Value), String> {
+    let options = words.to_rust()?;
     options.check_margin(field).map_err(|error| {
         let advice = if error.is_too_deep() { ", or give complete: true" } else { "" };
         format!("{error}{advice}")
     })?;
-    field.contacts(mesh, &options).map_err(|error| error.to_string())
+    let mut found = field.contacts(mesh, &options).map_err(|error| error.to_string())?;
+    let mut summary = summary(&found);
+    if let Some(reduction) = words.reduction() {
+        let reduced = found.reduce(&reduction).map_err(|error| format!("reduce: {error}"))?;
+        summary["foundCount"] = std::mem::replace(&mut summary["count"], json!(reduced.count));
+        summary["shortfall"] = json!(reduced.shortfall);
+    }
+    Ok((found, summary))
 }
 
 fn summary(found: &Contacts) -> Value {
@@ -204,11 +212,14 @@ fn columns(rows: &[ContactRow]) -> (Vec<f64>, Vec<u32>) {
 fn page(field: &Field, name: String, input: &Buffers, options: &ContactWords) -> Result<Buffers, String> {
     let mesh = Some(mesh(input)?).filter(|mesh| !mesh.points.is_empty());
     let pose = options.to_rust()?.pose;
-    let found = mesh.map(|mesh| contacts(field, mesh, options)).transpose()?.unwrap_or_default();
+    let (found, summary) = match mesh {
+        Some(mesh) => contacts(field, mesh, options)?,
+        None => (Contacts::default(), summary(&Contacts::default())),
+    };
     let records: Vec<ContactRecord> = found.contacts.iter().map(ContactRecord::from).collect();
     let scene = Scene { name, field, pose, mesh, contacts: &records };
     let page = page::html(&scene).map_err(|error| error.to_string())?;
-    Ok(Buffers { bytes: page.into_bytes(), ..Buffers::text(&summary(&found))? })
+    Ok(Buffers { bytes: page.into_bytes(), ..Buffers::text(&summary)? })
 }
 
 fn points(input: &Buffers) -> Result<&[[f64; 3]], String> {

@@ -98,6 +98,20 @@ for (const [body, mesh, options] of bakes) {
   stored.free();
 }
 compare(sdf.open(readFileSync("post.sdf.toml"), "post.sdf.toml"), "post.sdf.toml", "patch.obj", { margin: 0.05 });
+// A reduction keeps what the program keeps.
+{
+  const field = sdf.open(readFileSync("post.sdf.toml"), "post.sdf.toml");
+  const all = field.contacts(read("patch.obj"), { margin: 0.05 });
+  for (const count of [1, 8, 64]) {
+    const theirs = JSON.parse(sdftool("contacts", "patch.obj", "post.sdf.toml", "--margin", "0.05", "--reduce", String(count), "--movement", "0.02", "--json"));
+    const ours = field.contacts(read("patch.obj"), { margin: 0.05, reduce: { count, movement: 0.02 } });
+    assert.deepEqual([ours.foundCount, ours.count, ours.shortfall], [all.count, theirs.contacts.length, theirs.reduced.shortfall]);
+    assert.deepEqual([[...ours.id], [...ours.distance]], [theirs.contacts.map(contact => contact.id), theirs.contacts.map(contact => contact.distance)]);
+    assert(ours.count <= count && ours.deepest == all.deepest && ours.count < all.count);
+    assert.equal(field.page("reduced", read("patch.obj"), { margin: 0.05, reduce: { count, movement: 0.02 } }).count, ours.count);
+  }
+  assert.equal(all.foundCount, undefined);
+}
 console.log(`wasm: ${contacts} contacts of ${searches} searches as by the program, bit for bit`);
 assert(contacts > 2000);
 
@@ -144,6 +158,9 @@ const wrong = [
   [() => body.contacts(tetrahedron, { method: "guess" }), /certified/],
   [() => body.contacts(tetrahedron, { method: "gss" }), /edges/],
   [() => body.contacts(tetrahedron, { exact: true }), /keep/i],
+  [() => body.contacts(tetrahedron, { reduce: { count: 65, movement: 1 } }), /^Error: reduce: 65 contacts/],
+  [() => body.contacts(tetrahedron, { reduce: { count: 4, movement: 0 } }), /reduce: .*positive length/],
+  [() => body.contacts(tetrahedron, { reduce: { count: 4 } }), /movement/],
   [() => body.contacts(tetrahedron, { pose: { rotation: [0, 0, 0, 0] } }), /quaternion/],
   [() => freed.sample([0, 0, 0]), /freed/],
 ];

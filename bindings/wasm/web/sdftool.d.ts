@@ -64,11 +64,21 @@ export interface ContactOptions {
   onePerFeature?: boolean;
   /** Without smooth normals and error bounds, in less time; the same points and distances. */
   lean?: boolean;
+  /**
+   * Keep the at most count (1 to 64) contacts that hold a rigid body as all of them do. movement is how far the body moves until the next
+   * search: the way of the middle of the box around the contacts' points, and the turn in radians times half of that box's diagonal.
+   * thickness: the distance from the surface at which a solver holds those that are kept [0].
+   */
+  reduce?: { count: number; movement: number; thickness?: number };
 }
 
 /** Counts of a search. */
 export interface ContactSummary {
   count: number;
+  /** With reduce: how many there were before. */
+  foundCount?: number;
+  /** With reduce: how far any other can sink in the movement, where those that are kept are held. */
+  shortfall?: number;
   elementCount: number;
   searchedCount: number;
   possibleCount: number;
