@@ -59,7 +59,7 @@ pub(crate) type Guest<'a> = (Method, Box<dyn FnMut() -> Option<Contacts> + 'a>);
 
 impl Field {
     /// Runs every method `rounds` times, in turns so that a change of the machine's speed hits all alike. The method and budget
-    /// of `options` do not matter. Vertices need no search: they are compared as faces.
+    /// of `options` do not matter, nor do all minima and one contact for each feature. Vertices need no search: they are compared as faces.
     pub fn compare(
         &self,
         mesh: MeshView,
@@ -81,7 +81,8 @@ impl Field {
     ) -> Result<Comparison, QueryError> {
         let edges = if options.elements == Elements::Edges { mesh.edges() } else { vec![] };
         let run = |method: Method, budget: Option<u32>, tolerance: f64| {
-            let options = ContactOptions { method, budget, tolerance, all_minima: false, ..*options };
+            let options =
+                ContactOptions { method, budget, tolerance, all_minima: false, one_per_feature: false, ..*options };
             match options.elements {
                 Elements::Edges => self.contacts_of_edges(mesh.points, &edges, &options),
                 Elements::Faces | Elements::Vertices => {

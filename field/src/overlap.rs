@@ -80,6 +80,8 @@ pub enum OverlapError {
     TooFar,
     /// The resolution is less than 1/4096 of the longest side of the box in which the fields may touch.
     TooFine,
+    /// The resolution is not a positive length.
+    ResolutionOutOfRange,
 }
 
 impl std::fmt::Display for OverlapError {
@@ -89,6 +91,7 @@ impl std::fmt::Display for OverlapError {
                 f.write_str("the box in which the fields may touch is unbounded: intersect one of them with a box")
             }
             Self::TooFar => f.write_str("coordinates exceed 1e18 where the fields may touch: scale them down"),
+            Self::ResolutionOutOfRange => f.write_str("the resolution of a patch must be a positive length"),
             Self::TooFine => f.write_str(
                 "the resolution is less than 1/4096 of the longest side of the box in which the fields may touch: take a larger one",
             ),
@@ -148,6 +151,9 @@ impl Field {
         options: &OverlapOptions,
         may_evaluate: [bool; 2],
     ) -> Result<Option<Aabb>, OverlapError> {
+        if options.resolution.is_some_and(|resolution| !(resolution > 0.0 && resolution.is_finite())) {
+            return Err(OverlapError::ResolutionOutOfRange);
+        }
         let (a, b) = posed(self, other, options);
         let pair =
             Pair::new(&a, &b, options.margin).and_then(|pair| pair.shrink_evaluating(SHRINK_CELLS, may_evaluate));

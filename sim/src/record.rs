@@ -13,7 +13,7 @@ mod page;
 mod picture;
 mod vtkhdf;
 
-pub use obj::write_folder;
+pub use obj::{files_of_folder, write_folder};
 pub use page::page;
 pub use picture::{animation, contact_sheet};
 pub use vtkhdf::{still_path, write_vtkhdf};

@@ -86,6 +86,7 @@ fn meshes(args: &BakeArgs) -> Result<Vec<PathBuf>> {
     if let Some(list) = &args.fleet.list {
         let shown = mesh_input::shown(list);
         let text = String::from_utf8(mesh_input::bytes(list)?).with_context(|| shown.clone())?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
         meshes.extend(lines.map(PathBuf::from));
         if meshes.is_empty() {

@@ -134,7 +134,10 @@ impl Target {
             None => Form::Folder,
         };
         match form {
-            Form::Folder => std::fs::create_dir_all(path).with_context(|| path.display().to_string())?,
+            Form::Folder => {
+                std::fs::create_dir_all(path).with_context(|| path.display().to_string())?;
+                record::files_of_folder(path)?.iter().try_for_each(|file| output::ensure_writable(file, &[scene]))?;
+            }
             _ => output::ensure_writable(path, &[scene])?,
         }
         if let Form::VtkHdf = form {

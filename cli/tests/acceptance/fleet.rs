@@ -48,6 +48,9 @@ fn each_mesh_has_its_grid_and_its_line_and_a_failure_stops_no_other() {
     }
     let none = folder.sdftool("bake mesh/broken.obj mesh/missing.obj --res 8 --out-dir out").output().unwrap();
     assert_eq!(none.status.code(), Some(1), "none");
+    // A byte order mark is no part of a name.
+    let list = [b"\xef\xbb\xbf", &folder.read("list.txt")[..]].concat();
+    std::fs::write(folder.at("list.txt"), list).unwrap();
     says(&folder.done("bake --list list.txt --res 8 --out-dir out"), &["out/3.sdf.h5: ", "4 baked, 0 kept, 0 failed"]);
 }
 

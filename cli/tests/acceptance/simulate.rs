@@ -69,6 +69,32 @@ fn a_folder_holds_the_frames_of_the_last_run_and_what_others_put_there() {
 }
 
 #[test]
+fn a_folder_of_frames_does_not_replace_what_the_scene_reads() {
+    let folder = folder();
+    folder.done("simulate small.toml -o frames/ --frames 4");
+    let sheet = "mesh.sheet = { cells = [6, 6], size = [1.0, 1.0], height = 0.52, bend = 0.0, floor = 0.0 }";
+    for (name, frames) in [("frame_0002.obj", 4), ("frame_0004.obj", 2), ("still.obj", 2)] {
+        let before = folder.read(&format!("frames/{name}"));
+        folder.write("again.toml", SCENE.replace(sheet, &format!("mesh.file = \"frames/{name}\"")));
+        let line = folder.refused(&format!("simulate again.toml -o frames/ --frames {frames}"));
+        says(&line, &[name, "would replace a file that again.toml names"]);
+        assert!(folder.read(&format!("frames/{name}")) == before);
+    }
+}
+
+/// Faces that are deep from the start are not worse at the end, also in a scene of one run.
+#[test]
+fn what_is_deep_from_the_start_is_not_worse() {
+    let folder = folder();
+    let scene = SCENE.replace("height = 0.52", "height = 0.3").replace("deep_faces = 0, stretch = 1.0", "worse = 0");
+    folder.write("deep.toml", scene.replace("substeps = 4", "substeps = 4\nrecovery = 0.0"));
+    let object = folder.json("simulate deep.toml --frames 1");
+    assert!(object["deep_at_start"].as_u64() > Some(0), "{object}");
+    assert!(object["deep_faces"].as_u64() <= object["deep_at_start"].as_u64());
+    assert_eq!((&object["worse"], &object["missed"]), (&0.into(), &serde_json::json!({})));
+}
+
+#[test]
 fn the_same_scene_is_recorded_in_the_same_bytes_on_any_number_of_threads() {
     let folder = folder();
     folder.done("simulate small.toml -o one.html --threads 1");

@@ -221,3 +221,22 @@ fn edges_are_those_that_the_program_finds_in_a_file() {
     assert_eq!(view(&mesh).edges(), file.edges());
     assert_eq!(view(&mesh).edges().len(), mesh.triangles.len() * 3 / 2);
 }
+
+/// Two methods may keep different faces of one feature: neither has missed it.
+#[test]
+fn methods_are_compared_face_by_face_also_where_one_contact_for_each_feature_is_asked_for() {
+    let torus = Field::new(Torus::new(1.0, 0.3).unwrap());
+    let points: Vec<[f64; 3]> =
+        (0..225).map(|id| [f64::from(id % 15) * 0.2 - 1.4, f64::from(id / 15) * 0.2 - 1.4, 0.25]).collect();
+    let corners = (0..196).map(|id| id % 14 + id / 14 * 15);
+    let faces: Vec<[u32; 3]> = corners.flat_map(|a| [[a, a + 1, a + 16], [a + 16, a + 15, a]]).collect();
+    let counts = |one_per_feature| {
+        let options = ContactOptions { one_per_feature, margin: 0.01, ..ContactOptions::default() };
+        let compared = torus.compare(MeshView { points: &points, faces: &faces }, &options, 1, &|_| ()).unwrap();
+        let counts: Vec<_> =
+            compared.methods.iter().map(|report| (report.method, report.contacts, report.missed)).collect();
+        (compared.contacts, counts)
+    };
+    assert_eq!(counts(true), counts(false));
+    assert!(counts(false).0 > 50);
+}

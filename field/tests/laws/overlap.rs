@@ -29,6 +29,18 @@ fn two_balls_share_a_lens() {
 }
 
 #[test]
+fn a_resolution_that_is_no_length_is_refused() {
+    for resolution in [f64::NAN, f64::INFINITY, 0.0, -0.1] {
+        let options = OverlapOptions { resolution: Some(resolution), ..raised(1.5) };
+        assert_eq!(
+            sphere().overlap(&sphere(), &options).unwrap_err(),
+            OverlapError::ResolutionOutOfRange,
+            "{resolution}"
+        );
+    }
+}
+
+#[test]
 fn a_pose_moves_a_field_and_moving_both_moves_the_answer() {
     let (body, ball) = (Field::new(Octahedron::new(1.0).unwrap()), sphere());
     let find = |a: [f64; 3], b: [f64; 3]| {

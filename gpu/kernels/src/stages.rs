@@ -194,11 +194,11 @@ fn is_settled<const N: usize>(minimum: &Minimum<f32, N>, margin: f32) -> bool {
     !value.is_finite() || (minimum.converged && value <= margin)
 }
 
-/// Does a certified search say enough? If its minimum is known to within its tolerance, if its bound is above the margin, or if the
-/// answer is not finite.
+/// Does a certified search say enough? If its minimum is known to within its tolerance and is within the margin, if its bound is above
+/// the margin, or if the answer is not finite. A minimum above the margin with a bound below it decides nothing.
 #[inline(always)]
 fn is_certified<const N: usize>(minimum: &Minimum<f32, N>, margin: f32) -> bool {
-    !minimum.sample.value.is_finite() || minimum.converged || margin < minimum.lower_bound
+    is_settled(minimum, margin) || margin < minimum.lower_bound
 }
 
 /// # Safety

@@ -1,8 +1,9 @@
 //! A folder of OBJ files, one for each frame, and one of what stands still.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Recording;
 
@@ -20,17 +21,33 @@ pub fn write_folder(recording: &Recording, folder: &Path) -> io::Result<()> {
     remove_later_frames(folder, recording.frames.len())
 }
 
+/// Files of a folder that [`write_folder`] may replace or remove.
+pub fn files_of_folder(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut files = vec![];
+    for entry in fs::read_dir(folder)? {
+        let (name, path) = entry.map(|entry| (entry.file_name(), entry.path()))?;
+        if (name == "still.obj" || frame_number(&name).is_some()) && path.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
 fn frame_name(index: usize) -> String {
     format!("frame_{index:04}.obj")
 }
 
-/// Removes the frames from an index on: regular files with the very names that `frame_name` gives.
+/// The frame whose file has the very name that `frame_name` gives.
+fn frame_number(name: &OsStr) -> Option<usize> {
+    let number = name.to_str()?.strip_prefix("frame_")?.strip_suffix(".obj")?.parse().ok()?;
+    (name == &*frame_name(number)).then_some(number)
+}
+
+/// Removes the frames from an index on, where they are regular files.
 fn remove_later_frames(folder: &Path, first: usize) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        let name = entry.file_name();
-        let number = name.to_str().and_then(|name| name.strip_prefix("frame_")?.strip_suffix(".obj")?.parse().ok());
-        let is_later = number.is_some_and(|index| index >= first && name == *frame_name(index));
+        let is_later = frame_number(&entry.file_name()).is_some_and(|index| index >= first);
         if is_later && entry.file_type()?.is_file() {
             fs::remove_file(entry.path())?;
         }

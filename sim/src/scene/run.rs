@@ -73,9 +73,7 @@ pub fn run(
     let mut rooms = vec![CageRoom::default(); bodies.len()];
     let cages = bodies.iter().zip(&mut rooms).filter_map(|(body, room)| Some((body, body.at_rest(room)?))).collect();
     let mut run = Run { cages, ..Run::new(spec, stage, method, threads) };
-    if spec.vary.seeds > 0 {
-        run.figures.deep_at_start = run.deep(stage)?.0;
-    }
+    run.figures.deep_at_start = run.deep(stage)?.0;
     if on_frame(0, stage).is_continue() {
         for frame in 1..=spec.frames {
             run.frame(stage)?;

@@ -29,7 +29,8 @@ fn what_the_second_launch_leaves_open_is_listed() {
                 let mut minimum = first.minimize_below(&scene.field, &element.simplex, scene.margin);
                 if !(minimum.converged && minimum.sample.value <= scene.margin) {
                     minimum = second.minimize_below(&scene.field, &element.simplex, scene.margin);
-                    if !minimum.converged && minimum.lower_bound <= scene.margin {
+                    let is_contact = minimum.converged && minimum.sample.value <= scene.margin;
+                    if !is_contact && minimum.lower_bound <= scene.margin {
                         open.push(element.id);
                         continue;
                     }
