@@ -78,8 +78,8 @@ impl From<&Field> for SdfInfo {
         let lattice = field.grid().map(|grid| grid.lattice());
         let bounds = lattice.map_or_else(|| field.bounds(0.0), |lattice| lattice.bounds());
         Self {
-            min: bounds.min.into(),
-            max: bounds.max.into(),
+            min: bounds.min,
+            max: bounds.max,
             spacing: lattice.map_or(0.0, |lattice| lattice.spacing()),
             error_bound: field.info().map_or(f64::INFINITY, |info| info.error_bound),
             max_margin: field.max_margin().unwrap_or(f64::INFINITY),
