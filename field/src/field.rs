@@ -87,6 +87,11 @@ impl Field {
         self.field.bounds(level)
     }
 
+    /// A grid's box, or one around the inside of any other field.
+    pub fn domain(&self) -> Aabb {
+        self.grid().map_or_else(|| self.bounds(0.0), |grid| grid.lattice().bounds())
+    }
+
     /// Lipschitz constant: |φ(x) − φ(y)| ≤ slope_bound · |x − y|.
     pub fn slope_bound(&self) -> f64 {
         self.field.slope_bound()

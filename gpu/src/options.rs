@@ -90,13 +90,14 @@ pub enum Stages {
 pub enum Unsettled {
     /// Its answer is kept, as that of `sdf_core::contact::contact`.
     Keep,
-    /// They are searched a second time on the card, by the certified method: no element within the margin is missed.
+    /// They are searched a second time on the card, by the certified method, and its answer is kept: no element within the margin is
+    /// missed, but within the tolerance of its minimum or where its evaluations end.
     Certify {
         /// Largest number of evaluations for each.
         evaluations: u32,
     },
-    /// They are searched a second time on the card, and those that the certified method leaves open, because its evaluations end before
-    /// its tolerance is reached and its bound is not above the margin, are left out of the contacts and listed.
+    /// They are searched a second time on the card, and those that the certified method leaves open, because it has
+    /// neither a minimum within the margin, known to within the tolerance, nor a bound above it, are left out of the contacts and listed.
     CertifyThenList {
         /// Largest number of evaluations for each.
         evaluations: u32,

@@ -260,15 +260,17 @@ pub extern "C" fn sdf_reduce(
 ) -> SdfResult {
     guard(error, || {
         let found = border::value(count.cast_const(), "count")?;
-        let read = border::slice(contacts.cast_const(), found, "contacts")?.iter().map(ContactRow::to_contact);
-        let read = read.collect::<Option<Vec<_>>>();
+        let mut counter = border::Writer::new(count, 1, "count")?;
+        let mut shortfall = border::Writer::new(shortfall, usize::from(!shortfall.is_null()), "shortfall")?;
+        let rows = border::slice(contacts.cast_const(), found, "contacts")?;
+        let read: Option<Vec<_>> = rows.iter().map(ContactRow::to_contact).collect();
         let read = read.ok_or_else(|| Failure::invalid("contacts: codes that mean nothing; give those of a query"))?;
-        let mut rows = Contacts { contacts: read, ..Contacts::default() };
-        let reduced = rows.reduce(&Reduction { count: keep, movement, thickness }).map_err(Failure::invalid)?;
+        let mut kept = Contacts { contacts: read, ..Contacts::default() };
+        let reduced = kept.reduce(&Reduction { count: keep, movement, thickness }).map_err(Failure::invalid)?;
         let mut room = border::Writer::new(contacts, found, "contacts")?;
-        rows.contacts.iter().for_each(|contact| room.push(contact.into()));
-        border::Writer::new(count, 1, "count")?.push(reduced.count);
-        border::Writer::new(shortfall, usize::from(!shortfall.is_null()), "shortfall")?.push(reduced.shortfall);
+        kept.contacts.iter().for_each(|contact| room.push(contact.into()));
+        counter.push(reduced.count);
+        shortfall.push(reduced.shortfall);
         Ok(())
     })
 }

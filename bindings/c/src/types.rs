@@ -76,7 +76,7 @@ pub struct SdfInfo {
 impl From<&Field> for SdfInfo {
     fn from(field: &Field) -> Self {
         let lattice = field.grid().map(|grid| grid.lattice());
-        let bounds = lattice.map_or_else(|| field.bounds(0.0), |lattice| lattice.bounds());
+        let bounds = field.domain();
         Self {
             min: bounds.min,
             max: bounds.max,

@@ -324,7 +324,7 @@ impl Sdf {
     /// A grid's box, or a box around the inside of a closed form: ((x, y, z), (x, y, z)), lowest corner first.
     #[getter]
     fn bounds(&self) -> ([f64; 3], [f64; 3]) {
-        let bounds = self.0.grid().map_or_else(|| self.0.bounds(0.0), |grid| grid.lattice().bounds());
+        let bounds = self.0.domain();
         (bounds.min, bounds.max)
     }
 

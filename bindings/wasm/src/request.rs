@@ -114,8 +114,7 @@ fn keep(field: Field) -> Value {
 }
 
 fn facts(field: &Field) -> Value {
-    let bounds = field.bounds(0.0);
-    let bounds = field.grid().map_or(bounds, |grid| grid.lattice().bounds());
+    let bounds = field.domain();
     let mut facts = json!({
         "layout": field.grid().map_or("closed form", |grid| grid.storage().layout().name()),
         "bounds": [bounds.min, bounds.max],
