@@ -15,7 +15,11 @@ install_packages() {
     [ "$(id -u)" = 0 ] || { echo "$script: not installed: ${missing[*]}; install them, or run this as root" >&2; exit 1; }
     echo "$script: installing ${missing[*]}"
     export DEBIAN_FRONTEND=noninteractive
-    # Another apt may run, as one that upgrades by itself: wait for it.
-    { apt-get update && apt-get -o DPkg::Lock::Timeout=600 install --yes --no-install-recommends ${apt_options:+"$apt_options"} "${missing[@]}"; } >/dev/null ||
+    # One script at a time, without the lock in what a package starts. Another apt may run, as one that upgrades by itself: wait for it.
+    {
+        flock 9
+        apt-get update 9>&- &&
+            apt-get -o DPkg::Lock::Timeout=600 install --yes --no-install-recommends ${apt_options:+"$apt_options"} "${missing[@]}" 9>&-
+    } 9>/tmp/sdftool-packages.lock >/dev/null ||
         { echo "$script: apt-get cannot install ${missing[*]}${apt_advice:+; $apt_advice}" >&2; exit 1; }
 }
