@@ -194,8 +194,7 @@ impl<F: EnclosedSdf, P: Placement> EnclosedSdf for Placed<F, P> {
         goal: Goal<R>,
     ) -> Option<ExactMinimum<R, N>> {
         let pulled = corners.map(|corner| self.placement.pull(corner).point);
-        let scale = R::from_f64(self.placement.scale());
-        let local = self.field.exact_minimum(pulled, Goal { level: goal.level / scale, gap: goal.gap / scale })?;
+        let local = self.field.exact_minimum(pulled, pull_goal(&self.placement, goal))?;
         Some(push_minimum(local, &self.placement, FieldScale::new(self), corners))
     }
 }
@@ -214,6 +213,13 @@ fn pull_radius<R: Real, P: Placement>(placement: &P, point: Vector3<R>, radius: 
     let world = FieldScale { slope_bound: R::one(), magnitude: placement.magnitude() };
     let rounding = rounding(world, point, radius, R::zero());
     (radius + rounding) * R::from_f64(placement.slope_factor() / placement.scale())
+}
+
+/// A goal of the world in the field's frame.
+#[inline(always)]
+fn pull_goal<R: Real, P: Placement>(placement: &P, goal: Goal<R>) -> Goal<R> {
+    let scale = R::from_f64(placement.scale());
+    Goal { level: goal.level / scale, gap: goal.gap / scale }
 }
 
 /// A minimum in the field's frame as one in the world, where the corners were rounded.

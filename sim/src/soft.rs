@@ -30,6 +30,8 @@ const ON_SIDE: f64 = 1e-9;
 
 /// Adds a soft body: cubes with this side wherever the mesh has a point, and of those within `padding` of the mesh's box wherever
 /// `is_wanted` takes their center. A point between cubes asks for a cube of its own only where none of them is there.
+///
+/// A contact moves the cubes of a face's corners alone: [`split_edges`] a mesh whose faces are larger than cubes before.
 pub fn add(
     world: &mut World,
     points: &[[f64; 3]],
@@ -87,6 +89,52 @@ pub fn add(
         TetPoint { tet: cells[&cell] + place as u32, weights }
     };
     Surface::of_faces(faces.to_vec(), points.len(), Carrier::Tets(points.iter().zip(&layers).map(embed).collect()))
+}
+
+/// Most faces of [`split_edges`].
+const MAX_FACES: usize = 4_000_000;
+
+/// The mesh with all edges that are longer than a square of `side` across cut in halves, as often as it takes; neighbours stay joined.
+/// The points that there were come first. `None` if it took more than four million faces.
+pub fn split_edges(
+    mut points: Vec<[f64; 3]>,
+    mut faces: Vec<[u32; 3]>,
+    side: f64,
+) -> Option<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
+    // A square that rounding made longer is not cut.
+    let longest = side * 2_f64.sqrt() * (1.0 + ON_SIDE);
+    loop {
+        let mut middles = BTreeMap::new();
+        for [a, b] in faces.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]) {
+            let [from, to] = [a.min(b), a.max(b)].map(|end| V3::from(points[end as usize]));
+            if (to - from).norm() > longest {
+                middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                    points.push((from + (to - from) * 0.5).into());
+                    points.len() as u32 - 1
+                });
+            }
+        }
+        if middles.is_empty() {
+            return Some((points, faces));
+        }
+        let middle = |a: u32, b: u32| middles.get(&[a.min(b), a.max(b)]).copied();
+        faces = faces.iter().flat_map(|face| split_face(*face, middle)).collect();
+        if faces.len() > MAX_FACES {
+            return None;
+        }
+    }
+}
+
+/// A face in one to four, by the middles of those of its edges that are cut.
+fn split_face([a, b, c]: [u32; 3], middle: impl Fn(u32, u32) -> Option<u32>) -> Vec<[u32; 3]> {
+    match [middle(a, b), middle(b, c), middle(c, a)] {
+        [None, None, None] => vec![[a, b, c]],
+        [Some(ab), None, None] => vec![[a, ab, c], [ab, b, c]],
+        [Some(ab), Some(bc), None] => vec![[ab, b, bc], [a, ab, bc], [a, bc, c]],
+        [Some(ab), Some(bc), Some(ca)] => vec![[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]],
+        // The same with the corners turned.
+        _ => split_face([b, c, a], middle),
+    }
 }
 
 /// The layer of cubes at a coordinate in sides, and the other one where it is between two; else the same again.

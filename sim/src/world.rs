@@ -59,7 +59,7 @@ pub struct World {
     /// Momentum from outside: gravity, drag, and what nobody carries.
     pub(crate) outer: Impulses,
     /// Speed at which sides that are too near are parted. Undoing depth never makes two rigid bodies part faster, however many contacts
-    /// they share. Sheets and soft bodies part at up to eight times that.
+    /// they share. Sheets and soft bodies part faster: a sheet that rises from a floor at up to eight times that.
     pub recovery_speed: f64,
     /// Rounds over edges that carry much, and all contacts, at either end of a step (docs/simulation.md). 2 keep a sheet on needles from
     /// stretching; where it would rest without them, it rests less well.

@@ -134,8 +134,11 @@ fn limits_of_figures_that_a_scene_does_not_have_are_refused() {
 /// Found by fuzzing: a file of 500 bytes took a second to build.
 #[test]
 fn copies_of_a_body_beyond_all_memory_are_refused() {
-    let scene =
-        |kind: &str| format!("title = \"many\"\nframes = 1\n[[rigid]]\n{kind}\ncells = 8\ncount = [100, 100, 100]\n");
+    let scene = |kind: &str| {
+        format!(
+            "title = \"many\"\nframes = 1\n[[rigid]]\n{kind}\ncells = 8\ncount = [100, 100, 100]\napart = [9.0, 9.0, 9.0]\n"
+        )
+    };
     for kind in
         ["mesh.spiked-ball = { radius = 0.99, levels = 2 }", "mesh.bowl = { around = 8, along = 8, thickness = 0.1 }"]
     {
@@ -147,6 +150,45 @@ fn copies_of_a_body_beyond_all_memory_are_refused() {
         );
         assert_eq!(refused.lines().count(), 1, "{refused}");
     }
+}
+
+#[test]
+fn copies_of_a_body_at_one_place_are_refused() {
+    let body = |more: &str| format!("[[rigid]]\nmesh.cuboid = {{ half = [0.1, 0.1, 0.1] }}\n{more}");
+    let refused = message(|text| text + &body("count = [1, 3, 1]\napart = [1.0, 0.0, 1.0]\n"));
+    assert_eq!(refused, "my.toml: apart: 3 bodies along y would be at one place: give their distance");
+    for taken in ["count = [1, 3, 1]\napart = [0.0, 1.0, 0.0]\n", "count = [1, 3, 1]\nstart = { random = 1.0 }\n"] {
+        assert!(scene::parse(&format!("{SCENE}{}", body(taken)), "my.toml").is_ok(), "{taken}");
+    }
+}
+
+/// Its mesh has twelve faces, and cells of an eighth of their side: what carries it is not its corners alone.
+#[test]
+fn a_soft_box_of_few_faces_rests_on_a_floor() {
+    let scene = r#"
+title = "a soft box"
+frames = 40
+substeps = 10
+thickness = 0.002
+[[soft]]
+mesh.cuboid = { half = [0.2, 0.2, 0.2] }
+cell = 0.05
+cells = 16
+density = 1000.0
+young = 1e5
+poisson = 0.3
+start = { translate = [0.0, 0.0, 0.203] }
+[[obstacle]]
+shape = 'field = { shape = "half_space", normal = [0.0, 0.0, 1.0], offset = 0.0 }'
+"#;
+    let spec = scene::parse(scene, "box.toml").unwrap();
+    let mut stage = Stage::build(&spec, Path::new("."), Threads::ONE).unwrap();
+    let on_frame = |_: u32, _: &Stage| ControlFlow::Continue(());
+    let figures = scene::run(&spec, &mut stage, "auto".parse().unwrap(), Threads::ONE, on_frame).unwrap();
+    assert!(figures.volume > 0.8 && figures.warnings().is_empty(), "{figures:?}");
+    // A column 0.4 high sinks by ρ g h² / 2 E = 0.008.
+    let lowest = stage.world.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+    assert!(lowest > -0.002, "{lowest}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ pub mod extremes;
 pub mod lanes;
 pub mod methods;
 pub mod oracle;
+pub mod own_number;
 pub mod random;
 pub mod scene_field;
 pub mod scenes;

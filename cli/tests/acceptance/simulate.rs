@@ -82,6 +82,18 @@ fn a_folder_of_frames_does_not_replace_what_the_scene_reads() {
     }
 }
 
+#[test]
+fn each_figure_is_explained_in_the_document() {
+    let document = include_str!("../../../docs/scenes.md");
+    let object = folder().json("simulate small.toml --frames 1");
+    for key in
+        object.as_object().unwrap().keys().filter(|key| !["schema", "scene", "title", "method"].contains(&key.as_str()))
+    {
+        assert!(document.contains(&format!("`{key}`")), "{key}");
+    }
+    assert_eq!(object["warnings"], serde_json::json!([]));
+}
+
 /// Faces that are deep from the start are not worse at the end, also in a scene of one run.
 #[test]
 fn what_is_deep_from_the_start_is_not_worse() {
@@ -91,6 +103,8 @@ fn what_is_deep_from_the_start_is_not_worse() {
     let object = folder.json("simulate deep.toml --frames 1");
     assert!(object["deep_at_start"].as_u64() > Some(0), "{object}");
     assert!(object["deep_faces"].as_u64() <= object["deep_at_start"].as_u64());
+    says(&object["warnings"][0].to_string(), &["faces are deep at the start"]);
+    says(&folder.done("simulate deep.toml --frames 1"), &["warning", "faces are deep at the start"]);
     assert_eq!((&object["worse"], &object["missed"]), (&0.into(), &serde_json::json!({})));
 }
 

@@ -56,18 +56,6 @@ impl<const N: usize> Part<N> {
         }
     }
 
-    /// The largest of each of a tetrahedron's weights in the part. `weights[k]` has those of the element's corner k.
-    pub fn max_weights(&self, weights: &[[f64; 4]; N]) -> [f64; 4] {
-        let mut largest = [f64::NEG_INFINITY; 4];
-        for corner in self.corners.get(..self.count).unwrap_or(&[]) {
-            for (plane, largest) in largest.iter_mut().enumerate() {
-                let weight = corner.iter().zip(weights).map(|(share, weights)| share * weights[plane % 4]).sum::<f64>();
-                *largest = largest.max(weight);
-            }
-        }
-        largest
-    }
-
     /// The simplices that the part consists of: itself, or a fan of triangles.
     pub fn simplices(&self) -> impl Iterator<Item = [[f64; N]; N]> + '_ {
         let corners = self.corners.get(..self.count).unwrap_or(&[]);

@@ -63,11 +63,14 @@ pub struct CageSearch {
     /// The result in good tetrahedra.
     pub outcome: CageOutcome,
     /// Part of the element lies in no good tetrahedron: outside of the cage, where the field is not defined, or in one of
-    /// `bad_tets`.
+    /// `bad_tets`. Where the cage overlaps itself this may be true of an element that is covered, never false of one that is not.
     pub is_uncovered: bool,
     /// Inverted or ill-conditioned tetrahedra near the element, which were passed over.
     pub bad_tets: u32,
 }
+
+/// Share of an element that counts as all of it.
+const COVERED: f64 = 1.0 - 1e-6;
 
 /// The lowest minimum so far.
 struct Best<const N: usize> {
@@ -144,11 +147,12 @@ impl Cage<'_> {
                 // A point between tetrahedra lies in both by this much.
                 let part = Part::inside(&weights, -BARYCENTRIC);
                 let is_far = lower_bounds.get(tet as usize).is_some_and(|lower| margin < *lower);
-                // A part in a face of the tetrahedron is a part of its neighbour, too: it counts where its middle is found.
-                let is_in_face = part.max_weights(&weights).iter().any(|weight| *weight <= 4.0 * BARYCENTRIC);
+                let whole: f64 = part.simplices().map(|simplex| share(&simplex)).sum();
                 for simplex in part.simplices() {
+                    // A part in a face is a part of the neighbour, too, and one where the cage overlaps itself of several: it counts
+                    // where its middle is found.
                     let middle = || element.simplex.point(part_middle(&simplex));
-                    if !is_in_face || self.pull(middle()).is_some_and(|(_, at)| at.tet == tet) {
+                    if whole >= COVERED || self.pull(middle()).is_some_and(|(_, at)| at.tet == tet) {
                         covered += share(&simplex);
                     }
                     if !is_far {
@@ -164,7 +168,7 @@ impl Cage<'_> {
             }
             _ => CageOutcome::Separated,
         };
-        CageSearch { outcome, is_uncovered: covered < 1.0 - 1e-6, bad_tets }
+        CageSearch { outcome, is_uncovered: covered < COVERED, bad_tets }
     }
 
     /// A part of an element, as it is in material space.

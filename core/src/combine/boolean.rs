@@ -32,7 +32,7 @@ impl<A: Sdf, B: Sdf> Sdf for Union<A, B> {
 
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
-        self.0.value(point).min(self.1.value(point))
+        lower_value(self.0.value(point), self.1.value(point))
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -113,7 +113,7 @@ impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
 
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
-        -(-self.0.value(point)).min(-self.1.value(point))
+        -lower_value(-self.0.value(point), -self.1.value(point))
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -181,7 +181,7 @@ impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
 
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
-        -(-self.0.value(point)).min(self.1.value(point))
+        -lower_value(-self.0.value(point), self.1.value(point))
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -230,11 +230,19 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Difference<A, B> {
     }
 }
 
-/// The sample with the lower value. Of two equal ones the first, with a degenerate gradient.
+/// The sample with the lower value. Of two equal ones the first, with a degenerate gradient. NaN if one value is NaN.
 #[inline]
 pub fn lower<R: Real>(a: Sample<R>, b: Sample<R>) -> Sample<R> {
-    let mut sample = Sample::select(b.value.lt(a.value), b, a);
-    let is_tie = a.value.le(b.value) & b.value.le(a.value);
-    sample.status.degenerate_gradient = sample.status.degenerate_gradient | is_tie;
+    let (is_a, is_b) = (a.value.le(b.value), b.value.le(a.value));
+    let mut sample = Sample::select(is_a, a, b);
+    // Neither, if one is NaN.
+    sample.value = R::select(is_a | is_b, sample.value, a.value + b.value);
+    sample.status.degenerate_gradient = sample.status.degenerate_gradient | (is_a & is_b);
     sample
+}
+
+/// The lower value; NaN if one is NaN.
+#[inline]
+pub fn lower_value<R: Real>(a: R, b: R) -> R {
+    R::select(b.le(b), a.min(b), b)
 }

@@ -4,7 +4,7 @@ use core::ops::Deref;
 
 use nalgebra::Vector3;
 
-use super::boolean::lower;
+use super::boolean::{lower, lower_value};
 use crate::enclosure::PartVisitor;
 use crate::near_parts::{NearParts, PartSet, spread};
 use crate::number::{Float, Mask, Parameter, Real};
@@ -94,7 +94,7 @@ impl<F: Sdf, S: Deref<Target = [F]>> Sdf for Compound<S> {
 
     #[inline]
     fn value<R: Real>(&self, point: Vector3<R>) -> R {
-        self.combine(R::zero(), |part| part.value(point), R::min)
+        self.combine(R::zero(), |part| part.value(point), lower_value)
     }
 
     fn bounds(&self, level: f64) -> Aabb {

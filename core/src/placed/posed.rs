@@ -158,7 +158,8 @@ impl<F: EnclosedSdf, P: Placement + Copy> EnclosedSdf for Posed<F, P> {
         goal: Goal<R>,
     ) -> Option<ExactMinimum<R, N>> {
         let pulled = self.pose.as_ref().map_or(corners, |pose| corners.map(|corner| pose.pull(corner).point));
-        let found = self.field.exact_minimum(pulled, goal)?;
+        let local_goal = self.pose.as_ref().map_or(goal, |pose| super::pull_goal(pose, goal));
+        let found = self.field.exact_minimum(pulled, local_goal)?;
         Some(match &self.pose {
             None => found,
             Some(pose) => super::push_minimum(found, pose, FieldScale::new(self), corners),

@@ -12,8 +12,8 @@ use crate::number::{Float, Real};
 use crate::{Aabb, ErrorBound, Relaxation, Simplex};
 
 /// The object-safe form of [`EnclosedSdf`], which every such field has. `dyn DynSdf` is a field itself: it answers in `f32`,
-/// `f64` and eight lanes of either through one virtual call, in any other number lane by lane. A dual number loses its
-/// derivative.
+/// `f64` and eight lanes of either through one virtual call, in any other number lane by lane, a lane of another type in `f64`. A dual
+/// number loses its derivative.
 ///
 /// ```
 /// use sdf_core::{DynSdf, Sdf, nalgebra::Vector3, shapes::{Sphere, Torus}};
@@ -139,7 +139,7 @@ impl Sdf for dyn DynSdf + '_ {
         }
         let mut sample = Sample::<R>::zero();
         for lane in 0..R::LANES {
-            sample.set_lane(lane, self.evaluate(LaneBundle::lane(&point, lane)));
+            sample.set_lane(lane, evaluate_lane(self, LaneBundle::lane(&point, lane)));
         }
         sample
     }
@@ -159,7 +159,7 @@ impl Sdf for dyn DynSdf + '_ {
             point: Vector3<f32> => self.evaluate_smooth_in(point);
             point: Vector3<f64> => self.evaluate_smooth_in(point);
         }
-        self.evaluate(point)
+        from_f64(self.evaluate_smooth_in(point.map(Float::to_f64)))
     }
 
     fn bounds(&self, level: f64) -> Aabb {
@@ -240,6 +240,20 @@ impl EnclosedSdf for dyn DynSdf + '_ {
         }
         None
     }
+}
+
+/// The sample at a point in one lane: in `f64`, if the lane is neither `f32` nor `f64`.
+fn evaluate_lane<R: Float>(field: &(impl DynSdf + ?Sized), point: Vector3<R>) -> Sample<R> {
+    try_in! {
+        point: Vector3<f32> => field.evaluate_in(point);
+        point: Vector3<f64> => field.evaluate_in(point);
+    }
+    from_f64(field.evaluate_in(point.map(Float::to_f64)))
+}
+
+fn from_f64<R: Float>(sample: Sample<f64>) -> Sample<R> {
+    let Sample { value, gradient, status } = sample;
+    Sample { value: R::from_f64(value), gradient: gradient.map(R::from_f64), status }
 }
 
 /// A point and up to four corners.

@@ -119,7 +119,7 @@ impl Stage {
             if !mesh.points.is_empty() {
                 budget.add_cubes(&name, soft::cube_count(&mesh.points, soft.cell, soft.padding))?;
             }
-            self.add_soft(soft, &mesh, threads, &mut random)?;
+            self.add_soft(soft, &mesh, threads, &mut random).map_err(|message| format!("{name}: {message}"))?;
         }
         Ok(())
     }
@@ -170,8 +170,10 @@ impl Stage {
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
         let is_wanted = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < reach;
         let (first, first_tet) = (self.world.x.len(), self.world.tets.len());
-        let surface =
-            soft::add(&mut self.world, &mesh.points, &mesh.triangles, spec.cell, spec.padding, &matter, is_wanted);
+        let (points, faces) = soft::split_edges(mesh.points.clone(), mesh.triangles.clone(), spec.cell).ok_or(
+            "its faces are so much larger than its cells that they take over 4 million parts: give a larger cell",
+        )?;
+        let surface = soft::add(&mut self.world, &points, &faces, spec.cell, spec.padding, &matter, is_wanted);
         if let Some(map) = spec.touched {
             self.cages.push(CagedBody::new(field, &self.world, first, first_tet, map.into()));
         }

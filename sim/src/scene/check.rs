@@ -55,6 +55,11 @@ impl SceneSpec {
             is_positive("mass", rigid.mass)?;
             let [x, y, z] = rigid.count.map(u64::from);
             is_count("count", u32::try_from(x.saturating_mul(y).saturating_mul(z)).unwrap_or(u32::MAX))?;
+            let coincide = |axis: &usize| rigid.count[*axis] > 1 && rigid.apart[*axis] == 0.0;
+            if let (None, Some(axis)) = (rigid.start.random, (0..3).find(coincide)) {
+                let (count, axis) = (rigid.count[axis], ["x", "y", "z"][axis]);
+                return Err(format!("apart: {count} bodies along {axis} would be at one place: give their distance"));
+            }
             is_count("cells", rigid.cells)?;
         }
         for soft in &self.soft {

@@ -83,6 +83,23 @@ impl Figures {
         missed.collect()
     }
 
+    /// What makes the other figures say little, a line each.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = vec![];
+        if self.deep_at_start > 0 {
+            warnings.push(format!(
+                "{} faces are deep at the start: sheets may leave fast, and bodies far inside of each other may stay there",
+                self.deep_at_start
+            ));
+        }
+        // NaN too.
+        if !matches!(self.volume.partial_cmp(&0.0), Some(std::cmp::Ordering::Greater)) {
+            warnings
+                .push(format!("a tetrahedron of a soft body is flat or inside out: its det F is {:.3}", self.volume));
+        }
+        warnings
+    }
+
     /// Most that the energy exceeded the start, over the most that it fell, or without a loss, as in free flight, over the kinetic energy at
     /// the start. Without either, any gain is 1.
     pub(super) fn energy_gain([start, highest, lowest]: [f64; 3], kinetic_at_start: f64) -> f64 {

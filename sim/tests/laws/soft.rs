@@ -1,5 +1,7 @@
 //! Soft bodies by themselves: rest, free flight and small strains, from rubber to what no pass can solve.
 
+use std::collections::BTreeSet;
+
 use sdf_sim::soft::{self, Matter};
 use sdf_sim::{Rows, World};
 
@@ -91,4 +93,30 @@ fn a_body_whose_sides_lie_between_cubes_has_no_cube_outside_of_it() {
             assert!(off.fold(0.0, f64::max) < 8.0 * f64::EPSILON, "{ulps}");
         }
     }
+}
+
+/// Closed as before, of the same volume, with the old points first and no edge longer than asked; what is short enough stays as it is.
+#[test]
+fn long_edges_are_cut_and_the_mesh_stays_closed() {
+    let edges = |faces: &[[u32; 3]]| -> BTreeSet<[u32; 2]> {
+        faces.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]).collect()
+    };
+    let volume = |points: &[[f64; 3]], faces: &[[u32; 3]]| -> f64 {
+        let corners = |face: &[u32; 3]| face.map(|corner| V3::from(points[corner as usize]));
+        faces.iter().map(corners).map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
+    };
+    let (points, faces) = cuboid([0.5, 0.35, 0.15]);
+    for side in [3.0, 0.7, 0.3, 0.11, 0.05] {
+        let (cut, parts) = soft::split_edges(points.clone(), faces.clone(), side).unwrap();
+        let all = edges(&parts);
+        assert_eq!(all.len(), 3 * parts.len(), "{side}: an edge has two faces on one side");
+        assert!(all.iter().all(|[a, b]| all.contains(&[*b, *a])), "{side}: it is open");
+        assert_eq!(cut[..8], points, "{side}");
+        assert!((volume(&cut, &parts) - 8.0 * 0.5 * 0.35 * 0.15).abs() < 1e-12, "{side}");
+        let length = |[a, b]: &[u32; 2]| (V3::from(cut[*a as usize]) - V3::from(cut[*b as usize])).norm();
+        let longest = all.iter().map(length).fold(0.0, f64::max);
+        assert!(longest <= side * 2_f64.sqrt() * 1.000001, "{side}: {longest}");
+        assert_eq!(parts.len() == faces.len(), side > 1.0, "{side}");
+    }
+    assert_eq!(soft::split_edges(points, faces, 1e-5), None);
 }

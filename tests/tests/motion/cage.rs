@@ -324,6 +324,26 @@ fn what_leaves_the_cage_is_told() {
     });
 }
 
+/// Part of the face lies in both of two cubes, and the rest in none.
+#[test]
+fn a_part_in_two_tetrahedra_covers_nothing_else() {
+    let lattice = Lattice::new(1);
+    let count = u32::try_from(lattice.points.len()).unwrap();
+    let points: Vec<[f64; 3]> = lattice.points.iter().chain(&lattice.points).copied().collect();
+    let tets: Vec<[u32; 4]> =
+        lattice.tets.iter().copied().chain(lattice.tets.iter().map(|tet| tet.map(|k| k + count))).collect();
+    let twice = Lattice { points, tets };
+    let field = Sphere::new(0.6).unwrap();
+    with_cage(&twice, &twice.points, |cage| {
+        for (name, x, is_uncovered) in [("inside", 0.0, false), ("half outside", 0.75, true)] {
+            let corners = [[x, -0.25, 0.125], [x + 0.5, 0.0, 0.1875], [x, 0.25, 0.0625]].map(Vector3::from);
+            let element = Element { id: 0, vertices: [0, 1, 2], simplex: Simplex { corners } };
+            let found = cage.contact(&field, &SEARCH, 0.05, &element, &[], CageMap::Exact);
+            assert_eq!(found.is_uncovered, is_uncovered, "{name}");
+        }
+    });
+}
+
 #[test]
 fn inverted_flat_and_broken_tetrahedra_have_a_status_and_no_nan_comes_of_them() {
     let mut random = Random::seeded();

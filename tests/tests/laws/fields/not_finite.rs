@@ -1,12 +1,13 @@
 //! Promise 5: no panic, and NaN, infinite and extreme inputs are answered with a status, never with a NaN.
 
 use nalgebra::Vector3;
+use sdf_core::combine::{Compound, Difference, Intersection, SmoothUnion, Union};
 use sdf_core::contact::{Outcome, contact};
 use sdf_core::grid::{Dense, measure_slope_bound};
 use sdf_core::minimize::{FrankWolfe, Minimizer};
 use sdf_core::placed::{Placed, Similarity};
 use sdf_core::shapes::{Cone, Cylinder, Horseshoe, Sphere, Torus};
-use sdf_core::{Aabb, EnclosedSdf, Float, Real, Sample, Sdf, Simplex};
+use sdf_core::{Aabb, DynSdf, EnclosedSdf, Float, Lanes, Real, Sample, Sdf, Simplex};
 use sdf_tests::extremes::hostile_points;
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{element, random_triangle};
@@ -270,5 +271,42 @@ fn values_that_are_not_finite_hide_no_contact() {
             let field = SceneField::new(Broken { value, slope });
             check_around(&field, Vector3::zeros(), &mut random, &format!("{value:?}, {slope}"));
         }
+    }
+}
+
+/// Where one part of a combination is NaN, so is the combination, whichever part comes first.
+#[test]
+fn a_part_that_is_nan_is_not_hidden_by_another() {
+    fn check<F: EnclosedSdf>(name: &str, field: F) {
+        fn is_nan<R: Real, F: EnclosedSdf>(field: &F, point: Vector3<R>) -> bool {
+            let numbers = [field.evaluate(point).value, field.value(point)];
+            numbers.into_iter().all(|number| (0..R::LANES).all(|lane| number.lane(lane).to_f64().is_nan()))
+        }
+        let broken = Vector3::new(0.5_f64, 0.25, 0.125);
+        assert!(is_nan(&field, broken) && Float::to_f64(field.evaluate_smooth(broken).value).is_nan(), "{name}");
+        assert!(is_nan(&field, broken.map(|x| x as f32)), "{name}");
+        assert!(is_nan(&field, broken.map(Lanes::<f64, 4>::from_f64)), "{name} in lanes");
+        assert!(is_nan(&field, broken.map(Lanes::<f32, 8>::from_f64)), "{name} in lanes");
+        assert!(f64::is_finite(field.value(Vector3::new(-0.5, 0.25, 0.125))), "{name}");
+        let triangle = element(0, Simplex { corners: [broken, broken * 2.0, broken + Vector3::x()] });
+        for method in methods(3, 8) {
+            assert_eq!(contact(&field, &method, 0.0, &triangle), Outcome::NotFinite, "{name} by {method:?}");
+        }
+    }
+    let broken = Broken { value: Some(f64::NAN), slope: 0.0 };
+    for radius in [0.01, 8.0] {
+        let intact = Sphere::new(radius).unwrap();
+        check("union", Union(&intact, &broken));
+        check("union", Union(&broken, &intact));
+        check("intersection", Intersection(&intact, &broken));
+        check("intersection", Intersection(&broken, &intact));
+        check("difference", Difference(&intact, &broken));
+        check("difference", Difference(&broken, &intact));
+        check("smooth union", SmoothUnion::new(&intact, &broken, 0.1).unwrap());
+        check("smooth union", SmoothUnion::new(&broken, &intact, 0.1).unwrap());
+        let parts: [&dyn DynSdf; 3] = [&intact, &broken, &intact];
+        check("compound", Compound::new(&parts[..2]).unwrap());
+        check("compound", Compound::new(&parts[1..]).unwrap());
+        check("compound", Compound::new(&parts[..]).unwrap());
     }
 }

@@ -12,6 +12,7 @@ use sdf_core::{
 };
 use sdf_tests::lanes::pack_points;
 use sdf_tests::oracle::{cast, random_simplex};
+use sdf_tests::own_number::OwnNumber;
 use sdf_tests::random::Random;
 use sdf_tests::scenes::{cube_lattice, sampled, sampled_in_bricks, with_block_bounds};
 
@@ -72,6 +73,10 @@ fn random_points<R: Float, const L: usize>(random: &mut Random) -> [Vector3<R>; 
 /// Names of [`Sdf`](sdf_core::Sdf)'s methods are those of [`EnclosedSdf`] too: generic code is what calls both alike.
 fn evaluate<R: Real, F: EnclosedSdf>(field: F, point: Vector3<R>) -> (Sample<R>, R) {
     (field.evaluate(point), field.value(point))
+}
+
+fn evaluate_smooth<R: Float, F: EnclosedSdf>(field: F, point: Vector3<R>) -> Sample<R> {
+    field.evaluate_smooth(point)
 }
 
 struct Evaluations(Random);
@@ -222,6 +227,31 @@ fn a_field_behind_a_pointer_is_searched_to_the_same_bits() {
     law.check("torus", &torus, &torus);
     law.check("difference", &difference, &difference);
     law.check("turned grid", &turned, &turned);
+}
+
+struct OwnNumbers(Random);
+
+impl Law for OwnNumbers {
+    fn check<F: EnclosedSdf>(&mut self, name: &str, field: &F, behind: &dyn DynSdf) {
+        for _ in 0..50 {
+            let [point] = random_points::<f64, 1>(&mut self.0);
+            let own = point.map(OwnNumber);
+            Evaluations::same_bits(name, field, behind, own);
+            Evaluations::same_bits(name, field, behind, own.map(|x| Lanes([x; 3])));
+            let (smooth, other) = (evaluate_smooth(field, own), evaluate_smooth(behind, own));
+            assert_eq!(sample_bits(&smooth), sample_bits(&other), "{name} at {point:?}");
+            let simplex = cast::<OwnNumber, 3>(&random_simplex(&mut self.0, 1.0));
+            let minimum = Certified::default().minimize(&behind, &simplex);
+            let value = |corner: &Vector3<OwnNumber>| field.value(*corner).0;
+            let lowest = simplex.corners.iter().map(value).fold(f64::INFINITY, f64::min);
+            assert!(minimum.sample.value.0 <= lowest, "{name} on {simplex:?}: {minimum:?}");
+        }
+    }
+}
+
+#[test]
+fn a_field_behind_a_pointer_answers_in_a_number_type_of_a_users_own() {
+    for_each_field(&mut OwnNumbers(Random::seeded()));
 }
 
 /// Behind a pointer a union is one field: its bits are its own, and a search does not see its parts.

@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 use sdf_core::minimize::{Minimizer, Minimum, ProjectedGradient};
+use sdf_core::placed::{Placed, Placement, Posed, Similarity};
 use sdf_core::shapes::Sphere;
-use sdf_core::{Float, Simplex};
+use sdf_core::{EnclosedSdf, Float, Simplex};
 use sdf_tests::methods::{Method, methods};
 use sdf_tests::oracle::{cast, random_simplex};
 use sdf_tests::random::Random;
 use sdf_tests::scene_field::SceneField;
-use sdf_tests::scenes::{scenes, shifted};
+use sdf_tests::scenes::{cube_lattice, sampled, scenes, shifted};
 
 /// A minimum, and the scene and method that it is from.
 type Named<R, const N: usize> = (&'static str, Method, Minimum<R, N>);
@@ -146,4 +147,42 @@ fn far_from_the_origin_the_first_step_is_bit_for_bit_the_same() {
     }
     check::<f32>(1024.0, 256.0);
     check::<f64>(1048576.0, 1024.0);
+}
+
+/// A placement that is known at run time gives the bits of one that is part of the type: goals are scaled as distances are. Without
+/// one it gives the field's own.
+#[test]
+fn a_posed_field_is_searched_as_a_placed_one() {
+    fn check<R: Float, F: EnclosedSdf, const N: usize>(field: &F, placement: Similarity, random: &mut Random)
+    where
+        Method: Minimizer<N>,
+    {
+        let placed = Placed { field, placement };
+        let posed = Posed { field, pose: Some(placement) };
+        let unmoved: Posed<&F, Similarity> = Posed { field, pose: None };
+        for _ in 0..40 {
+            let size = random.pick(&[0.1, 0.5, 2.0]) * placement.scale();
+            let simplex = cast::<R, N>(&random_simplex(random, size));
+            for level in [0.0, 0.1 * size, f64::INFINITY].map(R::from_f64) {
+                for method in methods(N, 32) {
+                    let [one, other] = [
+                        method.minimize_below(&placed, &simplex, level),
+                        method.minimize_below(&posed, &simplex, level),
+                    ];
+                    assert_eq!(one, other, "{method:?} below {level:?} on {simplex:?}");
+                    let own = method.minimize_below(&field, &simplex, level);
+                    assert_eq!(own, method.minimize_below(&unmoved, &simplex, level), "{method:?} on {simplex:?}");
+                }
+            }
+        }
+    }
+    let mut random = Random::seeded();
+    let ball = Sphere::new(0.5).unwrap();
+    let grid = sampled(&ball, cube_lattice(0.75, 16), 1.0);
+    for scale in [1.0, 1.5, 100.0, 1e-3] {
+        let placement = Similarity::new([0.1, 0.0, 0.3], [0.5, 0.5, 0.5, 0.5], scale).unwrap();
+        check::<f64, _, 3>(&grid, placement, &mut random);
+        check::<f32, _, 2>(&grid, placement, &mut random);
+        check::<f64, _, 3>(&ball, placement, &mut random);
+    }
 }
