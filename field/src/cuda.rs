@@ -3,7 +3,7 @@
 //! | method | on the card | then on the CPU |
 //! |---|---|---|
 //! | [`Auto`](Method::Auto) | Frank-Wolfe; of faces and dense grids of f32, what that does not settle by the certified search | what is open then, by the certified search in f64 |
-//! | [`Certified`](Method::Certified) | the certified search, of faces and dense grids | nothing |
+//! | [`Certified`](Method::Certified) | the certified search, of faces and dense grids | what is open then, by the same search in f64 |
 //! | others | the same method | nothing |
 //!
 //! `Auto` therefore misses no element that it finds on the CPU, except by the rounding of the points to f32. What it finds at once keeps
@@ -43,7 +43,7 @@ pub enum CudaError {
     Query(QueryError),
     /// An option that only the CPU has.
     OnlyOnCpu(&'static str),
-    /// Contacts were to stay on the card, but `Auto` leaves some of the elements to the CPU.
+    /// Contacts were to stay on the card, but `Auto` or `Certified` leaves some of the elements to the CPU.
     LeftToCpu,
 }
 
@@ -59,7 +59,10 @@ impl std::fmt::Display for CudaError {
             Self::Query(error) => error.fmt(f),
             Self::OnlyOnCpu(what) => write!(f, "{what}: not on a GPU; query on the CPU"),
             Self::LeftToCpu => {
-                write!(f, "auto leaves elements to the CPU here: take contacts from there, or another method")
+                write!(
+                    f,
+                    "elements are left to the CPU here: take contacts from there, more iterations, or another method"
+                )
             }
         }
     }

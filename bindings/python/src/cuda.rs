@@ -87,8 +87,8 @@ impl CudaQuery {
 
     /// The contacts of this frame, left on the card: a CudaContacts, in no particular order.
     ///
-    /// Elements with coordinates that are not finite have none. Not with one_per_feature, nor where method="auto" leaves elements to the
-    /// CPU: contacts has those.
+    /// Elements with coordinates that are not finite have none. Not with one_per_feature, nor where method="auto" or "certified" leaves
+    /// elements to the CPU: contacts has those.
     fn contacts_on_card(&self, py: Python) -> PyResult<CudaContacts> {
         py.detach(|| self.state().query.contacts_on_card()).map(CudaContacts::new).map_err(cuda_error)
     }

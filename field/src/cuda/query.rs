@@ -245,7 +245,8 @@ fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Re
             };
             (sdf_gpu::Method::FrankWolfe, Method::FrankWolfe.default_budget(), unsettled)
         }
-        Method::Certified => (sdf_gpu::Method::Certified, options.budget(), Unsettled::Keep),
+        // Its answers in f64 decide what those in f32 leave open, and count what stays undecided.
+        Method::Certified => (sdf_gpu::Method::Certified, options.budget(), Unsettled::List),
         Method::FrankWolfe => (sdf_gpu::Method::FrankWolfe, options.budget(), Unsettled::Keep),
         Method::ProjectedGradient => (sdf_gpu::Method::ProjectedGradient, options.budget(), Unsettled::Keep),
         Method::Newton => (sdf_gpu::Method::Newton, options.budget(), Unsettled::Keep),
@@ -255,7 +256,7 @@ fn card_options(field: &Field, elements: &Owned, options: &ContactOptions) -> Re
         }
     };
     if options.lean && unsettled != Unsettled::Keep {
-        return Err(GpuError::Unsupported("lean contacts by auto").into());
+        return Err(GpuError::Unsupported("lean contacts by auto or certified").into());
     }
     let (margin, tolerance) = (options.margin as f32, options.tolerance);
     let stages = if options.lean { Stages::Lean } else { Stages::Separate };

@@ -80,6 +80,32 @@ fn a_card_without_room_for_the_certified_kernel_leaves_it_to_the_cpu() {
     });
 }
 
+#[test]
+fn certified_on_a_card_counts_what_stays_undecided_as_the_cpu_does() {
+    with_stub("auto::certified_on_a_card_counts_what_stays_undecided_as_the_cpu_does", &[], |folder| {
+        let (cuda, scene) = (Cuda::open(&folder.join("kernels.ptx")).unwrap(), scene("dense"));
+        let field = Field::new(scene.field.clone());
+        let points: Vec<[f64; 3]> = scene.points.iter().map(|point| point.map(f64::from)).collect();
+        let mesh = MeshView { points: &points, faces: &scene.faces };
+        let ids = |contacts: &[Contact<f64>]| contacts.iter().map(|contact| contact.element).collect::<Vec<_>>();
+        for (budget, tolerance) in [(1, 1e-3), (2, 1e-3), (256, 1e-3), (256, 0.1)] {
+            let margin = f64::from(scene.margin);
+            let budget = Some(budget);
+            let options = ContactOptions { method: Method::Certified, margin, budget, tolerance, ..Default::default() };
+            let by_cpu = field.contacts(mesh, &options).unwrap();
+            let mut query = field.query_on(&cuda, mesh, &options).unwrap();
+            let by_card = query.contacts().unwrap();
+            assert_eq!(by_card.undecided_count, by_cpu.undecided_count, "{options:?}");
+            assert_eq!(ids(&by_card.contacts), ids(&by_cpu.contacts), "{options:?}");
+            let is_decided = budget == Some(256) && tolerance < 0.1;
+            assert_eq!(by_cpu.undecided_count == 0, is_decided, "{options:?}: {}", by_cpu.undecided_count);
+            // Without the CPU they would be left out unsaid.
+            let is_left_to_cpu = matches!(query.contacts_on_card(), Err(CudaError::LeftToCpu));
+            assert_eq!(is_left_to_cpu, !is_decided, "{options:?}");
+        }
+    });
+}
+
 /// Points on a triangle, its corners among them.
 fn lattice(corners: [Vector3<f64>; 3]) -> impl Iterator<Item = Vector3<f64>> {
     const STEPS: u32 = 24;
