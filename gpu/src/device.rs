@@ -43,6 +43,8 @@ pub enum GpuError {
     NoVertex { element: usize, vertex: u32, count: usize },
     #[error("{0}")]
     Lent(&'static str),
+    #[error("{0}")]
+    Options(&'static str),
     #[error("{points} points given for a mesh of {expected}")]
     PointCount { points: usize, expected: usize },
 }

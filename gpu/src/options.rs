@@ -91,13 +91,15 @@ pub enum Unsettled {
     /// Its answer is kept, as that of `sdf_core::contact::contact`.
     Keep,
     /// They are searched a second time on the card, by the certified method, and its answer is kept: no element within the margin is
-    /// missed, but within the tolerance of its minimum or where its evaluations end.
+    /// missed, but within the tolerance of its minimum or where its evaluations end: `GpuContacts::open_count` of them. Not with
+    /// [`Method::Certified`], which leaves nothing to certify.
     Certify {
         /// Largest number of evaluations for each.
         evaluations: u32,
     },
     /// They are searched a second time on the card, and those that the certified method leaves open, because it has
     /// neither a minimum within the margin, known to within the tolerance, nor a bound above it, are left out of the contacts and listed.
+    /// Not with [`Method::Certified`], for which [`List`](Self::List) does this.
     CertifyThenList {
         /// Largest number of evaluations for each.
         evaluations: u32,

@@ -29,8 +29,12 @@ pub struct GpuContacts {
     pub searched_count: u32,
     /// Elements with coordinates or answers that are not finite.
     pub skipped_count: u32,
-    /// Elements that the first search did not settle, whatever became of them; 0 with [`Unsettled::Keep`].
+    /// Elements that the first search did not settle, whatever became of them; 0 with [`Unsettled::Keep`], but for
+    /// [`Stages::LeanSeparate`]: there they are those that a search of one step did not settle, and all are searched a second time.
     pub unsettled_count: u32,
+    /// Elements that a certified search left open: its evaluations ended before it knew of a contact to within the tolerance, or that
+    /// there is none. 0 where no search is certified, and with [`Unsettled::Keep`], which does not count them.
+    pub open_count: u32,
     /// Ids in rising order of those that are left open, with [`Unsettled::List`] and [`Unsettled::CertifyThenList`]: there may be contacts on them beside `contacts`.
     pub unsettled: Vec<u32>,
 }
@@ -90,8 +94,14 @@ impl GpuQuery {
 
     /// Changes what becomes of elements that the search does not settle.
     pub fn set_unsettled(&mut self, unsettled: Unsettled) -> Result<(), GpuError> {
-        self.options.unsettled = unsettled;
-        self.steps = self.steps()?;
+        let before = std::mem::replace(&mut self.options.unsettled, unsettled);
+        match self.steps() {
+            Ok(steps) => self.steps = steps,
+            Err(error) => {
+                self.options.unsettled = before;
+                return Err(error);
+            }
+        }
         Ok(())
     }
 
@@ -167,7 +177,8 @@ impl GpuQuery {
         let records = if hit_count == 0 { vec![] } else { stream.clone_dtoh(&mesh.contacts.slice(0..hit_count))? };
         let mut contacts: Vec<_> = records.iter().filter_map(contact).collect();
         contacts.sort_unstable_by_key(|contact| contact.element);
-        let unsettled_count = count(counter::UNSETTLED);
+        let is_certified = self.options.method == Method::Certified;
+        let unsettled_count = count(if is_certified { counter::OPEN } else { counter::UNSETTLED });
         let mut unsettled = vec![];
         if let Some((list, counter)) = self.open_list()
             && count(counter) > 0
@@ -183,6 +194,7 @@ impl GpuQuery {
             searched_count: count(counter::SURVIVORS),
             skipped_count: count(counter::SKIPPED),
             unsettled_count,
+            open_count: count(counter::OPEN),
             unsettled,
         })
     }
@@ -269,15 +281,22 @@ impl GpuQuery {
             step(format!("search_{elements}_{kind}_{method}"), frame, Some(first))?,
         ];
         if let Unsettled::Certify { evaluations } | Unsettled::CertifyThenList { evaluations } = options.unsettled {
-            let is_listed = matches!(options.unsettled, Unsettled::CertifyThenList { .. });
-            let second = SearchParams { tolerance: options.tolerance, iterations: evaluations, ..first };
-            let taken = Frame {
-                survivors: frame.unsettled,
-                survivor_counter: counter::UNSETTLED,
-                unsettled: if is_listed { frame.survivors } else { 0 },
-                ..frame
+            if options.method == Method::Certified {
+                return Err(GpuError::Options(
+                    "the method is certified already: list what it leaves open, in place of a second certified search",
+                ));
+            }
+            let second = Some(SearchParams { tolerance: options.tolerance, iterations: evaluations, ..first });
+            let search = format!("search_{elements}_{kind}_certified");
+            let (taken, open) = ((frame.unsettled, counter::UNSETTLED), (frame.survivors, counter::OPEN));
+            let over = |(survivors, survivor_counter), unsettled| {
+                step(search.clone(), Frame { survivors, survivor_counter, unsettled, ..frame }, second)
             };
-            steps.push(step(format!("search_{elements}_{kind}_certified"), taken, Some(second))?);
+            steps.push(over(taken, open.0)?);
+            // The answers of what is listed; the few elements are searched again, as no kernel both counts and keeps them.
+            if matches!(options.unsettled, Unsettled::Certify { .. }) {
+                steps.push(over(open, 0)?);
+            }
         }
         steps.push(step(format!("report_{elements}_{kind}"), frame, None)?);
         Ok(steps)

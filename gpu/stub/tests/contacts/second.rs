@@ -2,7 +2,7 @@
 
 use sdf_core::contact::{Contact, Element, Outcome, contact_at, cull};
 use sdf_core::minimize::{Certified, FrankWolfe, Minimizer};
-use sdf_gpu::{Elements, GpuContacts, GpuError, GpuField, GpuMesh, GpuQuery, QueryOptions, Stages, Unsettled};
+use sdf_gpu::{Elements, GpuContacts, GpuError, GpuField, GpuMesh, GpuQuery, Method, QueryOptions, Stages, Unsettled};
 
 use crate::scenes::{Scene, assert_equal, scene};
 use crate::{gpu, with_stub};
@@ -19,7 +19,7 @@ enum Settled {
     Neither,
 }
 
-fn settle(scene: &Scene, element: &Element<f32, 3>) -> Settled {
+fn settle(scene: &Scene, element: &Element<f32, 3>, evaluations: u32) -> Settled {
     let Scene { field, margin, .. } = scene;
     let lower_bound = match cull(field, *margin, element) {
         Ok(lower_bound) => lower_bound,
@@ -31,7 +31,7 @@ fn settle(scene: &Scene, element: &Element<f32, 3>) -> Settled {
     if minimum.sample.value <= *margin && minimum.converged {
         return Settled::First(contact_at(field, element, &minimum, lower_bound).unwrap());
     }
-    let second = Certified { evaluations: EVALUATIONS, ..Certified::default() };
+    let second = Certified { evaluations, ..Certified::default() };
     let minimum = second.minimize_below(field, &element.simplex, *margin);
     let is_contact = minimum.sample.value <= *margin;
     Settled::Not(if is_contact { contact_at(field, element, &minimum, lower_bound) } else { None })
@@ -49,7 +49,7 @@ fn what_the_first_launch_leaves_open_the_second_settles() {
         let (gpu, scene) = (gpu(folder), scene("dense"));
         let (mut expected, mut unsettled, mut missed) = (vec![], 0, 0);
         for element in scene.elements(&scene.faces) {
-            match settle(&scene, &element) {
+            match settle(&scene, &element, EVALUATIONS) {
                 Settled::First(contact) => expected.push(contact),
                 Settled::Not(contact) => {
                     unsettled += 1;
@@ -86,7 +86,7 @@ fn what_is_left_open_is_listed_for_a_search_elsewhere() {
             let scene = scene(kind);
             let (mut expected, mut unsettled) = (vec![], vec![]);
             for element in scene.elements(&scene.faces) {
-                match settle(&scene, &element) {
+                match settle(&scene, &element, EVALUATIONS) {
                     Settled::First(contact) => expected.push(contact),
                     Settled::Not(_) => unsettled.push(element.id),
                     Settled::Neither => {}
@@ -111,6 +111,58 @@ fn a_second_launch_that_no_kernel_makes_is_refused() {
         for (kind, options) in [("dense", fused), ("shapes", shapes)] {
             let found = found(&gpu, &scene(kind), options);
             assert!(matches!(found, Err(GpuError::Unsupported(_))), "{kind}: {found:?}");
+        }
+    });
+}
+
+#[test]
+fn what_a_certified_search_leaves_open_is_counted() {
+    with_stub("second::what_a_certified_search_leaves_open_is_counted", &[], |folder| {
+        let (gpu, scene) = (gpu(folder), scene("dense"));
+        let by = |options| found(&gpu, &scene, options).unwrap();
+        for evaluations in [1, EVALUATIONS] {
+            let options = |unsettled| QueryOptions { unsettled, ..QueryOptions::default() };
+            let listed = by(options(Unsettled::CertifyThenList { evaluations }));
+            let kept = by(options(Unsettled::Certify { evaluations }));
+            assert_eq!((kept.open_count, kept.unsettled), (listed.unsettled.len() as u32, vec![]));
+            assert_eq!((kept.open_count, kept.unsettled_count), (listed.open_count, listed.unsettled_count));
+            assert_eq!(kept.open_count > 20, evaluations == 1, "{} open", kept.open_count);
+            // Its answers are kept all the same.
+            let mut expected = vec![];
+            for element in scene.elements(&scene.faces) {
+                match settle(&scene, &element, evaluations) {
+                    Settled::First(contact) => expected.push(contact),
+                    Settled::Not(contact) => expected.extend(contact),
+                    Settled::Neither => {}
+                }
+            }
+            assert_equal(&kept.contacts, &expected, "kept");
+        }
+        // Of a search that is certified at once.
+        let certified = QueryOptions { method: Method::Certified, ..QueryOptions::default() };
+        let listed = by(QueryOptions { unsettled: Unsettled::List, ..certified });
+        let count = listed.unsettled.len() as u32;
+        assert!(count > 0 && (listed.unsettled_count, listed.open_count) == (count, count), "{listed:?}");
+    });
+}
+
+#[test]
+fn a_certified_search_is_not_certified_again() {
+    with_stub("second::a_certified_search_is_not_certified_again", &[], |folder| {
+        let (gpu, scene) = (gpu(folder), scene("dense"));
+        let certified = QueryOptions { method: Method::Certified, margin: scene.margin, ..QueryOptions::default() };
+        let field = GpuField::new(&gpu, &scene.field).unwrap();
+        let mesh = GpuMesh::new(&gpu, &scene.points, Elements::Faces(&scene.faces)).unwrap();
+        let mut query = GpuQuery::new(&gpu, &field, mesh, &certified).unwrap();
+        let before = query.contacts().unwrap();
+        for evaluations in [1, EVALUATIONS] {
+            for unsettled in [Unsettled::Certify { evaluations }, Unsettled::CertifyThenList { evaluations }] {
+                let refused = found(&gpu, &scene, QueryOptions { unsettled, ..certified });
+                assert!(matches!(refused, Err(GpuError::Options(text)) if text.contains("certified already")));
+                // What is refused changes nothing.
+                query.set_unsettled(unsettled).unwrap_err();
+                assert_eq!(query.contacts().unwrap(), before);
+            }
         }
     });
 }
