@@ -11,7 +11,7 @@ use crate::record;
 use crate::{Gpu, GpuError};
 
 /// Contacts in the card's memory, in no particular order: rows of [`STRIDE`](Self::STRIDE) bytes. A query that goes on does not change
-/// them.
+/// them. Dropping them waits for all work of the card, as any stream of it may still read them.
 #[derive(Debug)]
 pub struct CardContacts {
     gpu: Gpu,
@@ -85,5 +85,14 @@ impl CardContacts {
     /// Address of the first contact in the card's memory, which lives as long as this.
     pub fn address(&self) -> u64 {
         self.records.device_ptr(&self.gpu.stream).0
+    }
+}
+
+impl Drop for CardContacts {
+    fn drop(&mut self) {
+        if self.count > 0 {
+            // A card that fails has no work left that reads them.
+            let _ = self.gpu.context.synchronize();
+        }
     }
 }

@@ -13,7 +13,10 @@ use crate::abi::VERSION;
 
 /// An NVIDIA GPU with the kernels loaded.
 ///
-/// Copies of it are the same card.
+/// Copies of it are the same card. Fields, meshes and queries belong to the `Gpu` that made them, and to its copies.
+///
+/// Every call makes the card's primary context the current one of its thread, as CUDA's runtime does, and leaves it so. A program with
+/// a context of its own makes that current again.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     pub(crate) context: Arc<CudaContext>,
@@ -45,6 +48,8 @@ pub enum GpuError {
     Lent(&'static str),
     #[error("{0}")]
     Options(&'static str),
+    #[error("the {0} was made by another Gpu: make field, mesh and query by one Gpu or by copies of it")]
+    OtherGpu(&'static str),
     #[error("{points} points given for a mesh of {expected}")]
     PointCount { points: usize, expected: usize },
 }
@@ -75,7 +80,7 @@ impl Gpu {
         let mut gpu = Self { context, stream, module, sizes: [0; 3] };
         let other_version = || GpuError::KernelVersion(kernels.to_owned());
         let mut sizes = gpu.stream.alloc_zeros::<u32>(4)?;
-        let kernel = gpu.kernel("sizes").map_err(|_| other_version())?;
+        let kernel = gpu.find_kernel("sizes")?.ok_or_else(other_version)?;
         // SAFETY: the kernel writes four numbers.
         unsafe { gpu.stream.launch_builder(&kernel).arg(&mut sizes).launch(blocks(1))? };
         let sizes = gpu.stream.clone_dtoh(&sizes)?;
@@ -89,7 +94,21 @@ impl Gpu {
     }
 
     pub(crate) fn kernel(&self, name: &str) -> Result<CudaFunction, GpuError> {
-        Ok(self.module.load_function(name)?)
+        Ok(self.find_kernel(name)?.ok_or(DriverError(sys::CUresult::CUDA_ERROR_NOT_FOUND))?)
+    }
+
+    /// The kernel of this name; `None` if the file has none.
+    pub(crate) fn find_kernel(&self, name: &str) -> Result<Option<CudaFunction>, GpuError> {
+        self.context.bind_to_thread()?;
+        match self.module.load_function(name) {
+            Err(DriverError(sys::CUresult::CUDA_ERROR_NOT_FOUND)) => Ok(None),
+            kernel => Ok(Some(kernel?)),
+        }
+    }
+
+    /// Refuses what another `Gpu` made: its work is on another stream, and its kernels may be others.
+    pub(crate) fn check_owner(&self, stream: &Arc<CudaStream>, what: &'static str) -> Result<(), GpuError> {
+        if Arc::ptr_eq(&self.stream, stream) { Ok(()) } else { Err(GpuError::OtherGpu(what)) }
     }
 
     /// Copies a list to the card.

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use cudarc::driver::{CudaSlice, DevicePtr, DeviceRepr, PushKernelArg};
+use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DeviceRepr, PushKernelArg};
 use sdf_core::grid::BlockBounds;
 use sdf_core::grid::owned::{OwnedBricks, OwnedGrid, OwnedStorage};
 use sdf_core::grid::sparse::{Code, Sparse};
@@ -22,6 +22,8 @@ pub struct GpuField {
     /// As the names of kernels have it.
     pub(crate) kind: &'static str,
     pub(crate) blob: FieldBlob,
+    /// That of the `Gpu` that made it.
+    pub(crate) stream: Arc<CudaStream>,
     /// Kept for the kernels, which have their addresses.
     _arrays: Arc<[Array]>,
 }
@@ -83,8 +85,8 @@ impl GpuField {
         let kernel = gpu.kernel(&format!("prepare_{kind}"))?;
         // SAFETY: the lists have the lengths in `params`; the kernel checks that they fit the lattice.
         unsafe { stream.launch_builder(&kernel).arg(&params).arg(&mut blob).launch(ONE_THREAD)? };
-        Self { kind, blob: stream.clone_dtoh(&blob)?[0], _arrays: upload.arrays.into() }
-            .checked("a grid of these numbers")
+        let blob = stream.clone_dtoh(&blob)?[0];
+        Self { kind, blob, stream: stream.clone(), _arrays: upload.arrays.into() }.checked("a grid of these numbers")
     }
 
     fn from_shapes(gpu: &Gpu, shapes: &[ShapeParams]) -> Result<Self, GpuError> {
@@ -97,7 +99,8 @@ impl GpuField {
         // SAFETY: there is room for as many parts as there are shapes.
         unsafe { launch.launch(ONE_THREAD)? };
         let blob = stream.clone_dtoh(&blob)?[0];
-        Self { kind: "shapes", blob, _arrays: [Array::Bytes(parts)].into() }.checked("a shape of these numbers")
+        let _arrays = [Array::Bytes(parts)].into();
+        Self { kind: "shapes", blob, stream: stream.clone(), _arrays }.checked("a shape of these numbers")
     }
 
     /// The kernel marks a field that it made in the last word.

@@ -64,6 +64,8 @@ struct Step {
 impl GpuQuery {
     /// Looks up the kernels. Nothing runs yet.
     pub fn new(gpu: &Gpu, field: &GpuField, mesh: GpuMesh, options: &QueryOptions) -> Result<Self, GpuError> {
+        gpu.check_owner(&field.stream, "field")?;
+        gpu.check_owner(mesh.counters.stream(), "mesh")?;
         let mut query = Self {
             gpu: gpu.clone(),
             field: field.clone(),
@@ -246,12 +248,12 @@ impl GpuQuery {
             iterations: options.iterations,
             unused: 0,
         };
-        let step = |name: String, frame, search| match self.gpu.kernel(&name) {
-            Ok(kernel) => Ok(Step { kernel, frame, search }),
-            Err(_) if name.starts_with("lean_") => {
+        let step = |name: String, frame, search| match self.gpu.find_kernel(&name)? {
+            Some(kernel) => Ok(Step { kernel, frame, search }),
+            None if name.starts_with("lean_") => {
                 Err(GpuError::Unsupported("lean contacts by this method on this field and kind of element"))
             }
-            Err(_) => Err(GpuError::Unsupported("this method on this field and kind of element")),
+            None => Err(GpuError::Unsupported("this method on this field and kind of element")),
         };
         match (options.stages, options.unsettled) {
             (Stages::Fused, Unsettled::Keep) => {

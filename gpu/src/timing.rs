@@ -26,8 +26,10 @@ impl GpuQuery {
         gpu.stream.begin_capture(CUstreamCaptureMode::CU_STREAM_CAPTURE_MODE_THREAD_LOCAL)?;
         let captured = (0..count).try_for_each(|stage| self.launch(stage));
         let flags = CUgraphInstantiate_flags::CUDA_GRAPH_INSTANTIATE_FLAG_AUTO_FREE_ON_LAUNCH;
-        let graph = gpu.stream.end_capture(flags)?.ok_or(GpuError::Unsupported("an empty graph"))?;
+        let graph = gpu.stream.end_capture(flags);
+        // A launch that fails makes the end of the capture fail, too, for no reason of its own.
         captured?;
+        let graph = graph?.ok_or(GpuError::Unsupported("an empty graph"))?;
         let mut times = Times { kernels: vec![vec![]; count - 1], ..Times::default() };
         let warm_up = WARM_UP.min(repetitions);
         for _ in 0..repetitions + warm_up {

@@ -103,8 +103,9 @@ impl CudaQuery {
 
     /// Moves the field.
     pub fn set_pose(&mut self, pose: Option<Rigid>) -> Result<(), CudaError> {
+        self.query.set_pose(pose.as_ref())?;
         self.options.pose = pose;
-        Ok(self.query.set_pose(pose.as_ref())?)
+        Ok(())
     }
 
     /// The contacts of this frame, in the order of elements.

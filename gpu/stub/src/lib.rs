@@ -17,7 +17,7 @@
 //!
 //! Times mean nothing here, and what differs on a card stays unseen: its compiler, threads that run at once, its caches.
 //! `SDF_STUB_CARDS=0` in the environment makes it a driver without a card, `SDF_STUB_LOCAL_MEMORY=0` one that has no room for the certified
-//! kernel.
+//! kernel, `SDF_STUB_CODE_MEMORY=0` none for its code, and `SDF_STUB_MEMORY=N` one whose lists have N bytes at most.
 
 #![allow(non_snake_case, reason = "names of CUDA")]
 
@@ -34,10 +34,11 @@ mod stages;
 mod threads;
 mod work;
 
+use std::cell::Cell;
 use std::ffi::{CStr, c_char, c_float, c_int, c_uint, c_void};
 
 use ptx::Card;
-use work::{Arguments, Graph, Work, driver};
+use work::{Arguments, Graph, Source, Work, driver};
 
 /// `CUresult`.
 type Status = c_int;
@@ -47,9 +48,11 @@ const INVALID_VALUE: Status = 1;
 const OUT_OF_MEMORY: Status = 2;
 const NO_DEVICE: Status = 100;
 const INVALID_IMAGE: Status = 200;
+const INVALID_CONTEXT: Status = 201;
 const FILE_NOT_FOUND: Status = 301;
 const NOT_FOUND: Status = 500;
 const ILLEGAL_ADDRESS: Status = 700;
+const CAPTURE_INVALIDATED: Status = 901;
 
 // Attributes of an address, and their values.
 const MEMORY_TYPE: c_uint = 2;
@@ -68,6 +71,25 @@ fn status(holds: bool, otherwise: Status) -> Status {
 
 /// A handle that is not null and says nothing.
 const HANDLE: *mut c_void = 16 as *mut c_void;
+
+thread_local! {
+    /// The current context of a thread: none before it sets one.
+    static CONTEXT: Cell<*mut c_void> = const { Cell::new(std::ptr::null_mut()) };
+}
+
+/// Does the environment say that the card has no room for this?
+fn has_no_room(variable: &str) -> bool {
+    std::env::var_os(variable).is_some_and(|room| room == "0")
+}
+
+/// Milliseconds between two events.
+///
+/// # Safety
+/// Both are events.
+unsafe fn elapsed_ms(start: *const f64, end: *const f64) -> f32 {
+    // SAFETY: the caller's.
+    (1e-3 * unsafe { *end - *start }) as f32
+}
 
 /// Functions of the driver. Each gets what CUDA's documentation says; those are the conditions under which it is safe.
 macro_rules! driver_functions {
@@ -115,11 +137,14 @@ driver_functions! {
     fn cuDevicePrimaryCtxRelease_v2(_device: c_int) -> Status { SUCCESS }
 
     fn cuCtxGetCurrent(context: *mut *mut c_void) -> Status {
-        *context = HANDLE;
+        *context = CONTEXT.get();
         SUCCESS
     }
 
-    fn cuCtxSetCurrent(_context: *mut c_void) -> Status { SUCCESS }
+    fn cuCtxSetCurrent(context: *mut c_void) -> Status {
+        CONTEXT.set(context);
+        SUCCESS
+    }
 
     fn cuCtxSynchronize() -> Status {
         driver().wait_for(None);
@@ -131,9 +156,11 @@ driver_functions! {
             OUT_OF_MEMORY => c"out of memory",
             NO_DEVICE => c"no CUDA-capable device is detected",
             INVALID_IMAGE => c"device kernel image is invalid",
+            INVALID_CONTEXT => c"invalid device context",
             FILE_NOT_FOUND => c"file not found",
             NOT_FOUND => c"named symbol not found",
             ILLEGAL_ADDRESS => c"an illegal memory access was encountered",
+            CAPTURE_INVALIDATED => c"operation failed due to a previous error during capture",
             _ => c"invalid argument",
         };
         *text = words.as_ptr();
@@ -154,7 +181,12 @@ driver_functions! {
     }
 
     fn cuMemAlloc_v2(address: *mut u64, bytes: usize) -> Status {
-        *address = driver().memory.allocate(bytes);
+        let memory = &mut driver().memory;
+        let limit = std::env::var("SDF_STUB_MEMORY").ok().and_then(|limit| limit.parse().ok());
+        if limit.is_some_and(|limit| memory.bytes() + bytes > limit) {
+            return OUT_OF_MEMORY;
+        }
+        *address = memory.allocate(bytes);
         status(bytes > 0, INVALID_VALUE)
     }
 
@@ -175,17 +207,21 @@ driver_functions! {
             (to as *mut u8).copy_from_nonoverlapping(from.cast(), bytes);
         } else {
             let bytes = std::slice::from_raw_parts(from.cast::<u8>(), bytes).to_vec();
-            driver.copy_later(stream as usize, to, bytes);
+            driver.copy_later(stream as usize, to, Source::Host(bytes));
         }
         SUCCESS
     }
 
-    fn cuMemcpyDtoDAsync_v2(to: u64, from: u64, bytes: usize, _stream: *mut c_void) -> Status {
-        let driver = driver();
+    fn cuMemcpyDtoDAsync_v2(to: u64, from: u64, bytes: usize, stream: *mut c_void) -> Status {
+        let mut driver = driver();
         if !driver.memory.holds(to, bytes) || !driver.memory.holds(from, bytes) {
             return INVALID_VALUE;
         }
-        (to as *mut u8).copy_from(from as *const u8, bytes);
+        if stream == HANDLE {
+            (to as *mut u8).copy_from(from as *const u8, bytes);
+        } else {
+            driver.copy_later(stream as usize, to, Source::Card(from, bytes));
+        }
         SUCCESS
     }
 
@@ -229,7 +265,13 @@ driver_functions! {
     fn cuModuleUnload(_module: *mut c_void) -> Status { SUCCESS }
 
     fn cuModuleGetFunction(function: *mut *const c_void, _module: *mut c_void, name: *const c_char) -> Status {
+        if CONTEXT.get().is_null() {
+            return INVALID_CONTEXT;
+        }
         let kernel = CStr::from_ptr(name).to_str().ok().and_then(kernels::find);
+        if kernel.is_some_and(|kernel| kernel.name.ends_with("certified")) && has_no_room("SDF_STUB_CODE_MEMORY") {
+            return OUT_OF_MEMORY;
+        }
         *function = kernel.map_or(std::ptr::null(), |kernel| (&raw const *kernel).cast());
         status(kernel.is_some(), NOT_FOUND)
     }
@@ -245,7 +287,9 @@ driver_functions! {
     ) -> Status {
         let kernel = &*function.cast::<kernels::Kernel>();
         let arguments = Arguments::copy(kernel, arguments);
-        if kernel.name.ends_with("certified") && std::env::var_os("SDF_STUB_LOCAL_MEMORY").is_some_and(|is_there| is_there == "0") {
+        if kernel.name.ends_with("certified") && has_no_room("SDF_STUB_LOCAL_MEMORY") {
+            // What was captured so far is lost.
+            driver().captured = None;
             return OUT_OF_MEMORY;
         }
         if [blocks_y, blocks_z, threads_y, threads_z] != [1; 4] {
@@ -261,8 +305,9 @@ driver_functions! {
 
     fn cuStreamEndCapture(_stream: *mut c_void, graph: *mut *mut Graph) -> Status {
         let captured = driver().captured.take();
+        let is_valid = captured.is_some();
         *graph = captured.map_or(std::ptr::null_mut(), |work| Box::into_raw(Box::new(work)));
-        SUCCESS
+        status(is_valid, CAPTURE_INVALIDATED)
     }
 
     // The graph and what is made of it are the same here; the latter is freed.
@@ -297,12 +342,13 @@ driver_functions! {
     fn cuEventSynchronize(_event: *mut f64) -> Status { SUCCESS }
 
     fn cuEventElapsedTime(milliseconds: *mut c_float, start: *const f64, end: *const f64) -> Status {
-        *milliseconds = (1e-3 * (*end - *start)) as f32;
+        *milliseconds = elapsed_ms(start, end);
         SUCCESS
     }
 
     fn cuEventElapsedTime_v2(milliseconds: *mut c_float, start: *const f64, end: *const f64) -> Status {
-        cuEventElapsedTime(milliseconds, start, end)
+        *milliseconds = elapsed_ms(start, end);
+        SUCCESS
     }
 
     fn cuEventDestroy_v2(event: *mut f64) -> Status {

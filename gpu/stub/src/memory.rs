@@ -33,6 +33,11 @@ impl Memory {
         address
     }
 
+    /// Bytes of all lists.
+    pub fn bytes(&self) -> usize {
+        self.lists.values().sum()
+    }
+
     /// False if nothing starts there.
     pub fn free(&mut self, address: u64) -> bool {
         let Some(bytes) = self.lists.remove(&address) else { return false };

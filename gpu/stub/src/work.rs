@@ -21,12 +21,19 @@ pub struct Driver {
     pub captured: Option<Graph>,
     /// Launches so far.
     pub launches: usize,
-    /// Copies of other programs: their stream, the address and the bytes.
-    later: Vec<(usize, u64, Vec<u8>)>,
+    /// Copies of other programs: their stream, the address and what goes there.
+    later: Vec<(usize, u64, Source)>,
     /// Streams of other programs so far.
     streams: usize,
     /// Runs the loaded PTX, if a file of it was loaded and not one that only stands for the kernels.
     pub card: Option<Card>,
+}
+
+/// Bytes to copy: those of the host as they were, those of the card as they will be.
+pub enum Source {
+    Host(Vec<u8>),
+    /// Address and length.
+    Card(u64, usize),
 }
 
 /// The one driver of the process.
@@ -53,20 +60,27 @@ impl Driver {
     }
 
     /// Copies the bytes once somebody waits for the stream. They lie within one list.
-    pub fn copy_later(&mut self, stream: usize, to: u64, bytes: Vec<u8>) {
-        self.later.push((stream, to, bytes));
+    pub fn copy_later(&mut self, stream: usize, to: u64, source: Source) {
+        self.later.push((stream, to, source));
     }
 
-    /// Does the copies of a stream, or of all, in their order.
+    /// Does the copies of a stream, or of all, in their order. A list that was freed meanwhile is neither read nor written.
     pub fn wait_for(&mut self, stream: Option<usize>) {
         let is_default = |stream: usize| DEFAULT_STREAMS.contains(&stream);
         let is_meant = |of: usize| stream.is_none_or(|stream| stream == of || is_default(stream) && is_default(of));
         let (now, later) = std::mem::take(&mut self.later).into_iter().partition(|(of, ..)| is_meant(*of));
         self.later = later;
-        let now: Vec<(usize, u64, Vec<u8>)> = now;
-        for (_, to, bytes) in now.into_iter().filter(|(_, to, bytes)| self.memory.holds(*to, bytes.len())) {
-            // SAFETY: the bytes lie within one list.
-            unsafe { (to as *mut u8).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        let now: Vec<(usize, u64, Source)> = now;
+        for (_, to, source) in &now {
+            let (from, bytes) = match source {
+                Source::Host(bytes) => (bytes.as_ptr(), bytes.len()),
+                Source::Card(from, bytes) if self.memory.holds(*from, *bytes) => (*from as *const u8, *bytes),
+                Source::Card(..) => continue,
+            };
+            if self.memory.holds(*to, bytes) {
+                // SAFETY: the bytes lie within one list each.
+                unsafe { (*to as *mut u8).copy_from(from, bytes) };
+            }
         }
     }
 

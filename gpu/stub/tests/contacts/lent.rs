@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use cudarc::driver::result::memcpy_dtod_async;
 use cudarc::driver::{CudaContext, CudaSlice, CudaStream, DevicePtr, DeviceRepr};
 use sdf_core::contact::Contact;
 use sdf_core::minimize::FrankWolfe;
@@ -179,5 +180,24 @@ fn contacts_that_stay_on_the_card_are_the_same() {
         }
         // An element that is listed for a search elsewhere is not among them.
         assert!(query(&gpu, &scene, mesh(), Unsettled::List).contacts_on_card().unwrap().is_none());
+    });
+}
+
+#[test]
+fn contacts_are_freed_after_who_reads_them() {
+    with_stub("lent::contacts_are_freed_after_who_reads_them", &[], |folder| {
+        let (gpu, scene) = (gpu(folder), scene("dense"));
+        let mesh = GpuMesh::new(&gpu, &scene.points, Elements::Faces(&scene.faces)).unwrap();
+        let found = query(&gpu, &scene, mesh, Unsettled::Keep).contacts_on_card().unwrap().unwrap();
+        let bytes = found.len() * CardContacts::STRIDE;
+        // SAFETY: memory of the stub is memory of this process.
+        let expected = unsafe { std::slice::from_raw_parts(found.address() as *const u8, bytes) }.to_vec();
+        // A stream of another program copies them, some time.
+        let reader = Other::new(&vec![0_u8; bytes]);
+        // SAFETY: both lists have that many bytes.
+        unsafe { memcpy_dtod_async(reader.address(), found.address(), bytes, reader.stream.cu_stream()) }.unwrap();
+        drop(found);
+        reader.stream.synchronize().unwrap();
+        assert!(reader.stream.clone_dtoh(&reader.list).unwrap() == expected && !expected.is_empty());
     });
 }

@@ -5,6 +5,7 @@
 
 mod auto;
 mod bounds;
+mod failures;
 mod lean;
 mod lent;
 mod queries;
