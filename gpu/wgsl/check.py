@@ -280,6 +280,20 @@ def cases(program, device):
     yield Case("large, pose, margin", large, cloth, margin=0.005, pose=pose)
 
 
+def check_many(device, grid, mesh):
+    """More elements than one dispatch takes: the contacts of one mesh, over and over."""
+    elements = mesh.elements("faces")
+    copies = host.MAX_ELEMENTS // len(elements) + 1
+    one, all_ = [host.Mesh(device, mesh.points, np.tile(elements, (count, 1))) for count in (1, copies)]
+    (once, once_counts), (found, counts) = [host.find_contacts(device, grid.on_device, each, 0.02) for each in (one, all_)]
+    expected = np.tile(once, copies)
+    expected["element"] += np.repeat(np.arange(copies, dtype="<u4") * len(elements), len(once))
+    name = f"{all_.count} faces"
+    if not np.array_equal(found, expected) or any(counts[key] != copies * once_counts[key] for key in counts.dtype.names):
+        raise SystemExit(f"wgsl: {name}: {len(found)} contacts, not {copies} times the {len(once)} of {len(elements)} faces")
+    return f"{name}: {len(found)} contacts, {copies} times those of {len(elements)} faces"
+
+
 def times(case, program, device, repeats=9):
     """The smallest processor times, of all threads: of a search with its buffers on the device, and of the program's whole process."""
     mesh = host.Mesh(device, case.mesh.points, case.mesh.elements(case.kind))
@@ -315,6 +329,8 @@ def main(sdftool, grid=None, mesh=None, margin=0.0):
         for case in cases(program, device):
             print(check(case, program, device), flush=True)
             count += 1
+            if case.name == "dense":
+                print(check_many(device, case.grid, case.mesh), flush=True)
     print(f"wgsl: {count} cases agree with the program")
 
 

@@ -1,4 +1,4 @@
-"""A small host of the shaders by the package wgpu: buffers, bindings and one dispatch. query.wgsl describes what they hold."""
+"""A small host of the shaders by the package wgpu: buffers, bindings and dispatches. query.wgsl describes what they hold."""
 
 import pathlib
 
@@ -8,6 +8,8 @@ import wgpu
 FOLDER = pathlib.Path(__file__).parent
 WORKGROUP = 64
 MAX_WORKGROUPS = 65535
+# The default limits of WebGPU, which every device has.
+LIMITS = {"max-storage-buffers-per-shader-stage": 8, "max-storage-buffer-binding-size": 128 << 20}
 NO_BAND = np.float32(3.4e38)
 
 # The structs of query.wgsl, as WGSL lays them out.
@@ -30,8 +32,8 @@ def source(layout, method):
     return "\n".join((FOLDER / f"{name}.wgsl").read_text(encoding="utf-8") for name in names)
 
 
-# The default limits of WebGPU, which every device has.
-LIMITS = {"max-storage-buffers-per-shader-stage": 8, "max-storage-buffer-binding-size": 128 << 20}
+# Elements of a dispatch: one thread each, and room for a contact of each in one buffer.
+MAX_ELEMENTS = min(WORKGROUP * MAX_WORKGROUPS, LIMITS["max-storage-buffer-binding-size"] // CONTACT.itemsize)
 
 
 class Device:
@@ -44,6 +46,9 @@ class Device:
 
     def buffer(self, array):
         """A storage buffer with the array's bytes; of four bytes where that is empty."""
+        most = LIMITS["max-storage-buffer-binding-size"]
+        if array.nbytes > most:
+            raise ValueError(f"an array of {array.nbytes} bytes: a buffer of WebGPU has {most} at most")
         data = np.ascontiguousarray(array).tobytes() or bytes(4)
         usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
         return self.device.create_buffer_with_data(data=data, usage=usage)
@@ -78,7 +83,7 @@ class Mesh:
         self.count, self.corners = elements.shape
         self.buffers = [device.buffer(points.astype("<f4")), device.buffer(elements.astype("<u4"))]
         self.contacts = device.device.create_buffer(
-            size=CONTACT.itemsize * max(self.count, 1), usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
+            size=CONTACT.itemsize * min(max(self.count, 1), MAX_ELEMENTS), usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
         )
 
 
@@ -92,28 +97,29 @@ def find_contacts(device, grid, mesh, margin, method="frank_wolfe", iterations=3
     query["margin"], query["nodes"] = margin, grid.sdf["counts"]
     query["spacing"], query["inv_spacing"] = grid.sdf["spacing"], 1.0 / grid.sdf["spacing"]
     query["slope_bound"], query["band"] = grid.sdf["slope_bound"], grid.sdf.get("band", NO_BAND)
-    query["corner_count"], query["iterations"], query["capacity"] = mesh.corners, iterations, mesh.count
+    query["corner_count"], query["iterations"], query["capacity"] = mesh.corners, iterations, min(mesh.count, MAX_ELEMENTS)
 
-    counts = device.buffer(np.zeros((), COUNTS))
     pipeline = device.pipeline(grid.layout, method)
-    commands = device.device.create_command_encoder()
-    most = WORKGROUP * MAX_WORKGROUPS
-    for first in range(0, mesh.count, most):
-        query["first_element"], query["element_count"] = first, min(most, mesh.count - first)
+    found, total = [np.zeros(0, CONTACT)], np.zeros(1, COUNTS)
+    for first in range(0, mesh.count, MAX_ELEMENTS):
+        query["first_element"], query["element_count"] = first, min(MAX_ELEMENTS, mesh.count - first)
         uniform = device.device.create_buffer_with_data(data=query.tobytes(), usage=wgpu.BufferUsage.UNIFORM)
+        counts = device.buffer(np.zeros(1, COUNTS))
         bound = [uniform, *mesh.buffers, mesh.contacts, counts, *grid.buffers]
         entries = [{"binding": k, "resource": {"buffer": buffer}} for k, buffer in enumerate(bound)]
         group = device.device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)
+        commands = device.device.create_command_encoder()
         compute = commands.begin_compute_pass()
         compute.set_pipeline(pipeline)
         compute.set_bind_group(0, group)
         compute.dispatch_workgroups(-(-int(query["element_count"]) // WORKGROUP))
         compute.end()
-    device.device.queue.submit([commands.finish()])
-    counts = np.frombuffer(device.device.queue.read_buffer(counts), COUNTS)[0]
-    stored = min(int(counts["contacts"]), mesh.count)
-    if stored == 0:
-        return np.zeros(0, CONTACT), counts
-    contacts = np.frombuffer(device.device.queue.read_buffer(mesh.contacts, size=stored * CONTACT.itemsize), CONTACT)
-    return contacts[np.argsort(contacts["element"])], counts
-
+        device.device.queue.submit([commands.finish()])
+        [counts] = np.frombuffer(device.device.queue.read_buffer(counts), COUNTS)
+        for name in COUNTS.names:
+            total[name] += counts[name]
+        size = int(counts["contacts"]) * CONTACT.itemsize
+        if size > 0:
+            contacts = np.frombuffer(device.device.queue.read_buffer(mesh.contacts, size=size), CONTACT)
+            found.append(contacts[np.argsort(contacts["element"])])
+    return np.concatenate(found), total[0]

@@ -9,7 +9,8 @@
 //     contacts.wgsl                                      cull, search, report: the entry point `find_contacts`
 //
 // It is a second source of what sdf-core does, in f32: gpu/wgsl/check.py compares the two. Dispatch ⌈element_count / 64⌉ workgroups,
-// with `counts` zero. A dispatch has at most 65,535 × 64 elements by the default limits of WebGPU: `first_element` starts a second.
+// with `counts` zero. By the default limits of WebGPU a dispatch has at most 65,535 × 64 elements, and a buffer 2,097,152 contacts:
+// `first_element` starts a second, once the contacts of the first are read.
 //
 // Frames. The mesh is in the world. The grid has a frame of its own, in which node (i, j, k) is at spacing · (i, j, k): a local
 // point p is at rotation · p + translation in the world, so that `translation` is where node (0, 0, 0) is. Compute it in f64.
