@@ -152,13 +152,29 @@ impl Interface {
 /// Contacts that stay on the card, in no particular order: found["point"] and found["distance"] are arrays there, of the columns that
 /// contact_dtype has, but key. Numbers are float32 and uint32.
 ///
-/// CuPy, PyTorch, Warp and Numba take the columns as they are. Each keeps the contacts on the card.
+/// CuPy, PyTorch, Warp and Numba take the columns as they are. Each keeps the contacts on the card. The last that goes waits until the
+/// card has done all its work, as a stream may still read them.
 #[pyclass(frozen, module = "sdftool")]
-pub struct CudaContacts(CardContacts);
+pub struct CudaContacts {
+    /// `None` while it is dropped.
+    contacts: Option<CardContacts>,
+}
 
 impl CudaContacts {
     pub fn new(contacts: CardContacts) -> Self {
-        Self(contacts)
+        Self { contacts: Some(contacts) }
+    }
+
+    fn address(&self) -> u64 {
+        self.contacts.as_ref().map_or(0, CardContacts::address)
+    }
+}
+
+impl Drop for CudaContacts {
+    /// Waits without the interpreter's lock, which work of the card may wait for.
+    fn drop(&mut self) {
+        let contacts = self.contacts.take();
+        Python::attach(|py| py.detach(|| drop(contacts)));
     }
 }
 
@@ -172,7 +188,7 @@ impl CudaContacts {
     }
 
     fn __len__(&self) -> usize {
-        self.0.len()
+        self.contacts.as_ref().map_or(0, CardContacts::len)
     }
 
     fn __getitem__(slf: &Bound<Self>, name: &str) -> PyResult<CudaColumn> {
@@ -202,9 +218,9 @@ impl CudaColumn {
     /// Address, shape, strides and type, by version 3. Nothing has to be waited for.
     #[getter]
     fn __cuda_array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let contacts = &self.contacts.get().0;
+        let contacts = self.contacts.get();
         let column = &CardContacts::COLUMNS[self.index];
-        let (rows, numbers) = (contacts.len(), column.numbers);
+        let (rows, numbers) = (contacts.__len__(), column.numbers);
         let address = if rows == 0 { 0 } else { contacts.address() + column.offset as u64 };
         let pair = |first: usize, second: usize| {
             PyTuple::new(py, if numbers == 1 { vec![first] } else { vec![first, second] })
