@@ -32,6 +32,8 @@ pub struct Gpu {
 pub enum GpuError {
     #[error("no CUDA driver: libcuda.so is not on this machine; install NVIDIA's driver, or query on the CPU")]
     NoDriver,
+    #[error("libcuda.so is not a whole CUDA driver, it has no {0}: install NVIDIA's driver, or query on the CPU")]
+    IncompleteDriver(&'static str),
     #[error("{0}: the kernels do not load ({1}); build them by .ci/gpu.sh")]
     Kernels(PathBuf, DriverError),
     #[error("no NVIDIA GPU: the driver finds no card on this machine; query on the CPU")]
@@ -75,7 +77,8 @@ impl Gpu {
         let stream = context.new_stream()?;
         let refused = |error| GpuError::Kernels(kernels.to_owned(), error);
         // The driver takes no other names.
-        kernels.to_str().ok_or_else(|| refused(DriverError(sys::CUresult::CUDA_ERROR_FILE_NOT_FOUND)))?;
+        let name = kernels.to_str().filter(|name| !name.contains('\0'));
+        name.ok_or_else(|| refused(DriverError(sys::CUresult::CUDA_ERROR_FILE_NOT_FOUND)))?;
         let module = context.load_module(Ptx::from_file(kernels)).map_err(refused)?;
         let mut gpu = Self { context, stream, module, sizes: [0; 3] };
         let other_version = || GpuError::KernelVersion(kernels.to_owned());
@@ -127,6 +130,11 @@ fn context() -> Result<Arc<CudaContext>, GpuError> {
     if !unsafe { sys::is_culib_present() } {
         return Err(GpuError::NoDriver);
     }
+    // SAFETY: the library stays open, and nothing is called here.
+    let has = |name: &&str| unsafe { sys::culib().get::<*const ()>(name.as_bytes()).is_ok() };
+    if let Some(missing) = FUNCTIONS.iter().find(|name| !has(name)) {
+        return Err(GpuError::IncompleteDriver(missing));
+    }
     let is_no_card = |error: &DriverError| {
         matches!(error.0, sys::CUresult::CUDA_ERROR_NO_DEVICE | sys::CUresult::CUDA_ERROR_INVALID_DEVICE)
     };
@@ -135,6 +143,45 @@ fn context() -> Result<Arc<CudaContext>, GpuError> {
         context => Ok(context?),
     }
 }
+
+/// Functions of the driver that cudarc calls for this crate, and panics without.
+const FUNCTIONS: [&str; 35] = [
+    "cuInit",
+    "cuDeviceGet",
+    "cuDeviceGetAttribute",
+    "cuDeviceGetName",
+    "cuDevicePrimaryCtxRetain",
+    "cuDevicePrimaryCtxRelease_v2",
+    "cuCtxGetCurrent",
+    "cuCtxSetCurrent",
+    "cuCtxSynchronize",
+    "cuGetErrorString",
+    "cuStreamCreate",
+    "cuStreamDestroy_v2",
+    "cuStreamSynchronize",
+    "cuMemAlloc_v2",
+    "cuMemFree_v2",
+    "cuMemsetD8Async",
+    "cuMemcpyHtoDAsync_v2",
+    "cuMemcpyDtoDAsync_v2",
+    "cuPointerGetAttribute",
+    "cuMemcpyDtoHAsync_v2",
+    "cuModuleLoad",
+    "cuModuleUnload",
+    "cuModuleGetFunction",
+    "cuLaunchKernel",
+    "cuStreamBeginCapture_v2",
+    "cuStreamEndCapture",
+    "cuGraphInstantiateWithFlags",
+    "cuGraphLaunch",
+    "cuGraphDestroy",
+    "cuGraphExecDestroy",
+    "cuEventCreate",
+    "cuEventRecord",
+    "cuEventSynchronize",
+    "cuEventElapsedTime",
+    "cuEventDestroy_v2",
+];
 
 /// Threads per block: the smallest number that lets a multiprocessor hold all its threads.
 const BLOCK: u32 = 64;

@@ -41,9 +41,9 @@ pub fn cuda_error(error: CudaError) -> PyErr {
         CudaError::Card(GpuError::Kernels(path, _)) if !path.exists() => {
             PyFileNotFoundError::new_err(error.to_string())
         }
-        CudaError::Card(GpuError::NoDriver | GpuError::NoCard | GpuError::Driver(_)) => {
-            PyRuntimeError::new_err(error.to_string())
-        }
+        CudaError::Card(
+            GpuError::NoDriver | GpuError::IncompleteDriver(_) | GpuError::NoCard | GpuError::Driver(_),
+        ) => PyRuntimeError::new_err(error.to_string()),
         _ => value_error(error),
     }
 }

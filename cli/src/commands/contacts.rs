@@ -6,10 +6,10 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use sdf_core::Simplex;
 use sdf_core::contact::{Contact, ContactStatus};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Rigid};
+use sdf_core::{Real, Simplex};
 use sdf_field::page::Scene;
 use sdf_field::{ContactOptions, Field, MeshView, Threads};
 use sdf_formats::contact_file::{ContactRecord, ContactRows, Label};
@@ -116,7 +116,8 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         rows.push(("exact", exact_row(&found)));
     }
     if found.undecided > 0 {
-        let advice = "give more --iterations, or --complete, which lists them";
+        let by_cpu = if searcher.is_card() { "--complete on the CPU" } else { "--complete" };
+        let advice = format!("give more --iterations, or {by_cpu}, which lists them");
         rows.push(("undecided", format!("{} elements may be within the margin: {advice}", found.undecided)));
     }
     if found.beyond_band > 0 {
@@ -130,7 +131,9 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
         rows.push(("outside the grid", format!("{}: {advice}", counted(count, "contact"))));
     }
     if found.not_finite > 0 {
-        let skipped = format!("{} elements with coordinates that are not finite or exceed 1e150", found.not_finite);
+        let largest = if searcher.is_card() { f32::MAX_COORDINATE } else { f64::MAX_COORDINATE };
+        let count = found.not_finite;
+        let skipped = format!("{count} elements with coordinates that are not finite or exceed {largest:e}");
         rows.push(("skipped", skipped));
     }
     if let Some(path) = &args.output {

@@ -33,7 +33,7 @@ fn json(output: &Output) -> Value {
 
 /// The one line of an error.
 fn error(output: &Output) -> String {
-    assert!(!output.status.success());
+    assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(text.trim_end().lines().count(), 1, "{text}");
     text
@@ -94,6 +94,32 @@ fn lean_contacts_of_a_card_say_what_they_leave_out() {
 }
 
 #[test]
+fn what_a_card_leaves_undecided_is_counted_as_on_the_cpu() {
+    let folder = scene();
+    for (method, is_decided) in [("auto", true), ("certified", true), ("certified --iterations 1", false)] {
+        let query = format!("contacts sheet.obj ball.sdf.h5 --margin 0.05 --method {method}");
+        let on_card = format!("{query} --device cuda --kernels kernels.ptx");
+        let undecided = &folder.json(&query)["undecided"];
+        assert_eq!(&json(&on_stub(&folder, &format!("{on_card} --json"), &[]))["undecided"], undecided, "{query}");
+        assert_eq!(*undecided == 0, is_decided, "{query}: {undecided}");
+        let rows = on_stub(&folder, &on_card, &[]);
+        let text = String::from_utf8_lossy(&rows.stdout);
+        assert_eq!(text.contains("--complete on the CPU, which lists them"), !is_decided, "{text}");
+    }
+}
+
+#[test]
+fn coordinates_that_are_too_large_for_a_card_are_skipped_by_its_own_limit() {
+    let folder = scene();
+    folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 2e18 0\nf 1 2 3\n");
+    let query = "contacts far.obj ball.sdf.h5 --method fw --device cuda --kernels kernels.ptx";
+    let rows = on_stub(&folder, query, &[]);
+    says(&String::from_utf8_lossy(&rows.stdout), &["1 elements with coordinates that are not finite or exceed 1e18"]);
+    folder.write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 2e150 0\nf 1 2 3\n");
+    says(&folder.done("contacts far.obj ball.sdf.h5 --method fw"), &["not finite or exceed 1e150"]);
+}
+
+#[test]
 fn compare_has_a_row_for_each_method_of_the_card() {
     let folder = scene();
     let query = "compare sheet.obj ball.sdf.h5 --margin 0.05 --rounds 1 --device cuda --kernels kernels.ptx --json";
@@ -119,6 +145,15 @@ fn what_is_missing_for_a_card_is_said_in_one_line() {
     }
     says(&error(&on_stub(&folder, query, &[])), &["no GPU kernels", "kernels.ptx", ".ci/gpu.sh --out", "docs/gpu.md"]);
     says(&error(&on_stub(&folder, query, &[("SDF_STUB_CARDS", "0")])), &["no NVIDIA GPU"]);
+    // A library of that name that is not the driver's.
+    let (library, name) = (folder.at("driver/libcuda.so"), b"cuInit\0");
+    let whole = std::fs::read(&library).unwrap();
+    let mut part = whole.clone();
+    let starts = (0..whole.len()).filter(|start| whole[*start..].starts_with(name));
+    starts.for_each(|start| part[start] = b'x');
+    std::fs::write(&library, part).unwrap();
+    says(&error(&on_stub(&folder, query, &[])), &["not a whole CUDA driver", "cuInit", "CPU"]);
+    std::fs::write(&library, whole).unwrap();
     let given =
         |kernels: &str, more: &str| error(&on_stub(&folder, &format!("{query} --kernels {kernels} {more}"), &[]));
     says(&given("missing.ptx", ""), &["missing.ptx", ".ci/gpu.sh"]);

@@ -67,10 +67,39 @@ fn without_a_card_the_error_says_so() {
     });
 }
 
+/// The function of the driver that a process of the next test lacks.
+const WITHOUT: &str = "SDF_STUB_WITHOUT";
+
+#[test]
+fn a_driver_that_lacks_a_function_is_not_called() {
+    let source = include_str!("../../src/lib.rs");
+    let functions = source.lines().filter_map(|line| line.strip_prefix("    fn cu")?.split_once('('));
+    let names: Vec<_> = functions.map(|(name, _)| format!("cu{name}")).collect();
+    assert!(names.len() > 30 && names.contains(&"cuLaunchKernel".to_owned()), "{names:?}");
+    // A process of a name has but that.
+    let processes = if std::env::var_os(FOLDER).is_some() { 1 } else { names.len() };
+    // The second version of this is for later versions of cudarc.
+    for name in names.iter().filter(|name| *name != "cuEventElapsedTime_v2").take(processes) {
+        with_stub("a_driver_that_lacks_a_function_is_not_called", &[(WITHOUT, name)], |folder| {
+            let (without, path) = (std::env::var(WITHOUT).unwrap(), folder.join("libcuda.so"));
+            let mut library = std::fs::read(&path).unwrap();
+            let symbol = format!("\0{without}\0").into_bytes();
+            let starts: Vec<_> =
+                library.windows(symbol.len()).enumerate().filter(|(_, bytes)| *bytes == symbol).collect();
+            let starts: Vec<_> = starts.into_iter().map(|(start, _)| start).collect();
+            starts.iter().for_each(|start| library[start + 1] = b'x');
+            std::fs::write(&path, library).unwrap();
+            let error = Gpu::new(&folder.join("kernels.ptx")).unwrap_err();
+            assert!(matches!(error, GpuError::IncompleteDriver(name) if name == without), "{error}");
+            assert!(error.to_string().contains(&without) && error.to_string().lines().count() == 1, "{error}");
+        });
+    }
+}
+
 #[test]
 fn a_file_that_is_not_of_kernels_is_named() {
     with_stub("a_file_that_is_not_of_kernels_is_named", &[], |folder| {
-        for name in ["broken.ptx", "missing.ptx"] {
+        for name in ["broken.ptx", "missing.ptx", "no\0file.ptx"] {
             let error = Gpu::new(&folder.join(name)).unwrap_err().to_string();
             assert!(error.contains(name) && error.contains(".ci/gpu.sh") && error.lines().count() == 1, "{error}");
         }
