@@ -12,7 +12,7 @@ use sdf_core::nalgebra::Vector3;
 use crate::error::node_bounds::{HaloBlock, inside_reaches_box};
 use crate::mesh_distance::MeasuredPoint;
 use crate::nearest::{PacketNodes, PacketSearch, SIDE, packet_rows};
-use crate::rounding::{SAMPLE_ROUNDING, SUM_SLACK};
+use crate::rounding::{SAMPLE_ROUNDING, SUM_SLACK, node_position_rounding};
 use crate::sign::flood_fill::NodeBlock;
 use crate::sparse::slot_at;
 use crate::{MeshDistance, SignMethod};
@@ -146,18 +146,20 @@ fn node(lattice: &Lattice, index: [usize; 3]) -> Vector3<f64> {
 /// Error bound of the whole grid, h its spacing:
 ///
 /// ```text
-/// √3/2 h + ε max |φ| + ρ + 2 max |φ at the corners of cells with both signs|   (the last only for a discontinuous sign).
+/// √3/2 h + ε max |φ| + ρ + δ + 2 max |φ at the corners of cells with both signs|   (the last only for a discontinuous sign).
 /// ```
 ///
 /// A signed distance is 1-Lipschitz, so the interpolant of exact nodes errs by at most Σ wᵢ |xᵢ − x| ≤ √3/2 h. A node
-/// errs by its rounding to f32, and by ρ where the surface was cut out of crossing faces. The sign of an open mesh also jumps away from the mesh. There the error is at most the
+/// errs by its rounding to f32, by ρ where the surface was cut out of crossing faces, and by δ, the rounding of its own position: far
+/// from the origin δ exceeds a small h. The sign of an open mesh also jumps away from the mesh. There the error is at most the
 /// distance, half a diagonal more than at the corners, and the interpolant's magnitude. A jump that cuts no edge of a
 /// cell is not found.
 fn error_bound(mesh: &MeshDistance, lattice: &Lattice, distances: &[f32]) -> f64 {
     let half_diagonal = 0.75_f64.sqrt() * lattice.spacing();
     let max_in = |chunk: Range<usize>| distances[chunk].iter().fold(0.0, |max: f32, distance| max.max(distance.abs()));
     let max_distance = sdf_parallel::map_chunks(distances.len(), max_in).into_iter().fold(0.0, f32::max);
-    let rounding = f64::from(max_distance) * f64::from(SAMPLE_ROUNDING) + mesh.rounding();
+    let rounding =
+        f64::from(max_distance) * f64::from(SAMPLE_ROUNDING) + mesh.rounding() + node_position_rounding(lattice);
     let at_jump = if mesh.is_continuous() { 0.0 } else { max_distance_at_sign_change(lattice, distances) };
     half_diagonal + rounding + 2.0 * at_jump
 }

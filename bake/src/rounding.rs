@@ -16,6 +16,9 @@
 //! A `*_SLACK` is wider than any such error by orders of magnitude, where width costs nothing: a few candidates more
 //! that an exact test rejects. A `MIN_*` is where cancellation or underflow has taken the digits of a quantity.
 
+use sdf_core::Aabb;
+use sdf_core::grid::Lattice;
+
 const EPSILON_F32: f64 = f32::EPSILON as f64;
 
 // Multiples of ε of f64.
@@ -31,6 +34,16 @@ pub(crate) const NODE_STEP_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Position of a node, relative to its largest coordinate, in a bound of three coordinates.
 pub(crate) const NODE_POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Largest distance of a node from where the lattice has it, and with it of a point as large.
+pub(crate) fn node_position_rounding(lattice: &Lattice) -> f64 {
+    NODE_POSITION_ROUNDING * max_coordinate(&lattice.bounds())
+}
+
+/// Largest magnitude of a coordinate in a box.
+pub(crate) fn max_coordinate(bounds: &Aabb) -> f64 {
+    bounds.min.iter().chain(&bounds.max).fold(0.0, |max, coordinate| max.max(coordinate.abs()))
+}
 
 /// Squared distance to a point of the mesh, relative to the distance times the largest coordinate:
 /// |x + δ|² − |x|² ≈ 2 |x| |δ|.

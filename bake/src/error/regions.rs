@@ -20,7 +20,7 @@ use sdf_core::nalgebra::Vector3;
 
 use crate::error::node_bounds::{BandCells, HaloBlock};
 use crate::error::normal_cones::MAX_ERROR;
-use crate::rounding::DEQUANTIZED_ROUNDING;
+use crate::rounding::{DEQUANTIZED_ROUNDING, node_position_rounding};
 use crate::sign::winding::Estimate;
 use crate::simd::{max, min};
 use crate::{BakedGrid, MeshDistance, SignMethod};
@@ -66,8 +66,9 @@ impl SignJumps {
     /// The error by region of a grid with these jumps. `step` is the largest difference of two codes, zero of samples in f32.
     pub fn regions(&self, lattice: &Lattice, step: f32) -> ErrorRegions {
         let Self { cells: BandCells { count, max_magnitude }, jumps } = self;
-        // Half a step of a code, and the roundings of f32.
-        let rounding = f64::from(*max_magnitude) * DEQUANTIZED_ROUNDING + 0.5 * f64::from(step);
+        // Half a step of a code, the roundings of f32, and of the positions of nodes.
+        let rounding =
+            f64::from(*max_magnitude) * DEQUANTIZED_ROUNDING + 0.5 * f64::from(step) + node_position_rounding(lattice);
         let error_bound = MAX_ERROR * lattice.spacing() + rounding;
         let mut regions = regions(jumps, |cell| lattice.node(cell), lattice.spacing(), error_bound);
         regions.sort_by(|a, b| {

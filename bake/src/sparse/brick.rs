@@ -4,7 +4,7 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
 use sdf_core::nalgebra::Vector3;
 
 use super::brick_map::middle;
-use super::splat::BrickRecord;
+use super::splat::{BrickRecord, position_rounding};
 use super::{CodesMut, Quantize, SparseBaker};
 use crate::SignMethod;
 use crate::mesh_distance::MeasuredPoint;
@@ -42,7 +42,7 @@ impl SparseBaker<'_> {
             CodesMut::U16(codes) => encode(&values, &rounded, codes),
             CodesMut::U8(codes) => encode(&values, &rounded, codes),
         };
-        let rounding = rounding + self.mesh.rounding();
+        let rounding = rounding + position_rounding(self.mesh, &self.lattice);
         let interpolation = self.slot_error(slot, |[x, y, z]| {
             let triangle = search.nearest([x, y, z]).slot.map_or(search.guess(), |triangle| triangle as usize);
             (distances[(z * SIDE + y) * SIDE + x], triangle)

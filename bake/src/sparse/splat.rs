@@ -35,7 +35,7 @@ use sdf_core::grid::sparse::{BRICK, BRICK_SAMPLES, Scale};
 use super::{Certify, CodesMut, SparseBaker};
 use crate::error::normal_cones::MAX_ERROR;
 use crate::error_budget::{distance_rounding, rounding};
-use crate::rounding::{BRICK_DISTANCE_ROUNDING, NODE_POSITION_ROUNDING, SINGLE_SLACK};
+use crate::rounding::{BRICK_DISTANCE_ROUNDING, SINGLE_SLACK, node_position_rounding};
 use crate::sign::flood_fill::NodeBlock;
 use crate::triangle::nearest_on_triangle;
 use crate::{MeshDistance, SignMethod};
@@ -219,11 +219,8 @@ impl SparseBaker<'_> {
 }
 
 /// Error of the positions of nodes and of the surface: their coordinates can be large.
-fn position_rounding(mesh: &MeshDistance, lattice: &Lattice) -> f64 {
-    let bounds = lattice.bounds();
-    let ends = bounds.min.iter().chain(&bounds.max);
-    let max_coordinate = ends.fold(0.0_f64, |max, end| max.max(end.abs()));
-    NODE_POSITION_ROUNDING * max_coordinate + mesh.rounding()
+pub(super) fn position_rounding(mesh: &MeshDistance, lattice: &Lattice) -> f64 {
+    node_position_rounding(lattice) + mesh.rounding()
 }
 
 /// Largest rounding of a node's sample in a brick, a length, but for half a step of its code.

@@ -1,6 +1,7 @@
 //! Bounds that a dense grid states of itself: slope and error.
 
-use sdf_core::grid::{Dense, Grid, Precision};
+use sdf_bake::{MeshDistance, dense};
+use sdf_core::grid::{Dense, Grid, Lattice, Precision};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::{Aabb, Sdf};
 
@@ -41,6 +42,27 @@ fn open_meshes(random: &mut Random) -> Vec<(&'static str, Mesh)> {
         ("soup", meshes::soup(60, 0.7, random)),
         ("fin", meshes::cube().and(meshes::sheet(2).moved(2.0, 0.0, 0.1))),
     ]
+}
+
+/// Cells of half a gap between numbers: a node is off by up to a cell along each axis. A lattice at the origin shows it: there each node
+/// is where it should be.
+#[test]
+fn nodes_that_rounding_moves_by_a_cell_are_within_the_error_bound() {
+    let far = 2.0_f64.powi(30);
+    let gap = far * f64::EPSILON;
+    let mesh = |x: f64| meshes::tetrahedron().scaled(32.0 * gap).moved(x, x, x).baked();
+    let lattice = |x: f64| Lattice::new([x; 3], 0.5 * gap, [97; 3]).unwrap();
+    let (far_mesh, near_mesh) = (mesh(far + 8.0 * gap), mesh(8.0 * gap));
+    let grid = dense::bake(&MeshDistance::new(&far_mesh, None), &lattice(far), &|_| ());
+    let distance = MeshDistance::new(&near_mesh, None);
+    let nodes = (0..97_u32.pow(3)).map(|i| [i % 97, i / 97 % 97, i / 97 / 97]);
+    let error = |node| {
+        let exact = distance.signed_distance(lattice(0.0).node(node));
+        (f64::from(grid.distances[lattice(0.0).index(node)]) - exact).abs()
+    };
+    let worst = nodes.map(error).fold(0.0, f64::max);
+    assert!(worst > 1.5 * lattice(0.0).spacing(), "not moved by rounding");
+    assert!(worst <= grid.error_bound, "off by {worst}, more than {}", grid.error_bound);
 }
 
 #[test]
