@@ -6,7 +6,7 @@
 //! h = max_error / (√3/2 + rounding of samples in voxels)
 //! ```
 //!
-//! always suffices. Where the mesh is smooth, larger voxels do. [`SparseBaker::interpolation_error`] certifies each
+//! always suffices, but for what rounds at any size: an error below that is refused at once. Where the mesh is smooth, larger voxels do. [`SparseBaker::interpolation_error`] certifies each
 //! size that is tried: from coarse to fine by octaves, for coarse grids are cheap to certify, then by bisection of the
 //! last octave. Of the sufficient sizes and precisions, the one that takes the least memory is baked.
 
@@ -15,7 +15,9 @@ use sdf_core::grid::sparse::brick_counts;
 use thiserror::Error;
 
 use crate::error::normal_cones::MAX_ERROR;
-use crate::rounding::{BOUND_ROUNDING, BRICK_DISTANCE_ROUNDING, DEQUANTIZED_ROUNDING};
+use crate::rounding::{
+    BOUND_ROUNDING, BRICK_DISTANCE_ROUNDING, DEQUANTIZED_ROUNDING, NODE_POSITION_ROUNDING, max_coordinate,
+};
 use crate::sparse::{Certify, SparseBaker};
 use crate::{BakedGrid, MeshDistance, lattice_around};
 
@@ -51,7 +53,7 @@ pub struct AchievableError {
     pub error: f64,
     /// Side of its voxels.
     pub spacing: f64,
-    /// Memory of baking it: all that is allowed.
+    /// Largest memory of baking it.
     pub bytes: usize,
 }
 
@@ -69,6 +71,19 @@ pub enum ErrorBudgetError {
         /// The state of the mesh, see [`MeshDistance::sign_reason`].
         sign_reason: String,
     },
+    /// The error is below the rounding of positions and distances, which no voxel is small enough to take away.
+    #[error(
+        "an error of {max_error:?} is below what positions and distances of this mesh are rounded by, {rounding:?}{}",
+        instead(achievable)
+    )]
+    BelowRounding {
+        /// The error allowed.
+        max_error: f64,
+        /// Bound of the rounding.
+        rounding: f64,
+        /// Error that the memory allows; `None` if no size fits.
+        achievable: Option<AchievableError>,
+    },
     /// Every grid within the error needs more memory than is allowed.
     #[error("an error of {max_error:?} needs {}, but {max_bytes} are allowed{}", needed(*bytes), instead(achievable))]
     TooLarge {
@@ -82,6 +97,16 @@ pub enum ErrorBudgetError {
         /// Error that the memory allows; `None` if no size fits.
         achievable: Option<AchievableError>,
     },
+}
+
+impl ErrorBudgetError {
+    /// The refusal of an error that stands for another.
+    fn about(mut self, error: f64) -> Self {
+        if let Self::TooLarge { max_error, .. } | Self::BelowRounding { max_error, .. } = &mut self {
+            *max_error = error;
+        }
+        self
+    }
 }
 
 fn needed(bytes: Option<usize>) -> String {
@@ -103,6 +128,9 @@ const BISECTIONS: u32 = 3;
 /// A size that would need this many times the memory allowed, if the error fell with the square of the size, is beyond
 /// hope. It can fall faster once: where the band no longer contains both sides of a thin shape.
 const HOPELESS: f64 = 16.0;
+
+/// Factor between sizes of which the first that fits is named where an error is refused.
+const COARSER: f64 = 1.125;
 
 /// Largest rounding of a sample, in voxels: half a step of the code, and the roundings of f32.
 ///
@@ -152,7 +180,7 @@ impl ErrorBudget {
     ) -> Result<BakedGrid, ErrorBudgetError> {
         let mut tightened = *self;
         loop {
-            let plan = tightened.plan(mesh)?;
+            let plan = tightened.plan(mesh).map_err(|refusal| refusal.about(self.max_error))?;
             let baked = plan.baker.bake_as(plan.precision, on_slots_done);
             if baked.error_bound <= self.max_error {
                 return Ok(baked);
@@ -170,9 +198,14 @@ impl ErrorBudget {
         if !mesh.is_continuous() {
             return Err(ErrorBudgetError::SignJumps { sign_reason: mesh.sign_reason().to_owned() });
         }
-        let (certified, fitting) = self.certified_sizes(mesh)?;
+        let Some(sufficient) = self.sufficient_size(mesh, Precision::U8) else {
+            let achievable = self.achievable(mesh, None);
+            let rounding = self.rounding_at(mesh, 0.0);
+            return Err(ErrorBudgetError::BelowRounding { max_error: self.max_error, rounding, achievable });
+        };
+        let (certified, fitting) = self.certified_sizes(mesh, sufficient.spacing)?;
         let plans = [Precision::U8, Precision::U16].into_iter().filter_map(|precision| {
-            let sizes = certified.iter().copied().chain([self.sufficient_size(mesh, precision)]);
+            let sizes = certified.iter().copied().chain(self.sufficient_size(mesh, precision));
             let sufficient = sizes.filter(|size| self.error(*size, precision) <= self.max_error);
             let largest = sufficient.max_by(|a, b| a.spacing.total_cmp(&b.spacing))?;
             let baker = self.baker(mesh, largest.spacing)?;
@@ -182,25 +215,37 @@ impl ErrorBudget {
         let smallest = plans.min_by_key(|plan| plan.bytes);
         let planned =
             smallest.as_ref().map(|plan| SizeInMemory { spacing: plan.baker.lattice().spacing(), bytes: plan.bytes });
-        smallest.filter(|plan| plan.bytes <= self.max_bytes).ok_or_else(|| self.too_large(mesh, planned.or(fitting)))
+        smallest
+            .filter(|plan| plan.bytes <= self.max_bytes)
+            .ok_or_else(|| self.too_large(mesh, sufficient.spacing, planned.or(fitting)))
     }
 
     fn error(&self, size: CertifiedSize, precision: Precision) -> f64 {
         (size.interpolation + rounding(precision, self.band) * size.spacing) * (1.0 + BOUND_ROUNDING)
     }
 
-    /// Size that suffices for any mesh.
-    fn sufficient_size(&self, mesh: &MeshDistance, precision: Precision) -> CertifiedSize {
-        // An error that rounding alone exceeds suffices for nothing, and is found to do so.
-        let rounding_of_distances = distance_rounding(mesh, 0.0);
-        let rest = (self.max_error - rounding_of_distances).max(0.5 * self.max_error);
-        // Once for `error`, once for this division.
-        let spacing = rest
-            / (MAX_ERROR + rounding(precision, self.band) + VOXEL_ROUNDING)
-            / (1.0 + BOUND_ROUNDING)
-            / (1.0 + BOUND_ROUNDING);
+    /// Size that suffices for any mesh; `None` if rounding alone exceeds the error.
+    fn sufficient_size(&self, mesh: &MeshDistance, precision: Precision) -> Option<CertifiedSize> {
+        // Once for `error`, once for this difference and division.
+        let exact = self.max_error / (1.0 + BOUND_ROUNDING) / (1.0 + BOUND_ROUNDING);
+        let rest = exact - self.rounding_at(mesh, 0.0);
+        let spacing = rest / (MAX_ERROR + rounding(precision, self.band) + self.voxel_rounding());
         let spacing = spacing.min(mesh.bounds().longest_side() / MIN_CELLS);
-        CertifiedSize { spacing, interpolation: MAX_ERROR * spacing + distance_rounding(mesh, spacing) }
+        let interpolation = MAX_ERROR * spacing + self.rounding_at(mesh, spacing);
+        (spacing > 0.0).then_some(CertifiedSize { spacing, interpolation })
+    }
+
+    /// Largest rounding of a node's exact distance, a length: what `splat` measures, and the positions of nodes and of the surface.
+    fn rounding_at(&self, mesh: &MeshDistance, spacing: f64) -> f64 {
+        let positions = NODE_POSITION_ROUNDING * max_coordinate(&mesh.bounds()) + mesh.rounding();
+        distance_rounding(mesh, 0.0) + positions + self.voxel_rounding() * spacing
+    }
+
+    /// Part of [`Self::rounding_at`] that grows with the voxels, relative to their side: a brick, the band, and the padding, which
+    /// nodes lie beyond the mesh by.
+    fn voxel_rounding(&self) -> f64 {
+        let distances = VOXEL_ROUNDING + f64::from(BRICK_DISTANCE_ROUNDING) * 3.0_f64.sqrt() * self.band;
+        distances + NODE_POSITION_ROUNDING * (f64::from(self.padding) + 1.0)
     }
 
     /// Sizes above [`Self::sufficient_size`] that are certified to suffice, the last the largest, and the last size
@@ -208,8 +253,8 @@ impl ErrorBudget {
     fn certified_sizes(
         &self,
         mesh: &MeshDistance,
+        sufficient: f64,
     ) -> Result<(Vec<CertifiedSize>, Option<SizeInMemory>), ErrorBudgetError> {
-        let sufficient = self.sufficient_size(mesh, Precision::U8).spacing;
         let spacing = |octaves: f64| sufficient * octaves.exp2();
         let coarsest = (mesh.bounds().longest_side() / MIN_CELLS / sufficient).log2();
         let mut certified = vec![];
@@ -218,11 +263,11 @@ impl ErrorBudget {
         let mut last = None;
         for octave in (1..=coarsest as u32).rev() {
             let Some(baker) = self.fitting_baker(mesh, spacing(octave.into())) else {
-                return Err(self.too_large(mesh, last));
+                return Err(self.too_large(mesh, sufficient, last));
             };
             let tried = SizeInMemory { spacing: spacing(octave.into()), bytes: baker.max_bytes_as(Precision::U8) };
             last = Some(tried);
-            let Some(size) = certify(mesh, &baker, tried.spacing, f64::INFINITY) else { break };
+            let Some(size) = self.certify(mesh, &baker, f64::INFINITY) else { break };
             let error = self.error(size, Precision::U8);
             if error <= self.max_error {
                 lower = octave.into();
@@ -231,13 +276,13 @@ impl ErrorBudget {
             }
             // At best the error falls with the square of the size, as the memory grows.
             if tried.bytes as f64 * (error / self.max_error) > HOPELESS * self.max_bytes as f64 {
-                return Err(self.too_large(mesh, last));
+                return Err(self.too_large(mesh, sufficient, last));
             }
         }
         for bisection in 1..=BISECTIONS {
             let middle = lower + (-f64::from(bisection)).exp2();
             let baker = if middle > coarsest { None } else { self.fitting_baker(mesh, spacing(middle)) };
-            let size = baker.and_then(|baker| certify(mesh, &baker, spacing(middle), self.max_error));
+            let size = baker.and_then(|baker| self.certify(mesh, &baker, self.max_error));
             if let Some(size) = size.filter(|size| self.error(*size, Precision::U8) <= self.max_error) {
                 lower = middle;
                 certified.push(size);
@@ -254,28 +299,51 @@ impl ErrorBudget {
     fn baker<'a>(&self, mesh: &'a MeshDistance<'a>, spacing: f64) -> Option<SparseBaker<'a>> {
         let lattice = lattice_around(&mesh.bounds(), spacing, self.padding)?;
         let slots = brick_counts(&lattice).iter().try_fold(1, |n: usize, count| n.checked_mul(*count as usize + 1))?;
-        let table = slots.checked_mul(size_of::<[f32; 4]>())?;
+        // What `BrickMap::bytes` has for a slot and for a node of the coarse grid.
+        let table = slots.checked_mul(size_of::<([f32; 4], [f32; 4])>())?;
         (table <= self.max_bytes)
             .then(|| SparseBaker::new(mesh, &lattice, self.band * spacing).certified(Certify::Tight))
     }
 
     /// Extrapolates from the memory of a known size: the number of bricks grows with the inverse square of the size.
-    fn too_large(&self, mesh: &MeshDistance, known: Option<SizeInMemory>) -> ErrorBudgetError {
-        let sufficient = self.sufficient_size(mesh, Precision::U8).spacing;
+    fn too_large(&self, mesh: &MeshDistance, sufficient: f64, known: Option<SizeInMemory>) -> ErrorBudgetError {
         let needed = known.map(|SizeInMemory { spacing, bytes }| bytes as f64 * (spacing / sufficient).powi(2));
-        let achievable = known.map(|SizeInMemory { spacing, bytes }| {
-            let spacing = spacing * (bytes as f64 / self.max_bytes as f64).sqrt();
-            let error = self.error(CertifiedSize { spacing, interpolation: MAX_ERROR * spacing }, Precision::U8);
-            AchievableError { error, spacing, bytes: self.max_bytes }
-        });
         let bytes = needed.filter(|bytes| *bytes < usize::MAX as f64).map(|bytes| bytes as usize);
+        let achievable = self.achievable(mesh, known);
         ErrorBudgetError::TooLarge { max_error: self.max_error, bytes, max_bytes: self.max_bytes, achievable }
     }
-}
 
-/// `None` if the error exceeds `max_error` or the mesh does not bound one solid.
-fn certify(mesh: &MeshDistance, baker: &SparseBaker, spacing: f64, max_error: f64) -> Option<CertifiedSize> {
-    mesh.solid_normals()?;
-    let interpolation = baker.interpolation_error(max_error)? + distance_rounding(mesh, spacing);
-    Some(CertifiedSize { spacing, interpolation })
+    /// Error that suits any mesh, by a size that is found to fit. `known` tells where to look for it.
+    fn achievable(&self, mesh: &MeshDistance, known: Option<SizeInMemory>) -> Option<AchievableError> {
+        let coarsest = mesh.bounds().longest_side() / MIN_CELLS;
+        let measured = |spacing| {
+            let bytes = self.fitting_baker(mesh, spacing)?.max_bytes_as(Precision::U8);
+            Some(SizeInMemory { spacing, bytes })
+        };
+        let SizeInMemory { spacing, bytes } = known.or_else(|| measured(coarsest))?;
+        // Never finer than what is known to exceed the memory.
+        let mut spacing = spacing * (bytes as f64 / self.max_bytes as f64).sqrt();
+        let fitting = loop {
+            match measured(spacing) {
+                Some(fitting) => break fitting,
+                None if spacing >= coarsest => return None,
+                None => spacing = (COARSER * spacing).min(coarsest),
+            }
+        };
+        let CertifiedSize { spacing, interpolation } = CertifiedSize {
+            spacing: fitting.spacing,
+            interpolation: MAX_ERROR * fitting.spacing + self.rounding_at(mesh, fitting.spacing),
+        };
+        let error = self.error(CertifiedSize { spacing, interpolation }, Precision::U8);
+        // As much again as `sufficient_size` leaves room for.
+        Some(AchievableError { error: error * (1.0 + 4.0 * BOUND_ROUNDING), spacing, bytes: fitting.bytes })
+    }
+
+    /// `None` if the error exceeds `max_error` or the mesh does not bound one solid.
+    fn certify(&self, mesh: &MeshDistance, baker: &SparseBaker, max_error: f64) -> Option<CertifiedSize> {
+        mesh.solid_normals()?;
+        let spacing = baker.lattice().spacing();
+        let interpolation = baker.interpolation_error(max_error)? + self.rounding_at(mesh, spacing);
+        Some(CertifiedSize { spacing, interpolation })
+    }
 }

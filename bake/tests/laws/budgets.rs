@@ -1,5 +1,7 @@
 //! Grids baked to an error budget.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use sdf_bake::error_budget::{ErrorBudget, ErrorBudgetError};
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_core::Sdf;
@@ -103,22 +105,57 @@ fn a_budget_beyond_the_memory_limit_is_refused_with_what_fits_the_limit() {
     for (name, mesh) in solids(&mut random).into_iter().filter(|(name, _)| ["sphere", "two cubes"].contains(name)) {
         let mesh = mesh.baked();
         let distance = MeshDistance::new(&mesh, None);
-        for (fraction, max_bytes) in [(1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20)] {
+        for (fraction, max_bytes) in
+            [(1e-4, 3 << 20), (1e-5, 3 << 20), (1e-6, 3 << 20), (1e-12, 4 << 20), (1e-30, 1 << 20)]
+        {
             let budget = ErrorBudget { max_bytes, ..budget(fraction * mesh.bounds().longest_side()) };
             let Err(refusal) = budget.plan(&distance) else { panic!("{name}: {fraction} in {max_bytes}") };
             println!("{name}: {refusal}");
-            let ErrorBudgetError::TooLarge { bytes, achievable, .. } = &refusal else { panic!("{name}: {refusal}") };
-            assert!(bytes.is_none_or(|bytes| bytes > max_bytes), "{name}: {bytes:?}");
-            assert!(bytes.is_some() || fraction < 1e-6, "{name}: {refusal}");
+            let (max_error, achievable) = match &refusal {
+                ErrorBudgetError::TooLarge { max_error, bytes: Some(bytes), achievable, .. } if fraction >= 1e-5 => {
+                    assert!(*bytes > max_bytes, "{name}: {bytes}");
+                    (*max_error, *achievable)
+                }
+                ErrorBudgetError::BelowRounding { max_error, rounding, achievable } if fraction < 1e-5 => {
+                    assert!(rounding > max_error, "{name}: {rounding}");
+                    (*max_error, *achievable)
+                }
+                _ => panic!("{name}: {refusal}"),
+            };
+            assert_eq!(max_error, budget.max_error, "{name}: not the error that was asked for");
             let achievable = achievable.unwrap();
             assert!(achievable.error > budget.max_error && achievable.bytes <= max_bytes, "{name}: {achievable:?}");
-            // Sizes are tried an eighth of an octave apart, and a size a little finer can do worse.
-            let again = ErrorBudget { max_error: 1.5 * achievable.error, ..budget }.bake(&distance, &|_| ());
-            assert!(again.unwrap().error_bound <= 1.5 * achievable.error, "{name}");
+            let again = ErrorBudget { max_error: achievable.error, ..budget }.bake(&distance, &|_| ());
+            assert!(again.unwrap().error_bound <= achievable.error, "{name}");
         }
         let nothing = ErrorBudget { max_bytes: 1000, ..budget(0.1) }.plan(&distance).err();
         assert!(matches!(nothing, Some(ErrorBudgetError::TooLarge { achievable: None, .. })), "{name}: {nothing:?}");
     }
+}
+
+/// Far from the origin positions are rounded more than distances: no size makes up for it, and none is baked to find that out.
+#[test]
+fn an_error_below_the_rounding_of_positions_is_refused_at_once() {
+    let mesh = meshes::icosphere(2).moved(2.0_f64.powi(40), 0.0, 0.0).baked();
+    let distance = MeshDistance::new(&mesh, None);
+    let slots = AtomicUsize::new(0);
+    let bake = |max_error| {
+        budget(max_error).bake(&distance, &|done| {
+            slots.fetch_add(done, Ordering::Relaxed);
+        })
+    };
+    let refusal = bake(0.003).unwrap_err();
+    let ErrorBudgetError::BelowRounding { max_error: 0.003, achievable: Some(achievable), .. } = refusal else {
+        panic!("{refusal}")
+    };
+    assert_eq!(slots.load(Ordering::Relaxed), 0);
+    assert!(bake(achievable.error).unwrap().error_bound <= achievable.error);
+    // Just above the rounding, one bake is enough.
+    slots.store(0, Ordering::Relaxed);
+    let baked = bake(0.02).unwrap();
+    assert!(baked.error_bound <= 0.02);
+    let one_bake = budget(0.02).plan(&distance).unwrap().baker.slot_count();
+    assert_eq!(slots.load(Ordering::Relaxed), one_bake);
 }
 
 #[test]
