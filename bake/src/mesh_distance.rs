@@ -44,6 +44,8 @@ pub struct MeshDistance<'a> {
     solid: Option<Bvh>,
     topology: Topology,
     winding: WindingNumbers,
+    method: SignMethod,
+    /// `None` where another method gives the sign.
     pseudo_normals: Option<PseudoNormals>,
     /// [`TriangleMesh::outward`], in the tree's order.
     outward: Option<Vec<f64>>,
@@ -104,7 +106,7 @@ impl<'a> MeshDistance<'a> {
         if pseudo_normals.is_none() && !winding.boundary().is_empty() {
             winding.prepare(tree_of_signs);
         }
-        Self { mesh, tree, solid, topology, winding, pseudo_normals, outward, sign_reason, cancel: None }
+        Self { mesh, tree, solid, topology, winding, method, pseudo_normals, outward, sign_reason, cancel: None }
     }
 
     /// The same, in bakes that another thread can end: once the flag is set they skip what is left, and what they return is
@@ -131,7 +133,7 @@ impl<'a> MeshDistance<'a> {
 
     /// The sign method in use: the one requested, or else the one chosen by the topology.
     pub fn sign_method(&self) -> SignMethod {
-        if self.pseudo_normals.is_some() { SignMethod::PseudoNormal } else { SignMethod::Winding }
+        self.method
     }
 
     /// Is the signed distance continuous, its sign changing at triangles alone? By winding numbers it is if the triangles cancel along
