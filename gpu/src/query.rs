@@ -29,11 +29,12 @@ pub struct GpuContacts {
     pub searched_count: u32,
     /// Elements with coordinates or answers that are not finite.
     pub skipped_count: u32,
-    /// Elements that the first search did not settle, whatever became of them; 0 with [`Unsettled::Keep`], but for
-    /// [`Stages::LeanSeparate`]: there they are those that a search of one step did not settle, and all are searched a second time.
+    /// Elements that the first search did not settle, whatever became of them. With [`Unsettled::Keep`] 0, but for two:
+    /// [`Method::Certified`], and [`Stages::LeanSeparate`], where a search of one step did not settle them, and all are searched a second
+    /// time.
     pub unsettled_count: u32,
     /// Elements that a certified search left open: its evaluations ended before it knew of a contact to within the tolerance, or that
-    /// there is none. 0 where no search is certified, and with [`Unsettled::Keep`], which does not count them.
+    /// there is none. 0 where no search is certified.
     pub open_count: u32,
     /// Ids in rising order of those that are left open, with [`Unsettled::List`] and [`Unsettled::CertifyThenList`]: there may be contacts on them beside `contacts`.
     pub unsettled: Vec<u32>,
@@ -290,15 +291,14 @@ impl GpuQuery {
             }
             let second = Some(SearchParams { tolerance: options.tolerance, iterations: evaluations, ..first });
             let search = format!("search_{elements}_{kind}_certified");
-            let (taken, open) = ((frame.unsettled, counter::UNSETTLED), (frame.survivors, counter::OPEN));
-            let over = |(survivors, survivor_counter), unsettled| {
-                step(search.clone(), Frame { survivors, survivor_counter, unsettled, ..frame }, second)
+            let is_listed = matches!(options.unsettled, Unsettled::CertifyThenList { .. });
+            let taken = Frame {
+                survivors: frame.unsettled,
+                survivor_counter: counter::UNSETTLED,
+                unsettled: if is_listed { frame.survivors } else { 0 },
+                ..frame
             };
-            steps.push(over(taken, open.0)?);
-            // The answers of what is listed; the few elements are searched again, as no kernel both counts and keeps them.
-            if matches!(options.unsettled, Unsettled::Certify { .. }) {
-                steps.push(over(open, 0)?);
-            }
+            steps.push(step(search, taken, second)?);
         }
         steps.push(step(format!("report_{elements}_{kind}"), frame, None)?);
         Ok(steps)

@@ -141,17 +141,18 @@ unsafe fn keep_survivor<const N: usize>(frame: &Frame, element: u32, bound: Resu
 #[inline(always)]
 pub unsafe fn search<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
     // SAFETY: the caller's.
-    unsafe { search_and_list(field, method, frame, counter::UNSETTLED, is_settled) }
+    unsafe { search_and_list(field, method, frame, (counter::UNSETTLED, frame.unsettled != 0), is_settled) }
 }
 
-/// A search whose answers are certified: it leaves open what its budget did not suffice for.
+/// A search whose answers are certified: it leaves open what its budget did not suffice for, and counts that also where there is no list
+/// and the answers are kept.
 ///
 /// # Safety
 /// As [`search`].
 #[inline(always)]
 pub unsafe fn certify<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(field: &F, method: &M, frame: &Frame) {
     // SAFETY: the caller's.
-    unsafe { search_and_list(field, method, frame, counter::OPEN, is_certified) }
+    unsafe { search_and_list(field, method, frame, (counter::OPEN, true), is_certified) }
 }
 
 #[inline(always)]
@@ -159,7 +160,7 @@ unsafe fn search_and_list<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(
     field: &F,
     method: &M,
     frame: &Frame,
-    list_counter: u32,
+    (counter, counts): (u32, bool),
     is_settled: impl Fn(&Minimum<f32, N>, f32) -> bool,
 ) {
     // SAFETY: as many survivors were written as are counted; each appends at most once.
@@ -173,10 +174,12 @@ unsafe fn search_and_list<F: EnclosedSdf, M: Minimizer<N>, const N: usize>(
         let minimum = method.minimize_below(field, &element.simplex, frame.margin);
         // Kept through the search, survivor and index would take three of its registers.
         let survivor = (frame.survivors as *const Survivor).add(thread_again()).read_volatile();
-        if frame.unsettled != 0 && !is_settled(&minimum, frame.margin) {
-            let slot = count_one(frame, list_counter);
-            *(frame.unsettled as *mut Survivor).add(slot) = survivor;
-            return;
+        if counts && !is_settled(&minimum, frame.margin) {
+            let slot = count_one(frame, counter);
+            if frame.unsettled != 0 {
+                *(frame.unsettled as *mut Survivor).add(slot) = survivor;
+                return;
+            }
         }
         let is_separated = frame.margin < minimum.sample.value && minimum.sample.value.is_finite();
         if !is_separated {

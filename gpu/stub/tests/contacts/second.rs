@@ -143,6 +143,8 @@ fn what_a_certified_search_leaves_open_is_counted() {
         let listed = by(QueryOptions { unsettled: Unsettled::List, ..certified });
         let count = listed.unsettled.len() as u32;
         assert!(count > 0 && (listed.unsettled_count, listed.open_count) == (count, count), "{listed:?}");
+        let kept = by(certified);
+        assert_eq!((kept.unsettled_count, kept.open_count, kept.unsettled), (count, count, vec![]));
     });
 }
 
