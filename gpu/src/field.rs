@@ -22,7 +22,7 @@ pub struct GpuField {
     /// As the names of kernels have it.
     pub(crate) kind: &'static str,
     pub(crate) blob: FieldBlob,
-    /// That of the `Gpu` that made it.
+    /// Stream of the `Gpu` that made it.
     pub(crate) stream: Arc<CudaStream>,
     /// Kept for the kernels, which have their addresses.
     _arrays: Arc<[Array]>,

@@ -1,4 +1,4 @@
-//! What goes wrong beside a query: is it said, and does it leave the query as it was?
+//! Faults beside a query: is each said, and does it leave the query as it was?
 
 use cudarc::driver::{CudaContext, CudaSlice};
 use sdf_core::placed::Rigid;
