@@ -108,7 +108,15 @@ impl std::fmt::Display for BakeError {
     }
 }
 
-impl std::error::Error for BakeError {}
+impl std::error::Error for BakeError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::InvalidMesh(error) => Some(error),
+            Self::ErrorBudget(error) => Some(error),
+            _ => None,
+        }
+    }
+}
 
 /// Work done so far, and all of it as far as it is known, in steps of no fixed length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

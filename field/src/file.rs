@@ -150,7 +150,16 @@ impl std::fmt::Display for SaveError {
     }
 }
 
-impl std::error::Error for SaveError {}
+impl std::error::Error for SaveError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::ClosedForm(error) => Some(error),
+            Self::Grid(error) => Some(error),
+            Self::Fault(fault) => Some(fault),
+            Self::NotABakedGrid => None,
+        }
+    }
+}
 
 /// Samples of the coarse grid, x fastest; none of a dense grid.
 fn coarse_samples(grid: &OwnedGrid) -> Vec<f32> {

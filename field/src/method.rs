@@ -90,7 +90,7 @@ impl fmt::Display for Method {
     }
 }
 
-/// A name that no method of [`Method::ALL`] has.
+/// A name that no method has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownMethod {
     /// The name that was given.
@@ -100,7 +100,7 @@ pub struct UnknownMethod {
 impl fmt::Display for UnknownMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let known = Method::ALL.map(|method| method.to_string()).join(", ");
-        write!(f, "no method is called {:?}: give one of {known}", self.name)
+        write!(f, "no method is called {:?}: give one of {known}, or another number of points", self.name)
     }
 }
 
@@ -110,7 +110,11 @@ impl FromStr for Method {
     type Err = UnknownMethod;
 
     fn from_str(name: &str) -> Result<Self, UnknownMethod> {
-        let known = Self::ALL.into_iter().find(|method| method.to_string() == name);
+        let sampling = |prefix: &str, method: fn(u32) -> Self| Some(method(name.strip_prefix(prefix)?.parse().ok()?));
+        let samplings = [sampling("sample", Self::Sampling), sampling("corners", Self::SamplingWithCorners)];
+        // "sample05" is parsed, and not a name.
+        let known =
+            Self::ALL.into_iter().chain(samplings.into_iter().flatten()).find(|method| method.to_string() == name);
         known.ok_or_else(|| UnknownMethod { name: name.to_owned() })
     }
 }

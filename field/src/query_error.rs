@@ -73,4 +73,11 @@ impl std::fmt::Display for QueryError {
     }
 }
 
-impl std::error::Error for QueryError {}
+impl std::error::Error for QueryError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::VertexOutOfRange(error) => Some(error),
+            _ => None,
+        }
+    }
+}

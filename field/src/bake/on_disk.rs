@@ -57,7 +57,15 @@ impl std::fmt::Display for BakeFileError {
     }
 }
 
-impl std::error::Error for BakeFileError {}
+impl std::error::Error for BakeFileError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Bake(error) => Some(error),
+            Self::File(error) => Some(error),
+            Self::NotInParts => None,
+        }
+    }
+}
 
 impl From<BakeError> for BakeFileError {
     fn from(error: BakeError) -> Self {

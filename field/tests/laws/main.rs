@@ -7,6 +7,7 @@ mod budgets;
 mod certify;
 mod complete;
 mod doors;
+mod errors;
 mod exact;
 mod examples;
 #[cfg(feature = "exchange")]

@@ -12,6 +12,7 @@ pub struct GridFileError {
     /// The file, or the name given for its bytes.
     pub path: PathBuf,
     /// The cause.
+    #[source]
     pub fault: GridFault,
 }
 
