@@ -24,7 +24,7 @@ static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 ///
 /// `write` receives the path of an empty file, in a temporary folder beside `target`. If it returns `Ok`, that file is
 /// flushed to the disk and takes the name of `target` in one step. If it fails or panics, the file is removed and
-/// `target` keeps its content. A link is followed: its target is replaced. A `target` that exists and is not a regular
+/// `target` keeps its content. A link is followed: its target is replaced, or made if it is not there. A `target` that exists and is not a regular
 /// file (a folder, a device, a pipe) is refused, because a rename would replace it; so is one that is read-only.
 ///
 /// A second write of the same target at the same time is refused. What killed processes left of writes of this target is
@@ -91,9 +91,19 @@ fn replaceable(target: &Path) -> io::Result<PathBuf> {
         }
         Ok(metadata) if metadata.is_file() => fs::canonicalize(target),
         Ok(_) => Err(io::Error::new(io::ErrorKind::InvalidInput, "exists and is not a regular file")),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(target.to_owned()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(end_of_links(target)),
         Err(error) => Err(error),
     }
+}
+
+/// The file that is not there yet, of a link that may lead to another. Links in a circle are not "not found".
+fn end_of_links(path: &Path) -> PathBuf {
+    let mut path = path.to_owned();
+    while let Ok(next) = fs::read_link(&path) {
+        // An absolute path replaces the folder.
+        path = folder_of(&path).join(next);
+    }
+    path
 }
 
 /// A superuser may open a file for writing though nobody has that permission.

@@ -108,6 +108,27 @@ fn a_link_stays_a_link() {
     assert_eq!(fs::read(&old.path).unwrap(), b"new");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_file_that_is_not_there_stays_a_link() {
+    use std::os::unix::fs::symlink;
+    let old = OldFile::new();
+    let at = |name: &str| old.folder.path().join(name);
+    fs::create_dir(at("folder")).unwrap();
+    // A link to a link, each beside another file.
+    symlink("folder/second.txt", at("first.txt")).unwrap();
+    symlink("../new.txt", at("folder/second.txt")).unwrap();
+    let write = |path: &Path| atomic_write(path, |temporary| fs::write(temporary, "new"));
+    write(&at("first.txt")).unwrap();
+    assert!(["first.txt", "folder/second.txt"].iter().all(|link| at(link).symlink_metadata().unwrap().is_symlink()));
+    assert_eq!(fs::read(at("new.txt")).unwrap(), b"new");
+    symlink("missing/new.txt", at("lost.txt")).unwrap();
+    assert_eq!(write(&at("lost.txt")).unwrap_err().kind(), io::ErrorKind::NotFound);
+    symlink("circle.txt", at("circle.txt")).unwrap();
+    write(&at("circle.txt")).unwrap_err();
+    assert_eq!(fs::read(&old.path).unwrap(), b"old");
+}
+
 const TARGET: &str = "ATOMIC_WRITE_TARGET";
 
 /// Not a test of its own: the child process that the next two tests start and end early.
