@@ -94,13 +94,9 @@ pub fn add(
 /// Most faces of [`split_edges`].
 const MAX_FACES: usize = 4_000_000;
 
-/// The mesh with all edges that are longer than a square of `side` across cut in halves, as often as it takes; neighbours stay joined.
-/// The points that there were come first. `None` if it took more than four million faces.
-pub fn split_edges(
-    mut points: Vec<[f64; 3]>,
-    mut faces: Vec<[u32; 3]>,
-    side: f64,
-) -> Option<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
+/// Cuts all edges that are longer than a square of `side` across in halves, as often as it takes; neighbours stay joined. New points
+/// come after the others. `false` if it takes more than four million faces, and then not all are cut.
+pub fn split_edges(points: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, side: f64) -> bool {
     // A square that rounding made longer is not cut.
     let longest = side * 2_f64.sqrt() * (1.0 + ON_SIDE);
     loop {
@@ -115,12 +111,12 @@ pub fn split_edges(
             }
         }
         if middles.is_empty() {
-            return Some((points, faces));
+            return true;
         }
         let middle = |a: u32, b: u32| middles.get(&[a.min(b), a.max(b)]).copied();
-        faces = faces.iter().flat_map(|face| split_face(*face, middle)).collect();
+        *faces = faces.iter().flat_map(|face| split_face(*face, middle)).collect();
         if faces.len() > MAX_FACES {
-            return None;
+            return false;
         }
     }
 }

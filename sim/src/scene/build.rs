@@ -170,9 +170,12 @@ impl Stage {
         let reach = if spec.padding > 0.0 { spec.padding + 0.5 * 3_f64.sqrt() * spec.cell } else { 0.0 };
         let is_wanted = |point: V3| field.sample(&[point.into()], Threads::ONE)[0].value < reach;
         let (first, first_tet) = (self.world.x.len(), self.world.tets.len());
-        let (points, faces) = soft::split_edges(mesh.points.clone(), mesh.triangles.clone(), spec.cell).ok_or(
-            "its faces are so much larger than its cells that they take over 4 million parts: give a larger cell",
-        )?;
+        let (mut points, mut faces) = (mesh.points.clone(), mesh.triangles.clone());
+        if !soft::split_edges(&mut points, &mut faces, spec.cell) {
+            return Err(
+                "its faces would be cut into over 4 million, each about a cell wide: give a larger cell".to_owned()
+            );
+        }
         let surface = soft::add(&mut self.world, &points, &faces, spec.cell, spec.padding, &matter, is_wanted);
         if let Some(map) = spec.touched {
             self.cages.push(CagedBody::new(field, &self.world, first, first_tet, map.into()));
