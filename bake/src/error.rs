@@ -9,10 +9,12 @@
 //! | 2 | Which of them can be nearest to a point of a block? | `candidates` | "Which triangles can be nearest" |
 //! | 3 | How far do gradients that combine their normals differ, and so how large is the error? | `normal_cones` | "Where the gradient …", "Gradients are …" |
 //! | 4 | What do rounding and jumps of the sign add? | `node_bounds` | "What is added" |
-//! | 5 | Where may the sign of an open mesh jump? | `regions` | – |
+//! | 5 | What do bricks need beyond the band, where samples are rounded? | `beyond_band` | "Beyond the band" |
+//! | 6 | Where may the sign of an open mesh jump? | `regions` | – |
 //!
 //! Errors are in voxels. Blocks are of 2 × 2 × 2 cells; only the worst are searched again cell by cell.
 
+pub mod beyond_band;
 pub mod block;
 pub mod candidates;
 pub mod local_triangles;

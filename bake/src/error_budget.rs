@@ -14,6 +14,7 @@ use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::brick_counts;
 use thiserror::Error;
 
+use crate::error::beyond_band::least_brick_error;
 use crate::error::normal_cones::MAX_ERROR;
 use crate::rounding::{
     BOUND_ROUNDING, BRICK_DISTANCE_ROUNDING, DEQUANTIZED_ROUNDING, NODE_POSITION_ROUNDING, max_coordinate,
@@ -132,6 +133,9 @@ const HOPELESS: f64 = 16.0;
 /// Factor between sizes of which the first that fits is named where an error is refused.
 const COARSER: f64 = 1.125;
 
+/// Memory of the finest size that is looked for to be named: to see that one fits takes time, a second for so much.
+const SEARCHED_BYTES: usize = 1 << 28;
+
 /// Largest rounding of a sample, in voxels: half a step of the code, and the roundings of f32.
 ///
 /// The samples of a brick differ by at most 7 voxels along each axis, 21 in all. u16 rounds by less than 2e-4 voxels, so that
@@ -206,11 +210,11 @@ impl ErrorBudget {
         let (certified, fitting) = self.certified_sizes(mesh, sufficient.spacing)?;
         let plans = [Precision::U8, Precision::U16].into_iter().filter_map(|precision| {
             let sizes = certified.iter().copied().chain(self.sufficient_size(mesh, precision));
-            let sufficient = sizes.filter(|size| self.error(*size, precision) <= self.max_error);
+            let sufficient = sizes.filter(|size| self.error(mesh, *size, precision) <= self.max_error);
             let largest = sufficient.max_by(|a, b| a.spacing.total_cmp(&b.spacing))?;
             let baker = self.baker(mesh, largest.spacing)?;
             let bytes = baker.max_bytes_as(precision);
-            Some(Plan { baker, precision, error_bound: self.error(largest, precision), bytes })
+            Some(Plan { baker, precision, error_bound: self.error(mesh, largest, precision), bytes })
         });
         let smallest = plans.min_by_key(|plan| plan.bytes);
         let planned =
@@ -220,8 +224,11 @@ impl ErrorBudget {
             .ok_or_else(|| self.too_large(mesh, sufficient.spacing, planned.or(fitting)))
     }
 
-    fn error(&self, size: CertifiedSize, precision: Precision) -> f64 {
-        (size.interpolation + rounding(precision, self.band) * size.spacing) * (1.0 + BOUND_ROUNDING)
+    fn error(&self, mesh: &MeshDistance, size: CertifiedSize, precision: Precision) -> f64 {
+        let CertifiedSize { spacing, interpolation } = size;
+        let of_samples = rounding(precision, self.band) * spacing;
+        let beyond_band = least_brick_error(of_samples + self.rounding_at(mesh, spacing), spacing, self.band * spacing);
+        (interpolation + of_samples).max(beyond_band) * (1.0 + BOUND_ROUNDING)
     }
 
     /// Size that suffices for any mesh; `None` if rounding alone exceeds the error.
@@ -268,7 +275,7 @@ impl ErrorBudget {
             let tried = SizeInMemory { spacing: spacing(octave.into()), bytes: baker.max_bytes_as(Precision::U8) };
             last = Some(tried);
             let Some(size) = self.certify(mesh, &baker, f64::INFINITY) else { break };
-            let error = self.error(size, Precision::U8);
+            let error = self.error(mesh, size, Precision::U8);
             if error <= self.max_error {
                 lower = octave.into();
                 certified.push(size);
@@ -283,7 +290,7 @@ impl ErrorBudget {
             let middle = lower + (-f64::from(bisection)).exp2();
             let baker = if middle > coarsest { None } else { self.fitting_baker(mesh, spacing(middle)) };
             let size = baker.and_then(|baker| self.certify(mesh, &baker, self.max_error));
-            if let Some(size) = size.filter(|size| self.error(*size, Precision::U8) <= self.max_error) {
+            if let Some(size) = size.filter(|size| self.error(mesh, *size, Precision::U8) <= self.max_error) {
                 lower = middle;
                 certified.push(size);
             }
@@ -315,28 +322,40 @@ impl ErrorBudget {
 
     /// Error that suits any mesh, by a size that is found to fit. `known` tells where to look for it.
     fn achievable(&self, mesh: &MeshDistance, known: Option<SizeInMemory>) -> Option<AchievableError> {
-        let coarsest = mesh.bounds().longest_side() / MIN_CELLS;
         let measured = |spacing| {
             let bytes = self.fitting_baker(mesh, spacing)?.max_bytes_as(Precision::U8);
             Some(SizeInMemory { spacing, bytes })
         };
-        let SizeInMemory { spacing, bytes } = known.or_else(|| measured(coarsest))?;
-        // Never finer than what is known to exceed the memory.
-        let mut spacing = spacing * (bytes as f64 / self.max_bytes as f64).sqrt();
-        let fitting = loop {
-            match measured(spacing) {
-                Some(fitting) => break fitting,
-                None if spacing >= coarsest => return None,
-                None => spacing = (COARSER * spacing).min(coarsest),
+        let extrapolated = |size: SizeInMemory, bytes: usize| size.spacing * (size.bytes as f64 / bytes as f64).sqrt();
+        let coarsest = mesh.bounds().longest_side() / MIN_CELLS;
+        let mut fitting = match known {
+            Some(known) if known.bytes <= self.max_bytes => known,
+            Some(known) => {
+                let mut spacing = extrapolated(known, self.max_bytes);
+                loop {
+                    match measured(spacing.min(coarsest)) {
+                        Some(fitting) => break fitting,
+                        None if spacing >= coarsest => return None,
+                        None => spacing *= COARSER,
+                    }
+                }
             }
+            None => measured(coarsest)?,
         };
-        let CertifiedSize { spacing, interpolation } = CertifiedSize {
-            spacing: fitting.spacing,
-            interpolation: MAX_ERROR * fitting.spacing + self.rounding_at(mesh, fitting.spacing),
-        };
-        let error = self.error(CertifiedSize { spacing, interpolation }, Precision::U8);
-        // As much again as `sufficient_size` leaves room for.
-        Some(AchievableError { error: error * (1.0 + 4.0 * BOUND_ROUNDING), spacing, bytes: fitting.bytes })
+        // Coarse sizes take more bricks than the square tells: extrapolated again from each that is found.
+        loop {
+            let spacing = extrapolated(fitting, self.max_bytes.min(SEARCHED_BYTES));
+            let finer = (COARSER * spacing < fitting.spacing).then(|| measured(spacing)).flatten();
+            match finer {
+                Some(finer) => fitting = finer,
+                None => break,
+            }
+        }
+        let SizeInMemory { spacing, bytes } = fitting;
+        let interpolation = MAX_ERROR * spacing + self.rounding_at(mesh, spacing);
+        let error = self.error(mesh, CertifiedSize { spacing, interpolation }, Precision::U8);
+        // More than `sufficient_size` takes off.
+        Some(AchievableError { error: error * (1.0 + 4.0 * BOUND_ROUNDING), spacing, bytes })
     }
 
     /// `None` if the error exceeds `max_error` or the mesh does not bound one solid.

@@ -52,6 +52,7 @@ mod union_find;
 
 pub use baked_grid::BakedGrid;
 pub use dense::{DenseGrid, lattice_around};
+pub use error::beyond_band::least_brick_error_rounded_again;
 pub use error::regions::MAX_REGIONS;
 pub use mesh::topology::Topology;
 pub use mesh::{InvalidMesh, MeshReport, TriangleMesh};

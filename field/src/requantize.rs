@@ -3,10 +3,11 @@
 //! and encoded again block by block (`DenseGrid::into_grid_as`). With δ the largest change of a sample and h the spacing:
 //!
 //! - the interpolant changes by at most δ, so that error bounds and ranges widen by δ;
+//! - bounds of bricks count it beyond the band too (`least_brick_error_rounded_again`);
 //! - a difference along an edge changes by at most 2 δ, so that slopes grow by at most 2 √3 δ / h.
 
-use sdf_bake::DenseGrid;
 use sdf_bake::sparse::Quantize;
+use sdf_bake::{DenseGrid, least_brick_error_rounded_again};
 use sdf_core::grid::owned::{OwnedBricks, OwnedCode, OwnedGrid, OwnedStorage, Precision};
 use sdf_core::grid::sparse::{BRICK_SAMPLES, Code, Scale};
 use sdf_core::grid::{BlockBounds, Lattice, slope_bound_with_outside};
@@ -73,7 +74,7 @@ fn bricks_as<C: Code, D: Quantize + OwnedCode>(grid: &OwnedGrid, bricks: &OwnedB
     }
     let OwnedBricks { table, slots, bounds, errors, coarse, .. } = bricks.clone();
     let bounds = bounds.into_iter().map(|bounds| change.widen(bounds, grid.lattice())).collect();
-    let errors = errors.into_iter().map(|error| change.add(error)).collect();
+    let errors = errors.into_iter().map(|error| change.of_brick(error, grid)).collect();
     let bricks = OwnedBricks { table, slots, scales, samples, bounds, errors, coarse };
     let storage = OwnedStorage::sparse::<D>(grid.lattice(), bricks)?;
     Some(Requantized { grid: change.apply(grid, storage)?, codes: None })
@@ -108,6 +109,12 @@ impl Change {
         ((f64::from(error) + self.0) as f32).next_up()
     }
 
+    /// The error bound of a brick, in the band and beyond.
+    fn of_brick(self, error: f32, grid: &OwnedGrid) -> f32 {
+        let least = least_brick_error_rounded_again(error.into(), self.0, grid.lattice().spacing(), grid.band());
+        self.add(error).max((least as f32).next_up())
+    }
+
     fn steeper(self, slope: f64, lattice: &Lattice) -> f64 {
         // 2 √3, rounded up.
         (slope + 3.465 * self.0 / lattice.spacing()).next_up()
@@ -125,7 +132,9 @@ impl Change {
         let inside = self.steeper(grid.slope_bound(), grid.lattice());
         let slope_bound = if is_negative_now { slope_bound_with_outside(inside, true) } else { inside };
         let changed = OwnedGrid::new(*grid.lattice(), storage, slope_bound)?;
-        let error_bound = (grid.global_error_bound() + self.0).next_up();
+        let error = grid.global_error_bound();
+        let least = least_brick_error_rounded_again(error, self.0, grid.lattice().spacing(), grid.band());
+        let error_bound = (error + self.0).max(least).next_up();
         Some(changed.with_band(grid.band()).with_error_bound(error_bound).with_deep_error(grid.deep_error()))
     }
 }

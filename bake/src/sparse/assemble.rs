@@ -13,6 +13,7 @@ use super::coarse_map::{CoarseMap, slot_at};
 use super::part::{BakedPart, BrickColumns, BrickShard};
 use super::{Quantize, SparseBaker, SparseGrid};
 use crate::MeshDistance;
+use crate::error::beyond_band::least_brick_error;
 use crate::error::node_bounds::{BandCells, HaloBlock, inside_reaches_box, round_up};
 use crate::error::regions::{JumpFreeBlocks, SignJumps, cells_within};
 use crate::rounding::COARSE_DIFFERENCE_ROUNDING;
@@ -124,7 +125,8 @@ impl UnboundedGrid {
             let is_at_box = (0..3).any(|axis| slot[axis] == 0 || slot[axis] == last_slot[axis]);
             let reaches_box = is_at_box && is_inside_at_box(&halo, &lattice, slot);
             // The terms of `dense::error_bound`.
-            let error = round_up(interpolations[brick] + rounding + 2.0 * at_jump);
+            let error = interpolations[brick] + rounding + 2.0 * at_jump;
+            let error = round_up(error.max(least_brick_error(rounding, lattice.spacing(), band)));
             (bounds, error, reaches_box, SignJumps { cells, jumps: jumps.unwrap_or_default() })
         };
         let mut all_bounds = Vec::with_capacity(slots.len());
