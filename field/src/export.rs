@@ -82,8 +82,11 @@ pub enum ExportError {
         /// Memory that is free, in bytes.
         free: f64,
     },
-    /// φ is nowhere 0, or nowhere within the band.
-    NoSurface,
+    /// φ is nowhere 0 between the nodes, or nowhere within the band.
+    NoSurface {
+        /// Nodes along each axis. Between more of them the field may have a surface, if it is not a grid with these.
+        nodes: [u32; 3],
+    },
     /// A number of the grid is too large for f32, or there are more bricks than u32 counts.
     NotABlob,
     /// The file could not be written.
@@ -99,7 +102,12 @@ impl fmt::Display for ExportError {
             Self::TooLarge { nodes: [x, y, z], bytes, free } => {
                 write!(f, "{x} × {y} × {z} nodes need {bytes:.0} bytes, and {free:.0} are free: use fewer cells")
             }
-            Self::NoSurface => f.write_str("the surface is empty: the distance is nowhere 0"),
+            Self::NoSurface { nodes: [x, y, z] } => {
+                write!(
+                    f,
+                    "the surface is empty: between {x} × {y} × {z} nodes the distance is nowhere 0, use more cells"
+                )
+            }
             Self::NotABlob => {
                 f.write_str("a number of the grid is too large for a blob, whose numbers are f32: change the unit")
             }
@@ -210,7 +218,7 @@ impl Field {
             let wanted = cells * lattice.spacing();
             let band =
                 if options.band.is_none() && grid.band().is_finite() { grid.band() } else { wanted.min(grid.band()) };
-            let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface)?;
+            let bytes = export::nvdb(&grid, name, band).ok_or(ExportError::NoSurface { nodes: lattice.nodes() })?;
             return Ok(Exported { bytes, lattice, facts: None });
         }
         // Decoded samples, and the bytes of the file.
@@ -251,7 +259,7 @@ impl Field {
     fn glb(&self, lattice: &Lattice) -> Result<Vec<u8>, ExportError> {
         let SurfaceMesh { points, triangles } = self.surface(0.0, lattice, Threads::ALL);
         if triangles.is_empty() {
-            return Err(ExportError::NoSurface);
+            return Err(ExportError::NoSurface { nodes: lattice.nodes() });
         }
         let normal = |sample: &sdf_core::Sample<f64>| -> [f64; 3] {
             // glTF wants unit normals, also where there is none.

@@ -4,6 +4,8 @@
 //! that was killed is resumed by running it again with --resume, on this machine or another.
 
 use std::collections::BTreeMap;
+#[cfg(unix)]
+use std::ffi::OsStr;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -85,10 +87,11 @@ fn meshes(args: &BakeArgs) -> Result<Vec<PathBuf>> {
     meshes.retain(|mesh| !mesh.as_os_str().is_empty());
     if let Some(list) = &args.fleet.list {
         let shown = mesh_input::shown(list);
-        let text = String::from_utf8(mesh_input::bytes(list)?).with_context(|| shown.clone())?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
-        meshes.extend(lines.map(PathBuf::from));
+        let text = mesh_input::bytes(list)?;
+        let text = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text);
+        let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+        let names = lines.filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+        meshes.extend(names.map(path_from_bytes));
         if meshes.is_empty() {
             bail!("{shown}: no meshes: write the name of one on each line");
         }
@@ -97,6 +100,18 @@ fn meshes(args: &BakeArgs) -> Result<Vec<PathBuf>> {
         true => misuse!("a mesh from standard input cannot be one of several: name its file"),
         false => Ok(meshes),
     }
+}
+
+/// The path of any bytes, as Unix has them.
+#[cfg(unix)]
+fn path_from_bytes(name: &[u8]) -> PathBuf {
+    <OsStr as std::os::unix::ffi::OsStrExt>::from_bytes(name).into()
+}
+
+/// The path of a name; of one that is not UTF-8, where no file has it, a path that is not found.
+#[cfg(not(unix))]
+fn path_from_bytes(name: &[u8]) -> PathBuf {
+    String::from_utf8_lossy(name).into_owned().into()
 }
 
 /// For each mesh its grid, in the order of the meshes; two must not be the same.

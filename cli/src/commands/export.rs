@@ -1,5 +1,6 @@
 //! Writes a field as a file of another program.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -7,7 +8,7 @@ use sdf_field::export::{ExportError, ExportFormat, ExportOptions, Exported, Writ
 use serde_json::json;
 
 use crate::args::ExportArgs;
-use crate::commands::surface::open_at_box;
+use crate::commands::surface::{empty_between, open_at_box};
 use crate::failure::misuse;
 use crate::mesh_input::is_standard_input;
 use crate::report::{Report, counts, number, warn};
@@ -56,6 +57,10 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     })?;
     let (lattice, files, printed) = exported.map_err(|error| match error {
         ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),
+        ExportError::NoSurface { nodes } => {
+            let finer = if field.grid().is_some() && args.res.is_none() { "bake with" } else { "use" };
+            anyhow::anyhow!("{}: {}, {finer} a larger --res", args.sdf.display(), empty_between(nodes, 0.0))
+        }
         error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
     })?;
     if to_stdout {
@@ -97,11 +102,20 @@ fn format(args: &ExportArgs) -> Result<ExportFormat> {
 
 /// The file's name without .sdf.h5 or .sdf.toml.
 pub fn stem(path: &Path) -> String {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    stem.strip_suffix(".sdf").map_or(stem.clone(), str::to_owned)
+    os_stem(path).to_string_lossy().into_owned()
+}
+
+/// As [`stem`], in the system's own characters.
+fn os_stem(path: &Path) -> &OsStr {
+    let stem = Path::new(path.file_stem().unwrap_or_default());
+    let is_twofold = stem.extension().is_some_and(|extension| extension == "sdf");
+    stem.file_stem().filter(|_| is_twofold).unwrap_or(stem.as_os_str())
 }
 
 /// The file's stem with another ending, in the current folder.
 pub fn named_after(path: &Path, ending: &str) -> PathBuf {
-    format!("{}.{ending}", stem(path)).into()
+    let mut name = os_stem(path).to_owned();
+    name.push(".");
+    name.push(ending);
+    name.into()
 }

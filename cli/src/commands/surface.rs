@@ -11,7 +11,7 @@ use serde_json::json;
 
 use crate::args::SurfaceArgs;
 use crate::mesh_input::with_path;
-use crate::report::{Report, counted, number, warn};
+use crate::report::{Report, counted, counts, number, warn};
 use crate::{field_input, memory, output, standard_output};
 
 /// Default of --res for shapes in closed form, which have no cells of their own.
@@ -48,11 +48,12 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
     };
     let surface = field.surface(args.level, &lattice, Threads::ALL);
     if surface.triangles.is_empty() {
-        bail!(
-            "{}: the surface is empty: the distance is nowhere {}, use another --level",
-            args.sdf.display(),
-            number(args.level)
-        );
+        let (shown, level) = (args.sdf.display(), number(args.level));
+        // Shapes and other nodes than a grid's own may be thinner than a cell.
+        if field.grid().is_some() && args.res.is_none() {
+            bail!("{shown}: the surface is empty: the distance is nowhere {level}, use another --level");
+        }
+        bail!("{shown}: {}, use a larger --res or another --level", empty_between(lattice.nodes(), args.level));
     }
     let format = MeshFormat::from_extension(&args.output);
     let warnings = [open_at_box(&field, args.level, &lattice), format.and_then(|format| flattened(format, &surface))];
@@ -85,6 +86,11 @@ pub fn run(args: &SurfaceArgs) -> Result<()> {
         json,
     }
     .print_beside(Some(&args.output), args.json)
+}
+
+/// Says that no surface passes between nodes.
+pub fn empty_between(nodes: [u32; 3], level: f64) -> String {
+    format!("the surface is empty: between {} nodes the distance is nowhere {}", counts(nodes), number(level))
 }
 
 /// Says that the surface leaves the box of its lattice and is open there, and which levels close.

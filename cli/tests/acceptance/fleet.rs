@@ -54,6 +54,25 @@ fn each_mesh_has_its_grid_and_its_line_and_a_failure_stops_no_other() {
     says(&folder.done("bake --list list.txt --res 8 --out-dir out"), &["out/3.sdf.h5: ", "4 baked, 0 kept, 0 failed"]);
 }
 
+/// Names on Unix are bytes.
+#[cfg(unix)]
+#[test]
+fn a_name_in_a_list_that_is_not_utf_8_stops_no_other_mesh() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = fleet(2);
+    let name = OsStr::from_bytes(b"mesh/b\xe9.obj");
+    let list = [&folder.read("list.txt")[..], name.as_bytes(), b"\r\nmesh/\xff.obj\n# \xfe\n"].concat();
+    folder.write("list.txt", list);
+    // A disk may take names in UTF-8 alone.
+    let has_name = std::fs::copy(folder.at("mesh/0.obj"), folder.path().join(name)).is_ok();
+    let output = folder.sdftool("bake --list list.txt --res 8 --out-dir out --json").output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "some");
+    let lines = objects(&String::from_utf8(output.stdout).unwrap());
+    assert_eq!((lines.len(), with_status(&lines, "baked").len()), (4, if has_name { 3 } else { 2 }));
+    assert_eq!(has_name, folder.path().join(OsStr::from_bytes(b"out/b\xe9.sdf.h5")).exists());
+}
+
 #[test]
 fn what_is_baked_again_is_what_changed() {
     let folder = fleet(3);

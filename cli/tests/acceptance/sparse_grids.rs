@@ -265,7 +265,7 @@ fn an_error_bound_can_replace_the_resolution() {
     let said = folder.refused("bake ball.obj --max-error 1e-9");
     says(
         &said,
-        &["ball.obj", "--max-error 1e-9: an error of 1e-9 needs", "bytes allow an error of", "larger --max-error"],
+        &["ball.obj", "--max-error 1e-9: an error of 1e-9 is below", "bytes allow an error of", "larger --max-error"],
     );
     let mut open = Model::ball([0.0; 3], 1.0, 3);
     open.triangles.truncate(500);

@@ -57,6 +57,11 @@ fn another_level_and_another_res_give_another_surface() {
         .map(|res| folder.json(&format!("surface sphere.sdf.toml -o out.ply --res {res}"))["points"].as_u64().unwrap());
     assert!(fine > 8 * coarse);
     says(&folder.refused("surface sphere.sdf.toml -o none.obj --res 8 --level -1.5"), &["nowhere", "-1.5"]);
+    // All nodes are outside of the ball.
+    says(
+        &folder.refused("surface sphere.sdf.toml -o none.obj --res 1"),
+        &["sphere.sdf.toml: ", "between 6 × 6 × 6 nodes", "larger --res"],
+    );
     says(&folder.wrong_usage("surface sphere.sdf.toml -o out.txt"), &["out.txt", ".obj, .ply, .stl or .off"]);
     folder.wrong_usage("surface sphere.sdf.toml -o out.obj --res 100000");
     folder.write("plane.sdf.toml", "[field]\nshape = \"half_space\"\nnormal = [1, 0, 0]\noffset = 0\n");

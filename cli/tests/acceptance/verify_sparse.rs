@@ -188,7 +188,7 @@ fn tight_bounds_are_computed_on_demand_as_a_tight_bake_states_them() {
     assert!(folder.json("verify open.sdf.h5 open.obj --points 2000 --tight")["tight"].is_null());
     folder.done("bake ball.obj --res 16 -o dense.sdf.h5");
     says(
-        &folder.refused(&format!("verify dense.sdf.h5 {words}")),
+        &folder.misused(&format!("verify dense.sdf.h5 {words}")),
         &["dense.sdf.h5: --tight is for sparse grids", "remove it"],
     );
 }

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sdf_bake::sparse::{SparseBaker, code_step, node_rounding};
 use sdf_bake::{MeshDistance, TriangleMesh};
 use sdf_formats::field_file::Field;
 use sdf_formats::grid_file::{SparseInfo, StoredGrid};
 use serde::Serialize;
+
+use crate::failure::misuse;
 
 /// Tight error bounds over all bricks, lengths.
 #[derive(Clone, Copy, Serialize)]
@@ -19,7 +21,7 @@ pub struct TightBound {
 /// Refuses fields that have no bricks.
 pub fn require_bricks(path: &Path, field: &Field) -> Result<()> {
     if !matches!(field, Field::Grid(StoredGrid { sparse: Some(_), .. })) {
-        bail!("{}: --tight is for sparse grids, whose bricks have bounds of their own: remove it", path.display());
+        misuse!("{}: --tight is for sparse grids, whose bricks have bounds of their own: remove it", path.display());
     }
     Ok(())
 }
