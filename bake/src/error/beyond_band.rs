@@ -21,7 +21,7 @@ pub fn least_brick_error(rounding: f64, spacing: f64, band: f64) -> f64 {
     if rounding <= slack { 0.0 } else { excess + rounding }
 }
 
-/// [`least_brick_error`] once the samples of a brick with the bound `error` are rounded again.
+/// Least error bound of a brick beyond the band once its samples are rounded again, by so much. `error` is its bound before.
 pub fn least_brick_error_rounded_again(error: f64, rounding: f64, spacing: f64, band: f64) -> f64 {
     let (_, slack) = excess_and_slack(spacing, band);
     // A bound above the slack counts the first rounding, or that was below the slack.
