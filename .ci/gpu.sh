@@ -156,7 +156,9 @@ compare() {
 
 # The tests of contacts by the instructions of the PTX, and not by the source of the kernels.
 run_ptx() {
-    SDF_STUB_KERNELS=$ptx cargo test --quiet --locked -p sdf-gpu-stub || fail "kernels.ptx does not find the contacts of the source"
+    # Of the workspace, not of the package: with the same features, tests of all compile its crates once.
+    SDF_STUB_KERNELS=$ptx cargo test --quiet --locked --workspace --test contacts --test ptx ||
+        fail "kernels.ptx does not find the contacts of the source"
 }
 
 model() {
