@@ -83,7 +83,7 @@ impl Figures {
         missed.collect()
     }
 
-    /// What makes the other figures say little, a line each.
+    /// Reasons why the other figures may say little, a line each.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = vec![];
         if self.deep_at_start > 0 {
