@@ -6,9 +6,10 @@
 //! h = max_error / (√3/2 + rounding of samples in voxels)
 //! ```
 //!
-//! always suffices, but for what rounds at any size: an error below that is refused at once. Where the mesh is smooth, larger voxels do. [`SparseBaker::interpolation_error`] certifies each
-//! size that is tried: from coarse to fine by octaves, for coarse grids are cheap to certify, then by bisection of the
-//! last octave. Of the sufficient sizes and precisions, the one that takes the least memory is baked.
+//! always suffices, but for what rounds at any size: an error below that is refused at once. Where the mesh is smooth,
+//! larger voxels do. [`SparseBaker::interpolation_error`] certifies each size that is tried: from coarse to fine by
+//! octaves, for coarse grids are cheap to certify, then by bisection of the last octave. Of the sufficient sizes and
+//! precisions, the one that takes the least memory is baked.
 
 use sdf_core::grid::owned::Precision;
 use sdf_core::grid::sparse::brick_counts;

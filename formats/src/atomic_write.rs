@@ -24,8 +24,9 @@ static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 ///
 /// `write` receives the path of an empty file, in a temporary folder beside `target`. If it returns `Ok`, that file is
 /// flushed to the disk and takes the name of `target` in one step. If it fails or panics, the file is removed and
-/// `target` keeps its content. A link is followed: its target is replaced, or made if it is not there. A `target` that exists and is not a regular
-/// file (a folder, a device, a pipe) is refused, because a rename would replace it; so is one that is read-only.
+/// `target` keeps its content. A link is followed: its target is replaced, or made if it is not there. A `target` that
+/// exists and is not a regular file (a folder, a device, a pipe) is refused, because a rename would replace it; so is one
+/// that is read-only.
 ///
 /// A second write of the same target at the same time is refused. What killed processes left of writes of this target is
 /// removed.
