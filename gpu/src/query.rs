@@ -163,7 +163,7 @@ impl GpuQuery {
     }
 
     /// After it no kernel reads lent points, whatever failed.
-    fn finished<T>(&self, found: Result<T, GpuError>) -> Result<T, GpuError> {
+    pub(crate) fn finished<T>(&self, found: Result<T, GpuError>) -> Result<T, GpuError> {
         if found.is_err() {
             let _ = self.gpu.stream.synchronize();
         }

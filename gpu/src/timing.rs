@@ -18,6 +18,11 @@ pub struct Times {
 impl GpuQuery {
     /// Repeats the query and measures its stages. Nothing is copied between host and card.
     pub fn time(&mut self, repetitions: usize) -> Result<Times, GpuError> {
+        let times = self.measure(repetitions);
+        self.finished(times)
+    }
+
+    fn measure(&mut self, repetitions: usize) -> Result<Times, GpuError> {
         let gpu = self.gpu().clone();
         let event = || gpu.context.new_event(Some(CUevent_flags::CU_EVENT_DEFAULT));
         let count = self.stage_count();

@@ -85,7 +85,19 @@ impl CudaQuery {
             CudaPoints::Slice(points) => GpuMesh::new(&cuda.gpu, &rounded(points), card_elements)?,
             CudaPoints::Lent(points) => GpuMesh::of_lent(&cuda.gpu, points, card_elements)?,
         };
-        let query = GpuQuery::new(&cuda.gpu, &on_card, mesh, &card_options)?;
+        let query = match card_options.unsettled {
+            certified @ Unsettled::CertifyThenList { .. } => {
+                let listed = QueryOptions { unsettled: Unsettled::List, ..card_options };
+                let mut query = GpuQuery::new(&cuda.gpu, &on_card, mesh, &listed)?;
+                match query.set_unsettled(certified) {
+                    // The certified kernel takes much memory; without it there is the CPU.
+                    Err(error) if error.is_out_of_memory() => {}
+                    done => done?,
+                }
+                query
+            }
+            _ => GpuQuery::new(&cuda.gpu, &on_card, mesh, &card_options)?,
+        };
         let mut new = Self { query, field: field.clone(), points: exact(points), elements, options: *options };
         new.set_pose(options.pose)?;
         Ok(new)
@@ -111,7 +123,7 @@ impl CudaQuery {
     /// The contacts of this frame, in the order of elements.
     pub fn contacts(&mut self) -> Result<Contacts, CudaError> {
         let found = match self.query.contacts() {
-            // The certified kernel takes much local memory; without it there is the CPU.
+            // A launch of the certified kernel takes local memory for every thread that the card can hold.
             Err(error) if error.is_out_of_memory() && self.options.method == Method::Auto => {
                 self.query.set_unsettled(Unsettled::List)?;
                 self.query.contacts()?

@@ -61,8 +61,20 @@ fn what_the_second_launch_leaves_open_is_listed() {
 
 #[test]
 fn a_card_without_room_for_the_certified_kernel_leaves_it_to_the_cpu() {
-    let name = "auto::a_card_without_room_for_the_certified_kernel_leaves_it_to_the_cpu";
-    with_stub(name, &[("SDF_STUB_LOCAL_MEMORY", "0")], |folder| {
+    without_room("a_card_without_room_for_the_certified_kernel_leaves_it_to_the_cpu", "SDF_STUB_LOCAL_MEMORY");
+}
+
+#[test]
+fn a_card_without_room_for_the_code_of_the_certified_kernel_leaves_it_to_the_cpu() {
+    without_room(
+        "a_card_without_room_for_the_code_of_the_certified_kernel_leaves_it_to_the_cpu",
+        "SDF_STUB_CODE_MEMORY",
+    );
+}
+
+/// Contacts by `auto` where the card has no memory of this kind.
+fn without_room(test: &str, memory: &str) {
+    with_stub(&format!("auto::{test}"), &[(memory, "0")], |folder| {
         let (cuda, scene) = (Cuda::open(&folder.join("kernels.ptx")).unwrap(), scene("dense"));
         let field = Field::new(scene.field.clone());
         let points: Vec<[f64; 3]> = scene.points.iter().map(|point| point.map(f64::from)).collect();
