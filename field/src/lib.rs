@@ -29,6 +29,7 @@ pub mod export;
 mod field;
 #[cfg(feature = "files")]
 pub mod file;
+mod first_touch;
 #[cfg(feature = "exchange")]
 pub mod import;
 mod info;
@@ -66,6 +67,7 @@ pub use combine::CombineError;
 pub use contact_row::ContactRow;
 pub use contacts::Contacts;
 pub use field::{Field, status_bits};
+pub use first_touch::{FirstTouchOptions, FirstTouches, MeshPath, TimedContact};
 pub use info::{GridInfo, MarginOutOfReach, SignMethod, Source};
 pub use kept_mesh::KeptMesh;
 pub use mesh_in_motion::{MeshClusters, MeshInMotion};

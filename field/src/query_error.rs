@@ -30,6 +30,10 @@ pub enum QueryError {
     LeanLeavesOut,
     /// Clusters or margins are not those of the mesh: they have another number of faces.
     FaceCountDiffers,
+    /// A mesh that moves has another number of vertices at the end than at the start.
+    VertexCountDiffers,
+    /// A thickness is a finite length, and a tolerance a positive one.
+    ThicknessOutOfRange,
     /// A reduction keeps 1 to 64 contacts, not so many.
     CountOutOfRange(usize),
     /// A reduction needs to know how far the body moves: a positive length, not too small for the contacts' own.
@@ -64,6 +68,10 @@ impl std::fmt::Display for QueryError {
             Self::FaceCountDiffers => {
                 f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }
+            Self::VertexCountDiffers => {
+                f.write_str("a mesh that moves must have as many vertices at the end as at the start")
+            }
+            Self::ThicknessOutOfRange => f.write_str("the thickness must be a finite length, and the tolerance a positive one"),
             Self::CountOutOfRange(count) => write!(f, "{count} contacts cannot be kept: 1 to {MAX_REDUCED} can"),
             Self::MovementOutOfRange => f.write_str(
                 "how far the body moves must be a positive length, and gaps over it must be finite: give the way of a time step",

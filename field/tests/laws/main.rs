@@ -12,6 +12,7 @@ mod exact;
 mod examples;
 #[cfg(feature = "exchange")]
 mod exchange;
+mod first_touch;
 mod in_motion;
 mod lean;
 // Only its count of memory is needed here.

@@ -1,0 +1,225 @@
+//! First touches of a mesh: those of each element alone, and never later than contacts at any moment say.
+
+use std::collections::BTreeMap;
+
+use sdf_core::contact::{ContactStatus, FirstTouch, MovingElement, Touch, contact_at};
+use sdf_core::grid::owned::Layout;
+use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
+use sdf_core::nalgebra::Vector3;
+use sdf_core::placed::{Placement, Rigid, Similarity};
+use sdf_core::shapes::Torus;
+use sdf_field::core as sdf_core;
+use sdf_field::{
+    BakeOptions, ContactOptions, Elements, Field, FirstTouchOptions, GridSize, MeshPath, MeshView, QueryError, Threads,
+    TimedContact,
+};
+use sdf_procedural::SpikedBall;
+use sdf_procedural::random::{Random, test_seed};
+
+fn pose(random: &mut Random, half: f64) -> Rigid {
+    Rigid::new(random.point_in_cube(half), [0; 4].map(|_| random.between(-1.0, 1.0))).unwrap()
+}
+
+/// Closed forms, grids of either layout, and a combination with a grid that was moved.
+fn fields() -> Vec<(&'static str, Field)> {
+    let body = SpikedBall { levels: 3, radius: 0.6 }.mesh();
+    let mesh = MeshView { points: &body.points, faces: &body.triangles };
+    let [dense, sparse] = [Layout::Dense, Layout::Sparse].map(|layout| {
+        let options = BakeOptions { size: GridSize::Cells(24), padding: 12, layout, ..BakeOptions::default() };
+        Field::bake(mesh, &options).unwrap().field
+    });
+    let torus = Field::new(Torus::new(0.5, 0.2).unwrap());
+    let moved = dense.placed(Similarity::new([0.2, 0.1, 0.0], [0.1, 0.3, -0.2, 0.9], 0.8).unwrap()).unwrap();
+    let both = Field::union(&[torus.clone(), moved]).unwrap();
+    vec![("torus", torus), ("dense", dense), ("sparse", sparse), ("union", both)]
+}
+
+/// Triangles of about a fifth of the fields' size, and where they are a frame later.
+fn triangles(random: &mut Random, count: u32) -> ([Vec<[f64; 3]>; 2], Vec<[u32; 3]>) {
+    let (mut start, mut end) = (vec![], vec![]);
+    for _ in 0..count {
+        let (centre, way) = (Vector3::from(random.point_in_cube(1.2)), Vector3::from(random.point_in_cube(1.2)));
+        for _ in 0..3 {
+            let corner = centre + Vector3::from(random.point_in_cube(0.15));
+            start.push(corner.into());
+            end.push((corner + way + Vector3::from(random.point_in_cube(0.05))).into());
+        }
+    }
+    ([start, end], (0..count).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect())
+}
+
+#[test]
+fn first_touches_are_never_later_than_contacts_at_any_moment_and_do_touch() {
+    let mut random = Random::new(test_seed(41));
+    let (thickness, tolerance) = (0.01, 1e-4);
+    for (name, field) in fields() {
+        for is_moving in [false, true] {
+            let ([start, end], faces) = triangles(&mut random, 200);
+            let path = MeshPath { start: MeshView { points: &start, faces: &faces }, end: &end };
+            let poses = is_moving.then(|| [0; 2].map(|_| pose(&mut random, 0.3)));
+            let options =
+                FirstTouchOptions { thickness, poses, tolerance: Some(tolerance), ..FirstTouchOptions::default() };
+            let found = field.first_touches(&path, &options).unwrap();
+            let at: BTreeMap<u32, f64> =
+                found.touches.iter().map(|touch| (touch.contact.element, touch.time)).collect();
+            assert_eq!((at.len(), found.element_count), (found.touches.len(), faces.len()));
+            assert!(found.touches.is_sorted_by_key(|touch| touch.contact.element));
+            let touching = found.touches.len() - found.undecided_count;
+            assert!(touching > 10 && found.undecided_count < 10, "{name}: {touching}, {} open", found.undecided_count);
+
+            let pose_at = |time: f64| poses.map(|[now, later]| RigidMotion::between(now, later).pose(time));
+            for step in 0..20 {
+                let time = f64::from(step) / 19.0;
+                let points: Vec<[f64; 3]> =
+                    start.iter().zip(&end).map(|(start, end)| between(*start, *end, time)).collect();
+                // The rounding of a point on its way.
+                let margin = thickness - 1e-12;
+                let options = ContactOptions { margin, pose: pose_at(time), ..ContactOptions::certified() };
+                for contact in field.contacts(MeshView { points: &points, faces: &faces }, &options).unwrap().contacts {
+                    let touch = at.get(&contact.element);
+                    assert!(touch.is_some_and(|touch| *touch <= time), "{name}: {touch:?} is later than {time}");
+                }
+            }
+            for touch in &found.touches {
+                let point: [f64; 3] = touch.contact.point.into();
+                let local = pose_at(touch.time).map_or(point, |pose| pose.pull(point.into()).point.into());
+                let value = field.values(&[local], Threads::ONE)[0];
+                let corners = touch.contact.vertices.map(|k| between(start[k as usize], end[k as usize], touch.time));
+                let on_element: Vector3<f64> = corners
+                    .iter()
+                    .zip(touch.contact.weights)
+                    .map(|(corner, weight)| Vector3::from(*corner) * weight)
+                    .sum();
+                // Rounding of coordinates of about 2.
+                assert!(
+                    (on_element - touch.contact.point).norm() < 1e-14 && (value - touch.contact.distance).abs() < 1e-13
+                );
+                let is_open = touch.contact.distance > thickness + tolerance;
+                assert!(!is_open || touch.contact.status == ContactStatus::BudgetSpent, "{name}: {touch:?}");
+            }
+        }
+    }
+}
+
+/// A point on its way, as the core moves it.
+fn between(start: [f64; 3], end: [f64; 3], time: f64) -> [f64; 3] {
+    match time {
+        1.0 => end,
+        _ => std::array::from_fn(|axis| start[axis] + (end[axis] - start[axis]) * time),
+    }
+}
+
+#[test]
+fn first_touches_of_a_mesh_are_those_of_its_elements_on_any_number_of_threads() {
+    let mut random = Random::new(test_seed(42));
+    let body = SpikedBall { levels: 2, radius: 0.3 }.mesh();
+    let start: Vec<[f64; 3]> = body.points.iter().map(|[x, y, z]| [x - 1.2, *y, z + 0.1]).collect();
+    let end: Vec<[f64; 3]> = body.points.iter().map(|[x, y, z]| [x + 0.4, y + 0.2, *z]).collect();
+    let mesh = MeshView { points: &start, faces: &body.triangles };
+    let path = MeshPath { start: mesh, end: &end };
+    for (name, field) in fields() {
+        for elements in [Elements::Faces, Elements::Edges, Elements::Vertices] {
+            let poses = [0; 2].map(|_| pose(&mut random, 0.1));
+            let moving = Travelling { field: field.as_any(), motion: RigidMotion::between(poses[0], poses[1]) };
+            let points = [&start, &end];
+            let expected: Vec<TimedContact> = match elements {
+                Elements::Faces => touches(&moving, points, &body.triangles),
+                Elements::Edges => touches(&moving, points, &mesh.edges()),
+                Elements::Vertices => touches(&moving, points, &mesh.vertices()),
+            };
+            assert!(expected.len() > 10, "{name}: {} touch", expected.len());
+            let base = FirstTouchOptions {
+                elements,
+                poses: Some(poses),
+                tolerance: Some(1e-3),
+                ..FirstTouchOptions::default()
+            };
+            let alone = field.first_touches(&path, &FirstTouchOptions { threads: Threads::ONE, ..base }).unwrap();
+            assert_eq!(alone.touches, expected, "{name}, {elements:?}");
+            let on_three = FirstTouchOptions { threads: Threads::new(3), ..base };
+            assert_eq!(field.first_touches(&path, &on_three).unwrap(), alone, "{name}, {elements:?}");
+        }
+    }
+}
+
+/// First touches by the core, one element after the other.
+fn touches<const N: usize>(
+    field: &impl MovingSdf,
+    points: [&Vec<[f64; 3]>; 2],
+    elements: &[[u32; N]],
+) -> Vec<TimedContact> {
+    let search = FirstTouch { tolerance: 1e-3, ..FirstTouch::default() };
+    let touch = |(id, vertices): (u32, &[u32; N])| {
+        let path = vertices.map(|vertex| points.map(|points| Vector3::from(points[vertex as usize])));
+        let element = MovingElement { id, vertices: *vertices, path };
+        match search.first_touch(field, 0.0, &element) {
+            Touch::At { time, minimum } => {
+                let contact = contact_at(&field.at(time), &element.at(time), &minimum, f64::NEG_INFINITY)?;
+                Some(TimedContact { time, contact })
+            }
+            Touch::Never => None,
+            other => panic!("{other:?}"),
+        }
+    };
+    (0..).zip(elements).filter_map(touch).collect()
+}
+
+#[test]
+fn first_touches_do_not_depend_on_the_unit() {
+    let mut random = Random::new(test_seed(43));
+    let ([start, end], faces) = triangles(&mut random, 60);
+    let times = |scale: f64| {
+        let scaled = |points: &[[f64; 3]]| points.iter().map(|point| point.map(|x| scale * x)).collect::<Vec<_>>();
+        let (start, end) = (scaled(&start), scaled(&end));
+        let field = Field::new(Torus::new(0.5 * scale, 0.2 * scale).unwrap());
+        let path = MeshPath { start: MeshView { points: &start, faces: &faces }, end: &end };
+        let options = FirstTouchOptions { thickness: 0.01 * scale, ..FirstTouchOptions::default() };
+        let touches = field.first_touches(&path, &options).unwrap().touches;
+        touches.iter().map(|touch| (touch.contact.element, touch.time)).collect::<Vec<_>>()
+    };
+    assert!(times(1.0).len() > 5);
+    for exponent in [-40, -3, 7, 40] {
+        assert_eq!(times(2.0_f64.powi(exponent)), times(1.0), "2^{exponent}");
+    }
+}
+
+#[test]
+fn first_touches_without_a_budget_say_up_to_when_nothing_touches() {
+    let field = Field::new(Torus::new(0.5, 0.2).unwrap());
+    let (start, end, faces) = ([[2.0, 0.0, 0.0], [2.0, 0.1, 0.0], [2.0, 0.0, 0.1]], [[0.0, 0.0, 0.0]; 3], [[0, 1, 2]]);
+    let path = MeshPath { start: MeshView { points: &start, faces: &faces }, end: &end };
+    let options = FirstTouchOptions { budget: 3, ..FirstTouchOptions::default() };
+    let found = field.first_touches(&path, &options).unwrap();
+    assert_eq!((found.touches.len(), found.undecided_count), (1, 1));
+    let touch = found.touches[0];
+    assert_eq!(touch.contact.status, ContactStatus::BudgetSpent);
+    let exact = field.first_touches(&path, &FirstTouchOptions::default()).unwrap();
+    assert_eq!(exact.undecided_count, 0);
+    assert!(touch.time < exact.touches[0].time && touch.contact.distance > 0.0, "{touch:?}");
+}
+
+#[test]
+fn a_moving_mesh_that_cannot_be_watched_is_refused() {
+    let field = Field::new(Torus::new(0.5, 0.2).unwrap());
+    let points = [[2.0, 0.0, 0.0], [2.0, 0.1, 0.0], [2.0, 0.0, 0.1]];
+    let faces = [[0, 1, 2]];
+    let path = MeshPath { start: MeshView { points: &points, faces: &faces }, end: &points };
+    let options = FirstTouchOptions::default();
+    let error = |path: &MeshPath, options: &FirstTouchOptions| field.first_touches(path, options).unwrap_err();
+    assert_eq!(error(&MeshPath { end: &points[..2], ..path }, &options), QueryError::VertexCountDiffers);
+    for wrong in [
+        FirstTouchOptions { thickness: f64::NAN, ..options },
+        FirstTouchOptions { tolerance: Some(0.0), ..options },
+        FirstTouchOptions { tolerance: Some(f64::INFINITY), ..options },
+    ] {
+        assert_eq!(error(&path, &wrong), QueryError::ThicknessOutOfRange);
+    }
+    let broken = MeshPath { start: MeshView { points: &points, faces: &[[0, 1, 3]] }, ..path };
+    assert!(matches!(error(&broken, &options), QueryError::VertexOutOfRange(_)));
+    // Elements without a number are counted, the others answered; an empty mesh is fine.
+    let end = [[f64::NAN, 0.0, 0.0], points[1], points[2]];
+    let found = field.first_touches(&MeshPath { end: &end, ..path }, &options).unwrap();
+    assert_eq!((found.not_finite_count, found.touches.len(), found.element_count), (1, 0, 1));
+    let empty = MeshPath { start: MeshView { points: &[], faces: &[] }, end: &[] };
+    assert_eq!(field.first_touches(&empty, &options).unwrap().element_count, 0);
+}
