@@ -4,7 +4,7 @@ use sdf_core::contact::{Contact, ContactStatus, FirstTouch, MovingElement, Touch
 use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::moving::{MovingSdf, RigidMotion, Travelling};
 use sdf_core::nalgebra::Vector3;
-use sdf_core::placed::Rigid;
+use sdf_core::placed::{Posed, Rigid};
 
 use crate::mesh_in_motion::finite_bounds;
 use crate::mesh_view::check;
@@ -26,9 +26,10 @@ pub struct FirstTouchOptions {
     pub elements: Elements,
     /// Elements touch where φ ≤ thickness: a length in the unit of the mesh.
     pub thickness: f64,
-    /// Poses of the field in the mesh's frame at the times 0 and 1. In between it moves at constant velocity and spin, by the shorter way
-    /// around. `None` where it is there already, and stands still.
-    pub poses: Option<[Rigid; 2]>,
+    /// Where the field stands in the mesh's frame at the time 0; `None` where it is already there.
+    pub pose: Option<Rigid>,
+    /// Where it stands at the time 1; in between it moves at constant velocity and spin, by the shorter way around. `None` where it stands still.
+    pub end_pose: Option<Rigid>,
     /// A length: φ ≤ thickness + tolerance at the times that are found. `None` stands for 10⁻⁴ of the longest side of the box around
     /// the mesh at both times.
     pub tolerance: Option<f64>,
@@ -43,7 +44,8 @@ impl Default for FirstTouchOptions {
         Self {
             elements: Elements::Faces,
             thickness: 0.0,
-            poses: None,
+            pose: None,
+            end_pose: None,
             tolerance: None,
             budget: FirstTouch::default().evaluations,
             threads: Threads::ALL,
@@ -106,10 +108,12 @@ impl Field {
             threads: options.threads,
         };
         let field = self.as_any();
-        match options.poses {
-            None => search.by_kind(field, options.elements),
-            Some([now, later]) => {
-                search.by_kind(&Travelling { field, motion: RigidMotion::between(now, later) }, options.elements)
+        let FirstTouchOptions { elements, pose, end_pose, .. } = *options;
+        match end_pose {
+            None => search.by_kind(&Posed { field, pose }, elements),
+            Some(end) => {
+                let start = pose.or_else(|| Rigid::new([0.0; 3], [0.0, 0.0, 0.0, 1.0])).unwrap_or(end);
+                search.by_kind(&Travelling { field, motion: RigidMotion::between(start, end) }, elements)
             }
         }
     }

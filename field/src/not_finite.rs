@@ -1,8 +1,8 @@
-//! Which elements did a search skip? [`Contacts::require_finite`], for doors that show no counts.
+//! Which elements did a search skip? [`Contacts::require_finite`] and [`FirstTouches::require_finite`], for doors that show no counts.
 
 use sdf_core::Real;
 
-use crate::{Contacts, Elements, MeshView};
+use crate::{Contacts, Elements, FirstTouches, MeshPath, MeshView};
 
 /// Elements that a search skipped: a coordinate is NaN, infinite or too large, or the field has no number there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,15 +34,37 @@ impl std::error::Error for NotFinite {}
 impl Contacts {
     /// Refuses contacts for which elements of the mesh were skipped.
     pub fn require_finite(&self, mesh: MeshView, elements: Elements) -> Result<(), NotFinite> {
-        if self.not_finite_count == 0 {
-            return Ok(());
-        }
-        let is_valid = |vertex: &u32| mesh.points[*vertex as usize].iter().all(|x| x.abs() <= f64::MAX_COORDINATE);
-        let first = match elements {
-            Elements::Faces => mesh.faces.iter().position(|face| !face.iter().all(is_valid)),
-            Elements::Edges => mesh.edges().iter().position(|edge| !edge.iter().all(is_valid)),
-            Elements::Vertices => mesh.vertices().iter().position(|vertex| !vertex.iter().all(is_valid)),
-        };
-        Err(NotFinite { count: self.not_finite_count, elements, first })
+        require_finite(self.not_finite_count, mesh, elements, |vertex| is_valid(&mesh.points[vertex]))
     }
+}
+
+impl FirstTouches {
+    /// Refuses first touches for which elements of the mesh were skipped.
+    pub fn require_finite(&self, path: &MeshPath, elements: Elements) -> Result<(), NotFinite> {
+        let MeshPath { start, end } = *path;
+        let is_valid = |vertex: usize| is_valid(&start.points[vertex]) && is_valid(&end[vertex]);
+        require_finite(self.not_finite_count, start, elements, is_valid)
+    }
+}
+
+fn is_valid(point: &[f64; 3]) -> bool {
+    point.iter().all(|x| x.abs() <= f64::MAX_COORDINATE)
+}
+
+fn require_finite(
+    count: usize,
+    mesh: MeshView,
+    elements: Elements,
+    is_valid: impl Fn(usize) -> bool,
+) -> Result<(), NotFinite> {
+    if count == 0 {
+        return Ok(());
+    }
+    let is_valid = |vertex: &u32| is_valid(*vertex as usize);
+    let first = match elements {
+        Elements::Faces => mesh.faces.iter().position(|face| !face.iter().all(is_valid)),
+        Elements::Edges => mesh.edges().iter().position(|edge| !edge.iter().all(is_valid)),
+        Elements::Vertices => mesh.vertices().iter().position(|vertex| !vertex.iter().all(is_valid)),
+    };
+    Err(NotFinite { count, elements, first })
 }

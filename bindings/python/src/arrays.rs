@@ -1,6 +1,6 @@
 //! How do arrays become slices of rows? Contiguous float64 points and uint32 faces are lent, all else is converted in one pass.
 
-use numpy::{Element, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::{type_error, value_error};
@@ -84,6 +84,18 @@ pub fn numbers<const N: usize>(given: &Bound<PyAny>, what: &str) -> PyResult<[f6
     }
     let list: Vec<f64> = array.call_method0("tolist")?.extract().map_err(|_| wanted())?;
     list.try_into().map_err(|_| wanted())
+}
+
+/// Lengths of shape (m,), of any integer or float type.
+pub fn lengths(given: &Bound<PyAny>, what: &str) -> PyResult<Vec<f64>> {
+    let array = as_array(given, what)?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if array.shape().len() != 1 || !"iuf".contains(&kind) {
+        return Err(type_error(format!("{what}: an array of shape (m,) of numbers is needed")));
+    }
+    let array = contiguous(&array, "float64")?;
+    let array = array.cast::<PyArray1<f64>>().map_err(|_| type_error(format!("{what}: not an array of shape (m,)")))?;
+    Ok(array.try_readonly().map_err(type_error)?.as_slice().map_err(type_error)?.to_vec())
 }
 
 /// The numpy array of anything that numpy takes for one.

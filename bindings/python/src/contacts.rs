@@ -4,12 +4,15 @@ use numpy::{Element, PyArrayDescr};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use sdf_field::core::contact::Contact;
-use sdf_field::{ContactOptions, ContactRow, Contacts, Elements, Field, MeshView, Method, QueryError, Threads};
+use sdf_field::{
+    ContactOptions, ContactRow, Contacts, Elements, Field, MarginOutOfReach, MeshView, Method, QueryError, Threads,
+};
 
 use crate::errors::{choice, value_error};
 use crate::{integers, pose};
 
-const ELEMENTS: [(&str, Elements); 3] =
+/// Names of the kinds of elements.
+pub const ELEMENTS: [(&str, Elements); 3] =
     [("faces", Elements::Faces), ("edges", Elements::Edges), ("vertices", Elements::Vertices)];
 
 /// The method with this name, which is not a baseline.
@@ -59,12 +62,15 @@ impl Keywords<'_, '_> {
             lean,
             threads: Threads::ALL,
         };
-        options.check_margin(field).map_err(|error| {
-            let advice = if error.is_too_deep() { ", or give complete=True" } else { "" };
-            value_error(format!("{error}{advice}"))
-        })?;
+        options.check_margin(field).map_err(|error| value_error(margin_advice(error)))?;
         Ok(options)
     }
+}
+
+/// Why contacts of this margin are refused, and what to do.
+pub fn margin_advice(error: MarginOutOfReach) -> String {
+    let advice = if error.is_too_deep() { ", or give complete=True" } else { "" };
+    format!("{error}{advice}")
 }
 
 /// A record of a structured array.

@@ -5,7 +5,8 @@
 //! | How is a query asked on a card? How do arrays that are there come in and go out? | `cuda`, `card_arrays` |
 //! | How do arrays and meshes of other packages become slices? | `arrays`, `mesh` |
 //! | How does Ctrl-C end a bake? | `bake` |
-//! | What can be asked of a field? Which contacts are enough for a rigid body? | `sdf`, `contacts`, `overlap`; `reduce` |
+//! | What can be asked of a field? Which contacts are enough for a rigid body? | `sdf`, `queries`, `contacts`, `overlap`; `reduce` |
+//! | How is a mesh queried that moves? | `motion` |
 //! | Which closed forms are there? | `shapes` |
 //! | Which files are read and written? Those of other programs? | `files`, `export`, `import` |
 //! | On which threads does it run, also after a fork? | `pools` |
@@ -22,9 +23,11 @@ mod files;
 mod import;
 mod integers;
 mod mesh;
+mod motion;
 mod overlap;
 mod pools;
 mod pose;
+mod queries;
 mod reduce;
 mod sdf;
 mod shapes;
@@ -39,6 +42,7 @@ fn _sdftool(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("STATUS_NAMES", ContactRow::STATUS_NAMES.to_vec())?;
     module.add("ELEMENT_NAMES", ContactRow::ELEMENT_NAMES.to_vec())?;
     module.add_class::<sdf::Sdf>()?;
+    module.add_class::<motion::MeshClusters>()?;
     module.add_class::<overlap::Overlap>()?;
     module.add_class::<cuda::CudaQuery>()?;
     module.add_class::<card_arrays::CudaContacts>()?;

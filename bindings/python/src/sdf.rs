@@ -1,4 +1,4 @@
-//! Which questions does a field answer? The methods of the class `Sdf`.
+//! Which questions does a field answer? The methods of the class `Sdf`; those about a mesh are in `queries` and `motion`.
 
 use std::path::PathBuf;
 
@@ -10,15 +10,13 @@ use sdf_field::core::Sample;
 use sdf_field::core::grid::owned::OwnedStorage;
 use sdf_field::core::placed::Similarity;
 use sdf_field::file::SaveError;
-use sdf_field::{ContactOptions, Field, status_bits};
+use sdf_field::{Field, status_bits};
 
-use crate::contacts::{self, Keywords};
-use crate::cuda::CudaQuery;
-use crate::errors::{choice, file_error, grid_error, type_error, value_error};
+use crate::errors::{file_error, grid_error, type_error, value_error};
 use crate::export::Export;
 use crate::overlap::{self, Overlap};
 use crate::pools::{self, on_threads};
-use crate::{arrays, integers, mesh::Mesh};
+use crate::{arrays, integers};
 
 /// A signed distance field, negative inside and positive outside: a baked grid or a closed form.
 ///
@@ -74,118 +72,6 @@ impl Sdf {
             return Ok((values, gradients, flags.into_pyarray(py)).into_pyobject(py)?.into_any());
         }
         Ok((values, gradients).into_pyobject(py)?.into_any())
-    }
-
-    /// Contacts of a mesh: a structured array (k,) of contact_dtype, one record for each element with a distance of at most
-    /// margin somewhere, at the point where it is lowest. Negative distances are inside.
-    ///
-    /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3). Elements with coordinates that are
-    /// not finite or too large are a ValueError, which counts them.
-    /// margin: a length; negative: only contacts at least so deep, refused below the band of a sparse grid, also of one that was moved
-    /// or combined. elements: "faces", "edges" or "vertices".
-    /// method: "auto", "certified", "fw", "pgd", "newton", or "gss" (edges only).
-    /// pose: where the field stands in the frame of the mesh: a matrix (4, 4), or a translation (3,) and a quaternion (x, y, z, w).
-    /// all_minima: every isolated minimum of an element. one_per_feature: one contact for each vertex, edge or face touched.
-    /// complete: leave out no element that the baked mesh has within the margin; what the grid's error leaves open has the
-    /// status "possible". exact: contacts by the triangles of the mesh, which bake(..., keep_mesh=True) keeps; with pose, not
-    /// of a field that was moved or combined.
-    /// lean: leave out smooth normals and error bounds, in less time; points and distances are the same.
-    /// budget: evaluations of auto (256) and certified (1024), iterations of other methods (32). threads: None for all cores.
-    /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
-    /// int32 may be arrays on the card, of CuPy, PyTorch, Warp or Numba, which are read where they are. kernels: the file that
-    /// .ci/gpu.sh --out FOLDER made, or that folder.
-    #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
-        complete=false, exact=false, one_per_feature=false, lean=false, budget=None, tolerance=1e-3, threads=None,
-        device="cpu", kernels=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
-    fn contacts<'py>(
-        &self,
-        py: Python<'py>,
-        mesh: &Bound<'py, PyAny>,
-        faces: Option<&Bound<'py, PyAny>>,
-        margin: f64,
-        method: &str,
-        elements: &str,
-        pose: Option<&Bound<'py, PyAny>>,
-        all_minima: bool,
-        complete: bool,
-        exact: bool,
-        one_per_feature: bool,
-        lean: bool,
-        #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
-        tolerance: f64,
-        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
-        device: &str,
-        kernels: Option<PathBuf>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let keywords = Keywords {
-            margin,
-            method,
-            elements,
-            pose,
-            all_minima,
-            complete,
-            exact,
-            one_per_feature,
-            lean,
-            budget,
-            tolerance,
-        };
-        let found = match (choice("device", device, &[("cpu", false), ("cuda", true)])?, kernels) {
-            (true, kernels) => {
-                let query = CudaQuery::new(py, &self.0, mesh, faces, keywords.options(&self.0)?, kernels, threads)?;
-                return query.contacts(py);
-            }
-            (false, Some(_)) => return Err(value_error("kernels: only with device=\"cuda\"")),
-            (false, None) => {
-                let mesh = Mesh::new(mesh, faces)?;
-                let (view, options) = (mesh.view(), keywords.options(&self.0)?);
-                on_threads(py, threads, view.faces.len(), |threads| {
-                    let found = self.0.contacts(view, &ContactOptions { threads, ..options });
-                    contacts::checked_records(found, view, options.elements)
-                })?
-            }
-        };
-        Ok(found.map_err(value_error)?.into_pyarray(py).into_any())
-    }
-
-    /// A query that keeps this field and a mesh on an NVIDIA GPU, for contacts frame after frame: a CudaQuery.
-    ///
-    /// Arguments are those of contacts with device="cuda". Points on the card are read where they are in each query, and kept
-    /// from being freed; faces are copied once.
-    #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, one_per_feature=false,
-        lean=false, budget=None, tolerance=1e-3, threads=None, kernels=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
-    fn cuda_query(
-        &self,
-        py: Python,
-        mesh: &Bound<PyAny>,
-        faces: Option<&Bound<PyAny>>,
-        margin: f64,
-        method: &str,
-        elements: &str,
-        pose: Option<&Bound<PyAny>>,
-        one_per_feature: bool,
-        lean: bool,
-        #[pyo3(from_py_with = integers::optional)] budget: Option<i64>,
-        tolerance: f64,
-        #[pyo3(from_py_with = integers::optional)] threads: Option<i64>,
-        kernels: Option<PathBuf>,
-    ) -> PyResult<CudaQuery> {
-        let keywords = Keywords {
-            margin,
-            method,
-            elements,
-            pose,
-            all_minima: false,
-            complete: false,
-            exact: false,
-            one_per_feature,
-            lean,
-            budget,
-            tolerance,
-        };
-        CudaQuery::new(py, &self.0, mesh, faces, keywords.options(&self.0)?, kernels, threads)
     }
 
     /// Where this field and another touch, negative distances inside, without a mesh: an Overlap.

@@ -14,6 +14,7 @@ __all__ = [
     "CudaColumn",
     "CudaContacts",
     "CudaQuery",
+    "MeshClusters",
     "Overlap",
     "Sdf",
     "__version__",
@@ -106,6 +107,9 @@ class Sdf:
         budget: int | None = None,
         tolerance: float = 1e-3,
         threads: int | None = None,
+        clusters: MeshClusters | None = None,
+        mesh_pose: _Pose | None = None,
+        margins: npt.ArrayLike | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
         kernels: str | os.PathLike[str] | None = None,
     ) -> npt.NDArray[np.void]: ...
@@ -125,6 +129,20 @@ class Sdf:
         threads: int | None = None,
         kernels: str | os.PathLike[str] | None = None,
     ) -> CudaQuery: ...
+    def first_touches(
+        self,
+        mesh: _Mesh | npt.ArrayLike,
+        faces: npt.ArrayLike | None = None,
+        *,
+        end: npt.ArrayLike,
+        thickness: float = 0.0,
+        elements: _Elements = "faces",
+        pose: _Pose | None = None,
+        end_pose: _Pose | None = None,
+        tolerance: float | None = None,
+        budget: int = 65536,
+        threads: int | None = None,
+    ) -> tuple[_Floats, npt.NDArray[np.void]]: ...
     def overlap(
         self,
         other: Sdf,
@@ -184,6 +202,14 @@ class Sdf:
     def sign_reason(self) -> str | None: ...
     @property
     def values(self) -> npt.NDArray[np.float32] | None: ...
+
+@final
+class MeshClusters:
+    """The faces of a mesh in clusters of neighbours, for contacts frame after frame."""
+
+    def __new__(cls, mesh: _Mesh | npt.ArrayLike, faces: npt.ArrayLike | None = None) -> MeshClusters: ...
+    def refitted(self, vertices: npt.ArrayLike) -> MeshClusters: ...
+    def __len__(self) -> int: ...
 
 @final
 class CudaQuery:
