@@ -73,6 +73,13 @@ int main(int argc, char **argv) {
     if (distances[0] != 1 || fabs(distances[1] + 0.75 / sqrt(3)) > 1e-15) return puts("not exact"), 1;
     query = sdf_query();
 
+    /* The triangle falls from 2 to 0, and meets the apex at 1 half-way. */
+    const double above[] = {-2, -1, 2, 2, -1, 2, 0, 2, 2}, below[] = {-2, -1, 0, 2, -1, 0, 0, 2, 0};
+    SdfTouch touch;
+    if (sdf_first_touches(again, above, below, 3, face, 1, &query, NULL, 1e-3, &touch, 1, &count, &error) != SDF_OK || count != 1) return puts(error.text), 1;
+    printf("touches at time %.3f, height %.3f\n", touch.time, touch.contact.point[2]);
+    if (fabs(touch.time - 0.5) > 0.05) return puts("at another time"), 1;
+
     SdfField *none = body;
     if (sdf_load("nowhere.sdf.h5", &none, &error) != SDF_FILE || none != NULL) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);

@@ -30,14 +30,17 @@ enum { SDF_TOUCHING, SDF_SEPARATED, SDF_UNDECIDED };                            
 /* Start from sdf_bake_options(). voxel_size, where above 0, stands for resolution (cells along the longest side). band and padding
  * count cells. threads: 1 is the caller's alone, 0 all cores, 1024 the most; no result depends on it. */
 typedef struct SdfBakeOptions {
-    double voxel_size; uint32_t resolution, layout, precision, sign, band, padding, threads;
-} SdfBakeOptions;
+    double voxel_size; uint32_t resolution, layout, precision, sign, band, padding, threads, keep_mesh;
+} SdfBakeOptions; /* keep_mesh: not 0 keeps the mesh, also in the file, for exact contacts */
 
 /* Start from sdf_query(). Elements with a distance of at most margin somewhere are contacts. The field is turned by rotation (a
  * quaternion x, y, z, w), then moved by translation. budget: evaluations an element; 0 stands for the method's own. */
 typedef struct SdfQuery {
-    double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads, lean;
-} SdfQuery; /* lean: not 0 leaves out smooth normals and error bounds, in less time */
+    double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads, lean, complete, exact;
+} SdfQuery;
+/* Where they are not 0: all_minima gives every isolated minimum of an element. lean leaves out smooth normals and error bounds, in less
+ * time. complete leaves out no element that the baked mesh has within the margin; what the grid's error leaves open is SDF_POSSIBLE.
+ * exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO. */
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
  * the distance to the baked mesh. key: element and feature, the same from frame to frame. feature_id: a vertex, an edge's two
  * vertices, or a face; UINT32_MAX where there is none, also in vertices. weights: barycentric. */
@@ -45,6 +48,7 @@ typedef struct SdfContact {
     double weights[3], point[3], surface_point[3], normal[3], distance, lower_bound, slope, error_bound, shape_lower_bound;
     uint64_t key; uint32_t id, evaluations, vertices[3], feature_id[2]; uint8_t element, feature, status, padding;
 } SdfContact;
+typedef struct SdfTouch { double time; SdfContact contact; } SdfTouch; /* time: 0 to 1, of the way to the next frame */
 /* min, max: corners of the grid's box, or of a box around a closed form's inside. error_bound is certified, in a dense grid's box and
  * in a sparse one's band; max_margin is the largest of a query. Either is infinite where there is none, as at a closed form. slope_bound:
  * of the gradient's length. spacing and nodes are of a grid, else 0. */
@@ -74,6 +78,14 @@ SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t ver
 /* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */
 SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                              const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user, SdfError *error);
+/* The first time at which each element of a mesh gets within query->margin, and the contact at that time, written and counted as contacts
+ * are. Vertices move in straight lines to end_vertices; the field goes from the query's pose to end_pose, a translation and a quaternion, or
+ * stands still where that is NULL. No time is late; it is early only in that the distance is at most margin + tolerance then (a length;
+ * 0 stands for 1e-4 of the box around both frames). Farther than that, and SDF_BUDGET_SPENT, are elements that are left open: nothing
+ * touches up to their time. Of the query elements, budget (0 stands for 65536) and threads are looked at, too. */
+SdfResult sdf_first_touches(const SdfField *field, const double *vertices, const double *end_vertices, size_t vertex_count,
+                            const uint32_t *faces, size_t face_count, const SdfQuery *query, const double end_pose[7],
+                            double tolerance, SdfTouch *touches, size_t capacity, size_t *count, SdfError *error);
 /* Few contacts of a rigid body in place of many: those that hold it as all do, 1 to keep <= 64, come to the front, and *count becomes
  * theirs. movement: how far the body moves until the next search: the way of the middle of the box around the points, and the turn in
  * radians times half of its diagonal. *shortfall: how far another can sink meanwhile where these are held at thickness; may be NULL. */

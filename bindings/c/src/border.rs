@@ -137,6 +137,14 @@ impl<T: Copy> Writer<T> {
     }
 }
 
+/// Refuses room for fewer answers than there are.
+pub fn require_room(found: usize, capacity: usize, what: &str) -> Result<(), Failure> {
+    if found <= capacity {
+        return Ok(());
+    }
+    Err(Failure::new(SdfResult::TooSmall, format!("{found} {what}, but room for {capacity}")))
+}
+
 /// A function of the caller and its argument.
 pub struct Callback<F> {
     pub function: F,

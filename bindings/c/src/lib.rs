@@ -4,9 +4,10 @@
 //! |---|---|
 //! | How do pointers become slices and back? The only `unsafe` code | `border` |
 //! | Which Rust types are the structs of the header? | `types` |
-//! | What does each function do? | here |
+//! | What does each function do? | here; of what moves `motion` |
 
 mod border;
+mod motion;
 mod types;
 
 use std::ffi::{c_char, c_void};
@@ -23,8 +24,9 @@ use sdf_field::{
 };
 
 use border::{Callback, Out, guard};
+pub use motion::sdf_first_touches;
 use types::sign_method;
-pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult};
+pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
 
 /// The version of the library, such as `0.2.0`.
 #[unsafe(no_mangle)]
@@ -244,7 +246,7 @@ pub extern "C" fn sdf_overlap(
             OverlapVerdict::Separated => 1,
             OverlapVerdict::Undecided => 2,
         });
-        require_room(found.points.len(), capacity, "points")
+        border::require_room(found.points.len(), capacity, "points")
     })
 }
 
@@ -275,13 +277,6 @@ pub extern "C" fn sdf_reduce(
     })
 }
 
-fn require_room(found: usize, capacity: usize, what: &str) -> Result<(), Failure> {
-    if found <= capacity {
-        return Ok(());
-    }
-    Err(Failure::new(SdfResult::TooSmall, format!("{found} {what}, but room for {capacity}")))
-}
-
 #[unsafe(no_mangle)]
 pub extern "C" fn sdf_contacts(
     field: *const SdfField,
@@ -308,7 +303,7 @@ pub extern "C" fn sdf_contacts(
         });
         counter.push(found);
         let _: ControlFlow<()> = visited?;
-        require_room(found, capacity, "contacts")
+        border::require_room(found, capacity, "contacts")
     })
 }
 

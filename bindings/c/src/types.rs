@@ -6,7 +6,9 @@ use std::num::NonZeroUsize;
 use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::core::overlap::OverlapPoint;
 use sdf_field::core::placed::Rigid;
-use sdf_field::{BakeOptions, ContactOptions, Elements, Field, GridSize, Method, SignMethod, Threads};
+use sdf_field::{
+    BakeOptions, ContactOptions, ContactRow, Elements, Field, GridSize, Method, SignMethod, Threads, TimedContact,
+};
 
 /// A field behind the header's opaque handle.
 pub struct SdfField(pub Field);
@@ -42,6 +44,7 @@ pub struct SdfBakeOptions {
     pub band: u32,
     pub padding: u32,
     pub threads: u32,
+    pub keep_mesh: u32,
 }
 
 /// The header's `SdfQuery`.
@@ -57,6 +60,8 @@ pub struct SdfQuery {
     pub budget: u32,
     pub threads: u32,
     pub lean: u32,
+    pub complete: u32,
+    pub exact: u32,
 }
 
 /// The header's `SdfInfo`.
@@ -110,6 +115,20 @@ impl From<&OverlapPoint<f64>> for SdfOverlapPoint {
     }
 }
 
+/// The header's `SdfTouch`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct SdfTouch {
+    pub time: f64,
+    pub contact: ContactRow,
+}
+
+impl From<&TimedContact> for SdfTouch {
+    fn from(touch: &TimedContact) -> Self {
+        Self { time: touch.time, contact: ContactRow::from(&touch.contact) }
+    }
+}
+
 /// A result other than `Ok`, and why.
 #[derive(Debug)]
 pub struct Failure {
@@ -130,7 +149,17 @@ impl Failure {
 impl Default for SdfBakeOptions {
     fn default() -> Self {
         let BakeOptions { band, padding, .. } = BakeOptions::default();
-        Self { voxel_size: 0.0, resolution: 64, layout: 0, precision: 0, sign: 0, band, padding, threads: 1 }
+        Self {
+            voxel_size: 0.0,
+            resolution: 64,
+            layout: 0,
+            precision: 0,
+            sign: 0,
+            band,
+            padding,
+            threads: 1,
+            keep_mesh: 0,
+        }
     }
 }
 
@@ -155,6 +184,7 @@ impl SdfBakeOptions {
             band: self.band,
             padding: self.padding,
             sign: sign_method(self.sign)?,
+            keep_mesh: self.keep_mesh != 0,
             threads: Threads::ALL,
             ..BakeOptions::default()
         })
@@ -173,6 +203,8 @@ impl Default for SdfQuery {
             budget: 0,
             threads: 1,
             lean: 0,
+            complete: 0,
+            exact: 0,
         }
     }
 }
@@ -185,11 +217,7 @@ impl SdfQuery {
         }
         let (translation, rotation) = (self.translation, self.rotation);
         let is_moved = translation != [0.0; 3] || rotation != [0.0, 0.0, 0.0, 1.0];
-        let pose = Rigid::new(translation, rotation).ok_or_else(|| {
-            Failure::invalid(
-                "pose: a zero quaternion is not a rotation, and numbers must be finite; start from sdf_query()",
-            )
-        })?;
+        let pose = pose("pose", "; start from sdf_query()", translation, rotation)?;
         let methods = [Method::Auto, Method::Certified, Method::FrankWolfe, Method::ProjectedGradient, Method::Newton];
         Ok(ContactOptions {
             elements: choice("elements", self.elements, &[Elements::Faces, Elements::Edges, Elements::Vertices])?,
@@ -199,10 +227,19 @@ impl SdfQuery {
             budget: (self.budget > 0).then_some(self.budget),
             all_minima: self.all_minima != 0,
             lean: self.lean != 0,
+            complete: self.complete != 0,
+            exact: self.exact != 0,
             threads: Threads::new(thread_count(self.threads)?),
             ..ContactOptions::default()
         })
     }
+}
+
+/// A pose of these numbers.
+pub fn pose(what: &str, advice: &str, translation: [f64; 3], rotation: [f64; 4]) -> Result<Rigid, Failure> {
+    Rigid::new(translation, rotation).ok_or_else(|| {
+        Failure::invalid(format!("{what}: a zero quaternion is not a rotation, and numbers must be finite{advice}"))
+    })
 }
 
 /// As many threads as asked for; 0 stands for all cores. Never the pool of the whole process, whose threads would not end.

@@ -34,8 +34,9 @@ fn no_call_starts_a_thread() {
     };
     let expect_ok = |name: &str, result: SdfResult| expect(SdfResult::Ok, name, result);
     for layout in [0, 1] {
-        let options = sdftool::SdfBakeOptions { layout, resolution: 40, ..sdftool::sdf_bake_options() };
-        let query = sdftool::sdf_query();
+        let options = sdftool::SdfBakeOptions { layout, resolution: 40, keep_mesh: 1, ..sdftool::sdf_bake_options() };
+        // By two searches.
+        let queries = [0, 1].map(|exact| sdftool::SdfQuery { exact, ..sdftool::sdf_query() });
         let mut fields: [*mut SdfField; 3] = [null_mut(); 3];
         let [baked, loaded, read] = &mut fields;
         let none = null_mut();
@@ -46,18 +47,21 @@ fn no_call_starts_a_thread() {
         expect_ok("sdf_load", sdftool::sdf_load(path_of_c.as_ptr(), loaded, none));
         let bytes = fs::read(&path).unwrap();
         expect_ok("sdf_read", sdftool::sdf_read(bytes.as_ptr().cast(), bytes.len(), read, none));
-        let visited = sdftool::sdf_visit_contacts(
-            *loaded,
-            vertices,
-            vertex_count,
-            faces,
-            face_count,
-            &query,
-            Some(go_on),
-            null_mut(),
-            none,
-        );
-        expect_ok("sdf_visit_contacts", visited);
+        for query in &queries {
+            let visit = Some(go_on as _);
+            let visited = sdftool::sdf_visit_contacts(
+                *loaded,
+                vertices,
+                vertex_count,
+                faces,
+                face_count,
+                query,
+                visit,
+                null_mut(),
+                none,
+            );
+            expect_ok("sdf_visit_contacts", visited);
+        }
         let mut distances = [0.0; VERTICES.len()];
         let out = distances.as_mut_ptr();
         expect_ok("sdf_sample", sdftool::sdf_sample(*read, vertices, vertex_count, out, null_mut(), none));
@@ -75,7 +79,23 @@ fn no_call_starts_a_thread() {
         );
         expect_ok("sdf_mesh_distances", measured);
         let mut count = 0;
-        let moved = sdftool::SdfQuery { translation: [1.5, 0.3, 0.2], ..query };
+        let moved = sdftool::SdfQuery { translation: [1.5, 0.3, 0.2], ..queries[0] };
+        let touched = sdftool::sdf_first_touches(
+            *loaded,
+            vertices,
+            vertices,
+            vertex_count,
+            faces,
+            face_count,
+            &moved,
+            [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0].as_ptr(),
+            0.0,
+            null_mut(),
+            0,
+            &mut count,
+            none,
+        );
+        expect(SdfResult::TooSmall, "sdf_first_touches", touched);
         let met = sdftool::sdf_overlap(*read, *loaded, &moved, null_mut(), null_mut(), 0, &mut count, none);
         expect(SdfResult::TooSmall, "sdf_overlap", met);
         fields.into_iter().for_each(|field| sdftool::sdf_free(field));

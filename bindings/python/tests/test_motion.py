@@ -1,5 +1,7 @@
 """Meshes and fields that move: clusters, poses and margins change no contact, and first touches are at their times."""
 
+import pathlib
+
 import numpy as np
 import pytest
 import sdftool
@@ -142,3 +144,8 @@ SPARSE = sdftool.bake(*ball(6), res=16, layout="sparse")
 def test_what_cannot_be_answered_is_refused_in_words(call, kind, words):
     with pytest.raises(kind, match=words):
         call()
+
+
+def test_the_example_of_the_documentation_runs():
+    page = (pathlib.Path(__file__).parents[3] / "docs/motion.md").read_text()
+    exec(page.split("```python\n")[1].split("```")[0], {})

@@ -1,0 +1,166 @@
+//! First touches, complete and exact contacts are those of the library.
+
+use std::ffi::CStr;
+use std::mem::MaybeUninit;
+use std::ptr::{null, null_mut};
+
+use sdf_field::core::placed::Rigid;
+use sdf_field::{
+    BakeOptions, ContactOptions, ContactRow, Field, FirstTouchOptions, GridSize, MeshPath, MeshView, Threads,
+};
+use sdftool::{SdfBakeOptions, SdfError, SdfField, SdfQuery, SdfResult, SdfTouch};
+
+const SIDES: [[u32; 3]; 8] = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+const OCTAHEDRON: [[f64; 3]; 6] =
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+
+/// An octahedron that keeps its mesh, on either side of the border.
+struct Body {
+    field: Field,
+    handle: *mut SdfField,
+}
+
+impl Drop for Body {
+    fn drop(&mut self) {
+        sdftool::sdf_free(self.handle);
+    }
+}
+
+fn body() -> Body {
+    let options = SdfBakeOptions { resolution: 24, padding: 8, keep_mesh: 1, ..sdftool::sdf_bake_options() };
+    let (mut handle, points, sides) = (null_mut(), OCTAHEDRON.as_ptr().cast(), SIDES.as_ptr().cast());
+    let baked = sdftool::sdf_bake(points, 6, sides, 8, &options, None, null_mut(), &mut handle, null_mut());
+    assert_eq!(baked, SdfResult::Ok);
+    let mesh = MeshView { points: &OCTAHEDRON, faces: &SIDES };
+    let options = BakeOptions { size: GridSize::Cells(24), padding: 8, keep_mesh: true, ..BakeOptions::default() };
+    Body { field: Field::bake(mesh, &options).unwrap().field, handle }
+}
+
+/// A cloth of 200 faces at this height.
+fn cloth(height: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let points = (0..121).map(|id| [0.2 * f64::from(id % 11) - 1.0, 0.2 * f64::from(id / 11) - 1.0, height]).collect();
+    let corners = (0..100).map(|id| id % 10 + id / 10 * 11);
+    (points, corners.flat_map(|a| [[a, a + 1, a + 12], [a + 12, a + 11, a]]).collect())
+}
+
+struct Call<'a> {
+    field: *const SdfField,
+    start: &'a [[f64; 3]],
+    end: &'a [[f64; 3]],
+    faces: &'a [[u32; 3]],
+    query: SdfQuery,
+    end_pose: Option<[f64; 7]>,
+    tolerance: f64,
+}
+
+impl Call<'_> {
+    /// The result, the touches that were written, how many there are, and the error.
+    fn run(&self, capacity: usize) -> (SdfResult, Vec<(f64, ContactRow)>, usize, String) {
+        let (mut count, mut error) = (usize::MAX, SdfError { text: [0; 512] });
+        let mut room = vec![MaybeUninit::<SdfTouch>::uninit(); capacity];
+        let result = sdftool::sdf_first_touches(
+            self.field,
+            self.start.as_ptr().cast(),
+            self.end.as_ptr().cast(),
+            self.start.len(),
+            self.faces.as_ptr().cast(),
+            self.faces.len(),
+            &self.query,
+            self.end_pose.as_ref().map_or(null(), |pose| pose.as_ptr()),
+            self.tolerance,
+            room.as_mut_ptr().cast(),
+            capacity,
+            &mut count,
+            &mut error,
+        );
+        let written = if count == usize::MAX { 0 } else { count.min(capacity) };
+        // SAFETY: so many were written.
+        let rows =
+            room[..written].iter().map(|touch| unsafe { touch.assume_init() }).map(|touch| (touch.time, touch.contact));
+        (result, rows.collect(), count, CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap().to_owned())
+    }
+}
+
+#[test]
+fn first_touches_are_those_of_the_library_and_refusals_say_why() {
+    let (body, (start, faces), (end, _)) = (body(), cloth(1.4), cloth(0.3));
+    let query = SdfQuery { margin: 0.05, threads: 2, ..sdftool::sdf_query() };
+    let base =
+        Call { field: body.handle, start: &start, end: &end, faces: &faces, query, end_pose: None, tolerance: 0.0 };
+    let path = MeshPath { start: MeshView { points: &start, faces: &faces }, end: &end };
+    let options = FirstTouchOptions { thickness: 0.05, threads: Threads::ONE, ..FirstTouchOptions::default() };
+    let rows = |options: &FirstTouchOptions| -> Vec<(f64, ContactRow)> {
+        let found = body.field.first_touches(&path, options).unwrap();
+        found.touches.iter().map(|touch| (touch.time, ContactRow::from(&touch.contact))).collect()
+    };
+    let expected = rows(&options);
+    assert!(expected.len() > 50);
+    assert_eq!(base.run(faces.len()), (SdfResult::Ok, expected.clone(), expected.len(), String::new()));
+    let (result, written, count, error) = base.run(3);
+    assert_eq!((result, &written[..], count), (SdfResult::TooSmall, &expected[..3], expected.len()));
+    assert!(error.contains("room for 3"), "{error}");
+
+    let translation = [0.1, 0.0, -0.2];
+    let moving = Call {
+        query: SdfQuery { translation, elements: 2, ..query },
+        end_pose: Some([0.0, 0.3, 0.1, 0.0, 0.0, 1.0, 2.0]),
+        tolerance: 1e-3,
+        ..base
+    };
+    let expected = rows(&FirstTouchOptions {
+        elements: sdf_field::Elements::Vertices,
+        pose: Rigid::new(translation, [0.0, 0.0, 0.0, 1.0]),
+        end_pose: Rigid::new([0.0, 0.3, 0.1], [0.0, 0.0, 1.0, 2.0]),
+        tolerance: Some(1e-3),
+        ..options
+    });
+    assert!(expected.len() > 20);
+    assert_eq!(moving.run(faces.len()), (SdfResult::Ok, expected.clone(), expected.len(), String::new()));
+
+    let says = |call: Call, words: &str| {
+        let (result, _, _, error) = call.run(faces.len());
+        assert!(result == SdfResult::InvalidArgument && error.contains(words), "{result:?}: {error}");
+    };
+    says(Call { tolerance: -1.0, ..moving }, "tolerance");
+    says(Call { end_pose: Some([0.0; 7]), ..base }, "end_pose: a zero quaternion");
+    says(Call { query: SdfQuery { margin: 50.0, ..query }, ..base }, "margin");
+    says(Call { field: null(), ..base }, "field is NULL");
+    says(Call { faces: &[[0, 1, 121]], ..base }, "vertex 121");
+    // The others are written all the same.
+    let mut broken = end.clone();
+    broken[60][1] = f64::INFINITY;
+    let (result, written, count, error) = Call { end: &broken, ..base }.run(faces.len());
+    assert!(result == SdfResult::InvalidArgument && error.contains("6 faces have coordinates"), "{error}");
+    assert!(count == written.len() && count > 50 && count + 6 >= rows(&options).len());
+}
+
+#[test]
+fn complete_and_exact_contacts_are_those_of_the_library() {
+    let (body, (points, faces)) = (body(), cloth(0.6));
+    let query = SdfQuery { margin: 0.01, ..sdftool::sdf_query() };
+    let options = ContactOptions { margin: 0.01, ..ContactOptions::default() };
+    for (query, options) in [
+        (SdfQuery { complete: 1, ..query }, ContactOptions { complete: true, ..options }),
+        (SdfQuery { exact: 1, ..query }, ContactOptions { exact: true, ..options }),
+    ] {
+        let found = body.field.contacts(MeshView { points: &points, faces: &faces }, &options).unwrap();
+        let expected: Vec<_> = found.contacts.iter().map(ContactRow::from).collect();
+        let (mut rows, mut count) = (vec![ContactRow::default(); faces.len()], 0);
+        let (vertices, sides) = (points.as_ptr().cast(), faces.as_ptr().cast());
+        let (room, none) = (rows.as_mut_ptr(), null_mut());
+        let result = sdftool::sdf_contacts(
+            body.handle,
+            vertices,
+            points.len(),
+            sides,
+            faces.len(),
+            &query,
+            room,
+            faces.len(),
+            &mut count,
+            none,
+        );
+        assert_eq!((result, &rows[..count]), (SdfResult::Ok, &expected[..]));
+        assert!(count > 10);
+    }
+}
