@@ -29,7 +29,7 @@ int main(int argc, char **argv) {
     SdfError error;
     SdfContact contacts[4];
     uint64_t done = 0;
-    size_t count = 0;
+    size_t count = 0, undecided = 1;
     double distance, gradient[3];
     int seen = 0;
     if (argc != 2) return puts("contacts OUT.sdf.h5"), 2;
@@ -46,16 +46,16 @@ int main(int argc, char **argv) {
     printf("at a corner: distance %.17g, gradient %g %g %g\n", distance, gradient[0], gradient[1], gradient[2]);
 
     SdfQuery query = sdf_query();
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_OK) return puts(error.text), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &undecided, &error) != SDF_OK || undecided != 0) return puts(error.text), 1;
     printf("%zu contact, %.17g deep at %g %g %g\n", count, -contacts[0].distance, contacts[0].point[0], contacts[0].point[1], contacts[0].point[2]);
     double shortfall;
     if (sdf_reduce(contacts, &count, 1, 0.1, 0, &shortfall, &error) != SDF_OK || count != 1 || shortfall != 0) return puts(error.text), 1;
     if (sdf_reduce(contacts, &count, 0, 0.1, 0, &shortfall, &error) != SDF_INVALID_ARGUMENT || count != 1) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     query.translation[2] = -0.05; /* the octahedron moves down */
-    if (sdf_visit_contacts(again, triangle, 3, face, 1, &query, print_contact, &seen, &error) != SDF_OK) return puts(error.text), 1;
+    if (sdf_visit_contacts(again, triangle, 3, face, 1, &query, print_contact, &seen, NULL, &error) != SDF_OK) return puts(error.text), 1;
     query.translation[2] = -1;
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_OK || count != 0) return puts("not apart"), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL, &error) != SDF_OK || count != 0) return puts("not apart"), 1;
 
     /* The octahedron against itself, lowered by 1.5: their faces share the height between -0.5 and 0. */
     SdfOverlapPoint deepest[4];
@@ -84,21 +84,21 @@ int main(int argc, char **argv) {
     if (sdf_load("nowhere.sdf.h5", &none, &error) != SDF_FILE || none != NULL) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     query = sdf_query();
-    if (sdf_contacts(again, triangle, 3, wrong, 1, &query, contacts, 4, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    if (sdf_contacts(again, triangle, 3, wrong, 1, &query, contacts, 4, &count, NULL, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, NULL, 0, &count, &error) != SDF_TOO_SMALL || count != 1) return puts("no refusal"), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, NULL, 0, &count, NULL, &error) != SDF_TOO_SMALL || count != 1) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     query.rotation[3] = 0;
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     query = sdf_query(), query.method = 99;
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     query = sdf_query(), query.threads = 1025;
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     printf("refused: %s\n", error.text);
     query = sdf_query(), query.margin = NAN;
-    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
+    if (sdf_contacts(again, triangle, 3, face, 1, &query, contacts, 4, &count, NULL, NULL) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;
     if (sdf_bake(octahedron, 6, sides, 8, &options, stop, NULL, &none, &error) != SDF_STOPPED) return puts("not stopped"), 1;
     printf("stopped: %s\n", error.text);
     if (sdf_bake(NULL, 6, sides, 8, &options, NULL, NULL, &none, &error) != SDF_INVALID_ARGUMENT) return puts("no refusal"), 1;

@@ -72,12 +72,14 @@ SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, 
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,
                              uint32_t threads, const double *points, size_t count, double *distances, SdfError *error);
 /* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL). Elements with a
- * vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same. */
+ * vertex that is not finite or beyond 1e150 are SDF_INVALID_ARGUMENT; the others are written all the same. *undecided, which may be
+ * NULL: elements without a contact of which SDF_AUTO and SDF_CERTIFIED did not prove in their budget that there is none. */
 SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
-                       const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, SdfError *error);
+                       const SdfQuery *query, SdfContact *contacts, size_t capacity, size_t *count, size_t *undecided, SdfError *error);
 /* The same, one after the other on the caller's thread; visit must not throw, and ends it by returning non-zero (SDF_STOPPED). */
 SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
-                             const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user, SdfError *error);
+                             const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user,
+                             size_t *undecided, SdfError *error);
 /* The first time at which each element of a mesh gets within query->margin, and the contact at that time, written and counted as contacts
  * are. Vertices move in straight lines to end_vertices; the field goes from the query's pose to end_pose, a translation and a quaternion, or
  * stands still where that is NULL. No time is late; it is early only in that the distance is at most margin + tolerance then (a length;

@@ -288,13 +288,14 @@ pub extern "C" fn sdf_contacts(
     contacts: *mut ContactRow,
     capacity: usize,
     count: *mut usize,
+    undecided: *mut usize,
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
         let mut counter = border::Writer::<usize>::new(count, 1, "count")?;
         let mut room = border::Writer::new(contacts, capacity, "contacts")?;
         let mut found = 0;
-        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, |row| {
+        let visited = visit(field, (vertices, vertex_count), (faces, face_count), query, undecided, |row| {
             if found < capacity {
                 room.push(row);
             }
@@ -317,11 +318,12 @@ pub extern "C" fn sdf_visit_contacts(
     query: *const SdfQuery,
     callback: Option<extern "C" fn(*mut c_void, *const ContactRow) -> i32>,
     user: *mut c_void,
+    undecided: *mut usize,
     error: *mut SdfError,
 ) -> SdfResult {
     guard(error, || {
         let callback = callback.ok_or_else(|| Failure::invalid("visit is NULL"))?;
-        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, |row| {
+        let flow = visit(field, (vertices, vertex_count), (faces, face_count), query, undecided, |row| {
             if callback(user, &row) == 0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         })?;
         match flow {
@@ -336,8 +338,10 @@ fn visit(
     vertices: (*const f64, usize),
     faces: (*const u32, usize),
     query: *const SdfQuery,
+    undecided: *mut usize,
     mut on_row: impl FnMut(ContactRow) -> ControlFlow<()>,
 ) -> Result<ControlFlow<()>, Failure> {
+    let mut undecided = border::Writer::new(undecided, usize::from(!undecided.is_null()), "undecided")?;
     let field = &border::reference(field, "field")?.0;
     let points = border::rows(vertices.0, vertices.1, "vertices")?;
     let faces = border::rows(faces.0, faces.1, "faces")?;
@@ -346,7 +350,10 @@ fn visit(
     let mesh = MeshView { points, faces };
     let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));
     match visited.map_err(|error: QueryError| Failure::invalid(error))? {
-        ControlFlow::Continue(found) => found.require_finite(mesh, options.elements).map_err(Failure::invalid)?,
+        ControlFlow::Continue(found) => {
+            undecided.push(found.undecided_count);
+            found.require_finite(mesh, options.elements).map_err(Failure::invalid)?;
+        }
         ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
     }
     Ok(ControlFlow::Continue(()))

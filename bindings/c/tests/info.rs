@@ -48,7 +48,8 @@ fn a_grid_says_where_it_lies_how_fine_it_is_and_how_far_it_reaches() {
             let (mut count, points, faces) = (0, VERTICES.as_ptr().cast(), FACES.as_ptr().cast());
             let mut rows = vec![sdf_field::ContactRow::default(); 4];
             let room = rows.as_mut_ptr();
-            let found = sdftool::sdf_contacts(field, points, 4, faces, 4, &query, room, 4, &mut count, null_mut());
+            let found =
+                sdftool::sdf_contacts(field, points, 4, faces, 4, &query, room, 4, &mut count, null_mut(), null_mut());
             assert_eq!(found, expected);
         }
         sdftool::sdf_free(field);

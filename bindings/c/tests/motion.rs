@@ -1,6 +1,6 @@
 //! First touches, complete and exact contacts are those of the library.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, c_void};
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
 
@@ -158,9 +158,61 @@ fn complete_and_exact_contacts_are_those_of_the_library() {
             room,
             faces.len(),
             &mut count,
+            null_mut(),
             none,
         );
         assert_eq!((result, &rows[..count]), (SdfResult::Ok, &expected[..]));
         assert!(count > 10);
     }
+}
+
+#[test]
+fn what_the_budget_leaves_open_is_counted() {
+    let text = b"[field]\nshape = \"torus\"\nmajor_radius = 0.6\nminor_radius = 0.2\n";
+    let (field, mut handle) = (Field::from_bytes(text, "torus").unwrap(), null_mut());
+    assert_eq!(sdftool::sdf_read(text.as_ptr().cast(), text.len(), &mut handle, null_mut()), SdfResult::Ok);
+    let (body, (points, faces)) = (Body { field, handle }, cloth(0.25));
+    for budget in [1, 256] {
+        let query = SdfQuery { margin: 0.055, budget, ..sdftool::sdf_query() };
+        let options = ContactOptions { margin: 0.055, budget: Some(budget), ..ContactOptions::default() };
+        let found = body.field.contacts(MeshView { points: &points, faces: &faces }, &options).unwrap();
+        let (mut rows, mut count, mut undecided) = (vec![ContactRow::default(); faces.len()], 0, usize::MAX);
+        let (vertices, sides) = (points.as_ptr().cast(), faces.as_ptr().cast());
+        let (field, room, capacity) = (body.handle, rows.as_mut_ptr(), faces.len());
+        let none = null_mut();
+        let result = sdftool::sdf_contacts(
+            field,
+            vertices,
+            points.len(),
+            sides,
+            faces.len(),
+            &query,
+            room,
+            capacity,
+            &mut count,
+            &mut undecided,
+            none,
+        );
+        assert_eq!((result, count, undecided), (SdfResult::Ok, found.contacts.len(), found.undecided_count));
+        assert_eq!(undecided > 0, budget == 1);
+        undecided = usize::MAX;
+        let visit = Some(go_on as _);
+        let result = sdftool::sdf_visit_contacts(
+            field,
+            vertices,
+            points.len(),
+            sides,
+            faces.len(),
+            &query,
+            visit,
+            null_mut(),
+            &mut undecided,
+            none,
+        );
+        assert_eq!((result, undecided), (SdfResult::Ok, found.undecided_count));
+    }
+}
+
+extern "C" fn go_on(_user: *mut c_void, _contact: *const ContactRow) -> i32 {
+    0
 }

@@ -52,6 +52,7 @@ fn contacts(field: *const SdfField, points: &[[f64; 3]], query: &SdfQuery) -> (S
         out,
         FACES.len(),
         &mut count,
+        null_mut(),
         &mut error,
     );
     (result, count, text(&error).to_owned())

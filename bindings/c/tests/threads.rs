@@ -58,6 +58,7 @@ fn no_call_starts_a_thread() {
                 query,
                 visit,
                 null_mut(),
+                null_mut(),
                 none,
             );
             expect_ok("sdf_visit_contacts", visited);

@@ -1,6 +1,6 @@
 //! Which query do arguments ask for, and how do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
 
-use numpy::{Element, PyArrayDescr};
+use numpy::{Element, IntoPyArray, PyArrayDescr};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use sdf_field::core::contact::Contact;
@@ -89,15 +89,41 @@ pub fn records(contacts: &[Contact<f64>]) -> Vec<Record> {
     contacts.iter().map(|contact| Record(ContactRow::from(contact))).collect()
 }
 
-/// The same of a search that skipped no element; else why not.
-pub fn checked_records(
-    found: Result<Contacts, QueryError>,
-    mesh: MeshView,
-    elements: Elements,
-) -> Result<Vec<Record>, String> {
-    let found = found.map_err(|error| error.to_string())?;
-    found.require_finite(mesh, elements).map_err(|error| error.to_string())?;
-    Ok(records(&found.contacts))
+/// Contacts as records, and how many elements there were.
+pub struct Found {
+    pub records: Vec<Record>,
+    /// The search without its contacts.
+    counts: Contacts,
+}
+
+impl Found {
+    pub fn new(mut found: Contacts) -> Self {
+        let records = records(&std::mem::take(&mut found.contacts));
+        Self { records, counts: found }
+    }
+
+    /// What a search found that skipped no element; else why not.
+    pub fn checked(found: Result<Contacts, QueryError>, mesh: MeshView, elements: Elements) -> Result<Self, String> {
+        let found = found.map_err(|error| error.to_string())?;
+        found.require_finite(mesh, elements).map_err(|error| error.to_string())?;
+        Ok(Self::new(found))
+    }
+
+    /// The records, and with `counts` a dict of counts.
+    pub fn into_python<'py>(self, py: Python<'py>, with_counts: bool) -> PyResult<Bound<'py, PyAny>> {
+        if !with_counts {
+            return Ok(self.records.into_pyarray(py).into_any());
+        }
+        let Contacts { element_count, searched_count, possible_count, undecided_count, .. } = self.counts;
+        let counts = PyDict::new(py);
+        // A card does not count what its lean kernel searches.
+        let searched = (searched_count > 0 || self.records.is_empty()).then_some(searched_count);
+        counts.set_item("elements", element_count)?;
+        counts.set_item("searched", searched)?;
+        counts.set_item("possible", possible_count)?;
+        counts.set_item("undecided", undecided_count)?;
+        Ok((self.records.into_pyarray(py), counts).into_pyobject(py)?.into_any())
+    }
 }
 
 /// Name, type and offset of each column of a record.

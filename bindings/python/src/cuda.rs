@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use sdf_field::cuda::{Cuda, CudaMesh};
 use sdf_field::{ContactOptions, Elements, Field, NotFinite, Threads};
 
 use crate::card_arrays::{CardFaces, CardPoints, CudaContacts};
+use crate::contacts::Found;
 use crate::errors::{cuda_error, value_error};
-use crate::{contacts, mesh, pools, pose};
+use crate::{mesh, pools, pose};
 
 /// A field and a mesh that stay on an NVIDIA GPU, for contacts frame after frame: made by Sdf.cuda_query. Negative inside.
 #[pyclass(frozen, module = "sdftool")]
@@ -58,18 +58,8 @@ impl CudaQuery {
         })
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-#[pymethods]
-impl CudaQuery {
-    /// The contacts of this frame: a structured array (k,) of contact_dtype, as of Sdf.contacts.
-    ///
-    /// Points that are on the card must not be written during the call. What a stream writes to them later counts once it is
-    /// waited for: by set_points with the same array, or by the caller.
-    pub fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    /// The contacts of this frame.
+    pub fn find(&self, py: Python) -> PyResult<Found> {
         let found = py.detach(|| {
             // Locked before the pool is entered: a thread of the pool that waits may begin other work, but must not wait for itself.
             let mut state = self.state();
@@ -82,7 +72,25 @@ impl CudaQuery {
             let (count, elements) = (found.not_finite_count, self.elements);
             return Err(value_error(NotFinite { count, elements, first: None }));
         }
-        Ok(contacts::records(&found.contacts).into_pyarray(py).into_any())
+        Ok(Found::new(found))
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl CudaQuery {
+    /// The contacts of this frame: a structured array (k,) of contact_dtype, as of Sdf.contacts.
+    ///
+    /// Points that are on the card must not be written during the call. What a stream writes to them later counts once it is
+    /// waited for: by set_points with the same array, or by the caller.
+    ///
+    /// counts: True gives (contacts, counts), as of Sdf.contacts.
+    #[pyo3(signature = (*, counts=false))]
+    fn contacts<'py>(&self, py: Python<'py>, counts: bool) -> PyResult<Bound<'py, PyAny>> {
+        self.find(py)?.into_python(py, counts)
     }
 
     /// The contacts of this frame, left on the card: a CudaContacts, in no particular order.

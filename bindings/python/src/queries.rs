@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use sdf_field::ContactOptions;
 
-use crate::contacts::{self, Keywords};
+use crate::contacts::{Found, Keywords};
 use crate::cuda::CudaQuery;
 use crate::errors::{choice, value_error};
 use crate::motion::{MeshClusters, Motion};
@@ -36,9 +35,12 @@ impl Sdf {
     /// device: "cpu", or "cuda" for an NVIDIA GPU, in f32: docs/gpu.md. There vertices (n, 3) of float32 and faces (m, 3) of uint32 or
     /// int32 may be arrays on the card, of CuPy, PyTorch, Warp or Numba, which are read where they are. kernels: the file that
     /// .ci/gpu.sh --out FOLDER made, or that folder.
+    /// counts: True gives (contacts, counts), a dict of counts: "elements" in all, those "searched" and not culled (None on a card where
+    /// lean), contacts that are "possible", and elements "undecided": without a contact, and auto and certified did not prove in their
+    /// budget that there is none.
     #[pyo3(signature = (mesh, faces=None, *, margin=0.0, method="auto", elements="faces", pose=None, all_minima=false,
         complete=false, exact=false, one_per_feature=false, lean=false, budget=None, tolerance=1e-3, threads=None,
-        clusters=None, mesh_pose=None, margins=None, device="cpu", kernels=None))]
+        clusters=None, mesh_pose=None, margins=None, device="cpu", kernels=None, counts=false))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn contacts<'py>(
         &self,
@@ -62,6 +64,7 @@ impl Sdf {
         margins: Option<&Bound<'py, PyAny>>,
         device: &str,
         kernels: Option<PathBuf>,
+        counts: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let keywords = Keywords {
             margin,
@@ -79,19 +82,20 @@ impl Sdf {
         let is_on_card = choice("device", device, &[("cpu", false), ("cuda", true)])?;
         let (options, motion) = (keywords.options(&self.0)?, Motion::new(clusters, mesh_pose, margins)?);
         motion.check(&self.0, &options, is_on_card)?;
-        if is_on_card {
-            return CudaQuery::new(py, &self.0, mesh, faces, options, kernels, threads)?.contacts(py);
-        }
-        if kernels.is_some() {
-            return Err(value_error("kernels: only with device=\"cuda\""));
-        }
-        let mesh = Mesh::new(mesh, faces)?;
-        let view = mesh.view();
-        let found = on_threads(py, threads, view.faces.len(), |threads| {
-            let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
-            contacts::checked_records(found, view, options.elements)
-        })?;
-        Ok(found.map_err(value_error)?.into_pyarray(py).into_any())
+        let found = match (is_on_card, kernels) {
+            (true, kernels) => CudaQuery::new(py, &self.0, mesh, faces, options, kernels, threads)?.find(py)?,
+            (false, Some(_)) => return Err(value_error("kernels: only with device=\"cuda\"")),
+            (false, None) => {
+                let mesh = Mesh::new(mesh, faces)?;
+                let view = mesh.view();
+                let found = on_threads(py, threads, view.faces.len(), |threads| {
+                    let found = motion.find(&self.0, view, &ContactOptions { threads, ..options });
+                    Found::checked(found, view, options.elements)
+                })?;
+                found.map_err(value_error)?
+            }
+        };
+        found.into_python(py, counts)
     }
 
     /// A query that keeps this field and a mesh on an NVIDIA GPU, for contacts frame after frame: a CudaQuery.

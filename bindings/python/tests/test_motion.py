@@ -149,3 +149,12 @@ def test_what_cannot_be_answered_is_refused_in_words(call, kind, words):
 def test_the_example_of_the_documentation_runs():
     page = (pathlib.Path(__file__).parents[3] / "docs/motion.md").read_text()
     exec(page.split("```python\n")[1].split("```")[0], {})
+
+
+def test_elements_that_the_budget_leaves_open_are_counted():
+    field, (vertices, faces) = sdftool.torus(0.6, 0.2), sheet(12, height=0.4)
+    plain, none = field.contacts(vertices, faces, margin=0.05, counts=True)
+    assert none == dict(elements=len(faces), searched=none["searched"], possible=0, undecided=0) and none["searched"] > len(plain)
+    found, counts = field.contacts(vertices, faces, margin=0.05, budget=1, counts=True)
+    assert counts["undecided"] > 0 and len(found) <= len(plain)
+    same(found, field.contacts(vertices, faces, margin=0.05, budget=1))

@@ -49,8 +49,10 @@ def test_grids_and_their_contacts_have_the_bits_of_the_program(program, tmp_path
     for a, b in zip(ours.sample(points), theirs.sample(points)):
         assert np.array_equal(a, b)
     for query, query_arguments in QUERIES:
-        found = program("contacts", "cloth.obj", "body.sdf.h5", *query_arguments, folder=tmp_path)["contacts"]
-        records = theirs.contacts(*cloth, **query)
+        answer = program("contacts", "cloth.obj", "body.sdf.h5", *query_arguments, folder=tmp_path)
+        found = answer["contacts"]
+        records, counts = theirs.contacts(*cloth, **query, counts=True)
+        assert counts == dict(elements=answer["elements"], searched=answer["passed_cull"], possible=answer["possible"], undecided=answer["undecided"])
         assert len(records) == len(found) > 10
         same_records(records, found)
         baked = ours.contacts(*cloth, **query)

@@ -174,6 +174,7 @@ fn summary(found: &Contacts) -> Value {
         "elementCount": found.element_count,
         "searchedCount": found.searched_count,
         "possibleCount": found.possible_count,
+        "undecidedCount": found.undecided_count,
         "notFiniteCount": found.not_finite_count,
         "insideCount": distances.clone().filter(|distance| *distance < 0.0).count(),
         "deepest": distances.reduce(f64::min),

@@ -37,7 +37,7 @@ function compare(field, path, meshName, options) {
   const theirs = JSON.parse(sdftool("contacts", meshName, path, ...words, "--json"));
   const ours = field.contacts(read(meshName), options);
   const what = `${meshName} on ${path} with ${words.join(" ")}`;
-  assert.deepEqual([ours.elementCount, ours.searchedCount, ours.possibleCount, ours.count], [theirs.elements, theirs.passed_cull, theirs.possible, theirs.contacts.length], what);
+  assert.deepEqual([ours.elementCount, ours.searchedCount, ours.possibleCount, ours.undecidedCount, ours.count], [theirs.elements, theirs.passed_cull, theirs.possible, theirs.undecided, theirs.contacts.length], what);
   theirs.contacts.forEach((contact, i) => {
     for (const name of ["id", "slope", "distance", "lower_bound", "error_bound", "shape_lower_bound", "evaluations"]) same(ours[camel(name)][i], contact[name], `${what}: ${name}`);
     for (const name of ["point", "surface_point", "normal"]) sames(ours[camel(name)].slice(3 * i, 3 * i + 3), contact[name], `${what}: ${name}`);

@@ -82,6 +82,8 @@ export interface ContactSummary {
   elementCount: number;
   searchedCount: number;
   possibleCount: number;
+  /** Elements without a contact of which auto and certified did not prove in their budget that there is none. */
+  undecidedCount: number;
   notFiniteCount: number;
   insideCount: number;
   /** The lowest distance; null where there is no contact. */

@@ -90,6 +90,7 @@ class Sdf:
     def sample(
         self, points: npt.ArrayLike, *, status: Literal[True], threads: int | None = None
     ) -> tuple[_Floats, _Floats, npt.NDArray[np.uint8]]: ...
+    @overload
     def contacts(
         self,
         mesh: _Mesh | npt.ArrayLike | _CardArray,
@@ -112,7 +113,33 @@ class Sdf:
         margins: npt.ArrayLike | None = None,
         device: Literal["cpu", "cuda"] = "cpu",
         kernels: str | os.PathLike[str] | None = None,
+        counts: Literal[False] = False,
     ) -> npt.NDArray[np.void]: ...
+    @overload
+    def contacts(
+        self,
+        mesh: _Mesh | npt.ArrayLike | _CardArray,
+        faces: npt.ArrayLike | _CardArray | None = None,
+        *,
+        margin: float = 0.0,
+        method: _Method = "auto",
+        elements: _Elements = "faces",
+        pose: _Pose | None = None,
+        all_minima: bool = False,
+        complete: bool = False,
+        exact: bool = False,
+        one_per_feature: bool = False,
+        lean: bool = False,
+        budget: int | None = None,
+        tolerance: float = 1e-3,
+        threads: int | None = None,
+        clusters: MeshClusters | None = None,
+        mesh_pose: _Pose | None = None,
+        margins: npt.ArrayLike | None = None,
+        device: Literal["cpu", "cuda"] = "cpu",
+        kernels: str | os.PathLike[str] | None = None,
+        counts: Literal[True],
+    ) -> tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
     def cuda_query(
         self,
         mesh: _Mesh | npt.ArrayLike | _CardArray,
@@ -215,7 +242,10 @@ class MeshClusters:
 class CudaQuery:
     """A field and a mesh that stay on an NVIDIA GPU, for contacts frame after frame."""
 
-    def contacts(self) -> npt.NDArray[np.void]: ...
+    @overload
+    def contacts(self, *, counts: Literal[False] = False) -> npt.NDArray[np.void]: ...
+    @overload
+    def contacts(self, *, counts: Literal[True]) -> tuple[npt.NDArray[np.void], dict[str, int | None]]: ...
     def contacts_on_card(self) -> CudaContacts: ...
     def set_points(self, points: npt.ArrayLike | _CardArray) -> None: ...
     def set_pose(self, pose: _Pose | None) -> None: ...
