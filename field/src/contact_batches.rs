@@ -7,7 +7,7 @@ use sdf_core::contact::{Contact, ContactStatus, Feature, one_per_feature};
 use crate::contacts::{self, CHUNK, Contacts};
 use crate::mesh_view::check;
 use crate::query_error::QueryError;
-use crate::{ContactOptions, Elements, Field, MeshView};
+use crate::{ContactOptions, Elements, Field, MeshInMotion, MeshView};
 
 /// Chunks of elements in a batch, for each thread: enough that no thread waits long for the last one.
 const CHUNKS_PER_THREAD: usize = 8;
@@ -53,6 +53,16 @@ impl Field {
         self.visit_batches(points, edges, options, visit, |edges, options| {
             contacts::find_edges(self.as_any(), points, edges, options)
         })
+    }
+
+    /// [`contacts_in_motion`](Self::contacts_in_motion) one by one; all are found first.
+    pub fn visit_contacts_in_motion(
+        &self,
+        mesh: &MeshInMotion,
+        options: &ContactOptions,
+        visit: impl FnMut(&Contact<f64>) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<(), Contacts>, QueryError> {
+        Ok(visit_all(self.contacts_in_motion(mesh, options)?, visit))
     }
 
     fn visit_batches<const N: usize>(

@@ -8,7 +8,7 @@ use sdf_core::{Aabb, AnyField, EnclosedSdf, ErrorBound};
 
 use crate::mesh_view::{MeshView, VertexOutOfRange, check, check_one, element};
 use crate::query_error::QueryError;
-use crate::{ContactOptions, Threads};
+use crate::{ContactOptions, Field, MarginOutOfReach, Threads};
 
 /// The faces of a mesh in clusters of neighbours: made once for a mesh at rest, fitted again where it is deformed.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +60,15 @@ impl<'a> MeshInMotion<'a> {
     /// A mesh of which nothing more is known.
     pub fn new(mesh: MeshView<'a>) -> Self {
         Self { mesh, pose: None, clusters: None, margins: None }
+    }
+
+    /// Refuses margins of single faces at which contacts of the field would be left out or false: see
+    /// [`ContactOptions::check_margin`], which is for the one margin of all.
+    pub fn check_margins(&self, field: &Field, options: &ContactOptions) -> Result<(), MarginOutOfReach> {
+        let margins = self.margins.into_iter().flatten();
+        let (least, most) =
+            margins.fold((0.0_f64, 0.0_f64), |(least, most), margin| (least.min(*margin), most.max(*margin)));
+        [least, most].into_iter().try_for_each(|margin| ContactOptions { margin, ..*options }.check_margin(field))
     }
 }
 
@@ -160,6 +169,9 @@ impl<'a> Selection<'a, 3> {
             || margins.is_some_and(|margins| margins.len() != faces.len());
         if differs {
             return Err(QueryError::FaceCountDiffers);
+        }
+        if let Some(face) = margins.into_iter().flatten().position(|margin| !margin.is_finite()) {
+            return Err(QueryError::MarginNotFinite(face));
         }
         let selection = Self { points, elements: faces, ids: None, pose, margins };
         let all = || Ok(Self { pose, margins, ..Self::all(points, faces)? });

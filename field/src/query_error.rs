@@ -30,6 +30,8 @@ pub enum QueryError {
     LeanLeavesOut,
     /// Clusters or margins are not those of the mesh: they have another number of faces.
     FaceCountDiffers,
+    /// The margin of this face is NaN or infinite.
+    MarginNotFinite(usize),
     /// A mesh that moves has another number of vertices at the end than at the start.
     VertexCountDiffers,
     /// A thickness is a finite length, and a tolerance a positive one.
@@ -68,6 +70,7 @@ impl std::fmt::Display for QueryError {
             Self::FaceCountDiffers => {
                 f.write_str("clusters and margins must be those of the mesh: they have another number of faces")
             }
+            Self::MarginNotFinite(face) => write!(f, "the margin of face {face} must be a finite length"),
             Self::VertexCountDiffers => {
                 f.write_str("a mesh that moves must have as many vertices at the end as at the start")
             }

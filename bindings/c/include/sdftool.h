@@ -16,6 +16,7 @@
 extern "C" {
 #endif
 typedef struct SdfField SdfField;                     /* a baked grid or a closed form */
+typedef struct SdfClusters SdfClusters;               /* the faces of a mesh in clusters of neighbours */
 typedef struct SdfError { char text[512]; } SdfError; /* one line of UTF-8, ended by a zero */
 typedef enum SdfResult { SDF_OK, SDF_INVALID_ARGUMENT, SDF_FILE, SDF_TOO_SMALL, SDF_STOPPED, SDF_BUG } SdfResult;
 enum { SDF_DENSE, SDF_SPARSE, SDF_CLOSED_FORM };                  /* SdfInfo.layout; of SdfBakeOptions.layout the first two */
@@ -37,10 +38,13 @@ typedef struct SdfBakeOptions {
  * quaternion x, y, z, w), then moved by translation. budget: evaluations an element; 0 stands for the method's own. */
 typedef struct SdfQuery {
     double margin, translation[3], rotation[4]; uint32_t elements, method, all_minima, budget, threads, lean, complete, exact;
+    const SdfClusters *clusters; const double *mesh_pose, *margins;
 } SdfQuery;
 /* Where they are not 0: all_minima gives every isolated minimum of an element. lean leaves out smooth normals and error bounds, in less
  * time. complete leaves out no element that the baked mesh has within the margin; what the grid's error leaves open is SDF_POSSIBLE.
- * exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO. */
+ * exact measures by the triangles of the mesh that the grid keeps, by SDF_AUTO.
+ * Of a mesh that moves, where they are not NULL, for faces alone: clusters of its faces leave out what is far away, and change no contact.
+ * mesh_pose, a translation and a quaternion: where a rigid mesh stands. margins: one for each face, in place of margin. */
 /* lower_bound: of the distance on the whole element. error_bound: how far the grid can be off at the point; shape_lower_bound is of
  * the distance to the baked mesh. key: element and feature, the same from frame to frame. feature_id: a vertex, an edge's two
  * vertices, or a face; UINT32_MAX where there is none, also in vertices. weights: barycentric. */
@@ -80,6 +84,12 @@ SdfResult sdf_contacts(const SdfField *field, const double *vertices, size_t ver
 SdfResult sdf_visit_contacts(const SdfField *field, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
                              const SdfQuery *query, int (*visit)(void *user, const SdfContact *contact), void *user,
                              size_t *undecided, SdfError *error);
+/* Clusters for SdfQuery: made once a mesh, and fitted again, with the same faces, where its vertices moved against each other; no other call
+ * may use them meanwhile. */
+SdfResult sdf_clusters(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, SdfClusters **out, SdfError *error);
+SdfResult sdf_clusters_refit(SdfClusters *clusters, const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count,
+                             SdfError *error);
+void sdf_clusters_free(SdfClusters *clusters);                                /* NULL is fine */
 /* The first time at which each element of a mesh gets within query->margin, and the contact at that time, written and counted as contacts
  * are. Vertices move in straight lines to end_vertices; the field goes from the query's pose to end_pose, a translation and a quaternion, or
  * stands still where that is NULL. No time is late; it is early only in that the distance is at most margin + tolerance then (a length;

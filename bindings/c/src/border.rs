@@ -8,9 +8,9 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use sdf_field::{Field, Threads};
+use sdf_field::Threads;
 
-use crate::types::{Failure, SdfError, SdfField, SdfResult, thread_count};
+use crate::types::{Failure, SdfError, SdfResult, thread_count};
 
 /// Runs `work`; a failure and a panic become a result and a text.
 pub fn guard(error: *mut SdfError, work: impl FnOnce() -> Result<(), Failure>) -> SdfResult {
@@ -58,10 +58,17 @@ pub fn value<T: Copy>(pointer: *const T, what: &str) -> Result<T, Failure> {
 }
 
 /// A handle that this library gave.
-pub fn reference<'a>(field: *const SdfField, what: &str) -> Result<&'a SdfField, Failure> {
-    check(field, 1, what)?;
+pub fn reference<'a, T>(handle: *const T, what: &str) -> Result<&'a T, Failure> {
+    check(handle, 1, what)?;
     // SAFETY: not NULL; by the header it came from `Out::give` and is not freed during the call.
-    Ok(unsafe { &*field })
+    Ok(unsafe { &*handle })
+}
+
+/// A handle that this library gave, and that no other call uses.
+pub fn exclusive<'a, T>(handle: *mut T, what: &str) -> Result<&'a mut T, Failure> {
+    check(handle, 1, what)?;
+    // SAFETY: as of `reference`; by the header no other call uses it during this one.
+    Ok(unsafe { &mut *handle })
 }
 
 /// A path or another text.
@@ -73,10 +80,10 @@ pub fn text<'a>(pointer: *const c_char, what: &str) -> Result<&'a str, Failure> 
 }
 
 /// Frees a handle. NULL is fine.
-pub fn free(field: *mut SdfField) {
-    if !field.is_null() {
+pub fn free<T>(handle: *mut T) {
+    if !handle.is_null() {
         // SAFETY: by the header it came from `Out::give` and is not used again. No panic passes: dropping memory has none.
-        drop(unsafe { Box::from_raw(field) });
+        drop(unsafe { Box::from_raw(handle) });
     }
 }
 
@@ -92,18 +99,18 @@ fn check<T>(pointer: *const T, count: usize, what: &str) -> Result<(), Failure> 
 }
 
 /// The place of the handle that a call makes: NULL until it succeeds.
-pub struct Out(*mut *mut SdfField);
+pub struct Out<T>(*mut *mut T);
 
-impl Out {
-    pub fn new(out: *mut *mut SdfField) -> Result<Self, Failure> {
+impl<T> Out<T> {
+    pub fn new(out: *mut *mut T) -> Result<Self, Failure> {
         check(out, 1, "out")?;
         // SAFETY: not NULL and aligned; by the header a pointer may be written there.
         unsafe { out.write(std::ptr::null_mut()) };
         Ok(Self(out))
     }
 
-    pub fn give(self, field: Field) {
-        let handle = Box::into_raw(Box::new(SdfField(field)));
+    pub fn give(self, value: T) {
+        let handle = Box::into_raw(Box::new(value));
         // SAFETY: as in `new`.
         unsafe { self.0.write(handle) };
     }

@@ -16,15 +16,15 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_field::core::Sample;
-use sdf_field::core::contact::Reduction;
+use sdf_field::core::contact::{Contact, Reduction};
 use sdf_field::file::{FieldError, GridFault, SaveError};
 use sdf_field::{
     BakeError, BakeOptions, ContactOptions, ContactRow, Contacts, Field, MeshView, OverlapOptions, OverlapVerdict,
-    Progress, QueryError, Threads,
+    Progress, Threads,
 };
 
 use border::{Callback, Out, guard};
-pub use motion::sdf_first_touches;
+pub use motion::{sdf_clusters, sdf_clusters_free, sdf_clusters_refit, sdf_first_touches};
 use types::sign_method;
 pub use types::{Failure, SdfBakeOptions, SdfError, SdfField, SdfInfo, SdfOverlapPoint, SdfQuery, SdfResult, SdfTouch};
 
@@ -66,7 +66,7 @@ pub extern "C" fn sdf_bake(
         let progress = progress.map(|function| Callback { function, user });
         let mesh = MeshView { points, faces };
         let baked = border::on_threads(options.threads, || bake(mesh, &options.to_rust()?, progress))?;
-        out.give(baked);
+        out.give(SdfField(baked));
         Ok(())
     })
 }
@@ -102,7 +102,7 @@ pub extern "C" fn sdf_load(path: *const c_char, out: *mut *mut SdfField, error: 
     guard(error, || {
         let out = Out::new(out)?;
         let path = border::text(path, "path")?;
-        out.give(Threads::ONE.install(|| Field::open(path)).map_err(file_failure)?);
+        out.give(SdfField(Threads::ONE.install(|| Field::open(path)).map_err(file_failure)?));
         Ok(())
     })
 }
@@ -117,7 +117,8 @@ pub extern "C" fn sdf_read(
     guard(error, || {
         let out = Out::new(out)?;
         let bytes = border::slice(bytes.cast::<u8>(), count, "bytes")?;
-        out.give(Threads::ONE.install(|| Field::from_bytes(bytes, "bytes")).map_err(file_failure)?);
+        let field = Threads::ONE.install(|| Field::from_bytes(bytes, "bytes")).map_err(file_failure)?;
+        out.give(SdfField(field));
         Ok(())
     })
 }
@@ -345,11 +346,19 @@ fn visit(
     let field = &border::reference(field, "field")?.0;
     let points = border::rows(vertices.0, vertices.1, "vertices")?;
     let faces = border::rows(faces.0, faces.1, "faces")?;
-    let options = border::value(query, "query")?.to_rust()?;
+    let query = border::value(query, "query")?;
+    let options = query.to_rust()?;
     options.check_margin(field).map_err(Failure::invalid)?;
     let mesh = MeshView { points, faces };
-    let visited = field.visit_contacts(mesh, &options, |contact| on_row(ContactRow::from(contact)));
-    match visited.map_err(|error: QueryError| Failure::invalid(error))? {
+    let on_contact = |contact: &Contact<f64>| on_row(ContactRow::from(contact));
+    let visited = match motion::of_query(&query, mesh, options.elements)? {
+        None => field.visit_contacts(mesh, &options, on_contact),
+        Some(mesh) => {
+            mesh.check_margins(field, &options).map_err(Failure::invalid)?;
+            field.visit_contacts_in_motion(&mesh, &options, on_contact)
+        }
+    };
+    match visited.map_err(Failure::invalid)? {
         ControlFlow::Continue(found) => {
             undecided.push(found.undecided_count);
             found.require_finite(mesh, options.elements).map_err(Failure::invalid)?;

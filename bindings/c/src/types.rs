@@ -7,11 +7,15 @@ use sdf_field::core::grid::owned::{Layout, Precision};
 use sdf_field::core::overlap::OverlapPoint;
 use sdf_field::core::placed::Rigid;
 use sdf_field::{
-    BakeOptions, ContactOptions, ContactRow, Elements, Field, GridSize, Method, SignMethod, Threads, TimedContact,
+    BakeOptions, ContactOptions, ContactRow, Elements, Field, GridSize, MeshClusters, Method, SignMethod, Threads,
+    TimedContact,
 };
 
 /// A field behind the header's opaque handle.
 pub struct SdfField(pub Field);
+
+/// Clusters of a mesh behind the header's opaque handle.
+pub struct SdfClusters(pub MeshClusters);
 
 /// The header's `SdfResult`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +66,9 @@ pub struct SdfQuery {
     pub lean: u32,
     pub complete: u32,
     pub exact: u32,
+    pub clusters: *const SdfClusters,
+    pub mesh_pose: *const f64,
+    pub margins: *const f64,
 }
 
 /// The header's `SdfInfo`.
@@ -205,6 +212,9 @@ impl Default for SdfQuery {
             lean: 0,
             complete: 0,
             exact: 0,
+            clusters: std::ptr::null(),
+            mesh_pose: std::ptr::null(),
+            margins: std::ptr::null(),
         }
     }
 }

@@ -6,7 +6,8 @@ use std::ptr::{null, null_mut};
 
 use sdf_field::core::placed::Rigid;
 use sdf_field::{
-    BakeOptions, ContactOptions, ContactRow, Field, FirstTouchOptions, GridSize, MeshPath, MeshView, Threads,
+    BakeOptions, ContactOptions, ContactRow, Field, FirstTouchOptions, GridSize, MeshInMotion, MeshPath, MeshView,
+    Threads,
 };
 use sdftool::{SdfBakeOptions, SdfError, SdfField, SdfQuery, SdfResult, SdfTouch};
 
@@ -215,4 +216,65 @@ fn what_the_budget_leaves_open_is_counted() {
 
 extern "C" fn go_on(_user: *mut c_void, _contact: *const ContactRow) -> i32 {
     0
+}
+
+#[test]
+fn clusters_poses_and_margins_of_a_mesh_are_those_of_the_library() {
+    let (body, (mut points, faces)) = (body(), cloth(0.2));
+    let mut clusters = null_mut();
+    let (count, sides) = (points.len(), faces.as_ptr().cast());
+    let none = null_mut();
+    let made = sdftool::sdf_clusters(points.as_ptr().cast(), count, sides, faces.len(), &mut clusters, none);
+    assert_eq!(made, SdfResult::Ok);
+    points.iter_mut().for_each(|[x, y, z]| *z += 0.2 * *x * *y);
+    let vertices = points.as_ptr().cast();
+    let fitted = sdftool::sdf_clusters_refit(clusters, vertices, count, sides, faces.len(), none);
+    assert_eq!(fitted, SdfResult::Ok);
+    let too_few = sdftool::sdf_clusters_refit(clusters, vertices, count, sides, faces.len() - 1, none);
+    assert_eq!(too_few, SdfResult::InvalidArgument);
+
+    let numbers = [0.1, 0.0, 0.3, 0.0, 0.0, 0.2, 1.0];
+    let margins: Vec<f64> = (0..faces.len()).map(|face| 0.01 * f64::from(face as u32 % 7)).collect();
+    let query = SdfQuery { clusters, mesh_pose: numbers.as_ptr(), margins: margins.as_ptr(), ..sdftool::sdf_query() };
+    let ask = |query: &SdfQuery| {
+        let (mut rows, mut found, mut error) =
+            (vec![ContactRow::default(); faces.len()], 0, SdfError { text: [0; 512] });
+        let (field, room, capacity) = (body.handle, rows.as_mut_ptr(), faces.len());
+        let result = sdftool::sdf_contacts(
+            field,
+            vertices,
+            count,
+            sides,
+            faces.len(),
+            query,
+            room,
+            capacity,
+            &mut found,
+            null_mut(),
+            &mut error,
+        );
+        rows.truncate(found);
+        (result, rows, CStr::from_bytes_until_nul(&error.text).unwrap().to_str().unwrap().to_owned())
+    };
+    let pose = Rigid::new([0.1, 0.0, 0.3], [0.0, 0.0, 0.2, 1.0]);
+    let mesh = MeshView { points: &points, faces: &faces };
+    let moving = MeshInMotion { pose, margins: Some(&margins), ..MeshInMotion::new(mesh) };
+    let expected = body.field.contacts_in_motion(&moving, &ContactOptions::default()).unwrap();
+    let expected: Vec<_> = expected.contacts.iter().map(ContactRow::from).collect();
+    assert!(expected.len() > 20);
+    assert_eq!(ask(&query), (SdfResult::Ok, expected, String::new()));
+
+    let says = |query: SdfQuery, words: &str| {
+        let (result, _, error) = ask(&query);
+        assert!(result == SdfResult::InvalidArgument && error.contains(words), "{result:?}: {error}");
+    };
+    says(SdfQuery { elements: 1, ..query }, "SDF_FACES alone");
+    says(SdfQuery { mesh_pose: [0.0; 7].as_ptr(), ..query }, "mesh_pose: a zero quaternion");
+    let wrong = vec![f64::NAN; faces.len()];
+    says(SdfQuery { margins: wrong.as_ptr(), ..query }, "margin of face 0");
+    let far = vec![99.0; faces.len()];
+    says(SdfQuery { margins: far.as_ptr(), ..query }, "margin");
+    says(SdfQuery { exact: 1, ..query }, "exact search");
+    sdftool::sdf_clusters_free(clusters);
+    sdftool::sdf_clusters_free(null_mut());
 }

@@ -2,6 +2,7 @@
 
 use numpy::{Element, IntoPyArray, PyArrayDescr};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
 use sdf_field::core::contact::Contact;
 use sdf_field::{
@@ -133,22 +134,25 @@ macro_rules! columns {
     };
 }
 
-/// The type of contacts: see docs/contacts.md for the columns, of which this has all but the polygon.
-pub fn contact_dtype(py: Python<'_>) -> Bound<'_, PyArrayDescr> {
+/// The type of contacts: see docs/contacts.md for the columns, of which this has all but the polygon. They are in the order of memory and
+/// leave no gap, so that numpy saves them, and joins arrays without another type. Made once: numpy runs code of Python for it, which a
+/// signal may end.
+pub fn contact_dtype(py: Python<'_>) -> PyResult<&Bound<'_, PyArrayDescr>> {
+    static DTYPE: PyOnceLock<Py<PyArrayDescr>> = PyOnceLock::new();
     let columns = columns!(
-        element: "u1", id: "u4", vertices: "(3,)u4", feature: "u1", feature_id: "(2,)u4", weights: "(3,)f8", point: "(3,)f8",
-        surface_point: "(3,)f8", normal: "(3,)f8", slope: "f8", distance: "f8", lower_bound: "f8", error_bound: "f8",
-        shape_lower_bound: "f8", evaluations: "u4", status: "u1", key: "u8",
+        weights: "(3,)f8", point: "(3,)f8", surface_point: "(3,)f8", normal: "(3,)f8", distance: "f8", lower_bound: "f8", slope: "f8",
+        error_bound: "f8", shape_lower_bound: "f8", key: "u8", id: "u4", evaluations: "u4", vertices: "(3,)u4", feature_id: "(2,)u4",
+        element: "u1", feature: "u1", status: "u1", padding: "u1",
     );
-    let describe = || -> PyResult<Bound<'_, PyArrayDescr>> {
+    let describe = || -> PyResult<Py<PyArrayDescr>> {
         let fields = PyDict::new(py);
         fields.set_item("names", PyList::new(py, columns.map(|(name, ..)| name))?)?;
         fields.set_item("formats", PyList::new(py, columns.map(|(_, format, _)| format))?)?;
         fields.set_item("offsets", PyList::new(py, columns.map(|(.., offset)| offset))?)?;
         fields.set_item("itemsize", size_of::<ContactRow>())?;
-        Ok(py.import("numpy")?.call_method1("dtype", (fields,))?.cast_into::<PyArrayDescr>()?)
+        Ok(py.import("numpy")?.call_method1("dtype", (fields,))?.cast_into::<PyArrayDescr>()?.unbind())
     };
-    describe().expect("numpy takes a list of columns")
+    Ok(DTYPE.get_or_try_init(py, describe)?.bind(py))
 }
 
 // SAFETY: the type says where each column lies in a `ContactRow`, by `offset_of`, and how large it is. Every pattern of bits is a
@@ -157,7 +161,7 @@ unsafe impl Element for Record {
     const IS_COPY: bool = true;
 
     fn get_dtype(py: Python<'_>) -> Bound<'_, PyArrayDescr> {
-        contact_dtype(py)
+        contact_dtype(py).expect("made when the module was").clone()
     }
 
     fn clone_ref(&self, _py: Python<'_>) -> Self {

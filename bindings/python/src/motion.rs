@@ -81,15 +81,10 @@ impl<'a> Motion<'a> {
             Elements::Faces => {}
             _ => return Err(value_error("clusters, mesh_pose, margins: only with elements=\"faces\"")),
         }
-        let Some(margins) = &self.margins else { return Ok(()) };
-        if let Some(face) = margins.iter().position(|margin| !margin.is_finite()) {
-            return Err(value_error(format!("margins: {} of face {face}: give finite lengths", margins[face])));
-        }
-        let (least, most) = margins.iter().fold((0.0_f64, 0.0_f64), |(least, most), x| (least.min(*x), most.max(*x)));
-        let check = |margin: f64| ContactOptions { margin, ..*options }.check_margin(field);
-        check(least)
-            .and_then(|()| check(most))
-            .map_err(|error| value_error(format!("margins: {}", margin_advice(error))))
+        let none = MeshView { points: &[], faces: &[] };
+        let mesh = MeshInMotion { margins: self.margins.as_deref(), ..MeshInMotion::new(none) };
+        let checked = mesh.check_margins(field, options);
+        checked.map_err(|error| value_error(format!("margins: {}", margin_advice(error))))
     }
 
     /// Contacts of the mesh.

@@ -19,11 +19,17 @@ use crate::integers;
 #[pyo3(signature = (contacts, count, *, movement, thickness=0.0))]
 pub fn reduce<'py>(
     py: Python<'py>,
-    contacts: PyReadonlyArray1<'py, Record>,
+    contacts: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = integers::clamped)] count: i64,
     movement: f64,
     thickness: f64,
 ) -> PyResult<(Bound<'py, PyArray1<Record>>, f64)> {
+    let wanted = || type_error("contacts: give an array (n,) of contact_dtype, such as Sdf.contacts gives");
+    let contacts = match contacts.extract::<PyReadonlyArray1<Record>>() {
+        Ok(contacts) => contacts,
+        // The same columns in another order or with gaps, as numpy's functions make them.
+        Err(_) => contacts::converted(contacts).map_err(|_| wanted())?,
+    };
     let read = contacts.as_array().iter().map(|record| record.contact()).collect::<Option<Vec<_>>>();
     let contacts =
         read.ok_or_else(|| value_error("contacts: codes that mean nothing; give records of Sdf.contacts"))?;

@@ -126,7 +126,7 @@ SPARSE = sdftool.bake(*ball(6), res=16, layout="sparse")
         (lambda: BODY.contacts(*CLOTH, margins=[0.1]), ValueError, "another number of faces"),
         (lambda: BODY.contacts(*CLOTH, margins=0.1), TypeError, r"margins: .*\(m,\)"),
         (lambda: BODY.contacts(*CLOTH, margins=["a"] * 32), TypeError, "margins: .* numbers"),
-        (lambda: BODY.contacts(*CLOTH, margins=np.full(32, np.nan)), ValueError, "margins: NaN of face 0"),
+        (lambda: BODY.contacts(*CLOTH, margins=np.full(32, np.nan)), ValueError, "the margin of face 0 must be a finite length"),
         (lambda: SPARSE.contacts(*CLOTH, margins=np.linspace(-0.9, 0.0, 32)), ValueError, "margins: .*complete=True"),
         (lambda: SPARSE.contacts(*CLOTH, margins=np.linspace(0.0, 99.0, 32)), ValueError, "margins: "),
         (lambda: BODY.contacts(*CLOTH, exact=True, mesh_pose=np.eye(4)), ValueError, "exact search"),

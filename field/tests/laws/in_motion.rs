@@ -84,6 +84,9 @@ fn clusters_and_margins_of_another_mesh_are_refused() {
     let plain = MeshInMotion::new(mesh);
     assert_eq!(refused(&MeshInMotion { clusters: Some(&clusters), ..plain }), QueryError::FaceCountDiffers);
     assert_eq!(refused(&MeshInMotion { margins: Some(&[0.0]), ..plain }), QueryError::FaceCountDiffers);
+    let mut margins = vec![0.0; body.triangles.len()];
+    margins[5] = f64::NAN;
+    assert_eq!(refused(&MeshInMotion { margins: Some(&margins), ..plain }), QueryError::MarginNotFinite(5));
     assert_eq!(clusters.refit(mesh).unwrap_err(), QueryError::FaceCountDiffers);
     let broken = MeshView { points: &body.points[..5], faces: &body.triangles };
     assert!(MeshClusters::new(broken).is_err());
