@@ -99,7 +99,7 @@ SdfResult sdf_first_touches(const SdfField *field, const double *vertices, const
                             const uint32_t *faces, size_t face_count, const SdfQuery *query, const double end_pose[7],
                             double tolerance, SdfTouch *touches, size_t capacity, size_t *count, SdfError *error);
 /* Few contacts of a rigid body in place of many: those that hold it as all do, 1 to keep <= 64, come to the front, and *count becomes
- * theirs. movement: how far the body moves until the next search: the way of the middle of the box around the points, and the turn in
+ * theirs. movement: how far the body moves until the next search: the way of the middle of the box around the points plus the turn in
  * radians times half of its diagonal. *shortfall: how far another can sink meanwhile where these are held at thickness; may be NULL. */
 SdfResult sdf_reduce(SdfContact *contacts, size_t *count, size_t keep, double movement, double thickness, double *shortfall, SdfError *error);
 /* Points where field and other are deepest in each other, the deepest first; written and counted as contacts are. Of the query its pose

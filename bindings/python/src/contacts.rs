@@ -1,6 +1,6 @@
 //! Which query do arguments ask for, and how do contacts become a structured array? As rows of [`ContactRow`], whose memory numpy takes over.
 
-use numpy::{Element, IntoPyArray, PyArrayDescr};
+use numpy::{Element, IntoPyArray, PyArrayDescr, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
@@ -88,6 +88,17 @@ impl Record {
 
 pub fn records(contacts: &[Contact<f64>]) -> Vec<Record> {
     contacts.iter().map(|contact| Record(ContactRow::from(contact))).collect()
+}
+
+/// Records of an array that has their columns in another order or with gaps.
+pub fn converted<'py>(given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray1<'py, Record>> {
+    let py = given.py();
+    let records = py.import("numpy")?.call_method1("zeros", (given.len()?, contact_dtype(py)?))?;
+    for name in contact_dtype(py)?.getattr("names")?.try_iter()? {
+        let name = name?;
+        records.set_item(&name, given.get_item(&name)?)?;
+    }
+    Ok(records.extract()?)
 }
 
 /// Contacts as records, and how many elements there were.

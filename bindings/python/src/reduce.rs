@@ -5,16 +5,16 @@ use pyo3::prelude::*;
 use sdf_field::Contacts;
 use sdf_field::core::contact::{MAX_REDUCED, Reduction};
 
-use crate::contacts::{Record, records};
-use crate::errors::value_error;
+use crate::contacts::{self, Record, records};
+use crate::errors::{type_error, value_error};
 use crate::integers;
 
 /// Few contacts of a rigid body in place of many: (kept, shortfall), the at most count contacts that hold it as all of them do, in the order
 /// of elements, and how far the others can sink while those are held at thickness from the surface, a length.
 ///
-/// contacts: an array (n,) of contact_dtype, of one body with one field. count: 1 to 64. movement: how far the body moves until its
-/// contacts are found again, a positive length: the way of the middle of the box around the contacts' points, and the turn in radians times
-/// half of that box's diagonal. Contacts without a normal hold nothing and are not kept.
+/// contacts: an array (n,) of contact_dtype, of one body with one field; several are joined by numpy.concatenate. count: 1 to 64. movement: how far the body moves until its
+/// contacts are found again, a positive length: the sum of the way of the middle of the box around the contacts' points, and of the turn in
+/// radians times half of that box's diagonal. Contacts without a normal hold nothing and are not kept.
 #[pyfunction]
 #[pyo3(signature = (contacts, count, *, movement, thickness=0.0))]
 pub fn reduce<'py>(
@@ -35,6 +35,7 @@ pub fn reduce<'py>(
         read.ok_or_else(|| value_error("contacts: codes that mean nothing; give records of Sdf.contacts"))?;
     let mut contacts = Contacts { contacts, ..Contacts::default() };
     let count = integers::within("count", count, 1..=MAX_REDUCED as u32, "")? as usize;
-    let reduced = contacts.reduce(&Reduction { count, movement, thickness }).map_err(value_error)?;
+    let reduction = Reduction { count, movement, thickness };
+    let reduced = py.detach(|| contacts.reduce(&reduction)).map_err(value_error)?;
     Ok((records(&contacts.contacts).into_pyarray(py), reduced.shortfall))
 }

@@ -363,3 +363,38 @@ def test_statuses_say_where_a_value_is_only_a_bound(fields):
     values, _, status = fields[1].sample(far, status=True)
     assert status.dtype == np.uint8 and status[0] & 2 and status[1] == 8 and np.isnan(values[1]) and status[2] & 4
     assert 0.0 < values[0] <= np.linalg.norm(far[0])
+
+
+def test_contacts_are_saved_and_joined_by_numpy(tmp_path, body):
+    contacts = body.contacts(*sheet(20), margin=0.05)
+    assert len(contacts) > 10
+    np.savez(tmp_path / "contacts.npz", contacts=contacts)
+    saved = np.load(tmp_path / "contacts.npz")["contacts"]
+    assert saved.dtype == sdftool.contact_dtype and saved.tobytes() == contacts.tobytes()
+    joined = np.concatenate([contacts, contacts])
+    assert joined.dtype == sdftool.contact_dtype and len(memoryview(joined).tobytes()) == joined.nbytes
+    # Columns in another order and with gaps are those of the names.
+    names = list(contacts.dtype.names)[::-1]
+    mixed = contacts[names]
+    for given in [saved, joined[: len(contacts)], mixed]:
+        kept, shortfall = sdftool.reduce(given, 4, movement=0.1)
+        expected, same = sdftool.reduce(contacts, 4, movement=0.1)
+        assert np.array_equal(kept, expected) and shortfall == same
+    with pytest.raises(TypeError, match="give an array .* of contact_dtype"):
+        sdftool.reduce(np.zeros(3), 4, movement=0.1)
+
+
+def test_a_signal_during_a_query_raises_what_its_handler_raises(body):
+    def late(*_):
+        raise TimeoutError("late")
+
+    before = signal.signal(signal.SIGALRM, late)
+    try:
+        for _ in range(3):
+            signal.setitimer(signal.ITIMER_REAL, 0.02)
+            with pytest.raises(TimeoutError, match="late"):
+                while True:
+                    body.contacts(*sheet(20), margin=0.05)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)

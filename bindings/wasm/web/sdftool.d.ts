@@ -66,7 +66,7 @@ export interface ContactOptions {
   lean?: boolean;
   /**
    * Keep the at most count (1 to 64) contacts that hold a rigid body as all of them do. movement is how far the body moves until the next
-   * search: the way of the middle of the box around the contacts' points, and the turn in radians times half of that box's diagonal.
+   * search: the way of the middle of the box around the contacts' points plus the turn in radians times half of that box's diagonal.
    * thickness: the distance from the surface at which a solver holds those that are kept [0].
    */
   reduce?: { count: number; movement: number; thickness?: number };
