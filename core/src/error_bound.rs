@@ -1,7 +1,7 @@
 //! How far can a field be from the shape that it was made from?
 
 use crate::number::Float;
-use crate::{Aabb, EnclosedSdf, Interval, Status};
+use crate::{Aabb, EnclosedSdf, Interval, Sample};
 
 /// Bounds of the difference between φ and d in a region, where d is the signed distance to the shape that the field was made from:
 /// for a baked grid, the mesh. A closed form is its own shape, without error.
@@ -121,9 +121,13 @@ impl ErrorBound {
     }
 
     /// Bound of |φ − d| at one point.
-    pub(crate) fn at_point<F: EnclosedSdf, R: Float>(field: &F, point: &Aabb, status: Status<bool>) -> R {
-        let Self { near, near_below, above, below, .. } = field.error_bound(point);
-        R::from_f64(if status.beyond_band || status.outside_grid { above.max(below) } else { near.max(near_below) })
+    pub(crate) fn at_point<F: EnclosedSdf, R: Float>(field: &F, point: &Aabb, sample: &Sample<R>) -> R {
+        let Self { near, near_below, above, below, levels } = field.error_bound(point);
+        let value = sample.value.to_f64();
+        let is_near = !sample.status.beyond_band && !sample.status.outside_grid;
+        // Of a combination another part may be beyond its band there.
+        let is_near = is_near && levels.lower <= value && value <= levels.upper;
+        R::from_f64(if is_near { near.max(near_below) } else { above.max(below) })
     }
 }
 

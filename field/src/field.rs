@@ -161,7 +161,7 @@ impl Field {
     }
 }
 
-/// Where a value is not a distance, as a sum of 1: no derivative here, 2: outside of the grid, a lower bound, 4: beyond a sparse grid's
+/// Where a value is not a distance, as a sum of 1: no derivative here, 2: outside of the grid, a lower bound but for the grid's error, 4: beyond a sparse grid's
 /// band, outside a lower bound and inside a coarse depth, 8: not finite.
 pub fn status_bits(status: Status<bool>) -> u8 {
     let flags = [status.degenerate_gradient, status.outside_grid, status.beyond_band, status.not_finite];

@@ -69,8 +69,8 @@ SdfResult sdf_read(const void *bytes, size_t count, SdfField **out, SdfError *er
 SdfResult sdf_save(const SdfField *field, const char *path, SdfError *error); /* whole, or not at all */
 void sdf_free(SdfField *field);                                               /* NULL is fine */
 SdfResult sdf_info(const SdfField *field, SdfInfo *info, SdfError *error);
-/* One distance a point; NaN at points that are not finite. It is a lower bound outside of a grid's box, and outside beyond a sparse
- * grid's band, where depths are coarse. gradients, three numbers a point, may be NULL. */
+/* One distance a point; NaN at points that are not finite. It is a lower bound, but for the grid's error, outside of a grid's box, and outside
+ * beyond a sparse grid's band, where depths are coarse. gradients, three numbers a point, may be NULL. */
 SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, double *distances, double *gradients, SdfError *error);
 /* The same of a mesh, exactly and without a grid; about a hundred times slower. */
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,

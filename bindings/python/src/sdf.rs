@@ -29,7 +29,8 @@ pub struct Sdf(pub Field);
 impl Sdf {
     /// Values at points, negative inside: float64 (n,) of points (n, 3). NaN at points that are not finite.
     ///
-    /// Outside of a grid's box, and outside beyond a sparse grid's band, values are lower bounds of the distance: see sample.
+    /// Outside of a grid's box, and outside beyond a sparse grid's band, values are lower bounds of the distance, but for the grid's error:
+    /// see sample. Points beyond 1e150 count as not finite.
     #[pyo3(signature = (points, *, threads=None))]
     fn __call__<'py>(
         &self,
@@ -46,7 +47,7 @@ impl Sdf {
     /// Values and gradients at points, negative inside: (float64 (n,), float64 (n, 3)) of points (n, 3).
     ///
     /// A gradient is the derivative of the value, points outward and is not normalized. status=True adds uint8 (n,), a sum of 1: no
-    /// derivative here, 2: outside of the grid, the value is a lower bound, 4: beyond the band, 8: not finite, with NaN for value.
+    /// derivative here, 2: outside of the grid, the value is a lower bound but for the grid's error, 4: beyond the band, 8: not finite, with NaN for value.
     #[pyo3(signature = (points, *, status=false, threads=None))]
     fn sample<'py>(
         &self,

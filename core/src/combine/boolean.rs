@@ -103,12 +103,12 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Union<A, B> {
 impl<A: Sdf, B: Sdf> Sdf for Intersection<A, B> {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        lower(self.0.evaluate(point).negate(), self.1.evaluate(point).negate()).negate()
+        higher(self.0.evaluate(point), self.1.evaluate(point))
     }
 
     #[inline]
     fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
-        lower(self.0.evaluate_smooth(point).negate(), self.1.evaluate_smooth(point).negate()).negate()
+        higher(self.0.evaluate_smooth(point), self.1.evaluate_smooth(point))
     }
 
     #[inline]
@@ -171,12 +171,12 @@ impl<A: EnclosedSdf, B: EnclosedSdf> EnclosedSdf for Intersection<A, B> {
 impl<A: Sdf, B: Sdf> Sdf for Difference<A, B> {
     #[inline]
     fn evaluate<R: Real>(&self, point: Vector3<R>) -> Sample<R> {
-        lower(self.0.evaluate(point).negate(), self.1.evaluate(point)).negate()
+        without(self.0.evaluate(point), self.1.evaluate(point))
     }
 
     #[inline]
     fn evaluate_smooth<R: Float>(&self, point: Vector3<R>) -> Sample<R> {
-        lower(self.0.evaluate_smooth(point).negate(), self.1.evaluate_smooth(point)).negate()
+        without(self.0.evaluate_smooth(point), self.1.evaluate_smooth(point))
     }
 
     #[inline]
@@ -238,6 +238,22 @@ pub fn lower<R: Real>(a: Sample<R>, b: Sample<R>) -> Sample<R> {
     // Neither, if one is NaN.
     sample.value = R::select(is_a | is_b, sample.value, a.value + b.value);
     sample.status.degenerate_gradient = sample.status.degenerate_gradient | (is_a & is_b);
+    sample
+}
+
+/// The sample with the higher value. Outside of a grid its φ may be far below the distance, which may then be the higher one.
+#[inline]
+fn higher<R: Real>(a: Sample<R>, b: Sample<R>) -> Sample<R> {
+    let mut sample = lower(a.negate(), b.negate()).negate();
+    sample.status.outside_grid = a.status.outside_grid | b.status.outside_grid;
+    sample
+}
+
+/// The sample of a without b. Outside of a grid the negative of its φ is not below that of the distance.
+#[inline]
+fn without<R: Real>(a: Sample<R>, b: Sample<R>) -> Sample<R> {
+    let mut sample = lower(a.negate(), b).negate();
+    sample.status.outside_grid = sample.status.outside_grid | a.status.outside_grid;
     sample
 }
 

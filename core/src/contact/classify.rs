@@ -60,9 +60,8 @@ pub(super) fn report<R: Float, F: EnclosedSdf, const N: usize>(
     rank: u32,
 ) -> Option<Contact<R>> {
     let contact = describe(field, element, minimum, lower_bound, rank)?;
-    let status = minimum.sample.status;
     Some(Contact {
-        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), status),
+        error_bound: ErrorBound::at_point(field, &Aabb::from_corners(&[minimum.point]), &minimum.sample),
         shape_lower_bound: contact.lower_bound
             - R::from_f64(field.error_bound(&Aabb::from_corners(&element.simplex.corners)).above),
         ..contact

@@ -5,6 +5,7 @@ mod beyond_band;
 mod blobs;
 mod budgets;
 mod certify;
+mod combined_errors;
 mod complete;
 mod doors;
 mod errors;
