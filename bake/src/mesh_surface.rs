@@ -141,6 +141,11 @@ impl MeshSurface {
 
     fn is_inside(&self, found: &SurfacePoint, neighbour: Option<&SurfacePoint>) -> bool {
         if let Some(normals) = &self.pseudo_normals {
+            // Far away the side of a face is below rounding.
+            let query = found.query.into();
+            if !self.bounds().encloses(&Aabb { min: query, max: query }) {
+                return false;
+            }
             let normal = normals.feature(&self.mesh, self.tree.triangles[found.slot], found.feature);
             if normal != Vector3::zeros() {
                 return normal.dot(&(found.query - found.point)) < 0.0;

@@ -28,8 +28,8 @@ enum { SDF_VERTEX, SDF_EDGE, SDF_FACE };                                        
 enum { SDF_CONVERGED, SDF_BUDGET_SPENT, SDF_OUTSIDE_GRID, SDF_DEGENERATE_GRADIENT, SDF_BEYOND_BAND, SDF_POSSIBLE }; /* .status */
 enum { SDF_TOUCHING, SDF_SEPARATED, SDF_UNDECIDED };                                   /* verdict of sdf_overlap */
 
-/* Start from sdf_bake_options(). voxel_size, where above 0, stands for resolution (cells along the longest side). band and padding
- * count cells. threads: 1 is the caller's alone, 0 all cores, 1024 the most; no result depends on it. */
+/* Start from sdf_bake_options(). voxel_size, where above 0, stands for resolution (cells along the longest side). band (1 to 1000)
+ * and padding count cells. threads: 1 is the caller's alone, 0 all cores, 1024 the most; no result depends on it. */
 typedef struct SdfBakeOptions {
     double voxel_size; uint32_t resolution, layout, precision, sign, band, padding, threads, keep_mesh;
 } SdfBakeOptions; /* keep_mesh: not 0 keeps the mesh, also in the file, for exact contacts */

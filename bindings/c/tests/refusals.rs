@@ -103,3 +103,15 @@ fn faces_that_are_not_finite_are_an_error_and_the_others_are_found() {
     assert_eq!(why, "4 faces have coordinates that are not finite or too large, face 0 the first");
     sdftool::sdf_free(field);
 }
+
+#[test]
+fn a_band_of_no_cells_is_refused() {
+    let points = vertices(1.0);
+    for band in [0, 1001, u32::MAX] {
+        let options = SdfBakeOptions { layout: 1, band, ..sdftool::sdf_bake_options() };
+        let (mut field, mut error): (*mut SdfField, _) = (null_mut(), SdfError { text: [0; 512] });
+        let (points, faces, none) = (points.as_ptr().cast(), FACES.as_ptr().cast(), null_mut());
+        let baked = sdftool::sdf_bake(points, 6, faces, FACES.len(), &options, None, none, &mut field, &mut error);
+        assert_eq!((baked, text(&error)), (SdfResult::InvalidArgument, &*format!("band {band}: give 1 to 1000 cells")));
+    }
+}

@@ -225,6 +225,25 @@ fn the_normal_of_a_body_far_away_has_length_one() {
     }
 }
 
+/// So far away that the side of a face of the body is below rounding.
+#[test]
+fn no_point_of_a_vast_element_is_deeper_than_the_body() {
+    let (_, mesh) = meshes().swap_remove(0);
+    let (field, mut random) = (baked(&mesh, 16, Layout::Dense, None), Random::new(test_seed(71)));
+    let size = field.domain().diagonal();
+    for far in [1e3, 1e13, 1e16, 1e20, 1e30] {
+        for _ in 0..40 {
+            let [u, v, w] = [0; 3].map(|_| Vector3::from(random.point_in_cube(1.0)) * size);
+            let corners = [u, v, -(u + v)].map(|side| <[f64; 3]>::from(side * far + w));
+            let options = ContactOptions { exact: true, ..ContactOptions::default() };
+            let found = field.contacts(MeshView { points: &corners, faces: &[[0, 1, 2]] }, &options).unwrap();
+            for contact in found.contacts {
+                assert!(contact.distance >= -size && contact.lower_bound >= -2.0 * size, "{far}: {contact:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_mesh_with_holes_and_a_field_without_mesh_are_told() {
     let (_, mut mesh) = meshes().swap_remove(1);

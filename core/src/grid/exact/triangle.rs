@@ -60,8 +60,12 @@ use crate::{Aabb, ExactMinimum, Goal};
 /// Most cells along an axis of a triangle's box that are all searched. Of more, those with low samples.
 const FEW_CELLS: u32 = 10;
 
+/// Largest change of φ over a cell: its square, times a few hundred, is a number of single precision.
+const STEEPEST: f64 = 1e17;
+
 impl<S: Storage> Grid<S> {
-    /// `None` if the triangle leaves the box or meets too many cells, or a sample is not finite.
+    /// `None` if the triangle leaves the box or meets too many cells, a sample is not finite, or φ changes by so much over a cell that
+    /// single precision does not hold its square.
     // On small processors not inlined: its 8 KB of stack are free again when a search by branch and bound begins.
     #[cfg_attr(feature = "std", inline(always))]
     #[cfg_attr(not(feature = "std"), inline(never))]
@@ -70,7 +74,8 @@ impl<S: Storage> Grid<S> {
         corners: [Vector3<R>; 3],
         goal: Goal<R>,
     ) -> Option<ExactMinimum<R, 3>> {
-        if !self.lattice.bounds().encloses(&Aabb::from_corners(&corners)) {
+        let is_steep = STEEPEST < self.slope_bound.double * self.lattice.spacing();
+        if is_steep || !self.lattice.bounds().encloses(&Aabb::from_corners(&corners)) {
             return None;
         }
         let triangle = GridTriangle::new(&self.lattice, corners.map(|corner| self.cell_coordinates(corner)))?;
