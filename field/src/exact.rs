@@ -3,13 +3,15 @@
 //! 1. The grid tells which elements can be near at all: φ exceeds the distance by no more than its error bound. Its value at
 //!    the centroid shows whether that is outside.
 //! 2. Where it is outside, the nearest points of element and mesh are those of two triangles: [`MeshSurface::closest`].
-//! 3. Where it is inside, or both cross: [`MeshSurface::deepest`].
+//! 3. Where it is inside, or both cross: [`MeshSurface::deepest`]. Of an open mesh, whose sign jumps in its holes, it is hardly bounded
+//!    there: it begins at the grid's minimum too, and what it leaves open is counted.
 
 use sdf_bake::{ClosestPoints, DepthLimits, MeshSurface, Probe, SurfacePoint};
 use sdf_core::contact::{Contact, ContactStatus, Element, ElementKind, NO_VERTEX};
+use sdf_core::minimize::{Certified, Minimizer};
 use sdf_core::nalgebra::Vector3;
 use sdf_core::placed::{Placement, Posed, Rigid};
-use sdf_core::{AnyField, EnclosedSdf, Sdf};
+use sdf_core::{AnyField, EnclosedSdf, Sdf, Simplex};
 
 use crate::MeshView;
 use crate::contacts::{CHUNK, Contacts};
@@ -25,6 +27,9 @@ const TOLERANCE: f64 = 2e-7;
 
 /// Points measured in the search for the deepest point of one element, at most.
 const MAX_EVALUATIONS: u32 = 2048;
+
+/// Evaluations of the search in the grid, where the mesh is open.
+const GRID_EVALUATIONS: u32 = 256;
 
 /// Rounding of a distance, as a fraction of the largest coordinate: some forty operations on coordinates.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -65,7 +70,7 @@ impl ExactField<'_> {
         if search_margin == f64::INFINITY {
             return Err(QueryError::ErrorBoundUnknown);
         }
-        let search = ExactSearch { surface: self.surface, pose, margin, error: error.near };
+        let search = ExactSearch { grid: self.grid, surface: self.surface, pose, margin, error: error.near };
         let search_chunk = |first: usize, vertices: &[[u32; N]]| {
             let elements: Vec<_> =
                 (first..).zip(vertices).map(|(id, vertices)| element(points, id, *vertices)).collect();
@@ -86,7 +91,11 @@ impl ExactField<'_> {
                 found.searched_count += 1;
                 let element = &elements[index];
                 let value = field.value(element.simplex.centroid());
-                found.contacts.extend(search.contact(element, value, &mut guess));
+                let Some(settled) = search.settle_element(element, value, &mut guess) else { continue };
+                match settled.at.distance <= margin {
+                    true => found.contacts.push(search.report(element, &settled)),
+                    false => found.undecided_count += usize::from(settled.lower_bound <= margin && !settled.is_settled),
+                }
             }
             found
         };
@@ -97,6 +106,7 @@ impl ExactField<'_> {
 
 /// The search of one element after the other in one mesh.
 struct ExactSearch<'a> {
+    grid: &'a AnyField,
     surface: &'a MeshSurface,
     pose: Option<Rigid>,
     margin: f64,
@@ -114,22 +124,34 @@ struct Settled {
 }
 
 impl ExactSearch<'_> {
-    /// The contact of an element, if it has a point within the margin. `value` is the grid's at the centroid. `guess` is a triangle
-    /// near the last element: it saves time and changes nothing.
-    fn contact<const N: usize>(
+    /// The element's lowest point. `value` is the grid's at the centroid. `guess` is a triangle near the last element: it saves time and
+    /// changes nothing.
+    fn settle_element<const N: usize>(
         &self,
         element: &Element<f64, N>,
         value: f64,
         guess: &mut usize,
-    ) -> Option<Contact<f64>> {
-        let world = element.simplex.corners;
-        let corners = world.map(|corner| self.pose.map_or(corner, |pose| pose.pull(corner).point));
-        let found = self.settle(&corners, value, guess)?;
-        (found.at.distance <= self.margin).then(|| self.report(element, &found))
+    ) -> Option<Settled> {
+        let corners = element.simplex.corners.map(|corner| self.pose.map_or(corner, |pose| pose.pull(corner).point));
+        // Where the sign jumps away from the triangles, the way to them leads to no inside that the triangle does not touch.
+        let by_grid = (!self.surface.is_continuous()).then(|| {
+            let minimum = Certified { evaluations: GRID_EVALUATIONS, ..Certified::default() }
+                .minimize(self.grid, &Simplex { corners });
+            let mut weights = [0.0; 3];
+            weights.iter_mut().zip(minimum.weights).for_each(|(weight, own)| *weight = own);
+            Probe { weights, at: self.surface.nearest(minimum.point, *guess, None) }
+        });
+        self.settle(&corners, value, by_grid, guess)
     }
 
     /// `None` where no point is within the margin; not always then.
-    fn settle(&self, corners: &[Vector3<f64>], value: f64, guess: &mut usize) -> Option<Settled> {
+    fn settle(
+        &self,
+        corners: &[Vector3<f64>],
+        value: f64,
+        by_grid: Option<Probe>,
+        guess: &mut usize,
+    ) -> Option<Settled> {
         let share = 1.0 / corners.len() as f64;
         let weights = std::array::from_fn(|corner| if corner < corners.len() { share } else { 0.0 });
         let query = corners.iter().sum::<Vector3<f64>>() * share;
@@ -140,7 +162,7 @@ impl ExactSearch<'_> {
             *guess = at.slot;
             Probe { weights, at }
         });
-        let mut known: Vec<Probe> = measured.into_iter().collect();
+        let mut known: Vec<Probe> = measured.into_iter().chain(by_grid).collect();
         if measured.is_none_or(|start| start.at.distance > 0.0) {
             let is_continuous = self.surface.is_continuous();
             // Where the sign jumps elsewhere, as at holes, a point far from the triangles may be inside.

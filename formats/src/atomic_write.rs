@@ -26,7 +26,7 @@ static ACTIVE_FOLDERS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// flushed to the disk and takes the name of `target` in one step. If it fails or panics, the file is removed and
 /// `target` keeps its content. A link is followed: its target is replaced, or made if it is not there. A `target` that
 /// exists and is not a regular file (a folder, a device, a pipe) is refused, because a rename would replace it; so is one
-/// that is read-only.
+/// that is read-only. What is replaced hands on its permissions.
 ///
 /// A second write of the same target at the same time is refused. What killed processes left of writes of this target is
 /// removed.
@@ -39,6 +39,10 @@ pub fn atomic_write<T, E: From<io::Error>>(target: &Path, write: impl FnOnce(&Pa
     let written = write(&temporary.path)?;
     // Windows flushes only files that are open for writing.
     OpenOptions::new().write(true).open(&temporary.path)?.sync_all()?;
+    // Of a file that is replaced; disks without permissions have none to keep.
+    if let Ok(before) = fs::metadata(&target) {
+        let _ = fs::set_permissions(&temporary.path, before.permissions());
+    }
     fs::rename(&temporary.path, &target)?;
     // Before the flush, which takes long: a process killed in it leaves no folder.
     drop(temporary);

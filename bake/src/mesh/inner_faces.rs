@@ -97,7 +97,7 @@ impl TriangleMesh {
             }
         }
         let pairs = contacts(&self, &tree, max_pairs, |_, _| true, |_, _| ());
-        self.divided(oriented, tree, pairs)
+        self.divided(oriented, tree, pairs.ok())
     }
 
     /// Divides triangles by those with which they are in contact, and removes what is inside of the solid. `pairs` is `None` if they

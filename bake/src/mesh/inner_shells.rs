@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use sdf_core::nalgebra::Vector3;
 
-use super::intersections::{RAYS, contacts, ray_crossings, ray_end};
+use super::intersections::{RAYS, TooMany, contacts, ray_crossings, ray_end};
 use super::known::Known;
 use super::topology::{OrientedMesh, Topology, orient, same_edge};
 use crate::TriangleMesh;
@@ -205,7 +205,9 @@ fn entangled(
     let are_one_shell = |a: u32, b: u32| labels[a as usize] == labels[b as usize];
     let on_meeting = |a: u32, b: u32| entangle(labels[a as usize], labels[b as usize]);
     let pairs = contacts(mesh, tree, max_pairs, are_one_shell, on_meeting);
-    (is_entangled.into_iter().map(AtomicBool::into_inner).collect(), pairs)
+    // Of shells that were not all looked at, none is known to be free.
+    let are_unknown = pairs == Err(TooMany::Tests);
+    (is_entangled.into_iter().map(|is| are_unknown || is.into_inner()).collect(), pairs.ok())
 }
 
 /// Winding numbers of all other shells at a corner of one of two triangles, where they are not zero. `None` if every ray

@@ -33,15 +33,34 @@ use corners_x8::{CornersX8, FindNotApart};
 /// Triangles that are compared with one list of others: neighbours in the tree's order, and so in space.
 const GROUP_SIZE: usize = 8;
 
-/// Number of pairs of triangles that cross, or overlap in one plane. Triangles with orientation 0 are ignored.
+/// Pairs that are compared at most, and more of large meshes: some seconds. Triangles of a surface are near a dozen others, those of a
+/// heap near all.
+const MAX_TESTS: usize = 1 << 25;
+
+/// Pairs compared at most, for each triangle.
+const MAX_TESTS_PER_TRIANGLE: usize = 256;
+
+/// Number of pairs of triangles that cross, or overlap in one plane; [`MAX_TESTS`] where so many are near each other that counting them
+/// would take too long. Triangles with orientation 0 are ignored.
 pub(crate) fn intersecting_pairs(mesh: &TriangleMesh, tree: &Bvh, orientations: &[f64]) -> usize {
-    count_pairs(mesh, tree, orientations, |_, a, b, _| {
+    let count = count_pairs(mesh, tree, orientations, |_, a, b, _| {
         let are_apart = are_apart_across_centroids(a, b) || are_apart_across_edge(a, b);
         !are_apart && !Plane::new(b.1).separates(a, b.0) && intersect(a, b)
-    })
+    });
+    count.unwrap_or(MAX_TESTS)
 }
 
-/// Pairs of triangles that have more in common than corners and edges of the mesh, if there are no more than `max_count`.
+/// Why pairs in contact are not listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TooMany {
+    /// There are more than the limit; each was told.
+    Contacts,
+    /// So many triangles are near each other that not all pairs were looked at.
+    Tests,
+}
+
+/// Pairs of triangles that have more in common than corners and edges of the mesh, if there are no more than `max_count`, and no more
+/// than can be looked at.
 /// Some pairs that only come near in the plane of one are among them.
 ///
 /// Calls `on_meeting` with the triangles of each pair that intersects, or has a point in common although they are not of one
@@ -52,10 +71,10 @@ pub(super) fn contacts(
     max_count: usize,
     are_one_shell: impl Fn(u32, u32) -> bool + Sync,
     on_meeting: impl Fn(u32, u32) + Sync,
-) -> Option<Vec<[u32; 2]>> {
+) -> Result<Vec<[u32; 2]>, TooMany> {
     let all = vec![1.0; tree.triangles.len()];
     let (found, count) = (Mutex::new(vec![]), AtomicUsize::new(0));
-    count_pairs(mesh, tree, &all, |plane_of_a, a, b, slots| {
+    let counted = count_pairs(mesh, tree, &all, |plane_of_a, a, b, slots| {
         let plane_of_b = Plane::new(b.1);
         let are_apart = || are_apart_across_edge(a, b) || are_apart_off_planes([plane_of_a, &plane_of_b], a, b);
         if plane_of_b.separates(a, b.0) || are_apart() {
@@ -75,17 +94,20 @@ pub(super) fn contacts(
         is_contact
     });
     let found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
-    (count.into_inner() <= max_count).then_some(found)
+    counted.ok_or(TooMany::Tests)?;
+    if count.into_inner() <= max_count { Ok(found) } else { Err(TooMany::Contacts) }
 }
 
 /// Number of pairs of triangles with overlapping boxes, and not parted by the first one's plane, that pass a test, which gets
-/// that plane, both, and their slots. Triangles with orientation 0 are ignored.
+/// that plane, both, and their slots. Triangles with orientation 0 are ignored. `None` after too many tests.
 fn count_pairs(
     mesh: &TriangleMesh,
     tree: &Bvh,
     orientations: &[f64],
     test: impl Fn(&Plane, Corners, Corners, [usize; 2]) -> bool + Sync,
-) -> usize {
+) -> Option<usize> {
+    let (tests, max_tests) = (AtomicUsize::new(0), MAX_TESTS.max(MAX_TESTS_PER_TRIANGLE * tree.corners.len()));
+    let is_over = || tests.load(Ordering::Relaxed) > max_tests;
     let corners = |slot: usize| (&mesh.triangles[tree.triangles[slot] as usize], &tree.corners[slot]);
     let is_counted = |slot: &usize| orientations[*slot] != 0.0;
     let count_in_group = |(near, packed, masks): &mut (Vec<usize>, Vec<CornersX8>, Vec<u32>), first: usize| {
@@ -105,24 +127,26 @@ fn count_pairs(
             masks.resize(packed.len(), 0);
             let (bounds, points) = (&box_around(&tree.corners[slot]), triangle.0);
             tree.arch.dispatch(FindNotApart { triangles: packed, bounds, plane: &plane, points, masks });
-            let mut count = 0;
+            let (mut count, mut tested) = (0, 0);
             for (others, mask) in near.chunks(LANES).zip(masks.iter()) {
                 let mut mask = *mask;
                 while mask != 0 {
                     let other = others[mask.trailing_zeros() as usize];
                     mask &= mask - 1;
+                    tested += 1;
                     count += usize::from(slot < other && test(&plane, triangle, corners(other), [slot, other]));
                 }
             }
+            tests.fetch_add(tested, Ordering::Relaxed);
             count
         };
         group.filter(is_counted).map(&mut count_with).sum()
     };
     let counts = sdf_parallel::map_chunks(tree.corners.len().div_ceil(GROUP_SIZE), |groups| {
         let mut buffers = Default::default();
-        groups.map(|group| count_in_group(&mut buffers, group * GROUP_SIZE)).sum::<usize>()
+        groups.take_while(|_| !is_over()).map(|group| count_in_group(&mut buffers, group * GROUP_SIZE)).sum::<usize>()
     });
-    counts.into_iter().sum()
+    (!is_over()).then(|| counts.into_iter().sum())
 }
 
 fn box_around([a, b, c]: &[Vector3<f64>; 3]) -> Aabb {

@@ -117,7 +117,10 @@ pub fn run(args: &ContactsArgs) -> Result<()> {
     }
     if found.undecided > 0 {
         let by_cpu = if searcher.is_card() { "--complete on the CPU" } else { "--complete" };
-        let advice = format!("give more --iterations, or {by_cpu}, which lists them");
+        let advice = match args.exact {
+            true => "give --complete in place of --exact, which lists them".to_owned(),
+            false => format!("give more --iterations, or {by_cpu}, which lists them"),
+        };
         rows.push(("undecided", format!("{} elements may be within the margin: {advice}", found.undecided)));
     }
     if found.beyond_band > 0 {

@@ -225,6 +225,61 @@ fn the_normal_of_a_body_far_away_has_length_one() {
     }
 }
 
+/// A cube without the faces at either end of z, or without the upper one.
+fn open_cube(ends: usize) -> Mesh {
+    let points = (0..8).map(|corner| [0, 1, 2].map(|axis| f64::from(corner >> axis & 1))).collect();
+    let mut triangles = vec![
+        [0, 1, 5],
+        [0, 5, 4],
+        [1, 3, 7],
+        [1, 7, 5],
+        [3, 2, 6],
+        [3, 6, 7],
+        [2, 0, 4],
+        [2, 4, 6],
+        [0, 2, 3],
+        [0, 3, 1],
+    ];
+    triangles.truncate(10 - 2 * (ends - 1));
+    Mesh { points, triangles, ..Mesh::default() }
+}
+
+#[test]
+fn deep_contacts_of_open_meshes_are_found_by_an_exact_search_or_counted() {
+    let through = [[0.2, 0.3, -6.0], [0.8, 0.4, -9.0], [0.5, 0.6, 11.0]];
+    let dipped = [[0.5, 0.5, 0.4], [3.0, 0.7, 2.5], [-2.5, 0.5, 3.0]];
+    let (mut random, mut found_in_all) = (Random::new(test_seed(81)), 0);
+    for (ends, corners, margin) in [(2, through, 0.0), (2, through, 0.01), (1, dipped, -0.45)] {
+        let mesh = open_cube(ends);
+        let field = baked(&mesh, 32, Layout::Dense, None);
+        let options = ContactOptions { margin, ..ContactOptions::default() };
+        let exact = ContactOptions { exact: true, ..options };
+        let element = MeshView { points: &corners, faces: &[[0, 1, 2]] };
+        let (plain, found) = (field.contacts(element, &options).unwrap(), field.contacts(element, &exact).unwrap());
+        assert_eq!((plain.contacts.len(), found.contacts.len()), (1, 1), "{ends} ends, margin {margin}");
+        // The grid's own error, at most half of the diagonal of a cell.
+        assert!(found.contacts[0].distance <= plain.contacts[0].distance + 0.03, "{:?}", found.contacts);
+
+        // What another search finds is found or counted.
+        let (points, faces) = random_faces(&mesh, &mut random, 200);
+        let elements = MeshView { points: &points, faces: &faces };
+        let (plain, found) = (field.contacts(elements, &options).unwrap(), field.contacts(elements, &exact).unwrap());
+        let ids = |contacts: &sdf_field::Contacts| {
+            contacts.contacts.iter().map(|contact| contact.element).collect::<Vec<_>>()
+        };
+        let triangles = TriangleMesh::new(&mesh.points, &mesh.triangles).unwrap();
+        let mesh_distance = MeshDistance::new(&triangles, None);
+        let missed = plain.contacts.iter().filter(|contact| {
+            let is_deep = mesh_distance.signed_distance(contact.point.into()) <= margin;
+            is_deep && !ids(&found).contains(&contact.element)
+        });
+        let missed = missed.count();
+        assert!(missed <= found.undecided_count, "{missed} missed, {} counted", found.undecided_count);
+        found_in_all += found.contacts.len();
+    }
+    assert!(found_in_all > 20, "{found_in_all}");
+}
+
 /// So far away that the side of a face of the body is below rounding.
 #[test]
 fn no_point_of_a_vast_element_is_deeper_than_the_body() {

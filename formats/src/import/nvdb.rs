@@ -2,6 +2,8 @@
 //!
 //! The lattice spans all leaves. Nodes outside of them have the value of the tile that covers them, or the background.
 
+use std::collections::HashSet;
+
 use super::{ImportError, Volume, refused, require_finite, room};
 use crate::export::nvdb::{FLOAT, MAGIC, size};
 
@@ -29,7 +31,7 @@ pub fn nvdb(bytes: &[u8], max_bytes: f64) -> Result<Volume, ImportError> {
     let root = size::GRID.saturating_add(grid.offset(size::GRID + 24)?);
     let tiles = grid.u32(root.saturating_add(24))? as usize;
     let background = grid.f32(root.saturating_add(28))?.abs();
-    let mut tree = Parts::default();
+    let (mut tree, mut blocks) = (Parts::default(), HashSet::new());
     for tile in 0..tiles {
         let at = root.saturating_add(size::ROOT).saturating_add(tile.saturating_mul(size::TILE));
         let (key, child) = (grid.u64(at)?, grid.offset(at.saturating_add(8))?);
@@ -37,6 +39,10 @@ pub fn nvdb(bytes: &[u8], max_bytes: f64) -> Result<Volume, ImportError> {
         let block = |shift: u32| ((key >> shift & 0x1f_ffff) as i64) << 43 >> 43 << 12;
         if child != 0 {
             let place = [block(42), block(21), block(0)];
+            // What lies there is filled once.
+            if !blocks.insert(place) {
+                return refused("two of its blocks are at one place");
+            }
             tree.node(&grid, root.saturating_add(child), place, Level::Upper)?;
         }
     }
@@ -143,8 +149,8 @@ enum Level {
 /// Leaves with their bytes' offset, and tiles with their side and value. Places are their first nodes.
 #[derive(Default)]
 struct Parts {
-    /// Internal nodes that were visited; each takes bytes of its own.
-    nodes: usize,
+    /// Bytes of the nodes and leaves that were visited.
+    bytes: usize,
     leaves: Vec<([i64; 3], usize)>,
     tiles: Vec<([i64; 3], i64, f32)>,
 }
@@ -152,10 +158,7 @@ struct Parts {
 impl Parts {
     /// Collects the children of an internal node at an offset.
     fn node(&mut self, grid: &Bytes, at: usize, place: [i64; 3], level: Level) -> Result<(), ImportError> {
-        self.nodes += 1;
-        if self.nodes > grid.0.len() / size::LOWER || self.leaves.len() > grid.0.len() / size::LEAF {
-            return refused("its nodes overlap");
-        }
+        self.take(grid, if level == Level::Upper { size::UPPER } else { size::LOWER })?;
         // Children along a side as a power of two, the side of a child in nodes, bytes of a mask, offset of the table.
         let (log, side, mask_bytes, table) = match level {
             Level::Upper => (5, 128, 4096, 8256),
@@ -180,12 +183,19 @@ impl Parts {
                 _ if offset == 0 => return refused("a node of its tree is its own child"),
                 Level::Upper => self.node(grid, at, child, Level::Lower)?,
                 Level::Lower => {
+                    self.take(grid, size::LEAF)?;
                     grid.part(at, size::LEAF)?;
                     self.leaves.push((child, at));
                 }
             }
         }
         Ok(())
+    }
+
+    /// Counts the bytes of a node or leaf, each of which has its own.
+    fn take(&mut self, grid: &Bytes, bytes: usize) -> Result<(), ImportError> {
+        self.bytes = self.bytes.saturating_add(bytes);
+        if self.bytes <= grid.0.len() { Ok(()) } else { refused("its nodes overlap") }
     }
 
     /// First and last node of all leaves.

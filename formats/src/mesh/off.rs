@@ -127,7 +127,7 @@ impl<'a> Reader<'a> {
 
     /// The point of a line.
     fn point(&mut self, header: Header) -> Result<[f64; 3], MeshFault> {
-        while self.text.is_line_empty() || self.text.rest().first() == Some(&b'#') {
+        while self.text.is_line_empty() || self.text.rest().trim_ascii_start().first() == Some(&b'#') {
             if !self.text.next_line() {
                 return Err(MeshFault::line(self.text.line, "a point", found(b"")));
             }

@@ -6,7 +6,8 @@
 //!
 //! Positive triangles suffice: the signed indicator functions of a fan, or of ears, add up to the winding number of the
 //! polygon at every point. For a simple polygon that is 1 inside and 0 outside. So triangles that are all positive
-//! neither overlap nor stick out, whether the polygon is convex or not.
+//! neither overlap nor stick out, whether the polygon is convex or not. A fan may be positive on a polygon that winds
+//! about its first corner, which is not simple: it is told by that.
 //!
 //! Only reflex corners can lie in an ear. They stand in a grid of square cells, about one for each, so that an ear is
 //! compared with those near it (`reflex_grid`), and a polygon of ordinary shape takes time in proportion to its corners.
@@ -91,13 +92,24 @@ impl Triangulator {
         let last = corners.len() - 1;
         if has_area && (1..last).all(|i| self.area(0, i, i + 1) > 0.0) {
             fan(corners, triangles);
-            return Cut::Fan;
+            return if self.winds_about_first(last) { Cut::Unverified } else { Cut::Fan };
         }
         if has_area && self.clip_ears(corners, triangles).is_some() {
             return Cut::Ears;
         }
         fan(corners, triangles);
         Cut::Unverified
+    }
+
+    /// Does a fan whose triangles are all positive turn about the first corner by 360° or more? Each turns by less than 180°, so that it
+    /// comes past its first side again only from behind it.
+    fn winds_about_first(&self, last: usize) -> bool {
+        let mut was_behind = false;
+        (2..=last).any(|i| {
+            let is_behind = self.area(0, 1, i) < 0.0;
+            was_behind |= is_behind;
+            was_behind && !is_behind
+        })
     }
 
     /// Fills `plane` so that the polygon's area is positive; `false` if the area is zero or not finite.

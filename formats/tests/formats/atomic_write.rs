@@ -47,6 +47,19 @@ fn the_new_file_replaces_the_old() {
     assert_eq!(old.file_count(), 1);
 }
 
+#[cfg(unix)]
+#[test]
+fn the_new_file_has_the_permissions_of_the_old() {
+    use std::os::unix::fs::PermissionsExt;
+    for mode in [0o600, 0o640, 0o755] {
+        let old = OldFile::new();
+        fs::set_permissions(&old.path, fs::Permissions::from_mode(mode)).unwrap();
+        let written: io::Result<()> = atomic_write(&old.path, |temporary| fs::write(temporary, "new"));
+        written.unwrap();
+        assert_eq!(fs::metadata(&old.path).unwrap().permissions().mode() & 0o777, mode);
+    }
+}
+
 #[test]
 fn a_write_that_fails_leaves_the_old_file() {
     let old = OldFile::new();

@@ -153,3 +153,19 @@ fn a_self_crossing_polygon_of_20000_corners_is_a_fan() {
     assert_eq!((mesh.polygon_counts.ear_clipped, mesh.polygon_counts.unverified), (0, 1));
     assert!(mesh.triangles.iter().enumerate().all(|(index, t)| *t == [0, index as u32 + 1, index as u32 + 2]));
 }
+
+/// All triangles of its fan are positive.
+#[test]
+fn a_spiral_that_winds_twice_is_unverified() {
+    let corner = |i: u32| {
+        let (angle, radius) = (f64::from(i) * std::f64::consts::TAU / 10.0, 1.0 + 0.02 * f64::from(i));
+        [radius * angle.cos(), radius * angle.sin()]
+    };
+    let polygon: Vec<[f64; 2]> = (0..20).map(corner).collect();
+    assert!((1..19).all(|i| turn(polygon[0], polygon[i], polygon[i + 1]) > 0.0));
+    let counts = obj(tilted(&polygon, 0).obj()).polygon_counts;
+    assert_eq!(counts.unverified, 1);
+    // One turn is simple, and a fan.
+    let counts = obj(tilted(&polygon[..10], 0).obj()).polygon_counts;
+    assert_eq!((counts.ear_clipped, counts.unverified), (0, 0));
+}
