@@ -152,7 +152,7 @@ impl<R: Float> Contact<R> {
 /// The result for an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<R: Float, const N: usize> {
-    /// A corner, the margin or the field's answer is NaN or infinite, or a corner exceeds
+    /// A corner or the field's answer is NaN or infinite, the margin is NaN, or a corner exceeds
     /// [`MAX_COORDINATE`](crate::Real::MAX_COORDINATE).
     NotFinite,
     /// No point of it can be within the margin: no search was made.

@@ -72,7 +72,8 @@ SdfResult sdf_info(const SdfField *field, SdfInfo *info, SdfError *error);
 /* One distance a point; NaN at points that are not finite. It is a lower bound, but for the grid's error, outside of a grid's box, and outside
  * beyond a sparse grid's band, where depths are coarse. gradients, three numbers a point, may be NULL. */
 SdfResult sdf_sample(const SdfField *field, const double *points, size_t count, double *distances, double *gradients, SdfError *error);
-/* The same of a mesh, exactly and without a grid; about a hundred times slower. */
+/* The same of a mesh, exactly and without a grid; about a hundred times slower. Faces inside of the solid, as where parts cross, count as
+ * surface here; a bake drops them. */
 SdfResult sdf_mesh_distances(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count, uint32_t sign,
                              uint32_t threads, const double *points, size_t count, double *distances, SdfError *error);
 /* Writes at most capacity contacts. *count is how many there are, also where they are more (SDF_TOO_SMALL). Elements with a

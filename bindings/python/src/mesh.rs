@@ -65,7 +65,8 @@ pub fn sign_method(name: &str) -> PyResult<Option<SignMethod>> {
 /// Exact signed distances of points from a mesh, negative inside: signed_distance(mesh, points) or
 /// signed_distance(vertices, faces, points).
 ///
-/// (trimesh.proximity.signed_distance and pysdf are positive inside.) No grid is made; the search tree is built anew in each call.
+/// (trimesh.proximity.signed_distance and pysdf are positive inside.) No grid is made; the search tree is built anew in each call. Faces inside
+/// of the solid, as where parts cross, count as surface: bake drops them, but for inner_faces="keep".
 ///
 /// mesh: an object with .vertices and .faces or .triangles, or vertices (n, 3) and faces (m, 3).
 /// points: (k, 3), in the unit of the mesh.

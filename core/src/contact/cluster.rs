@@ -166,7 +166,9 @@ pub fn refit<R: Float, const N: usize>(
         let mut around = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
         let mut is_representable = true;
         for member in members {
-            for corner in elements.get(*member as usize).into_iter().flatten() {
+            let vertices = elements.get(*member as usize);
+            is_complete &= vertices.is_some();
+            for corner in vertices.into_iter().flatten() {
                 let Some(point) = point(points, *corner) else {
                     is_complete = false;
                     continue;

@@ -48,7 +48,7 @@ pub enum Feature {
 /// weight to zero, so that a smaller limit would call its edges faces; a larger one calls a point near an edge one on it.
 pub const FEATURE_WEIGHT: f64 = 1e-3;
 
-/// For each corner: is its weight at least [`FEATURE_WEIGHT`]?
+/// For each corner: is its weight above [`FEATURE_WEIGHT`]?
 pub(super) fn spanned_corners<R: Float, const N: usize>(weights: [R; N]) -> [bool; N] {
     weights.map(|weight| R::from_f64(FEATURE_WEIGHT) < weight)
 }

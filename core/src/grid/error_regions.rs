@@ -7,7 +7,8 @@ use crate::Aabb;
 pub struct ErrorRegions {
     /// Cells of a dense grid, or of a sparse grid's band.
     pub cells: u64,
-    /// Cells whose certified error is at most [`Self::error_bound`].
+    /// Cells whose certified error is at most [`Self::error_bound`], but where a jump of the sign cuts no edge of a cell and goes unseen
+    /// (docs/error-bounds.md).
     pub cells_within: u64,
     /// √3/2 of a cell's side, and the rounding of samples: the bound of a closed mesh.
     pub error_bound: f64,

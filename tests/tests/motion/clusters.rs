@@ -161,4 +161,5 @@ fn buffers_that_do_not_match_and_vertices_that_are_missing_are_refused() {
     assert!(Clusters::build(&points, &[[0, 1, 2]], &mut scratch, &mut order, &mut boxes).is_some());
     assert_eq!(Clusters::from_parts(&[0; 65], &boxes), None);
     assert!(!refit(&points, &[[0, 1, 9]], &[0], &mut boxes));
+    assert!(!refit(&points, &[[0, 1, 2]], &[1], &mut boxes));
 }
