@@ -30,7 +30,7 @@ pub struct ExportArgs {
     /// Number of cells along the longest side [default: the grid's own nodes; 128 for shapes in closed form].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_negative_numbers = true)]
     pub res: Option<u32>,
-    /// Half width of a NanoVDB level set's band, in cells [default: the band of a sparse grid; 4].
+    /// Half width of a NanoVDB level set's band, in cells; of a sparse grid at most its own [default: the band of a sparse grid; 4].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
     /// Type of the samples of a blob or table [default: the grid's own]. Rounding to u16 or u8 widens the certified bounds.
