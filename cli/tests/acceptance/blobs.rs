@@ -44,3 +44,38 @@ fn a_grid_sampled_again_has_distances_within_its_band_alone() {
         );
     }
 }
+
+#[test]
+fn a_surface_of_a_blob_is_that_of_its_grid() {
+    let folder = scene();
+    folder.done("export ball.sdf.h5 -o ball.sdfb");
+    folder.write("moved.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdfb'\npose = { translation = [1, 0, 0] }\n");
+    for field in ["ball.sdf.h5", "ball.sdfb", "moved.sdf.toml"] {
+        for level in ["0.8", "-0.8"] {
+            let line = folder.refused(&format!("surface {field} --level {level} -o x.ply"));
+            says(&line, &[field, "lies beyond the band"]);
+        }
+    }
+    for words in ["", "--level 0.1", "--res 40"] {
+        let surfaces = ["ball.sdf.h5", "ball.sdfb"].map(|field| {
+            folder.done(&format!("surface {field} {words} -o x.ply"));
+            folder.read("x.ply")
+        });
+        assert!(surfaces[0] == surfaces[1], "{words}");
+    }
+}
+
+#[test]
+fn a_blob_keeps_what_it_states() {
+    let folder = scene();
+    folder.done("export ball.sdf.h5 -o ball.sdfb");
+    let bound = folder.json("info ball.sdf.h5")["error_bound"].clone();
+    folder.done("view ball.sdfb -o ball.html");
+    let page = String::from_utf8(folder.read("ball.html")).unwrap();
+    assert!(page.contains("certified error") && !page.contains("a closed form"));
+    folder.done("export ball.sdfb -o ball.raw");
+    let facts: serde_json::Value = serde_json::from_slice(&folder.read("ball.raw.json")).unwrap();
+    assert_eq!(facts["error_bound"], bound);
+    folder.done("export ball.sdfb -o again.sdfb");
+    assert!(folder.read("again.sdfb") == folder.read("ball.sdfb"));
+}
