@@ -18,12 +18,13 @@ mod tight;
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sdf_bake::{MeshDistance, Repairs, SignMethod};
 use sdf_formats::field_file::{Field, OpenField};
 use sdf_formats::grid_file::StoredGrid;
 
 use crate::args::VerifyArgs;
+use crate::failure::Mismatch;
 use crate::histogram::Histogram;
 use crate::mesh_input::{self, with_path};
 use crate::read_summary::bytes_of;
@@ -106,8 +107,9 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let elapsed = started.elapsed().as_secs_f64();
     Summary { findings: &findings, diagonal, spacing, same_mesh, parts, faults: &faults, tight, elapsed }
         .print(args)?;
-    if !faults.is_empty() {
-        bail!("{} does not match {}: {}", args.sdf.display(), args.mesh.display(), faults.join("; "));
+    if faults.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    let (field, mesh) = (args.sdf.display(), args.mesh.display());
+    Err(Mismatch(format!("{field} does not match {mesh}: {}", faults.join("; "))).into())
 }

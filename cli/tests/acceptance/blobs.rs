@@ -46,6 +46,17 @@ fn a_grid_sampled_again_has_distances_within_its_band_alone() {
 }
 
 #[test]
+fn a_mismatch_is_one_object() {
+    let folder = scene();
+    folder.write("larger.obj", Model::ball([0.0; 3], 1.2, 3).obj());
+    let assert = folder.sdftool("verify ball.sdf.h5 larger.obj --points 2000 --json").assert().code(1);
+    let printed = String::from_utf8_lossy(&assert.get_output().stdout).into_owned();
+    let object: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(object["schema"], "sdftool.verify/1");
+    assert!(!object["faults"].as_array().unwrap().is_empty(), "{object}");
+}
+
+#[test]
 fn a_surface_of_a_blob_is_that_of_its_grid() {
     let folder = scene();
     folder.done("export ball.sdf.h5 -o ball.sdfb");
