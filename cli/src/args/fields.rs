@@ -56,7 +56,7 @@ pub struct VerifyArgs {
     /// Check every node of the grid; of a sparse grid, those in bricks and those of its coarse grid.
     #[arg(long)]
     pub all_nodes: bool,
-    /// Compute tight error bounds of a sparse grid's bricks, as bake --certify tight does. Of a mesh that is closed, and one shell.
+    /// Compute tight error bounds of a sparse grid's bricks, as bake --certify tight does. Of a mesh that is closed, and one shell; not of blobs.
     #[arg(long)]
     pub tight: bool,
     /// Where to draw a histogram of the errors, an SVG [default: nowhere].

@@ -12,6 +12,13 @@ fn scene() -> Folder {
     folder
 }
 
+/// What a run that finds a mismatch says on standard error.
+fn mismatch(folder: &Folder, words: &str) -> String {
+    let output = folder.sdftool(words).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{words}");
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
 #[test]
 fn a_grid_sampled_again_has_distances_within_its_band_alone() {
     let folder = scene();
@@ -43,6 +50,26 @@ fn a_grid_sampled_again_has_distances_within_its_band_alone() {
             &["more.sdf.toml: its surface lies beyond"],
         );
     }
+}
+
+#[test]
+fn verify_refuses_a_blob_of_another_mesh() {
+    let folder = scene();
+    folder.write("larger.obj", Model::ball([0.0; 3], 1.2, 3).obj());
+    for bake in ["", "--precision u16", "--layout sparse", "--layout sparse --precision u8"] {
+        folder.done(&format!("bake ball.obj --res 24 {bake} -o of.sdf.h5"));
+        for precision in ["", "--precision u8"] {
+            folder.done(&format!("export of.sdf.h5 -o of.sdfb {precision}"));
+            let shown = folder.done("verify of.sdfb ball.obj --points 2000 --all-nodes");
+            says(&shown, &["nodes  ", "certified  at most", "slope  "]);
+            let said = mismatch(&folder, "verify of.sdfb larger.obj --points 2000 --all-nodes");
+            says(&said, &["of.sdfb does not match larger.obj", "more than the certified"]);
+        }
+    }
+    says(&folder.misused("verify of.sdfb ball.obj --tight"), &["--tight", "a blob does not say"]);
+    // Nothing is certified of what was sampled.
+    folder.done("export ball.sdf.h5 --res 30 -o again.sdfb");
+    says(&folder.done("verify again.sdfb ball.obj --points 2000"), &["no error is certified"]);
 }
 
 #[test]
