@@ -117,3 +117,18 @@ fn a_blob_keeps_what_it_states() {
     folder.done("export ball.sdfb -o again.sdfb");
     assert!(folder.read("again.sdfb") == folder.read("ball.sdfb"));
 }
+
+#[test]
+fn view_refuses_the_margins_that_contacts_refuses() {
+    let folder = scene();
+    folder.done("export ball.sdf.h5 -o ball.sdfb");
+    folder.write("moved.sdf.toml", "[field]\nshape = 'grid'\nfile = 'ball.sdfb'\n");
+    for (field, margin) in
+        [("ball.sdf.h5", "0.8"), ("ball.sdf.h5", "-0.8"), ("ball.sdfb", "0.8"), ("moved.sdf.toml", "-0.8")]
+    {
+        for words in ["view FIELD away.obj -o x.html", "contacts away.obj FIELD"] {
+            let line = folder.refused(&format!("{} --margin {margin}", words.replace("FIELD", field)));
+            says(&line, &[field, "has distances"]);
+        }
+    }
+}
