@@ -153,3 +153,16 @@ fn one_mesh_with_an_option_of_several_is_not_called_several() {
 fn merge_says_what_a_joined_grid_lacks() {
     says(&Folder::new().done("merge --help"), &["open mesh", "lacks", "`error_regions`"]);
 }
+
+#[test]
+fn a_part_of_one_mesh_is_not_resumed() {
+    let folder = Folder::new();
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for words in ["--resume", "--jobs 2", "--resume --jobs 2"] {
+        for layout in ["--layout sparse", ""] {
+            let said = folder.wrong_usage(&format!("bake sheet.obj --res 8 {layout} --shard 0/2 {words}"));
+            says(&said, &["--shard of one mesh", "remove --resume and --jobs", "--out-dir"]);
+        }
+    }
+    folder.done("bake sheet.obj --res 8 --shard 0/2 --resume --out-dir grids");
+}
