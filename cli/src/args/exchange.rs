@@ -95,7 +95,7 @@ pub struct ViewArgs {
     #[arg(short, long, value_name = "PAGE.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     pub output: Option<PathBuf>,
     /// Show faces that come within this distance of the surface, in the mesh's unit; it needs a mesh [default: 0].
-    #[arg(long, value_name = "D", value_parser = finite, allow_negative_numbers = true, requires = "mesh")]
+    #[arg(long, value_name = "D", value_parser = finite, allow_hyphen_values = true, requires = "mesh")]
     pub margin: Option<f64>,
     #[command(flatten)]
     pub pose: PoseArgs,

@@ -155,6 +155,26 @@ fn merge_says_what_a_joined_grid_lacks() {
 }
 
 #[test]
+fn a_negative_number_may_be_written_in_any_way() {
+    let folder = Folder::new();
+    folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("ball.sdf.toml", "[field]\nshape = 'sphere'\nradius = 1\n");
+    for words in [
+        "slice ball.sdf.toml -o s.png --pixels 16 --at",
+        "surface ball.sdf.toml -o s.obj --res 16 --level",
+        "contacts sheet.obj ball.sdf.toml --margin",
+        "compare sheet.obj ball.sdf.toml --rounds 1 --margin",
+        "view ball.sdf.toml sheet.obj --margin",
+    ] {
+        for number in ["-1e-3", "-.1", "-0.1", "-1E-3"] {
+            folder.done(&format!("{words} {number}"));
+            folder.done(&format!("{words}={number}"));
+        }
+        says(&folder.wrong_usage(&format!("{words} -x")), &["invalid value '-x'", "is not a finite number"]);
+    }
+}
+
+#[test]
 fn a_part_of_one_mesh_is_not_resumed() {
     let folder = Folder::new();
     folder.write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
