@@ -124,7 +124,7 @@ pub struct MergeArgs {
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
     /// Where to write the grid.
-    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(values::grid_file))]
+    #[arg(short, long, value_name = "OUT.sdf.h5", value_parser = PathBufValueParser::new().try_map(values::merged_file))]
     pub output: PathBuf,
     #[command(flatten)]
     pub threads: Threads,

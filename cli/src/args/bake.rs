@@ -107,7 +107,8 @@ pub struct FleetArgs {
     /// or more meshes, every N-th mesh from the I-th on.
     #[arg(long, value_name = "I/N", allow_hyphen_values = true, help_heading = "Sharing the work")]
     pub shard: Option<Shard>,
-    /// Keep grids that are there already and undamaged, of the same mesh by its SHA-256, with the same options and version.
+    /// Keep grids that are there already and undamaged, of the same mesh by its SHA-256, with the same options and version, however
+    /// they are packed.
     #[arg(long, help_heading = MANY)]
     pub resume: bool,
 }

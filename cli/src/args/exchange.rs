@@ -33,7 +33,8 @@ pub struct ExportArgs {
     /// Half width of a NanoVDB level set's band, in cells; of a sparse grid at most its own [default: the band of a sparse grid; 4].
     #[arg(long, value_name = "VOXELS", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
     pub band: Option<u32>,
-    /// Type of the samples of a blob or table [default: the grid's own]. Rounding to u16 or u8 widens the certified bounds.
+    /// Type of the samples of a blob or table [default: the grid's own]. u16 and u8 are steps of each block of 8 × 8 × 8 nodes, or of the
+    /// whole range of a dense grid of f32; rounding widens the certified bounds.
     #[arg(long, value_parser = precisions())]
     pub precision: Option<Precision>,
     #[command(flatten)]

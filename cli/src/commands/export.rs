@@ -59,7 +59,11 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         ExportError::Unwritable(path, error) => anyhow::Error::new(error).context(path.display().to_string()),
         ExportError::NoSurface { nodes } => {
             let finer = if field.grid().is_some() && args.res.is_none() { "bake with" } else { "use" };
-            anyhow::anyhow!("{}: {}, {finer} a larger --res", args.sdf.display(), empty_between(nodes, 0.0))
+            let open = match format {
+                ExportFormat::Glb => ", or take `surface --level`: an open mesh without an inside has a surface at distances above 0 alone",
+                _ => "",
+            };
+            anyhow::anyhow!("{}: {}, {finer} a larger --res{open}", args.sdf.display(), empty_between(nodes, 0.0))
         }
         error => anyhow::anyhow!("{}: {error}", args.sdf.display()),
     })?;

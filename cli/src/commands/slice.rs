@@ -58,8 +58,8 @@ fn plane(args: &SliceArgs, window: Aabb) -> Result<Plane> {
     let at = args.at.unwrap_or(0.5 * (first + last));
     if !(first..=last).contains(&at) {
         let name = NAMES[axis];
-        let [at, first, last] = [at, first, last].map(number);
-        bail!("{}: --at {at} is outside the field's box: use {name} from {first} to {last}", args.sdf.display());
+        // In all digits: an end that is rounded may be outside again.
+        bail!("{}: --at {at:?} is outside the field's box: use {name} from {first:?} to {last:?}", args.sdf.display());
     }
     Ok(Plane { axis, at, window })
 }

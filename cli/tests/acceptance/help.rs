@@ -186,3 +186,9 @@ fn a_part_of_one_mesh_is_not_resumed() {
     }
     folder.done("bake sheet.obj --res 8 --shard 0/2 --resume --out-dir grids");
 }
+
+#[test]
+fn merge_advises_no_standard_output() {
+    let said = Folder::new().wrong_usage("merge a.h5 b.h5 -o c.txt");
+    assert!(said.contains("ends in .sdf.h5, .h5 or .hdf5") && !said.contains("standard output"), "{said}");
+}
