@@ -39,7 +39,7 @@ use sampling::{Surface, point_in_box, sample};
 use summary::Summary;
 use tight::tight_bound;
 
-/// What is verified.
+/// The field to verify.
 #[expect(clippy::large_enum_variant, reason = "there is one")]
 enum Subject {
     Grid(StoredGrid),

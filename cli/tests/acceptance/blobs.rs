@@ -12,7 +12,7 @@ fn scene() -> Folder {
     folder
 }
 
-/// What a run that finds a mismatch says on standard error.
+/// Standard error of a run that finds a mismatch.
 fn mismatch(folder: &Folder, words: &str) -> String {
     let output = folder.sdftool(words).output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{words}");

@@ -1,4 +1,4 @@
-//! What is sampled from a sparse grid claims no distances beyond its band, in files of any format.
+//! Samples of a sparse grid claim no distances beyond its band, in files of any format.
 
 use sdf_field::core::AnyField;
 use sdf_field::core::combine::Offset;
